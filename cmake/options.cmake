@@ -1,0 +1,18 @@
+option(LIGHTCOOK_TESTS "Build the tests" ON)
+option(LIGHTCOOK_BENCH "Build the benchmarks" ON)
+set(LIGHTCOOK_SANITIZE "" CACHE STRING "Sanitizers: empty, \"address,undefined\" or \"thread\"")
+
+# One set of warnings for all of our targets; third-party headers come in as SYSTEM and stay quiet.
+add_library(project_options INTERFACE)
+target_compile_options(project_options INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-align -Wnull-dereference -Werror
+  # Same bits everywhere: no contraction, one floor of instructions; wider ones are chosen at run time where they were measured.
+  -ffp-contract=off)
+target_include_directories(project_options INTERFACE ${PROJECT_SOURCE_DIR})
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  target_compile_options(project_options INTERFACE -march=x86-64-v3 -mtune=generic)
+endif()
+if(LIGHTCOOK_SANITIZE)
+  target_compile_options(project_options INTERFACE -fsanitize=${LIGHTCOOK_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(project_options INTERFACE -fsanitize=${LIGHTCOOK_SANITIZE})
+endif()

@@ -1,0 +1,10 @@
+# lightcook_test(<room> SOURCES a_test.cpp ... [LIBRARIES more...]): one GoogleTest program a room, each test known to ctest by itself.
+function(lightcook_test room)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+  add_executable(${room}_tests ${ARG_SOURCES})
+  target_link_libraries(${room}_tests PRIVATE project_options ${room} ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main)
+  target_compile_definitions(${room}_tests PRIVATE
+    LIGHTCOOK_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+    LIGHTCOOK_SHARED_DATA="${PROJECT_SOURCE_DIR}/../shared/data")
+  gtest_discover_tests(${room}_tests DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()

@@ -1,0 +1,55 @@
+// HDR environments (equirectangular panoramas, strips of six cube faces) and 1-D radially symmetric gradients, from EXR or Radiance HDR.
+#pragma once
+
+#include <filesystem>
+#include <cstddef>
+#include <cstdint>
+#include <glm/gtc/type_precision.hpp>
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
+#include "formats/color.h"
+#include "formats/error.h"
+#include "formats/image.h"
+#include "lighting/sh.h"
+
+namespace formats {
+
+/// Incident radiance from every direction, scene-linear working colour, finite and non-negative.
+struct Environment {
+    enum class Projection { Equirectangular, CubeStrip };
+    Projection projection = Projection::Equirectangular;
+    Image<glm::vec3> texels;  ///< width = 2 height; or a vertical strip: height = 6 width, faces +X -X +Y -Y +Z -Z from top to bottom
+};
+
+struct EnvironmentOptions {
+    ColorSpaces colors;
+    bool repair = false;  ///< NaN, infinite and negative texels become zero and are counted, instead of refused
+};
+struct LoadedEnvironment {
+    Environment environment;
+    std::int64_t repairedTexels = 0;
+};
+
+/// The projection follows from the shape: 2:1 is equirectangular, 1:6 a strip (6:1 horizontal strips are accepted too); others are refused.
+Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, const EnvironmentOptions& options);
+
+/// N x 1 texels of equal solid angle, north to south: texel i covers z in [1 - 2(i + 1)/N, 1 - 2i/N].
+Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, const EnvironmentOptions& options);
+
+/// The SH that a probes.json of ../shared/data keeps for the probe whose "file" has this name: nine RGB, canonical phase, radiance.
+Result<lighting::ShRgb> loadProbeSh(const std::filesystem::path& json, const std::string& probeFileName);
+
+/// A float EXR with channels R, G, B and, with four channels, A. For `decode` and tests. The file appears whole or not at all.
+Result<void> writeExr(const std::filesystem::path& file, ImageView<const glm::vec4> texels, int channelCount);
+/// Any image OpenImageIO reads, as RGBA float (missing channels 0, alpha 1), no conversion. channelCount: what the file had.
+struct PlainImage {
+    Image<glm::vec4> texels;
+    int channelCount = 0;
+};
+Result<PlainImage> readImage(const std::filesystem::path& file);
+/// An 8-bit RGB PNG, for thumbnails.
+Result<std::vector<std::byte>> encodePng(ImageView<const glm::u8vec3> texels);
+
+}  // namespace formats

@@ -1,0 +1,93 @@
+// GPU textures and the files that hold them (KTX2, DDS), written and read by rows of blocks, so that a texture larger than
+// memory can pass through. What the bytes of a block mean is not known here: compress/ makes them, verify/ decodes them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "formats/error.h"
+#include "formats/pixel_format.h"
+
+namespace formats {
+
+enum class Container { Ktx2, Dds };
+
+/// A 2-D texture, an array of them or a cubemap, with mips. Mip m has max(1, width >> m) by max(1, height >> m) texels.
+struct TextureShape {
+    PixelFormat format = PixelFormat::Rgba16f;
+    int width = 0, height = 0;  ///< of mip 0 [texels]
+    int mipCount = 1;
+    int layerCount = 1;
+    bool isArray = false;  ///< an array of one layer differs from a plain texture
+    int faceCount = 1;     ///< 1, or 6 for a cubemap: +X -X +Y -Y +Z -Z
+
+    int mipWidth(int mip) const;
+    int mipHeight(int mip) const;
+    std::size_t imageBytes(int mip) const;  ///< one layer and face of one mip
+    std::size_t gpuBytes() const;           ///< everything, as it lies in GPU memory
+};
+
+struct TextureFileOptions {
+    Container container = Container::Ktx2;
+    bool zstd = false;  ///< KTX2 only: Zstandard supercompression, per mip level
+    int zstdLevel = 9;
+    std::map<std::string, std::string> metadata;  ///< KTX2 key-values (text); DDS has no room for them and drops them
+};
+
+/// Which image of a texture.
+struct SubImage {
+    int mip = 0, layer = 0, face = 0;
+};
+
+/// Writes a texture by rows of blocks, in any order, from any thread that has rows of its own.
+/// The file appears whole under its name at commit() (written beside it, synced, renamed); without commit() nothing stays behind.
+class TextureWriter {
+public:
+    static Result<TextureWriter> create(const std::filesystem::path& file, const TextureShape& shape,
+                                        const TextureFileOptions& options);
+    TextureWriter(TextureWriter&&) noexcept;
+    TextureWriter& operator=(TextureWriter&&) noexcept;
+    ~TextureWriter();
+
+    /// bytes  whole rows of blocks: rowCount * bytesPerBlockRow(format, mipWidth)
+    Result<void> writeBlockRows(SubImage image, int firstBlockRow, std::span<const std::byte> bytes);
+    Result<void> commit();
+
+private:
+    struct State;
+    explicit TextureWriter(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+/// Reads a texture back by rows of blocks. Every header field is checked before it is believed; a truncated or inconsistent file is an
+/// Error that says which field, what was found and what was expected. Reading is safe from several threads.
+class TextureReader {
+public:
+    static Result<TextureReader> open(const std::filesystem::path& file);
+    TextureReader(TextureReader&&) noexcept;
+    TextureReader& operator=(TextureReader&&) noexcept;
+    ~TextureReader();
+
+    const TextureShape& shape() const;
+    Container container() const;
+    bool isZstd() const;
+    const std::map<std::string, std::string>& metadata() const;
+    std::size_t fileBytes() const;
+
+    /// out  whole rows of blocks, as writeBlockRows takes them
+    Result<void> readBlockRows(SubImage image, int firstBlockRow, std::span<std::byte> out) const;
+    Result<std::vector<std::byte>> readImage(SubImage image) const;
+
+private:
+    struct State;
+    explicit TextureReader(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace formats

@@ -1,0 +1,68 @@
+// glTF scenes as far as lighting needs them: what the materials ask for, the light-map UV set (TEXCOORD_1), and writing the same
+// scene back with its geometry quantized by Draco (KHR_draco_mesh_compression).
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/error.h"
+
+namespace formats {
+
+/// What one glTF material asks of the lighting (metallic-roughness, KHR_materials_specular, KHR_materials_ior).
+struct MaterialNeeds {
+    std::string name;
+    bool hasNormalMap = false;
+    bool isSpecular = true;          ///< false: KHR_materials_specular with specularFactor 0 and no metal, or KHR_materials_unlit
+    double mMin = 1, mMax = 1;       ///< Beckmann roughness m = roughnessFactor squared; a roughness texture makes it [0, factor^2]
+    double f0Min = 0.04, f0Max = 0.04;  ///< from ior, specularFactor, metallicFactor and baseColorFactor; a texture widens it
+};
+
+/// Draco's quantization [bits]; edgebreaker, lossy.
+struct DracoOptions {
+    int positionBits = 14;
+    int normalBits = 10;
+    int uvBits = 12;          ///< TEXCOORD_0
+    int lightMapUvBits = 16;  ///< TEXCOORD_1
+    int speed = 3;            ///< 0 smallest .. 10 fastest
+};
+struct MeshSize {
+    std::size_t fileBytesIn = 0, fileBytesOut = 0;
+    std::int64_t vertexCount = 0, triangleCount = 0;
+};
+/// The quantization error that a written mesh really has, found by reading it back: largest over the vertices.
+struct MeshError {
+    double position = 0;          ///< [scene units]
+    double normalRadians = 0;
+    double lightMapUv = 0;        ///< [UV units]
+};
+
+/// A glTF or GLB file, Draco-compressed or not. Refused with file and accessor: missing buffers, indices out of range, TEXCOORD_1 missing where
+/// a light map needs it, positions or UVs that are not finite.
+class GltfScene {
+public:
+    static Result<GltfScene> load(const std::filesystem::path& file);
+    GltfScene(GltfScene&&) noexcept;
+    GltfScene& operator=(GltfScene&&) noexcept;
+    ~GltfScene();
+
+    const std::vector<MaterialNeeds>& materials() const;
+    bool hasLightMapUvs() const;  ///< every primitive has TEXCOORD_1
+    std::int64_t vertexCount() const;
+    std::int64_t triangleCount() const;
+
+    /// The same scene as a GLB whose primitives are Draco meshes; nodes, materials, lights and extensions are kept. Whole or absent.
+    Result<MeshSize> writeDraco(const std::filesystem::path& file, const DracoOptions& options) const;
+    /// Compares vertex by vertex with a scene that writeDraco made of this one (triangles are matched through the indices).
+    Result<MeshError> errorOf(const GltfScene& cooked) const;
+
+private:
+    struct State;
+    explicit GltfScene(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace formats

@@ -1,0 +1,41 @@
+// Radiometric quantities as types, and the constants that turn one into another ("PI or not to PI", lighting-math section 2).
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <numbers>
+
+#include "lighting/sh.h"
+
+namespace lighting {
+
+template <class Quantity>
+struct Rgb {
+    glm::vec3 value;  ///< scene-linear, working primaries
+    friend Rgb operator+(Rgb a, Rgb b) { return {a.value + b.value}; }
+    friend Rgb operator*(float k, Rgb a) { return {k * a.value}; }
+};
+using Radiance = Rgb<struct RadianceTag>;          ///< [W / (sr m^2)], relative unless the file is calibrated
+using Irradiance = Rgb<struct IrradianceTag>;      ///< [W / m^2]
+using ExitRadiance = Rgb<struct ExitRadianceTag>;  ///< [W / (sr m^2)] leaving a surface
+using GameLight = Rgb<struct GameLightTag>;        ///< the colour that a white Lambert surface shows when the light faces it
+
+/// Clamped cosine, without and with the division by pi: irradiance, exit radiance of a white surface.
+inline constexpr ShBands kIrradianceBands = {std::numbers::pi, 2 * std::numbers::pi / 3, std::numbers::pi / 4};
+inline constexpr ShBands kExitRadianceBands = {1.0, 2.0 / 3.0, 1.0 / 4.0};
+
+/// Exit-radiance bands of wrapped Lambert, energy conserving, wrap in [0, 1]: [1, (2 - w) / 3, (1 - w)^2 / 4].
+ShBands wrappedLambertBands(double wrap);
+
+/// E(n) of incident radiance in SH; n unit.
+Irradiance irradiance(const ShRgb& incident, const glm::vec3& normal);
+/// albedo / pi * E(n).
+ExitRadiance lambertExitRadiance(const ShRgb& incident, const glm::vec3& normal, const glm::vec3& albedo);
+
+enum class GameLightNormalization {
+    None,  ///< a light of 1 facing a white surface gives 17/16 with nine coefficients: the truncation of 1
+    D3dx   ///< rescaled by 16/17, so that it gives exactly 1
+};
+/// A punctual game light as incident radiance in SH: the radiometric delta pi * c from direction (towards the light, unit).
+ShRgb projectGameLight(GameLight light, const glm::vec3& direction, GameLightNormalization normalization);
+
+}  // namespace lighting

@@ -1,0 +1,47 @@
+// The figures in which every error is told (product.md, "The error that counts"), and how they are gathered.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace verify {
+
+/// Errors of shaded exit radiance on a white surface against the float reference. All are fractions, not percent.
+struct ErrorFigures {
+    double relRms = 0;      ///< RMS of the error over RMS of the reference, over texels, directions and channels
+    double p99 = 0;         ///< 99th percentile of the local relative error |error| / (|reference| + 0.02 key)
+    double maxSampled = 0;  ///< largest local relative error that a sample met
+    double maxBound = 0;    ///< no normal, view, material or sub-texel position can exceed this local relative error
+};
+
+/// One stage of one asset. A kind of shading that the asset takes no part in has error 0.
+struct StageError {
+    std::string name;
+    ErrorFigures diffuse, specular;
+    double seconds = 0;
+};
+
+/// Gathers one kind of error. Order of adding matters only within one accumulator: merge bands in a fixed order for the same bits.
+/// The 99th percentile comes from a histogram of 256 bins an octave (0.27 % wide) with exact counts.
+class ErrorAccumulator {
+public:
+    explicit ErrorAccumulator(double key = 0);
+    void add(double reference, double result);
+    /// A proven bound on local relative errors, for maxBound only.
+    void addBound(double localRelative);
+    void merge(const ErrorAccumulator& other);
+    ErrorFigures figures() const;
+    std::int64_t sampleCount() const { return sampleCount_; }
+
+private:
+    static constexpr int kBinsPerOctave = 256;
+    static constexpr int kLowestExponent = -40, kHighestExponent = 24;
+
+    double key_;
+    double squaredError_ = 0, squaredReference_ = 0, maxSampled_ = 0, maxBound_ = 0;
+    std::int64_t sampleCount_ = 0;
+    std::vector<std::int64_t> histogram_;
+};
+
+}  // namespace verify
