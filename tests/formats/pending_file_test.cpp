@@ -1,0 +1,64 @@
+#include "formats/pending_file.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "tests/formats/temporary_folder.h"
+
+namespace formats {
+namespace {
+
+std::ptrdiff_t filesIn(const std::filesystem::path& folder) {
+    return std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator());
+}
+
+TEST(PendingFile, AppearsWholeAtCommitAndReplacesWhatWasThere) {
+    const TemporaryFolder folder;
+    const auto file = folder / "map.exr";
+    std::ofstream(file) << "old";
+    auto pending = PendingFile::create(file);
+    ASSERT_TRUE(pending) << pending.error().line();
+    EXPECT_EQ(pending->temporary().extension(), ".exr");
+    EXPECT_EQ(pending->temporary().parent_path(), file.parent_path());
+    std::ofstream(pending->temporary()) << "new";
+    EXPECT_EQ(contentOf(file), "old");
+    ASSERT_TRUE(pending->commit());
+    EXPECT_EQ(contentOf(file), "new");
+    EXPECT_EQ(filesIn(folder.path()), 1);
+}
+
+TEST(PendingFile, LeavesNothingWithoutCommit) {
+    const TemporaryFolder folder;
+    {
+        auto pending = PendingFile::create(folder / "a.bin");
+        ASSERT_TRUE(pending);
+        std::ofstream(pending->temporary()) << "half";
+        PendingFile moved = std::move(*pending);
+        EXPECT_EQ(filesIn(folder.path()), 1);
+    }
+    EXPECT_EQ(filesIn(folder.path()), 0);
+}
+
+TEST(PendingFile, AMissingFolderIsAnErrorWithThePath) {
+    const TemporaryFolder folder;
+    const auto pending = PendingFile::create(folder / "absent" / "a.bin");
+    ASSERT_FALSE(pending);
+    EXPECT_EQ(pending.error().code, ErrorCode::Internal);
+    EXPECT_NE(pending.error().line().find("absent"), std::string::npos) << pending.error().line();
+}
+
+TEST(WriteWholeFile, WritesTheBytes) {
+    const TemporaryFolder folder;
+    const std::string text(300000, 'x');
+    ASSERT_TRUE(writeWholeFile(folder / "a.bin", std::as_bytes(std::span(text))));
+    EXPECT_EQ(contentOf(folder / "a.bin"), text);
+    ASSERT_TRUE(writeWholeFile(folder / "a.bin", {}));
+    EXPECT_EQ(contentOf(folder / "a.bin"), "");
+}
+
+}  // namespace
+}  // namespace formats
