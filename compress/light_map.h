@@ -1,0 +1,121 @@
+// Light-map layouts: how nine RGB SH coefficients a texel (or less, where the scene needs less) lie in GPU textures, stage by stage, and
+// the encoder of each. What the shader does with the texels is in shaders/light_map_*.glsl, and only there.
+//
+//   layout  textures (array layers)                       decode of the filtered texels                       degree
+//   raw     "sh" (9: rgb = coefficient i)                 lambda_i = range sh_i                               1
+//   flat    "exit" (1: rgb)                               exit radiance at the texel's own normal = range exit  1
+//   luvw    "luvw_first" (9), "luvw_second" (9): rgb, a   lambda_i = range_i a0 a1 (uvw0 + uvw1)              3
+//   ratio   "l0" (1: rgb), "ratio" (8: rgb, i = 1..8)     lambda_0 = range l0, lambda_i = lambda_0 (scale_i ratio_i + bias_i)  2
+//
+// Use: one LightMapMeasure over every band of the map (bands in any cut, merged in a fixed order), a plan from it, then every band of whole
+// block rows encoded on its own. The bytes do not depend on how the map was cut. Pure: no thread, no file. Sources: Hu 2008, Lightmap
+// compression in Halo 3 (the two-texture L, uvw form); Chen and Liu 2008, Lighting and Material of Halo 3.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compress/encode.h"
+#include "formats/light_map.h"
+#include "formats/pixel_format.h"
+
+namespace compress {
+
+enum class LightMapLayout { Raw, Flat, Luvw, Ratio };
+/// Which family of formats. Bc: BC6H, BC7, BC3. Astc: 4x4 HDR and LDR. Float: half and 16-bit unorm, no blocks.
+enum class LightMapTarget { Bc, Astc, Float };
+
+/// "raw" "flat" "luvw" "ratio"; nothing for other names.
+std::optional<LightMapLayout> lightMapLayoutFromName(std::string_view name);
+std::string_view lightMapLayoutName(LightMapLayout layout);
+
+/// Map-wide statistics that the plan's constants come from. Only covered texels count.
+class LightMapMeasure {
+public:
+    /// luminanceWeights  of the working colour space
+    explicit LightMapMeasure(const glm::vec3& luminanceWeights = lighting::kRec709Luminance);
+    /// Rows [firstRow, firstRow + rowCount) of the map, which the band must hold.
+    void add(const formats::LightMapBand& band, int firstRow, int rowCount);
+    void add(const formats::LightMapBand& band) { add(band, band.firstRow, band.sh.height()); }
+    void merge(const LightMapMeasure& other);
+
+    std::int64_t coveredTexels() const { return coveredTexels_; }
+    /// Log-average luminance of the exit radiance at the texels' own normals, as product.md defines it; 0 for a map without covered texels.
+    double key() const;
+    /// Largest channel of coefficient i, and its largest absolute value.
+    float maximumAbsolute(int coefficient) const { return maximumAbsolute_[static_cast<std::size_t>(coefficient)]; }
+    /// Extremes of lambda_i / lambda_0 over texels and channels whose lambda_0 is positive, bounded by 1.25 sqrt(2l + 1): beyond that a
+    /// ratio is noise over almost nothing.
+    float minimumRatio(int coefficient) const { return minimumRatio_[static_cast<std::size_t>(coefficient)]; }
+    float maximumRatio(int coefficient) const { return maximumRatio_[static_cast<std::size_t>(coefficient)]; }
+    /// Largest channel of the exit radiance at the texel's own normal.
+    float maximumExit() const { return maximumExit_; }
+    /// Covered texels and channels where |band 1| > sqrt 3 lambda_0 or |band 2| > sqrt 5 lambda_0 (0.1 % spared for rounding): light that
+    /// would have to be negative somewhere. Reported, not repaired.
+    std::int64_t beyondPositiveBounds() const { return beyondPositiveBounds_; }
+
+private:
+    glm::vec3 luminanceWeights_;
+    std::int64_t coveredTexels_ = 0, beyondPositiveBounds_ = 0;
+    double logLuminanceSum_ = 0;
+    float maximumExit_ = 0;
+    std::array<float, lighting::kShCount> maximumAbsolute_{}, minimumRatio_{}, maximumRatio_{};
+};
+
+/// One texture of a layout: a 2-D array of layerCount layers (a plain texture where layerCount is 1), as large as the map.
+struct LightMapTexture {
+    std::string name;
+    formats::PixelFormat format = formats::PixelFormat::Rgba16f;
+    int layerCount = 1;
+};
+
+/// All that is decided before the first block is encoded, and all that a decoder needs.
+struct LightMapPlan {
+    LightMapLayout layout = LightMapLayout::Raw;
+    LightMapTarget target = LightMapTarget::Float;
+    int width = 0, height = 0;  ///< [texels]
+    std::vector<LightMapTexture> textures;
+    std::map<std::string, std::vector<float>> constants;  ///< by the names of the members of the shader's constants
+    int decodeDegree = 1;                                 ///< of the decode as a polynomial of the filtered texels
+    double key = 0;  ///< of the measure: the encoders' errors are relative above 0.02 key and absolute below
+
+    int blockHeight() const;      ///< [texels] cuts between bands must lie on multiples of it
+    double bitsPerTexel() const;  ///< all textures and layers
+    std::size_t gpuBytes() const;
+};
+
+LightMapPlan planLightMap(LightMapLayout layout, LightMapTarget target, int width, int height, const LightMapMeasure& measure);
+
+/// Rows beyond the encoded ones that encodeLightMapRows looks at to fill texels outside charts.
+inline constexpr int kLightMapPaddingRows = 2;
+
+/// The blocks of some rows of every texture: textures[t].layers[l] holds whole rows of blocks, in the order of plan.textures.
+struct EncodedLightMapTexture {
+    std::vector<std::vector<std::byte>> layers;
+};
+struct EncodedLightMapRows {
+    std::vector<EncodedLightMapTexture> textures;
+    EncodeReport report;
+};
+
+/// Encodes the rows [firstRow, firstRow + rowCount) of the map.
+/// band      holds those rows and kLightMapPaddingRows more on either side where the map has them (more is allowed): with less the result
+/// would depend
+///           on the cut, so that is a broken promise (assert)
+/// firstRow  a multiple of plan.blockHeight(); so is rowCount, except at the map's end
+/// options   effort; the metric, its scale and the weights are chosen here
+/// Texels outside charts within two texels of a chart take the mean of their nearest covered neighbours and weigh next to nothing; all
+/// others weigh nothing. Values that do not fit (negative L0 in an unsigned format, ratios beyond the plan's range) are counted in the
+/// report.
+EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::LightMapBand& band, int firstRow, int rowCount,
+                                       const EncodeOptions& options);
+
+}  // namespace compress
