@@ -36,7 +36,9 @@ struct AreaSpecularKernel {
     ShDouble c{};  ///< integral of R_m NoL Y_i
     ShDouble d{};  ///< the same with (1 - LoH)^5
 };
-/// Integrates by the half vector, Beckmann or GGX importance, sampleCount x sampleCount midpoints (512: 1e-6 and better for m >= 0.02).
+/// Integrates by the half vector, Beckmann or GGX importance, sampleCount x sampleCount midpoints over both halves of phi. NoV in [0, 1].
+/// 512 samples are within 1e-6 of 4096 for NoV >= 0.05 and m in [0.001, 1], within 3e-4 at NoV = 0.001, where shadowing ends in a fold
+/// narrower than a sample.
 AreaSpecularKernel integrateAreaSpecular(double NoV, double m, NormalDistribution distribution, CookTorranceNormalization normalization,
                                          int sampleCount);
 

@@ -27,7 +27,8 @@ struct Extrema {
 /// with the sphere as its boundary, hard case included). Relative error at most 1e-12 of |constant| + |linear| + |symmetric|.
 Extrema extremaOnSphere(const SphereQuadratic& quadratic);
 
-/// Bound on |sum_i bands_l(i) coefficients_i Y_i(n)| over every n, without an eigenproblem: sum_l |bands_l| sqrt((2l + 1) / 4pi) |coefficients of band l|.
+/// Bound on |sum_i bands_l(i) coefficients_i Y_i(n)| over every n, without an eigenproblem: sum_l |bands_l| sqrt((2l + 1) / 4pi)
+/// |coefficients of band l|.
 double bandNormBound(const ShDouble& coefficients, const ShBands& bands);
 
 }  // namespace lighting

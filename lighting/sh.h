@@ -8,6 +8,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 
@@ -25,14 +26,59 @@ using ShDouble = std::array<double, kShCount>;
 /// One factor a band l = 0, 1, 2: a zonal kernel's effect on each band.
 using ShBands = std::array<double, 3>;
 
-/// The nine basis functions at a unit direction.
-Sh evaluateBasis(const glm::vec3& direction);
-ShDouble evaluateBasis(const glm::dvec3& direction);
+/// Constants of the basis, to 20 digits: 1/2 sqrt(1/pi), sqrt(3/4pi), 1/2 sqrt(15/pi), 1/4 sqrt(5/pi), 1/4 sqrt(15/pi).
+inline constexpr double kShConstant = 0.28209479177387814347;
+inline constexpr double kShLinear = 0.48860251190291992159;
+inline constexpr double kShProduct = 1.0925484305920790705;
+inline constexpr double kShZonal = 0.31539156525252000603;
+inline constexpr double kShDifference = 0.54627421529603953527;
+
+namespace detail {
+
+template <class T, class Direction>
+inline std::array<T, kShCount> basis(const Direction& d) {
+    constexpr T constant = static_cast<T>(kShConstant), linear = static_cast<T>(kShLinear), product = static_cast<T>(kShProduct);
+    constexpr T zonal = static_cast<T>(kShZonal), difference = static_cast<T>(kShDifference);
+    return {constant,
+            linear * d.y,
+            linear * d.z,
+            linear * d.x,
+            product * d.x * d.y,
+            product * d.y * d.z,
+            zonal * (T(3) * d.z * d.z - T(1)),
+            product * d.x * d.z,
+            difference * (d.x * d.x - d.y * d.y)};
+}
+
+}  // namespace detail
+
+/// The nine basis functions at a unit direction. Inline, as evaluate and ShRotation::apply: they run once a texel and direction.
+inline Sh evaluateBasis(const glm::vec3& direction) {
+    return detail::basis<float>(direction);
+}
+inline ShDouble evaluateBasis(const glm::dvec3& direction) {
+    return detail::basis<double>(direction);
+}
 
 /// sum_i coefficients_i Y_i(direction).
-float evaluate(const Sh& coefficients, const glm::vec3& direction);
-double evaluate(const ShDouble& coefficients, const glm::dvec3& direction);
-glm::vec3 evaluate(const ShRgb& coefficients, const glm::vec3& direction);
+inline float evaluate(const Sh& coefficients, const glm::vec3& direction) {
+    const Sh basis = evaluateBasis(direction);
+    float sum = 0;
+    for (std::size_t i = 0; i < kShCount; ++i) sum += coefficients[i] * basis[i];
+    return sum;
+}
+inline double evaluate(const ShDouble& coefficients, const glm::dvec3& direction) {
+    const ShDouble basis = evaluateBasis(direction);
+    double sum = 0;
+    for (std::size_t i = 0; i < kShCount; ++i) sum += coefficients[i] * basis[i];
+    return sum;
+}
+inline glm::vec3 evaluate(const ShRgb& coefficients, const glm::vec3& direction) {
+    const Sh basis = evaluateBasis(direction);
+    glm::vec3 sum(0);
+    for (std::size_t i = 0; i < kShCount; ++i) sum += coefficients[i] * basis[i];
+    return sum;
+}
 
 /// Coefficients of a directional light (delta) of the given intensity: intensity * Y_i(direction).
 ShRgb projectDirectional(const glm::vec3& direction, const glm::vec3& intensity);
@@ -46,13 +92,37 @@ ShRgb convolve(const ShRgb& coefficients, const ShBands& bands);
 class ShRotation {
 public:
     explicit ShRotation(const glm::dmat3& destinationFromSource);
-    Sh apply(const Sh& source) const;
-    ShDouble apply(const ShDouble& source) const;
-    ShRgb apply(const ShRgb& source) const;
+    Sh apply(const Sh& source) const { return applyWith(bandsFloat_, source, 0.0f); }
+    ShDouble apply(const ShDouble& source) const { return applyWith(bandsDouble_, source, 0.0); }
+    ShRgb apply(const ShRgb& source) const { return applyWith(bandsFloat_, source, glm::vec3(0)); }
 
 private:
-    std::array<std::array<double, 3>, 3> band1_;
-    std::array<std::array<double, 5>, 5> band2_;
+    template <class T>
+    struct Bands {
+        std::array<std::array<T, 3>, 3> linear{};     ///< rows and columns in the order of indices 1 2 3
+        std::array<std::array<T, 5>, 5> quadratic{};  ///< 4 5 6 7 8
+    };
+
+    template <class T, class Coefficient>
+    static std::array<Coefficient, kShCount> applyWith(const Bands<T>& bands, const std::array<Coefficient, kShCount>& source,
+                                                       const Coefficient& zero) {
+        std::array<Coefficient, kShCount> result{};
+        result[0] = source[0];
+        for (std::size_t row = 0; row < 3; ++row) {
+            Coefficient sum = zero;
+            for (std::size_t column = 0; column < 3; ++column) sum += bands.linear[row][column] * source[1 + column];
+            result[1 + row] = sum;
+        }
+        for (std::size_t row = 0; row < 5; ++row) {
+            Coefficient sum = zero;
+            for (std::size_t column = 0; column < 5; ++column) sum += bands.quadratic[row][column] * source[4 + column];
+            result[4 + row] = sum;
+        }
+        return result;
+    }
+
+    Bands<double> bandsDouble_;
+    Bands<float> bandsFloat_;  ///< the same, rounded: light maps are float, and rotate once a texel
 };
 
 /// Negates indices 1, 3, 5, 7: from or to Condon-Shortley signs (it is its own inverse).

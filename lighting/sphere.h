@@ -7,7 +7,8 @@
 
 namespace lighting {
 
-/// Orthonormal frame (columns: tangent, bitangent, normal) around a unit normal. Source: Duff et al. 2017, Building an Orthonormal Basis, Revisited.
+/// Orthonormal frame (columns: tangent, bitangent, normal) around a unit normal. Source: Duff et al. 2017, Building an Orthonormal Basis,
+/// Revisited.
 glm::dmat3 worldFromTangentFrame(const glm::dvec3& normal);
 
 /// Point `index` of `count` spherical Fibonacci points of the upper hemisphere: z = (i + 0.5) / n, phi = i pi (3 - sqrt 5).
