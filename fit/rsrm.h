@@ -1,0 +1,36 @@
+// Radially symmetric reflection maps: a gradient over zones of equal solid angle, convolved with normalised Phong lobes, one row an
+// exponent. Source: Stone, Radially-Symmetric Reflection Maps (2009), with the errata of lighting-math section 6.
+#pragma once
+
+#include <glm/gtc/type_precision.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "formats/error.h"
+#include "formats/image.h"
+
+namespace fit {
+
+struct RsrmOptions {
+    int width = 256;  ///< [texels] of a row, 1..65536; texel j is the lobe around r with z = 1 - (2j + 1) / width, north to south
+    std::vector<double> exponents = {1, 4, 16, 64, 256, 1024, 4096, 16384};  ///< each in [1, 65536]; exponent 1 is Lambert exit radiance
+};
+
+struct Rsrm {
+    std::vector<double> exponents;      ///< row by row
+    formats::Image<glm::dvec3> values;  ///< L_o before quantization: x over z, y over exponents
+    glm::vec3 color{0};                 ///< largest value of each channel: value = code / 255 * color
+    formats::Image<glm::u8vec3> codes;  ///< round(255 value / color); 0 where the channel is black
+};
+
+/// Refuses exponents and widths outside the limits, an empty gradient and values that are negative or not finite.
+formats::Result<void> checkRsrm(const std::vector<glm::vec3>& gradient, const RsrmOptions& options);
+
+/// L_o(z_o) = (s + 1)/2pi * integral L_i(z) max(0, r.l)^s dw, exact for a gradient that is constant over each zone, by Legendre series:
+/// the lobe's factors and the zone integrals are both closed forms. Error below 1e-6 of the row's maximum; a constant stays constant.
+formats::Image<glm::dvec3> convolveGradient(const std::vector<glm::vec3>& gradient, const RsrmOptions& options);
+
+/// Convolves and quantizes. The arguments must pass the check.
+Rsrm makeRsrm(const std::vector<glm::vec3>& gradient, const RsrmOptions& options);
+
+}  // namespace fit
