@@ -67,6 +67,8 @@ private:
 
 /// Reads a texture back by rows of blocks. Every header field is checked before it is believed; a truncated or inconsistent file is an
 /// Error that says which field, what was found and what was expected. Reading is safe from several threads.
+/// Memory: rows are read straight into `out`; a level under Zstandard is inflated whole at the first touch and kept until the reader goes, so a
+/// reader of a compressed file holds at most the uncompressed levels it was asked for (and twice the largest while it inflates).
 class TextureReader {
 public:
     static Result<TextureReader> open(const std::filesystem::path& file);

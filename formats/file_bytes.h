@@ -1,0 +1,47 @@
+// A file as an array of bytes: positioned reads and writes that several threads may make at once, and little-endian integers.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "formats/error.h"
+
+namespace formats {
+
+class FileBytes {
+public:
+    static Result<FileBytes> openForReading(const std::filesystem::path& file);
+    /// An existing file; `shownAs` is the name that errors tell (a temporary stands in for it).
+    static Result<FileBytes> openForUpdate(const std::filesystem::path& file, const std::filesystem::path& shownAs);
+    FileBytes(FileBytes&& other) noexcept;
+    FileBytes& operator=(FileBytes&& other) noexcept;
+    ~FileBytes();
+
+    const std::filesystem::path& path() const { return shownAs_; }
+    /// [bytes], as it was when the file was opened
+    std::uint64_t size() const { return size_; }
+
+    /// Fills all of out from the given offset, or fails.
+    Result<void> readAt(std::uint64_t offset, std::span<std::byte> out) const;
+    Result<void> writeAt(std::uint64_t offset, std::span<const std::byte> bytes) const;
+    /// Cuts or extends (with zeros) to the given size.
+    Result<void> resize(std::uint64_t bytes);
+    void close();
+
+private:
+    FileBytes(int descriptor, std::filesystem::path shownAs, std::uint64_t size);
+    int descriptor_ = -1;
+    std::filesystem::path shownAs_;
+    std::uint64_t size_ = 0;
+};
+
+/// Little-endian integers at a place of a buffer that is known to hold them.
+std::uint32_t loadU32(std::span<const std::byte> bytes, std::size_t offset);
+std::uint64_t loadU64(std::span<const std::byte> bytes, std::size_t offset);
+void appendU32(std::vector<std::byte>& bytes, std::uint32_t value);
+void appendU64(std::vector<std::byte>& bytes, std::uint64_t value);
+
+}  // namespace formats

@@ -1,0 +1,45 @@
+// What KTX2 and DDS have in common for us: a shape, a place in the file for every image, and what was said beside it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "formats/gpu_texture.h"
+
+namespace formats {
+
+/// Largest extent and array length that we read or write. Sizes of whole textures then stay below 2^56 bytes: 64-bit sums cannot overflow.
+inline constexpr int kMaxTextureExtent = 65536;
+inline constexpr int kMaxTextureLayers = 65536;
+
+/// Extent, mips, layers and faces in range and in agreement (cube faces are square). `subject` names the file in the error.
+Result<void> checkShape(const TextureShape& shape, const std::string& subject);
+
+/// All layers and faces of one mip [bytes], uncompressed.
+std::uint64_t levelBytes(const TextureShape& shape, int mip);
+/// All mips of one layer and face [bytes].
+std::uint64_t mipChainBytes(const TextureShape& shape);
+
+/// Where one mip level of a KTX2 file lies. For DDS, which keeps whole mip chains together, there is one place: everything.
+struct LevelPlace {
+    std::uint64_t offset = 0;  ///< [bytes] from the start of the file
+    std::uint64_t length = 0;  ///< [bytes] in the file
+    std::uint64_t uncompressedLength = 0;
+};
+
+/// A container's description, made to be written or found by reading.
+struct TextureFileLayout {
+    Container container = Container::Ktx2;
+    TextureShape shape;
+    bool zstd = false;
+    std::map<std::string, std::string> metadata;
+    std::vector<LevelPlace> levels;
+
+    std::uint64_t fileBytes() const;
+    /// Start of an image: in the file or, with zstd, in its uncompressed level.
+    std::uint64_t imageOffset(SubImage image) const;
+};
+
+}  // namespace formats
