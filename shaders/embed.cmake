@@ -1,0 +1,12 @@
+# Writes sources.cpp with the text of each .glsl file: cmake -DOUTPUT=... -DSOURCES=a.glsl,b.glsl -P embed.cmake
+string(REPLACE "," ";" files "${SOURCES}")
+list(LENGTH files count)
+set(text "// Written by shaders/embed.cmake from the .glsl files.\n#include <array>\n\n#include \"shaders/include.h\"\n\nnamespace shaders {\n\n")
+string(APPEND text "extern const std::array<ShaderSource, ${count}> kShaderSources;\nconst std::array<ShaderSource, ${count}> kShaderSources = {{\n")
+foreach(file IN LISTS files)
+  get_filename_component(name "${file}" NAME)
+  file(READ "${file}" content)
+  string(APPEND text "    {\"${name}\", R\"lightcook(${content})lightcook\"},\n")
+endforeach()
+string(APPEND text "}};\n\n}  // namespace shaders\n")
+file(WRITE "${OUTPUT}" "${text}")

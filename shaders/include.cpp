@@ -1,0 +1,36 @@
+#include "shaders/include.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+
+namespace shaders {
+
+// Defined in sources.cpp, which the build writes from the .glsl files (embed.cmake).
+extern const std::array<ShaderSource, 9> kShaderSources;
+
+std::span<const ShaderSource> allSources() {
+    return kShaderSources;
+}
+
+std::string shaderInclude(std::span<const std::string> layouts) {
+    constexpr std::string_view kLayoutPrefix = "light_map_";
+    constexpr std::string_view kSuffix = ".glsl";
+    const auto layoutOf = [&](std::string_view name) {
+        if (!name.starts_with(kLayoutPrefix)) return std::string_view{};
+        return name.substr(kLayoutPrefix.size(), name.size() - kLayoutPrefix.size() - kSuffix.size());
+    };
+    for ([[maybe_unused]] const std::string& layout : layouts)
+        assert(std::ranges::any_of(kShaderSources, [&](const ShaderSource& s) { return layoutOf(s.name) == layout; }));
+
+    std::string text;
+    for (const ShaderSource& source : kShaderSources) {
+        const std::string_view layout = layoutOf(source.name);
+        if (!layout.empty() && std::ranges::find(layouts, layout) == layouts.end()) continue;
+        if (!text.empty()) text += '\n';
+        text += source.text;
+    }
+    return text;
+}
+
+}  // namespace shaders

@@ -1,0 +1,40 @@
+// Layout "luvw": textures "luvw_first" and "luvw_second", nine layers each. Coefficient i is a length L and a signed colour uvw:
+//   L = range_i a0 a1,   uvw = (2 rgb0 - 1) + 2 span_i (rgb1 - centre)
+// The second texture codes what the first one left: a1 = neutral and rgb1 = centre say that nothing was left.
+// After Hu 2008, Lightmap compression in Halo 3, whose form is span = 1, centre = 1/2, neutral = 1.
+#ifndef LIGHTCOOK_LIGHT_MAP_LUVW_GLSL
+#define LIGHTCOOK_LIGHT_MAP_LUVW_GLSL
+
+struct LcLuvwTexels {
+    vec4 first[9];
+    vec4 second[9];
+};
+struct LcLuvwConstants {
+    float range[9];
+    float span[9];
+    vec4 neutral;  // rgb: centre, a: the a1 that leaves L as the first texture has it
+};
+
+LC_FUNCTION vec3 lcLuvw(vec4 first, vec4 second, float range, float span, vec3 centre) {
+    vec3 uvw = (2.0f * lcRgb(first) - lcGrey(1.0f)) + (2.0f * span) * (lcRgb(second) - centre);
+    return (range * first.w * second.w) * uvw;
+}
+
+LC_FUNCTION LcSh lcLightMapLuvw(LcLuvwTexels t, LcLuvwConstants k) {
+    LcSh sh;
+    for (int i = 0; i < 9; ++i) {
+        sh.c[i] = lcLuvw(t.first[i], t.second[i], k.range[i], k.span[i], lcRgb(k.neutral));
+    }
+    return sh;
+}
+
+// With the first texture alone, at half the memory and fetches.
+LC_FUNCTION LcSh lcLightMapLuvwFirst(LcLuvwTexels t, LcLuvwConstants k) {
+    LcSh sh;
+    for (int i = 0; i < 9; ++i) {
+        sh.c[i] = lcLuvw(t.first[i], k.neutral, k.range[i], k.span[i], lcRgb(k.neutral));
+    }
+    return sh;
+}
+
+#endif

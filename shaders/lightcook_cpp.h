@@ -1,0 +1,43 @@
+// The shared shader sources as C++ over GLM: shaders::lcExitRadiance(...) is the very text that engines include. Texels, constants and
+// results are glm vectors; see the .glsl files for each function.
+#pragma once
+
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+namespace shaders {
+using glm::abs;
+using glm::clamp;
+using glm::cross;
+using glm::dot;
+using glm::exp;
+using glm::inversesqrt;
+using glm::log2;
+using glm::max;
+using glm::min;
+using glm::mix;
+using glm::normalize;
+using glm::sqrt;
+using glm::vec2;
+using glm::vec3;
+using glm::vec4;
+
+// A shared function is inlined whole: the verifier calls decoders in its innermost loop.
+#define LC_FUNCTION inline
+// clang-format off
+#include "shaders/prelude.glsl"
+#include "shaders/sh.glsl"
+#include "shaders/light_map_raw.glsl"
+#include "shaders/light_map_flat.glsl"
+#include "shaders/light_map_luvw.glsl"
+#include "shaders/light_map_ratio.glsl"
+#include "shaders/specular.glsl"
+#include "shaders/environment.glsl"
+#include "shaders/rsrm.glsl"
+// clang-format on
+#undef LC_FUNCTION
+}  // namespace shaders

@@ -1,0 +1,120 @@
+// Specular light: area specular of SH light from the C and D tables, and Cook-Torrance for a punctual or dominant light.
+// After Chen and Liu 2008, Lighting and Material of Halo 3, with the misprints mended: Schlick is (1 - L.H)^5, and the energy-conserving
+// form divides D by pi and the product by 4 NoL NoV.
+#ifndef LIGHTCOOK_SPECULAR_GLSL
+#define LIGHTCOOK_SPECULAR_GLSL
+
+// What the tables hold for one roughness and view angle: coefficients 0, 2, 3, 6, 7, 8 (the others vanish by symmetry).
+struct LcSpecularKernel {
+    float c[6];
+    float d[6];
+};
+// One scale and bias for the C tables, one for the D tables: value = scale * unorm + bias.
+struct LcSpecularConstants {
+    vec2 c;
+    vec2 d;
+};
+
+// texels: filtered unorm values of the twelve tables, in the order 0, 2, 3, 6, 7, 8.
+LC_FUNCTION LcSpecularKernel lcSpecularKernel(LcSpecularKernel texels, LcSpecularConstants k) {
+    LcSpecularKernel r;
+    for (int i = 0; i < 6; ++i) {
+        r.c[i] = k.c.x * texels.c[i] + k.c.y;
+        r.d[i] = k.d.x * texels.d[i] + k.d.y;
+    }
+    return r;
+}
+
+// Where a value in [low, high] lies on a table axis of `size` texels whose first and last centres hold low and high.
+LC_FUNCTION float lcTableCoordinate(float value, float low, float high, float size) {
+    float t = clamp((value - low) / max(high - low, 1e-6f), 0.0f, 1.0f);
+    return (0.5f + t * (size - 1.0f)) / size;
+}
+
+// The frame in which the kernel lives: z the normal, view in the x-z plane, x towards the view. view and normal unit, view away from the surface.
+struct LcFrame {
+    vec3 x;
+    vec3 y;
+    vec3 z;
+};
+LC_FUNCTION LcFrame lcViewFrame(vec3 normal, vec3 view) {
+    LcFrame f;
+    f.z = normal;
+    vec3 tangent = view - dot(view, normal) * normal;
+    float squared = dot(tangent, tangent);
+    if (squared > 1e-8f) {
+        f.x = tangent * inversesqrt(squared);
+    } else {
+        // Looking along the normal: every azimuth sees the same lobe.
+        vec3 other = abs(normal.z) < 0.9f ? vec3(0.0f, 0.0f, 1.0f) : vec3(1.0f, 0.0f, 0.0f);
+        f.x = normalize(other - dot(other, normal) * normal);
+    }
+    f.y = cross(f.z, f.x);
+    return f;
+}
+
+// Reflected radiance of SH light: sum_i c_i (f0 C_i + (1 - f0) D_i). local: lcLocalSh in the frame of lcViewFrame.
+LC_FUNCTION vec3 lcAreaSpecular(LcSh local, LcSpecularKernel kernel, vec3 f0) {
+    vec3 c = kernel.c[0] * local.c[0] + kernel.c[1] * local.c[2] + kernel.c[2] * local.c[3] + kernel.c[3] * local.c[6] +
+             kernel.c[4] * local.c[7] + kernel.c[5] * local.c[8];
+    vec3 d = kernel.d[0] * local.c[0] + kernel.d[1] * local.c[2] + kernel.d[2] * local.c[3] + kernel.d[3] * local.c[6] +
+             kernel.d[4] * local.c[7] + kernel.d[5] * local.c[8];
+    return f0 * c + (lcGrey(1.0f) - f0) * d;
+}
+
+// Schlick's Fresnel term. The clamp keeps rounding in LoH from feeding pow a negative base.
+LC_FUNCTION vec3 lcSchlick(vec3 f0, float LoH) {
+    float u = clamp(1.0f - LoH, 0.0f, 1.0f);
+    float u2 = u * u;
+    return f0 + (lcGrey(1.0f) - f0) * (u2 * u2 * u);
+}
+
+// Fresnel by the index of refraction that f0 stands for, unpolarised (Cook and Torrance 1982). The guards keep f0 = 0 and f0 = 1, and the
+// root at grazing angles, finite.
+LC_FUNCTION float lcFresnelExact(float f0, float LoH) {
+    float root = sqrt(clamp(f0, 0.0f, 0.9999f));
+    float eta = (1.0f + root) / (1.0f - root);
+    float c = clamp(LoH, 0.0f, 1.0f);
+    float g = sqrt(max(eta * eta + c * c - 1.0f, 0.0f));
+    float a = (g - c) / max(g + c, 1e-6f);
+    float b = (c * (g + c) - 1.0f) / (c * (g - c) + 1.0f);
+    return clamp(0.5f * a * a * (1.0f + b * b), 0.0f, 1.0f);
+}
+
+// Beckmann's distribution, integral of D cos over the hemisphere 1.
+LC_FUNCTION float lcBeckmann(float NoH, float m) {
+    float c2 = max(NoH * NoH, 1e-6f);
+    float m2 = max(m * m, 1e-6f);
+    return exp((c2 - 1.0f) / (c2 * m2)) / (3.14159265f * m2 * c2 * c2);
+}
+
+// F D G / (4 NoL NoV), energy conserving [1/sr]. All directions unit, away from the surface. Zero below the horizon.
+LC_FUNCTION vec3 lcCookTorrance(vec3 view, vec3 light, vec3 normal, float m, vec3 f0) {
+    float NoV = dot(normal, view);
+    float NoL = dot(normal, light);
+    if (NoV <= 0.0f || NoL <= 0.0f) {
+        return lcGrey(0.0f);
+    }
+    vec3 halfway = normalize(view + light);
+    float NoH = clamp(dot(normal, halfway), 0.0f, 1.0f);
+    float VoH = max(dot(view, halfway), 1e-6f);
+    float g = min(1.0f, 2.0f * NoH * min(NoV, NoL) / VoH);
+    return (lcBeckmann(NoH, m) * g / (4.0f * NoV * NoL)) * lcSchlick(f0, VoH);
+}
+// The same as Halo 3's listing scales it: four times as bright.
+LC_FUNCTION vec3 lcCookTorranceHalo3(vec3 view, vec3 light, vec3 normal, float m, vec3 f0) {
+    return 4.0f * lcCookTorrance(view, light, normal, m, f0);
+}
+
+// Reflected radiance of the dominant light. direction: as fetched, unnormalised; its length is the directionality. intensity: radiometric,
+// of the delta that the fit found. normal is where the light goes when the direction is noise.
+LC_FUNCTION vec3 lcDominantDirection(vec3 fetched, vec3 normal) {
+    float squared = dot(fetched, fetched);
+    return squared > 1e-8f ? fetched * inversesqrt(squared) : normal;
+}
+LC_FUNCTION vec3 lcDominantSpecular(vec3 view, vec3 fetchedDirection, vec3 intensity, vec3 normal, float m, vec3 f0) {
+    vec3 light = lcDominantDirection(fetchedDirection, normal);
+    return max(dot(normal, light), 0.0f) * intensity * lcCookTorrance(view, light, normal, m, f0);
+}
+
+#endif
