@@ -1,4 +1,5 @@
 # lightcook_test(<room> SOURCES a_test.cpp ... [LIBRARIES more...]): one GoogleTest program a room, each test known to ctest by itself.
+# Suites with Soak in their name carry the label "soak": ./dev test leaves them out, ./dev soak runs them with LIGHTCOOK_SOAK=1.
 function(lightcook_test room)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${room}_tests ${ARG_SOURCES})
@@ -6,5 +7,6 @@ function(lightcook_test room)
   target_compile_definitions(${room}_tests PRIVATE
     LIGHTCOOK_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     LIGHTCOOK_SHARED_DATA="${PROJECT_SOURCE_DIR}/../shared/data")
-  gtest_discover_tests(${room}_tests DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  gtest_discover_tests(${room}_tests TEST_FILTER "-*Soak*" DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  gtest_discover_tests(${room}_tests TEST_FILTER "*Soak*" TEST_LIST ${room}_soak DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 7200 LABELS soak)
 endfunction()
