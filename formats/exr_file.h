@@ -1,0 +1,76 @@
+// OpenEXR files by channel name and by rows, as far as light maps and float images need them. OpenEXR's exceptions end here.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "formats/error.h"
+
+namespace formats {
+
+/// The largest extent that is believed [texels]; a header that says more is broken or hostile.
+inline constexpr int kLargestExtent = 65536;
+
+struct ExrInfo {
+    int width = 0, height = 0;  ///< of the data window [texels]; its corner is (0, 0) here wherever the file puts it
+    bool isTiled = false;
+    int tileHeight = 0;                 ///< [texels]; 0 for scan-line files
+    std::vector<std::string> channels;  ///< sorted as the file has them
+
+    bool has(const std::string& channel) const;
+};
+
+/// Where the texels of one channel go: (x, y) of the rows asked for lies at texels + x * texelStride + y * rowStride [floats].
+struct ExrPlane {
+    std::string channel;
+    float* texels = nullptr;
+    std::ptrdiff_t texelStride = 1, rowStride = 0;
+};
+
+/// Reads rows of chosen channels, half, float or uint, as float. Keeps a file open for each thread that reads at the same time.
+class ExrReader {
+public:
+    /// Refuses what is missing, not EXR, deep, in several parts, subsampled, absurdly large, or visibly truncated.
+    static Result<ExrReader> open(const std::filesystem::path& file);
+    ExrReader(ExrReader&&) noexcept;
+    ExrReader& operator=(ExrReader&&) noexcept;
+    ~ExrReader();
+
+    const ExrInfo& info() const;
+    /// Rows [firstRow, firstRow + rowCount) of channels that exist. Safe from several threads.
+    Result<void> readRows(int firstRow, int rowCount, std::span<const ExrPlane> planes) const;
+
+private:
+    struct State;
+    explicit ExrReader(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+enum class ExrLayout { ScanLines, Tiles64 };
+
+/// Writes float channels, ZIP, from rows that come in order. The file appears whole at commit().
+class ExrWriter {
+public:
+    /// channels  in the order in which a texel holds them
+    static Result<ExrWriter> create(const std::filesystem::path& file, int width, int height, std::vector<std::string> channels,
+                                    ExrLayout layout);
+    ExrWriter(ExrWriter&&) noexcept;
+    ExrWriter& operator=(ExrWriter&&) noexcept;
+    ~ExrWriter();
+
+    /// texels  row by row, channels interleaved; row y starts at texels + y * rowStride [floats]. Tiles64 wants 64 rows at a time, and the
+    /// rest at the end.
+    Result<void> append(const float* texels, std::ptrdiff_t rowStride, int rowCount);
+    Result<void> commit();
+
+private:
+    struct State;
+    explicit ExrWriter(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace formats

@@ -1,0 +1,26 @@
+// Libraries' error strings, made fit for our one-line messages.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace formats {
+
+/// Runs of white space and control characters become one space; what is too long to read in a line is cut.
+inline std::string oneLine(std::string_view text) {
+    constexpr std::size_t kLongest = 240;
+    std::string line;
+    for (const char character : text) {
+        const bool isBlank = static_cast<unsigned char>(character) <= ' ' || character == '\x7f';
+        if (!isBlank) {
+            line += character;
+        } else if (!line.empty() && line.back() != ' ') {
+            line += ' ';
+        }
+        if (line.size() == kLongest) return line + "...";
+    }
+    while (!line.empty() && (line.back() == ' ' || line.back() == '.')) line.pop_back();
+    return line;
+}
+
+}  // namespace formats
