@@ -1,0 +1,75 @@
+// What every block encoder of this room starts from: sixteen texels, channel by channel, and how much each of them counts.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "compress/encode.h"
+
+namespace compress {
+
+constexpr int kTexelCount = 16;  ///< of a 4x4 block
+
+/// A 4x4 block, texel y * 4 + x, in planes. Missing texels repeat the edge and weigh nothing.
+struct Block {
+    alignas(64) std::array<std::array<float, kTexelCount>, 4> channel;
+    alignas(64) std::array<float, kTexelCount> significance;  ///< >= 0, at least one above 0
+    bool insignificant = false;                               ///< nothing counted: significance was set to 1, any cheap coding will do
+};
+
+/// Packs fields of a block from its lowest bit upwards.
+class BitWriter {
+public:
+    void put(std::uint32_t value, int bitCount) {
+        const std::uint64_t field = value & ((std::uint64_t{1} << bitCount) - 1);
+        const int word = position_ >> 6, shift = position_ & 63;
+        words_[static_cast<std::size_t>(word)] |= field << shift;
+        if (shift + bitCount > 64) words_[1] |= field >> (64 - shift);
+        position_ += bitCount;
+    }
+    int position() const { return position_; }
+    std::uint64_t word(std::size_t index) const { return words_[index]; }
+    /// The first byteCount bytes, little endian.
+    void store(std::byte* out, std::size_t byteCount) const {
+        for (std::size_t i = 0; i < byteCount; ++i) out[i] = static_cast<std::byte>(words_[i >> 3] >> (8 * (i & 7)));
+    }
+
+private:
+    std::array<std::uint64_t, 2> words_ = {0, 0};
+    int position_ = 0;
+};
+
+/// Reads what BitWriter wrote.
+class BitReader {
+public:
+    BitReader(const std::byte* bytes, std::size_t byteCount) {
+        for (std::size_t i = 0; i < byteCount; ++i) words_[i >> 3] |= static_cast<std::uint64_t>(bytes[i]) << (8 * (i & 7));
+    }
+    std::uint32_t get(int bitCount) {
+        const std::size_t word = static_cast<std::size_t>(position_ >> 6);
+        const int shift = position_ & 63;
+        std::uint64_t field = words_[word] >> shift;
+        if (shift + bitCount > 64) field |= words_[1] << (64 - shift);
+        position_ += bitCount;
+        return static_cast<std::uint32_t>(field & ((std::uint64_t{1} << bitCount) - 1));
+    }
+
+private:
+    std::array<std::uint64_t, 2> words_ = {0, 0};
+    int position_ = 0;
+};
+
+// The encoders, block by block into consecutive places of out.
+void encodeBc1(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);
+void encodeBc3(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);
+void encodeBc4(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);
+/// One channel of a block into 8 bytes: BC4, half of BC5, the alpha of BC3.
+void encodeBc4Channel(const Block& block, std::size_t channel, int effort, std::byte* out);
+void encodeBc5(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);
+/// Channels are finite and in the format's range.
+void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out);
+void encodeBc7(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);
+
+}  // namespace compress

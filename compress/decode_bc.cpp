@@ -1,0 +1,64 @@
+// BC1, BC3, BC4 and BC5 as Direct3D 11 and Khronos' Data Format Specification define them, interpolated in real numbers.
+#include <glm/vec3.hpp>
+
+#include "compress/decode.h"
+
+namespace compress {
+namespace {
+
+glm::vec3 colourFrom565(std::uint32_t packed) {
+    return {static_cast<float>(packed >> 11) / 31, static_cast<float>((packed >> 5) & 63) / 63, static_cast<float>(packed & 31) / 31};
+}
+
+}  // namespace
+
+void decodeBc1(const std::byte* block, bool alwaysFourColours, DecodedBlock& out) {
+    BitReader bits(block, 8);
+    const std::uint32_t first = bits.get(16), second = bits.get(16);
+    std::array<glm::vec3, 4> palette;
+    palette[0] = colourFrom565(first);
+    palette[1] = colourFrom565(second);
+    if (alwaysFourColours || first > second) {
+        palette[2] = (2.0f * palette[0] + palette[1]) / 3.0f;
+        palette[3] = (palette[0] + 2.0f * palette[1]) / 3.0f;
+    } else {
+        palette[2] = (palette[0] + palette[1]) / 2.0f;
+        palette[3] = glm::vec3(0);
+    }
+    for (glm::vec4& texel : out) texel = glm::vec4(palette[bits.get(2)], 1);
+}
+
+std::array<float, kTexelCount> decodeBc4Channel(const std::byte* block) {
+    BitReader bits(block, 8);
+    const std::uint32_t first = bits.get(8), second = bits.get(8);
+    std::array<float, 8> palette = {static_cast<float>(first), static_cast<float>(second)};
+    const int steps = first > second ? 7 : 5;
+    for (int i = 1; i < steps; ++i)
+        palette[static_cast<std::size_t>(i + 1)] =
+            (static_cast<float>(steps - i) * palette[0] + static_cast<float>(i) * palette[1]) / static_cast<float>(steps);
+    if (steps == 5) {
+        palette[6] = 0;
+        palette[7] = 255;
+    }
+    std::array<float, kTexelCount> out;
+    for (float& value : out) value = palette[bits.get(3)] / 255;
+    return out;
+}
+
+void decodeBc3(const std::byte* block, DecodedBlock& out) {
+    decodeBc1(block + 8, true, out);
+    const auto alpha = decodeBc4Channel(block);
+    for (std::size_t t = 0; t < kTexelCount; ++t) out[t].a = alpha[t];
+}
+
+void decodeBc4(const std::byte* block, DecodedBlock& out) {
+    const auto red = decodeBc4Channel(block);
+    for (std::size_t t = 0; t < kTexelCount; ++t) out[t] = glm::vec4(red[t], 0, 0, 1);
+}
+
+void decodeBc5(const std::byte* block, DecodedBlock& out) {
+    const auto red = decodeBc4Channel(block), green = decodeBc4Channel(block + 8);
+    for (std::size_t t = 0; t < kTexelCount; ++t) out[t] = glm::vec4(red[t], green[t], 0, 1);
+}
+
+}  // namespace compress

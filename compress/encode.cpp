@@ -1,0 +1,192 @@
+#include "compress/encode.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <vector>
+
+#include "compress/astc.h"
+#include "compress/block.h"
+#include "compress/decode.h"
+#include "compress/packed_texels.h"
+
+namespace compress {
+namespace {
+
+using formats::ImageView;
+using formats::PixelFormat;
+
+constexpr int kBlockSide = 4;
+/// Blocks handed to an encoder at once: a multiple of every vector's lanes, small enough for the first-level cache.
+constexpr int kBatch = 64;
+
+/// What a format can hold, and how often a texel had to be changed for it.
+class RangeClamp {
+public:
+    explicit RangeClamp(PixelFormat format) : channelCount_(formats::info(format).channelCount) {
+        for (int c = 0; c < 4; ++c) high_[c] = largestValue(format, c);
+        low_ = formats::info(format).isSigned ? -high_ : glm::vec4(0);
+        // Halves keep their sign.
+        if (format == PixelFormat::Rgba16f || format == PixelFormat::Rgb16f) low_ = -high_;
+    }
+
+    glm::vec4 operator()(const glm::vec4& texel, bool counts) {
+        glm::vec4 clamped = texel;
+        for (int c = 0; c < channelCount_; ++c) {
+            if (texel[c] > high_[c]) {
+                clamped[c] = high_[c];
+                report_.clampedHigh += counts;
+            } else if (texel[c] < low_[c]) {
+                clamped[c] = low_[c];
+                // Beyond the end of a signed format is too large, whatever the sign.
+                (low_[c] < 0 ? report_.clampedHigh : report_.clampedNegative) += counts;
+            }
+        }
+        return clamped;
+    }
+    const EncodeReport& report() const { return report_; }
+
+private:
+    int channelCount_;
+    glm::vec4 low_, high_;
+    EncodeReport report_;
+};
+
+/// The 4x4 texels at (4 blockX, 4 blockY); those beyond the edge repeat it and weigh nothing.
+void gather(ImageView<const glm::vec4> texels, ImageView<const float> significance, int blockX, int blockY, RangeClamp& clamp, Block& out) {
+    float total = 0;
+    for (int i = 0; i < kTexelCount; ++i) {
+        const int x = blockX * kBlockSide + i % kBlockSide, y = blockY * kBlockSide + i / kBlockSide;
+        const bool inside = x < texels.width && y < texels.height;
+        const int nearX = std::min(x, texels.width - 1), nearY = std::min(y, texels.height - 1);
+        const float weight = !inside ? 0.0f : significance.texels ? significance.at(x, y) : 1.0f;
+        const glm::vec4 texel = clamp(texels.at(nearX, nearY), weight > 0);
+        const auto t = static_cast<std::size_t>(i);
+        for (int c = 0; c < 4; ++c) out.channel[static_cast<std::size_t>(c)][t] = texel[c];
+        out.significance[t] = weight;
+        total += weight;
+    }
+    out.insignificant = !(total > 0);
+    if (out.insignificant) out.significance.fill(1.0f);
+}
+
+void encodeBlocks(PixelFormat format, std::span<const Block> blocks, const EncodeOptions& options, std::byte* out) {
+    switch (format) {
+        case PixelFormat::Bc1:
+            return encodeBc1(blocks, options, out);
+        case PixelFormat::Bc3:
+            return encodeBc3(blocks, options, out);
+        case PixelFormat::Bc4:
+            return encodeBc4(blocks, options, out);
+        case PixelFormat::Bc5:
+            return encodeBc5(blocks, options, out);
+        case PixelFormat::Bc6hUf16:
+            return encodeBc6h(blocks, false, options, out);
+        case PixelFormat::Bc6hSf16:
+            return encodeBc6h(blocks, true, options, out);
+        case PixelFormat::Bc7:
+            return encodeBc7(blocks, options, out);
+        default:
+            assert(false && "not a format of 4x4 BC blocks");
+    }
+}
+
+void decodeOne(PixelFormat format, const std::byte* block, DecodedBlock& out) {
+    switch (format) {
+        case PixelFormat::Bc1:
+            return decodeBc1(block, false, out);
+        case PixelFormat::Bc3:
+            return decodeBc3(block, out);
+        case PixelFormat::Bc4:
+            return decodeBc4(block, out);
+        case PixelFormat::Bc5:
+            return decodeBc5(block, out);
+        case PixelFormat::Bc6hUf16:
+            return decodeBc6h(block, false, out);
+        case PixelFormat::Bc6hSf16:
+            return decodeBc6h(block, true, out);
+        case PixelFormat::Bc7:
+            return decodeBc7(block, out);
+        default:
+            assert(false && "not a format of 4x4 BC blocks");
+    }
+}
+
+EncodeReport encodeBcRows(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
+                          const EncodeOptions& options, std::span<std::byte> out, ImageView<glm::vec4> decoded) {
+    const int across = formats::blocksAcross(format, texels.width), down = formats::blocksDown(format, texels.height);
+    const auto bytesPerBlock = static_cast<std::size_t>(formats::info(format).bytesPerBlock);
+    RangeClamp clamp(format);
+    std::vector<Block> batch(kBatch);
+    DecodedBlock block;
+    const int blockCount = across * down;
+    for (int first = 0; first < blockCount; first += kBatch) {
+        const int count = std::min(kBatch, blockCount - first);
+        for (int i = 0; i < count; ++i)
+            gather(texels, significance, (first + i) % across, (first + i) / across, clamp, batch[static_cast<std::size_t>(i)]);
+        std::byte* target = out.data() + static_cast<std::size_t>(first) * bytesPerBlock;
+        encodeBlocks(format, {batch.data(), static_cast<std::size_t>(count)}, options, target);
+        if (!decoded.texels) continue;
+        for (int i = 0; i < count; ++i) {
+            decodeOne(format, target + static_cast<std::size_t>(i) * bytesPerBlock, block);
+            const int left = (first + i) % across * kBlockSide, top = (first + i) / across * kBlockSide;
+            for (int t = 0; t < kTexelCount; ++t)
+                if (left + t % kBlockSide < texels.width && top + t / kBlockSide < texels.height)
+                    decoded.at(left + t % kBlockSide, top + t / kBlockSide) = block[static_cast<std::size_t>(t)];
+        }
+    }
+    return clamp.report();
+}
+
+EncodeReport encodeTexelRows(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
+                             const EncodeOptions& options, std::span<std::byte> out, ImageView<glm::vec4> decoded) {
+    const auto bytesPerTexel = static_cast<std::size_t>(formats::info(format).bytesPerBlock);
+    RangeClamp clamp(format);
+    std::byte* target = out.data();
+    for (int y = 0; y < texels.height; ++y)
+        for (int x = 0; x < texels.width; ++x, target += bytesPerTexel) {
+            const bool counts = !significance.texels || significance.at(x, y) > 0;
+            const glm::vec4 result = encodeTexel(format, clamp(texels.at(x, y), counts), options, target);
+            if (decoded.texels) decoded.at(x, y) = result;
+        }
+    return clamp.report();
+}
+
+EncodeReport encodeAstcRows(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
+                            const EncodeOptions& options, std::span<std::byte> out, ImageView<glm::vec4> decoded) {
+    RangeClamp clamp(format);
+    formats::Image<glm::vec4> inRange(texels.width, texels.height);
+    for (int y = 0; y < texels.height; ++y)
+        for (int x = 0; x < texels.width; ++x) inRange.at(x, y) = clamp(texels.at(x, y), !significance.texels || significance.at(x, y) > 0);
+    encodeAstc(format, inRange.view(), significance, options, out, decoded);
+    return clamp.report();
+}
+
+}  // namespace
+
+EncodeReport encodeRows(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
+                        const EncodeOptions& options, std::span<std::byte> out, ImageView<glm::vec4> decoded) {
+    assert(out.size() == formats::bytesPerImage(format, texels.width, texels.height));
+    assert(!significance.texels || (significance.width == texels.width && significance.height == texels.height));
+    assert(!decoded.texels || (decoded.width == texels.width && decoded.height == texels.height));
+    if (texels.width == 0 || texels.height == 0) return {};
+    switch (format) {
+        case PixelFormat::Bc1:
+        case PixelFormat::Bc3:
+        case PixelFormat::Bc4:
+        case PixelFormat::Bc5:
+        case PixelFormat::Bc6hUf16:
+        case PixelFormat::Bc6hSf16:
+        case PixelFormat::Bc7:
+            return encodeBcRows(format, texels, significance, options, out, decoded);
+        case PixelFormat::Astc4x4Hdr:
+        case PixelFormat::Astc6x6Hdr:
+        case PixelFormat::Astc8x8Hdr:
+        case PixelFormat::Astc4x4Ldr:
+            return encodeAstcRows(format, texels, significance, options, out, decoded);
+        default:
+            return encodeTexelRows(format, texels, significance, options, out, decoded);
+    }
+}
+
+}  // namespace compress

@@ -1,0 +1,19 @@
+// Formats whose texels stand alone: packed floats, halves, 16- and 8-bit integers.
+#pragma once
+
+#include <cstddef>
+#include <glm/vec4.hpp>
+
+#include "compress/encode.h"
+
+namespace compress {
+
+/// Writes one texel and returns what it decodes to (missing channels 0, alpha 1).
+/// texel   finite, already clamped to the format's range
+/// format  one of the formats without blocks
+glm::vec4 encodeTexel(formats::PixelFormat format, const glm::vec4& texel, const EncodeOptions& options, std::byte* out);
+
+/// Largest value of a channel that the format holds.
+float largestValue(formats::PixelFormat format, int channel);
+
+}  // namespace compress

@@ -1,0 +1,39 @@
+// How BC6H and BC7 divide sixteen texels among two or three pairs of endpoints.
+// Source: the tables of Khronos' Data Format Specification 1.3, BPTC (the first 32 two-region shapes are BC6H's).
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace compress {
+
+/// Bit t is set where texel t belongs to region 1 of 2.
+extern const std::array<std::uint16_t, 64> kTwoRegions;
+/// Bits 2t and 2t + 1 are the region of texel t, of 3.
+extern const std::array<std::uint32_t, 64> kThreeRegions;
+/// The texel of region 1 of 2 whose index is stored without its highest bit (texel 0 is region 0's).
+extern const std::array<std::uint8_t, 64> kTwoRegionsAnchor;
+/// The same for regions 1 and 2 of 3.
+extern const std::array<std::array<std::uint8_t, 64>, 2> kThreeRegionsAnchor;
+
+/// Weights of the second endpoint, of 64, for 2, 3 and 4 bits of index.
+extern const std::array<std::uint8_t, 4> kWeights2;
+extern const std::array<std::uint8_t, 8> kWeights3;
+extern const std::array<std::uint8_t, 16> kWeights4;
+
+inline int regionOf(int regionCount, int partition, int texel) {
+    if (regionCount == 1) return 0;
+    const auto p = static_cast<std::size_t>(partition);
+    return regionCount == 2 ? (kTwoRegions[p] >> texel) & 1 : static_cast<int>((kThreeRegions[p] >> (2 * texel)) & 3);
+}
+inline int anchorOf(int regionCount, int partition, int region) {
+    if (region == 0) return 0;
+    const auto p = static_cast<std::size_t>(partition);
+    return regionCount == 2 ? kTwoRegionsAnchor[p] : kThreeRegionsAnchor[static_cast<std::size_t>(region - 1)][p];
+}
+inline int weightOf(int indexBits, int index) {
+    const auto i = static_cast<std::size_t>(index);
+    return indexBits == 2 ? kWeights2[i] : indexBits == 3 ? kWeights3[i] : kWeights4[i];
+}
+
+}  // namespace compress
