@@ -2,7 +2,7 @@
 // the encoder of each. What the shader does with the texels is in shaders/light_map_*.glsl, and only there.
 //
 //   layout  textures (array layers)                       decode of the filtered texels                       degree
-//   raw     "sh" (9: rgb = coefficient i)                 lambda_i = range sh_i                               1
+//   raw     "sh" (9: rgb = coefficient i), RGBA16F on every target  lambda_i = range sh_i                     1
 //   flat    "exit" (1: rgb)                               exit radiance at the texel's own normal = range exit  1
 //   luvw    "luvw_first" (9), "luvw_second" (9): rgb, a   lambda_i = range_i a0 a1 (uvw0 + uvw1)              3
 //   ratio   "l0" (1: rgb), "ratio" (8: rgb, i = 1..8)     lambda_0 = range l0, lambda_i = lambda_0 (scale_i ratio_i + bias_i)  2
@@ -50,7 +50,7 @@ public:
     std::int64_t coveredTexels() const { return coveredTexels_; }
     /// Log-average luminance of the exit radiance at the texels' own normals, as product.md defines it; 0 for a map without covered texels.
     double key() const;
-    /// Largest channel of coefficient i, and its largest absolute value.
+    /// Largest absolute value of coefficient i, over channels.
     float maximumAbsolute(int coefficient) const { return maximumAbsolute_[static_cast<std::size_t>(coefficient)]; }
     /// Extremes of lambda_i / lambda_0 over texels and channels whose lambda_0 is positive, bounded by 1.25 sqrt(2l + 1): beyond that a
     /// ratio is noise over almost nothing.
@@ -63,9 +63,11 @@ public:
     std::int64_t beyondPositiveBounds() const { return beyondPositiveBounds_; }
 
 private:
+    void addTexel(const lighting::ShRgb& sh, const glm::vec3& normal);
+
     glm::vec3 luminanceWeights_;
     std::int64_t coveredTexels_ = 0, beyondPositiveBounds_ = 0;
-    double logLuminanceSum_ = 0;
+    std::int64_t logLuminanceSum_ = 0;  ///< in units of 2^-24: whole numbers add up to the same sum in any order
     float maximumExit_ = 0;
     std::array<float, lighting::kShCount> maximumAbsolute_{}, minimumRatio_{}, maximumRatio_{};
 };

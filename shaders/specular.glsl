@@ -4,31 +4,33 @@
 #ifndef LIGHTCOOK_SPECULAR_GLSL
 #define LIGHTCOOK_SPECULAR_GLSL
 
-// What the tables hold for one roughness and view angle: coefficients 0, 2, 3, 6, 7, 8 (the others vanish by symmetry).
+// One fetch of the three table textures, filtered, for one roughness and view angle: C and D for coefficients 0, 2, 3, 6 and 7, 8 (the
+// others vanish by symmetry). As fetched: unorm; after lcSpecularKernel: values.
 struct LcSpecularKernel {
-    float c[6];
-    float d[6];
+    vec4 c0236;
+    vec4 d0236;
+    vec4 cd78;
 };
-// One scale and bias for the C tables, one for the D tables: value = scale * unorm + bias.
+// value = scale * unorm + bias, per texture and channel.
 struct LcSpecularConstants {
-    vec2 c;
-    vec2 d;
+    LcSpecularKernel scale;
+    LcSpecularKernel bias;
 };
-
-// texels: filtered unorm values of the twelve tables, in the order 0, 2, 3, 6, 7, 8.
 LC_FUNCTION LcSpecularKernel lcSpecularKernel(LcSpecularKernel texels, LcSpecularConstants k) {
     LcSpecularKernel r;
-    for (int i = 0; i < 6; ++i) {
-        r.c[i] = k.c.x * texels.c[i] + k.c.y;
-        r.d[i] = k.d.x * texels.d[i] + k.d.y;
-    }
+    r.c0236 = k.scale.c0236 * texels.c0236 + k.bias.c0236;
+    r.d0236 = k.scale.d0236 * texels.d0236 + k.bias.d0236;
+    r.cd78 = k.scale.cd78 * texels.cd78 + k.bias.cd78;
     return r;
 }
 
-// Where a value in [low, high] lies on a table axis of `size` texels whose first and last centres hold low and high.
-LC_FUNCTION float lcTableCoordinate(float value, float low, float high, float size) {
-    float t = clamp((value - low) / max(high - low, 1e-6f), 0.0f, 1.0f);
-    return (0.5f + t * (size - 1.0f)) / size;
+// Texture coordinate on a table axis. value: sin(theta_v) or NoV, m or sqrt(m), as the axis says; scale and offset are the axis's.
+LC_FUNCTION float lcTableCoordinate(float value, float scale, float offset) {
+    return clamp(value * scale + offset, 0.0f, 1.0f);
+}
+// sin(theta_v) of a view, for tables whose x axis it is.
+LC_FUNCTION float lcSine(float NoV) {
+    return sqrt(clamp(1.0f - NoV * NoV, 0.0f, 1.0f));
 }
 
 // The frame in which the kernel lives: z the normal, view in the x-z plane, x towards the view. view and normal unit, view away from the surface.
@@ -55,10 +57,10 @@ LC_FUNCTION LcFrame lcViewFrame(vec3 normal, vec3 view) {
 
 // Reflected radiance of SH light: sum_i c_i (f0 C_i + (1 - f0) D_i). local: lcLocalSh in the frame of lcViewFrame.
 LC_FUNCTION vec3 lcAreaSpecular(LcSh local, LcSpecularKernel kernel, vec3 f0) {
-    vec3 c = kernel.c[0] * local.c[0] + kernel.c[1] * local.c[2] + kernel.c[2] * local.c[3] + kernel.c[3] * local.c[6] +
-             kernel.c[4] * local.c[7] + kernel.c[5] * local.c[8];
-    vec3 d = kernel.d[0] * local.c[0] + kernel.d[1] * local.c[2] + kernel.d[2] * local.c[3] + kernel.d[3] * local.c[6] +
-             kernel.d[4] * local.c[7] + kernel.d[5] * local.c[8];
+    vec3 c = kernel.c0236.x * local.c[0] + kernel.c0236.y * local.c[2] + kernel.c0236.z * local.c[3] + kernel.c0236.w * local.c[6] +
+             kernel.cd78.x * local.c[7] + kernel.cd78.y * local.c[8];
+    vec3 d = kernel.d0236.x * local.c[0] + kernel.d0236.y * local.c[2] + kernel.d0236.z * local.c[3] + kernel.d0236.w * local.c[6] +
+             kernel.cd78.z * local.c[7] + kernel.cd78.w * local.c[8];
     return f0 * c + (lcGrey(1.0f) - f0) * d;
 }
 

@@ -1,0 +1,198 @@
+#include "compress/light_map.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "lighting/radiometry.h"
+
+namespace compress {
+
+namespace {
+
+using formats::PixelFormat;
+
+constexpr std::array<std::string_view, 4> kLayoutNames = {"raw", "flat", "luvw", "ratio"};
+/// Ratios beyond 1.25 times the bound of non-negative light are noise of texels that are almost black.
+constexpr float kRatioAllowance = 1.25f;
+constexpr double kLogUnits = 1 << 24;
+constexpr std::array<float, 3> kRatioBound = {1.0f, 1.7320508f, 2.2360680f};  ///< sqrt(2l + 1)
+
+float largestAbsolute(const glm::vec3& v) {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
+
+PixelFormat hdrFormat(LightMapTarget target) {
+    switch (target) {
+        case LightMapTarget::Bc:
+            return PixelFormat::Bc6hUf16;
+        case LightMapTarget::Astc:
+            return PixelFormat::Astc4x4Hdr;
+        case LightMapTarget::Float:
+            break;
+    }
+    return PixelFormat::Rgba16f;
+}
+
+PixelFormat ldrFormat(LightMapTarget target, PixelFormat bc) {
+    switch (target) {
+        case LightMapTarget::Bc:
+            return bc;
+        case LightMapTarget::Astc:
+            return PixelFormat::Astc4x4Ldr;
+        case LightMapTarget::Float:
+            break;
+    }
+    return PixelFormat::Rgba16Unorm;
+}
+
+/// A power of two that brings the largest value into (8192, 16384]: room above for encoders that overshoot, and 27 octaves below it before
+/// half floats lose bits to subnormals, whatever the map's unit.
+float halfRange(float largest) {
+    if (!(largest > 0)) return 1;
+    int exponent = 0;
+    const float mantissa = std::frexp(largest, &exponent);  // largest = mantissa 2^exponent, mantissa in [0.5, 1)
+    if (mantissa == 0.5f) --exponent;
+    return std::ldexp(1.0f, exponent - 14);
+}
+
+void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure) {
+    const PixelFormat format = ldrFormat(plan.target, PixelFormat::Bc3);
+    plan.textures = {{"luvw_first", format, 9}, {"luvw_second", format, 9}};
+    plan.decodeDegree = 3;
+    // Neutral a1 is 4/5, so that the second texture can lift what the first one rounded down; 204/255 is exact in 8 bits. The centre of
+    // rgb1 is the code nearest to 1/2 that 5 and 6 bits hold exactly: a texel without residual costs nothing.
+    constexpr float neutral = 0.8f;
+    const bool isBc = plan.target == LightMapTarget::Bc;
+    plan.constants["neutral"] = isBc ? std::vector<float>{16.0f / 31, 32.0f / 63, 16.0f / 31, neutral}
+                                     : std::vector<float>{128.0f / 255, 128.0f / 255, 128.0f / 255, neutral};
+    for (int i = 0; i < lighting::kShCount; ++i) {
+        plan.constants["range"].push_back(measure.maximumAbsolute(i) / neutral);
+        plan.constants["span"].push_back(0.25f);
+    }
+}
+
+void planRatio(LightMapPlan& plan, const LightMapMeasure& measure) {
+    plan.textures = {{"l0", hdrFormat(plan.target), 1}, {"ratio", ldrFormat(plan.target, PixelFormat::Bc7), 8}};
+    plan.decodeDegree = 2;
+    plan.constants["range"] = {halfRange(measure.maximumAbsolute(0))};
+    for (int i = 1; i < lighting::kShCount; ++i) {
+        plan.constants["scale"].push_back(measure.maximumRatio(i) - measure.minimumRatio(i));
+        plan.constants["bias"].push_back(measure.minimumRatio(i));
+    }
+}
+
+}  // namespace
+
+std::optional<LightMapLayout> lightMapLayoutFromName(std::string_view name) {
+    const auto found = std::ranges::find(kLayoutNames, name);
+    if (found == kLayoutNames.end()) return std::nullopt;
+    return static_cast<LightMapLayout>(found - kLayoutNames.begin());
+}
+
+std::string_view lightMapLayoutName(LightMapLayout layout) {
+    return kLayoutNames[static_cast<std::size_t>(layout)];
+}
+
+LightMapMeasure::LightMapMeasure(const glm::vec3& luminanceWeights) : luminanceWeights_(luminanceWeights) {}
+
+void LightMapMeasure::add(const formats::LightMapBand& band, int firstRow, int rowCount) {
+    assert(firstRow >= band.firstRow && firstRow + rowCount <= band.firstRow + band.sh.height());
+    for (int y = firstRow - band.firstRow; y < firstRow - band.firstRow + rowCount; ++y)
+        for (int x = 0; x < band.sh.width(); ++x)
+            if (band.covered.at(x, y) != 0) addTexel(band.sh.at(x, y), band.normal.at(x, y));
+}
+
+void LightMapMeasure::addTexel(const lighting::ShRgb& sh, const glm::vec3& normal) {
+    ++coveredTexels_;
+    const glm::vec3 exit = lighting::evaluate(lighting::convolve(sh, lighting::kExitRadianceBands), normal);
+    const double logLuminance = std::log(std::max(static_cast<double>(glm::dot(exit, luminanceWeights_)), 1e-12));
+    logLuminanceSum_ += std::llround(logLuminance * kLogUnits);
+    maximumExit_ = std::max({maximumExit_, exit.x, exit.y, exit.z});
+    for (std::size_t i = 0; i < sh.size(); ++i) maximumAbsolute_[i] = std::max(maximumAbsolute_[i], largestAbsolute(sh[i]));
+    for (int channel = 0; channel < 3; ++channel) {
+        const float dc = sh[0][channel];
+        std::array<float, 3> squared{};
+        for (std::size_t i = 1; i < sh.size(); ++i) {
+            const auto band = static_cast<std::size_t>(lighting::kShBand[i]);
+            squared[band] += sh[i][channel] * sh[i][channel];
+            if (dc > 0) {
+                const float bound = kRatioAllowance * kRatioBound[band];
+                const float ratio = std::clamp(sh[i][channel] / dc, -bound, bound);
+                minimumRatio_[i] = std::min(minimumRatio_[i], ratio);
+                maximumRatio_[i] = std::max(maximumRatio_[i], ratio);
+            }
+        }
+        const float limit = 1.001f * std::max(dc, 0.0f);
+        if (std::sqrt(squared[1]) > limit * kRatioBound[1] || std::sqrt(squared[2]) > limit * kRatioBound[2]) ++beyondPositiveBounds_;
+    }
+}
+
+void LightMapMeasure::merge(const LightMapMeasure& other) {
+    coveredTexels_ += other.coveredTexels_;
+    beyondPositiveBounds_ += other.beyondPositiveBounds_;
+    logLuminanceSum_ += other.logLuminanceSum_;
+    maximumExit_ = std::max(maximumExit_, other.maximumExit_);
+    for (std::size_t i = 0; i < maximumAbsolute_.size(); ++i) {
+        maximumAbsolute_[i] = std::max(maximumAbsolute_[i], other.maximumAbsolute_[i]);
+        minimumRatio_[i] = std::min(minimumRatio_[i], other.minimumRatio_[i]);
+        maximumRatio_[i] = std::max(maximumRatio_[i], other.maximumRatio_[i]);
+    }
+}
+
+double LightMapMeasure::key() const {
+    return coveredTexels_ == 0 ? 0 : std::exp(static_cast<double>(logLuminanceSum_) / kLogUnits / static_cast<double>(coveredTexels_));
+}
+
+int LightMapPlan::blockHeight() const {
+    int largest = 1;
+    for (const LightMapTexture& texture : textures) largest = std::max(largest, formats::info(texture.format).blockHeight);
+    return largest;
+}
+
+std::size_t LightMapPlan::gpuBytes() const {
+    std::size_t bytes = 0;
+    for (const LightMapTexture& texture : textures)
+        bytes += static_cast<std::size_t>(texture.layerCount) * formats::bytesPerImage(texture.format, width, height);
+    return bytes;
+}
+
+double LightMapPlan::bitsPerTexel() const {
+    double bits = 0;
+    for (const LightMapTexture& texture : textures) {
+        const formats::PixelFormatInfo& format = formats::info(texture.format);
+        bits += 8.0 * texture.layerCount * format.bytesPerBlock / (format.blockWidth * format.blockHeight);
+    }
+    return bits;
+}
+
+LightMapPlan planLightMap(LightMapLayout layout, LightMapTarget target, int width, int height, const LightMapMeasure& measure) {
+    LightMapPlan plan;
+    plan.layout = layout;
+    plan.target = target;
+    plan.width = width;
+    plan.height = height;
+    plan.key = measure.key();
+    switch (layout) {
+        case LightMapLayout::Raw: {
+            float largest = 0;
+            for (int i = 0; i < lighting::kShCount; ++i) largest = std::max(largest, measure.maximumAbsolute(i));
+            plan.textures = {{"sh", PixelFormat::Rgba16f, 9}};
+            plan.constants["range"] = {halfRange(largest)};
+            break;
+        }
+        case LightMapLayout::Flat:
+            plan.textures = {{"exit", hdrFormat(target), 1}};
+            plan.constants["range"] = {halfRange(measure.maximumExit())};
+            break;
+        case LightMapLayout::Luvw:
+            planLuvw(plan, measure);
+            break;
+        case LightMapLayout::Ratio:
+            planRatio(plan, measure);
+            break;
+    }
+    return plan;
+}
+
+}  // namespace compress

@@ -1,0 +1,335 @@
+// The stages of each layout. A stage that codes what another one left looks at that one's decoded texels, never at its own hopes.
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+
+#include "compress/light_map.h"
+#include "lighting/radiometry.h"
+
+namespace compress {
+
+namespace {
+
+using formats::Image;
+using formats::ImageView;
+using formats::PixelFormat;
+
+/// Texels next to charts: sane values at chart edges are worth something, but never at the cost of a texel inside.
+constexpr float kPaddingSignificance = 1.0f / 256;
+
+/// The rows to encode, padded: one value array per coefficient, and how much each texel counts.
+struct Source {
+    int width = 0, height = 0;
+    std::vector<Image<glm::vec3>> values;  ///< nine coefficients, or one exit radiance
+    Image<float> coverage;                 ///< 1 inside charts, kPaddingSignificance beside them, 0 elsewhere
+    Image<float> importance;               ///< coverage over what an absolute error weighs against
+};
+
+/// Values of one texel of the band: what the layout stores.
+void texelValues(const formats::LightMapBand& band, bool isFlat, int x, int y, std::span<glm::vec3> out) {
+    const lighting::ShRgb& sh = band.sh.at(x, y);
+    if (isFlat)
+        out[0] = lighting::evaluate(lighting::convolve(sh, lighting::kExitRadianceBands), band.normal.at(x, y));
+    else
+        std::ranges::copy(sh, out.begin());
+}
+
+/// Mean of the covered texels on the smallest ring (1, then 2 texels away) that has any; false where there is none.
+bool padTexel(const formats::LightMapBand& band, bool isFlat, int x, int y, std::span<glm::vec3> out) {
+    std::array<glm::vec3, lighting::kShCount> neighbour;
+    const auto values = std::span(neighbour).first(out.size());
+    for (int radius = 1; radius <= kLightMapPaddingRows; ++radius) {
+        int count = 0;
+        std::ranges::fill(out, glm::vec3(0));
+        for (int dy = -radius; dy <= radius; ++dy)
+            for (int dx = -radius; dx <= radius; ++dx) {
+                const int nx = x + dx, ny = y + dy;
+                if (std::max(std::abs(dx), std::abs(dy)) != radius || nx < 0 || ny < 0 || nx >= band.sh.width() || ny >= band.sh.height())
+                    continue;
+                if (band.covered.at(nx, ny) == 0) continue;
+                texelValues(band, isFlat, nx, ny, values);
+                for (std::size_t i = 0; i < out.size(); ++i) out[i] += values[i];
+                ++count;
+            }
+        if (count == 0) continue;
+        for (glm::vec3& value : out) value /= static_cast<float>(count);
+        return true;
+    }
+    return false;
+}
+
+Source makeSource(const LightMapPlan& plan, const formats::LightMapBand& band, int firstRow, int rowCount) {
+    const bool isFlat = plan.layout == LightMapLayout::Flat;
+    const std::size_t valueCount = isFlat ? 1 : lighting::kShCount;
+    Source source;
+    source.width = plan.width;
+    source.height = rowCount;
+    for (std::size_t i = 0; i < valueCount; ++i) source.values.emplace_back(plan.width, rowCount, glm::vec3(0));
+    source.coverage = Image<float>(plan.width, rowCount, 0);
+    source.importance = Image<float>(plan.width, rowCount, 0);
+    const float floor = std::max(static_cast<float>(plan.key), 1e-12f);
+    std::array<glm::vec3, lighting::kShCount> texel;
+    const auto values = std::span(texel).first(valueCount);
+    for (int y = 0; y < rowCount; ++y) {
+        const int bandRow = firstRow - band.firstRow + y;
+        for (int x = 0; x < plan.width; ++x) {
+            float coverage = 1;
+            if (band.covered.at(x, bandRow) != 0)
+                texelValues(band, isFlat, x, bandRow, values);
+            else if (padTexel(band, isFlat, x, bandRow, values))
+                coverage = kPaddingSignificance;
+            else
+                continue;
+            for (std::size_t i = 0; i < valueCount; ++i) source.values[i].at(x, y) = values[i];
+            source.coverage.at(x, y) = coverage;
+            // Exit radiance that the DC alone would give, or the exit radiance itself.
+            const glm::vec3& v = values[0];
+            const float exit = (isFlat ? 1.0f : 0.28209479f) * std::max({v.x, v.y, v.z, 0.0f});
+            source.importance.at(x, y) = coverage * floor / (exit + floor);
+        }
+    }
+    return source;
+}
+
+/// Texels that count for nothing take the mean of those of their 4 x 4 block that do: encoders then see no edge where nobody looks.
+void fillBlocks(Image<glm::vec4>& texels, const Image<float>& significance) {
+    constexpr int size = 4;
+    for (int top = 0; top < texels.height(); top += size)
+        for (int left = 0; left < texels.width(); left += size) {
+            const int bottom = std::min(top + size, texels.height()), right = std::min(left + size, texels.width());
+            glm::vec4 sum(0);
+            int count = 0;
+            for (int y = top; y < bottom; ++y)
+                for (int x = left; x < right; ++x)
+                    if (significance.at(x, y) > 0) {
+                        sum += texels.at(x, y);
+                        ++count;
+                    }
+            if (count == 0 || count == (bottom - top) * (right - left)) continue;
+            for (int y = top; y < bottom; ++y)
+                for (int x = left; x < right; ++x)
+                    if (!(significance.at(x, y) > 0)) texels.at(x, y) = sum / static_cast<float>(count);
+        }
+}
+
+/// One layer: encoded bytes, and the decoded texels if anyone will need them.
+struct Layer {
+    std::vector<std::byte> bytes;
+    Image<glm::vec4> decoded;
+};
+
+Layer encodeLayer(PixelFormat format, Image<glm::vec4>& texels, const Image<float>& significance, const EncodeOptions& options,
+                  bool wantsDecoded, EncodeReport& report) {
+    fillBlocks(texels, significance);
+    Layer layer;
+    layer.bytes.resize(static_cast<std::size_t>(formats::blocksDown(format, texels.height())) *
+                       formats::bytesPerBlockRow(format, texels.width()));
+    if (wantsDecoded) layer.decoded = Image<glm::vec4>(texels.width(), texels.height());
+    report.add(encodeRows(format, texels.view(), significance.view(), options, layer.bytes,
+                          wantsDecoded ? layer.decoded.view() : ImageView<glm::vec4>{}));
+    return layer;
+}
+
+/// An HDR layer of values / range. Relative to what the eye compares with: above a tenth of the key errors count by their ratio.
+Layer encodeHdr(PixelFormat format, const Source& source, std::size_t value, float range, float key, const EncodeOptions& options,
+                bool wantsDecoded, EncodeReport& report) {
+    Image<glm::vec4> texels(source.width, source.height, glm::vec4(0, 0, 0, 1));
+    for (int y = 0; y < source.height; ++y)
+        for (int x = 0; x < source.width; ++x) texels.at(x, y) = glm::vec4(source.values[value].at(x, y) / range, 1);
+    EncodeOptions hdr = options;
+    hdr.hdrMetric = HdrMetric::Log;
+    hdr.hdrScale = std::max(0.1f * key / range, 1e-6f);
+    return encodeLayer(format, texels, source.coverage, hdr, wantsDecoded, report);
+}
+
+float constant(const LightMapPlan& plan, const char* name, std::size_t index) {
+    return plan.constants.at(name).at(index);
+}
+
+EncodedLightMapRows encodeRaw(const LightMapPlan& plan, const Source& source, const EncodeOptions& options) {
+    EncodedLightMapRows out;
+    out.textures.resize(1);
+    // Halves need no metric: signed values go in as they are.
+    for (std::size_t i = 0; i < source.values.size(); ++i) {
+        Layer layer = encodeHdr(plan.textures[0].format, source, i, constant(plan, "range", 0), static_cast<float>(plan.key), options,
+                                false, out.report);
+        out.textures[0].layers.push_back(std::move(layer.bytes));
+    }
+    return out;
+}
+
+EncodedLightMapRows encodeRatio(const LightMapPlan& plan, const Source& source, const EncodeOptions& options) {
+    EncodedLightMapRows out;
+    out.textures.resize(2);
+    const float range = constant(plan, "range", 0);
+    Layer l0 = encodeHdr(plan.textures[0].format, source, 0, range, static_cast<float>(plan.key), options, true, out.report);
+    out.textures[0].layers.push_back(std::move(l0.bytes));
+
+    // An error of a ratio is seen through the decoded L0 that it is multiplied with.
+    Image<float> significance(source.width, source.height, 0);
+    for (int y = 0; y < source.height; ++y)
+        for (int x = 0; x < source.width; ++x) {
+            const glm::vec3 dc = range * glm::vec3(l0.decoded.at(x, y));
+            const float unit = glm::dot(dc, dc) / static_cast<float>(plan.key * plan.key + 1e-24);
+            const float importance = source.importance.at(x, y);
+            significance.at(x, y) = importance > 0 ? std::max(importance * unit, 1e-6f * source.coverage.at(x, y)) : 0;
+        }
+    for (std::size_t i = 1; i < source.values.size(); ++i) {
+        const float scale = constant(plan, "scale", i - 1), bias = constant(plan, "bias", i - 1);
+        Image<glm::vec4> texels(source.width, source.height, glm::vec4(0, 0, 0, 1));
+        for (int y = 0; y < source.height; ++y)
+            for (int x = 0; x < source.width; ++x) {
+                const glm::vec4& dc = l0.decoded.at(x, y);
+                for (int channel = 0; channel < 3; ++channel) {
+                    const float decoded = range * dc[channel];
+                    // Where the decoded L0 is black the product is black: any ratio will do, and that of no light costs least.
+                    const float ratio = decoded > 0 ? source.values[i].at(x, y)[channel] / decoded : 0;
+                    const float unit = scale > 0 ? (ratio - bias) / scale : 0;
+                    if (source.coverage.at(x, y) == 1) {
+                        out.report.clampedHigh += unit > 1.0001f ? 1 : 0;
+                        out.report.clampedNegative += unit < -0.0001f ? 1 : 0;
+                    }
+                    texels.at(x, y)[channel] = std::clamp(unit, 0.0f, 1.0f);
+                }
+            }
+        Layer layer = encodeLayer(plan.textures[1].format, texels, significance, options, false, out.report);
+        out.textures[1].layers.push_back(std::move(layer.bytes));
+    }
+    return out;
+}
+
+/// One coefficient on its way through the two textures of luvw.
+class LuvwCoefficient {
+public:
+    LuvwCoefficient(const LightMapPlan& plan, const Source& source, std::size_t index, const EncodeOptions& options, EncodeReport& report)
+        : source_(source),
+          values_(source.values[index]),
+          options_(options),
+          report_(report),
+          format_(plan.textures[0].format),
+          range_(constant(plan, "range", index)),
+          span_(constant(plan, "span", index)),
+          neutral_(constant(plan, "neutral", 0), constant(plan, "neutral", 1), constant(plan, "neutral", 2), constant(plan, "neutral", 3)) {
+    }
+
+    void encode(std::vector<std::byte>& first, std::vector<std::byte>& second) {
+        Layer firstLayer = encodeFirst();
+        second = encodeSecond(firstLayer.decoded);
+        first = std::move(firstLayer.bytes);
+    }
+
+private:
+    float length(int x, int y) const {
+        const glm::vec3 v = glm::abs(values_.at(x, y));
+        return std::max({v.x, v.y, v.z});
+    }
+
+    /// Errors of uvw are seen through L.
+    Image<float> colorSignificance() const {
+        Image<float> significance(source_.width, source_.height, 0);
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) {
+                const float l = range_ > 0 ? length(x, y) / (range_ * neutral_.w) : 0;
+                const float importance = source_.importance.at(x, y);
+                significance.at(x, y) = importance > 0 ? std::max(importance * l * l, 1e-9f * source_.coverage.at(x, y)) : 0;
+            }
+        return significance;
+    }
+
+    Layer encodeFirst() {
+        Image<glm::vec4> texels(source_.width, source_.height, glm::vec4(0.5f, 0.5f, 0.5f, 0));
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) {
+                const float l = length(x, y);
+                if (l > 0) texels.at(x, y) = glm::vec4(0.5f + (0.5f / l) * values_.at(x, y), std::min(1.0f, l / (range_ * neutral_.w)));
+            }
+        return encodeLayer(format_, texels, colorSignificance(), options_, true, report_);
+    }
+
+    std::vector<std::byte> encodeSecond(const Image<glm::vec4>& first) {
+        Image<glm::vec4> texels(source_.width, source_.height, neutral_);
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) {
+                const float l = length(x, y);
+                if (!(l > 0)) continue;
+                const glm::vec3 left = values_.at(x, y) / l - (2.0f * glm::vec3(first.at(x, y)) - 1.0f);
+                texels.at(x, y) = glm::vec4(glm::clamp(glm::vec3(neutral_) + left / (2 * span_), 0.0f, 1.0f), neutral_.w);
+            }
+        const Image<float> color = colorSignificance();
+        Layer layer = encodeLayer(format_, texels, color, options_, true, report_);
+        Image<float> significance(source_.width, source_.height, 0);
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) {
+                const float a0 = first.at(x, y).w;
+                const float importance = source_.importance.at(x, y);
+                significance.at(x, y) = importance > 0 ? std::max(importance * a0 * a0, 1e-9f * source_.coverage.at(x, y)) : 0;
+                texels.at(x, y).w = a0 > 0 ? bestLength(x, y, first.at(x, y), layer.decoded.at(x, y)) / (range_ * a0) : neutral_.w;
+                texels.at(x, y).w = std::clamp(texels.at(x, y).w, 0.0f, 1.0f);
+            }
+        return encodeSecondAlpha(std::move(layer.bytes), texels, significance);
+    }
+
+    /// The L that brings L uvw nearest to the value, for the uvw that the two textures really give.
+    float bestLength(int x, int y, const glm::vec4& first, const glm::vec4& second) const {
+        const glm::vec3 uvw = 2.0f * glm::vec3(first) - 1.0f + (2 * span_) * (glm::vec3(second) - glm::vec3(neutral_));
+        const float squared = glm::dot(uvw, uvw);
+        return squared > 0.01f ? std::max(0.0f, glm::dot(uvw, values_.at(x, y)) / squared) : length(x, y);
+    }
+
+    /// The two halves of a BC3 block know nothing of each other: alpha is put in after the colour it has to fit is known. Other formats
+    /// are encoded again as a whole.
+    std::vector<std::byte> encodeSecondAlpha(std::vector<std::byte> colorBytes, Image<glm::vec4>& texels,
+                                             const Image<float>& significance) {
+        if (format_ != PixelFormat::Bc3) return encodeLayer(format_, texels, significance, options_, false, report_).bytes;
+        Image<glm::vec4> alpha(source_.width, source_.height);
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) alpha.at(x, y) = glm::vec4(texels.at(x, y).w, 0, 0, 1);
+        const Layer layer = encodeLayer(PixelFormat::Bc4, alpha, significance, options_, false, report_);
+        constexpr std::size_t half = 8;
+        for (std::size_t block = 0; block * half < layer.bytes.size(); ++block)
+            std::memcpy(colorBytes.data() + 2 * half * block, layer.bytes.data() + half * block, half);
+        return colorBytes;
+    }
+
+    const Source& source_;
+    const Image<glm::vec3>& values_;
+    const EncodeOptions& options_;
+    EncodeReport& report_;
+    PixelFormat format_;
+    float range_, span_;
+    glm::vec4 neutral_;
+};
+
+EncodedLightMapRows encodeLuvw(const LightMapPlan& plan, const Source& source, const EncodeOptions& options) {
+    EncodedLightMapRows out;
+    out.textures.resize(2);
+    for (EncodedLightMapTexture& texture : out.textures) texture.layers.resize(source.values.size());
+    for (std::size_t i = 0; i < source.values.size(); ++i)
+        LuvwCoefficient(plan, source, i, options, out.report).encode(out.textures[0].layers[i], out.textures[1].layers[i]);
+    return out;
+}
+
+}  // namespace
+
+EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::LightMapBand& band, int firstRow, int rowCount,
+                                       const EncodeOptions& options) {
+    assert(band.sh.width() == plan.width);
+    assert(firstRow % plan.blockHeight() == 0 && (rowCount % plan.blockHeight() == 0 || firstRow + rowCount == plan.height));
+    assert(band.firstRow <= std::max(0, firstRow - kLightMapPaddingRows));
+    assert(band.firstRow + band.sh.height() >= std::min(plan.height, firstRow + rowCount + kLightMapPaddingRows));
+    const Source source = makeSource(plan, band, firstRow, rowCount);
+    EncodedLightMapRows out;
+    switch (plan.layout) {
+        case LightMapLayout::Raw:
+        case LightMapLayout::Flat:
+            return encodeRaw(plan, source, options);
+        case LightMapLayout::Luvw:
+            return encodeLuvw(plan, source, options);
+        case LightMapLayout::Ratio:
+            return encodeRatio(plan, source, options);
+    }
+    return out;
+}
+
+}  // namespace compress
