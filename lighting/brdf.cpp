@@ -13,6 +13,10 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
+/// Below it a direction counts as under the horizon: opposite grazing directions give 1 / (NoL NoV), which must not overflow, and a
+/// half vector whose squared length must not underflow.
+constexpr double kHorizonCosine = 1e-30;
+
 double fifthPower(double x) {
     return x * x * x * x * x;
 }
@@ -97,7 +101,7 @@ double attenuationCookTorrance(double NoH, double NoV, double NoL, double VoH) {
 double cookTorrance(const glm::dvec3& view, const glm::dvec3& light, const glm::dvec3& normal, double m, double f0,
                     NormalDistribution distribution, CookTorranceNormalization normalization) {
     const double NoV = glm::dot(normal, view), NoL = glm::dot(normal, light);
-    if (NoV <= 0 || NoL <= 0) return 0;
+    if (NoV <= kHorizonCosine || NoL <= kHorizonCosine) return 0;
     const glm::dvec3 half = glm::normalize(view + light);
     const double NoH = std::min(1.0, glm::dot(normal, half)), VoH = std::clamp(glm::dot(view, half), 0.0, 1.0);
     if (NoH <= 0 || VoH <= 0) return 0;
