@@ -20,6 +20,10 @@ enum class PrefilterKernel {
 
 /// k before its division by the integral; c in [-1, 1], m in (0, 1]. Scaled to 1 at c = 1.
 double prefilterKernelShape(PrefilterKernel kernel, double m, double c);
+/// The same as a function of 1 - c, which a narrow lobe needs: c itself has lost the digits.
+double prefilterKernelShapeAt(PrefilterKernel kernel, double m, double versine);
+/// s of PrefilterKernel::Phong.
+double phongExponent(double m);
 /// Integral of the shape over the sphere [sr].
 double prefilterKernelIntegral(PrefilterKernel kernel, double m);
 /// Zonal band factors of the normalised kernel, integral k(c) P_l(c) dw for l = 0, 1, 2; the first is 1. m = 0: {1, 1, 1}. Relative error

@@ -1,0 +1,264 @@
+#include "fit/cubemap.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <string>
+
+#include "fit/area_resample.h"
+#include "fit/cubemap_kernel.h"
+#include "fit/cubemap_tree.h"
+#include "lighting/cube.h"
+
+namespace fit {
+namespace {
+
+constexpr int kBlock = 4;  // texels a side that share one list of cells
+/// Narrowest kernel that is worth an integral, over the width of a texel: under it the texel's own footprint is the wider filter.
+constexpr double kNarrowestKernel = 0.25;
+/// Widest piece of a source texel over the narrowest kernel's width: what a texel's own extent may cost, 1/12 of the square.
+constexpr double kPiecePerKernelWidth = 0.2;
+/// A cell whose light lies farther from its middle than this part of its size is entered twice: its area here, its light there.
+constexpr double kSplitDistance = 0.1;
+
+/// Columns for the inner loop: eight texels against one entry after the other.
+struct CellList {
+    std::vector<float> x, y, z, solidAngle, red, green, blue;
+    void clear() {
+        for (std::vector<float>* column : {&x, &y, &z, &solidAngle, &red, &green, &blue}) column->clear();
+    }
+    void add(const glm::vec3& direction, float entrySolidAngle, const glm::vec3& flux) {
+        x.push_back(direction.x);
+        y.push_back(direction.y);
+        z.push_back(direction.z);
+        solidAngle.push_back(entrySolidAngle);
+        red.push_back(flux.x);
+        green.push_back(flux.y);
+        blue.push_back(flux.z);
+    }
+};
+
+struct Eight {
+    Float8 weight{}, red{}, green{}, blue{};
+};
+
+template <PrefilterKernel kKernel>
+Eight sumCells(const CellList& list, const KernelScale& scale, Float8 x, Float8 y, Float8 z) {
+    Eight sum;
+    for (std::size_t i = 0; i < list.x.size(); ++i) {
+        const Float8 dx = x - list.x[i], dy = y - list.y[i], dz = z - list.z[i];
+        const Float8 shape = kernelShape<kKernel>(dx * dx + dy * dy + dz * dz, scale);
+        sum.weight += shape * list.solidAngle[i];
+        sum.red += shape * list.red[i];
+        sum.green += shape * list.green[i];
+        sum.blue += shape * list.blue[i];
+    }
+    return sum;
+}
+
+Eight sumCells(const CellList& list, const KernelScale& scale, Float8 x, Float8 y, Float8 z) {
+    switch (scale.kernel) {
+        case PrefilterKernel::Beckmann:
+            return sumCells<PrefilterKernel::Beckmann>(list, scale, x, y, z);
+        case PrefilterKernel::Ggx:
+            return sumCells<PrefilterKernel::Ggx>(list, scale, x, y, z);
+        case PrefilterKernel::Phong:
+            break;
+    }
+    return sumCells<PrefilterKernel::Phong>(list, scale, x, y, z);
+}
+
+/// The cells that matter to directions within `radius` [chord] of a centre.
+class Gatherer {
+public:
+    Gatherer(const CellTree& tree, const KernelScale& scale, double cellsPerKernelWidth)
+        : tree_(tree), scale_(scale), widthToSize_(1 / cellsPerKernelWidth) {}
+
+    void gather(const glm::vec3& centre, double radius, CellList& out) const {
+        out.clear();
+        for (int face = 0; face < 6; ++face) visit(0, face, 0, 0, centre, radius, out);
+    }
+
+private:
+    void visit(std::size_t levelIndex, int face, int x, int y, const glm::vec3& centre, double radius, CellList& out) const {
+        const CellLevel& level = tree_.levels[levelIndex];
+        const Cell& cell = level.at(face, x, y);
+        if (cell.solidAngle == 0) return;
+        const double distance = std::max(0.0, static_cast<double>(glm::distance(centre, cell.areaCentroid)) - radius - level.radius);
+        if (distance > scale_.supportChord) return;
+        const double allowed = widthToSize_ * widthToSize_ * scale_.widthSquaredAt(distance);
+        if (level.size * level.size <= allowed || levelIndex + 1 == tree_.levels.size()) {
+            emit(cell, level.size, out);
+            return;
+        }
+        for (int child = 0; child < 4; ++child) visit(levelIndex + 1, face, 2 * x + child % 2, 2 * y + child / 2, centre, radius, out);
+    }
+    static void emit(const Cell& cell, double size, CellList& out) {
+        if (glm::distance(cell.areaCentroid, cell.fluxCentroid) > kSplitDistance * size) {
+            out.add(cell.areaCentroid, cell.solidAngle, glm::vec3(0));
+            out.add(cell.fluxCentroid, 0, cell.flux);
+        } else {
+            out.add(cell.fluxCentroid, cell.solidAngle, cell.flux);
+        }
+    }
+
+    const CellTree& tree_;
+    const KernelScale& scale_;
+    double widthToSize_;
+};
+
+formats::Error refusal(const std::string& what, const std::string& found, const std::string& expected) {
+    return {formats::ErrorCode::InvalidRequest, "cubemap, " + what, "found " + found + ", expected " + expected};
+}
+
+formats::Result<void> check(const formats::Environment& environment, const CubemapOptions& options) {
+    const int width = environment.texels.width(), height = environment.texels.height();
+    const bool strip = environment.projection == formats::Environment::Projection::CubeStrip;
+    if (width < 1 || height < 1 || (strip && height != 6 * width)) {
+        return formats::failure(formats::ErrorCode::WrongShape, "cubemap, environment",
+                                "found " + std::to_string(width) + " x " + std::to_string(height) + " texels, expected " +
+                                    (strip ? "six faces, one above the other" : "at least one"));
+    }
+    const bool powerOfTwo = options.size >= 1 && (options.size & (options.size - 1)) == 0;
+    if (!powerOfTwo || options.size > 4096)
+        return tl::make_unexpected(refusal("size", std::to_string(options.size), "a power of two, 1 to 4096"));
+    int longestChain = 1;
+    while (options.size >> longestChain) ++longestChain;
+    if (options.mipCount < 0 || options.mipCount > longestChain)
+        return tl::make_unexpected(refusal("mip count", std::to_string(options.mipCount), "0 to " + std::to_string(longestChain)));
+    const int mipCount = options.mipCount == 0 ? longestChain : options.mipCount;
+    if (!options.roughness.empty() && static_cast<int>(options.roughness.size()) != mipCount) {
+        return tl::make_unexpected(
+            refusal("roughness", std::to_string(options.roughness.size()) + " values", "one a mip, " + std::to_string(mipCount)));
+    }
+    for (const double m : options.roughness) {
+        if (!(m >= 0 && m <= 1)) return tl::make_unexpected(refusal("roughness", std::to_string(m), "0 to 1"));
+    }
+    if (!(options.cellsPerKernelWidth >= 1 && options.cellsPerKernelWidth <= 64))
+        return tl::make_unexpected(refusal("cells per kernel width", std::to_string(options.cellsPerKernelWidth), "1 to 64"));
+    return {};
+}
+
+std::vector<MipKernel> chain(const CubemapOptions& options) {
+    std::vector<MipKernel> mips;
+    int mipCount = options.mipCount;
+    if (mipCount == 0) {
+        while (options.size >> mipCount) ++mipCount;
+    }
+    for (int mip = 0; mip < mipCount; ++mip) {
+        MipKernel kernel;
+        kernel.size = options.size >> mip;
+        const double perceptual = mipCount > 1 ? static_cast<double>(mip) / (mipCount - 1) : 0;
+        kernel.m = options.roughness.empty() ? perceptual * perceptual : options.roughness[static_cast<std::size_t>(mip)];
+        kernel.perceptualRoughness = options.roughness.empty() ? perceptual : std::sqrt(kernel.m);
+        mips.push_back(kernel);
+    }
+    return mips;
+}
+
+}  // namespace
+
+struct CubemapPrefilter::State {
+    State(const formats::Environment& environment, const CubemapOptions& options)
+        : mips(chain(options)), resampler(environment), cellsPerKernelWidth(options.cellsPerKernelWidth) {
+        double narrowest = 1;
+        for (MipKernel& mip : mips) {
+            scales.push_back(mip.m > 0 ? makeKernelScale(options.kernel, mip.m) : KernelScale{});
+            const double width = std::sqrt(scales.back().widthSquared);
+            if (width < kNarrowestKernel * 2 / mip.size) {
+                mip.m = mip.perceptualRoughness = 0;
+                continue;
+            }
+            mip.bands = prefilterKernelBands(options.kernel, mip.m);
+            narrowest = std::min(narrowest, width);
+        }
+        tree = buildCellTree(environment, narrowest / cellsPerKernelWidth, narrowest * kPiecePerKernelWidth);
+    }
+
+    void filterBlock(int mip, int face, int blockX, int blockY, int firstRow, formats::ImageView<glm::vec3> out, CellList& list) const;
+
+    std::vector<MipKernel> mips;
+    std::vector<KernelScale> scales;
+    AreaResampler resampler;
+    CellTree tree;
+    double cellsPerKernelWidth;
+};
+
+/// Texels of one block, as many of its rows as `out` holds. The list depends on the block alone, so a texel does not see how rows were cut.
+void CubemapPrefilter::State::filterBlock(int mip, int face, int blockX, int blockY, int firstRow, formats::ImageView<glm::vec3> out,
+                                          CellList& list) const {
+    const int size = mips[static_cast<std::size_t>(mip)].size, edge = std::min(kBlock, size);
+    const KernelScale& scale = scales[static_cast<std::size_t>(mip)];
+    const lighting::CubeCoordinate middle{face, {(2.0 * blockX + edge) / size - 1, (2.0 * blockY + edge) / size - 1}};
+    const glm::dvec3 centre = lighting::directionFromCube(middle);
+    std::array<glm::vec3, kBlock * kBlock> directions{};
+    double radius = 0;
+    for (int i = 0; i < edge * edge; ++i) {
+        const glm::dvec3 direction = lighting::cubeTexelDirection(face, blockX + i % edge, blockY + i / edge, size);
+        directions[static_cast<std::size_t>(i)] = glm::vec3(direction);
+        radius = std::max(radius, glm::distance(direction, centre));
+    }
+    Gatherer(tree, scale, cellsPerKernelWidth).gather(glm::vec3(centre), radius, list);
+    for (int first = 0; first < edge * edge; first += 8) {
+        Float8 x{}, y{}, z{};
+        for (int lane = 0; lane < 8; ++lane) {
+            const glm::vec3& direction = directions[static_cast<std::size_t>(std::min(first + lane, edge * edge - 1))];
+            x[lane] = direction.x;
+            y[lane] = direction.y;
+            z[lane] = direction.z;
+        }
+        const Eight sum = sumCells(list, scale, x, y, z);
+        for (int lane = 0; lane < std::min(8, edge * edge - first); ++lane) {
+            const int row = blockY + (first + lane) / edge - firstRow;
+            if (row < 0 || row >= out.height) continue;
+            const float weight = sum.weight[lane];
+            const glm::vec3 mean = glm::vec3(sum.red[lane], sum.green[lane], sum.blue[lane]) / weight;
+            glm::vec3& texel = out.at(blockX + (first + lane) % edge, row);
+            for (int channel = 0; channel < 3; ++channel) texel[channel] = std::clamp(mean[channel], 0.0f, 1.0f) * tree.brightest;
+        }
+    }
+}
+
+formats::Result<CubemapPrefilter> CubemapPrefilter::create(const formats::Environment& environment, const CubemapOptions& options) {
+    if (const formats::Result<void> checked = check(environment, options); !checked) return tl::make_unexpected(checked.error());
+    return CubemapPrefilter(std::make_unique<State>(environment, options));
+}
+
+CubemapPrefilter::CubemapPrefilter(std::unique_ptr<State> state) : state_(std::move(state)) {}
+CubemapPrefilter::CubemapPrefilter(CubemapPrefilter&&) noexcept = default;
+CubemapPrefilter& CubemapPrefilter::operator=(CubemapPrefilter&&) noexcept = default;
+CubemapPrefilter::~CubemapPrefilter() = default;
+
+int CubemapPrefilter::mipCount() const {
+    return static_cast<int>(state_->mips.size());
+}
+const std::vector<MipKernel>& CubemapPrefilter::mips() const {
+    return state_->mips;
+}
+
+void CubemapPrefilter::filterRows(int mip, int face, int firstRow, int rowCount, formats::ImageView<glm::vec3> out) const {
+    const MipKernel& level = state_->mips[static_cast<std::size_t>(mip)];
+    assert(0 <= face && face < 6 && 0 <= firstRow && firstRow + rowCount <= level.size);
+    assert(out.width == level.size && out.height == rowCount);
+    if (level.m == 0) {
+        for (int y = 0; y < rowCount; ++y) {
+            for (int x = 0; x < level.size; ++x) out.at(x, y) = glm::vec3(state_->resampler.mean(face, x, firstRow + y, level.size));
+        }
+        return;
+    }
+    CellList list;
+    const int edge = std::min(kBlock, level.size);
+    for (int blockY = firstRow / edge * edge; blockY < firstRow + rowCount; blockY += edge) {
+        for (int blockX = 0; blockX < level.size; blockX += edge) state_->filterBlock(mip, face, blockX, blockY, firstRow, out, list);
+    }
+}
+
+formats::Image<glm::vec3> CubemapPrefilter::filterMip(int mip) const {
+    const int size = state_->mips[static_cast<std::size_t>(mip)].size;
+    formats::Image<glm::vec3> strip(size, 6 * size);
+    for (int face = 0; face < 6; ++face) filterRows(mip, face, 0, size, strip.view().rows(face * size, size));
+    return strip;
+}
+
+}  // namespace fit

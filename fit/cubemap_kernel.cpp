@@ -1,0 +1,55 @@
+#include "fit/cubemap_kernel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace fit {
+namespace {
+
+constexpr double kSupportFraction = 1e-7;
+constexpr double kWidestSquared = 0.36;  // rough lobes are as curved as their cosine, whatever m says
+
+/// Versine beyond which the shape is under the limit: the shape falls monotonically.
+double supportVersine(PrefilterKernel kernel, double m) {
+    const double limit = kSupportFraction * prefilterKernelIntegral(kernel, m) / (4 * std::numbers::pi);
+    double low = 0, high = 1;
+    for (int iteration = 0; iteration < 60; ++iteration) {
+        const double middle = 0.5 * (low + high);
+        (prefilterKernelShapeAt(kernel, m, middle) > limit ? low : high) = middle;
+    }
+    return high;
+}
+
+}  // namespace
+
+double KernelScale::widthSquaredAt(double chord) const {
+    return std::min(kWidestSquared, widthSquared + widthGrowth * chord * chord);
+}
+
+KernelScale makeKernelScale(PrefilterKernel kernel, double m) {
+    KernelScale scale;
+    scale.kernel = kernel;
+    scale.m = m;
+    scale.inverseMSquared = static_cast<float>(1 / (m * m));
+    scale.mSquared = static_cast<float>(m * m);
+    scale.oneMinusMSquared = static_cast<float>(1 - m * m);
+    scale.exponent = static_cast<float>(phongExponent(m));
+    scale.supportChord = std::sqrt(2 * supportVersine(kernel, m));
+    switch (kernel) {
+        case PrefilterKernel::Beckmann:
+            scale.widthSquared = 2 * m * m;
+            break;
+        case PrefilterKernel::Ggx:
+            scale.widthSquared = m * m;
+            scale.widthGrowth = 0.125;
+            break;
+        case PrefilterKernel::Phong:
+            scale.widthSquared = 1 / phongExponent(m);
+            break;
+    }
+    scale.widthSquared = std::min(scale.widthSquared, kWidestSquared);
+    return scale;
+}
+
+}  // namespace fit

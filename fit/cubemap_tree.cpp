@@ -1,0 +1,180 @@
+#include "fit/cubemap_tree.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "lighting/cube.h"
+
+namespace fit {
+namespace {
+
+using std::numbers::pi;
+
+constexpr int kLargestCellsPerSide = 2048;
+
+/// First moments of a cell, in double until it is complete.
+struct CellSums {
+    double solidAngle = 0, brightness = 0;
+    glm::dvec3 direction{0}, brightDirection{0}, flux{0};
+
+    void add(const CellSums& other) {
+        solidAngle += other.solidAngle;
+        brightness += other.brightness;
+        direction += other.direction;
+        brightDirection += other.brightDirection;
+        flux += other.flux;
+    }
+};
+
+class Splatter {
+public:
+    explicit Splatter(int cellsPerSide)
+        : side_(cellsPerSide), sums_(6 * static_cast<std::size_t>(cellsPerSide) * static_cast<std::size_t>(cellsPerSide)) {}
+
+    /// direction: unit; the piece's centroid. radiance: over the brightest.
+    void add(const glm::dvec3& direction, double solidAngle, const glm::dvec3& radiance) {
+        CellSums& sums = sums_[indexOf(direction)];
+        const glm::dvec3 flux = solidAngle * radiance;
+        const double brightness = flux.x + flux.y + flux.z;
+        sums.solidAngle += solidAngle;
+        sums.brightness += brightness;
+        sums.direction += solidAngle * direction;
+        sums.brightDirection += brightness * direction;
+        sums.flux += flux;
+    }
+    std::vector<CellSums> take() { return std::move(sums_); }
+
+private:
+    std::size_t indexOf(const glm::dvec3& direction) const {
+        const lighting::CubeCoordinate at = lighting::cubeFromDirection(direction);
+        const auto cellOf = [&](double u) { return std::clamp(static_cast<int>((u + 1) * 0.5 * side_), 0, side_ - 1); };
+        return static_cast<std::size_t>((at.face * side_ + cellOf(at.uv.y)) * side_ + cellOf(at.uv.x));
+    }
+
+    int side_;
+    std::vector<CellSums> sums_;
+};
+
+int pieceCount(double width, double pieceWidth) {
+    return std::max(1, static_cast<int>(std::ceil(width / pieceWidth)));
+}
+
+void splatEquirectangular(formats::ImageView<const glm::vec3> texels, double scale, double pieceWidth, Splatter& splatter) {
+    const int rowPieces = pieceCount(pi / texels.height, pieceWidth);
+    const int rowCount = texels.height * rowPieces;
+    for (int row = 0; row < rowCount; ++row) {
+        const double begin = pi * row / rowCount, end = pi * (row + 1) / rowCount;
+        const double middle = 0.5 * (begin + end);
+        // Towards the poles a row is short: its texels need fewer pieces.
+        const int columnPieces = pieceCount(2 * pi * std::sin(middle) / texels.width, pieceWidth);
+        const int columnCount = texels.width * columnPieces;
+        const double solidAngle = 2 * std::sin(middle) * std::sin(0.5 * (end - begin)) * 2 * pi / columnCount;
+        // Mean direction of a piece: integrals of sin^2 and sin cos over theta, of cos(psi) over psi; only their ratio counts.
+        const double across =
+            (0.5 * (end - begin) - 0.25 * (std::sin(2 * end) - std::sin(2 * begin))) * std::sin(pi / columnCount) / (pi / columnCount);
+        const double up = 0.5 * std::sin(begin + end) * std::sin(end - begin);
+        const double length = std::hypot(across, up);
+        const glm::vec3* source = texels.row(row / rowPieces);
+        for (int column = 0; column < columnCount; ++column) {
+            const double psi = 2 * pi * (column + 0.5) / columnCount - pi;
+            const glm::dvec3 direction(across * std::sin(psi) / length, up / length, -across * std::cos(psi) / length);
+            splatter.add(direction, solidAngle, scale * glm::dvec3(source[column / columnPieces]));
+        }
+    }
+}
+
+double cornerAngle(double u, double v) {
+    return std::atan2(u * v, std::sqrt(1 + u * u + v * v));
+}
+
+void splatCubeStrip(formats::ImageView<const glm::vec3> texels, double scale, double pieceWidth, Splatter& splatter) {
+    const int pieces = pieceCount(2.0 / texels.width, pieceWidth);
+    const int side = texels.width * pieces;
+    std::vector<double> corners(static_cast<std::size_t>(side + 1)), next(corners.size());
+    const auto edge = [&](int i) { return 2.0 * i / side - 1; };
+    for (int row = 0; row < side; ++row) {
+        for (int i = 0; i <= side; ++i) {
+            corners[static_cast<std::size_t>(i)] = cornerAngle(edge(i), edge(row));
+            next[static_cast<std::size_t>(i)] = cornerAngle(edge(i), edge(row + 1));
+        }
+        for (int column = 0; column < side; ++column) {
+            const auto i = static_cast<std::size_t>(column);
+            const double solidAngle = next[i + 1] - next[i] - corners[i + 1] + corners[i];
+            const glm::dvec2 centre(0.5 * (edge(column) + edge(column + 1)), 0.5 * (edge(row) + edge(row + 1)));
+            for (int face = 0; face < 6; ++face) {
+                const glm::vec3& radiance = texels.at(column / pieces, face * texels.width + row / pieces);
+                splatter.add(lighting::directionFromCube({face, centre}), solidAngle, scale * glm::dvec3(radiance));
+            }
+        }
+    }
+}
+
+glm::vec3 unitOr(const glm::dvec3& vector, const glm::vec3& fallback) {
+    const double length = glm::length(vector);
+    return length > 0 ? glm::vec3(vector / length) : fallback;
+}
+
+CellLevel finishLevel(const std::vector<CellSums>& sums, int cellsPerSide) {
+    CellLevel level;
+    level.cellsPerSide = cellsPerSide;
+    level.size = std::sqrt(4 * pi / 6) / cellsPerSide;
+    // Half the diagonal of the widest cell, at a face's centre, and a little for a centroid that is not in the middle.
+    level.radius = std::min(2.0, 1.3 * std::numbers::sqrt2 / std::sqrt(cellsPerSide * cellsPerSide + 1.0));
+    level.cells.resize(sums.size());
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+        Cell& cell = level.cells[i];
+        cell.solidAngle = static_cast<float>(sums[i].solidAngle);
+        cell.areaCentroid = unitOr(sums[i].direction, glm::vec3(0));
+        cell.fluxCentroid = sums[i].brightness > 0 ? unitOr(sums[i].brightDirection, cell.areaCentroid) : cell.areaCentroid;
+        cell.flux = glm::vec3(sums[i].flux);
+    }
+    return level;
+}
+
+std::vector<CellSums> mergeFour(const std::vector<CellSums>& fine, int coarseSide) {
+    const auto side = static_cast<std::size_t>(coarseSide);
+    std::vector<CellSums> coarse(6 * side * side);
+    for (std::size_t row = 0; row < 6 * side; ++row) {
+        for (std::size_t x = 0; x < side; ++x) {
+            const std::size_t first = 2 * row * 2 * side + 2 * x;
+            CellSums& sums = coarse[row * side + x];
+            sums = fine[first];
+            sums.add(fine[first + 1]);
+            sums.add(fine[first + 2 * side]);
+            sums.add(fine[first + 2 * side + 1]);
+        }
+    }
+    return coarse;
+}
+
+}  // namespace
+
+CellTree buildCellTree(const formats::Environment& environment, double cellWidth, double pieceWidth) {
+    assert(cellWidth > 0 && pieceWidth > 0);
+    const formats::ImageView<const glm::vec3> texels = environment.texels.view();
+    CellTree tree;
+    for (const glm::vec3& texel : environment.texels.texels()) tree.brightest = std::max({tree.brightest, texel.x, texel.y, texel.z});
+    const double scale = tree.brightest > 0 ? 1 / static_cast<double>(tree.brightest) : 0;
+
+    int side = 1;
+    while (side < kLargestCellsPerSide && std::sqrt(4 * pi / 6) / side > cellWidth) side *= 2;
+    Splatter splatter(side);
+    if (environment.projection == formats::Environment::Projection::Equirectangular) {
+        splatEquirectangular(texels, scale, pieceWidth, splatter);
+    } else {
+        splatCubeStrip(texels, scale, pieceWidth, splatter);
+    }
+    std::vector<CellSums> sums = splatter.take();
+    for (;; side /= 2) {
+        tree.levels.push_back(finishLevel(sums, side));
+        if (side == 1) break;
+        sums = mergeFour(sums, side / 2);
+    }
+    std::reverse(tree.levels.begin(), tree.levels.end());
+    return tree;
+}
+
+}  // namespace fit

@@ -1,0 +1,41 @@
+// The source of a prefilter as cells of a quadtree on the six faces of a cube. Internal to fit/cubemap.
+#pragma once
+
+#include <array>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "formats/environment.h"
+
+namespace fit {
+
+struct Cell {
+    glm::vec3 areaCentroid{0};  ///< unit; weighted by solid angle
+    float solidAngle = 0;       ///< [sr]; 0: nothing fell here
+    glm::vec3 fluxCentroid{0};  ///< unit; weighted by the sum of the channels' flux; the area's where there is no light
+    glm::vec3 flux{0};          ///< [radiance sr], over the source's brightest value
+};
+
+/// Cells of one size: cellsPerSide^2 on each of six faces.
+struct CellLevel {
+    int cellsPerSide = 0;
+    double size = 0;    ///< [chord] root of a cell's mean solid angle
+    double radius = 0;  ///< [chord] no point of any cell is farther from its centroid
+    std::vector<Cell> cells;
+    const Cell& at(int face, int x, int y) const {
+        return cells[(static_cast<std::size_t>(face) * static_cast<std::size_t>(cellsPerSide) + static_cast<std::size_t>(y)) *
+                         static_cast<std::size_t>(cellsPerSide) +
+                     static_cast<std::size_t>(x)];
+    }
+};
+
+struct CellTree {
+    float brightest = 0;            ///< the value of 1 in the cells' fluxes
+    std::vector<CellLevel> levels;  ///< from 1 x 1 a face to the finest
+};
+
+/// Splits texels into pieces no wider than pieceWidth [rad] and drops each into its finest cell (cells as small as cellWidth [rad], a power
+/// of two a side); solid angles and first moments of pieces are exact, sums are in double and in source order.
+CellTree buildCellTree(const formats::Environment& environment, double cellWidth, double pieceWidth);
+
+}  // namespace fit

@@ -1,0 +1,118 @@
+#include "fit/pre_divide.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "lighting/cube.h"
+#include "lighting/quadratic.h"
+
+namespace fit {
+namespace {
+
+const double kConstantBasis = 0.5 * std::sqrt(1 / std::numbers::pi);  // Y0
+
+lighting::ShBands windowOf(double lambda) {
+    return {1, 1 / (1 + 4 * lambda), 1 / (1 + 36 * lambda)};
+}
+
+lighting::ShRgb windowed(const lighting::ShRgb& incident, double lambda) {
+    const lighting::ShBands window = windowOf(lambda);
+    lighting::ShRgb result;
+    for (std::size_t i = 0; i < result.size(); ++i) {
+        const double factor = window[static_cast<std::size_t>(lighting::kShBand[i])];
+        for (int channel = 0; channel < 3; ++channel) result[i][channel] = static_cast<float>(factor * incident[i][channel]);
+    }
+    return result;
+}
+
+lighting::ShDouble channelOf(const lighting::ShRgb& coefficients, int channel) {
+    lighting::ShDouble result;
+    for (std::size_t i = 0; i < result.size(); ++i) result[i] = coefficients[i][channel];
+    return result;
+}
+
+/// Whether every channel of every mip keeps its minimum over the sphere. The coefficients are scaled by the DC: extrema of tiny numbers
+/// lose digits.
+bool staysAbove(const lighting::ShRgb& coefficients, const std::vector<lighting::ShBands>& bands, double epsilon) {
+    for (int channel = 0; channel < 3; ++channel) {
+        lighting::ShDouble scaled = channelOf(coefficients, channel);
+        const double dc = scaled[0];
+        for (double& coefficient : scaled) coefficient /= dc;
+        for (const lighting::ShBands& mipBands : bands) {
+            const double mean = kConstantBasis * mipBands[0];
+            if (lighting::extremaOnSphere(lighting::sphereQuadratic(scaled, mipBands)).minimum < epsilon * mean) return false;
+        }
+    }
+    return true;
+}
+
+/// A channel without light has nothing to divide by: its denominator becomes the constant.
+lighting::ShRgb blackChannelsLifted(const lighting::ShRgb& incident) {
+    lighting::ShRgb result = incident;
+    for (int channel = 0; channel < 3; ++channel) {
+        if (kConstantBasis * incident[0][channel] >= kBlackDenominator) continue;
+        for (glm::vec3& coefficient : result) coefficient[channel] = 0;
+        result[0][channel] = static_cast<float>(kBlackDenominator / kConstantBasis);
+    }
+    return result;
+}
+
+/// Smallest lambda, to 1e-6 of itself, that is known to do. The upper end always does, also where the set of good lambdas had gaps.
+double smallestLambda(const lighting::ShRgb& incident, const std::vector<lighting::ShBands>& bands, double epsilon) {
+    if (staysAbove(incident, bands, epsilon)) return 0;
+    double low = 0x1p-24, high = low;
+    while (!staysAbove(windowed(incident, high), bands, epsilon)) {
+        low = high;
+        high *= 2;
+        if (high > 0x1p40) return high;  // as good as constant for coefficients within float's range of the DC
+    }
+    while (high - low > 1e-6 * high) {
+        const double middle = 0.5 * (low + high);
+        (staysAbove(windowed(incident, middle), bands, epsilon) ? high : low) = middle;
+    }
+    return high;
+}
+
+}  // namespace
+
+glm::dvec3 PreDivide::denominator(int mip, const glm::dvec3& direction) const {
+    const lighting::ShBands& mipBands = bands[static_cast<std::size_t>(mip)];
+    const lighting::ShDouble basis = lighting::evaluateBasis(direction);
+    glm::dvec3 sum(0);
+    for (std::size_t i = 0; i < basis.size(); ++i) {
+        sum += mipBands[static_cast<std::size_t>(lighting::kShBand[i])] * basis[i] * glm::dvec3(windowedSh[i]);
+    }
+    return sum;
+}
+
+PreDivide makePreDivide(const lighting::ShRgb& incident, const std::vector<lighting::ShBands>& bands, const PreDivideOptions& options) {
+    assert(0 < options.epsilon && options.epsilon < 1);
+    const lighting::ShRgb lifted = blackChannelsLifted(incident);
+    PreDivide result;
+    result.epsilon = options.epsilon;
+    result.bands = bands;
+    result.windowLambda = smallestLambda(lifted, bands, options.epsilon);
+    result.window = windowOf(result.windowLambda);
+    result.windowedSh = windowed(lifted, result.windowLambda);
+    return result;
+}
+
+void preDivideRows(const PreDivide& preDivide, int mip, int face, int size, int firstRow, formats::ImageView<const glm::vec3> prefiltered,
+                   formats::ImageView<glm::vec3> stored) {
+    assert(prefiltered.width == size && stored.width == size && prefiltered.height == stored.height);
+    constexpr double kLargest = std::numeric_limits<float>::max();
+    for (int y = 0; y < prefiltered.height; ++y) {
+        for (int x = 0; x < size; ++x) {
+            const glm::dvec3 denominator = preDivide.denominator(mip, lighting::cubeTexelDirection(face, x, firstRow + y, size));
+            const glm::dvec3 quotient = glm::dvec3(prefiltered.at(x, y)) / denominator;
+            for (int channel = 0; channel < 3; ++channel) {
+                stored.at(x, y)[channel] = static_cast<float>(std::clamp(quotient[channel], 0.0, kLargest));
+            }
+        }
+    }
+}
+
+}  // namespace fit
