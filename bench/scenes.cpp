@@ -1,0 +1,228 @@
+// lightcook_bench: what cooking the light maps of ../shared/data costs and what it is worth, as a Markdown table. One row a scene and
+// layout: the figures that a change to any room must not worsen. The program itself is run, as a user would, with a cache of its own, so
+// that seconds and memory are those of a whole cook with its verification.
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace bench {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+struct Options {
+    fs::path data = LIGHTCOOK_SHARED_DATA;
+    std::vector<std::string> layouts = {"ratio", "luvw"};
+    std::string scene;  ///< only scenes whose name holds this
+    fs::path json;      ///< where to leave the rows for machines
+    int runs = 1;
+};
+
+class TemporaryFolder {
+public:
+    TemporaryFolder() {
+        std::string name = fs::temp_directory_path() / "lightcook_bench_XXXXXX";
+        if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+        path_ = name;
+    }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+    ~TemporaryFolder() {
+        std::error_code ignored;
+        fs::remove_all(path_, ignored);
+    }
+    const fs::path& path() const { return path_; }
+
+private:
+    fs::path path_;
+};
+
+struct Run {
+    double seconds = 0;             ///< wall clock
+    std::int64_t peakRssBytes = 0;  ///< of the process
+    int exitCode = 0;
+};
+
+/// Runs a program to its end with its output in a log file.
+Run run(const std::vector<std::string>& command, const fs::path& log) {
+    std::vector<char*> arguments;
+    for (const std::string& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
+    arguments.push_back(nullptr);
+    const auto start = std::chrono::steady_clock::now();
+    std::fflush(nullptr);  // or the child would print our own lines again
+    const pid_t child = ::fork();
+    if (child < 0) throw std::runtime_error("cannot start " + command.front());
+    if (child == 0) {
+        if (std::freopen(log.c_str(), "w", stdout) == nullptr || ::dup2(STDOUT_FILENO, STDERR_FILENO) < 0) ::_exit(127);
+        ::execv(arguments.front(), arguments.data());
+        ::_exit(127);
+    }
+    int status = 0;
+    rusage usage{};
+    ::wait4(child, &status, 0, &usage);
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    return {elapsed.count(), usage.ru_maxrss * 1024, WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status)};
+}
+
+std::string contentOf(const fs::path& file) {
+    std::ostringstream content;
+    content << std::ifstream(file).rdbuf();
+    return content.str();
+}
+
+/// A scene of one light map whose materials ask for everything, and a bound that never fails: here figures count, not verdicts.
+void writeScene(const fs::path& file, const std::string& name, const fs::path& lightMap, const std::string& layout) {
+    std::ofstream(file) << fmt::format(
+        "schema = 1\nname = \"{0}\"\n[output]\nmax_error = 1000.0\nlight_map_layout = \"{1}\"\n"
+        "[[light_map]]\nname = \"lightmap\"\nfile = \"{2}\"\n"
+        "[[material]]\nname = \"*\"\nnormal_map = true\nspecular = true\nm = [0.1, 0.5]\nf0 = [0.04, 0.6]\n",
+        name, layout, fs::absolute(lightMap).string());
+}
+
+struct Row {
+    std::string scene, layout;
+    Json lightMap;            ///< the light map's entry of report.json
+    double seconds = 0;       ///< median of the runs
+    double secondsAgain = 0;  ///< of a cook in which nothing changed
+    std::int64_t peakRssBytes = 0;
+};
+
+/// Cooks one map from nothing `runs` times, and once more unchanged.
+Row cook(const Options& options, const fs::path& program, const std::string& scene, const fs::path& lightMap, const std::string& layout) {
+    const TemporaryFolder folder;
+    const fs::path sceneFile = folder.path() / "scene.toml", out = folder.path() / "out", log = folder.path() / "log";
+    writeScene(sceneFile, scene, lightMap, layout);
+    ::setenv("LIGHTCOOK_CACHE", (folder.path() / "cache").c_str(), 1);
+    const std::vector<std::string> command = {program.string(), "cook", sceneFile.string(), "-o", out.string()};
+    Row row{scene, layout, {}, 0, 0, 0};
+    std::vector<double> seconds;
+    for (int i = 0; i < options.runs; ++i) {
+        fs::remove_all(folder.path() / "cache");
+        fs::remove_all(out);
+        const Run cooked = run(command, log);
+        if (cooked.exitCode != 0)
+            throw std::runtime_error(fmt::format("{} {}: exit code {}: {}", scene, layout, cooked.exitCode, contentOf(log)));
+        seconds.push_back(cooked.seconds);
+        row.peakRssBytes = std::max(row.peakRssBytes, cooked.peakRssBytes);
+    }
+    std::sort(seconds.begin(), seconds.end());
+    row.seconds = seconds[seconds.size() / 2];
+    row.secondsAgain = run(command, log).seconds;
+    const Json report = Json::parse(contentOf(out / "report.json"));
+    for (const Json& asset : report.at("assets")) {
+        if (asset.at("kind") == "light-map") row.lightMap = asset;
+    }
+    if (row.lightMap.is_null()) throw std::runtime_error(fmt::format("{} {}: no light map in report.json", scene, layout));
+    return row;
+}
+
+/// `kind` ("diffuse", "specular") and figure of the last stage: the verdict.
+double verdict(const Row& row, const char* kind, const char* figure) {
+    return row.lightMap.at("stages").back().at("error").at(kind).at(figure).get<double>();
+}
+
+std::string percent(double fraction) {
+    const double value = 100 * fraction;
+    return fmt::format("{:.{}f}", value, value < 10 ? 2 : 1);
+}
+
+void printHead() {
+    fmt::print(
+        "| scene | size | layout | bits/texel | GPU KiB | disk KiB | diffuse % | specular % | p99 % | max sampled % | max bound % | s | "
+        "unchanged s | peak MiB |\n"
+        "| --- | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
+}
+
+void printRow(const Row& row) {
+    const auto pair = [&row](const char* figure) {
+        return percent(verdict(row, "diffuse", figure)) + " / " + percent(verdict(row, "specular", figure));
+    };
+    fmt::print("| {} | {} | {} | {:g} | {} | {} | {} | {} | {} | {} | {} | {:.2f} | {:.3f} | {} |\n", row.scene,
+               row.lightMap.at("width").get<int>(), row.layout, row.lightMap.at("bits_per_texel").get<double>(),
+               row.lightMap.at("bytes_gpu").get<std::int64_t>() / 1024, row.lightMap.at("bytes_disk").get<std::int64_t>() / 1024,
+               percent(verdict(row, "diffuse", "rel_rms")), percent(verdict(row, "specular", "rel_rms")), pair("p99"), pair("max_sampled"),
+               pair("max_bound"), row.seconds, row.secondsAgain, row.peakRssBytes >> 20);
+    std::fflush(stdout);
+}
+
+Json toJson(const Row& row) {
+    return {{"scene", row.scene},
+            {"layout", row.layout},
+            {"seconds", row.seconds},
+            {"seconds_unchanged", row.secondsAgain},
+            {"peak_rss_bytes", row.peakRssBytes},
+            {"light_map", row.lightMap}};
+}
+
+/// Scene name -> light map. Without the shared data, the map that ships with the program.
+std::map<std::string, fs::path> findScenes(const Options& options) {
+    const std::string ending = "_lightmap.exr";
+    std::map<std::string, fs::path> scenes;
+    if (fs::is_directory(options.data / "scenes")) {
+        for (const auto& entry : fs::directory_iterator(options.data / "scenes")) {
+            const std::string name = entry.path().filename();
+            if (name.ends_with(ending)) scenes[name.substr(0, name.size() - ending.size())] = entry.path();
+        }
+    } else {
+        fmt::print("no scenes in {}: only the example's light map\n\n", options.data.string());
+        scenes["cornell (half)"] = fs::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell/cornell_lightmap.exr";
+    }
+    std::erase_if(scenes, [&](const auto& scene) { return scene.first.find(options.scene) == std::string::npos; });
+    return scenes;
+}
+
+int benchScenes(const Options& options) {
+    const fs::path program = fs::canonical("/proc/self/exe").parent_path() / "lightcook";
+    if (!fs::exists(program)) throw std::runtime_error(program.string() + " is missing: build it first");
+    fmt::print(
+        "Whole cooks with their verification, {} processors, {}. Errors are the verdict's; diffuse / specular where there are two.\n\n",
+        ::sysconf(_SC_NPROCESSORS_ONLN), options.runs == 1 ? "one run" : fmt::format("median of {} runs", options.runs));
+    printHead();
+    Json rows = Json::array();
+    for (const auto& [scene, lightMap] : findScenes(options)) {
+        for (const std::string& layout : options.layouts) {
+            const Row row = cook(options, program, scene, lightMap, layout);
+            printRow(row);
+            rows.push_back(toJson(row));
+        }
+    }
+    if (!options.json.empty()) std::ofstream(options.json) << rows.dump(1) << '\n';
+    return 0;
+}
+
+}  // namespace
+}  // namespace bench
+
+int main(int argumentCount, char** arguments) {
+    bench::Options options;
+    CLI::App app("What cooking costs, and what it is worth");
+    app.add_option("--data", options.data, "the folder that holds scenes/");
+    app.add_option("--layouts", options.layouts, "light-map layouts to try")->delimiter(',');
+    app.add_option("--scene", options.scene, "only scenes whose name holds this");
+    app.add_option("--runs", options.runs, "cooks of each, of which the median counts")->check(CLI::Range(1, 99));
+    app.add_option("--json", options.json, "write the rows there as well");
+    CLI11_PARSE(app, argumentCount, arguments);
+    try {
+        return bench::benchScenes(options);
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "lightcook_bench: {}\n", error.what());
+        return 1;
+    }
+}
