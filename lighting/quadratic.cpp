@@ -18,14 +18,21 @@ struct Eigen {
     glm::dmat3 vectors;  ///< columns, orthonormal
 };
 
+/// Of a matrix of size 1: an off-diagonal entry that moves no eigenvalue by a bit.
+constexpr double kNegligible = 1e-18;
+/// Of a linear part of a problem of size 1: its square would underflow, and no bit of the extremum depends on it.
+constexpr double kNegligibleLinear = 1e-100;
+
 /// One Jacobi rotation in the plane of axes p and q, which zeroes matrix[p][q].
-void rotateAway(glm::dmat3& matrix, glm::dmat3& vectors, int p, int q) {
+template <int p, int q>
+void rotateAway(glm::dmat3& matrix, glm::dmat3& vectors) {
     const double offDiagonal = matrix[p][q];
-    if (offDiagonal == 0) return;
-    const double theta = (matrix[q][q] - matrix[p][p]) / (2 * offDiagonal);
-    const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(theta * theta + 1));
+    if (std::abs(offDiagonal) < kNegligible) return;
+    const double halfDifference = 0.5 * (matrix[q][q] - matrix[p][p]);
+    const double hypotenuse = std::sqrt(halfDifference * halfDifference + offDiagonal * offDiagonal);
+    const double t = std::copysign(1.0, halfDifference) * offDiagonal / (std::abs(halfDifference) + hypotenuse);
     const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-    const int r = 3 - p - q;
+    constexpr int r = 3 - p - q;
     matrix[p][p] -= t * offDiagonal;
     matrix[q][q] += t * offDiagonal;
     matrix[p][q] = matrix[q][p] = 0;
@@ -40,13 +47,12 @@ void rotateAway(glm::dmat3& matrix, glm::dmat3& vectors, int p, int q) {
 /// Cyclic Jacobi: slower than the trigonometric closed form, but its vectors stay orthonormal where eigenvalues meet.
 /// The matrix is scaled to about 1 by the caller. Of three million matrices none took more than four sweeps; the limit stops a NaN.
 Eigen eigenSymmetric(glm::dmat3 matrix) {
-    constexpr double negligible = 1e-18;
     glm::dmat3 vectors(1);
     for (int sweep = 0; sweep < 16; ++sweep) {
-        if (std::abs(matrix[0][1]) + std::abs(matrix[0][2]) + std::abs(matrix[1][2]) < negligible) break;
-        rotateAway(matrix, vectors, 0, 1);
-        rotateAway(matrix, vectors, 0, 2);
-        rotateAway(matrix, vectors, 1, 2);
+        if (std::max({std::abs(matrix[0][1]), std::abs(matrix[0][2]), std::abs(matrix[1][2])}) < kNegligible) break;
+        rotateAway<0, 1>(matrix, vectors);
+        rotateAway<0, 2>(matrix, vectors);
+        rotateAway<1, 2>(matrix, vectors);
     }
     std::array<int, 3> order = {0, 1, 2};
     const auto swapIfDescending = [&](std::size_t a, std::size_t b) {
@@ -68,7 +74,7 @@ Eigen eigenSymmetric(glm::dmat3 matrix) {
 /// Newton on 1 / |y(mu)| - 1, which is concave and rises: from the left it climbs to the root without overshooting.
 double solveSecular(const glm::dvec3& beta, const glm::dvec3& gap, double lower, double upper) {
     double mu = lower;
-    for (int step = 0; step < 128; ++step) {
+    for (int iteration = 0; iteration < 128; ++iteration) {
         double squared = 0, slope = 0;
         for (int i = 0; i < 3; ++i) {
             if (beta[i] == 0) continue;
@@ -77,14 +83,15 @@ double solveSecular(const glm::dvec3& beta, const glm::dvec3& gap, double lower,
             slope += y * y * reciprocal;
         }
         if (!(squared > 1)) break;  // at the root, or past it by rounding
-        const double next = std::min(upper, mu + (std::sqrt(squared) - 1) * squared / slope);
-        if (!(next > mu * (1 + std::numeric_limits<double>::epsilon()))) break;
-        mu = next;
+        const double step = (std::sqrt(squared) - 1) * squared / slope;
+        mu = std::min(upper, mu + step);
+        // Newton squares the error: after a step of 1e-8 of mu the rest is rounding.
+        if (!(step > 1e-8 * mu)) break;
     }
     return mu;
 }
 
-/// Maximises 2 beta . y - sum_i gap_i y_i^2 over |y| = 1. gap: non-negative, and zero at `top`.
+/// Maximises 2 beta . y - sum_i gap_i y_i^2 over |y| = 1. gap: zero at `top`, which is 0 or 2, and rising from there.
 glm::dvec3 maximize(const glm::dvec3& beta, const glm::dvec3& gap, int top) {
     const double upper = glm::length(beta);
     double lower = 0;
@@ -103,6 +110,10 @@ glm::dvec3 maximize(const glm::dvec3& beta, const glm::dvec3& gap, int top) {
             return glm::normalize(y);
         }
     }
+    // |beta over the two nearest| - the farther gap, and the same over all three, are lower bounds too, and start Newton closer.
+    constexpr int near = 1;
+    const int far = 2 - top;
+    lower = std::max({lower, std::sqrt(beta[top] * beta[top] + beta[near] * beta[near]) - gap[near], upper - gap[far]});
     const double mu = solveSecular(beta, gap, lower, upper);
     for (int i = 0; i < 3; ++i) y[i] = beta[i] == 0 ? 0 : beta[i] / (mu + gap[i]);
     return glm::normalize(y);
@@ -154,7 +165,9 @@ Extrema extremaOnSphere(const SphereQuadratic& quadratic) {
     std::frexp(size, &exponent);
     const double up = std::ldexp(1.0, std::clamp(-exponent, -1020, 1020));
     const Eigen eigen = eigenSymmetric(quadratic.symmetric * up);
-    const glm::dvec3 beta = (quadratic.linear * up * 0.5) * eigen.vectors;  // row vector times matrix: dot products with the columns
+    glm::dvec3 beta = (quadratic.linear * up * 0.5) * eigen.vectors;  // row vector times matrix: dot products with the columns
+    for (int i = 0; i < 3; ++i)
+        if (std::abs(beta[i]) < kNegligibleLinear) beta[i] = 0;
 
     const glm::dvec3 gapAbove = glm::dvec3(eigen.values.z) - eigen.values;
     const glm::dvec3 atMaximum = maximize(beta, gapAbove, 2);

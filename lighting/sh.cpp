@@ -1,45 +1,39 @@
 #include "lighting/sh.h"
 
-#include <glm/matrix.hpp>
-
 namespace lighting {
 
 namespace {
 
-/// The quadratic forms whose values on the sphere are Y4 .. Y8 over kShDifference. Orthogonal, each of squared Frobenius norm 2.
-std::array<glm::dmat3, 5> quadraticForms() {
-    constexpr double a = 0.57735026918962576451;  // 1 / sqrt 3
-    return {glm::dmat3(0, 1, 0, 1, 0, 0, 0, 0, 0), glm::dmat3(0, 0, 0, 0, 0, 1, 0, 1, 0), glm::dmat3(-a, 0, 0, 0, -a, 0, 0, 0, 2 * a),
-            glm::dmat3(0, 0, 1, 0, 0, 0, 1, 0, 0), glm::dmat3(1, 0, 0, 0, -1, 0, 0, 0, 0)};
-}
+using Band2 = std::array<double, 5>;
 
-double frobenius(const glm::dmat3& a, const glm::dmat3& b) {
-    double sum = 0;
-    for (int column = 0; column < 3; ++column)
-        for (int row = 0; row < 3; ++row) sum += a[column][row] * b[column][row];
-    return sum;
+/// u' E v for the five quadratic forms E whose values on the sphere are Y4 .. Y8 over kShDifference: half the band-2 coefficients of
+/// the form u v' + v u'. The forms are orthogonal, each of squared Frobenius norm 2.
+Band2 bilinear(const glm::dvec3& u, const glm::dvec3& v) {
+    constexpr double a = 0.57735026918962576451;  // 1 / sqrt 3
+    return {u.x * v.y + u.y * v.x, u.y * v.z + u.z * v.y, a * (2 * u.z * v.z - u.x * v.x - u.y * v.y), u.x * v.z + u.z * v.x,
+            u.x * v.x - u.y * v.y};
 }
 
 }  // namespace
 
 ShRotation::ShRotation(const glm::dmat3& destinationFromSource) {
+    const glm::dmat3& rotation = destinationFromSource;
     // A linear form a . w turns into (R a) . w; its vector lies in coefficients 3 1 2.
     constexpr std::array<int, 3> axisOf = {1, 2, 0};
     for (std::size_t row = 0; row < 3; ++row)
-        for (std::size_t column = 0; column < 3; ++column)
-            bandsDouble_.linear[row][column] = destinationFromSource[axisOf[column]][axisOf[row]];
-    // A quadratic form Q turns into R Q R'; its coefficients are its projections on the five forms.
-    const std::array<glm::dmat3, 5> forms = quadraticForms();
-    for (std::size_t column = 0; column < 5; ++column) {
-        const glm::dmat3 rotated = destinationFromSource * forms[column] * glm::transpose(destinationFromSource);
-        for (std::size_t row = 0; row < 5; ++row) bandsDouble_.quadratic[row][column] = 0.5 * frobenius(forms[row], rotated);
-    }
-    for (std::size_t row = 0; row < 3; ++row)
-        for (std::size_t column = 0; column < 3; ++column)
+        for (std::size_t column = 0; column < 3; ++column) {
+            bandsDouble_.linear[row][column] = rotation[axisOf[column]][axisOf[row]];
             bandsFloat_.linear[row][column] = static_cast<float>(bandsDouble_.linear[row][column]);
-    for (std::size_t row = 0; row < 5; ++row)
+        }
+    // A quadratic form Q turns into R Q R', so xy into the product of the rotated axes x and y, and so on.
+    const Band2 xx = bilinear(rotation[0], rotation[0]), yy = bilinear(rotation[1], rotation[1]), zz = bilinear(rotation[2], rotation[2]);
+    const Band2 xy = bilinear(rotation[0], rotation[1]), yz = bilinear(rotation[1], rotation[2]), xz = bilinear(rotation[0], rotation[2]);
+    constexpr double halfRoot = 0.28867513459481288225;  // 1 / (2 sqrt 3)
+    for (std::size_t row = 0; row < 5; ++row) {
+        bandsDouble_.quadratic[row] = {xy[row], yz[row], halfRoot * (2 * zz[row] - xx[row] - yy[row]), xz[row], 0.5 * (xx[row] - yy[row])};
         for (std::size_t column = 0; column < 5; ++column)
             bandsFloat_.quadratic[row][column] = static_cast<float>(bandsDouble_.quadratic[row][column]);
+    }
 }
 
 ShRgb projectDirectional(const glm::vec3& direction, const glm::vec3& intensity) {

@@ -179,20 +179,18 @@ TEST(Phong, AppendixBLobeIsNormalizedOverItsHemisphere) {
     EXPECT_TRUE(std::isfinite(phongBeckmannLobe(1e-200, 0.5)));
 }
 
+// The reference of 800 steps is within 6e-7 of the one of 1600 steps; at 3200 steps and a kernel of 8192 samples both agree to 5e-8.
 TEST(AreaSpecular, AgreesWithBruteForceOverTheSphere) {
     struct Case {
-        double NoV, m, tolerance;  ///< tolerance: four times what 800 and 1600 steps of the reference differ by, or so
+        double NoV, m;
     };
     for (const auto distribution : {kBeckmann, kGgx})
-        for (const Case& test :
-             {Case{1, 0.1, 2e-6}, {0.9, 0.25, 2e-6}, {0.5, 0.05, 2e-6}, {0.35, 0.5, 4e-6}, {0.7, 1, 4e-6}, {0.1, 0.2, 1e-5}}) {
-            const AreaSpecularKernel expected = bruteForce(test.NoV, test.m, distribution, kEnergy, 800);
-            const AreaSpecularKernel kernel = integrateAreaSpecular(test.NoV, test.m, distribution, kEnergy, 512);
+        for (const auto& [NoV, m] : {Case{1, 0.1}, {0.9, 0.25}, {0.5, 0.05}, {0.35, 0.5}, {0.7, 1}, {0.1, 0.2}}) {
+            const AreaSpecularKernel expected = bruteForce(NoV, m, distribution, kEnergy, 800);
+            const AreaSpecularKernel kernel = integrateAreaSpecular(NoV, m, distribution, kEnergy, 512);
             for (std::size_t i = 0; i < kShCount; ++i) {
-                EXPECT_NEAR(kernel.c[i], expected.c[i], test.tolerance)
-                    << name(distribution) << ' ' << test.NoV << ' ' << test.m << ' ' << i;
-                EXPECT_NEAR(kernel.d[i], expected.d[i], test.tolerance)
-                    << name(distribution) << ' ' << test.NoV << ' ' << test.m << ' ' << i;
+                EXPECT_NEAR(kernel.c[i], expected.c[i], 1e-6) << name(distribution) << ' ' << NoV << ' ' << m << ' ' << i;
+                EXPECT_NEAR(kernel.d[i], expected.d[i], 1e-6) << name(distribution) << ' ' << NoV << ' ' << m << ' ' << i;
             }
         }
 }
