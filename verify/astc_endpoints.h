@@ -1,0 +1,22 @@
+// ASTC's sixteen ways to store a pair of endpoint colours. Source: Khronos Data Format 1.3, chapter 23, LDR and HDR endpoint decoding.
+#pragma once
+
+#include <array>
+#include <span>
+
+namespace verify {
+
+struct AstcEndpoints {
+    std::array<int, 4> low{}, high{};  ///< at weight 0 and 64; LDR channels 0..255, HDR ones 0..4095
+    bool isHdrRgb = false, isHdrAlpha = false;
+};
+
+/// 2, 4, 6 or 8.
+constexpr int astcEndpointValueCount(int mode) {
+    return 2 * (mode / 4 + 1);
+}
+
+/// mode 0..15; values: at least astcEndpointValueCount(mode) of 0..255
+AstcEndpoints astcDecodeEndpoints(int mode, std::span<const int> values);
+
+}  // namespace verify

@@ -1,0 +1,105 @@
+#include "verify/figures.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace verify {
+namespace {
+
+constexpr double kLargest = std::numeric_limits<double>::max();
+
+/// NaN and infinity become the largest double: a comparison with a limit must fail, not be unordered.
+double finiteOrLargest(double value) {
+    return value <= kLargest ? value : kLargest;
+}
+
+/// 0 / 0 is no error: a black map that stayed black.
+double localRelative(double error, double scale) {
+    return error == 0 ? 0 : finiteOrLargest(error / scale);
+}
+
+}  // namespace
+
+std::size_t ErrorAccumulator::binOf(double local) {
+    // Exponent and the upper 8 bits of the mantissa are the bin; the first bin takes all that is smaller, the last all that is larger.
+    constexpr std::int64_t kFirst = static_cast<std::int64_t>(1023 + kLowestExponent) * kBinsPerOctave;
+    const std::int64_t bin = static_cast<std::int64_t>(std::bit_cast<std::uint64_t>(local) >> 44) - kFirst + 1;
+    return static_cast<std::size_t>(std::clamp<std::int64_t>(bin, 0, kBinCount - 1));
+}
+
+ErrorAccumulator::ErrorAccumulator(double key) : key_(key), histogram_(static_cast<std::size_t>(kBinCount)) {}
+
+void ErrorAccumulator::add(double reference, double result) {
+    const double error = std::abs(result - reference), scale = std::abs(reference) + 0.02 * key_;
+    const double local = localRelative(error, scale);
+    squaredError_ = finiteOrLargest(squaredError_ + error * error);
+    squaredReference_ += reference * reference;
+    maxSampled_ = std::max(maxSampled_, local);
+    ++sampleCount_;
+    ++histogram_[binOf(local)];
+}
+
+void ErrorAccumulator::addErrors(std::span<const float> reference, std::span<const float> error) {
+    assert(reference.size() == error.size());
+    // Cut into pieces whose divisions the compiler can put side by side; the histogram is the part that cannot be.
+    constexpr std::size_t kPiece = 128;
+    std::array<double, kPiece> locals;
+    for (std::size_t start = 0; start < reference.size(); start += kPiece) {
+        const std::size_t count = std::min(kPiece, reference.size() - start);
+        const double floor = 0.02 * key_;
+        double squaredError = 0, squaredReference = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            const double e = std::abs(static_cast<double>(error[start + i])), r = std::abs(static_cast<double>(reference[start + i]));
+            locals[i] = e / (r + floor);
+            squaredError += e * e;
+            squaredReference += r * r;
+        }
+        squaredError_ = finiteOrLargest(squaredError_ + squaredError);
+        squaredReference_ += squaredReference;
+        for (std::size_t i = 0; i < count; ++i) {
+            const double local = error[start + i] == 0 ? 0 : finiteOrLargest(locals[i]);
+            maxSampled_ = std::max(maxSampled_, local);
+            ++histogram_[binOf(local)];
+        }
+    }
+    sampleCount_ += static_cast<std::int64_t>(reference.size());
+}
+
+void ErrorAccumulator::addBound(double bound) {
+    maxBound_ = std::max(maxBound_, finiteOrLargest(bound));
+}
+
+void ErrorAccumulator::merge(const ErrorAccumulator& other) {
+    assert(key_ == other.key_);
+    squaredError_ = finiteOrLargest(squaredError_ + other.squaredError_);
+    squaredReference_ += other.squaredReference_;
+    maxSampled_ = std::max(maxSampled_, other.maxSampled_);
+    maxBound_ = std::max(maxBound_, other.maxBound_);
+    sampleCount_ += other.sampleCount_;
+    for (std::size_t i = 0; i < histogram_.size(); ++i) histogram_[i] += other.histogram_[i];
+}
+
+ErrorFigures ErrorAccumulator::figures() const {
+    ErrorFigures figures;
+    figures.maxSampled = maxSampled_;
+    figures.maxBound = maxBound_;  // not raised to maxSampled: a sample above its bound is a fault that has to show
+    if (sampleCount_ == 0) return figures;
+    figures.relRms = squaredError_ == 0 ? 0 : finiteOrLargest(std::sqrt(squaredError_ / squaredReference_));
+    // The smallest value that at least 99 % of the samples do not exceed.
+    std::int64_t left = sampleCount_ - sampleCount_ / 100;
+    std::size_t bin = 0;
+    while ((left -= histogram_[bin]) > 0) ++bin;
+    double upperEdge = kLargest;
+    if (bin + 1 < histogram_.size()) {
+        const double octaves = static_cast<double>(bin / kBinsPerOctave), part = static_cast<double>(bin % kBinsPerOctave) / kBinsPerOctave;
+        upperEdge = std::ldexp(1 + part, kLowestExponent + static_cast<int>(octaves));
+    }
+    figures.p99 = std::min(upperEdge, maxSampled_);
+    return figures;
+}
+
+}  // namespace verify
