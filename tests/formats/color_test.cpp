@@ -1,0 +1,208 @@
+#include "formats/color.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "tests/formats/temporary_folder.h"
+
+namespace formats {
+namespace {
+
+using testing::HasSubstr;
+using Matrix = std::array<std::array<double, 3>, 3>;  // rows
+
+Matrix multiply(const Matrix& a, const Matrix& b) {
+    Matrix result{};
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j)
+            for (std::size_t k = 0; k < 3; ++k) result[i][j] += a[i][k] * b[k][j];
+    return result;
+}
+
+/// Gauss-Jordan with pivoting: nothing in common with the cofactors that the code under test uses.
+Matrix inverted(Matrix a) {
+    Matrix result = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    for (std::size_t column = 0; column < 3; ++column) {
+        std::size_t pivot = column;
+        for (std::size_t row = column; row < 3; ++row)
+            if (std::abs(a[row][column]) > std::abs(a[pivot][column])) pivot = row;
+        std::swap(a[pivot], a[column]);
+        std::swap(result[pivot], result[column]);
+        const double scale = a[column][column];
+        for (std::size_t k = 0; k < 3; ++k) a[column][k] /= scale, result[column][k] /= scale;
+        for (std::size_t row = 0; row < 3; ++row) {
+            if (row == column) continue;
+            const double factor = a[row][column];
+            for (std::size_t k = 0; k < 3; ++k) a[row][k] -= factor * a[column][k], result[row][k] -= factor * result[column][k];
+        }
+    }
+    return result;
+}
+
+Matrix fromGlm(const glm::mat3& m) {
+    Matrix result{};
+    for (std::size_t row = 0; row < 3; ++row)
+        for (std::size_t column = 0; column < 3; ++column)
+            result[row][column] = static_cast<double>(m[static_cast<int>(column)][static_cast<int>(row)]);
+    return result;
+}
+
+/// xyz of the primaries by the published formula, (x, y) pairs of red, green, blue, white.
+Matrix xyzFromPrimaries(const std::array<double, 8>& xy) {
+    Matrix primaries{};
+    for (std::size_t p = 0; p < 3; ++p) {
+        primaries[0][p] = xy[2 * p];
+        primaries[1][p] = xy[2 * p + 1];
+        primaries[2][p] = 1 - xy[2 * p] - xy[2 * p + 1];
+    }
+    const std::array<double, 3> white = {xy[6] / xy[7], 1, (1 - xy[6] - xy[7]) / xy[7]};
+    const Matrix inverse = inverted(primaries);
+    for (std::size_t p = 0; p < 3; ++p) {
+        const double amount = inverse[p][0] * white[0] + inverse[p][1] * white[1] + inverse[p][2] * white[2];
+        for (std::size_t row = 0; row < 3; ++row) primaries[row][p] *= amount;
+    }
+    return primaries;
+}
+
+const std::array<double, 8> kRec709 = {0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290};
+const std::array<double, 8> kAp1 = {0.713, 0.293, 0.165, 0.830, 0.128, 0.044, 0.32168, 0.33767};
+
+LinearConversion converted(const std::string& source, const std::string& working) {
+    const auto result = linearConversion({source, working, {}});
+    EXPECT_TRUE(result) << result.error().line();
+    return result.value_or(LinearConversion{});
+}
+
+std::string refusal(const ColorSpaces& spaces) {
+    const auto result = linearConversion(spaces);
+    EXPECT_FALSE(result);
+    if (result) return {};
+    EXPECT_EQ(result.error().code, spaces.config.empty() ? ErrorCode::ColorSpace : result.error().code);
+    EXPECT_EQ(result.error().line().find('\n'), std::string::npos);
+    return result.error().line();
+}
+
+TEST(LinearConversion, Rec709ToAcescgFollowsFromThePrimariesAndBradford) {
+    const Matrix cones = {{{0.8951, 0.2664, -0.1614}, {-0.7502, 1.7135, 0.0367}, {0.0389, -0.0685, 1.0296}}};
+    Matrix scale{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const auto response = [&](double x, double y) { return cones[i][0] * x / y + cones[i][1] + cones[i][2] * (1 - x - y) / y; };
+        scale[i][i] = response(0.32168, 0.33767) / response(0.3127, 0.3290);
+    }
+    const Matrix adapted = multiply(multiply(inverted(cones), scale), cones);
+    const Matrix expected = multiply(inverted(xyzFromPrimaries(kAp1)), multiply(adapted, xyzFromPrimaries(kRec709)));
+    const LinearConversion conversion = converted("lin_rec709", "acescg");
+    const Matrix found = fromGlm(conversion.workingFromSource);
+    for (std::size_t row = 0; row < 3; ++row)
+        for (std::size_t column = 0; column < 3; ++column)
+            EXPECT_NEAR(found[row][column], expected[row][column], 1e-6) << row << ' ' << column;
+    // As ACES 1.0's utilities publish it, to the four digits in which they agree.
+    EXPECT_NEAR(found[0][0], 0.6131, 1e-4);
+    EXPECT_NEAR(found[1][1], 0.9164, 1e-4);
+    EXPECT_NEAR(found[2][2], 0.8698, 1e-4);
+    EXPECT_FALSE(conversion.isIdentity);
+}
+
+TEST(LinearConversion, EveryLinearSpaceKeepsWhiteAndComesBack) {
+    for (const char* name : {"lin_rec709", "lin_srgb", "acescg", "lin_ap0", "aces2065-1", "lin_rec2020", "lin_p3d65"}) {
+        const glm::mat3 there = converted("lin_rec709", name).workingFromSource, back = converted(name, "lin_rec709").workingFromSource;
+        const glm::vec3 white = there * glm::vec3(1);
+        const glm::mat3 both = back * there;
+        for (int i = 0; i < 3; ++i) {
+            EXPECT_NEAR(white[i], 1.0f, 2e-6f) << name;
+            for (int j = 0; j < 3; ++j) EXPECT_NEAR(both[i][j], i == j ? 1.0f : 0.0f, 4e-6f) << name;
+        }
+    }
+}
+
+TEST(LinearConversion, WeightsAreTheLuminanceOfEachPrimary) {
+    for (const auto& [name, xy] : {std::pair{"lin_rec709", kRec709}, std::pair{"acescg", kAp1}}) {
+        const Matrix xyz = xyzFromPrimaries(xy);
+        const glm::vec3 weights = converted("lin_rec709", name).luminanceWeights;
+        for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(weights[static_cast<int>(i)], xyz[1][i], 1e-6) << name;
+    }
+    EXPECT_NEAR(converted("lin_rec709", "lin_rec709").luminanceWeights.y, 0.7152, 1e-4);
+    EXPECT_EQ(converted("lin_rec709", "lin_ciexyzd65").luminanceWeights, glm::vec3(0, 1, 0));
+}
+
+TEST(LinearConversion, TheSameSpaceIsTheIdentityUnderAnyOfItsNames) {
+    for (const auto& [a, b] : {std::pair{"lin_rec709", "lin_srgb"}, std::pair{"aces2065-1", "lin_ap0"}, std::pair{"ACEScg", "acescg"}}) {
+        const LinearConversion conversion = converted(a, b);
+        EXPECT_TRUE(conversion.isIdentity) << a;
+        EXPECT_EQ(conversion.workingFromSource, glm::mat3(1)) << a;
+    }
+    EXPECT_FALSE(converted("lin_rec709", "lin_rec2020").isIdentity);
+}
+
+TEST(LinearConversion, EncodedSpacesAreRefusedByNameAndWithTheReason) {
+    for (const char* name : {"srgb_texture", "g22_rec709"}) {
+        const std::string line = refusal({name, "lin_rec709", {}});
+        EXPECT_THAT(line, HasSubstr(std::string("colour space '") + name + "' is not linear"));
+        EXPECT_THAT(line, HasSubstr("SH coefficients, cubemaps and gradients only keep their meaning under linear conversions"));
+        EXPECT_THAT(line, HasSubstr("found ("));
+        EXPECT_THAT(line, HasSubstr("expected ("));
+        EXPECT_THAT(refusal({"acescg", name, {}}), HasSubstr(std::string("'") + name + "' is not linear"));
+        EXPECT_THAT(refusal({name, name, {}}), HasSubstr("is not linear")) << "curves that cancel do not make the working space linear";
+    }
+}
+
+TEST(LinearConversion, UnknownSpacesSuggestTheNearest) {
+    EXPECT_THAT(refusal({"lin_rec790", "lin_rec709", {}}), testing::AllOf(HasSubstr("'lin_rec790'"), HasSubstr("nearest is 'lin_rec709'")));
+    EXPECT_THAT(refusal({"lin_rec709", "asescg", {}}), HasSubstr("nearest is 'acescg'"));
+    EXPECT_THAT(refusal({"", "acescg", {}}), HasSubstr("found no such space"));
+}
+
+const char* const kUserConfig = R"(ocio_profile_version: 2
+roles:
+  default: plain
+  scene_linear: plain
+displays:
+  d:
+    - !<View> {name: v, colorspace: plain}
+colorspaces:
+  - !<ColorSpace>
+    name: plain
+  - !<ColorSpace>
+    name: doubled
+    to_reference: !<MatrixTransform> {matrix: [2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1]}
+  - !<ColorSpace>
+    name: lifted
+    to_reference: !<MatrixTransform> {offset: [0.1, 0.1, 0.1, 0]}
+  - !<ColorSpace>
+    name: clipped
+    to_reference: !<RangeTransform> {min_in_value: 0, min_out_value: 0, max_in_value: 1, max_out_value: 1}
+  - !<ColorSpace>
+    name: data
+    isdata: true
+  - !<ColorSpace>
+    name: absent_table
+    to_reference: !<FileTransform> {src: nowhere.spi3d}
+)";
+
+TEST(LinearConversion, AUsersConfigIsProbedAndNotBelieved) {
+    const TemporaryFolder folder;
+    const auto config = folder / "config.ocio";
+    writeContent(config, kUserConfig);
+    const auto doubled = linearConversion({"doubled", "plain", config});
+    ASSERT_TRUE(doubled) << doubled.error().line();
+    EXPECT_FLOAT_EQ(doubled->workingFromSource[1][1], 2.0f);
+    EXPECT_THAT(refusal({"lifted", "plain", config}), HasSubstr("'lifted' is not linear"));
+    EXPECT_THAT(refusal({"clipped", "plain", config}), HasSubstr("'clipped' is not linear"));
+    EXPECT_THAT(refusal({"data", "plain", config}), HasSubstr("data without primaries"));
+    EXPECT_THAT(refusal({"absent_table", "plain", config}), HasSubstr("nowhere.spi3d"));
+    EXPECT_THAT(refusal({"doublet", "plain", config}), HasSubstr("nearest is 'doubled'"));
+}
+
+TEST(LinearConversion, ABrokenConfigFileIsOneLine) {
+    const TemporaryFolder folder;
+    writeContent(folder / "broken.ocio", "ocio_profile_version: 2\ncolorspaces:\n  - [unclosed\n");
+    EXPECT_THAT(refusal({"a", "b", folder / "broken.ocio"}), HasSubstr("expected an OpenColorIO config file"));
+    EXPECT_THAT(refusal({"a", "b", folder / "absent.ocio"}), HasSubstr("absent.ocio"));
+}
+
+}  // namespace
+}  // namespace formats

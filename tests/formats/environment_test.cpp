@@ -1,0 +1,316 @@
+#include "formats/environment.h"
+
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "tests/formats/exr_fixture.h"
+#include "tests/formats/temporary_folder.h"
+
+namespace formats {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+ExrRecipe colored(int width, int height) {
+    ExrRecipe recipe;
+    recipe.width = width;
+    recipe.height = height;
+    recipe.channels["R"] = [](int x, int y) { return static_cast<float>(x + 1000 * y); };
+    recipe.channels["G"] = [](int x, int y) { return static_cast<float>(2 * x + y) + 0.5f; };
+    recipe.channels["B"] = [](int, int) { return 0.25f; };
+    return recipe;
+}
+
+/// Any image format that OpenImageIO chooses by the extension.
+void writeImage(const std::filesystem::path& file, int width, int height, int channelCount, const std::vector<float>& values,
+                OIIO::TypeDesc type = OIIO::TypeDesc::FLOAT) {
+    const auto output = OIIO::ImageOutput::create(file.string());
+    ASSERT_TRUE(output) << OIIO::geterror();
+    ASSERT_TRUE(output->open(file.string(), OIIO::ImageSpec(width, height, channelCount, type)));
+    ASSERT_TRUE(output->write_image(OIIO::TypeDesc::FLOAT, values.data()));
+    ASSERT_TRUE(output->close());
+}
+
+std::vector<float> constant(int texelCount, const glm::vec3& color) {
+    std::vector<float> values;
+    for (int i = 0; i < texelCount; ++i) values.insert(values.end(), {color.r, color.g, color.b});
+    return values;
+}
+
+Error refusal(const std::filesystem::path& file, const EnvironmentOptions& options = {}) {
+    const auto loaded = loadEnvironment(file, options);
+    EXPECT_FALSE(loaded);
+    if (loaded) return {};
+    EXPECT_EQ(loaded.error().line().find('\n'), std::string::npos);
+    EXPECT_THAT(loaded.error().line(), AllOf(HasSubstr(file.filename().string()), HasSubstr("found"), HasSubstr("expected")));
+    return loaded.error();
+}
+
+TEST(LoadEnvironment, ThePanoramaKeepsEveryTexel) {
+    const TemporaryFolder folder;
+    for (const bool isTiled : {false, true}) {
+        ExrRecipe recipe = colored(16, 8);
+        recipe.isTiled = isTiled;
+        recipe.channels["A"] = [](int, int) { return 0.5f; };  // of no consequence
+        writeRecipe(folder / "sky.exr", recipe);
+        const auto loaded = loadEnvironment(folder / "sky.exr", {});
+        ASSERT_TRUE(loaded) << loaded.error().line();
+        EXPECT_EQ(loaded->environment.projection, Environment::Projection::Equirectangular);
+        for (int y = 0; y < 8; ++y) {
+            for (int x = 0; x < 16; ++x) {
+                const glm::vec3 expected(x + 1000 * y, static_cast<float>(2 * x + y) + 0.5f, 0.25f);
+                ASSERT_EQ(loaded->environment.texels.at(x, y), expected) << x << ' ' << y;
+            }
+        }
+    }
+}
+
+TEST(LoadEnvironment, StripsOfFacesEndUpFromTopToBottom) {
+    const TemporaryFolder folder;
+    writeRecipe(folder / "vertical.exr", colored(4, 24));
+    const auto vertical = loadEnvironment(folder / "vertical.exr", {});
+    ASSERT_TRUE(vertical) << vertical.error().line();
+    EXPECT_EQ(vertical->environment.projection, Environment::Projection::CubeStrip);
+    EXPECT_EQ(vertical->environment.texels.at(1, 23).r, 23001.0f);
+
+    writeRecipe(folder / "horizontal.exr", colored(24, 4));
+    const auto horizontal = loadEnvironment(folder / "horizontal.exr", {});
+    ASSERT_TRUE(horizontal) << horizontal.error().line();
+    ASSERT_EQ(horizontal->environment.texels.height(), 24);
+    for (int face = 0; face < 6; ++face)
+        EXPECT_EQ(horizontal->environment.texels.at(3, 4 * face + 2).r, 2000.0f + 4.0f * face + 3.0f) << face;
+}
+
+TEST(LoadEnvironment, OtherShapesAndChannelsAreRefused) {
+    const TemporaryFolder folder;
+    writeRecipe(folder / "square.exr", colored(8, 8));
+    EXPECT_EQ(refusal(folder / "square.exr").code, ErrorCode::WrongShape);
+    EXPECT_THAT(refusal(folder / "square.exr").detail, HasSubstr("found 8 x 8 texels, expected 2:1 (equirectangular), 1:6 or 6:1"));
+    ExrRecipe grey = colored(8, 4);
+    grey.channels = {{"Y", grey.channels["R"]}};
+    writeRecipe(folder / "grey.exr", grey);
+    EXPECT_THAT(refusal(folder / "grey.exr").detail, HasSubstr("found 1 channel (Y), expected R, G and B"));
+}
+
+TEST(LoadEnvironment, WhatIsNotLightIsRefusedWithItsTexelOrRepaired) {
+    const TemporaryFolder folder;
+    struct Case {
+        const char* channel;
+        float value;
+        ErrorCode code;
+        const char* found;
+    };
+    for (const Case& bad : {Case{"G", std::numeric_limits<float>::quiet_NaN(), ErrorCode::ValueNotFinite, "found nan"},
+                            Case{"R", std::numeric_limits<float>::infinity(), ErrorCode::ValueNotFinite, "found inf"},
+                            Case{"B", -0.5f, ErrorCode::ValueOutOfRange, "found -0.5"}}) {
+        ExrRecipe recipe = colored(24, 4);
+        poke(recipe, bad.channel, 13, 2, bad.value);
+        writeRecipe(folder / "sky.exr", recipe);
+        const Error error = refusal(folder / "sky.exr");
+        EXPECT_EQ(error.code, bad.code);
+        EXPECT_THAT(error.line(),
+                    AllOf(HasSubstr(fmt::format("channel {}", bad.channel)), HasSubstr("texel (13, 2)"), HasSubstr(bad.found)));
+        EnvironmentOptions repair;
+        repair.repair = true;
+        const auto repaired = loadEnvironment(folder / "sky.exr", repair);
+        ASSERT_TRUE(repaired) << repaired.error().line();
+        EXPECT_EQ(repaired->repairedTexels, 1);
+        EXPECT_EQ(repaired->environment.texels.at(1, 3 * 4 + 2), glm::vec3(0)) << "face 3, column 1";
+    }
+}
+
+TEST(LoadEnvironment, ColoursOutsideTheWorkingGamutAreRefusedOrClamped) {
+    const TemporaryFolder folder;
+    writeImage(folder / "green.exr", 4, 2, 3, constant(8, {0, 1, 0}));
+    EnvironmentOptions options;
+    options.colors = {"lin_rec2020", "lin_rec709", {}};
+    EXPECT_EQ(refusal(folder / "green.exr", options).code, ErrorCode::ValueOutOfRange);
+    EXPECT_THAT(refusal(folder / "green.exr", options).line(), HasSubstr("in the working colour space"));
+    options.repair = true;
+    const auto repaired = loadEnvironment(folder / "green.exr", options);
+    ASSERT_TRUE(repaired);
+    EXPECT_EQ(repaired->repairedTexels, 8);
+    EXPECT_EQ(repaired->environment.texels.at(0, 0).r, 0.0f);
+    EXPECT_NEAR(repaired->environment.texels.at(0, 0).g, 1.1329f, 1e-3f);
+    options.colors = {"srgb_texture", "lin_rec709", {}};
+    EXPECT_EQ(refusal(folder / "green.exr", options).code, ErrorCode::ColorSpace);
+}
+
+TEST(LoadEnvironment, AConstantOfOneHalfComesThroughExactly) {
+    const TemporaryFolder folder;
+    for (const char* name : {"grey.exr", "grey.hdr"}) {  // 0.5 is 128 * 2^-8: RGBE holds it exactly as well
+        writeImage(folder / name, 32, 16, 3, constant(512, glm::vec3(0.5f)));
+        const auto loaded = loadEnvironment(folder / name, {});
+        ASSERT_TRUE(loaded) << loaded.error().line();
+        EXPECT_THAT(loaded->environment.texels.texels(), testing::Each(glm::vec3(0.5f))) << name;
+    }
+}
+
+TEST(LoadEnvironment, RgbeAboveTheRangeOfHalfSurvives) {
+    const TemporaryFolder folder;
+    writeImage(folder / "sun.hdr", 16, 8, 3, constant(128, {69120.0f, 1000.0f, 3.0e7f}));
+    const auto loaded = loadEnvironment(folder / "sun.hdr", {});
+    ASSERT_TRUE(loaded) << loaded.error().line();
+    const glm::vec3 texel = loaded->environment.texels.at(3, 3);
+    const float step = 3.0e7f / 128;  // one step of the shared exponent
+    EXPECT_NEAR(texel.b, 3.0e7f, step);
+    EXPECT_NEAR(texel.r, 69120.0f, step);
+    EXPECT_GT(texel.b, 65504.0f);
+}
+
+TEST(LoadEnvironment, UnreadableFilesAreOneLine) {
+    const TemporaryFolder folder;
+    EXPECT_EQ(refusal(folder / "absent.exr").code, ErrorCode::FileUnreadable);
+    writeContent(folder / "text.hdr", "not a picture\nat all");
+    EXPECT_EQ(refusal(folder / "text.hdr").code, ErrorCode::FileUnreadable);
+    writeContent(folder / "text.exr", "not a picture\nat all");
+    EXPECT_EQ(refusal(folder / "text.exr").code, ErrorCode::FileUnreadable);
+    writeContent(folder / "unknown.xyz", "?");
+    EXPECT_EQ(refusal(folder / "unknown.xyz").code, ErrorCode::FileUnreadable);
+}
+
+TEST(LoadEnvironment, EveryTruncatedLengthIsAnErrorAndNeverACrash) {
+    const TemporaryFolder folder;
+    for (const char* name : {"cut.exr", "cut.hdr"}) {
+        const auto file = folder / name;
+        writeImage(file, 16, 8, 3, constant(128, {1.0f, 2.0f, 3.0f}));
+        const std::string whole = contentOf(file);
+        for (std::size_t length = 0; length < whole.size(); ++length) {
+            writeContent(file, whole.substr(0, length));
+            const Error error = refusal(file);
+            ASSERT_TRUE(error.code == ErrorCode::FileUnreadable || error.code == ErrorCode::WrongShape) << name << ' ' << length;
+        }
+    }
+}
+
+TEST(LoadGradient, ReadsOneRowAndRefusesMore) {
+    const TemporaryFolder folder;
+    writeRecipe(folder / "sky.exr", colored(256, 1));
+    const auto gradient = loadGradient(folder / "sky.exr", {});
+    ASSERT_TRUE(gradient) << gradient.error().line();
+    ASSERT_EQ(gradient->size(), 256u);
+    EXPECT_EQ((*gradient)[200], glm::vec3(200, 400.5f, 0.25f));
+    writeRecipe(folder / "two.exr", colored(256, 2));
+    EXPECT_THAT(loadGradient(folder / "two.exr", {}).error().line(), HasSubstr("found 256 x 2 texels, expected N x 1"));
+    ExrRecipe negative = colored(256, 1);
+    poke(negative, "B", 255, 0, -1e-6f);
+    writeRecipe(folder / "sky.exr", negative);
+    EXPECT_THAT(loadGradient(folder / "sky.exr", {}).error().line(), HasSubstr("texel (255, 0)"));
+}
+
+std::string probesJson(const std::string& rows) {
+    return fmt::format(R"({{"probes": [{{"file": "other.exr", "sh": []}}, {{"file": "p.exr", "position": [0, 1, 2], "sh": {}}}]}})", rows);
+}
+
+TEST(LoadProbeSh, FindsTheProbeByTheNameOfItsFile) {
+    const TemporaryFolder folder;
+    const auto file = folder / "probes.json";
+    writeContent(file, probesJson("[[1,2,3],[4,5,6],[7,8,9],[0,0,0],[0,0,0],[0,0,0],[0,0,0],[0,0,0],[-1,-2.5,-3e-3]]"));
+    const auto sh = loadProbeSh(file, "p.exr");
+    ASSERT_TRUE(sh) << sh.error().line();
+    EXPECT_EQ((*sh)[1], glm::vec3(4, 5, 6));
+    EXPECT_EQ((*sh)[8], glm::vec3(-1, -2.5f, -3e-3f));
+    EXPECT_THAT(loadProbeSh(file, "q.exr").error().line(), AllOf(HasSubstr("found 2 probes"), HasSubstr("\"q.exr\"")));
+    EXPECT_THAT(loadProbeSh(file, "other.exr").error().line(), HasSubstr("found 0 rows"));
+}
+
+TEST(LoadProbeSh, BrokenListsAreRefused) {
+    const TemporaryFolder folder;
+    const auto file = folder / "probes.json";
+    EXPECT_EQ(loadProbeSh(file, "p.exr").error().code, ErrorCode::FileUnreadable);
+    for (const std::string& text : {std::string("{"), std::string("[1, 2]"), std::string("{\"probes\": 3}"), probesJson("[[1,2,3]]"),
+                                    probesJson("7"), probesJson("[[1,2],[4,5,6],[7,8,9],[0,0,0],[0,0,0],[0,0,0],[0,0,0],[0,0,0],[0,0,0]]"),
+                                    probesJson("[[1,2,\"3\"],[4,5,6],[7,8,9],[0,0,0],[0,0,0],[0,0,0],[0,0,0],[0,0,0],[0,0,0]]"),
+                                    probesJson("[[1,2,1e300],[4,5,6],[7,8,9],[0,0,0],[0,0,0],[0,0,0],[0,0,0],[0,0,0],[0,0,0]]")}) {
+        writeContent(file, text);
+        const auto sh = loadProbeSh(file, "p.exr");
+        ASSERT_FALSE(sh) << text;
+        EXPECT_THAT(sh.error().line(), AllOf(HasSubstr("probes.json"), HasSubstr("found"), HasSubstr("expected"))) << text;
+    }
+}
+
+TEST(WriteExr, ReadsBackBitForBit) {
+    const TemporaryFolder folder;
+    Image<glm::vec4> texels(37, 23);
+    for (int y = 0; y < 23; ++y) {
+        for (int x = 0; x < 37; ++x)
+            texels.at(x, y) = {static_cast<float>(x) / 3.0f, -static_cast<float>(y), 1e-30f * static_cast<float>(x), 3e38f};
+    }
+    for (const int channelCount : {1, 2, 3, 4}) {
+        const auto written = writeExr(folder / "a.exr", texels.view(), channelCount);
+        ASSERT_TRUE(written) << written.error().line();
+        const auto read = readImage(folder / "a.exr");
+        ASSERT_TRUE(read) << read.error().line();
+        EXPECT_EQ(read->channelCount, channelCount);
+        for (int y = 0; y < 23; ++y) {
+            for (int x = 0; x < 37; ++x) {
+                glm::vec4 expected(0, 0, 0, 1);
+                for (int channel = 0; channel < channelCount; ++channel) expected[channel] = texels.at(x, y)[channel];
+                ASSERT_EQ(read->texels.at(x, y), expected) << x << ' ' << y << " of " << channelCount;
+            }
+        }
+    }
+    EXPECT_FALSE(writeExr(folder / "absent" / "a.exr", texels.view(), 3));
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
+}
+
+TEST(ReadImage, EightBitsBecomeUnitsAndAlphaMultipliesNothing) {
+    const TemporaryFolder folder;
+    writeImage(folder / "a.png", 1, 1, 4, {1.0f, 0.2f, 0.0f, 0.4f}, OIIO::TypeDesc::UINT8);
+    const auto read = readImage(folder / "a.png");
+    ASSERT_TRUE(read) << read.error().line();
+    // 0.2 and 0.4 are 51 / 255 and 102 / 255.
+    EXPECT_NEAR(read->texels.at(0, 0).g, 0.5f, 0.01f) << "OpenImageIO writes associated alpha as unassociated: 0.2 / 0.4";
+    EXPECT_NEAR(read->texels.at(0, 0).a, 0.4f, 1e-6f);
+}
+
+TEST(EncodePng, DecodesToTheSameTexelsAndTheSameBytesTwice) {
+    const TemporaryFolder folder;
+    Image<glm::u8vec3> wide(20, 10);
+    for (int y = 0; y < 10; ++y) {
+        for (int x = 0; x < 20; ++x) wide.at(x, y) = glm::u8vec3(x * 12, y * 25, x ^ y);
+    }
+    const ImageView<const glm::u8vec3> part{wide.texels().data() + 20 + 2, 9, 7, 20};  // a view with gaps between its rows
+    const auto png = encodePng(part);
+    ASSERT_TRUE(png) << png.error().line();
+    EXPECT_EQ(*encodePng(part), *png);
+    writeContent(folder / "a.png", std::string(reinterpret_cast<const char*>(png->data()), png->size()));
+    const auto read = readImage(folder / "a.png");
+    ASSERT_TRUE(read) << read.error().line();
+    ASSERT_EQ(read->texels.width(), 9);
+    ASSERT_EQ(read->texels.height(), 7);
+    for (int y = 0; y < 7; ++y) {
+        for (int x = 0; x < 9; ++x) {
+            for (int channel = 0; channel < 3; ++channel)
+                EXPECT_EQ(std::lround(read->texels.at(x, y)[channel] * 255.0f), part.at(x, y)[channel]);
+        }
+    }
+    EXPECT_FALSE(encodePng({}));
+}
+
+TEST(LoadEnvironment, TheSharedPanoramasProbesAndGradientsAreReadWhole) {
+    const std::filesystem::path data = LIGHTCOOK_SHARED_DATA;
+    if (!std::filesystem::exists(data)) GTEST_SKIP() << "needs the shared test data at " << LIGHTCOOK_SHARED_DATA;
+    const auto sun = loadEnvironment(data / "env/rooitou_park_1k.hdr", {});
+    ASSERT_TRUE(sun) << sun.error().line();
+    float brightest = 0;
+    for (const glm::vec3& texel : sun->environment.texels.texels()) brightest = std::max({brightest, texel.r, texel.g, texel.b});
+    EXPECT_EQ(brightest, 69120.0f);
+    const auto probe = loadEnvironment(data / "scenes/interior_probe3.exr", {});
+    ASSERT_TRUE(probe) << probe.error().line();
+    EXPECT_EQ(probe->environment.projection, Environment::Projection::CubeStrip);
+    EXPECT_TRUE(loadProbeSh(data / "scenes/interior_probes.json", "interior_probe3.exr"));
+    const auto gradient = loadGradient(data / "gradients/sun_glow_256x1.exr", {});
+    ASSERT_TRUE(gradient) << gradient.error().line();
+    EXPECT_EQ(gradient->size(), 256u);
+}
+
+}  // namespace
+}  // namespace formats
