@@ -1,0 +1,586 @@
+#include "verify/light_map.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <span>
+
+#include "lighting/quadratic.h"
+#include "lighting/radiometry.h"
+#include "lighting/sphere.h"
+#include "verify/light_map_layouts.h"
+#include "verify/light_map_shading.h"
+
+namespace verify {
+
+namespace {
+
+using layouts::Texels;
+using shaders::LcSh;
+
+constexpr std::size_t kChannels = 3, kCount = lighting::kShCount;
+/// product.md: local errors are relative to |reference| + 0.02 key. All light here is in units of the key.
+constexpr double kFloor = 0.02;
+constexpr double kLogUnits = 1 << 24;
+/// The control vectors come from float evaluations of the decode: conversion to Bernstein form magnifies their rounding by at most 6 an
+/// axis.
+constexpr double kRounding = 2e-5;
+/// A reference that rings so far below zero that less than this is left of the floor counts as zero.
+constexpr double kLeastDenominator = 0.5 * kFloor;
+
+using Channel = std::array<float, kCount>;
+using Channels = std::array<Channel, kChannels>;
+
+Channels channelsOf(const LcSh& sh) {
+    Channels out;
+    for (std::size_t i = 0; i < kCount; ++i)
+        for (std::size_t c = 0; c < kChannels; ++c) out[c][i] = sh.c[i][static_cast<int>(c)];
+    return out;
+}
+
+LcSh difference(const LcSh& a, const LcSh& b) {
+    LcSh out;
+    for (std::size_t i = 0; i < kCount; ++i) out.c[i] = a.c[i] - b.c[i];
+    return out;
+}
+
+LcSh scaled(const LcSh& sh, float factor) {
+    LcSh out;
+    for (std::size_t i = 0; i < kCount; ++i) out.c[i] = factor * sh.c[i];
+    return out;
+}
+
+LcSh blend(const LcSh& a, const LcSh& b, float weight) {
+    LcSh out;
+    for (std::size_t i = 0; i < kCount; ++i) out.c[i] = (1 - weight) * a.c[i] + weight * b.c[i];
+    return out;
+}
+
+template <std::size_t kLayers>
+std::array<glm::vec4, kLayers> blend(const std::array<glm::vec4, kLayers>& a, const std::array<glm::vec4, kLayers>& b, float weight) {
+    std::array<glm::vec4, kLayers> out;
+    for (std::size_t i = 0; i < kLayers; ++i) out[i] = (1 - weight) * a[i] + weight * b[i];
+    return out;
+}
+
+lighting::ShDouble toDouble(const Channel& channel) {
+    lighting::ShDouble out;
+    std::ranges::copy(channel, out.begin());
+    return out;
+}
+
+/// Norms of the three bands.
+struct BandNorms {
+    float l0, l1, l2;
+};
+BandNorms bandNorms(const Channel& c) {
+    return {std::abs(c[0]), std::sqrt(c[1] * c[1] + c[2] * c[2] + c[3] * c[3]),
+            std::sqrt(c[4] * c[4] + c[5] * c[5] + c[6] * c[6] + c[7] * c[7] + c[8] * c[8])};
+}
+/// Suprema of sum_l factor_l |band l|.
+double bandBound(const BandNorms& norms, const lighting::ShBands& factors) {
+    return factors[0] * static_cast<double>(norms.l0) + factors[1] * static_cast<double>(norms.l1) +
+           factors[2] * static_cast<double>(norms.l2);
+}
+/// Exit radiance: bands times sqrt((2l + 1) / 4pi), the addition theorem.
+constexpr lighting::ShBands kExitNorm = {0.28209479177387814, 0.48860251190291992 * 2 / 3, 0.63078313050504001 / 4};
+
+double largestMagnitude(const Channel& channel) {
+    const lighting::Extrema extrema = lighting::extremaOnSphere(lighting::sphereQuadratic(toDouble(channel), lighting::kExitRadianceBands));
+    return std::max(std::abs(extrema.minimum), std::abs(extrema.maximum));
+}
+
+/// A random number in [0, 1) that is a function of its place alone.
+float hashedFraction(std::uint64_t seed, std::uint64_t place) {
+    std::uint64_t z = seed * 0x9e3779b97f4a7c15u + place * 0xbf58476d1ce4e5b9u + 0x94d049bb133111ebu;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return static_cast<float>((z ^ (z >> 31)) >> 40) * 0x1p-24f;
+}
+
+/// Control values of the polynomial of degree kDegree that takes these values at i / kDegree, i = 0 .. kDegree.
+template <int kDegree>
+void bernsteinFromNodes(std::array<LcSh*, kDegree + 1> nodes) {
+    for (std::size_t i = 0; i < kCount; ++i) {
+        if constexpr (kDegree == 2) {
+            nodes[1]->c[i] = 2.0f * nodes[1]->c[i] - 0.5f * (nodes[0]->c[i] + nodes[2]->c[i]);
+        } else if constexpr (kDegree == 3) {
+            const glm::vec3 p0 = nodes[0]->c[i], p1 = nodes[1]->c[i], p2 = nodes[2]->c[i], p3 = nodes[3]->c[i];
+            nodes[1]->c[i] = (-5.0f * p0 + 18.0f * p1 - 9.0f * p2 + 2.0f * p3) / 6.0f;
+            nodes[2]->c[i] = (2.0f * p0 - 9.0f * p1 + 18.0f * p2 - 5.0f * p3) / 6.0f;
+        }
+    }
+}
+
+/// Largest proven errors so far. What cannot exceed them by a cheap bound is not looked at more closely: the maximum stays exact.
+struct Worst {
+    double diffuse = 0, specular = 0;
+};
+
+}  // namespace
+
+void LightMapKey::add(const formats::LightMapBand& band, int firstRow, int rowCount) {
+    assert(firstRow >= band.firstRow && firstRow + rowCount <= band.firstRow + band.sh.height());
+    for (int y = firstRow - band.firstRow; y < firstRow - band.firstRow + rowCount; ++y)
+        for (int x = 0; x < band.sh.width(); ++x) {
+            if (band.covered.at(x, y) == 0) continue;
+            const lighting::ShRgb exit = lighting::convolve(band.sh.at(x, y), lighting::kExitRadianceBands);
+            const float luminance = glm::dot(lighting::evaluate(exit, band.normal.at(x, y)), luminanceWeights_);
+            logLuminanceSum_ += std::llround(std::log(std::max(static_cast<double>(luminance), 1e-12)) * kLogUnits);
+            ++coveredTexels_;
+        }
+}
+
+void LightMapKey::merge(const LightMapKey& other) {
+    logLuminanceSum_ += other.logLuminanceSum_;
+    coveredTexels_ += other.coveredTexels_;
+}
+
+double LightMapKey::key() const {
+    return coveredTexels_ == 0 ? 0 : std::exp(static_cast<double>(logLuminanceSum_) / kLogUnits / static_cast<double>(coveredTexels_));
+}
+
+void LightMapErrors::merge(const LightMapErrors& other) {
+    if (accumulators.empty()) {
+        accumulators = other.accumulators;
+        return;
+    }
+    assert(accumulators.size() == other.accumulators.size());
+    for (std::size_t i = 0; i < accumulators.size(); ++i) {
+        accumulators[i].diffuse.merge(other.accumulators[i].diffuse);
+        accumulators[i].specular.merge(other.accumulators[i].specular);
+    }
+}
+
+std::vector<StageError> LightMapErrors::stages() const {
+    std::vector<StageError> out;
+    for (const Stage& stage : accumulators) out.push_back({stage.name, stage.diffuse.figures(), stage.specular.figures(), 0});
+    if (out.size() < 2) return out;
+    // The verdict: the last stage at texel centres, and whatever is worse between them.
+    StageError total = out[out.size() - 2];
+    const StageError& magnified = out.back();
+    const auto worsen = [](ErrorFigures& figures, const ErrorFigures& other) {
+        figures.maxSampled = std::max(figures.maxSampled, other.maxSampled);
+        figures.maxBound = std::max(figures.maxBound, other.maxBound);
+    };
+    worsen(total.diffuse, magnified.diffuse);
+    worsen(total.specular, magnified.specular);
+    total.name = "total";
+    out.push_back(total);
+    return out;
+}
+
+struct LightMapVerifier::State {
+    CookedLightMap map;
+    LightMapShading shading;
+    LightMapSampling sampling;
+    float perKey = 1;  ///< light in units of the key
+    layouts::Layout layout;
+    std::vector<TextureNeed> textures;
+    ShadingMatrix diffuse, specular;
+    lighting::ShBands specularSuprema{};
+
+    bool isFlat() const { return std::holds_alternative<layouts::Flat>(layout); }
+    bool hasSpecular() const { return specular.count() > 0; }
+};
+
+namespace {
+
+/// One run over rows of a map whose layout is known at compile time.
+template <class Layout>
+class RowVerifier {
+public:
+    RowVerifier(const Layout& layout, const LightMapVerifier& verifier, const CookedLightMap& map, const LightMapSampling& sampling,
+                const ShadingMatrix& diffuse, const ShadingMatrix& specular, const lighting::ShBands& specularSuprema, float perKey,
+                const DecodedLightMapRows& texels, const formats::LightMapBand& reference)
+        : layout_(layout),
+          map_(map),
+          sampling_(sampling),
+          diffuse_(diffuse),
+          specular_(specular),
+          specularSuprema_(specularSuprema),
+          perKey_(perKey),
+          texels_(texels),
+          reference_(reference),
+          errors_(verifier.noErrors()),
+          worst_(errors_.accumulators.size()),
+          shadedReference_(kChannels * (diffuse.stride() + specular.stride())),
+          shadedError_(shadedReference_.size()) {}
+
+    LightMapErrors run(int firstRow, int rowCount) {
+        Row current, below;
+        loadRow(firstRow, current);
+        for (int y = firstRow; y < firstRow + rowCount; ++y) {
+            for (int x = 0; x < map_.width; ++x)
+                if (current.covered[index(x)] != 0) centre(current, x, y);
+            if (y + 1 >= map_.height) break;
+            loadRow(y + 1, below);
+            for (int x = 0; x + 1 < map_.width; ++x)
+                if (current.covered[index(x)] != 0 && current.covered[index(x + 1)] != 0 && below.covered[index(x)] != 0 &&
+                    below.covered[index(x + 1)] != 0)
+                    quad(current, below, x, y);
+            std::swap(current, below);
+        }
+        for (std::size_t stage = 0; stage < worst_.size(); ++stage) {
+            errors_.accumulators[stage].diffuse.addBound(worst_[stage].diffuse);
+            if (specular_.count() > 0) errors_.accumulators[stage].specular.addBound(worst_[stage].specular);
+        }
+        return std::move(errors_);
+    }
+
+private:
+    using LayerTexels = Texels<Layout::kLayers>;
+    static constexpr int kNodes = Layout::kDegree + 1;
+    static constexpr std::size_t kControls = static_cast<std::size_t>(kNodes) * kNodes;
+    using Controls = std::array<LcSh, kControls>;
+    using ControlValues = std::array<double, kControls>;
+    static std::size_t index(int x) { return static_cast<std::size_t>(x); }
+
+    struct Frame {
+        glm::vec3 x, y, z;
+    };
+    /// A row of the map as this pass needs it; light in units of the key.
+    struct Row {
+        std::vector<std::uint8_t> covered;
+        std::vector<LcSh> reference;
+        std::vector<LayerTexels> texels;
+        std::vector<std::array<float, kChannels>> low;  ///< cheap lower bound of the reference's exit radiance over all normals
+    };
+
+    void loadRow(int y, Row& row) const {
+        const auto width = index(map_.width);
+        row.covered.resize(width);
+        row.reference.resize(width);
+        row.texels.resize(width);
+        row.low.resize(width);
+        const int bandRow = y - reference_.firstRow, texelRow = y - texels_.firstRow;
+        for (int x = 0; x < map_.width; ++x) {
+            row.covered[index(x)] = reference_.covered.at(x, bandRow);
+            if (row.covered[index(x)] == 0) continue;
+            row.reference[index(x)] = referenceAt(x, bandRow);
+            std::size_t layer = 0;
+            for (const auto& texture : texels_.textures)
+                for (const formats::Image<glm::vec4>& image : texture) row.texels[index(x)][layer++] = image.at(x, texelRow);
+            const Channels channels = channelsOf(row.reference[index(x)]);
+            for (std::size_t c = 0; c < kChannels; ++c) row.low[index(x)][c] = cheapMinimum(channels[c]);
+        }
+    }
+
+    LcSh referenceAt(int x, int bandRow) const {
+        LcSh out{};
+        const lighting::ShRgb& sh = reference_.sh.at(x, bandRow);
+        for (std::size_t i = 0; i < kCount; ++i) out.c[i] = perKey_ * sh[i];
+        if constexpr (std::is_same_v<Layout, layouts::Flat>) {
+            LcSh flat{};
+            flat.c[0] = shaders::lcExitRadiance(out, reference_.normal.at(x, bandRow)) / layouts::Flat::kY0;
+            return flat;
+        }
+        return out;
+    }
+
+    static float cheapMinimum(const Channel& channel) {
+        const BandNorms norms = bandNorms(channel);
+        const double around = bandBound({0, norms.l1, norms.l2}, kExitNorm);
+        return static_cast<float>(kExitNorm[0] * static_cast<double>(channel[0]) - around);
+    }
+    static double exactMinimum(const Channel& channel) {
+        return lighting::extremaOnSphere(lighting::sphereQuadratic(toDouble(channel), lighting::kExitRadianceBands)).minimum;
+    }
+    /// What local errors are relative to, given a lower bound of the reference over all normals.
+    static double denominator(double minimum) { return std::max(0.0, minimum) + kFloor; }
+
+    LcSh decoded(const LayerTexels& texels) const { return scaled(layout_.decode(texels), perKey_); }
+
+    Frame frameAt(int x, int y) {
+        const glm::vec3 normal = reference_.normal.at(x, y - reference_.firstRow);
+        if (normal != frameNormal_) {
+            const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(normal));
+            frame_ = {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])};
+            frameNormal_ = normal;
+        }
+        return frame_;
+    }
+
+    /// Shades a reference in all ways; errors are shaded against it after.
+    void shade(const LcSh& sh, const Frame& frame, std::vector<float>& out) const {
+        const Channels local = channelsOf(shaders::lcLocalSh(sh, frame.x, frame.y, frame.z));
+        float* next = out.data();
+        for (std::size_t c = 0; c < kChannels; ++c, next += diffuse_.stride()) diffuse_.apply(local[c], next);
+        for (std::size_t c = 0; c < kChannels; ++c, next += specular_.stride()) specular_.apply(local[c], next);
+    }
+
+    void addErrors(std::size_t stage, const LcSh& error, const Frame& frame) {
+        shade(error, frame, shadedError_);
+        const auto add = [&](ErrorAccumulator& accumulator, const ShadingMatrix& matrix, std::size_t offset) {
+            for (std::size_t c = 0; c < kChannels; ++c, offset += matrix.stride())
+                accumulator.addErrors(std::span(shadedReference_).subspan(offset, matrix.count()),
+                                      std::span(shadedError_).subspan(offset, matrix.count()));
+        };
+        add(errors_.accumulators[stage].diffuse, diffuse_, 0);
+        add(errors_.accumulators[stage].specular, specular_, kChannels * diffuse_.stride());
+    }
+
+    void centre(const Row& row, int x, int y) {
+        const LcSh& reference = row.reference[index(x)];
+        const Frame frame = frameAt(x, y);
+        shade(reference, frame, shadedReference_);
+        std::size_t stage = 0;
+        const auto stageError = [&](const LcSh& result) {
+            const LcSh error = difference(result, reference);
+            addErrors(stage, error, frame);
+            boundCentre(stage, error, row, x);
+            ++stage;
+        };
+        if constexpr (Layout::kEarlyStage != nullptr) {
+            const LcSh unscaledReference = scaled(reference, 1 / perKey_);
+            stageError(scaled(layout_.decodeEarly(row.texels[index(x)], unscaledReference), perKey_));
+        }
+        stageError(decoded(row.texels[index(x)]));
+    }
+
+    void boundCentre(std::size_t stage, const LcSh& error, const Row& row, int x) {
+        const Channels channels = channelsOf(error);
+        Worst& worst = worst_[stage];
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            const BandNorms norms = bandNorms(channels[c]);
+            if (specular_.count() > 0) worst.specular = std::max(worst.specular, bandBound(norms, specularSuprema_) / kFloor);
+            const double cheap = bandBound(norms, kExitNorm), low = static_cast<double>(row.low[index(x)][c]);
+            if (cheap <= worst.diffuse * denominator(low)) continue;
+            const double minimum = exactMinimum(channelsOf(row.reference[index(x)])[c]);
+            if (cheap <= worst.diffuse * denominator(minimum)) continue;
+            worst.diffuse = std::max(worst.diffuse, largestMagnitude(channels[c]) / denominator(minimum));
+        }
+    }
+
+    void quad(const Row& above, const Row& below, int x, int y) {
+        const std::size_t i = index(x);
+        const std::array<const LayerTexels*, 4> texels = {&above.texels[i], &above.texels[i + 1], &below.texels[i], &below.texels[i + 1]};
+        const std::array<const LcSh*, 4> references = {&above.reference[i], &above.reference[i + 1], &below.reference[i],
+                                                       &below.reference[i + 1]};
+        for (int sample = 0; sample < sampling_.positionsPerQuad; ++sample) magnified(texels, references, x, y, sample);
+        std::array<LcSh, static_cast<std::size_t>(kNodes * kNodes)> nodes;
+        evaluateNodes(texels, references, nodes);
+        boundQuad(nodes, above, below, references, i);
+    }
+
+    /// The four corners as the filter sees them at (u, v).
+    struct Filtered {
+        LayerTexels texels;
+        LcSh reference;
+    };
+    static Filtered filter(const std::array<const LayerTexels*, 4>& texels, const std::array<const LcSh*, 4>& references, float u,
+                           float v) {
+        return {blend(blend(*texels[0], *texels[1], u), blend(*texels[2], *texels[3], u), v),
+                blend(blend(*references[0], *references[1], u), blend(*references[2], *references[3], u), v)};
+    }
+
+    void magnified(const std::array<const LayerTexels*, 4>& texels, const std::array<const LcSh*, 4>& references, int x, int y,
+                   int sample) {
+        const auto place = 2 * ((static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(map_.width) + static_cast<std::uint64_t>(x)) *
+                                    static_cast<std::uint64_t>(sampling_.positionsPerQuad) +
+                                static_cast<std::uint64_t>(sample));
+        const Filtered at = filter(texels, references, hashedFraction(sampling_.seed, place), hashedFraction(sampling_.seed, place + 1));
+        const Frame frame = frameAt(x, y);
+        shade(at.reference, frame, shadedReference_);
+        addErrors(worst_.size() - 1, difference(decoded(at.texels), at.reference), frame);
+    }
+
+    /// Error of the decode at the (degree + 1)^2 nodes of the quad, turned into Bernstein control vectors: the error at every position is a
+    /// mean of them.
+    void evaluateNodes(const std::array<const LayerTexels*, 4>& texels, const std::array<const LcSh*, 4>& references,
+                       Controls& nodes) const {
+        for (int v = 0; v < kNodes; ++v) {
+            const float fv = static_cast<float>(v) / Layout::kDegree;
+            const LayerTexels left = blend(*texels[0], *texels[2], fv), right = blend(*texels[1], *texels[3], fv);
+            const LcSh leftReference = blend(*references[0], *references[2], fv),
+                       rightReference = blend(*references[1], *references[3], fv);
+            for (int u = 0; u < kNodes; ++u) {
+                const float fu = static_cast<float>(u) / Layout::kDegree;
+                nodes[static_cast<std::size_t>(v * kNodes + u)] =
+                    difference(decoded(blend(left, right, fu)), blend(leftReference, rightReference, fu));
+            }
+        }
+        if constexpr (Layout::kDegree > 1) {
+            for (int line = 0; line < kNodes; ++line) convertLine(nodes, line * kNodes, 1);
+            for (int line = 0; line < kNodes; ++line) convertLine(nodes, line, kNodes);
+        }
+    }
+    static void convertLine(Controls& nodes, int first, int step) {
+        std::array<LcSh*, static_cast<std::size_t>(kNodes)> line;
+        for (int i = 0; i < kNodes; ++i) line[static_cast<std::size_t>(i)] = &nodes[static_cast<std::size_t>(first + i * step)];
+        bernsteinFromNodes<Layout::kDegree>(line);
+    }
+
+    /// Denominators of the local error at the control vectors, in Bernstein form as well. The filtered reference is bilinear, so at the
+    /// control (i, j) its form is its value at (i, j) / degree, and its minimum over normals there is no less than the blend of the
+    /// corners' minima. A quotient of two such forms with positive denominators is a mean of the quotients of their controls. Light that
+    /// rings below zero may leave them too small: then all of them are `otherwise`.
+    static ControlValues denominators(const std::array<double, 4>& cornerMinima, double otherwise) {
+        ControlValues out;
+        const auto blended = [](double a, double b, double weight) { return (1 - weight) * a + weight * b; };
+        for (int v = 0; v < kNodes; ++v)
+            for (int u = 0; u < kNodes; ++u) {
+                const double fu = static_cast<double>(u) / Layout::kDegree, fv = static_cast<double>(v) / Layout::kDegree;
+                out[static_cast<std::size_t>(v * kNodes + u)] =
+                    kFloor + blended(blended(cornerMinima[0], cornerMinima[1], fu), blended(cornerMinima[2], cornerMinima[3], fu), fv);
+            }
+        if (*std::ranges::min_element(out) < kLeastDenominator) out.fill(otherwise);
+        return out;
+    }
+
+    void boundQuad(const Controls& controls, const Row& above, const Row& below, const std::array<const LcSh*, 4>& references,
+                   std::size_t i) {
+        Worst& worst = worst_.back();
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            ControlValues cheap;
+            double largest = 0, specular = 0;
+            for (std::size_t k = 0; k < controls.size(); ++k) {
+                const BandNorms norms = bandNorms(channelsOf(controls[k])[c]);
+                cheap[k] = bandBound(norms, kExitNorm);
+                largest = std::max(largest, cheap[k]);
+                specular = std::max(specular, bandBound(norms, specularSuprema_));
+            }
+            double rounding = 0;
+            for (const LcSh* reference : references)
+                rounding = std::max(rounding, bandBound(bandNorms(channelsOf(*reference)[c]), kExitNorm));
+            rounding = kRounding * (rounding + largest);
+            if (specular_.count() > 0) worst.specular = std::max(worst.specular, (specular + 4 * rounding) / kFloor);
+
+            std::array<double, 4> minima = {static_cast<double>(above.low[i][c]), static_cast<double>(above.low[i + 1][c]),
+                                            static_cast<double>(below.low[i][c]), static_cast<double>(below.low[i + 1][c])};
+            const auto exceeds = [&](const auto& under, std::size_t k) { return cheap[k] + rounding > worst.diffuse * under[k]; };
+            const auto anyExceeds = [&](const auto& under) {
+                for (std::size_t k = 0; k < controls.size(); ++k)
+                    if (exceeds(under, k)) return true;
+                return false;
+            };
+            // With cheap minima: the least denominators that the exact ones could lead to.
+            if (!anyExceeds(denominators(minima, kLeastDenominator))) continue;
+            for (std::size_t corner = 0; corner < minima.size(); ++corner)
+                minima[corner] = exactMinimum(channelsOf(*references[corner])[c]);
+            const ControlValues under = denominators(minima, kFloor);
+            for (std::size_t k = 0; k < controls.size(); ++k)
+                if (exceeds(under, k))
+                    worst.diffuse = std::max(worst.diffuse, (largestMagnitude(channelsOf(controls[k])[c]) + rounding) / under[k]);
+        }
+    }
+
+    const Layout& layout_;
+    const CookedLightMap& map_;
+    const LightMapSampling& sampling_;
+    const ShadingMatrix& diffuse_;
+    const ShadingMatrix& specular_;
+    const lighting::ShBands& specularSuprema_;
+    float perKey_;
+    const DecodedLightMapRows& texels_;
+    const formats::LightMapBand& reference_;
+    LightMapErrors errors_;
+    std::vector<Worst> worst_;
+    std::vector<float> shadedReference_, shadedError_;  ///< [kind][channel][row of the matrix]
+    glm::vec3 frameNormal_{0};
+    Frame frame_{};
+};
+
+std::optional<formats::Error> checkShading(const LightMapShading& shading) {
+    const auto refuse = [](const char* what, const char* detail) {
+        return formats::Error{formats::ErrorCode::InvalidRequest, std::string("light map shading, ") + what, detail};
+    };
+    if (shading.normalCount < 1) return refuse("normals", "found none, expected at least 1");
+    if (!shading.specular) return std::nullopt;
+    if (shading.viewCount < 1) return refuse("views", "found none, expected at least 1");
+    if (shading.m.empty() || !std::ranges::all_of(shading.m, [](double m) { return m >= 0.005 && m <= 1; }))
+        return refuse("m", "found an empty list or a value out of range, expected values in [0.005, 1]");
+    if (shading.f0.empty() || !std::ranges::all_of(shading.f0, [](double f) { return f >= 0 && f <= 1; }))
+        return refuse("f0", "found an empty list or a value out of range, expected values in [0, 1]");
+    return std::nullopt;
+}
+
+}  // namespace
+
+formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap& map, const LightMapShading& shading,
+                                                           const LightMapSampling& sampling, double key) {
+    if (map.width < 1 || map.height < 1)
+        return formats::failure(formats::ErrorCode::WrongShape, "light map layout " + map.layout,
+                                "found " + std::to_string(map.width) + "x" + std::to_string(map.height) + " texels, expected at least 1x1");
+    if (auto error = checkShading(shading)) return tl::make_unexpected(*error);
+    auto layout = layouts::layoutOf(map);
+    if (!layout) return tl::make_unexpected(layout.error());
+
+    auto state = std::make_unique<State>();
+    state->map = map;
+    state->shading = shading;
+    state->sampling = sampling;
+    state->perKey = key > 0 ? static_cast<float>(1 / key) : 1.0f;
+    state->layout = *layout;
+    state->textures = layouts::texturesOf(*layout);
+    if (state->isFlat()) {
+        state->diffuse = flatMatrix();
+    } else {
+        state->diffuse = diffuseMatrix(shading.normalCount);
+        if (shading.specular) {
+            state->specular = specularMatrix(shading);
+            state->specularSuprema = specularBandSuprema(shading);
+        }
+    }
+    return LightMapVerifier(std::move(state));
+}
+
+LightMapVerifier::LightMapVerifier(std::unique_ptr<const State> state) : state_(std::move(state)) {}
+LightMapVerifier::LightMapVerifier(LightMapVerifier&&) noexcept = default;
+LightMapVerifier& LightMapVerifier::operator=(LightMapVerifier&&) noexcept = default;
+LightMapVerifier::~LightMapVerifier() = default;
+
+const std::vector<LightMapVerifier::TextureNeed>& LightMapVerifier::textures() const {
+    return state_->textures;
+}
+
+LightMapErrors LightMapVerifier::noErrors() const {
+    return std::visit(
+        [](const auto& layout) {
+            using Layout = std::decay_t<decltype(layout)>;
+            std::vector<LightMapErrors::Stage> stages;
+            const auto stage = [](const char* name) { return LightMapErrors::Stage{name, ErrorAccumulator(1), ErrorAccumulator(1)}; };
+            if constexpr (Layout::kEarlyStage != nullptr) stages.push_back(stage(Layout::kEarlyStage));
+            stages.push_back(stage(Layout::kFinalStage));
+            stages.push_back(stage("magnified"));
+            return LightMapErrors(std::move(stages));
+        },
+        state_->layout);
+}
+
+LightMapErrors LightMapVerifier::verifyRows(const DecodedLightMapRows& texels, const formats::LightMapBand& reference, int firstRow,
+                                            int rowCount) const {
+    assert(texels.textures.size() == state_->textures.size());
+    assert(reference.sh.width() == state_->map.width && firstRow >= reference.firstRow && firstRow >= texels.firstRow);
+    assert(reference.firstRow + reference.sh.height() >= std::min(state_->map.height, firstRow + rowCount + 1));
+    return std::visit(
+        [&](const auto& layout) {
+            return RowVerifier(layout, *this, state_->map, state_->sampling, state_->diffuse, state_->specular, state_->specularSuprema,
+                               state_->perKey, texels, reference)
+                .run(firstRow, rowCount);
+        },
+        state_->layout);
+}
+
+formats::Image<lighting::ShRgb> LightMapVerifier::reconstruct(const DecodedLightMapRows& texels, int firstRow, int rowCount) const {
+    assert(texels.textures.size() == state_->textures.size() && firstRow >= texels.firstRow);
+    formats::Image<lighting::ShRgb> out(state_->map.width, rowCount);
+    std::visit(
+        [&](const auto& layout) {
+            using Layout = std::decay_t<decltype(layout)>;
+            for (int y = 0; y < rowCount; ++y)
+                for (int x = 0; x < state_->map.width; ++x) {
+                    Texels<Layout::kLayers> filtered{};
+                    std::size_t layer = 0;
+                    for (const auto& texture : texels.textures)
+                        for (const formats::Image<glm::vec4>& image : texture)
+                            filtered[layer++] = image.at(x, firstRow - texels.firstRow + y);
+                    const LcSh sh = layout.decode(filtered);
+                    std::copy_n(sh.c, kCount, out.at(x, y).begin());
+                }
+        },
+        state_->layout);
+    return out;
+}
+
+}  // namespace verify

@@ -1,0 +1,45 @@
+// Shading as constant matrices: every sampled normal, or view and material, is one row of nine numbers in the texel's own frame, so that a
+// texel is turned into that frame once and shaded by plain sums. Private to verify/.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "lighting/sh.h"
+#include "shaders/lightcook_cpp.h"
+#include "verify/light_map.h"
+
+namespace verify {
+
+/// count rows of nine factors, stored by coefficient and padded with zeros to whole vectors.
+class ShadingMatrix {
+public:
+    static constexpr std::size_t kLanes = 16;  ///< rows that are summed side by side
+
+    ShadingMatrix() = default;
+    explicit ShadingMatrix(const std::vector<lighting::ShDouble>& rows);
+    std::size_t count() const { return count_; }
+    std::size_t stride() const { return stride_; }
+    /// out[k] = sum_i row_k[i] coefficients[i] for k < stride(). Each sum runs over i in order, at any vector width.
+    void apply(const std::array<float, lighting::kShCount>& coefficients, float* out) const;
+
+private:
+    std::size_t count_ = 0, stride_ = 0;
+    std::vector<float> weights_;  ///< [coefficient][stride_]
+};
+
+/// Exit radiance of a white surface at `count` normals (Fibonacci points of the hemisphere), through the shader's evaluation.
+ShadingMatrix diffuseMatrix(int count);
+/// Exit radiance of the coefficient-0-only light of layout "flat".
+ShadingMatrix flatMatrix();
+/// Area specular of every view, m and F0.
+ShadingMatrix specularMatrix(const LightMapShading& shading);
+
+/// Suprema of |T_l|, the band norms of the area-specular kernel, over the ranges of m and F0 and every view.
+/// Between the ends of F0 a norm is convex, so the ends suffice. m and view are scanned (views down to NoV = 1e-3) and kSpecularScanMargin
+/// is added for what lies between; nothing exceeds sqrt((2l + 1) / 4pi), as the kernel is positive and reflects at most all light.
+lighting::ShBands specularBandSuprema(const LightMapShading& shading);
+inline constexpr double kSpecularScanMargin = 0.02;
+
+}  // namespace verify
