@@ -1,80 +1,101 @@
+// BC6H: the kernel for each instruction set, and the packing of what it finds.
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
-#include "compress/bc6h_modes.h"
-#include "compress/block.h"
-#include "compress/half.h"
-#include "compress/partitions.h"
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "compress/bc6h.cpp"
+#include <hwy/foreach_target.h>
+// After foreach_target, so that each target gets its own.
+#include "compress/bc6h_fit-inl.h"
 
+HWY_BEFORE_NAMESPACE();
+namespace compress {
+namespace HWY_NAMESPACE {
+
+template <bool kSigned>
+void fitBlocks(std::span<const Block> blocks, const Bc6hSearch& search, const EncodeOptions& options, Bc6hResult* found) {
+    using D = hn::ScalableTag<float>;
+    const std::size_t lanes = hn::Lanes(D());
+    Bc6hFit<D, kSigned> fit(search, options);
+    std::size_t first = 0;
+    for (; first + lanes <= blocks.size(); first += lanes) fit.run(blocks.data() + first, found + first);
+    if (first == blocks.size()) return;
+    // The last few fill a vector up with copies of the very last.
+    std::array<Block, hn::MaxLanes(D())> filled;
+    std::array<Bc6hResult, hn::MaxLanes(D())> results;
+    for (std::size_t lane = 0; lane < lanes; ++lane) filled[lane] = blocks[std::min(first + lane, blocks.size() - 1)];
+    fit.run(filled.data(), results.data());
+    std::copy_n(results.begin(), blocks.size() - first, found + first);
+}
+
+void fitUnsigned(std::span<const Block> blocks, const Bc6hSearch& search, const EncodeOptions& options, Bc6hResult* found) {
+    fitBlocks<false>(blocks, search, options, found);
+}
+void fitSigned(std::span<const Block> blocks, const Bc6hSearch& search, const EncodeOptions& options, Bc6hResult* found) {
+    fitBlocks<true>(blocks, search, options, found);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace compress
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace compress {
 namespace {
 
-/// Mode 11: one region, ten bits, no deltas; the ends are the box of the texels along their longest axis.
-void encodeMode11(const Block& block, bool isSigned, std::byte* out) {
-    std::array<std::array<float, kTexelCount>, 3> bitsOf;
-    float low[3], high[3];
-    std::size_t widest = 0;
-    for (std::size_t c = 0; c < 3; ++c) {
-        low[c] = INFINITY;
-        high[c] = -INFINITY;
-        for (std::size_t t = 0; t < kTexelCount; ++t) {
-            const std::uint16_t half = halfFromFloat(block.channel[c][t]);
-            const float magnitude = static_cast<float>(half & 0x7FFF);
-            bitsOf[c][t] = half & 0x8000 ? -magnitude : magnitude;
-            if (!(block.significance[t] > 0)) continue;
-            low[c] = std::min(low[c], bitsOf[c][t]);
-            high[c] = std::max(high[c], bitsOf[c][t]);
-        }
-        if (high[c] - low[c] > high[widest] - low[widest]) widest = c;
-    }
-    for (std::size_t c = 0; c < 3; ++c) {
-        float covariance = 0, meanA = (low[widest] + high[widest]) / 2, meanB = (low[c] + high[c]) / 2;
-        for (std::size_t t = 0; t < kTexelCount; ++t)
-            covariance += block.significance[t] * (bitsOf[widest][t] - meanA) * (bitsOf[c][t] - meanB);
-        if (covariance < 0) std::swap(low[c], high[c]);
-    }
-    int ends[2][3], values[2][3];
-    for (int c = 0; c < 3; ++c)
-        for (int e = 0; e < 2; ++e) {
-            const float target = e == 0 ? low[c] : high[c];
-            const float full = isSigned ? std::abs(target) * 32 / 31 / 64 : target * 64 / 31 / 64;
-            const int code = std::min(static_cast<int>(full), isSigned ? 511 : 1023);
-            ends[e][c] = target < 0 ? -code : code;
-            values[e][c] = bc6hUnquantize(ends[e][c], 10, isSigned);
-        }
-    std::array<int, kTexelCount> index;
-    for (std::size_t t = 0; t < kTexelCount; ++t) {
-        float best = INFINITY;
-        for (int i = 0; i < 16; ++i) {
-            float error = 0;
-            for (std::size_t c = 0; c < 3; ++c) {
-                const int w = weightOf(4, i);
-                const int value = (values[0][c] * (64 - w) + values[1][c] * w + 32) >> 6;
-                const int finished = bc6hFinish(value, isSigned);
-                const float signedBits = static_cast<float>(finished & 0x8000 ? -(finished & 0x7FFF) : finished);
-                error += (signedBits - bitsOf[c][t]) * (signedBits - bitsOf[c][t]);
-            }
-            if (error < best) best = error, index[t] = i;
-        }
-    }
-    if (index[0] >= 8) {
-        for (int& i : index) i = 15 - i;
-        for (int c = 0; c < 3; ++c) std::swap(ends[0][c], ends[1][c]);
-    }
+HWY_EXPORT(fitUnsigned);
+HWY_EXPORT(fitSigned);
+
+void pack(const Bc6hResult& found, std::byte* out) {
+    const Bc6hMode& mode = kBc6hModes[static_cast<std::size_t>(found.mode)];
+    auto stored = found.code;
+    if (mode.transformed)
+        for (std::size_t e = 1; e < 4; ++e)
+            for (std::size_t c = 0; c < 3; ++c) stored[e][c] -= stored[0][c];
     BitWriter bits;
-    bits.put(kBc6hModes[10].header, 5);
-    for (const Bc6hBit& bit : bc6hLayout(10)) bits.put(static_cast<std::uint32_t>(ends[bit.end][bit.channel] >> bit.bit) & 1u, 1);
-    for (std::size_t t = 0; t < kTexelCount; ++t) bits.put(static_cast<std::uint32_t>(index[t]), t == 0 ? 3 : 4);
+    bits.put(mode.header, mode.headerBits);
+    for (const Bc6hBit& bit : bc6hLayout(found.mode)) bits.put(static_cast<std::uint32_t>(stored[bit.end][bit.channel] >> bit.bit) & 1u, 1);
+    if (mode.regionCount == 2) bits.put(static_cast<std::uint32_t>(found.partition), 5);
+    const int indexBits = mode.regionCount == 2 ? 3 : 4;
+    const int secondAnchor = mode.regionCount == 2 ? anchorOf(2, found.partition, 1) : 0;
+    for (int t = 0; t < kTexelCount; ++t) {
+        const bool anchor = t == 0 || t == secondAnchor;
+        bits.put(found.index[static_cast<std::size_t>(t)], indexBits - anchor);
+    }
     bits.store(out, 16);
 }
 
 }  // namespace
 
-void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOptions&, std::byte* out) {
-    for (const Block& block : blocks) {
-        encodeMode11(block, isSigned, out);
+const Bc6hSearch& bc6hSearchOf(int effort) {
+    static constexpr std::array<Bc6hSearch, 10> kSearches = {{
+        {0, 0, 0, 1.0f / 24},
+        {0, 0, 1, 1.0f / 24},
+        {1, 0, 1, 1.0f / 24},
+        {2, 1, 1, 1.0f / 24},
+        {3, 1, 2, 1.0f / 24},
+        {4, 1, 2, 1.0f / 24},
+        {8, 2, 2, 1.0f / 24},
+        {16, 2, 3, 1.0f / 24},
+        {32, 2, 4, 1.0f / 24},
+        {32, 3, 8, 1.0f / 24},
+    }};
+    return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
+}
+
+void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out) {
+    std::vector<Bc6hResult> found(blocks.size());
+    const Bc6hSearch& search = bc6hSearchOf(options.effort);
+    if (isSigned)
+        HWY_DYNAMIC_DISPATCH(fitSigned)(blocks, search, options, found.data());
+    else
+        HWY_DYNAMIC_DISPATCH(fitUnsigned)(blocks, search, options, found.data());
+    for (const Bc6hResult& result : found) {
+        pack(result, out);
         out += 16;
     }
 }
 
 }  // namespace compress
+#endif

@@ -1,0 +1,33 @@
+// What the BC6H encoder searches at each effort, and what it finds.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "compress/block.h"
+
+namespace compress {
+
+/// Parameters of the search: what each point on the curve of time against error buys.
+struct Bc6hSearch {
+    int partitions;    ///< two-region shapes tried in full, of 32; 0: one region only
+    int freeRefits;    ///< least-squares steps before anything is rounded
+    int codedRefits;   ///< the same, against rounded ends
+    float slopeReach;  ///< share of the block's range across which the metric's slope is taken
+};
+
+/// A block before its bits are packed. Codes are signed in signed formats; region 1 only where the mode has it.
+struct Bc6hResult {
+    int mode = 0;  ///< of kBc6hModes
+    int partition = 0;
+    std::array<std::array<std::int32_t, 3>, 4> code{};
+    std::array<std::uint8_t, kTexelCount> index{};
+};
+
+const Bc6hSearch& bc6hSearchOf(int effort);
+
+/// m p(m), p of these coefficients from m^0 up, is log2(1 + m) on [0, 1] to 2e-5, exact at both ends (minimax by Lawson's iteration).
+inline constexpr std::array<float, 5> kBc6hLog2 = {1.4419170f, -0.7090964f, 0.4156059f, -0.1935755f, 0.0451490f};
+
+}  // namespace compress
