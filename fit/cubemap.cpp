@@ -24,18 +24,19 @@ constexpr double kSplitDistance = 0.1;
 
 /// Columns for the inner loop: eight texels against one entry after the other.
 struct CellList {
-    std::vector<float> x, y, z, solidAngle, red, green, blue;
+    std::vector<float> x, y, z, sharpness, solidAngle, red, green, blue;
     void clear() {
-        for (std::vector<float>* column : {&x, &y, &z, &solidAngle, &red, &green, &blue}) column->clear();
+        for (std::vector<float>* column : {&x, &y, &z, &sharpness, &solidAngle, &red, &green, &blue}) column->clear();
     }
-    void add(const glm::vec3& direction, float entrySolidAngle, const glm::vec3& flux) {
+    void add(const glm::vec3& direction, KernelScale::Softened kernel, float entrySolidAngle, const glm::vec3& flux) {
         x.push_back(direction.x);
         y.push_back(direction.y);
         z.push_back(direction.z);
-        solidAngle.push_back(entrySolidAngle);
-        red.push_back(flux.x);
-        green.push_back(flux.y);
-        blue.push_back(flux.z);
+        sharpness.push_back(kernel.sharpness);
+        solidAngle.push_back(kernel.amplitude * entrySolidAngle);
+        red.push_back(kernel.amplitude * flux.x);
+        green.push_back(kernel.amplitude * flux.y);
+        blue.push_back(kernel.amplitude * flux.z);
     }
 };
 
@@ -48,7 +49,7 @@ Eight sumCells(const CellList& list, const KernelScale& scale, Float8 x, Float8 
     Eight sum;
     for (std::size_t i = 0; i < list.x.size(); ++i) {
         const Float8 dx = x - list.x[i], dy = y - list.y[i], dz = z - list.z[i];
-        const Float8 shape = kernelShape<kKernel>(dx * dx + dy * dy + dz * dz, scale);
+        const Float8 shape = kernelShape<kKernel>(dx * dx + dy * dy + dz * dz, list.sharpness[i], scale);
         sum.weight += shape * list.solidAngle[i];
         sum.red += shape * list.red[i];
         sum.green += shape * list.green[i];
@@ -94,12 +95,13 @@ private:
         }
         for (int child = 0; child < 4; ++child) visit(levelIndex + 1, face, 2 * x + child % 2, 2 * y + child / 2, centre, radius, out);
     }
-    static void emit(const Cell& cell, double size, CellList& out) {
+    void emit(const Cell& cell, double size, CellList& out) const {
+        const KernelScale::Softened fluxKernel = scale_.softened(cell.fluxSpread);
         if (glm::distance(cell.areaCentroid, cell.fluxCentroid) > kSplitDistance * size) {
-            out.add(cell.areaCentroid, cell.solidAngle, glm::vec3(0));
-            out.add(cell.fluxCentroid, 0, cell.flux);
+            out.add(cell.areaCentroid, scale_.softened(cell.areaSpread), cell.solidAngle, glm::vec3(0));
+            out.add(cell.fluxCentroid, fluxKernel, 0, cell.flux);
         } else {
-            out.add(cell.fluxCentroid, cell.solidAngle, cell.flux);
+            out.add(cell.fluxCentroid, fluxKernel, cell.solidAngle, cell.flux);
         }
     }
 
@@ -160,20 +162,23 @@ std::vector<MipKernel> chain(const CubemapOptions& options) {
 }  // namespace
 
 struct CubemapPrefilter::State {
-    State(const formats::Environment& environment, const CubemapOptions& options)
-        : mips(chain(options)), resampler(environment), cellsPerKernelWidth(options.cellsPerKernelWidth) {
+    State(const formats::Environment& environment, const CubemapOptions& options) : mips(chain(options)), resampler(environment) {
         double narrowest = 1;
+        int finestSize = 0;
         for (MipKernel& mip : mips) {
             scales.push_back(mip.m > 0 ? makeKernelScale(options.kernel, mip.m) : KernelScale{});
             const double width = std::sqrt(scales.back().widthSquared);
             if (width < kNarrowestKernel * 2 / mip.size) {
                 mip.m = mip.perceptualRoughness = 0;
+                cellsPerWidth.push_back(0);
                 continue;
             }
+            finestSize = std::max(finestSize, mip.size);
+            cellsPerWidth.push_back(options.cellsPerKernelWidth * std::min(3.0, std::sqrt(static_cast<double>(finestSize) / mip.size)));
             mip.bands = prefilterKernelBands(options.kernel, mip.m);
             narrowest = std::min(narrowest, width);
         }
-        tree = buildCellTree(environment, narrowest / cellsPerKernelWidth, narrowest * kPiecePerKernelWidth);
+        tree = buildCellTree(environment, narrowest / options.cellsPerKernelWidth, narrowest * kPiecePerKernelWidth);
     }
 
     void filterBlock(int mip, int face, int blockX, int blockY, int firstRow, formats::ImageView<glm::vec3> out, CellList& list) const;
@@ -182,7 +187,7 @@ struct CubemapPrefilter::State {
     std::vector<KernelScale> scales;
     AreaResampler resampler;
     CellTree tree;
-    double cellsPerKernelWidth;
+    std::vector<double> cellsPerWidth;  ///< of each mip
 };
 
 /// Texels of one block, as many of its rows as `out` holds. The list depends on the block alone, so a texel does not see how rows were cut.
@@ -199,7 +204,7 @@ void CubemapPrefilter::State::filterBlock(int mip, int face, int blockX, int blo
         directions[static_cast<std::size_t>(i)] = glm::vec3(direction);
         radius = std::max(radius, glm::distance(direction, centre));
     }
-    Gatherer(tree, scale, cellsPerKernelWidth).gather(glm::vec3(centre), radius, list);
+    Gatherer(tree, scale, cellsPerWidth[static_cast<std::size_t>(mip)]).gather(glm::vec3(centre), radius, list);
     for (int first = 0; first < edge * edge; first += 8) {
         Float8 x{}, y{}, z{};
         for (int lane = 0; lane < 8; ++lane) {

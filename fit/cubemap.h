@@ -23,7 +23,8 @@ struct CubemapOptions {
     PrefilterKernel kernel = PrefilterKernel::Beckmann;
     /// Beckmann's m (GGX's alpha) of each mip, in [0, 1]; empty: perceptual roughness mip / (mipCount - 1), squared (a single mip: 0).
     std::vector<double> roughness;
-    /// Largest cell over the kernel's width. Error falls with its square, time grows with it; docs/experiments.md has the curve.
+    /// Kernel's width (one standard deviation) over the largest cell, at the finest filtered level; coarser levels, which cost little, have
+    /// up to three times as many. 1..64. docs/experiments.md has run time against error.
     double cellsPerKernelWidth = 4;
 };
 

@@ -27,18 +27,36 @@ double KernelScale::widthSquaredAt(double chord) const {
     return std::min(kWidestSquared, widthSquared + widthGrowth * chord * chord);
 }
 
+KernelScale::Softened KernelScale::softened(float spread) const {
+    double narrow = 1, wide = 1, sharpness = 0;  // widths of the kernel and of the softened one, in one unit
+    switch (kernel) {
+        case PrefilterKernel::Beckmann:  // variance 2 m^2 an axis
+            narrow = m * m;
+            wide = narrow + 0.5 * spread;
+            sharpness = 1 / wide;
+            break;
+        case PrefilterKernel::Ggx:
+            break;
+        case PrefilterKernel::Phong:
+            narrow = 1 / phongExponent(m);
+            wide = narrow + spread;
+            sharpness = 1 / wide;
+            break;
+    }
+    return {static_cast<float>(sharpness), static_cast<float>(narrow / wide)};
+}
+
 KernelScale makeKernelScale(PrefilterKernel kernel, double m) {
     KernelScale scale;
     scale.kernel = kernel;
     scale.m = m;
-    scale.inverseMSquared = static_cast<float>(1 / (m * m));
     scale.mSquared = static_cast<float>(m * m);
     scale.oneMinusMSquared = static_cast<float>(1 - m * m);
-    scale.exponent = static_cast<float>(phongExponent(m));
     scale.supportChord = std::sqrt(2 * supportVersine(kernel, m));
     switch (kernel) {
         case PrefilterKernel::Beckmann:
             scale.widthSquared = 2 * m * m;
+            scale.widthGrowth = 0.1;
             break;
         case PrefilterKernel::Ggx:
             scale.widthSquared = m * m;
@@ -46,6 +64,7 @@ KernelScale makeKernelScale(PrefilterKernel kernel, double m) {
             break;
         case PrefilterKernel::Phong:
             scale.widthSquared = 1 / phongExponent(m);
+            scale.widthGrowth = 0.1;
             break;
     }
     scale.widthSquared = std::min(scale.widthSquared, kWidestSquared);

@@ -19,15 +19,20 @@ struct KernelScale {
     PrefilterKernel kernel = PrefilterKernel::Beckmann;
     double m = 0;
     double widthSquared = 0;     ///< [chord^2] of the lobe's core: one standard deviation
-    double widthGrowth = 0;      ///< width^2 grows by this much per chord^2 where the lobe has a tail
+    double widthGrowth = 0;      ///< width^2 grows by this much per chord^2: the tail weighs little
     double supportChord = 0;     ///< beyond it the kernel is under 1e-7 of a constant kernel's value, or zero
-    float inverseMSquared = 0;   ///< 1 / m^2
     float mSquared = 0;          ///< m^2
     float oneMinusMSquared = 0;  ///< 1 - m^2
-    float exponent = 0;          ///< Phong's s
 
     /// [chord^2] Squared width of the kernel at a chord from its centre: cells have to be small beside it.
     double widthSquaredAt(double chord) const;
+
+    /// The kernel as a cell of some spread sees it: the mean over the cell is, to second order, the value of a wider and lower kernel at
+    /// the centroid. Beckmann: sharpness is 1 / m^2; Phong: the exponent. GGX's tail does not widen that way: it stays as it is.
+    struct Softened {
+        float sharpness, amplitude;
+    };
+    Softened softened(float spread) const;
 };
 
 /// m in (0, 1].
@@ -69,9 +74,9 @@ inline Float8 log2OneMinus(Float8 d) {
 
 }  // namespace detail
 
-/// The kernel's shape (1 at the centre) at eight squared chords.
+/// The kernel's shape (1 at the centre) at eight squared chords; sharpness from KernelScale::softened.
 template <PrefilterKernel kKernel>
-inline Float8 kernelShape(Float8 chordSquared, const KernelScale& scale) {
+inline Float8 kernelShape(Float8 chordSquared, float sharpness, const KernelScale& scale) {
     using detail::select;
     const Float8 x = chordSquared * 0.25f;  // sin^2 of half the angle
     const Float8 c = 1.0f - 2.0f * x;
@@ -79,13 +84,13 @@ inline Float8 kernelShape(Float8 chordSquared, const KernelScale& scale) {
     Float8 shape;
     if constexpr (kKernel == PrefilterKernel::Beckmann) {
         const Float8 inverse = 1.0f / (1.0f - select(x > 0.5f, zero + 0.5f, x));
-        shape = detail::exp2OfNegative(x * inverse * (scale.inverseMSquared * -1.4426950409f)) * (inverse * inverse) * c;
+        shape = detail::exp2OfNegative(x * inverse * (sharpness * -1.4426950409f)) * (inverse * inverse) * c;
     } else if constexpr (kKernel == PrefilterKernel::Ggx) {
         const Float8 ratio = scale.mSquared / (scale.mSquared + x * scale.oneMinusMSquared);
         shape = ratio * ratio * c;
     } else {
         const Float8 d = select(c > 1e-6f, 2.0f * x, zero + 0.999999f);
-        shape = detail::exp2OfNegative(scale.exponent * detail::log2OneMinus(d));
+        shape = detail::exp2OfNegative(sharpness * detail::log2OneMinus(d));
     }
     return select(c > 0.0f, shape, zero);
 }

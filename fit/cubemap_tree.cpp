@@ -112,6 +112,12 @@ void splatCubeStrip(formats::ImageView<const glm::vec3> texels, double scale, do
     }
 }
 
+/// Points of unit vectors scatter around their mean by 1 - |mean|^2, over two axes.
+float spreadOf(const glm::dvec3& sum, double weight) {
+    const double length = glm::length(sum) / weight;
+    return static_cast<float>(std::max(0.0, 0.5 * (1 - length * length)));
+}
+
 glm::vec3 unitOr(const glm::dvec3& vector, const glm::vec3& fallback) {
     const double length = glm::length(vector);
     return length > 0 ? glm::vec3(vector / length) : fallback;
@@ -130,6 +136,8 @@ CellLevel finishLevel(const std::vector<CellSums>& sums, int cellsPerSide) {
         cell.areaCentroid = unitOr(sums[i].direction, glm::vec3(0));
         cell.fluxCentroid = sums[i].brightness > 0 ? unitOr(sums[i].brightDirection, cell.areaCentroid) : cell.areaCentroid;
         cell.flux = glm::vec3(sums[i].flux);
+        cell.areaSpread = sums[i].solidAngle > 0 ? spreadOf(sums[i].direction, sums[i].solidAngle) : 0;
+        cell.fluxSpread = sums[i].brightness > 0 ? spreadOf(sums[i].brightDirection, sums[i].brightness) : cell.areaSpread;
     }
     return level;
 }

@@ -14,6 +14,8 @@ struct Cell {
     float solidAngle = 0;       ///< [sr]; 0: nothing fell here
     glm::vec3 fluxCentroid{0};  ///< unit; weighted by the sum of the channels' flux; the area's where there is no light
     glm::vec3 flux{0};          ///< [radiance sr], over the source's brightest value
+    float areaSpread = 0;       ///< [chord^2] variance of the area around its centroid, per axis of the tangent plane
+    float fluxSpread = 0;       ///< the same of the flux around its own
 };
 
 /// Cells of one size: cellsPerSide^2 on each of six faces.
