@@ -109,7 +109,7 @@ void encode(benchmark::State& state, const Picture& picture, formats::PixelForma
     std::vector<std::byte> blocks(formats::bytesPerImage(format, width, height));
     compress::EncodeOptions options;
     options.effort = effort;
-    for (auto _ : state) {
+    for ([[maybe_unused]] auto _ : state) {
         compress::encodeRows(format, picture.texels.view(), picture.significance.view(), options, blocks, {});
         benchmark::ClobberMemory();
     }
