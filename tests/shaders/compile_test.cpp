@@ -1,0 +1,136 @@
+// Every shared source, and every include that an engine may get, goes through glslangValidator as GLSL 4.50, as GLSL ES 3.00 and as HLSL.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "shaders/include.h"
+
+namespace {
+
+enum class Dialect { Glsl450, GlslEs300, Hlsl };
+
+bool hasGlslang() {
+    return std::system("command -v glslangValidator > /dev/null 2>&1") == 0;
+}
+
+/// Wraps the shared text into a fragment shader of the dialect; body computes a vec3 called `result`.
+std::string fragmentShader(Dialect dialect, const std::string& shared, const std::string& body) {
+    switch (dialect) {
+        case Dialect::Glsl450:
+            return "#version 450\n" + shared + "layout(location = 0) out vec4 color;\nvoid main() {\nvec3 result;\n" + body +
+                   "color = vec4(result, 1.0);\n}\n";
+        case Dialect::GlslEs300:
+            return "#version 300 es\n" + shared + "out vec4 color;\nvoid main() {\nvec3 result;\n" + body +
+                   "color = vec4(result, 1.0);\n}\n";
+        case Dialect::Hlsl:
+            break;
+    }
+    return "#define LIGHTCOOK_HLSL\n" + shared + "float4 main() : SV_Target {\nvec3 result;\n" + body + "return float4(result, 1.0);\n}\n";
+}
+
+class Compile : public testing::TestWithParam<Dialect> {
+protected:
+    void SetUp() override {
+        if (!hasGlslang()) GTEST_SKIP() << "glslangValidator is not installed (Debian: glslang-tools)";
+        const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+        std::string name = test->name();
+        std::ranges::replace(name, '/', '_');
+        folder_ = std::filesystem::temp_directory_path() / ("lightcook_shaders_" + name + "_" + std::to_string(getpid()));
+        std::filesystem::create_directories(folder_);
+    }
+    void TearDown() override { std::filesystem::remove_all(folder_); }
+
+    /// Empty if it compiles, else what glslang said.
+    std::string errors(const std::string& shared, const std::string& body) const {
+        const std::filesystem::path source = folder_ / "shader.frag", log = folder_ / "log.txt";
+        std::ofstream(source) << fragmentShader(GetParam(), shared, body);
+        std::string command = "glslangValidator -S frag ";
+        if (GetParam() == Dialect::Hlsl) command += "-D -V -e main -o '" + (folder_ / "out.spv").string() + "' ";
+        if (GetParam() == Dialect::Glsl450) command += "-V -o '" + (folder_ / "out.spv").string() + "' ";
+        command += "'" + source.string() + "' > '" + log.string() + "' 2>&1";
+        if (std::system(command.c_str()) == 0) return {};
+        std::ostringstream said;
+        said << std::ifstream(log).rdbuf();
+        return said.str();
+    }
+
+private:
+    std::filesystem::path folder_;
+};
+
+const std::string kNothing = "result = lcGrey(1.0);\n";
+
+std::string textOf(std::string_view name) {
+    for (const shaders::ShaderSource& source : shaders::allSources())
+        if (source.name == name) return std::string(source.text);
+    ADD_FAILURE() << "no source " << name;
+    return {};
+}
+
+/// Decode and shade with everything that a layout needs.
+std::string useOf(const std::string& layout) {
+    if (layout == "flat") return "LcFlatConstants k; k.range = 2.0;\nresult = lcLightMapFlat(vec4(0.1, 0.2, 0.3, 1.0), k);\n";
+    const std::string type = layout == "raw" ? "Raw" : layout == "luvw" ? "Luvw" : "Ratio";
+    std::string body = "Lc" + type + "Texels t;\nLc" + type + "Constants k;\n";
+    const std::string one = "vec4(0.5, 0.5, 0.5, 1.0)";
+    if (layout == "raw") body += "for (int i = 0; i < 9; ++i) { t.sh[i] = " + one + "; }\nk.range = 2.0;\n";
+    if (layout == "luvw")
+        body += "for (int i = 0; i < 9; ++i) { t.first[i] = " + one + "; t.second[i] = " + one +
+                "; k.range[i] = 2.0; k.span[i] = 0.25; }\nk.neutral = " + one + ";\n";
+    if (layout == "ratio")
+        body += "t.l0 = " + one + ";\nk.range = 2.0;\nfor (int i = 0; i < 8; ++i) { t.ratio[i] = " + one +
+                "; k.scale[i] = 2.0; k.bias[i] = -1.0; }\n";
+    return body + "LcSh sh = lcLightMap" + type + "(t, k);\n" +
+           "LcFrame f = lcViewFrame(vec3(0.0, 0.0, 1.0), vec3(0.6, 0.0, 0.8));\n"
+           "result = lcExitRadiance(lcLocalSh(sh, f.x, f.y, f.z), vec3(0.0, 0.0, 1.0));\n";
+}
+
+TEST_P(Compile, EachSourceWithOnlyThePreludeAndHarmonicsBeforeIt) {
+    for (const shaders::ShaderSource& source : shaders::allSources()) {
+        std::string text = textOf("prelude.glsl");
+        if (source.name != "prelude.glsl") text += textOf("sh.glsl");
+        if (source.name != "prelude.glsl" && source.name != "sh.glsl") text += std::string(source.text);
+        EXPECT_EQ(errors(text, kNothing), "") << source.name;
+    }
+}
+
+TEST_P(Compile, TheIncludeOfEveryLayoutDecodesAndShades) {
+    for (const std::string layout : {"raw", "flat", "luvw", "ratio"}) {
+        const std::vector<std::string> layouts = {layout};
+        EXPECT_EQ(errors(shaders::shaderInclude(layouts), useOf(layout)), "") << layout;
+    }
+}
+
+TEST_P(Compile, TheIncludeOfAllLayoutsMayBeIncludedTwice) {
+    const std::vector<std::string> layouts = {"raw", "flat", "luvw", "ratio"};
+    const std::string text = shaders::shaderInclude(layouts);
+    EXPECT_EQ(errors(text + text, useOf("ratio")), "");
+}
+
+TEST_P(Compile, AMistakeIsNoticed) {
+    EXPECT_NE(errors(textOf("prelude.glsl"), "result = lcNoSuchFunction(1.0);\n"), "");
+}
+
+std::string dialectName(const testing::TestParamInfo<Dialect>& tested) {
+    constexpr std::array names = {"Glsl450", "GlslEs300", "Hlsl"};
+    return names[static_cast<std::size_t>(tested.param)];
+}
+INSTANTIATE_TEST_SUITE_P(Dialects, Compile, testing::Values(Dialect::Glsl450, Dialect::GlslEs300, Dialect::Hlsl), dialectName);
+
+TEST(ShaderInclude, HoldsOnlyTheLayoutsAskedForInOneOrder) {
+    const std::vector<std::string> ratio = {"ratio"}, both = {"ratio", "luvw", "ratio"}, turned = {"luvw", "ratio"};
+    EXPECT_NE(shaders::shaderInclude(ratio).find("lcLightMapRatio"), std::string::npos);
+    EXPECT_EQ(shaders::shaderInclude(ratio).find("lcLightMapLuvw"), std::string::npos);
+    EXPECT_EQ(shaders::shaderInclude(both), shaders::shaderInclude(turned));
+    EXPECT_NE(shaders::shaderInclude({}).find("lcCookTorrance"), std::string::npos);
+}
+
+}  // namespace

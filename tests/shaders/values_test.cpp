@@ -1,0 +1,189 @@
+// The shared sources, compiled as C++, against lighting/: the same mathematics written twice, by different hands.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <random>
+
+#include "lighting/brdf.h"
+#include "lighting/radiometry.h"
+#include "lighting/sh.h"
+#include "lighting/sphere.h"
+#include "shaders/lightcook_cpp.h"
+
+namespace {
+
+using glm::vec3;
+using shaders::LcSh;
+
+class Random {
+public:
+    vec3 direction() {
+        const vec3 v(normal_(engine_), normal_(engine_), normal_(engine_));
+        return glm::normalize(v);
+    }
+    float number(float low, float high) { return std::uniform_real_distribution<float>(low, high)(engine_); }
+    LcSh light() {
+        LcSh sh;
+        for (vec3& c : sh.c) c = vec3(number(-1, 1), number(-1, 1), number(-1, 1));
+        return sh;
+    }
+
+private:
+    std::mt19937 engine_{7};
+    std::normal_distribution<float> normal_;
+};
+
+lighting::ShRgb toRgb(const LcSh& sh) {
+    lighting::ShRgb out;
+    std::copy_n(sh.c, out.size(), out.begin());
+    return out;
+}
+
+void expectNear(const vec3& a, const vec3& b, float tolerance) {
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], tolerance);
+}
+
+TEST(ShaderSh, EvaluatesAsLightingDoes) {
+    Random random;
+    for (int i = 0; i < 200; ++i) {
+        const LcSh sh = random.light();
+        const vec3 n = random.direction();
+        expectNear(shaders::lcRadiance(sh, n), lighting::evaluate(toRgb(sh), n), 1e-5f);
+        expectNear(shaders::lcIrradiance(sh, n), lighting::irradiance(toRgb(sh), n).value, 2e-5f);
+        expectNear(shaders::lcExitRadiance(sh, n), lighting::lambertExitRadiance(toRgb(sh), n, vec3(1)).value, 1e-5f);
+        const float wrap = random.number(0, 1);
+        const lighting::ShRgb wrapped = lighting::convolve(toRgb(sh), lighting::wrappedLambertBands(static_cast<double>(wrap)));
+        expectNear(shaders::lcExitRadianceWrapped(sh, n, wrap), lighting::evaluate(wrapped, n), 1e-5f);
+    }
+}
+
+TEST(ShaderSh, ConstantGreyLeavesAWhiteSurfaceAsGrey) {
+    LcSh sh{};
+    sh.c[0] = vec3(0.5f * std::sqrt(4 * std::numbers::pi_v<float>));
+    Random random;
+    for (int i = 0; i < 50; ++i) {
+        expectNear(shaders::lcExitRadiance(sh, random.direction()), vec3(0.5f), 5e-7f);
+        expectNear(shaders::lcZonalSpecular(sh, random.direction(), vec3(1, 0.9f, 0.7f)), vec3(0.5f), 5e-7f);
+    }
+}
+
+TEST(ShaderSh, LocalCoefficientsAreThoseOfTheTurnedLight) {
+    Random random;
+    for (int i = 0; i < 100; ++i) {
+        const LcSh sh = random.light();
+        const glm::dmat3 world = lighting::worldFromTangentFrame(glm::dvec3(random.direction()));
+        const LcSh local = shaders::lcLocalSh(sh, vec3(world[0]), vec3(world[1]), vec3(world[2]));
+        const lighting::ShRgb expected = lighting::ShRotation(glm::transpose(world)).apply(toRgb(sh));
+        for (std::size_t k = 0; k < expected.size(); ++k) expectNear(local.c[k], expected[k], 3e-6f);
+        const vec3 n = random.direction();
+        expectNear(shaders::lcRadiance(local, n), shaders::lcRadiance(sh, glm::mat3(world) * n), 1e-5f);
+    }
+}
+
+TEST(ShaderSpecular, CookTorranceIsLightings) {
+    Random random;
+    for (int i = 0; i < 500; ++i) {
+        const vec3 normal = random.direction(), view = random.direction(), light = random.direction();
+        const float m = random.number(0.1f, 0.6f), f0 = random.number(0, 1);
+        const vec3 value = shaders::lcCookTorrance(view, light, normal, m, vec3(f0));
+        const auto expected = [&](lighting::CookTorranceNormalization normalization) {
+            return lighting::cookTorrance(glm::dvec3(view), glm::dvec3(light), glm::dvec3(normal), static_cast<double>(m),
+                                          static_cast<double>(f0), lighting::NormalDistribution::Beckmann, normalization);
+        };
+        const double energy = expected(lighting::CookTorranceNormalization::Energy);
+        EXPECT_NEAR(static_cast<double>(value.x), energy, 1e-3 * energy + 1e-6) << "m " << m;
+        const double halo = expected(lighting::CookTorranceNormalization::Halo3);
+        EXPECT_NEAR(static_cast<double>(shaders::lcCookTorranceHalo3(view, light, normal, m, vec3(f0)).x), halo, 1e-3 * halo + 4e-6);
+    }
+}
+
+TEST(ShaderSpecular, FresnelStaysSaneAtItsEnds) {
+    for (const float f0 : {0.0f, 0.04f, 0.6f, 1.0f}) {
+        EXPECT_NEAR(shaders::lcFresnelExact(f0, 1.0f), f0, 1e-3f);
+        // Without a step of the index there is nothing to reflect, at any angle.
+        EXPECT_NEAR(shaders::lcFresnelExact(f0, 0.0f), f0 == 0 ? 0.0f : 1.0f, 1e-3f);
+        for (const float LoH : {-0.1f, 0.0f, 0.3f, 1.0f, 1.0000001f}) {
+            EXPECT_TRUE(std::isfinite(shaders::lcFresnelExact(f0, LoH)));
+            const float schlick = shaders::lcSchlick(vec3(f0), LoH).x;
+            EXPECT_GE(schlick, f0 - 1e-6f);
+            EXPECT_LE(schlick, 1.0f + 1e-6f);
+        }
+    }
+}
+
+TEST(ShaderSpecular, ViewFrameIsOrthonormalAlsoAlongTheNormal) {
+    Random random;
+    for (int i = 0; i < 100; ++i) {
+        const vec3 normal = random.direction();
+        const vec3 view = i % 4 == 0 ? normal : random.direction();
+        const shaders::LcFrame f = shaders::lcViewFrame(normal, view);
+        EXPECT_NEAR(glm::dot(f.x, f.y), 0, 1e-5f);
+        EXPECT_NEAR(glm::dot(f.x, f.z), 0, 2e-4f);
+        EXPECT_NEAR(glm::length(f.x), 1, 1e-5f);
+        EXPECT_NEAR(glm::dot(glm::cross(f.x, f.y), f.z), 1, 1e-4f);
+        EXPECT_NEAR(glm::dot(f.y, view), 0, 2e-4f);
+        EXPECT_GE(glm::dot(f.x, view), -1e-5f);
+    }
+}
+
+TEST(ShaderSpecular, AreaSpecularIsTheSumOfTheKernel) {
+    Random random;
+    const lighting::AreaSpecularKernel kernel =
+        lighting::integrateAreaSpecular(0.7, 0.3, lighting::NormalDistribution::Beckmann, lighting::CookTorranceNormalization::Energy, 128);
+    shaders::LcSpecularKernel texels;
+    const auto at = [](const lighting::ShDouble& k, std::size_t i) { return static_cast<float>(k[i]); };
+    texels.c0236 = glm::vec4(at(kernel.c, 0), at(kernel.c, 2), at(kernel.c, 3), at(kernel.c, 6));
+    texels.d0236 = glm::vec4(at(kernel.d, 0), at(kernel.d, 2), at(kernel.d, 3), at(kernel.d, 6));
+    texels.cd78 = glm::vec4(at(kernel.c, 7), at(kernel.c, 8), at(kernel.d, 7), at(kernel.d, 8));
+    // A table of scale 1/2 and bias 1/4, as unorm textures have one.
+    shaders::LcSpecularConstants k;
+    k.scale = {glm::vec4(2), glm::vec4(2), glm::vec4(2)};
+    k.bias = {glm::vec4(-0.5f), glm::vec4(-0.5f), glm::vec4(-0.5f)};
+    const auto packed = [](const glm::vec4& v) { return 0.5f * (v + 0.5f); };
+    const shaders::LcSpecularKernel stored = {packed(texels.c0236), packed(texels.d0236), packed(texels.cd78)};
+    for (int i = 0; i < 20; ++i) {
+        const LcSh sh = random.light();
+        const double f0 = 0.6;
+        double expected = 0;
+        for (std::size_t j = 0; j < kernel.c.size(); ++j)
+            expected += static_cast<double>(sh.c[j].y) * (f0 * kernel.c[j] + (1 - f0) * kernel.d[j]);
+        const vec3 value = shaders::lcAreaSpecular(sh, shaders::lcSpecularKernel(stored, k), vec3(static_cast<float>(f0)));
+        EXPECT_NEAR(static_cast<double>(value.y), expected, 1e-5);
+    }
+}
+
+TEST(ShaderLightMap, LuvwWithTheConstantsOfTheTalkIsItsFormula) {
+    const glm::vec4 first(0.9f, 0.6f, 0.3f, 0.7f), second(0.5f, 0.8f, 0.4f, 0.6f);
+    const vec3 value = shaders::lcLuvw(first, second, 3.0f, 1.0f, vec3(0.5f));
+    const vec3 uvw = (vec3(first) + vec3(second)) * 2.0f - 2.0f;
+    expectNear(value, 3.0f * 0.7f * 0.6f * uvw, 1e-6f);
+}
+
+TEST(ShaderLightMap, RatioOfABlackL0IsBlack) {
+    shaders::LcRatioTexels texels{};
+    shaders::LcRatioConstants constants{};
+    constants.range = 5;
+    for (int i = 0; i < 8; ++i) {
+        texels.ratio[i] = glm::vec4(1);
+        constants.scale[i] = 4;
+        constants.bias[i] = -2;
+    }
+    for (const vec3& c : shaders::lcLightMapRatio(texels, constants).c) EXPECT_EQ(c, vec3(0));
+}
+
+TEST(ShaderRsrm, TexelCentresAndRowsAreWhereTheMapHasThem) {
+    const vec3 axis(0, 1, 0);
+    constexpr int width = 256;
+    for (const int j : {0, 1, 100, 255}) {
+        const float z = 1 - (2 * static_cast<float>(j) + 1) / width;
+        const vec3 r(std::sqrt(1 - z * z), z, 0);
+        EXPECT_NEAR(shaders::lcRsrmU(r, axis), (static_cast<float>(j) + 0.5f) / width, 1e-6f);
+    }
+    for (int row = 0; row < 8; ++row) EXPECT_NEAR(shaders::lcRsrmRow(std::pow(4.0f, static_cast<float>(row)), 1, 4), row, 1e-5f);
+    EXPECT_EQ(shaders::lcRsrmUv(axis, axis, 100, 8), glm::vec2(0, 7.5f / 8));
+    expectNear(shaders::lcRsrmBlend(vec3(1), vec3(3), 0.25f), vec3(1.5f), 1e-6f);
+}
+
+}  // namespace
