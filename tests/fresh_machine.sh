@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# The promise of the README, kept on a machine that has nothing: a bare Debian 12 in a folder, a fresh clone in it, and then
-# ./dev demo, a look at the report in headless Chromium, and ./dev test. Needs root, debootstrap, git and a Debian mirror.
+# The promise of the README, kept on a machine that has nothing: a bare Debian 12 in a folder, a fresh clone in it, and then ./dev demo,
+# ./dev setup twice, a picture of the report by headless Chromium, and ./dev test. Needs root, debootstrap, git and a Debian mirror.
 #   tests/fresh_machine.sh [--out DIR] [--keep] [--only setup|demo|test]
 #     --out DIR   where logs, the demo's output and the picture of its report go (default: build/fresh_machine)
 #     --keep      leave the root where it is (its mounts are taken down all the same)
-#     --only STEP stop after setup, after the demo with its picture, or do setup and test without the demo
+#     --only STEP only the setups, only these and the demo with its picture, or only these and the tests
 # Environment: LIGHTCOOK_FRESH_CACHE keeps the bare root and the .deb files between runs (default: /tmp/lightcook-fresh-cache);
 # DEBIAN_MIRROR names another mirror than http://deb.debian.org.
 # What is committed is what is tried: changes that are not committed are not in the clone.
@@ -98,6 +98,12 @@ inside() {  # LOG COMMAND...: runs in the clone, in a bare environment, with nob
 
 # --- the promise ------------------------------------------------------------------------------------------------------------------------
 
+if [[ $only == all || $only == demo ]]; then
+    inside demo ./dev demo -o /root/lightcook/demo
+    rm -rf "$out/demo"
+    cp -r "$root/root/lightcook/demo" "$out/demo"
+fi
+
 inside setup ./dev setup
 start=${EPOCHREALTIME/./}
 inside setup_again ./dev setup
@@ -105,21 +111,15 @@ took=$((${EPOCHREALTIME/./} - start))
 grep -q 'nothing to install' "$out/setup_again.log" || die "the second ./dev setup installed something: $out/setup_again.log"
 ((took < 2000000)) || die "the second ./dev setup took $((took / 1000)) ms, expected under 2000"
 echo "fresh_machine: the second ./dev setup took $((took / 1000)) ms"
-[[ $only != setup ]] || exit 0
 
-if [[ $only != test ]]; then
-    inside demo ./dev demo -o /root/lightcook/demo
-    rm -rf "$out/demo"
-    cp -r "$root/root/lightcook/demo" "$out/demo"
-fi
-inside setup_test ./dev setup test
-if [[ $only != test ]]; then
+if [[ $only == all || $only == demo ]]; then
     inside screenshot chromium --headless --no-sandbox --disable-gpu --disable-background-networking --disable-component-update --disable-sync \
         --hide-scrollbars --window-size=1280,2400 --screenshot=/root/lightcook/report.png file:///root/lightcook/demo/report.html
     cp "$root/root/lightcook/report.png" "$out/report.png"
     echo "fresh_machine: the report as a picture: $out/report.png"
 fi
-[[ $only != demo ]] || exit 0
 
-inside test ./dev test
-grep -E 'tests passed|tests failed' "$out/test.log" | tail -n 1
+if [[ $only == all || $only == test ]]; then
+    inside test ./dev test
+    grep -E 'tests passed|tests failed' "$out/test.log" | tail -n 1
+fi
