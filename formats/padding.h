@@ -1,0 +1,31 @@
+// Texels outside charts, as far as a filter or a block reaches over a chart's edge.
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+
+#include "formats/image.h"
+
+namespace formats {
+
+/// Calls add(x, y) for every covered texel on the smallest square ring around (centreX, centreY), 1 .. largestRing texels away, that has
+/// any. Rings are walked row by row, so that sums have one order. Returns how many there were; 0: none within reach.
+template <class Add>
+int visitNearestCovered(ImageView<const std::uint8_t> covered, int centreX, int centreY, int largestRing, Add add) {
+    for (int ring = 1; ring <= largestRing; ++ring) {
+        int count = 0;
+        for (int y = centreY - ring; y <= centreY + ring; ++y) {
+            if (y < 0 || y >= covered.height) continue;
+            const int step = std::abs(y - centreY) == ring ? 1 : 2 * ring;
+            for (int x = centreX - ring; x <= centreX + ring; x += step) {
+                if (x < 0 || x >= covered.width || covered.at(x, y) == 0) continue;
+                add(x, y);
+                ++count;
+            }
+        }
+        if (count > 0) return count;
+    }
+    return 0;
+}
+
+}  // namespace formats

@@ -1,0 +1,36 @@
+#include <array>
+#include <utility>
+
+#include "pipeline/action.h"
+#include "pipeline/dominant_actions.h"
+#include "pipeline/light_map_actions.h"
+#include "pipeline/mesh_actions.h"
+#include "pipeline/probe_actions.h"
+
+namespace pipeline {
+
+ActionFunction actionFunction(const std::string& kind) {
+    static constexpr std::array<std::pair<std::string_view, ActionFunction>, 13> kFunctions = {{
+        {"materials", readMaterials},
+        {"light-map", cookLightMap},
+        {"dominant", cookDominant},
+        {"cubemap", cookCubemap},
+        {"lut", cookTables},
+        {"rsrm", cookRsrm},
+        {"mesh", cookMesh},
+        {"verify-light-map", verifyLightMap},
+        {"verify-dominant", verifyDominant},
+        {"verify-cubemap", verifyCubemap},
+        {"verify-lut", verifyTables},
+        {"verify-rsrm", verifyRsrm},
+        {"verify-mesh", verifyMesh},
+    }};
+    for (const auto& [name, function] : kFunctions)
+        if (name == kind) return function;
+    return [](const ActionContext& context) -> formats::Result<ActionOutcome> {
+        return formats::failure(formats::ErrorCode::FileUnreadable, context.action.asset,
+                                "found the kind '" + context.action.kind + "', expected one that this version knows");
+    };
+}
+
+}  // namespace pipeline

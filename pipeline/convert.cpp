@@ -1,0 +1,92 @@
+#include "pipeline/convert.h"
+
+#include <fmt/format.h>
+
+#include "pipeline/files.h"
+#include "pipeline/manifest.h"
+
+namespace pipeline {
+namespace {
+
+using formats::Error;
+using formats::ErrorCode;
+
+/// A name for the asset: the input's, as far as a name may hold it.
+std::string assetName(const ConvertOptions& options) {
+    std::string name = options.converter == "lut" ? "specular" : options.input.stem().string();
+    for (char& c : name)
+        if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_' && c != '-' && c != '.') c = '_';
+    return name.empty() || name.front() == '.' ? options.converter : name;
+}
+
+Scene sceneOf(const ConvertOptions& options, const std::string& name) {
+    Scene scene;
+    scene.name = name;
+    scene.directory = options.input.parent_path();
+    if (options.converter == "lightmap" || options.converter == "dominant") {
+        LightMapEntry entry;
+        entry.name = name;
+        entry.file = options.input;
+        entry.description.phase = options.phase == "none" ? formats::ShPhase::None : formats::ShPhase::CondonShortley;
+        entry.description.frame = options.frame == "world" ? formats::ShFrame::World : formats::ShFrame::Tangent;
+        entry.description.quantity = options.quantity == "radiance" ? formats::ShQuantity::Radiance : formats::ShQuantity::Irradiance;
+        entry.description.lightUnits = options.lightUnits == "radiometric" ? formats::LightUnits::Radiometric : formats::LightUnits::Game;
+        scene.lightMaps.push_back(entry);
+    } else if (options.converter == "cubemap") {
+        scene.probes.push_back({name, options.input, options.sh.empty() ? std::nullopt : std::optional(options.sh)});
+    } else if (options.converter == "rsrm") {
+        GradientEntry entry{name, options.input};
+        if (!options.exponents.empty()) entry.exponents = options.exponents;
+        scene.gradients.push_back(entry);
+    } else {
+        MaterialEntry material;
+        material.name = "*";
+        if (options.m.size() == 2) material.m = Range{options.m[0], options.m[1]};
+        scene.materials.push_back(material);
+    }
+    return scene;
+}
+
+Outcome failed(Error error) {
+    return {{std::move(error)}, {}, {}, 0, 0};
+}
+
+/// Moves the asset's only texture out of the folder it was cooked into.
+Outcome keepTexture(Outcome outcome, const std::filesystem::path& output) {
+    const auto manifest = readManifest(outcome.output);
+    if (!manifest) return failed(manifest.error());
+    const Json& textures = manifest->at("assets").at(0).at("textures");
+    if (textures.size() != 1)
+        return failed({ErrorCode::InvalidRequest, output.string(),
+                       fmt::format("found {} textures to write, expected a folder for them", textures.size())});
+    const std::string file = textures[0].at("file").get<std::string>();
+    if (auto copied = copyFile(outcome.output / file, output); !copied) return failed(copied.error());
+    outcome.output = output;
+    return outcome;
+}
+
+}  // namespace
+
+Outcome convert(const ConvertOptions& options, const RunState& state) {
+    if (options.m.size() == 2 && !(0 <= options.m[0] && options.m[0] <= options.m[1] && options.m[1] <= 1))
+        return failed(
+            {ErrorCode::InvalidRequest, "--m", fmt::format("found {},{}, expected 0 <= low <= high <= 1", options.m[0], options.m[1])});
+    const std::string name = assetName(options);
+    CookOptions cook = options.cook;
+    cook.repair = options.repair;
+    cook.onlyKind = options.converter == "lightmap" ? "light-map" : options.converter;
+    const std::string extension = options.output.extension().string();
+    const bool isFile = extension == ".ktx2" || extension == ".dds";
+    if (!isFile) {
+        cook.output = options.output;
+        return cookScene(sceneOf(options, name), cook, state);
+    }
+    cook.container = extension == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
+    auto folder = TemporaryFolder::create(std::filesystem::temp_directory_path());
+    if (!folder) return failed(folder.error());
+    cook.output = folder->path() / "cooked";
+    Outcome outcome = cookScene(sceneOf(options, name), cook, state);
+    return outcome.errors.empty() ? keepTexture(std::move(outcome), options.output) : outcome;
+}
+
+}  // namespace pipeline

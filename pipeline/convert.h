@@ -1,0 +1,24 @@
+// The single converters: a scene of one asset, put together in memory and cooked like any other, verdict included.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "pipeline/cook.h"
+
+namespace pipeline {
+
+struct ConvertOptions {
+    std::string converter;  ///< lightmap, dominant, cubemap, lut or rsrm
+    std::filesystem::path input, output, sh;
+    std::string phase = "none", frame = "world", quantity = "radiance", lightUnits = "radiometric";
+    std::vector<double> exponents, m;
+    bool repair = false;
+    CookOptions cook;  ///< what lies over [output]
+};
+
+/// output: a folder as `cook` leaves it; or a .ktx2 or .dds file, where the asset is one texture.
+Outcome convert(const ConvertOptions& options, const RunState& state);
+
+}  // namespace pipeline

@@ -1,0 +1,292 @@
+#include "pipeline/light_map_actions.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "compress/light_map.h"
+#include "lighting/radiometry.h"
+#include "pipeline/bands.h"
+#include "pipeline/figures_json.h"
+#include "pipeline/preview.h"
+#include "pipeline/textures.h"
+#include "verify/texture_unit.h"
+
+namespace pipeline {
+namespace {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::LightMapBand;
+using formats::Result;
+
+struct Measured {
+    compress::LightMapMeasure measure;
+    formats::LightMapRepairs repairs;
+    std::int64_t negativeAfterGamut = 0;
+};
+
+Result<Measured> measure(LightMapSource& source, const ActionContext& context) {
+    auto parts = forEachBand<Measured>(source.bandCount(), context, "measure " + context.action.asset, [&](int index) -> Result<Measured> {
+        const auto band = source.band(index);
+        if (!band) return tl::make_unexpected(band.error());
+        Measured part{compress::LightMapMeasure(source.luminanceWeights()), (*band)->repairs, (*band)->negativeAfterGamut};
+        part.measure.add(**band);
+        return part;
+    });
+    if (!parts) return tl::make_unexpected(parts.error());
+    Measured whole{compress::LightMapMeasure(source.luminanceWeights()), {}, 0};
+    for (const Measured& part : *parts) {
+        whole.measure.merge(part.measure);
+        whole.repairs.notFinite += part.repairs.notFinite;
+        whole.repairs.negativeDc += part.repairs.negativeDc;
+        whole.negativeAfterGamut += part.negativeAfterGamut;
+    }
+    return whole;
+}
+
+formats::TextureShape shapeOf(const compress::LightMapPlan& plan, const compress::LightMapTexture& texture) {
+    formats::TextureShape shape;
+    shape.format = texture.format;
+    shape.width = plan.width;
+    shape.height = plan.height;
+    shape.layerCount = texture.layerCount;
+    shape.isArray = texture.layerCount > 1;
+    return shape;
+}
+
+/// What a loader needs to decode, inside each texture too, in case the manifest gets lost.
+std::map<std::string, std::string> textureMetadata(const compress::LightMapPlan& plan, const compress::LightMapTexture& texture) {
+    const Json facts = {
+        {"layout", std::string(compress::lightMapLayoutName(plan.layout))}, {"role", texture.name}, {"constants", plan.constants}};
+    return {{"io.lightcook", facts.dump()}};
+}
+
+Result<compress::EncodeReport> encodeBands(LightMapSource& source, const compress::LightMapPlan& plan, const TextureSettings& settings,
+                                           std::vector<formats::TextureWriter>& writers, const ActionContext& context) {
+    compress::EncodeOptions options;
+    options.effort = settings.effort;
+    using Report = compress::EncodeReport;
+    auto reports = forEachBand<Report>(source.bandCount(), context, "encode " + context.action.asset, [&](int index) -> Result<Report> {
+        const auto band = source.bandWithMargin(index, compress::kLightMapPaddingRows, compress::kLightMapPaddingRows);
+        if (!band) return tl::make_unexpected(band.error());
+        const int firstRow = index * kBandRows;
+        const auto rows = compress::encodeLightMapRows(plan, *band, firstRow, source.bandRows(index), options);
+        for (std::size_t texture = 0; texture < writers.size(); ++texture) {
+            const int firstBlockRow = firstRow / formats::info(plan.textures[texture].format).blockHeight;
+            for (std::size_t layer = 0; layer < rows.textures[texture].layers.size(); ++layer)
+                if (auto written = writers[texture].writeBlockRows({0, static_cast<int>(layer), 0}, firstBlockRow,
+                                                                   rows.textures[texture].layers[layer]);
+                    !written)
+                    return tl::make_unexpected(written.error());
+        }
+        return rows.report;
+    });
+    if (!reports) return tl::make_unexpected(reports.error());
+    Report total;
+    for (const Report& each : *reports) total.add(each);
+    return total;
+}
+
+Json manifestEntry(const ActionContext& context, const compress::LightMapPlan& plan, const TextureSettings& settings) {
+    const Json& parameters = context.action.parameters;
+    Json asset = {{"name", context.action.asset},
+                  {"kind", "light-map"},
+                  {"layout", std::string(compress::lightMapLayoutName(plan.layout))},
+                  {"width", plan.width},
+                  {"height", plan.height},
+                  {"bits_per_texel", plan.bitsPerTexel()},
+                  {"quantity", "incident radiance"},
+                  {"units", "radiometric"},
+                  {"phase", "none"},
+                  {"frame", "world"},
+                  {"decode_degree", plan.decodeDegree},
+                  {"constants", plan.constants},
+                  {"textures", Json::array()},
+                  {"source", {{"description", parameters.at("description")}}}};
+    for (const compress::LightMapTexture& texture : plan.textures) {
+        const std::string file = context.action.asset + "_" + texture.name + std::string(settings.extension());
+        asset["textures"].push_back(
+            textureEntry(texture.name, file, shapeOf(plan, texture), std::filesystem::file_size(context.folder / file), {}));
+    }
+    return asset;
+}
+
+compress::LightMapTarget targetOf(const std::string& name) {
+    if (name == "astc") return compress::LightMapTarget::Astc;
+    return name == "float" ? compress::LightMapTarget::Float : compress::LightMapTarget::Bc;
+}
+
+}  // namespace
+
+Result<ActionOutcome> cookLightMap(const ActionContext& context) {
+    const Json& parameters = context.action.parameters;
+    const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
+    const auto description = lightMapDescriptionFromJson(parameters.at("description"), context.action.asset);
+    if (!description) return tl::make_unexpected(description.error());
+    const auto source = LightMapSource::open(context.action.inputs.at("source"), *description);
+    if (!source) return tl::make_unexpected(source.error());
+    const auto measured = measure(**source, context);
+    if (!measured) return tl::make_unexpected(measured.error());
+
+    const auto layout = compress::lightMapLayoutFromName(parameters.at("layout").get<std::string>());
+    const compress::LightMapPlan plan = compress::planLightMap(*layout, targetOf(parameters.at("target").get<std::string>()),
+                                                               (*source)->width(), (*source)->height(), measured->measure);
+    ActionOutcome outcome;
+    std::vector<formats::TextureWriter> writers;
+    for (const compress::LightMapTexture& texture : plan.textures) {
+        const std::string file = context.action.asset + "_" + texture.name + std::string(settings.extension());
+        auto writer = createTexture(context.folder / file, shapeOf(plan, texture), settings, textureMetadata(plan, texture));
+        if (!writer) return tl::make_unexpected(writer.error());
+        writers.push_back(std::move(*writer));
+        outcome.files.push_back(file);
+    }
+    const auto report = encodeBands(**source, plan, settings, writers, context);
+    if (!report) return tl::make_unexpected(report.error());
+    for (formats::TextureWriter& writer : writers)
+        if (auto committed = writer.commit(); !committed) return tl::make_unexpected(committed.error());
+
+    outcome.result["asset"] = manifestEntry(context, plan, settings);
+    outcome.result["bytes_in"] = std::filesystem::file_size(context.action.inputs.at("source"));
+    outcome.result["notes"] = {
+        {"covered_texels", measured->measure.coveredTexels()},  {"beyond_positive_bounds", measured->measure.beyondPositiveBounds()},
+        {"repaired_not_finite", measured->repairs.notFinite},   {"repaired_negative_dc", measured->repairs.negativeDc},
+        {"negative_after_gamut", measured->negativeAfterGamut}, {"clamped_high", report->clampedHigh},
+        {"clamped_negative", report->clampedNegative}};
+    return outcome;
+}
+
+Result<double> surveyKey(LightMapSource& bake, const ActionContext& context) {
+    using verify::LightMapKey;
+    const auto parts =
+        forEachBand<LightMapKey>(bake.bandCount(), context, "survey " + context.action.asset, [&](int index) -> Result<LightMapKey> {
+            const auto band = bake.band(index);
+            if (!band) return tl::make_unexpected(band.error());
+            LightMapKey part(bake.luminanceWeights());
+            part.add(**band, (*band)->firstRow, bake.bandRows(index));
+            return part;
+        });
+    if (!parts) return tl::make_unexpected(parts.error());
+    LightMapKey key(bake.luminanceWeights());
+    for (const LightMapKey& part : *parts) key.merge(part);
+    return key.key();
+}
+
+Result<CookedLightMapReader> CookedLightMapReader::open(const std::filesystem::path& folder, const Json& asset,
+                                                        const verify::LightMapShading& shading, const verify::LightMapSampling& sampling,
+                                                        double key) {
+    verify::CookedLightMap map;
+    map.layout = asset.at("layout").get<std::string>();
+    map.constants = asset.at("constants").get<std::map<std::string, std::vector<float>>>();
+    map.width = asset.at("width").get<int>();
+    map.height = asset.at("height").get<int>();
+    auto verifier = verify::LightMapVerifier::create(map, shading, sampling, key);
+    if (!verifier) return tl::make_unexpected(verifier.error());
+    CookedLightMapReader reader(std::move(*verifier), map.width, map.height);
+    for (const auto& need : reader.verifier_.textures()) {
+        auto texture = openTexture(folder, asset, need.name);
+        if (!texture) return tl::make_unexpected(texture.error());
+        const formats::TextureShape& shape = texture->shape();
+        if (shape.layerCount != need.layerCount || shape.width != map.width || shape.height != map.height)
+            return failure(ErrorCode::Verification, asset.at("name").get<std::string>() + ", texture " + need.name,
+                           fmt::format("found {} x {} with {} layers, expected {} x {} with {}", shape.width, shape.height,
+                                       shape.layerCount, map.width, map.height, need.layerCount));
+        reader.textures_.push_back(std::move(*texture));
+    }
+    return reader;
+}
+
+Result<verify::DecodedLightMapRows> CookedLightMapReader::read(int firstRow, int rowCount) const {
+    verify::DecodedLightMapRows rows;
+    rows.firstRow = firstRow;
+    for (const formats::TextureReader& texture : textures_) {
+        const formats::PixelFormat format = texture.shape().format;
+        const int blockHeight = formats::info(format).blockHeight;
+        const int blockRows = formats::blocksDown(format, std::min(rowCount, height_ - firstRow));
+        const int texelRows = std::min(blockRows * blockHeight, height_ - firstRow);
+        std::vector<std::byte> blocks(formats::bytesPerBlockRow(format, width_) * static_cast<std::size_t>(blockRows));
+        std::vector<formats::Image<glm::vec4>> layers;
+        for (int layer = 0; layer < texture.shape().layerCount; ++layer) {
+            if (auto read = texture.readBlockRows({0, layer, 0}, firstRow / blockHeight, blocks); !read)
+                return tl::make_unexpected(read.error());
+            layers.emplace_back(width_, texelRows);
+            verify::decodeRows(format, blocks, layers.back().view());
+        }
+        rows.textures.push_back(std::move(layers));
+    }
+    return rows;
+}
+
+Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
+    const auto start = std::chrono::steady_clock::now();
+    const Json& parameters = context.action.parameters;
+    const Json& asset = context.upstream.at(0)->result.at("asset");
+    const auto description = lightMapDescriptionFromJson(asset.at("source").at("description"), context.action.asset);
+    if (!description) return tl::make_unexpected(description.error());
+    const auto source = LightMapSource::open(context.action.inputs.at("source"), *description);
+    if (!source) return tl::make_unexpected(source.error());
+    LightMapSource& bake = **source;
+    if (bake.width() != asset.at("width").get<int>() || bake.height() != asset.at("height").get<int>())
+        return failure(ErrorCode::Verification, context.action.inputs.at("source").string(),
+                       fmt::format("found {} x {} texels, expected {} x {} as cooked", bake.width(), bake.height(),
+                                   asset.at("width").get<int>(), asset.at("height").get<int>()));
+
+    const auto key = surveyKey(bake, context);
+    if (!key) return tl::make_unexpected(key.error());
+    verify::LightMapSampling sampling;
+    sampling.positionsPerQuad = parameters.at("samples").get<int>();
+    const auto cooked =
+        CookedLightMapReader::open(context.upstreamFolder, asset, shadingFromJson(parameters.at("shading")), sampling, *key);
+    if (!cooked) return tl::make_unexpected(cooked.error());
+    Preview preview(bake.width(), bake.height(), *key);
+    using verify::LightMapErrors;
+    const auto parts =
+        forEachBand<LightMapErrors>(bake.bandCount(), context, "verify " + context.action.asset, [&](int index) -> Result<LightMapErrors> {
+            const int firstRow = index * kBandRows, rowCount = bake.bandRows(index);
+            const auto reference = bake.bandWithMargin(index, 0, 1);
+            if (!reference) return tl::make_unexpected(reference.error());
+            const auto texels = cooked->read(firstRow, rowCount + 1);
+            if (!texels) return tl::make_unexpected(texels.error());
+            const auto seen = cooked->verifier().reconstruct(*texels, firstRow, rowCount);
+            for (int y = 0; y < rowCount; ++y)
+                for (int x = 0; x < bake.width(); ++x) {
+                    if (!preview.shows(x, firstRow + y) || reference->covered.at(x, y) == 0) continue;
+                    const glm::vec3 normal = reference->normal.at(x, y);
+                    preview.set(x, firstRow + y, lighting::lambertExitRadiance(reference->sh.at(x, y), normal, glm::vec3(1)).value,
+                                lighting::lambertExitRadiance(seen.at(x, y), normal, glm::vec3(1)).value);
+                }
+            return cooked->verifier().verifyRows(*texels, *reference, firstRow, rowCount);
+        });
+    if (!parts) return tl::make_unexpected(parts.error());
+    LightMapErrors errors = cooked->verifier().noErrors();
+    for (const LightMapErrors& part : *parts) errors.merge(part);
+
+    std::vector<verify::StageError> stages = errors.stages();
+    if (!stages.empty()) stages.back().seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    ActionOutcome outcome;
+    outcome.result["verdict"] = verdict(stages, parameters.at("max_error").get<double>());
+    outcome.result["key"] = *key;
+    if (auto written = preview.write(context.folder, context.action.asset, outcome); !written) return tl::make_unexpected(written.error());
+    return outcome;
+}
+
+Json toJson(const verify::LightMapShading& shading) {
+    return {{"specular", shading.specular},
+            {"m", shading.m},
+            {"f0", shading.f0},
+            {"views", shading.viewCount},
+            {"normals", shading.normalCount}};
+}
+
+verify::LightMapShading shadingFromJson(const Json& json) {
+    verify::LightMapShading shading;
+    shading.specular = json.at("specular").get<bool>();
+    shading.m = json.at("m").get<std::vector<double>>();
+    shading.f0 = json.at("f0").get<std::vector<double>>();
+    shading.viewCount = json.at("views").get<int>();
+    shading.normalCount = json.at("normals").get<int>();
+    return shading;
+}
+
+}  // namespace pipeline

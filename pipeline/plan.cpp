@@ -1,0 +1,201 @@
+#include "pipeline/plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "formats/nearest.h"
+#include "pipeline/light_map_actions.h"
+#include "pipeline/probe_actions.h"
+#include "pipeline/textures.h"
+
+namespace pipeline {
+namespace {
+
+constexpr int kCubemapSize = 128;   ///< the paper's
+constexpr int kRsrmWidth = 256;     ///< the paper's
+constexpr int kTableViewCount = 8;  ///< the paper's
+
+std::string meshAssetName(const std::filesystem::path& mesh) {
+    return mesh.stem().string() + "_mesh";
+}
+
+class Planner {
+public:
+    Planner(const Scene& scene, const Needs& needs, const PlanOptions& options) : scene_(scene), needs_(needs), options_(options) {
+        textures_ = TextureSettings{scene.output.container, scene.output.zstd, scene.output.effort}.toJson();
+        shading_.specular = needs.specular;
+        shading_.m = samplesOf(needs.m, shading_.m);
+        shading_.f0 = samplesOf(needs.f0, shading_.f0);
+        if (!needs.normalMap && !needs.specular) shading_.normalCount = 1;
+    }
+
+    Plan plan() && {
+        for (const LightMapEntry& entry : scene_.lightMaps) planLightMap(entry);
+        for (const ProbeEntry& entry : scene_.probes) planProbe(entry);
+        for (const GradientEntry& entry : scene_.gradients) planGradient(entry);
+        planTables();
+        return std::move(plan_);
+    }
+
+    const std::vector<std::string>& knownNames() const { return knownNames_; }
+
+private:
+    bool wanted(const std::string& asset, const std::string& kind, const std::string& parent) {
+        knownNames_.push_back(asset);
+        if (options_.onlyKind && *options_.onlyKind != kind) return false;
+        return !options_.only || *options_.only == asset || *options_.only == parent;
+    }
+
+    void add(const std::string& asset, const std::string& kind, Json parameters, std::map<std::string, std::filesystem::path> inputs,
+             Json verifyParameters, std::map<std::string, std::filesystem::path> verifyInputs) {
+        plan_.assets.push_back(asset);
+        plan_.actions.push_back({"cook/" + asset, kind, asset, std::move(parameters), std::move(inputs), {}});
+        verifyParameters["max_error"] = scene_.output.maxError;
+        plan_.actions.push_back(verifyAction(asset, kind, verifyInputs, std::move(verifyParameters)));
+    }
+
+    void planLightMap(const LightMapEntry& entry) {
+        formats::LightMapDescription description = entry.description;
+        description.repair = options_.repair;
+        const std::string layout = lightMapLayoutFor(scene_, needs_);
+        const std::string target(nameOf(scene_.output.target));
+        if (wanted(entry.name, "light-map", entry.name)) {
+            add(entry.name, "light-map",
+                {{"description", toJson(description)}, {"layout", layout}, {"target", target}, {"textures", textures_}},
+                {{"source", entry.file}}, {{"shading", toJson(shading_)}, {"samples", options_.samples}}, {{"source", entry.file}});
+            if (layout != scene_.output.lightMapLayout)
+                skip(fmt::format("directional light map '{}'", entry.name),
+                     "no material has a normal map or is specular: a flat exit-radiance map is enough", entry.name,
+                     bitsOf(scene_.output.lightMapLayout) - bitsOf(layout));
+        }
+        const std::string dominant = entry.name + "_dominant";
+        if (wanted(dominant, "dominant", entry.name)) {
+            if (needs_.specular)
+                add(dominant, "dominant", {{"description", toJson(description)}, {"target", target}, {"textures", textures_}},
+                    {{"source", entry.file}}, {{"shading", toJson(shading_)}}, {{"source", entry.file}});
+            else
+                skip("dominant light of '" + entry.name + "'", "no material is specular", entry.name, 2 * bitsOf("flat"));
+        }
+        if (entry.mesh && scene_.output.draco && wanted(meshAssetName(*entry.mesh), "mesh", entry.name))
+            add(meshAssetName(*entry.mesh), "mesh", {{"description", toJson(description)}}, {{"mesh", *entry.mesh}}, Json::object(),
+                {{"mesh", *entry.mesh}, {"source", entry.file}});
+    }
+
+    void planProbe(const ProbeEntry& entry) {
+        if (!wanted(entry.name, "cubemap", entry.name)) return;
+        if (!needs_.specular) {
+            // Eight levels of six BC6H faces: 4/3 of a byte a texel.
+            skip("cubemap '" + entry.name + "'", "no material is specular", std::uint64_t{131072}, estimatedSeconds("cubemap", 0.131));
+            return;
+        }
+        std::map<std::string, std::filesystem::path> inputs = {{"source", entry.file}};
+        if (entry.sh) inputs["sh"] = *entry.sh;
+        add(entry.name, "cubemap",
+            {{"colors", toJson(scene_.colors)},
+             {"target", std::string(nameOf(scene_.output.target))},
+             {"textures", textures_},
+             {"size", kCubemapSize},
+             {"repair", options_.repair}},
+            inputs, Json::object(), {{"source", entry.file}});
+    }
+
+    void planGradient(const GradientEntry& entry) {
+        if (!wanted(entry.name, "rsrm", entry.name)) return;
+        std::vector<double> exponents = entry.exponents;
+        if (!needs_.specular) {
+            std::erase_if(exponents, [](double exponent) { return exponent != 1; });
+            if (exponents.empty()) {
+                skip("RSRM '" + entry.name + "'", "no material is specular, and no row of exponent 1 was asked for",
+                     entry.exponents.size() * kRsrmWidth * 4, 0);
+                return;
+            }
+            if (exponents.size() < entry.exponents.size())
+                skip("specular rows of RSRM '" + entry.name + "'", "no material is specular", (entry.exponents.size() - 1) * kRsrmWidth * 4,
+                     0);
+        }
+        add(entry.name, "rsrm",
+            {{"colors", toJson(scene_.colors)},
+             {"exponents", exponents},
+             {"width", kRsrmWidth},
+             {"textures", textures_},
+             {"repair", options_.repair}},
+            {{"source", entry.file}}, Json::object(), {{"source", entry.file}});
+    }
+
+    void planTables() {
+        if ((scene_.lightMaps.empty() && scene_.materials.empty()) || !wanted("specular", "lut", "specular")) return;
+        if (!needs_.specular) {
+            skip("Cook-Torrance tables", "no material is specular", 16 * kTableViewCount * 24, estimatedSeconds("lut", 128e-6));
+            return;
+        }
+        const TableRows rows = tableRowsFor(needs_);
+        if (rows.count < 16)
+            skip(fmt::format("{} of 16 roughness rows of the Cook-Torrance tables", 16 - rows.count),
+                 fmt::format("materials use m from {} to {} only", needs_.m.low, needs_.m.high),
+                 static_cast<std::uint64_t>(16 - rows.count) * kTableViewCount * 24,
+                 estimatedSeconds("lut", (16 - rows.count) * kTableViewCount * 1e-6));
+        add("specular", "lut",
+            {{"view_count", kTableViewCount},
+             {"roughness_count", rows.count},
+             {"minimum_m", rows.minimumM()},
+             {"maximum_m", rows.maximumM()},
+             {"textures", textures_}},
+            {}, Json::object(), {});
+    }
+
+    void skip(std::string what, std::string why, std::uint64_t bytes, double seconds) {
+        plan_.skipped.push_back({std::move(what), std::move(why), bytes, seconds});
+    }
+
+    void skip(std::string what, std::string why, std::string lightMap, double bitsPerTexel) {
+        plan_.skipped.push_back({std::move(what), std::move(why), 0, 0, std::move(lightMap), bitsPerTexel});
+    }
+    /// Bits a texel of a layout under the scene's target: nine coefficients or one value, in blocks of 8 bits or halves of 64.
+    double bitsOf(const std::string& layout) const {
+        const double textures = layout == "flat" ? 1 : layout == "luvw" ? 18 : 9;
+        return textures * (scene_.output.target == Target::Float || layout == "raw" ? 64 : 8);
+    }
+
+    const Scene& scene_;
+    const Needs& needs_;
+    const PlanOptions& options_;
+    Json textures_;
+    verify::LightMapShading shading_;
+    Plan plan_;
+    std::vector<std::string> knownNames_;
+};
+
+}  // namespace
+
+std::vector<Action> planNeeds(const Scene& scene) {
+    std::vector<Action> actions;
+    std::set<std::filesystem::path> meshes;
+    for (const LightMapEntry& entry : scene.lightMaps)
+        if (entry.mesh && meshes.insert(*entry.mesh).second)
+            actions.push_back({"materials/" + entry.mesh->string(),
+                               "materials",
+                               entry.mesh->filename().string(),
+                               Json::object(),
+                               {{"mesh", *entry.mesh}},
+                               {}});
+    return actions;
+}
+
+Action verifyAction(const std::string& asset, const std::string& kind, const std::map<std::string, std::filesystem::path>& sources,
+                    Json parameters) {
+    return {"verify/" + asset, "verify-" + kind, asset, std::move(parameters), sources, {"cook/" + asset}};
+}
+
+formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const PlanOptions& options) {
+    Planner planner(scene, needs, options);
+    Plan plan = std::move(planner).plan();
+    if (options.only && plan.assets.empty() && plan.skipped.empty())
+        return formats::failure(formats::ErrorCode::InvalidRequest, "--only",
+                                fmt::format("found '{}', expected an asset of the scene; nearest is '{}'", *options.only,
+                                            formats::nearestName(*options.only, planner.knownNames())));
+    return plan;
+}
+
+}  // namespace pipeline

@@ -1,0 +1,36 @@
+// From a scene and its needs to the graph of actions.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/action.h"
+#include "pipeline/needs.h"
+#include "pipeline/scene.h"
+
+namespace pipeline {
+
+struct PlanOptions {
+    std::optional<std::string> only;      ///< cook the asset, light map, probe or gradient of this name and what derives from it
+    std::optional<std::string> onlyKind;  ///< cook assets of this kind: what the single converters do
+    bool repair = false;
+    int samples = 1;  ///< random positions per texel quad
+};
+
+struct Plan {
+    std::vector<Action> actions;      ///< dependencies before dependants
+    std::vector<std::string> assets;  ///< in the order of the report
+    std::vector<Skip> skipped;
+};
+
+/// The actions that have to be known before the rest can be planned: what the meshes' materials ask for.
+std::vector<Action> planNeeds(const Scene& scene);
+/// An asset "a" has an action "cook/a" and an action "verify/a".
+formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const PlanOptions& options);
+
+/// The verify action of an asset alone, for a cooked scene that is opened again. sources: by role, as the manifest names them.
+Action verifyAction(const std::string& asset, const std::string& kind, const std::map<std::string, std::filesystem::path>& sources,
+                    Json parameters);
+
+}  // namespace pipeline

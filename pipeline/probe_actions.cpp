@@ -1,0 +1,283 @@
+#include "pipeline/probe_actions.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "fit/cubemap.h"
+#include "fit/pre_divide.h"
+#include "fit/rsrm.h"
+#include "fit/specular_tables.h"
+#include "pipeline/textures.h"
+
+namespace pipeline {
+namespace {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::Image;
+using formats::PixelFormat;
+using formats::Result;
+
+formats::EnvironmentOptions environmentOptions(const Json& parameters) {
+    return {colorSpacesFromJson(parameters.at("colors")), parameters.at("repair").get<bool>()};
+}
+
+PixelFormat hdrFormat(const std::string& target) {
+    if (target == "float") return PixelFormat::Rgba16f;
+    return target == "astc" ? PixelFormat::Astc4x4Hdr : PixelFormat::Bc6hUf16;
+}
+
+Json toJson(const lighting::ShRgb& sh) {
+    Json json = Json::array();
+    for (const glm::vec3& c : sh) json.push_back({c.x, c.y, c.z});
+    return json;
+}
+
+/// Every level prefiltered and divided, each as a strip of six faces. Rows are spread over the threads.
+std::vector<Image<glm::vec3>> filterAndDivide(const fit::CubemapPrefilter& filter, const fit::PreDivide& divide,
+                                              const ActionContext& context) {
+    struct Task {
+        int mip, face, firstRow, rowCount;
+    };
+    constexpr int kRowsPerTask = 8;
+    std::vector<Image<glm::vec3>> levels;
+    std::vector<Task> tasks;
+    for (int mip = 0; mip < filter.mipCount(); ++mip) {
+        const int size = filter.mips()[static_cast<std::size_t>(mip)].size;
+        levels.emplace_back(size, 6 * size);
+        for (int face = 0; face < 6; ++face)
+            for (int row = 0; row < size; row += kRowsPerTask) tasks.push_back({mip, face, row, std::min(kRowsPerTask, size - row)});
+    }
+    std::atomic<std::size_t> done{0};
+    tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t index) {
+        if (context.state.interrupted) return;
+        const auto [mip, face, firstRow, rowCount] = tasks[index];
+        const int size = filter.mips()[static_cast<std::size_t>(mip)].size;
+        const auto out = levels[static_cast<std::size_t>(mip)].view().rows(face * size + firstRow, rowCount);
+        filter.filterRows(mip, face, firstRow, rowCount, out);
+        fit::preDivideRows(divide, mip, face, size, firstRow, out, out);
+        if (context.state.progress)
+            context.state.progress("filter " + context.action.asset, static_cast<double>(++done) / static_cast<double>(tasks.size()));
+    });
+    return levels;
+}
+
+float brightest(const std::vector<Image<glm::vec3>>& levels) {
+    float largest = 0;
+    for (const auto& level : levels)
+        for (const glm::vec3& texel : level.texels()) largest = std::max({largest, texel.x, texel.y, texel.z});
+    return largest;
+}
+
+Json cubemapConstants(const fit::CubemapPrefilter& filter, const fit::PreDivide& divide, float range) {
+    Json mips = Json::array();
+    for (const fit::MipKernel& mip : filter.mips())
+        mips.push_back({{"perceptual_roughness", mip.perceptualRoughness}, {"m", mip.m}, {"bands", mip.bands}});
+    return {{"range", range},
+            {"kernel", "beckmann"},
+            {"mips", mips},
+            {"windowed_sh", toJson(divide.windowedSh)},
+            {"window", divide.window},
+            {"window_lambda", divide.windowLambda},
+            {"epsilon", divide.epsilon}};
+}
+
+template <class Texel>
+std::vector<std::byte> bytesOf(const Image<Texel>& image) {
+    std::vector<std::byte> bytes(image.texels().size() * sizeof(Texel));
+    std::memcpy(bytes.data(), image.texels().data(), bytes.size());
+    return bytes;
+}
+
+std::vector<float> floats(const glm::vec4& v) {
+    return {v.x, v.y, v.z, v.w};
+}
+
+Json axisJson(const fit::TableAxis& axis, const char* what) {
+    return {{"of", what},
+            {"count", axis.count},
+            {"minimum", axis.minimum},
+            {"maximum", axis.maximum},
+            {"scale", axis.coordinateScale},
+            {"offset", axis.coordinateOffset}};
+}
+
+}  // namespace
+
+Json toJson(const formats::ColorSpaces& colors) {
+    return {{"source", colors.source}, {"working", colors.working}, {"config", colors.config.string()}};
+}
+
+formats::ColorSpaces colorSpacesFromJson(const Json& json) {
+    return {json.at("source").get<std::string>(), json.at("working").get<std::string>(), json.at("config").get<std::string>()};
+}
+
+Result<ActionOutcome> cookCubemap(const ActionContext& context) {
+    const Json& parameters = context.action.parameters;
+    const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
+    const auto& source = context.action.inputs.at("source");
+    const auto loaded = formats::loadEnvironment(source, environmentOptions(parameters));
+    if (!loaded) return tl::make_unexpected(loaded.error());
+    lighting::ShRgb sh = fit::projectEnvironment(loaded->environment);
+    if (const auto shFile = context.action.inputs.find("sh"); shFile != context.action.inputs.end()) {
+        const auto stored = formats::loadProbeSh(shFile->second, source.filename().string());
+        if (!stored) return tl::make_unexpected(stored.error());
+        sh = *stored;
+    }
+    fit::CubemapOptions options;
+    options.size = parameters.at("size").get<int>();
+    const auto filter = fit::CubemapPrefilter::create(loaded->environment, options);
+    if (!filter) return tl::make_unexpected(filter.error());
+    std::vector<lighting::ShBands> bands;
+    for (const fit::MipKernel& mip : filter->mips()) bands.push_back(mip.bands);
+    const fit::PreDivide divide = fit::makePreDivide(sh, bands, {});
+    const std::vector<Image<glm::vec3>> levels = filterAndDivide(*filter, divide, context);
+    if (context.state.interrupted) return failure(ErrorCode::Interrupted, context.action.asset, "found an interrupt, expected to finish");
+
+    const float range = hdrRange(brightest(levels));
+    formats::TextureShape shape;
+    shape.format = hdrFormat(parameters.at("target").get<std::string>());
+    shape.width = shape.height = options.size;
+    shape.mipCount = filter->mipCount();
+    shape.faceCount = 6;
+    compress::EncodeOptions encodeOptions;
+    encodeOptions.effort = settings.effort;
+    compress::EncodeReport report;
+    std::vector<std::vector<std::byte>> images;
+    for (const Image<glm::vec3>& level : levels) {
+        Image<glm::vec4> rgba = toRgba(level.view());
+        for (glm::vec4& texel : rgba.texels()) texel /= range;
+        for (int face = 0; face < 6; ++face)
+            images.push_back(encodeImage(shape.format, rgba.view().rows(face * level.width(), level.width()), {}, encodeOptions, report));
+    }
+    const Json constants = cubemapConstants(*filter, divide, range);
+    const std::string file = context.action.asset + std::string(settings.extension());
+    const std::map<std::string, std::string> metadata = {
+        {"io.lightcook", Json({{"layout", "pre-divided-cubemap"}, {"constants", constants}}).dump()}};
+    if (auto written = writeTexture(context.folder / file, shape, settings, metadata, images); !written)
+        return tl::make_unexpected(written.error());
+
+    ActionOutcome outcome;
+    outcome.files = {file};
+    outcome.result["asset"] = {
+        {"name", context.action.asset},
+        {"kind", "cubemap"},
+        {"layout", "pre-divided"},
+        {"width", options.size},
+        {"height", options.size},
+        {"quantity", "prefiltered radiance over its own area specular"},
+        {"units", "radiometric"},
+        {"phase", "none"},
+        {"frame", "world"},
+        {"constants", constants},
+        {"textures",
+         Json::array({textureEntry("cubemap", file, shape, std::filesystem::file_size(context.folder / file), {"trilinear", "clamp"})})},
+        {"source", {{"colors", parameters.at("colors")}, {"repair", parameters.at("repair")}}}};
+    outcome.result["bytes_in"] = std::filesystem::file_size(source);
+    outcome.result["notes"] = {
+        {"repaired_texels", loaded->repairedTexels}, {"clamped_high", report.clampedHigh}, {"window_lambda", divide.windowLambda}};
+    return outcome;
+}
+
+Result<ActionOutcome> cookTables(const ActionContext& context) {
+    const Json& parameters = context.action.parameters;
+    const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
+    fit::SpecularTableOptions options;
+    options.viewCount = parameters.at("view_count").get<int>();
+    options.roughnessCount = parameters.at("roughness_count").get<int>();
+    options.minimumM = parameters.at("minimum_m").get<double>();
+    options.maximumM = parameters.at("maximum_m").get<double>();
+    if (auto usable = fit::checkSpecularTableOptions(options); !usable) return tl::make_unexpected(usable.error());
+    std::vector<std::vector<lighting::AreaSpecularKernel>> rows(static_cast<std::size_t>(options.roughnessCount));
+    tbb::parallel_for(0, options.roughnessCount,
+                      [&](int row) { rows[static_cast<std::size_t>(row)] = fit::integrateSpecularTableRow(options, row); });
+    const fit::SpecularTables tables = fit::assembleSpecularTables(options, rows);
+
+    formats::TextureShape shape;
+    shape.format = PixelFormat::Rgba16Unorm;
+    shape.width = options.viewCount;
+    shape.height = options.roughnessCount;
+    ActionOutcome outcome;
+    Json textures = Json::array(),
+         constants = {{"view", axisJson(tables.view, "sin(theta_v)")}, {"roughness", axisJson(tables.roughness, "m")}};
+    const std::pair<const char*, const fit::SpecularTexture*> parts[] = {
+        {"c0236", &tables.c0236}, {"d0236", &tables.d0236}, {"cd78", &tables.cd78}};
+    for (const auto& [role, texture] : parts) {
+        constants[std::string(role) + "_scale"] = floats(texture->scale);
+        constants[std::string(role) + "_bias"] = floats(texture->bias);
+    }
+    const std::map<std::string, std::string> metadata = {
+        {"io.lightcook", Json({{"layout", "cook-torrance-tables"}, {"constants", constants}}).dump()}};
+    for (const auto& [role, texture] : parts) {
+        const std::string file = context.action.asset + "_" + role + std::string(settings.extension());
+        if (auto written = writeTexture(context.folder / file, shape, settings, metadata, {bytesOf(texture->stored)}); !written)
+            return tl::make_unexpected(written.error());
+        textures.push_back(textureEntry(role, file, shape, std::filesystem::file_size(context.folder / file), {}));
+        outcome.files.push_back(file);
+    }
+    outcome.result["asset"] = {{"name", context.action.asset},
+                               {"kind", "lut"},
+                               {"layout", "cook-torrance-cd"},
+                               {"width", shape.width},
+                               {"height", shape.height},
+                               {"quantity", "SH coefficients of the area-specular kernel"},
+                               {"distribution", "beckmann"},
+                               {"normalization", "energy"},
+                               {"phase", "none"},
+                               {"frame", "z the normal, the view in the x-z plane"},
+                               {"constants", constants},
+                               {"textures", textures}};
+    outcome.result["bytes_in"] = 0;
+    return outcome;
+}
+
+Result<ActionOutcome> cookRsrm(const ActionContext& context) {
+    const Json& parameters = context.action.parameters;
+    const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
+    const auto& source = context.action.inputs.at("source");
+    const auto gradient = formats::loadGradient(source, environmentOptions(parameters));
+    if (!gradient) return tl::make_unexpected(gradient.error());
+    fit::RsrmOptions options;
+    options.width = parameters.at("width").get<int>();
+    options.exponents = parameters.at("exponents").get<std::vector<double>>();
+    if (auto usable = fit::checkRsrm(*gradient, options); !usable) {
+        formats::Error error = usable.error();
+        error.subject = source.string() + ", " + error.subject;
+        return tl::make_unexpected(error);
+    }
+    const fit::Rsrm map = fit::makeRsrm(*gradient, options);
+
+    formats::TextureShape shape;
+    shape.format = PixelFormat::Rgba8Unorm;
+    shape.width = options.width;
+    shape.height = static_cast<int>(options.exponents.size());
+    Image<glm::u8vec4> texels(shape.width, shape.height);
+    for (int y = 0; y < shape.height; ++y)
+        for (int x = 0; x < shape.width; ++x) texels.at(x, y) = glm::u8vec4(map.codes.at(x, y), 255);
+    const Json constants = {{"color", {map.color.x, map.color.y, map.color.z}}, {"exponents", options.exponents}};
+    const std::string file = context.action.asset + std::string(settings.extension());
+    const std::map<std::string, std::string> metadata = {{"io.lightcook", Json({{"layout", "rsrm"}, {"constants", constants}}).dump()}};
+    if (auto written = writeTexture(context.folder / file, shape, settings, metadata, {bytesOf(texels)}); !written)
+        return tl::make_unexpected(written.error());
+
+    ActionOutcome outcome;
+    outcome.files = {file};
+    outcome.result["asset"] = {
+        {"name", context.action.asset},
+        {"kind", "rsrm"},
+        {"layout", "rsrm"},
+        {"width", shape.width},
+        {"height", shape.height},
+        {"quantity", "exit radiance by Phong exponent (rows) over the angle to the axis (columns, north to south)"},
+        {"units", "radiometric"},
+        {"constants", constants},
+        {"textures", Json::array({textureEntry("rsrm", file, shape, std::filesystem::file_size(context.folder / file), {})})},
+        {"source", {{"colors", parameters.at("colors")}, {"repair", parameters.at("repair")}}}};
+    outcome.result["bytes_in"] = std::filesystem::file_size(source);
+    return outcome;
+}
+
+}  // namespace pipeline

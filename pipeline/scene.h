@@ -1,0 +1,81 @@
+// scene.toml, read and resolved: what there is to cook, in which units, phase, frame and colour space. docs/scene-file.md is its manual.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/color.h"
+#include "formats/error.h"
+#include "formats/gpu_texture.h"
+#include "formats/light_map.h"
+
+namespace pipeline {
+
+enum class Target { Bc, Astc, Float };
+std::string_view nameOf(Target target);
+formats::Result<Target> targetFromName(std::string_view name, const std::string& subject);
+
+/// Names of the light-map layouts, as `light_map_layout` and `--layout` take them.
+const std::vector<std::string>& lightMapLayoutNames();
+
+/// [output], and what the command line lays over it.
+struct OutputSettings {
+    Target target = Target::Bc;
+    double maxError = 0.1;                     ///< on rel_rms of diffuse and of specular, of every asset's last stage
+    std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory for the whole scene
+    std::string lightMapLayout = "ratio";      ///< flat, luvw, ratio or raw
+    formats::Container container = formats::Container::Ktx2;
+    bool zstd = false;
+    int effort = 5;     ///< of block encoders, 0 .. 9
+    bool draco = true;  ///< meshes as Draco inside glTF
+};
+
+struct LightMapEntry {
+    std::string name;
+    std::filesystem::path file;
+    formats::LightMapDescription description;
+    std::optional<std::filesystem::path> mesh;
+};
+struct ProbeEntry {
+    std::string name;
+    std::filesystem::path file;
+    std::optional<std::filesystem::path> sh;  ///< JSON that holds the probe's SH; projected from the image without it
+};
+struct GradientEntry {
+    std::string name;
+    std::filesystem::path file;
+    std::vector<double> exponents = {1, 4, 16, 64, 256, 1024, 4096, 16384};
+};
+struct Range {
+    double low = 0, high = 0;
+};
+/// Says more than the glTF, or overrides it; the name "*" is every material.
+struct MaterialEntry {
+    std::string name;
+    std::optional<bool> normalMap, specular;
+    std::optional<Range> m, f0;
+};
+
+struct Scene {
+    std::filesystem::path file;       ///< scene.toml as it was named
+    std::filesystem::path directory;  ///< paths of the scene are relative to it
+    std::string name;
+    OutputSettings output;
+    formats::ColorSpaces colors;
+    std::vector<LightMapEntry> lightMaps;
+    std::vector<ProbeEntry> probes;
+    std::vector<GradientEntry> gradients;
+    std::vector<MaterialEntry> materials;
+};
+
+/// Unknown keys are refused with the nearest known one; every error names file, line and column, found and expected.
+formats::Result<Scene> readScene(const std::filesystem::path& file);
+
+/// "2 MiB", "1.5 GB", "4096": bytes.
+formats::Result<std::uint64_t> parseByteCount(std::string_view text, const std::string& subject);
+
+}  // namespace pipeline

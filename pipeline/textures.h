@@ -1,0 +1,59 @@
+// Writing and reading the textures of an asset: images to encoded files, with the manifest entry of each.
+#pragma once
+
+#include <filesystem>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <string>
+#include <vector>
+
+#include "compress/encode.h"
+#include "formats/gpu_texture.h"
+#include "formats/image.h"
+#include "pipeline/action.h"
+
+namespace pipeline {
+
+/// How the textures of an asset are written: part of the parameters of every action that writes some.
+struct TextureSettings {
+    formats::Container container = formats::Container::Ktx2;
+    bool zstd = false;
+    int effort = 5;
+
+    Json toJson() const;
+    static TextureSettings fromJson(const Json& json);
+    std::string_view extension() const { return container == formats::Container::Dds ? ".dds" : ".ktx2"; }
+};
+
+/// What a sampler has to do, for the manifest.
+struct Sampler {
+    std::string filter = "linear";  ///< linear or trilinear
+    std::string wrap = "clamp";
+};
+
+/// The manifest's entry of one texture file. Its digest joins it when the manifest is put together.
+Json textureEntry(const std::string& role, const std::string& file, const formats::TextureShape& shape, std::size_t fileBytes,
+                  const Sampler& sampler);
+
+/// Encodes one image over the threads of the arena, by groups of block rows. Reports what had to be clamped.
+std::vector<std::byte> encodeImage(formats::PixelFormat format, formats::ImageView<const glm::vec4> texels,
+                                   formats::ImageView<const float> significance, const compress::EncodeOptions& options,
+                                   compress::EncodeReport& report);
+
+formats::Result<formats::TextureWriter> createTexture(const std::filesystem::path& file, const formats::TextureShape& shape,
+                                                      const TextureSettings& settings, const std::map<std::string, std::string>& metadata);
+/// Writes a texture whose images are all in memory, mip by mip (outer) and layer or face by layer or face (inner).
+formats::Result<void> writeTexture(const std::filesystem::path& file, const formats::TextureShape& shape, const TextureSettings& settings,
+                                   const std::map<std::string, std::string>& metadata, const std::vector<std::vector<std::byte>>& images);
+
+/// The texture of a role in an asset's manifest entry, opened and held against what the entry says of it.
+formats::Result<formats::TextureReader> openTexture(const std::filesystem::path& folder, const Json& asset, const std::string& role);
+
+/// What HDR values are divided by before they are stored: a power of two that brings the largest to 512 .. 1024, so that neither the top of
+/// a half nor its subnormals cost precision. 1 for black.
+float hdrRange(float largest);
+
+/// Channels of an image as RGBA, missing ones 0, alpha 1.
+formats::Image<glm::vec4> toRgba(formats::ImageView<const glm::vec3> image);
+
+}  // namespace pipeline

@@ -1,0 +1,24 @@
+// What a mesh's quantization does to shading: light-map UVs and normals that moved by no more than was measured, on the light map's own
+// gradient.
+#pragma once
+
+#include "formats/light_map.h"
+#include "verify/figures.h"
+
+namespace verify {
+
+/// How far the vertices of a cooked mesh are from those of its source, at the most.
+struct MeshShift {
+    double uTexels = 0, vTexels = 0;  ///< light-map UV, in texels of the map
+    double normalRadians = 0;
+};
+
+/// Adds errors of exit radiance of a white surface at the centres of texel quads whose four texels are covered, in rows [firstRow, firstRow
+/// + rowCount) of the band, which also holds the row below: the sample moved by the whole shift into each of the four corners, the normal
+/// turned by the whole angle about two axes. The bound: bilinear filtering moves by at most the quad's edge differences times the shift;
+/// band l of the exit radiance has a gradient of at most sqrt(l (l + 1) (2l + 1) / 4 pi) times the norm of its coefficients (the addition
+/// theorem of gradients), and the polynomial's value changes by at most that times the angle.
+void addMeshShiftErrors(const formats::LightMapBand& band, int firstRow, int rowCount, const MeshShift& shift, double key,
+                        ErrorAccumulator& errors);
+
+}  // namespace verify
