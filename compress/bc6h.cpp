@@ -3,6 +3,8 @@
 #include <cmath>
 #include <vector>
 
+#include "compress/highway_targets.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "compress/bc6h.cpp"
 #include <hwy/foreach_target.h>
@@ -14,25 +16,24 @@ namespace compress {
 namespace HWY_NAMESPACE {
 
 template <bool kSigned>
-void fitBlocks(std::span<const Block> blocks, const Bc6hSearch& search, const EncodeOptions& options, Bc6hResult* found) {
+void fitBlocks(std::span<const Block* const> blocks, const Bc6hSearch& search, const EncodeOptions& options, Bc6hResult* found) {
     using D = hn::ScalableTag<float>;
-    const std::size_t lanes = hn::Lanes(D());
+    constexpr std::size_t kLanes = hn::MaxLanes(D());
     Bc6hFit<D, kSigned> fit(search, options);
-    std::size_t first = 0;
-    for (; first + lanes <= blocks.size(); first += lanes) fit.run(blocks.data() + first, found + first);
-    if (first == blocks.size()) return;
-    // The last few fill a vector up with copies of the very last.
-    std::array<Block, hn::MaxLanes(D())> filled;
-    std::array<Bc6hResult, hn::MaxLanes(D())> results;
-    for (std::size_t lane = 0; lane < lanes; ++lane) filled[lane] = blocks[std::min(first + lane, blocks.size() - 1)];
-    fit.run(filled.data(), results.data());
-    std::copy_n(results.begin(), blocks.size() - first, found + first);
+    std::array<const Block*, kLanes> lanes;
+    std::array<Bc6hResult, kLanes> results;
+    for (std::size_t first = 0; first < blocks.size(); first += kLanes) {
+        // The last few fill a vector up with repeats of the very last.
+        for (std::size_t lane = 0; lane < kLanes; ++lane) lanes[lane] = blocks[std::min(first + lane, blocks.size() - 1)];
+        fit.run(lanes.data(), results.data());
+        std::copy_n(results.begin(), std::min(kLanes, blocks.size() - first), found + first);
+    }
 }
 
-void fitUnsigned(std::span<const Block> blocks, const Bc6hSearch& search, const EncodeOptions& options, Bc6hResult* found) {
+void fitUnsigned(std::span<const Block* const> blocks, const Bc6hSearch& search, const EncodeOptions& options, Bc6hResult* found) {
     fitBlocks<false>(blocks, search, options, found);
 }
-void fitSigned(std::span<const Block> blocks, const Bc6hSearch& search, const EncodeOptions& options, Bc6hResult* found) {
+void fitSigned(std::span<const Block* const> blocks, const Bc6hSearch& search, const EncodeOptions& options, Bc6hResult* found) {
     fitBlocks<true>(blocks, search, options, found);
 }
 
@@ -41,6 +42,7 @@ void fitSigned(std::span<const Block> blocks, const Bc6hSearch& search, const En
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include "compress/half.h"
 namespace compress {
 namespace {
 
@@ -66,6 +68,20 @@ void pack(const Bc6hResult& found, std::byte* out) {
     bits.store(out, 16);
 }
 
+/// Mode 14 has sixteen bits, finer than a half: any single colour of halves is exact.
+Bc6hResult singleColour(const Block& block, std::size_t texel, bool isSigned) {
+    Bc6hResult result;
+    result.mode = 13;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const std::uint16_t half = halfFromFloat(block.channel[c][texel]);
+        const int bits = half & 0x7FFF;
+        // The smallest code whose 31/64 (or 31/32) reaches the half's bits.
+        const int code = isSigned ? (bits * 32 + 30) / 31 : (bits * 64 + 30) / 31;
+        result.code[0][c] = result.code[1][c] = half & 0x8000 ? -code : code;
+    }
+    return result;
+}
+
 }  // namespace
 
 const Bc6hSearch& bc6hSearchOf(int effort) {
@@ -85,12 +101,21 @@ const Bc6hSearch& bc6hSearchOf(int effort) {
 }
 
 void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out) {
+    const BlockSorter sorted(blocks, 3);
     std::vector<Bc6hResult> found(blocks.size());
-    const Bc6hSearch& search = bc6hSearchOf(options.effort);
-    if (isSigned)
-        HWY_DYNAMIC_DISPATCH(fitSigned)(blocks, search, options, found.data());
-    else
-        HWY_DYNAMIC_DISPATCH(fitUnsigned)(blocks, search, options, found.data());
+    const auto run = [&](const std::vector<const Block*>& list, int effort) {
+        std::vector<Bc6hResult> results(list.size());
+        const Bc6hSearch& search = bc6hSearchOf(effort);
+        if (isSigned)
+            HWY_DYNAMIC_DISPATCH(fitSigned)(list, search, options, results.data());
+        else
+            HWY_DYNAMIC_DISPATCH(fitUnsigned)(list, search, options, results.data());
+        for (std::size_t i = 0; i < list.size(); ++i) found[static_cast<std::size_t>(list[i] - blocks.data())] = results[i];
+    };
+    for (const auto& [block, texel] : sorted.constant)
+        found[static_cast<std::size_t>(block - blocks.data())] = singleColour(*block, texel, isSigned);
+    run(sorted.varied, options.effort);
+    run(sorted.insignificant, 0);
     for (const Bc6hResult& result : found) {
         pack(result, out);
         out += 16;

@@ -39,11 +39,13 @@ public:
     }
 
     /// Codes Lanes(d) blocks; results go to found, one after the other.
-    void run(const Block* blocks, Bc6hResult* found) {
+    void run(const Block* const* blocks, Bc6hResult* found) {
         load(blocks);
         best_.error = set(1e30f);
-        best_.mode = hn::Zero(DI());
-        best_.partition = hn::Zero(DI());
+        best_.mode = best_.partition = hn::Zero(DI());
+        for (auto& end : best_.code)
+            for (F& code : end) code = zero();
+        for (F& index : best_.index) index = zero();
         tryOneRegion();
         if (search_.partitions > 0) tryTwoRegions();
         store(found);
@@ -123,15 +125,15 @@ private:
 
     // ---- Texels into lanes ------------------------------------------------------------------------------------------------------
 
-    void load(const Block* blocks) {
+    void load(const Block* const* blocks) {
         const D d;
         const std::size_t lanes = hn::Lanes(d);
         HWY_ALIGN float buffer[hn::MaxLanes(D())];
         for (std::size_t t = 0; t < kTexelCount; ++t) {
-            for (std::size_t lane = 0; lane < lanes; ++lane) buffer[lane] = blocks[lane].significance[t];
+            for (std::size_t lane = 0; lane < lanes; ++lane) buffer[lane] = blocks[lane]->significance[t];
             significance_[t] = hn::Load(d, buffer);
             for (std::size_t c = 0; c < 3; ++c) {
-                for (std::size_t lane = 0; lane < lanes; ++lane) buffer[lane] = blocks[lane].channel[c][t];
+                for (std::size_t lane = 0; lane < lanes; ++lane) buffer[lane] = blocks[lane]->channel[c][t];
                 // Adding zero turns -0 into 0, whose bits an unsigned block can hold.
                 light_[c][t] = hn::Load(d, buffer) + zero();
             }

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "compress/encode.h"
 
@@ -59,6 +61,13 @@ public:
 private:
     std::array<std::uint64_t, 2> words_ = {0, 0};
     int position_ = 0;
+};
+
+/// Blocks by the care that they need. Lists keep the order of the blocks.
+struct BlockSorter {
+    std::vector<std::pair<const Block*, std::size_t>> constant;  ///< one value wherever it counts, and a texel that has it
+    std::vector<const Block*> varied, insignificant;
+    BlockSorter(std::span<const Block> blocks, std::size_t channelCount);
 };
 
 // The encoders, block by block into consecutive places of out.

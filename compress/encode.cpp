@@ -164,6 +164,21 @@ EncodeReport encodeAstcRows(PixelFormat format, ImageView<const glm::vec4> texel
 
 }  // namespace
 
+BlockSorter::BlockSorter(std::span<const Block> blocks, std::size_t channelCount) {
+    for (const Block& block : blocks) {
+        std::size_t counting = 0;
+        while (!(block.significance[counting] > 0)) ++counting;
+        bool same = true;
+        for (std::size_t c = 0; c < channelCount; ++c)
+            for (std::size_t t = counting + 1; t < kTexelCount; ++t)
+                same &= block.channel[c][t] == block.channel[c][counting] || !(block.significance[t] > 0);
+        if (same)
+            constant.emplace_back(&block, counting);
+        else
+            (block.insignificant ? insignificant : varied).push_back(&block);
+    }
+}
+
 EncodeReport encodeRows(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
                         const EncodeOptions& options, std::span<std::byte> out, ImageView<glm::vec4> decoded) {
     assert(out.size() == formats::bytesPerImage(format, texels.width, texels.height));
