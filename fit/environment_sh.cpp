@@ -121,9 +121,14 @@ std::array<double, 3> shapeMoments(PrefilterKernel kernel, double m) {
     while (end > 0) {
         const double begin = end > smallest ? end / 2 : 0;
         for (std::size_t i = 0; i < rule.point.size(); ++i) {
-            const double versine = begin + (end - begin) * rule.point[i];
+            double versine = begin + (end - begin) * rule.point[i], width = end - begin;
+            if (end == 1) {  // c = t^3 / 2: a fractional power of c, Phong's, is smooth enough in t
+                const double t = rule.point[i];
+                versine = 1 - 0.5 * t * t * t;
+                width = 1.5 * t * t;
+            }
             const double c = 1 - versine;
-            const double value = 2 * pi * (end - begin) * rule.weight[i] * prefilterKernelShapeAt(kernel, m, versine);
+            const double value = 2 * pi * width * rule.weight[i] * prefilterKernelShapeAt(kernel, m, versine);
             moments[0] += value;
             moments[1] += value * c;
             moments[2] += value * (1.5 * c * c - 0.5);

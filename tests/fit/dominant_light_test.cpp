@@ -1,0 +1,163 @@
+#include "fit/dominant_light.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <glm/geometric.hpp>
+#include <limits>
+
+#include "tests/fit/brute_force.h"
+
+namespace {
+
+lighting::ShRgb randomSh(truth::Random& random, double magnitude) {
+    lighting::ShRgb sh;
+    for (glm::vec3& coefficient : sh) {
+        for (int channel = 0; channel < 3; ++channel) coefficient[channel] = static_cast<float>(magnitude * (2 * random.uniform() - 1));
+    }
+    return sh;
+}
+
+bool isFinite(const glm::vec3& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+TEST(DominantLight, OneDirectionalLightIsRecoveredExactly) {
+    truth::Random random(1);
+    for (int trial = 0; trial < 2000; ++trial) {
+        const glm::vec3 direction(random.direction());
+        const glm::vec3 intensity(static_cast<float>(random.uniform()), static_cast<float>(100 * random.uniform()), 0.25f);
+        const auto light = fit::dominantLight(lighting::projectDirectional(direction, intensity), glm::vec3(0, 0, 1), {});
+        EXPECT_NEAR(glm::length(light.direction), 1, 1e-6);
+        EXPECT_LT(glm::distance(light.direction, direction), 2e-6);
+        EXPECT_LT(glm::distance(light.intensity, intensity), 1e-6 * glm::length(intensity));
+        EXPECT_NEAR(light.directionality, 1, 1e-6);
+    }
+}
+
+TEST(DominantLight, IntensityIsTheLeastSquaresFitForItsDirection) {
+    truth::Random random(2);
+    for (int trial = 0; trial < 200; ++trial) {
+        lighting::ShRgb sh = randomSh(random, 1);
+        sh[0] = glm::vec3(4);  // light enough for a direction, and for intensities above zero
+        for (std::size_t i = 4; i < sh.size(); ++i) sh[i] *= 0.1f;
+        fit::DominantLightOptions options;
+        options.fadeStart = 0;
+        options.fadeEnd = 1e-6f;
+        const auto light = fit::dominantLight(sh, glm::vec3(0, 0, 1), options);
+        const lighting::ShDouble basis = lighting::evaluateBasis(glm::normalize(glm::dvec3(light.direction)));
+        const auto error = [&](double c) {
+            double sum = 0;
+            for (std::size_t i = 0; i < basis.size(); ++i) sum += std::pow(sh[i].x - c * basis[i], 2);
+            return sum;
+        };
+        ASSERT_GT(light.intensity.x, 0.1f);
+        EXPECT_LT(error(light.intensity.x), error(light.intensity.x * 1.001));
+        EXPECT_LT(error(light.intensity.x), error(light.intensity.x * 0.999));
+    }
+}
+
+TEST(DominantLight, UniformLightFadesToTheNormalAndToNoIntensity) {
+    lighting::ShRgb sh{};
+    sh[0] = glm::vec3(3);
+    const glm::vec3 normal = glm::normalize(glm::vec3(1, -2, 0.5f));
+    const fit::DominantLightOptions options;
+    const auto light = fit::dominantLight(sh, normal, options);
+    EXPECT_LT(glm::distance(glm::normalize(light.direction), normal), 1e-6);
+    EXPECT_EQ(light.intensity, glm::vec3(0));
+    EXPECT_EQ(light.directionality, 0);
+}
+
+TEST(DominantLight, FadeHasNoJump) {
+    const glm::vec3 normal(0, 0, 1);
+    fit::DominantLight previous;
+    for (int step = 0; step <= 2000; ++step) {
+        lighting::ShRgb sh{};
+        sh[0] = glm::vec3(1);
+        sh[3] = glm::vec3(static_cast<float>(std::sqrt(3.0) * 0.2 * step / 2000));  // directionality from 0 to 0.2, sideways
+        const auto light = fit::dominantLight(sh, normal, {});
+        if (step > 0) {
+            EXPECT_LT(glm::distance(light.direction, previous.direction), 1e-3) << step;
+            EXPECT_LT(glm::distance(light.intensity, previous.intensity), 0.02) << step;
+        }
+        previous = light;
+    }
+    EXPECT_GT(previous.direction.x, 0.19f);
+    EXPECT_LT(std::abs(previous.direction.z), 1e-6);
+}
+
+TEST(DominantLight, AnyFiniteInputGivesAFiniteLightInsideTheBall) {
+    truth::Random random(3);
+    const double magnitudes[] = {0, 1e-45, 1e-38, 1e-10, 1, 1e10, 3e38};
+    for (int trial = 0; trial < 100000; ++trial) {
+        const lighting::ShRgb sh = randomSh(random, magnitudes[random.below(7)]);
+        const glm::vec3 normal = trial % 5 == 0 ? glm::vec3(0) : glm::vec3(random.direction());
+        const auto light = fit::dominantLight(sh, normal, {});
+        ASSERT_TRUE(isFinite(light.direction) && isFinite(light.intensity) && std::isfinite(light.directionality));
+        ASSERT_LE(glm::length(glm::dvec3(light.direction)), 1 + 1e-6);
+        ASSERT_GT(glm::length(glm::dvec3(light.direction)), 1e-5);
+        for (int channel = 0; channel < 3; ++channel) ASSERT_GE(light.intensity[channel], 0);
+        ASSERT_GE(light.directionality, 0);
+        ASSERT_LE(light.directionality, 1);
+    }
+}
+
+TEST(DominantLight, NegativeChannelIsClampedWithoutTouchingTheOthers) {
+    lighting::ShRgb sh = lighting::projectDirectional(glm::vec3(0, 1, 0), glm::vec3(1, 2, 3));
+    for (glm::vec3& coefficient : sh) coefficient.z = -0.1f * coefficient.z;
+    const auto light = fit::dominantLight(sh, glm::vec3(0, 0, 1), {});
+    EXPECT_EQ(light.intensity.z, 0);
+    EXPECT_NEAR(light.intensity.x, 1, 1e-6);
+    EXPECT_NEAR(light.intensity.y, 2, 2e-6);
+}
+
+TEST(DominantLight, LightFromBehindTheNormalKeepsADirection) {
+    lighting::ShRgb sh{};
+    sh[0] = glm::vec3(1);
+    for (int step = 0; step <= 1000; ++step) {
+        sh[2] = glm::vec3(static_cast<float>(-std::sqrt(3.0) * 0.1 * step / 1000));
+        const auto light = fit::dominantLight(sh, glm::vec3(0, 0, 1), {});
+        ASSERT_GT(glm::length(light.direction), 1e-5) << step;
+    }
+}
+
+TEST(DominantLight, ImagesHoldWhatTheTexelsGiveAndZeroOutsideCharts) {
+    truth::Random random(4);
+    const int width = 7, height = 5;
+    formats::Image<lighting::ShRgb> sh(width, height);
+    formats::Image<std::uint8_t> covered(width, height);
+    formats::Image<glm::vec3> normal(width, height), direction(width, height, glm::vec3(9)), intensity(width, height, glm::vec3(9));
+    for (std::size_t i = 0; i < sh.texels().size(); ++i) {
+        sh.texels()[i] = randomSh(random, 1);
+        sh.texels()[i][0] = glm::vec3(2);
+        covered.texels()[i] = i % 3 != 0;
+        normal.texels()[i] = glm::vec3(random.direction());
+    }
+    fit::dominantLight(sh.view(), covered.view(), normal.view(), {}, direction.view(), intensity.view());
+    for (std::size_t i = 0; i < sh.texels().size(); ++i) {
+        const auto light = covered.texels()[i] ? fit::dominantLight(sh.texels()[i], normal.texels()[i], {}) : fit::DominantLight{};
+        EXPECT_EQ(direction.texels()[i], light.direction);
+        EXPECT_EQ(intensity.texels()[i], light.intensity);
+    }
+}
+
+TEST(DominantLight, FigureOfAMegapixel) {
+    truth::Random random(8);
+    const int size = 512;
+    formats::Image<lighting::ShRgb> sh(size, size);
+    for (auto& texel : sh.texels()) {
+        texel = randomSh(random, 0.5);
+        texel[0] = glm::vec3(1);
+    }
+    formats::Image<std::uint8_t> covered(size, size, 1);
+    formats::Image<glm::vec3> normal(size, size, glm::vec3(0, 0, 1)), direction(size, size), intensity(size, size);
+    const std::clock_t begin = std::clock();
+    fit::dominantLight(sh.view(), covered.view(), normal.view(), {}, direction.view(), intensity.view());
+    const double seconds = 4 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    std::printf("[ figures  ] dominant light, 1024 x 1024 texels: %.3f CPU s\n", seconds);
+    EXPECT_LT(seconds, 2);
+}
+
+}  // namespace

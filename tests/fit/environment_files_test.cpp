@@ -1,0 +1,141 @@
+// The fits on real environments and probes of shared/data, against brute force. Skipped where the data is not there.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <string>
+
+#include "fit/cubemap.h"
+#include "fit/pre_divide.h"
+#include "tests/fit/brute_force.h"
+
+namespace {
+
+const std::filesystem::path kData = LIGHTCOOK_SHARED_DATA;
+
+double cpuSeconds() {
+    return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+struct LevelErrors {
+    double median, p95, worst;
+};
+LevelErrors errorsOf(const formats::Image<glm::vec3>& strip, const fit::MipKernel& level, fit::PrefilterKernel kernel,
+                     const std::vector<truth::Sample>& samples) {
+    truth::Random random(static_cast<std::uint64_t>(level.size));
+    std::vector<double> errors;
+    for (int i = 0; i < 16; ++i) {
+        const int face = random.below(6), x = random.below(level.size), y = random.below(level.size);
+        const glm::dvec3 expected = truth::prefilter(samples, kernel, level.m, lighting::cubeTexelDirection(face, x, y, level.size));
+        for (int channel = 0; channel < 3; ++channel)
+            errors.push_back(std::abs(strip.at(x, face * level.size + y)[channel] - expected[channel]) / expected[channel]);
+    }
+    std::sort(errors.begin(), errors.end());
+    return {errors[errors.size() / 2], errors[errors.size() * 95 / 100], errors.back()};
+}
+
+void checkChain(const std::filesystem::path& file, fit::PrefilterKernel kernel, const char* kernelName) {
+    if (!std::filesystem::exists(file)) GTEST_SKIP() << "shared data is absent: " << file;
+    const auto loaded = formats::loadEnvironment(file, {});
+    ASSERT_TRUE(loaded) << loaded.error().line();
+    const formats::Environment& environment = loaded->environment;
+    fit::CubemapOptions options;
+    options.kernel = kernel;
+    double seconds = -cpuSeconds();
+    const auto filter = fit::CubemapPrefilter::create(environment, options);
+    ASSERT_TRUE(filter);
+    std::vector<formats::Image<glm::vec3>> strips;
+    for (int mip = 0; mip < filter->mipCount(); ++mip) strips.push_back(filter->filterMip(mip));
+    seconds += cpuSeconds();
+    std::printf("[ figures  ] %s, %s: %.2f CPU s\n", file.filename().c_str(), kernelName, seconds);
+
+    const auto samples = truth::samplesOf(environment, 1), fine = truth::samplesOf(environment, 2);
+    const glm::dvec3 mean = truth::meanRadiance(samples);
+    for (int mip = 0; mip < filter->mipCount(); ++mip) {
+        const fit::MipKernel& level = filter->mips()[static_cast<std::size_t>(mip)];
+        const glm::dvec3 energy = truth::meanOfStrip(strips[static_cast<std::size_t>(mip)]) / mean - 1.0;
+        const double worstEnergy = std::max({std::abs(energy.x), std::abs(energy.y), std::abs(energy.z)});
+        if (level.size >= 4) {  // 24 or 6 point values are no mean
+            EXPECT_LT(worstEnergy, 0.003) << "mip " << mip;
+        }
+        if (level.m == 0) {
+            EXPECT_LT(worstEnergy, 1e-5);
+            continue;
+        }
+        // A narrow lobe sees the extent of a source texel; a wide one does not.
+        const LevelErrors errors = errorsOf(strips[static_cast<std::size_t>(mip)], level, kernel, mip == 1 ? fine : samples);
+        std::printf("[ figures  ]   mip %d, m %.4f: median %.4f %%, p95 %.4f %%, worst %.4f %%; energy %.4f %%\n", mip, level.m,
+                    100 * errors.median, 100 * errors.p95, 100 * errors.worst, 100 * worstEnergy);
+        EXPECT_LT(errors.median, 0.001) << "mip " << mip;
+        EXPECT_LT(errors.p95, 0.005) << "mip " << mip;
+    }
+    EXPECT_LT(seconds, 8);  // ten times what it takes; a slow machine may fail nobody
+}
+
+TEST(EnvironmentFiles, KiaraBeckmann) {
+    checkChain(kData / "env/kiara_1_dawn_1k.hdr", fit::PrefilterKernel::Beckmann, "Beckmann");
+}
+TEST(EnvironmentFiles, KiaraGgx) {
+    checkChain(kData / "env/kiara_1_dawn_1k.hdr", fit::PrefilterKernel::Ggx, "GGX");
+}
+TEST(EnvironmentFiles, RooitouBeckmann) {
+    checkChain(kData / "env/rooitou_park_1k.hdr", fit::PrefilterKernel::Beckmann, "Beckmann");
+}
+TEST(EnvironmentFiles, RooitouGgx) {
+    checkChain(kData / "env/rooitou_park_1k.hdr", fit::PrefilterKernel::Ggx, "GGX");
+}
+TEST(EnvironmentFiles, RooitouPhong) {
+    checkChain(kData / "env/rooitou_park_1k.hdr", fit::PrefilterKernel::Phong, "Phong");
+}
+
+TEST(EnvironmentFiles, ProjectionOfCornellProbesAgreesWithTheirOwnSh) {
+    const auto json = kData / "scenes/cornell_probes.json";
+    if (!std::filesystem::exists(json)) GTEST_SKIP() << "shared data is absent: " << json;
+    for (int probe = 0; probe < 8; ++probe) {
+        const std::string name = "cornell_probe" + std::to_string(probe) + ".exr";
+        const auto loaded = formats::loadEnvironment(kData / "scenes" / name, {});
+        ASSERT_TRUE(loaded) << loaded.error().line();
+        const auto stored = formats::loadProbeSh(json, name);
+        ASSERT_TRUE(stored) << stored.error().line();
+        const lighting::ShRgb projected = fit::projectEnvironment(loaded->environment);
+        double error = 0, reference = 0;
+        for (std::size_t i = 0; i < projected.size(); ++i) {
+            error += static_cast<double>(glm::dot(projected[i] - (*stored)[i], projected[i] - (*stored)[i]));
+            reference += static_cast<double>(glm::dot((*stored)[i], (*stored)[i]));
+        }
+        const double relative = std::sqrt(error / reference);
+        std::printf("[ figures  ] %s: %.2f %% from the SH of the JSON\n", name.c_str(), 100 * relative);
+        EXPECT_LT(relative, 0.05) << name;  // noise of both: 36 samples a texel here, 65,536 directions there
+    }
+}
+
+TEST(EnvironmentFiles, PreDivisionOfEveryProbeMultipliesBack) {
+    if (!std::filesystem::exists(kData / "scenes")) GTEST_SKIP() << "shared data is absent: " << kData / "scenes";
+    for (const char* scene : {"cornell", "interior", "outdoor", "zdm2_sun"}) {
+        const auto loaded = formats::loadEnvironment(kData / "scenes" / (std::string(scene) + "_probe0.exr"), {});
+        ASSERT_TRUE(loaded) << loaded.error().line();
+        std::vector<lighting::ShBands> bands;
+        for (int mip = 0; mip < 8; ++mip) bands.push_back(fit::prefilterKernelBands(fit::PrefilterKernel::Beckmann, mip * mip / 49.0));
+        const fit::PreDivide preDivide = fit::makePreDivide(fit::projectEnvironment(loaded->environment), bands, {});
+        std::printf("[ figures  ] %s_probe0: window lambda %.4f, bands %.3f %.3f\n", scene, preDivide.windowLambda, preDivide.window[1],
+                    preDivide.window[2]);
+        const auto texels = loaded->environment.texels.view();
+        formats::Image<glm::vec3> stored(128, 128);
+        for (int face = 0; face < 6; ++face) {
+            fit::preDivideRows(preDivide, 0, face, 128, 0, texels.rows(face * 128, 128), stored.view());
+            for (int i = 0; i < 128 * 128; ++i) {
+                const int x = i % 128, y = i / 128;
+                const glm::dvec3 product =
+                    glm::dvec3(stored.at(x, y)) * preDivide.denominator(0, lighting::cubeTexelDirection(face, x, y, 128));
+                for (int channel = 0; channel < 3; ++channel) {
+                    const double expected = texels.at(x, face * 128 + y)[channel];
+                    ASSERT_NEAR(product[channel], expected, 1e-6 * expected);
+                }
+            }
+        }
+    }
+}
+
+}  // namespace
