@@ -1,0 +1,80 @@
+// What a cooked dominant light is worth: the specular light that the shipped shader makes of direction and intensity as a sampler fetches
+// them, against the closed form computed here from the float coefficients.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <vector>
+
+#include "formats/image.h"
+#include "formats/light_map.h"
+#include "verify/figures.h"
+
+namespace verify {
+
+/// Textures as the manifest describes them: direction = scale * texel + bias, intensity = range * texel.
+struct CookedDominant {
+    float directionScale = 1, directionBias = 0, intensityRange = 1;
+    int width = 0, height = 0;  ///< [texels]
+};
+
+struct DominantShading {
+    std::vector<double> m = {0.1, 0.25, 0.5};
+    std::vector<double> f0 = {0.04, 0.6};
+    int viewCount = 8;  ///< spherical Fibonacci points of the hemisphere around the normal
+    int stride = 1;     ///< every stride-th texel of every stride-th row is shaded
+};
+/// The stride that keeps a map at about a hundred thousand shaded texels.
+int dominantStride(int width, int height);
+
+/// Closed form of Chen and Liu 1.4.1 with lighting-math section 3: v = band 1 / (sqrt(3) lambda_0) of the luminance, inside the unit ball;
+/// t = smoothstep(0.02, 0.08, |v|); direction t v + (1 - t) 0.08 n; intensity t (4pi / 9) sum lambda_i Y_i(direction), clamped at 0.
+struct DominantReference {
+    glm::dvec3 direction{0}, intensity{0};
+};
+DominantReference dominantReference(const lighting::ShRgb& incident, const glm::dvec3& normal, const glm::vec3& luminanceWeights);
+
+/// Rows of both textures as decodeRows gives them.
+struct DecodedDominantRows {
+    int firstRow = 0;
+    formats::Image<glm::vec4> direction, intensity;
+};
+
+/// Partial errors of some rows.
+class DominantErrors {
+public:
+    explicit DominantErrors(double key = 0) : centres_(key), between_(key) {}
+    void merge(const DominantErrors& other);
+    /// "magnified" (middles of quads of covered texels, against the closed form of the four texels' mean) and "total" (texel centres).
+    /// All of it is specular. maxBound of each covers every view, every f0 and every m of the shading's range at the places that were
+    /// sampled.
+    std::vector<StageError> stages() const;
+    /// Angle between the stored and the true direction, weighted by the luminance of the true intensity [degrees].
+    double meanDirectionError() const;
+    double maxDirectionError() const;  ///< [degrees], of texels that are not black
+
+private:
+    friend class DominantVerifier;
+    ErrorAccumulator centres_, between_;
+    double angleSum_ = 0, weightSum_ = 0, largestAngle_ = 0;
+};
+
+class DominantVerifier {
+public:
+    DominantVerifier(const CookedDominant& map, const DominantShading& shading, const glm::vec3& luminanceWeights, double key)
+        : map_(map), shading_(shading), luminanceWeights_(luminanceWeights), key_(key) {}
+    /// Rows [firstRow, firstRow + rowCount) and the quads that begin in them: texels and reference must also hold the row below, where the
+    /// map has one. Pure; safe on several threads.
+    DominantErrors verifyRows(const DecodedDominantRows& texels, const formats::LightMapBand& reference, int firstRow, int rowCount) const;
+
+private:
+    struct Place;
+    void shade(const Place& place, ErrorAccumulator& errors) const;
+
+    CookedDominant map_;
+    DominantShading shading_;
+    glm::vec3 luminanceWeights_;
+    double key_;
+};
+
+}  // namespace verify
