@@ -56,6 +56,11 @@ float halfRange(float largest) {
     return std::ldexp(1.0f, exponent - 14);
 }
 
+/// Half of what rgb1 can add to uvw. Halo 3 has 1; what BC1 colours leave is far less: docs/experiments.md has the curve.
+constexpr float kLuvwSpan = 0.125f;
+/// Where light of the key would be fewer codes than this in 8 bits of L, both alphas hold its square root.
+constexpr double kLuvwFewCodes = 4;
+
 void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure) {
     const PixelFormat format = ldrFormat(plan.target, PixelFormat::Bc3);
     plan.textures = {{"luvw_first", format, 9}, {"luvw_second", format, 9}};
@@ -66,9 +71,11 @@ void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure) {
     const bool isBc = plan.target == LightMapTarget::Bc;
     plan.constants["neutral"] = isBc ? std::vector<float>{16.0f / 31, 32.0f / 63, 16.0f / 31, neutral}
                                      : std::vector<float>{128.0f / 255, 128.0f / 255, 128.0f / 255, neutral};
+    const double dcOfKey = measure.key() / 0.28209479;
+    plan.constants["root"] = {255 * dcOfKey < kLuvwFewCodes * static_cast<double>(measure.maximumAbsolute(0)) ? 1.0f : 0.0f};
     for (int i = 0; i < lighting::kShCount; ++i) {
         plan.constants["range"].push_back(measure.maximumAbsolute(i) / neutral);
-        plan.constants["span"].push_back(0.25f);
+        plan.constants["span"].push_back(kLuvwSpan);
     }
 }
 

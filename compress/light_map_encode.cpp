@@ -23,7 +23,7 @@ struct Source {
     int width = 0, height = 0;
     std::vector<Image<glm::vec3>> values;  ///< nine coefficients, or one exit radiance
     Image<float> coverage;                 ///< 1 inside charts, kPaddingSignificance beside them, 0 elsewhere
-    Image<float> importance;               ///< coverage over what an absolute error weighs against
+    Image<float> importance;               ///< what a squared absolute error weighs: coverage over (exit radiance + key) squared
 };
 
 /// Values of one texel of the band: what the layout stores.
@@ -86,7 +86,8 @@ Source makeSource(const LightMapPlan& plan, const formats::LightMapBand& band, i
             // Exit radiance that the DC alone would give, or the exit radiance itself.
             const glm::vec3& v = values[0];
             const float exit = (isFlat ? 1.0f : 0.28209479f) * std::max({v.x, v.y, v.z, 0.0f});
-            source.importance.at(x, y) = coverage * floor / (exit + floor);
+            const float local = floor / (exit + floor);
+            source.importance.at(x, y) = coverage * local * local;
         }
     }
     return source;
@@ -210,6 +211,7 @@ public:
           format_(plan.textures[0].format),
           range_(constant(plan, "range", index)),
           span_(constant(plan, "span", index)),
+          isRoot_(constant(plan, "root", 0) > 0),
           neutral_(constant(plan, "neutral", 0), constant(plan, "neutral", 1), constant(plan, "neutral", 2), constant(plan, "neutral", 3)) {
     }
 
@@ -242,7 +244,9 @@ private:
         for (int y = 0; y < source_.height; ++y)
             for (int x = 0; x < source_.width; ++x) {
                 const float l = length(x, y);
-                if (l > 0) texels.at(x, y) = glm::vec4(0.5f + (0.5f / l) * values_.at(x, y), std::min(1.0f, l / (range_ * neutral_.w)));
+                if (!(l > 0)) continue;
+                const float a0 = std::min(1.0f, l / (range_ * neutral_.w));
+                texels.at(x, y) = glm::vec4(0.5f + (0.5f / l) * values_.at(x, y), isRoot_ ? std::sqrt(a0) : a0);
             }
         return encodeLayer(format_, texels, colorSignificance(), options_, true, report_);
     }
@@ -298,6 +302,7 @@ private:
     EncodeReport& report_;
     PixelFormat format_;
     float range_, span_;
+    bool isRoot_;
     glm::vec4 neutral_;
 };
 

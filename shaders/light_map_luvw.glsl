@@ -1,7 +1,8 @@
 // Layout "luvw": textures "luvw_first" and "luvw_second", nine layers each. Coefficient i is a length L and a signed colour uvw:
 //   L = range_i a0 a1,   uvw = (2 rgb0 - 1) + 2 span_i (rgb1 - centre)
-// The second texture codes what the first one left: a1 = neutral and rgb1 = centre say that nothing was left.
-// After Hu 2008, Lightmap compression in Halo 3, whose form is span = 1, centre = 1/2, neutral = 1.
+// The second texture codes what the first one left: rgb1 = centre says that nothing was left, and so does a1 = neutral (root = 0: a0 holds L) or
+// a1 = neutral a0 (root = 1: a0 and a1 hold its square root, which maps of great range need).
+// After Hu 2008, Lightmap compression in Halo 3, whose form is span = 1, centre = 1/2, neutral = 1, root = 1.
 #ifndef LIGHTCOOK_LIGHT_MAP_LUVW_GLSL
 #define LIGHTCOOK_LIGHT_MAP_LUVW_GLSL
 
@@ -12,7 +13,8 @@ struct LcLuvwTexels {
 struct LcLuvwConstants {
     float range[9];
     float span[9];
-    vec4 neutral;  // rgb: centre, a: the a1 that leaves L as the first texture has it
+    vec4 neutral;  // rgb: centre, a: neutral
+    float root;    // 0 or 1
 };
 
 LC_FUNCTION vec3 lcLuvw(vec4 first, vec4 second, float range, float span, vec3 centre) {
@@ -32,7 +34,9 @@ LC_FUNCTION LcSh lcLightMapLuvw(LcLuvwTexels t, LcLuvwConstants k) {
 LC_FUNCTION LcSh lcLightMapLuvwFirst(LcLuvwTexels t, LcLuvwConstants k) {
     LcSh sh;
     for (int i = 0; i < 9; ++i) {
-        sh.c[i] = lcLuvw(t.first[i], k.neutral, k.range[i], k.span[i], lcRgb(k.neutral));
+        vec3 centre = lcRgb(k.neutral);
+        float a1 = k.neutral.w * mix(1.0f, t.first[i].w, k.root);
+        sh.c[i] = lcLuvw(t.first[i], vec4(centre.x, centre.y, centre.z, a1), k.range[i], k.span[i], centre);
     }
     return sh;
 }

@@ -29,6 +29,7 @@ formats::Result<Layout> readLuvw(const CookedLightMap& map) {
     if (auto error = readConstant(map, "range", luvw.k.range)) return tl::make_unexpected(*error);
     if (auto error = readConstant(map, "span", luvw.k.span)) return tl::make_unexpected(*error);
     if (auto error = readConstant(map, "neutral", neutral)) return tl::make_unexpected(*error);
+    if (auto error = readConstant(map, "root", std::span(&luvw.k.root, 1))) return tl::make_unexpected(*error);
     luvw.k.neutral = glm::vec4(neutral[0], neutral[1], neutral[2], neutral[3]);
     return luvw;
 }

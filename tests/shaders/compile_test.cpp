@@ -84,7 +84,7 @@ std::string useOf(const std::string& layout) {
     if (layout == "raw") body += "for (int i = 0; i < 9; ++i) { t.sh[i] = " + one + "; }\nk.range = 2.0;\n";
     if (layout == "luvw")
         body += "for (int i = 0; i < 9; ++i) { t.first[i] = " + one + "; t.second[i] = " + one +
-                "; k.range[i] = 2.0; k.span[i] = 0.25; }\nk.neutral = " + one + ";\n";
+                "; k.range[i] = 2.0; k.span[i] = 0.25; }\nk.neutral = " + one + ";\nk.root = 1.0;\n";
     if (layout == "ratio")
         body += "t.l0 = " + one + ";\nk.range = 2.0;\nfor (int i = 0; i < 8; ++i) { t.ratio[i] = " + one +
                 "; k.scale[i] = 2.0; k.bias[i] = -1.0; }\n";

@@ -1,0 +1,448 @@
+#include "verify/light_map.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <random>
+
+#include "compress/light_map.h"
+#include "lighting/brdf.h"
+#include "lighting/radiometry.h"
+#include "lighting/sphere.h"
+#include "tests/compress/synthetic_light_map.h"
+#include "verify/light_map_shading.h"
+#include "verify/texture_unit.h"
+
+namespace {
+
+using compress::LightMapLayout;
+using compress::LightMapTarget;
+using synthetic::Kind;
+
+constexpr std::array kLayouts = {LightMapLayout::Raw, LightMapLayout::Flat, LightMapLayout::Luvw, LightMapLayout::Ratio};
+constexpr int kWidth = 46, kHeight = 38;
+
+/// A map, cooked, and opened again from its bytes.
+struct Cooked {
+    formats::LightMapBand reference;
+    verify::CookedLightMap map;
+    verify::DecodedLightMapRows texels;
+    double key = 0;
+
+    verify::LightMapVerifier verifier(const verify::LightMapShading& shading = {}, const verify::LightMapSampling& sampling = {}) const {
+        auto created = verify::LightMapVerifier::create(map, shading, sampling, key);
+        EXPECT_TRUE(created.has_value());
+        return std::move(*created);
+    }
+    std::vector<verify::StageError> stages(const verify::LightMapShading& shading = {},
+                                           const verify::LightMapSampling& sampling = {}) const {
+        return verifier(shading, sampling).verifyRows(texels, reference, 0, map.height).stages();
+    }
+    verify::StageError total() const { return stages().back(); }
+};
+
+Cooked cook(formats::LightMapBand reference, LightMapLayout layout, LightMapTarget target) {
+    Cooked cooked;
+    const int width = reference.sh.width(), height = reference.sh.height();
+    compress::LightMapMeasure measure;
+    measure.add(reference);
+    const compress::LightMapPlan plan = compress::planLightMap(layout, target, width, height, measure);
+    compress::EncodeOptions options;
+    options.effort = 3;
+    const compress::EncodedLightMapRows rows = compress::encodeLightMapRows(plan, reference, 0, height, options);
+    for (std::size_t t = 0; t < rows.textures.size(); ++t) {
+        cooked.texels.textures.emplace_back();
+        for (const auto& bytes : rows.textures[t].layers) {
+            cooked.texels.textures.back().emplace_back(width, height);
+            verify::decodeRows(plan.textures[t].format, bytes, cooked.texels.textures.back().back().view());
+        }
+    }
+    verify::LightMapKey key;
+    key.add(reference, 0, height);
+    cooked.key = key.key();
+    EXPECT_EQ(cooked.key, measure.key());
+    cooked.map = {std::string(compress::lightMapLayoutName(layout)), plan.constants, width, height};
+    cooked.reference = std::move(reference);
+    return cooked;
+}
+Cooked cook(Kind kind, LightMapLayout layout, LightMapTarget target = LightMapTarget::Bc) {
+    return cook(synthetic::makeBand(kind, kWidth, 0, kHeight), layout, target);
+}
+
+lighting::ShDouble channelOf(const lighting::ShRgb& sh, int channel) {
+    lighting::ShDouble out;
+    for (std::size_t i = 0; i < sh.size(); ++i) out[i] = static_cast<double>(sh[i][channel]);
+    return out;
+}
+
+double exitRadiance(const lighting::ShDouble& sh, const glm::dvec3& n) {
+    const lighting::ShDouble basis = lighting::evaluateBasis(n);
+    double sum = 0;
+    for (std::size_t i = 0; i < sh.size(); ++i)
+        sum += lighting::kExitRadianceBands[static_cast<std::size_t>(lighting::kShBand[i])] * sh[i] * basis[i];
+    return sum;
+}
+
+/// Texels and reference at places between texels, filtered here by the textbook, laid out as a map of one row.
+struct Filtered {
+    Cooked row;
+    std::vector<lighting::ShRgb> reference;
+    formats::Image<lighting::ShRgb> decoded;
+};
+Filtered filterAt(const Cooked& cooked, int count, std::mt19937& random) {
+    struct Place {
+        int x, y;
+        float u, v;
+    };
+    std::uniform_real_distribution<float> fraction(0, 1);
+    std::vector<Place> places;
+    while (places.size() < static_cast<std::size_t>(count)) {
+        const int x = static_cast<int>(random() % static_cast<unsigned>(cooked.map.width - 1));
+        const int y = static_cast<int>(random() % static_cast<unsigned>(cooked.map.height - 1));
+        const auto covered = [&](int dx, int dy) { return cooked.reference.covered.at(x + dx, y + dy) != 0; };
+        if (covered(0, 0) && covered(1, 0) && covered(0, 1) && covered(1, 1)) places.push_back({x, y, fraction(random), fraction(random)});
+    }
+    const auto blend = [](const auto& image, const Place& p, const auto& get) {
+        return (1 - p.v) * ((1 - p.u) * get(image.at(p.x, p.y)) + p.u * get(image.at(p.x + 1, p.y))) +
+               p.v * ((1 - p.u) * get(image.at(p.x, p.y + 1)) + p.u * get(image.at(p.x + 1, p.y + 1)));
+    };
+    Filtered out;
+    out.row.map = cooked.map;
+    out.row.map.width = count;
+    out.row.map.height = 1;
+    out.row.key = cooked.key;
+    for (const auto& texture : cooked.texels.textures) {
+        out.row.texels.textures.emplace_back();
+        for (const auto& image : texture) {
+            formats::Image<glm::vec4> row(count, 1);
+            for (int i = 0; i < count; ++i)
+                row.at(i, 0) = blend(image, places[static_cast<std::size_t>(i)], [](const glm::vec4& texel) { return texel; });
+            out.row.texels.textures.back().push_back(std::move(row));
+        }
+    }
+    for (const Place& place : places) {
+        lighting::ShRgb sh;
+        for (std::size_t i = 0; i < sh.size(); ++i)
+            sh[i] = blend(cooked.reference.sh, place, [&](const lighting::ShRgb& texel) { return texel[i]; });
+        out.reference.push_back(sh);
+    }
+    out.decoded = out.row.verifier().reconstruct(out.row.texels, 0, 1);
+    return out;
+}
+
+TEST(LightMapVerifier, GreyStaysGreyThroughEveryLayoutFromItsBytes) {
+    for (const LightMapLayout layout : kLayouts)
+        for (const LightMapTarget target : {LightMapTarget::Bc, LightMapTarget::Astc, LightMapTarget::Float}) {
+            const Cooked cooked = cook(Kind::Grey, layout, target);
+            const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
+            for (int y = 0; y < kHeight; ++y)
+                for (int x = 0; x < kWidth; ++x)
+                    for (int k = 0; k < 8; ++k) {
+                        const glm::vec3 n(lighting::fibonacciSphere(k, 8));
+                        const glm::vec3 exit = lighting::lambertExitRadiance(decoded.at(x, y), n, glm::vec3(1)).value;
+                        for (int c = 0; c < 3; ++c)
+                            ASSERT_NEAR(exit[c], 0.5f, 0.5e-3f)
+                                << cooked.map.layout << " target " << static_cast<int>(target) << " " << x << ", " << y;
+                    }
+            EXPECT_LT(cooked.total().diffuse.maxBound, 1e-3) << cooked.map.layout;
+        }
+}
+
+TEST(LightMapVerifier, BlackStaysBlackWithoutError) {
+    for (const LightMapLayout layout : kLayouts) {
+        const Cooked cooked = cook(Kind::Black, layout);
+        const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
+        for (const lighting::ShRgb& sh : decoded.texels())
+            for (const glm::vec3& c : sh) ASSERT_EQ(c, glm::vec3(0));
+        const verify::StageError total = cooked.total();
+        EXPECT_EQ(total.diffuse.relRms, 0);
+        EXPECT_EQ(total.diffuse.maxBound, 0);
+        EXPECT_EQ(total.specular.maxBound, 0);
+    }
+}
+
+TEST(LightMapVerifier, FiguresAreThoseOfABruteForceInDouble) {
+    const Cooked cooked = cook(Kind::Gradient, LightMapLayout::Ratio);
+    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
+    const std::vector<verify::StageError> stages = cooked.stages();
+    struct Sum {
+        double error = 0, reference = 0, largest = 0;
+        std::vector<double> local;
+        void add(double r, double value, double key) {
+            error += (value - r) * (value - r);
+            reference += r * r;
+            local.push_back(std::abs(value - r) / (std::abs(r) + 0.02 * key));
+        }
+        double rms() const { return std::sqrt(error / reference); }
+        double p99() {
+            std::ranges::sort(local);
+            return local[local.size() * 99 / 100];
+        }
+    } diffuse, specular;
+    std::vector<std::pair<glm::dvec3, lighting::ShDouble>> kernels;  // view, nine numbers in the view's frame
+    for (int k = 0; k < 8; ++k)
+        for (const double m : {0.1, 0.25, 0.5}) {
+            const glm::dvec3 view = lighting::fibonacciHemisphere(k, 8);
+            const auto kernel = lighting::integrateAreaSpecular(view.z, m, lighting::NormalDistribution::Beckmann,
+                                                                lighting::CookTorranceNormalization::Energy, 256);
+            for (const double f0 : {0.04, 0.6}) {
+                lighting::ShDouble sum;
+                for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = f0 * kernel.c[i] + (1 - f0) * kernel.d[i];
+                kernels.emplace_back(view, sum);
+            }
+        }
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            if (cooked.reference.covered.at(x, y) == 0) continue;
+            const glm::dvec3 normal(cooked.reference.normal.at(x, y));
+            const glm::dmat3 world = lighting::worldFromTangentFrame(normal);
+            for (int c = 0; c < 3; ++c) {
+                const lighting::ShDouble r = channelOf(cooked.reference.sh.at(x, y), c), d = channelOf(decoded.at(x, y), c);
+                for (int k = 0; k < 32; ++k) {
+                    const glm::dvec3 n = world * lighting::fibonacciHemisphere(k, 32);
+                    diffuse.add(exitRadiance(r, n), exitRadiance(d, n), cooked.key);
+                }
+                for (const auto& [view, kernel] : kernels) {
+                    // The frame whose x-z plane holds the view.
+                    const glm::dvec3 worldView = world * view;
+                    const glm::dvec3 tangent = glm::normalize(worldView - glm::dot(worldView, normal) * normal);
+                    const glm::dmat3 frame(tangent, glm::cross(normal, tangent), normal);
+                    const lighting::ShRotation toFrame(glm::transpose(frame));
+                    const lighting::ShDouble localR = toFrame.apply(r), localD = toFrame.apply(d);
+                    double sumR = 0, sumD = 0;
+                    for (std::size_t i = 0; i < kernel.size(); ++i) {
+                        sumR += kernel[i] * localR[i];
+                        sumD += kernel[i] * localD[i];
+                    }
+                    specular.add(sumR, sumD, cooked.key);
+                }
+            }
+        }
+    const verify::StageError& final = stages[stages.size() - 3];
+    ASSERT_EQ(final.name, "ratio");
+    EXPECT_NEAR(final.diffuse.relRms, diffuse.rms(), 1e-3 * diffuse.rms());
+    EXPECT_NEAR(final.diffuse.p99, diffuse.p99(), 0.01 * diffuse.p99());
+    EXPECT_NEAR(final.diffuse.maxSampled, diffuse.local.back(), 1e-3 * diffuse.local.back());
+    EXPECT_NEAR(final.specular.relRms, specular.rms(), 2e-3 * specular.rms());
+    EXPECT_NEAR(final.specular.p99, specular.p99(), 0.01 * specular.p99());
+    EXPECT_EQ(stages.back().diffuse.relRms, final.diffuse.relRms);
+}
+
+TEST(LightMapVerifier, NoSampledShadingExceedsTheBound) {
+    std::mt19937 random(11);
+    std::normal_distribution<double> normal;
+    constexpr int places = 4000, normals = 25;
+    for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::NegativeBands, Kind::Night})
+        for (const LightMapLayout layout : {LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::Ratio}) {
+            const Cooked cooked = cook(kind, layout);
+            const verify::StageError total = cooked.total();
+            const Filtered filtered = filterAt(cooked, places, random);
+            double worst = 0;
+            for (int i = 0; i < places; ++i)
+                for (int k = 0; k < normals; ++k) {
+                    const glm::dvec3 n = glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)));
+                    for (int c = 0; c < 3; ++c) {
+                        const double r = exitRadiance(channelOf(filtered.reference[static_cast<std::size_t>(i)], c), n);
+                        const double d = exitRadiance(channelOf(filtered.decoded.at(i, 0), c), n);
+                        worst = std::max(worst, std::abs(d - r) / (std::abs(r) + 0.02 * cooked.key));
+                    }
+                }
+            EXPECT_LE(worst, total.diffuse.maxBound) << cooked.map.layout << ", kind " << static_cast<int>(kind);
+            EXPECT_LE(total.diffuse.maxSampled, total.diffuse.maxBound) << cooked.map.layout;
+            EXPECT_LE(total.specular.maxSampled, total.specular.maxBound) << cooked.map.layout;
+            EXPECT_TRUE(std::isfinite(total.diffuse.maxBound));
+        }
+}
+
+TEST(LightMapVerifier, NoMaterialInTheRangeExceedsTheSpecularBound) {
+    std::mt19937 random(5);
+    std::normal_distribution<double> gauss;
+    std::uniform_real_distribution<double> uniform(0, 1);
+    const Cooked cooked = cook(Kind::Gradient, LightMapLayout::Luvw);
+    const double bound = cooked.total().specular.maxBound;
+    const Filtered filtered = filterAt(cooked, 200, random);
+    for (int material = 0; material < 40; ++material) {
+        const double m = 0.1 + 0.4 * uniform(random), f0 = 0.04 + 0.56 * uniform(random), NoV = std::max(1e-3, uniform(random));
+        const auto kernel = lighting::integrateAreaSpecular(NoV, m, lighting::NormalDistribution::Beckmann,
+                                                            lighting::CookTorranceNormalization::Energy, 96);
+        for (int i = 0; i < 200; ++i) {
+            const glm::dvec3 axis = glm::normalize(glm::dvec3(gauss(random), gauss(random), gauss(random)));
+            const lighting::ShRotation turn(lighting::worldFromTangentFrame(axis));
+            for (int c = 0; c < 3; ++c) {
+                const lighting::ShDouble r = turn.apply(channelOf(filtered.reference[static_cast<std::size_t>(i)], c));
+                const lighting::ShDouble d = turn.apply(channelOf(filtered.decoded.at(i, 0), c));
+                double reference = 0, error = 0;
+                for (std::size_t k = 0; k < r.size(); ++k) {
+                    const double t = f0 * kernel.c[k] + (1 - f0) * kernel.d[k];
+                    reference += t * r[k];
+                    error += t * (d[k] - r[k]);
+                }
+                ASSERT_LE(std::abs(error) / (std::abs(reference) + 0.02 * cooked.key), bound);
+            }
+        }
+    }
+}
+
+TEST(LightMapShading, BandNormsBetweenTheScannedOnesStayUnderTheSuprema) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    const std::vector<std::pair<double, double>> ranges = {{0.1, 0.5}, {0.25, 0.25}, {0.02, 1.0}};
+    for (const auto& [low, high] : ranges) {
+        verify::LightMapShading shading;
+        shading.m = {high, low};
+        shading.f0 = {0.04, 0.9};
+        const lighting::ShBands suprema = verify::specularBandSuprema(shading);
+        for (int i = 0; i < 60; ++i) {
+            const double m = low * std::pow(high / low, uniform(random)), f0 = 0.04 + 0.86 * uniform(random);
+            const double NoV = std::max(1e-3, std::pow(uniform(random), 2.0));
+            const auto kernel = lighting::integrateAreaSpecular(NoV, m, lighting::NormalDistribution::Beckmann,
+                                                                lighting::CookTorranceNormalization::Energy, 128);
+            lighting::ShBands squared{};
+            for (std::size_t k = 0; k < kernel.c.size(); ++k) {
+                const double t = f0 * kernel.c[k] + (1 - f0) * kernel.d[k];
+                squared[static_cast<std::size_t>(lighting::kShBand[k])] += t * t;
+            }
+            for (std::size_t l = 0; l < squared.size(); ++l)
+                EXPECT_LE(std::sqrt(squared[l]), suprema[l] * (1 + 1e-9)) << "m " << m << " f0 " << f0 << " NoV " << NoV << " band " << l;
+        }
+    }
+}
+
+TEST(LightMapVerifier, BandsInAnyCutGiveTheSameFigures) {
+    for (const LightMapLayout layout : kLayouts) {
+        const Cooked cooked = cook(Kind::Gradient, layout);
+        const verify::LightMapVerifier verifier = cooked.verifier();
+        const std::vector<verify::StageError> whole = cooked.stages();
+        verify::LightMapErrors merged = verifier.noErrors();
+        for (int row = 0; row < kHeight; row += 9) {
+            const int count = std::min(9, kHeight - row);
+            const formats::LightMapBand band = synthetic::makeBandWithContext(Kind::Gradient, kWidth, kHeight, row, count, 1);
+            merged.merge(verifier.verifyRows(cooked.texels, band, row, count));
+        }
+        const std::vector<verify::StageError> parts = merged.stages();
+        ASSERT_EQ(parts.size(), whole.size());
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            EXPECT_EQ(parts[i].name, whole[i].name);
+            EXPECT_NEAR(parts[i].diffuse.relRms, whole[i].diffuse.relRms, 1e-12 * whole[i].diffuse.relRms);  // sums in another order
+            EXPECT_EQ(parts[i].diffuse.p99, whole[i].diffuse.p99);
+            EXPECT_EQ(parts[i].diffuse.maxSampled, whole[i].diffuse.maxSampled);
+            EXPECT_EQ(parts[i].diffuse.maxBound, whole[i].diffuse.maxBound);
+            EXPECT_EQ(parts[i].specular.maxSampled, whole[i].specular.maxSampled);
+            EXPECT_EQ(parts[i].specular.maxBound, whole[i].specular.maxBound);
+        }
+    }
+}
+
+TEST(LightMapVerifier, TheSecondStageOfLuvwRepairsTheFirst) {
+    for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::Night}) {
+        const std::vector<verify::StageError> stages = cook(kind, LightMapLayout::Luvw).stages();
+        ASSERT_EQ(stages.size(), 4u);
+        EXPECT_EQ(stages[0].name, "stage 1");
+        EXPECT_EQ(stages[1].name, "stage 2");
+        EXPECT_EQ(stages[2].name, "magnified");
+        EXPECT_EQ(stages[3].name, "total");
+        // Beside a spike of 65504 the first stage is lost in the same blocks as the second.
+        const double factor = kind == Kind::Spikes ? 0.8 : 0.5;
+        EXPECT_LT(stages[1].diffuse.relRms, factor * stages[0].diffuse.relRms) << static_cast<int>(kind);
+        EXPECT_LT(stages[0].diffuse.relRms, 0.2);
+    }
+}
+
+TEST(LightMapVerifier, FloatTargetsAreFarMoreExactThanBlocks) {
+    for (const LightMapLayout layout : kLayouts) {
+        const double floats = cook(Kind::Gradient, layout, LightMapTarget::Float).total().diffuse.relRms;
+        EXPECT_LT(floats, 1e-3) << compress::lightMapLayoutName(layout);
+        EXPECT_LE(floats, cook(Kind::Gradient, layout, LightMapTarget::Bc).total().diffuse.relRms);
+    }
+}
+
+TEST(LightMapVerifier, NightIsCookedAsWellAsDay) {
+    // Ranges follow the map: only the unit differs, so the errors must not.
+    for (const LightMapLayout layout : kLayouts) {
+        const verify::StageError day = cook(Kind::Gradient, layout).total(), night = cook(Kind::Night, layout).total();
+        EXPECT_NEAR(night.diffuse.relRms, day.diffuse.relRms, 0.1 * day.diffuse.relRms) << compress::lightMapLayoutName(layout);
+        EXPECT_NEAR(night.diffuse.p99, day.diffuse.p99, 0.1 * day.diffuse.p99) << compress::lightMapLayoutName(layout);
+    }
+}
+
+TEST(LightMapVerifier, AnErrorPutInIsTheErrorFound) {
+    // Every decoded texel one per cent too bright: all figures follow by hand.
+    Cooked cooked = cook(Kind::Grey, LightMapLayout::Raw);
+    for (float& range : cooked.map.constants.at("range")) range *= 1.01f;
+    const verify::StageError total = cooked.total();
+    EXPECT_NEAR(total.diffuse.relRms, 0.01, 3e-4);
+    EXPECT_NEAR(total.diffuse.maxSampled, 0.01 / 1.02, 3e-4);
+    EXPECT_NEAR(total.diffuse.maxBound, 0.01 / 1.02, 3e-4);
+    EXPECT_NEAR(total.specular.relRms, 0.01, 3e-4);
+}
+
+TEST(LightMapVerifier, ADefectBetweenTexelsIsSeenOnlyByTheMagnifiedStage) {
+    // Exact at every texel centre, wrong between them: L = a0 a1 with a0 and a1 trading places from texel to texel.
+    Cooked cooked = cook(Kind::Grey, LightMapLayout::Luvw, LightMapTarget::Float);
+    const auto at = [&](std::size_t texture, int x, int y) -> glm::vec4& { return cooked.texels.textures[texture][0].at(x, y); };
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            const float product = at(0, x, y).w * at(1, x, y).w, high = (x + y) % 2 == 0 ? 1.0f : 0.8f;
+            at(0, x, y).w = high;
+            at(1, x, y).w = product / high;
+        }
+    const std::vector<verify::StageError> stages = cooked.stages();
+    EXPECT_LT(stages[1].diffuse.maxBound, 1e-3);
+    EXPECT_GT(stages[2].diffuse.maxSampled, 5e-3);
+    EXPECT_GE(stages[2].diffuse.maxBound, stages[2].diffuse.maxSampled);
+    EXPECT_EQ(stages[3].diffuse.maxBound, stages[2].diffuse.maxBound);
+    verify::LightMapSampling none;
+    none.positionsPerQuad = 0;
+    EXPECT_EQ(cooked.stages({}, none)[2].diffuse.maxSampled, 0);
+    EXPECT_EQ(cooked.stages({}, none)[2].diffuse.maxBound, stages[2].diffuse.maxBound);
+}
+
+TEST(LightMapVerifier, WithoutSpecularMaterialsThereIsNoSpecularError) {
+    verify::LightMapShading shading;
+    shading.specular = false;
+    const verify::StageError total = cook(Kind::Gradient, LightMapLayout::Ratio).stages(shading).back();
+    EXPECT_GT(total.diffuse.relRms, 0);
+    EXPECT_EQ(total.specular.relRms, 0);
+    EXPECT_EQ(total.specular.maxBound, 0);
+}
+
+TEST(LightMapVerifier, RefusesWhatItCannotTrust) {
+    const Cooked cooked = cook(Kind::Grey, LightMapLayout::Ratio);
+    const auto lineOf = [&](auto&& spoil) {
+        verify::CookedLightMap map = cooked.map;
+        verify::LightMapShading shading;
+        spoil(map, shading);
+        const auto created = verify::LightMapVerifier::create(map, shading, {}, cooked.key);
+        return created ? std::string() : created.error().line();
+    };
+    EXPECT_EQ(lineOf([](auto&, auto&) {}), "");
+    EXPECT_NE(lineOf([](auto& map, auto&) { map.layout = "ratios"; }).find("\"ratios\""), std::string::npos);
+    EXPECT_NE(lineOf([](auto& map, auto&) { map.constants.erase("bias"); }).find("constant bias"), std::string::npos);
+    EXPECT_NE(lineOf([](auto& map, auto&) { map.constants["scale"].pop_back(); }).find("found 7 values, expected 8"), std::string::npos);
+    EXPECT_NE(lineOf([](auto& map, auto&) { map.constants["range"][0] = std::numeric_limits<float>::quiet_NaN(); }).find("NaN"),
+              std::string::npos);
+    EXPECT_NE(lineOf([](auto& map, auto&) { map.width = 0; }), "");
+    EXPECT_NE(lineOf([](auto&, auto& shading) { shading.m.clear(); }), "");
+    EXPECT_NE(lineOf([](auto&, auto& shading) { shading.f0 = {1.5}; }), "");
+    EXPECT_NE(lineOf([](auto&, auto& shading) { shading.viewCount = 0; }), "");
+}
+
+TEST(LightMapScenes, CornellCooksWithinOnePercent) {
+    const std::filesystem::path file = std::filesystem::path(LIGHTCOOK_SHARED_DATA) / "scenes/cornell_lightmap.exr";
+    if (!std::filesystem::exists(file)) GTEST_SKIP() << "the shared scenes are not here";
+    const auto reader = formats::LightMapReader::open(file, {});
+    ASSERT_TRUE(reader.has_value()) << reader.error().line();
+    for (const LightMapLayout layout : {LightMapLayout::Luvw, LightMapLayout::Ratio}) {
+        auto band = reader->read(0, reader->height());
+        ASSERT_TRUE(band.has_value()) << band.error().line();
+        const verify::StageError total = cook(std::move(*band), layout, LightMapTarget::Bc).total();
+        EXPECT_LT(total.diffuse.relRms, 0.010) << compress::lightMapLayoutName(layout);
+        EXPECT_LT(total.specular.relRms, 0.010) << compress::lightMapLayoutName(layout);
+        EXPECT_GT(total.diffuse.relRms, 0.0005);
+    }
+}
+
+}  // namespace
