@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 #include <string>
 
 #include "fit/area_resample.h"
@@ -21,6 +22,8 @@ constexpr double kNarrowestKernel = 0.25;
 constexpr double kPiecePerKernelWidth = 0.2;
 /// A cell whose light lies farther from its middle than this part of its size is entered twice: its area here, its light there.
 constexpr double kSplitDistance = 0.1;
+/// Errors over the environment's mean that a bright cell may cause before it is opened further.
+constexpr double kSpreadError = 1e-4, kHorizonError = 2e-5;
 
 /// Columns for the inner loop: eight texels against one entry after the other.
 struct CellList {
@@ -41,19 +44,29 @@ struct CellList {
 };
 
 struct Eight {
-    Float8 weight{}, red{}, green{}, blue{};
+    Double8 weight{}, red{}, green{}, blue{};
 };
+/// So many entries are summed in float before the sum moves to double: 64 roundings stay under 1e-6, thousands do not.
+constexpr std::size_t kEntriesPerPartialSum = 64;
 
 template <PrefilterKernel kKernel>
 Eight sumCells(const CellList& list, const KernelScale& scale, Float8 x, Float8 y, Float8 z) {
     Eight sum;
-    for (std::size_t i = 0; i < list.x.size(); ++i) {
-        const Float8 dx = x - list.x[i], dy = y - list.y[i], dz = z - list.z[i];
-        const Float8 shape = kernelShape<kKernel>(dx * dx + dy * dy + dz * dz, list.sharpness[i], scale);
-        sum.weight += shape * list.solidAngle[i];
-        sum.red += shape * list.red[i];
-        sum.green += shape * list.green[i];
-        sum.blue += shape * list.blue[i];
+    for (std::size_t first = 0; first < list.x.size(); first += kEntriesPerPartialSum) {
+        const std::size_t end = std::min(list.x.size(), first + kEntriesPerPartialSum);
+        Float8 weight{}, red{}, green{}, blue{};
+        for (std::size_t i = first; i < end; ++i) {
+            const Float8 dx = x - list.x[i], dy = y - list.y[i], dz = z - list.z[i];
+            const Float8 shape = kernelShape<kKernel>(dx * dx + dy * dy + dz * dz, list.sharpness[i], scale);
+            weight += shape * list.solidAngle[i];
+            red += shape * list.red[i];
+            green += shape * list.green[i];
+            blue += shape * list.blue[i];
+        }
+        sum.weight += __builtin_convertvector(weight, Double8);
+        sum.red += __builtin_convertvector(red, Double8);
+        sum.green += __builtin_convertvector(green, Double8);
+        sum.blue += __builtin_convertvector(blue, Double8);
     }
     return sum;
 }
@@ -74,7 +87,13 @@ Eight sumCells(const CellList& list, const KernelScale& scale, Float8 x, Float8 
 class Gatherer {
 public:
     Gatherer(const CellTree& tree, const KernelScale& scale, double cellsPerKernelWidth)
-        : tree_(tree), scale_(scale), widthToSize_(1 / cellsPerKernelWidth) {}
+        : tree_(tree), scale_(scale), widthToSize_(1 / cellsPerKernelWidth) {
+        double brightness = 0;
+        for (int face = 0; face < 6; ++face) brightness += brightnessOf(tree.levels.front().at(face, 0, 0));
+        const double ofMean = brightness * scale.integral / (4 * std::numbers::pi);
+        brightSpreadLimit_ = kSpreadError * ofMean;
+        brightHorizonLimit_ = kHorizonError * ofMean;
+    }
 
     void gather(const glm::vec3& centre, double radius, CellList& out) const {
         out.clear();
@@ -89,11 +108,26 @@ private:
         const double distance = std::max(0.0, static_cast<double>(glm::distance(centre, cell.areaCentroid)) - radius - level.radius);
         if (distance > scale_.supportChord) return;
         const double allowed = widthToSize_ * widthToSize_ * scale_.widthSquaredAt(distance);
-        if (level.size * level.size <= allowed || levelIndex + 1 == tree_.levels.size()) {
+        const bool finest = levelIndex + 1 == tree_.levels.size();
+        if (finest || (level.size * level.size <= allowed && !isTooBright(cell, centre, distance, radius + level.radius))) {
             emit(cell, level.size, out);
             return;
         }
         for (int child = 0; child < 4; ++child) visit(levelIndex + 1, face, 2 * x + child % 2, 2 * y + child / 2, centre, radius, out);
+    }
+    static double brightnessOf(const Cell& cell) { return static_cast<double>(cell.flux.x) + cell.flux.y + cell.flux.z; }
+    /// Whether the light of a cell is so strong beside the mean that its own extent shows: by the kernel's curvature anywhere, by its bend
+    /// at the horizon r.l = 0 where the cell lies across it for some of the directions.
+    bool isTooBright(const Cell& cell, const glm::vec3& centre, double distance, double reach) const {
+        const double brightness = brightnessOf(cell), spread = cell.fluxSpread;
+        const double widthSquared = scale_.widthSquaredAt(distance);
+        const double steepness = std::min(4.0, 1 + distance * distance / widthSquared);  // a tail bends more than its height tells
+        if (brightness * spread * steepness > brightSpreadLimit_ * widthSquared) {
+            const double shape = prefilterKernelShapeAt(scale_.kernel, scale_.m, 0.5 * distance * distance);
+            if (brightness * spread * steepness * shape > brightSpreadLimit_ * widthSquared) return true;
+        }
+        const bool acrossHorizon = std::abs(glm::dot(centre, cell.fluxCentroid)) < reach;
+        return acrossHorizon && brightness * std::sqrt(spread) * scale_.horizonSlope > brightHorizonLimit_;
     }
     void emit(const Cell& cell, double size, CellList& out) const {
         const KernelScale::Softened fluxKernel = scale_.softened(cell.fluxSpread);
@@ -108,6 +142,7 @@ private:
     const CellTree& tree_;
     const KernelScale& scale_;
     double widthToSize_;
+    double brightSpreadLimit_ = 0, brightHorizonLimit_ = 0;
 };
 
 formats::Error refusal(const std::string& what, const std::string& found, const std::string& expected) {
@@ -217,10 +252,10 @@ void CubemapPrefilter::State::filterBlock(int mip, int face, int blockX, int blo
         for (int lane = 0; lane < std::min(8, edge * edge - first); ++lane) {
             const int row = blockY + (first + lane) / edge - firstRow;
             if (row < 0 || row >= out.height) continue;
-            const float weight = sum.weight[lane];
-            const glm::vec3 mean = glm::vec3(sum.red[lane], sum.green[lane], sum.blue[lane]) / weight;
+            const glm::dvec3 mean = glm::dvec3(sum.red[lane], sum.green[lane], sum.blue[lane]) / sum.weight[lane];
             glm::vec3& texel = out.at(blockX + (first + lane) % edge, row);
-            for (int channel = 0; channel < 3; ++channel) texel[channel] = std::clamp(mean[channel], 0.0f, 1.0f) * tree.brightest;
+            for (int channel = 0; channel < 3; ++channel)
+                texel[channel] = static_cast<float>(std::clamp(mean[channel], 0.0, 1.0) * tree.brightest);
         }
     }
 }

@@ -8,11 +8,12 @@ namespace fit {
 namespace {
 
 constexpr double kSupportFraction = 1e-7;
+constexpr double kNearHorizon = 0.02;    // [r.l] where the slope is taken
 constexpr double kWidestSquared = 0.36;  // rough lobes are as curved as their cosine, whatever m says
 
 /// Versine beyond which the shape is under the limit: the shape falls monotonically.
-double supportVersine(PrefilterKernel kernel, double m) {
-    const double limit = kSupportFraction * prefilterKernelIntegral(kernel, m) / (4 * std::numbers::pi);
+double supportVersine(PrefilterKernel kernel, double m, double integral) {
+    const double limit = kSupportFraction * integral / (4 * std::numbers::pi);
     double low = 0, high = 1;
     for (int iteration = 0; iteration < 60; ++iteration) {
         const double middle = 0.5 * (low + high);
@@ -52,7 +53,9 @@ KernelScale makeKernelScale(PrefilterKernel kernel, double m) {
     scale.m = m;
     scale.mSquared = static_cast<float>(m * m);
     scale.oneMinusMSquared = static_cast<float>(1 - m * m);
-    scale.supportChord = std::sqrt(2 * supportVersine(kernel, m));
+    scale.integral = prefilterKernelIntegral(kernel, m);
+    scale.horizonSlope = prefilterKernelShape(kernel, m, kNearHorizon) / kNearHorizon;
+    scale.supportChord = std::sqrt(2 * supportVersine(kernel, m, scale.integral));
     switch (kernel) {
         case PrefilterKernel::Beckmann:
             scale.widthSquared = 2 * m * m;

@@ -13,6 +13,7 @@ namespace fit {
 
 /// Eight floats as GCC and Clang know them: the same bits on every instruction set, one output texel a lane.
 using Float8 = float __attribute__((vector_size(32)));
+using Double8 = double __attribute__((vector_size(64)));
 using Int8 = std::int32_t __attribute__((vector_size(32)));
 
 struct KernelScale {
@@ -20,6 +21,8 @@ struct KernelScale {
     double m = 0;
     double widthSquared = 0;     ///< [chord^2] of the lobe's core: one standard deviation
     double widthGrowth = 0;      ///< width^2 grows by this much per chord^2: the tail weighs little
+    double integral = 0;         ///< [sr] of the shape over the sphere
+    double horizonSlope = 0;     ///< the shape's slope over r.l just above r.l = 0: the height of its bend
     double supportChord = 0;     ///< beyond it the kernel is under 1e-7 of a constant kernel's value, or zero
     float mSquared = 0;          ///< m^2
     float oneMinusMSquared = 0;  ///< 1 - m^2

@@ -22,8 +22,10 @@ Kernel reference(long double NoV, long double m, bool ggx, int count) {
     const long double viewX = std::sqrt(1 - NoV * NoV);
     const long double reach = ggx ? kPi / 2 : std::min(kPi / 2, std::atan(7 * m));
     for (int i = 0; i < count; ++i) {
-        const long double t = (i + 0.5L) / count, cube = t * t * t;
-        const long double theta = reach * (ggx ? cube : t), dTheta = reach * (ggx ? 3 * t * t : 1) / count;
+        // Points gather at the lobe's middle, and both ends are flat: midpoints then converge with the fourth power of their count.
+        const long double t = (i + 0.5L) / count, u = 1 - t;
+        const long double theta = reach * t * t * t * t * (35 - 84 * t + 70 * t * t - 20 * t * t * t);
+        const long double dTheta = reach * 140 * t * t * t * u * u * u / count;
         const long double NoH = std::cos(theta), sinH = std::sin(theta), tan2 = sinH * sinH / (NoH * NoH);
         const long double ggxTerm = NoH * NoH * (m * m - 1) + 1;
         const long double D = ggx ? m * m / (kPi * ggxTerm * ggxTerm) : std::exp(-tan2 / (m * m)) / (kPi * m * m * NoH * NoH * NoH * NoH);
