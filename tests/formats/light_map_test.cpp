@@ -268,15 +268,15 @@ TEST(LightMapReader, WhatIsNotAnExrIsRefused) {
 
 TEST(LightMapReader, EveryTruncatedLengthIsAnErrorAndNeverACrash) {
     for (const bool isTiled : {false, true}) {
-        ExrRecipe recipe = seededMap(3, 18);
+        ExrRecipe recipe = seededMap(1, 18);  // two chunks
         recipe.isTiled = isTiled;
-        recipe.tileExtent = 8;
+        recipe.tileExtent = 16;
         recipe.isHalf = true;
         const MapFile map(recipe);
         const std::string whole = contentOf(map.path);
-        ASSERT_LT(whole.size(), 6000u);
-        for (std::size_t length = 0; length < whole.size(); ++length) {
-            writeContent(map.path, whole.substr(0, length));
+        ASSERT_LT(whole.size(), 4000u);
+        for (std::size_t length = whole.size(); length-- > 0;) {
+            std::filesystem::resize_file(map.path, length);
             const Error error = refusal(map.path);
             ASSERT_TRUE(error.code == ErrorCode::FileUnreadable || error.code == ErrorCode::WrongShape) << length << ' ' << error.line();
             ASSERT_EQ(error.line().find('\n'), std::string::npos) << length;
