@@ -433,12 +433,12 @@ int run(int argc, char** argv) {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& mistake) {
         if (mistake.get_exit_code() == 0) return app.exit(mistake);  // --help, --version
-        Terminal(log == "json" ? LogFormat::Json : LogFormat::Text)
+        Terminal(log == "json" ? LogFormat::JsonLines : LogFormat::Text)
             .error({ErrorCode::InvalidRequest, "command line",
                     fmt::format("found a mistake ({}), expected what --help shows", mistake.what())});
         return exitCode(ErrorCode::InvalidRequest);
     }
-    common.log = log == "json" ? LogFormat::Json : LogFormat::Text;
+    common.log = log == "json" ? LogFormat::JsonLines : LogFormat::Text;
     const std::size_t threads =
         common.threads > 0 ? static_cast<std::size_t>(common.threads) : std::max(1u, std::thread::hardware_concurrency());
     const tbb::global_control parallelism(tbb::global_control::max_allowed_parallelism, threads);

@@ -41,7 +41,7 @@ void Terminal::progress(const std::string& what, double fraction) {
 void Terminal::error(const formats::Error& error) {
     const std::lock_guard lock(mutex_);
     clearBar();
-    if (format_ == LogFormat::Json)
+    if (format_ == LogFormat::JsonLines)
         fmt::print(
             stderr, "{}\n",
             nlohmann::json({{"level", "error"}, {"code", exitCode(error.code)}, {"subject", error.subject}, {"detail", error.detail}})
@@ -53,7 +53,7 @@ void Terminal::error(const formats::Error& error) {
 void Terminal::warning(const std::string& subject, const std::string& detail) {
     const std::lock_guard lock(mutex_);
     clearBar();
-    if (format_ == LogFormat::Json)
+    if (format_ == LogFormat::JsonLines)
         fmt::print(stderr, "{}\n", nlohmann::json({{"level", "warning"}, {"subject", subject}, {"detail", detail}}).dump());
     else
         fmt::print(stderr, "lightcook: warning: {}: {}\n", subject, detail);

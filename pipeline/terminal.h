@@ -8,7 +8,7 @@
 
 namespace pipeline {
 
-enum class LogFormat { Text, Json };
+enum class LogFormat { Text, JsonLines };
 
 class Terminal {
 public:
