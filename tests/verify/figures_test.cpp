@@ -1,0 +1,107 @@
+#include "verify/figures.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+namespace verify {
+namespace {
+
+struct Samples {
+    std::vector<float> reference, error;
+};
+
+Samples makeSamples(int count, unsigned seed) {
+    std::mt19937 random(seed);
+    std::lognormal_distribution<float> light(0, 2), relative(-4, 3);
+    Samples samples;
+    for (int i = 0; i < count; ++i) {
+        samples.reference.push_back(light(random) * (random() % 16 == 0 ? -1.0f : 1.0f));
+        samples.error.push_back(random() % 5 == 0 ? 0.0f : samples.reference.back() * relative(random));
+    }
+    return samples;
+}
+
+TEST(ErrorAccumulator, FiguresAreThoseOfTheSortedSamples) {
+    for (const double key : {0.0, 0.7})
+        for (const int count : {1, 7, 99, 100, 101, 5000}) {
+            const Samples samples = makeSamples(count, static_cast<unsigned>(count));
+            ErrorAccumulator accumulator(key);
+            std::vector<double> locals;
+            double squaredError = 0, squaredReference = 0;
+            for (std::size_t i = 0; i < samples.reference.size(); ++i) {
+                const double reference = samples.reference[i], result = reference + samples.error[i];
+                accumulator.add(reference, result);
+                const double error = std::abs(result - reference);
+                locals.push_back(error == 0 ? 0 : error / (std::abs(reference) + 0.02 * key));
+                squaredError += error * error;
+                squaredReference += reference * reference;
+            }
+            std::sort(locals.begin(), locals.end());
+            const double quantile = locals[static_cast<std::size_t>(std::ceil(0.99 * count)) - 1];
+            const ErrorFigures figures = accumulator.figures();
+            EXPECT_EQ(accumulator.sampleCount(), count);
+            EXPECT_NEAR(figures.relRms, std::sqrt(squaredError / squaredReference), 1e-12 * figures.relRms);
+            EXPECT_EQ(figures.maxSampled, locals.back());
+            EXPECT_GE(figures.p99, quantile);
+            EXPECT_LE(figures.p99, quantile * (1 + 1.0 / 256) + 1e-12);
+            EXPECT_LE(figures.p99, figures.maxSampled);
+        }
+}
+
+TEST(ErrorAccumulator, BatchesAndMergesGiveTheFiguresOfSingleSamples) {
+    const Samples samples = makeSamples(10000, 3);
+    ErrorAccumulator single(0.5), batch(0.5), merged(0.5);
+    for (std::size_t i = 0; i < samples.reference.size(); ++i)
+        single.add(samples.reference[i], static_cast<double>(samples.reference[i]) + static_cast<double>(samples.error[i]));
+    batch.addErrors(samples.reference, samples.error);
+    for (std::size_t first = 0; first < 10000; first += 2500) {
+        ErrorAccumulator part(0.5);
+        part.addErrors(std::span(samples.reference).subspan(first, 2500), std::span(samples.error).subspan(first, 2500));
+        part.addBound(static_cast<double>(first));
+        merged.merge(part);
+    }
+    for (const ErrorAccumulator& other : {batch, merged}) {
+        EXPECT_EQ(other.sampleCount(), 10000);
+        EXPECT_NEAR(other.figures().relRms, single.figures().relRms, 1e-9 * single.figures().relRms);
+        EXPECT_NEAR(other.figures().p99, single.figures().p99, 1e-9);
+        EXPECT_NEAR(other.figures().maxSampled, single.figures().maxSampled, 1e-6 * single.figures().maxSampled);
+    }
+    EXPECT_EQ(merged.figures().maxBound, 7500);
+}
+
+TEST(ErrorAccumulator, NothingAndNoErrorAreZero) {
+    EXPECT_EQ(ErrorAccumulator().figures().relRms, 0);
+    ErrorAccumulator black;
+    for (int i = 0; i < 200; ++i) black.add(0, 0);
+    EXPECT_EQ(black.figures().relRms, 0);
+    EXPECT_EQ(black.figures().p99, 0);
+    EXPECT_EQ(black.figures().maxSampled, 0);
+}
+
+/// A figure that is NaN would be under every limit.
+TEST(ErrorAccumulator, WhatIsNotFiniteIsOverEveryLimit) {
+    for (const double wrong : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+        ErrorAccumulator single(1), batch(1);
+        single.add(1, wrong);
+        single.addBound(wrong);
+        const float reference = 1, error = static_cast<float>(wrong);
+        batch.addErrors(std::span(&reference, 1), std::span(&error, 1));
+        for (const ErrorAccumulator& accumulator : {single, batch}) {
+            EXPECT_GT(accumulator.figures().relRms, 1e100);
+            EXPECT_GT(accumulator.figures().p99, 1e100);
+            EXPECT_GT(accumulator.figures().maxSampled, 1e100);
+        }
+        EXPECT_GT(single.figures().maxBound, 1e100);
+    }
+    ErrorAccumulator nothing;
+    nothing.add(0, 1e-300);
+    EXPECT_GT(nothing.figures().maxSampled, 1e100);  // something in place of nothing
+}
+
+}  // namespace
+}  // namespace verify
