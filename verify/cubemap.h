@@ -72,6 +72,9 @@ struct CubemapSample {
 /// The same list for the same map and sampling, mip by mip.
 std::vector<CubemapSample> cubemapSamples(const CookedCubemap& map, const CubemapSampling& sampling);
 
+/// What the shader shows of a stored value (as fetched) in a unit direction: radiance.
+glm::dvec3 shadeCubemap(const CookedCubemap& map, int mip, const glm::vec3& stored, const glm::dvec3& direction);
+
 struct CubemapResult {
     glm::dvec3 reference{0}, cooked{0};
 };

@@ -1,0 +1,167 @@
+#include "verify/dominant.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "lighting/sphere.h"
+#include "shaders/lightcook_cpp.h"
+
+namespace verify {
+namespace {
+
+/// Directionality below which a direction is noise, and above which it counts in full.
+constexpr double kFadeStart = 0.02f, kFadeEnd = 0.08f;
+
+/// Largest value of Beckmann's distribution over all angles: at the peak for smooth surfaces, on a ring around it for m^2 > 1/2. It falls
+/// with m, so that the smallest m of a range bounds the range.
+double largestBeckmann(double m) {
+    const double squared = m * m;
+    return squared <= 0.5 ? 1 / (std::numbers::pi * squared) : 4 * squared * std::exp(1 / squared - 2) / std::numbers::pi;
+}
+
+/// Largest reflected radiance over views, F0 and roughness from m up. Without intensity and D, NoL f = G F / (4 NoV), and G / (4 NoV) is
+/// at most NoH^2 / (NoL + NoV) because V + L = 2 VoH H; nothing bounds it but 1 / NoL.
+double largestSpecular(const glm::dvec3& direction, double intensity, const glm::dvec3& normal, double m) {
+    const double length = glm::length(direction);
+    const double NoL = length > 0 ? glm::dot(direction, normal) / length : 1;
+    return NoL > 0 && intensity > 0 ? intensity * largestBeckmann(m) / NoL : 0;
+}
+
+glm::vec3 fetchDirection(const CookedDominant& map, const glm::vec4& texel) {
+    return map.directionScale * glm::vec3(texel) + map.directionBias;
+}
+
+double luminanceOf(const glm::dvec3& color, const glm::vec3& weights) {
+    return glm::dot(color, glm::dvec3(weights));
+}
+
+}  // namespace
+
+struct DominantVerifier::Place {
+    glm::dvec3 normal{0, 0, 1};
+    DominantReference reference;
+    glm::vec3 direction{0}, intensity{0};  ///< as decoded
+};
+
+int dominantStride(int width, int height) {
+    constexpr double kTexels = 5e4;
+    const double texels = static_cast<double>(width) * height;
+    return std::max(1, static_cast<int>(std::ceil(std::sqrt(texels / kTexels))));
+}
+
+DominantReference dominantReference(const lighting::ShRgb& incident, const glm::dvec3& normal, const glm::vec3& luminanceWeights) {
+    const auto luminance = [&](std::size_t i) { return luminanceOf(glm::dvec3(incident[i]), luminanceWeights); };
+    const double dc = luminance(0);
+    glm::dvec3 vector(0);
+    if (dc > 0) vector = glm::dvec3(luminance(3), luminance(1), luminance(2)) / (std::numbers::sqrt3 * dc);
+    double length = glm::length(vector);
+    if (!std::isfinite(length)) vector = glm::dvec3(0), length = 0;
+    if (length > 1) vector /= length, length = 1;
+    const double x = std::clamp((length - kFadeStart) / (kFadeEnd - kFadeStart), 0.0, 1.0), fade = x * x * (3 - 2 * x);
+    DominantReference result;
+    result.direction = fade * vector + (1 - fade) * kFadeEnd * normal;
+    if (glm::length(result.direction) < 1e-3 * kFadeEnd) result.direction = kFadeEnd * normal;  // both parts cancel
+    const lighting::ShDouble basis = lighting::evaluateBasis(glm::normalize(result.direction));
+    for (std::size_t i = 0; i < basis.size(); ++i) result.intensity += basis[i] * glm::dvec3(incident[i]);
+    result.intensity = glm::max(fade * 4 * std::numbers::pi / lighting::kShCount * result.intensity, glm::dvec3(0));
+    return result;
+}
+
+void DominantErrors::merge(const DominantErrors& other) {
+    centres_.merge(other.centres_);
+    between_.merge(other.between_);
+    angleSum_ += other.angleSum_;
+    weightSum_ += other.weightSum_;
+    largestAngle_ = std::max(largestAngle_, other.largestAngle_);
+}
+
+std::vector<StageError> DominantErrors::stages() const {
+    return {{"magnified", {}, between_.figures(), 0}, {"total", {}, centres_.figures(), 0}};
+}
+
+double DominantErrors::meanDirectionError() const {
+    return weightSum_ > 0 ? angleSum_ / weightSum_ : 0;
+}
+
+double DominantErrors::maxDirectionError() const {
+    return largestAngle_;
+}
+
+void DominantVerifier::shade(const Place& place, ErrorAccumulator& errors) const {
+    const glm::dmat3 frame = lighting::worldFromTangentFrame(place.normal);
+    const glm::vec3 normal(place.normal), trueDirection(place.reference.direction), trueIntensity(place.reference.intensity);
+    for (int i = 0; i < shading_.viewCount; ++i) {
+        const glm::vec3 view(frame * lighting::fibonacciHemisphere(i, shading_.viewCount));
+        for (const double m : shading_.m)
+            for (const double f0 : shading_.f0) {
+                const auto shaded = [&](const glm::vec3& direction, const glm::vec3& intensity) {
+                    return shaders::lcDominantSpecular(view, direction, intensity, normal, static_cast<float>(m),
+                                                       glm::vec3(static_cast<float>(f0)));
+                };
+                const glm::vec3 reference = shaded(trueDirection, trueIntensity), seen = shaded(place.direction, place.intensity);
+                for (int channel = 0; channel < 3; ++channel) errors.add(reference[channel], seen[channel]);
+            }
+    }
+    const double smallestM = *std::min_element(shading_.m.begin(), shading_.m.end()), floor = 0.02 * key_;
+    for (int channel = 0; channel < 3; ++channel) {
+        const double seen = largestSpecular(glm::dvec3(place.direction), place.intensity[channel], place.normal, smallestM);
+        const double truth = largestSpecular(place.reference.direction, place.reference.intensity[channel], place.normal, smallestM);
+        if (seen > 0) errors.addBound(seen / floor * (1 + 1e-4));  // the truth may be zero; 1e-4: the shader works in floats
+        if (truth > 0) errors.addBound(truth / (truth + floor) * (1 + 1e-4));
+    }
+}
+
+DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, const formats::LightMapBand& reference, int firstRow,
+                                            int rowCount) const {
+    DominantErrors errors(key_);
+    const auto covered = [&](int x, int y) { return reference.covered.at(x, y - reference.firstRow) != 0; };
+    for (int y = firstRow; y < firstRow + rowCount; ++y) {
+        if (y % shading_.stride != 0) continue;
+        for (int x = 0; x < map_.width; x += shading_.stride) {
+            if (!covered(x, y)) continue;
+            const auto placeOf = [&](int texelX, int texelY) {
+                Place place;
+                const int row = texelY - reference.firstRow;
+                place.normal = glm::dvec3(reference.normal.at(texelX, row));
+                place.reference = dominantReference(reference.sh.at(texelX, row), place.normal, luminanceWeights_);
+                place.direction = fetchDirection(map_, texels.direction.at(texelX, texelY - texels.firstRow));
+                place.intensity = map_.intensityRange * glm::vec3(texels.intensity.at(texelX, texelY - texels.firstRow));
+                return place;
+            };
+            const Place place = placeOf(x, y);
+            shade(place, errors.centres_);
+            const double weight = luminanceOf(place.reference.intensity, luminanceWeights_);
+            const double length = glm::length(glm::dvec3(place.direction));
+            if (weight > 0 && length > 0) {
+                const glm::dvec3 a = glm::dvec3(place.direction) / length, b = glm::normalize(place.reference.direction);
+                const double angle = std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180 / std::numbers::pi;
+                errors.angleSum_ += weight * angle;
+                errors.weightSum_ += weight;
+                errors.largestAngle_ = std::max(errors.largestAngle_, angle);
+            }
+            if (x + 1 >= map_.width || y + 1 >= map_.height || !covered(x + 1, y) || !covered(x, y + 1) || !covered(x + 1, y + 1)) continue;
+            Place middle;
+            middle.normal = glm::dvec3(0);
+            lighting::ShRgb sh{};
+            for (int corner = 0; corner < 4; ++corner) {
+                const int cornerX = x + corner % 2, cornerY = y + corner / 2;
+                const Place at = placeOf(cornerX, cornerY);
+                middle.normal += at.normal;
+                middle.direction += 0.25f * at.direction;
+                middle.intensity += 0.25f * at.intensity;
+                for (std::size_t i = 0; i < sh.size(); ++i) sh[i] += 0.25f * reference.sh.at(cornerX, cornerY - reference.firstRow)[i];
+            }
+            const double length4 = glm::length(middle.normal);
+            if (length4 < 1e-3) continue;  // charts that touch back to back have no surface between them
+            middle.normal /= length4;
+            middle.reference = dominantReference(sh, middle.normal, luminanceWeights_);
+            shade(middle, errors.between_);
+        }
+    }
+    return errors;
+}
+
+}  // namespace verify

@@ -1,0 +1,185 @@
+#include "verify/rsrm.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "shaders/lightcook_cpp.h"
+#include "verify/texture_unit.h"
+
+namespace verify {
+namespace {
+
+/// Circles around the reflection vector that a convolution sums over, of equal weight each.
+constexpr int kCircleCount = 256;
+/// What the circles leave undone, as a part of the gradient's largest value (docstring of convolvePhong).
+constexpr double kQuadratureError = 1e-4;
+
+/// Height of the upper edge of a zone.
+double edgeHeight(std::size_t edge, std::size_t zoneCount) {
+    return 1 - 2 * static_cast<double>(edge) / static_cast<double>(zoneCount);
+}
+
+std::size_t zoneOf(double z, std::size_t zoneCount) {
+    const double position = 0.5 * (1 - z) * static_cast<double>(zoneCount);
+    return static_cast<std::size_t>(std::clamp(position, 0.0, static_cast<double>(zoneCount - 1)));
+}
+
+/// Mean of the gradient over heights middle + reach cos(phi), exact for constant zones: a zone's part of the circle is a difference of
+/// arcs.
+glm::dvec3 circleMean(const std::vector<glm::vec3>& gradient, double middle, double reach) {
+    const std::size_t first = zoneOf(middle + reach, gradient.size()), last = zoneOf(middle - reach, gradient.size());
+    glm::dvec3 sum(0);
+    double phi = 0;
+    for (std::size_t zone = first; zone < last; ++zone) {
+        const double end = std::acos(std::clamp((edgeHeight(zone + 1, gradient.size()) - middle) / reach, -1.0, 1.0));
+        sum += (end - phi) * glm::dvec3(gradient[zone]);
+        phi = end;
+    }
+    sum += (std::numbers::pi - phi) * glm::dvec3(gradient[last]);
+    return sum / std::numbers::pi;
+}
+
+/// At a pole circles are zones: (s + 1) times the integral of c^s over each.
+glm::dvec3 convolveAtPole(const std::vector<glm::vec3>& gradient, double exponent, bool isNorth) {
+    glm::dvec3 sum(0);
+    for (std::size_t i = 0; i < gradient.size(); ++i) {
+        const double high = std::max(edgeHeight(i, gradient.size()), 0.0), low = std::max(edgeHeight(i + 1, gradient.size()), 0.0);
+        const std::size_t zone = isNorth ? i : gradient.size() - 1 - i;
+        sum += (std::pow(high, exponent + 1) - std::pow(low, exponent + 1)) * glm::dvec3(gradient[zone]);
+    }
+    return sum;
+}
+
+glm::dvec3 fetch(const CookedRsrm& map, int row, double z) {
+    const glm::vec3 reflection(glm::dvec3(std::sqrt(std::max(0.0, 1 - z * z)), 0, z));
+    const glm::vec2 uv =
+        shaders::lcRsrmUv(reflection, glm::vec3(0, 0, 1), static_cast<float>(row), static_cast<float>(map.texels.height()));
+    return glm::dvec3(shaders::lcRsrm(glm::vec3(sampleBilinear(map.texels.view(), glm::dvec2(uv))), map.color));
+}
+
+struct Ends {
+    glm::dvec3 low, high;
+};
+Ends endsOf(const std::vector<glm::vec3>& gradient) {
+    Ends ends{glm::dvec3(gradient[0]), glm::dvec3(gradient[0])};
+    for (const glm::vec3& zone : gradient) {
+        ends.low = glm::min(ends.low, glm::dvec3(zone));
+        ends.high = glm::max(ends.high, glm::dvec3(zone));
+    }
+    return ends;
+}
+
+double logAverage(const std::vector<RsrmRow>& rows, const glm::vec3& luminanceWeights) {
+    std::vector<double> luminances;
+    double sum = 0, logSum = 0;
+    for (const RsrmRow& row : rows)
+        for (const RsrmRow::Point& point : row.points)
+            if (point.isCentre) luminances.push_back(glm::dot(point.reference, glm::dvec3(luminanceWeights)));
+    for (const double luminance : luminances) sum += luminance;
+    if (!(sum > 0)) return 0;
+    // Black zones would take the average to zero: they count as a ten-thousandth of the mean.
+    const double count = static_cast<double>(luminances.size()), least = 1e-4 * sum / count;
+    for (const double luminance : luminances) logSum += std::log(std::max(luminance, least));
+    return std::exp(logSum / count);
+}
+
+/// Bound between two centres, or between the outermost centre and its pole (both the same point then). The result lies between the two
+/// texels. The reference is Lipschitz in the angle: its slope is at most half the gradient's span times the integral of |dk/da| of the
+/// lobe, (s + 1) s / pi B(s/2, 3/2) < sqrt(2 (s + 1) / pi) (Kershaw's inequality); it also lies between the gradient's ends.
+double boundBetween(const RsrmRow::Point& a, const RsrmRow::Point& b, double arc, double exponent, const Ends& ends, double key) {
+    double bound = 0;
+    for (int channel = 0; channel < 3; ++channel) {
+        const double slope = 0.5 * (ends.high[channel] - ends.low[channel]) * std::sqrt(2 * (exponent + 1) / std::numbers::pi);
+        const double middle = 0.5 * (a.reference[channel] + b.reference[channel]);
+        const double reach = (&a == &b ? 1.0 : 0.5) * slope * arc + kQuadratureError * ends.high[channel];
+        const double low = std::max(ends.low[channel], middle - reach), high = std::min(ends.high[channel], middle + reach);
+        // A fraction of a code for the rounding of the fetch's own coordinate.
+        const double slack = 1e-4 * std::abs(a.cooked[channel] - b.cooked[channel]) + 1e-6 * std::abs(a.cooked[channel]);
+        const double resultLow = std::min(a.cooked[channel], b.cooked[channel]) - slack;
+        const double resultHigh = std::max(a.cooked[channel], b.cooked[channel]) + slack;
+        if (resultHigh > low) bound = std::max(bound, (resultHigh - low) / (low + 0.02 * key));
+        if (high > resultLow) bound = std::max(bound, (high - resultLow) / (high + 0.02 * key));
+    }
+    return bound;
+}
+
+struct RowErrors {
+    ErrorAccumulator quantize, total;
+};
+
+void addRow(const RsrmRow& row, double exponent, const Ends& ends, double key, RowErrors& errors) {
+    std::vector<const RsrmRow::Point*> centres;
+    for (const RsrmRow::Point& point : row.points) {
+        for (int channel = 0; channel < 3; ++channel) {
+            const double reference = point.reference[channel], cooked = point.cooked[channel];
+            errors.total.add(reference, cooked);
+            if (!point.isCentre) continue;
+            errors.quantize.add(reference, cooked);
+            // Every texel is met: what is left is the error of the reference itself.
+            const double slack = kQuadratureError * ends.high[channel];
+            const double scale = std::max(reference - slack, 0.0) + 0.02 * key, error = std::abs(cooked - reference);
+            errors.quantize.addBound(error == 0 ? 0 : (error + slack) / scale);
+        }
+        if (point.isCentre) centres.push_back(&point);
+    }
+    for (std::size_t i = 0; i + 1 < centres.size(); ++i)
+        errors.total.addBound(
+            boundBetween(*centres[i], *centres[i + 1], std::acos(centres[i + 1]->z) - std::acos(centres[i]->z), exponent, ends, key));
+    errors.total.addBound(boundBetween(*centres.front(), *centres.front(), std::acos(centres.front()->z), exponent, ends, key));
+    errors.total.addBound(
+        boundBetween(*centres.back(), *centres.back(), std::numbers::pi - std::acos(centres.back()->z), exponent, ends, key));
+}
+
+}  // namespace
+
+glm::dvec3 convolvePhong(const std::vector<glm::vec3>& gradient, double exponent, double z) {
+    if (1 - std::abs(z) < 1e-12) return convolveAtPole(gradient, exponent, z > 0);
+    // c^(s + 1) is the lobe's cumulative weight: equal steps of it are circles of equal weight.
+    const double sine = std::sqrt(1 - z * z);
+    glm::dvec3 sum(0);
+    for (int i = 0; i < kCircleCount; ++i) {
+        const double logWeight = std::log((i + 0.5) / kCircleCount) / (exponent + 1);
+        const double c = std::exp(logWeight), s = std::sqrt(-std::expm1(2 * logWeight));
+        sum += circleMean(gradient, c * z, s * sine);
+    }
+    return sum / static_cast<double>(kCircleCount);
+}
+
+RsrmRow compareRsrmRow(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, int row, int between) {
+    const int width = map.texels.width();
+    const double exponent = map.exponents[static_cast<std::size_t>(row)];
+    RsrmRow result;
+    const auto add = [&](double position, bool isCentre) {  // in texels, from the north pole
+        const double z = 1 - 2 * position / width;
+        result.points.push_back({z, isCentre, convolvePhong(gradient, exponent, z), fetch(map, row, z)});
+    };
+    add(0, false);
+    for (int i = 0; i < between; ++i) add(0.5 * (i + 1) / (between + 1), false);
+    for (int x = 0; x < width; ++x) {
+        add(x + 0.5, true);
+        const double gap = x + 1 < width ? 1.0 : 0.5;
+        for (int i = 0; i < between; ++i) add(x + 0.5 + gap * (i + 1) / (between + 1), false);
+        if (x == 0) continue;
+        for (int channel = 0; channel < 3; ++channel)
+            result.bandingCodes =
+                std::max(result.bandingCodes, 255.0 * std::abs(map.texels.at(x, row)[channel] - map.texels.at(x - 1, row)[channel]));
+    }
+    add(width, false);
+    return result;
+}
+
+std::vector<StageError> rsrmStages(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, const std::vector<RsrmRow>& rows,
+                                   const glm::vec3& luminanceWeights) {
+    const double key = logAverage(rows, luminanceWeights);
+    const Ends ends = endsOf(gradient);
+    RowErrors diffuse{ErrorAccumulator(key), ErrorAccumulator(key)}, specular{ErrorAccumulator(key), ErrorAccumulator(key)};
+    for (std::size_t row = 0; row < rows.size(); ++row)
+        addRow(rows[row], map.exponents[row], ends, key, map.exponents[row] == 1 ? diffuse : specular);
+    return {{"quantize", diffuse.quantize.figures(), specular.quantize.figures(), 0},
+            {"total", diffuse.total.figures(), specular.total.figures(), 0}};
+}
+
+}  // namespace verify
