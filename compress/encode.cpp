@@ -40,6 +40,8 @@ public:
                 clamped[c] = low_[c];
                 // Beyond the end of a signed format is too large, whatever the sign.
                 (low_[c] < 0 ? report_.clampedHigh : report_.clampedNegative) += counts;
+            } else if (low_[c] == 0) {
+                clamped[c] = texel[c] + 0.0f;  // -0 becomes 0
             }
         }
         return clamped;

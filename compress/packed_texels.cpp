@@ -42,14 +42,19 @@ glm::vec4 encodeR11g11b10f(const glm::vec4& texel, std::byte* out) {
     return {fromSmallFloat(r, 6), fromSmallFloat(g, 6), fromSmallFloat(b, 5), 1};
 }
 
-double metricOf(double value, const EncodeOptions& options) {
-    return options.hdrMetric == HdrMetric::Linear ? value : std::log2(1.0 + value / static_cast<double>(options.hdrScale));
+/// Error of one channel in the metric, squared.
+double squaredError(double decoded, double value, const EncodeOptions& options) {
+    const auto scale = static_cast<double>(options.hdrScale);
+    double difference = decoded - value;
+    if (options.hdrMetric == HdrMetric::Log) difference = std::log2((1 + decoded / scale) / (1 + value / scale));
+    if (options.hdrMetric == HdrMetric::Relative) difference /= value + scale;
+    return difference * difference;
 }
 
 constexpr int kRgb9e5Bias = 15, kRgb9e5MantissaBits = 9, kRgb9e5LargestMantissa = 511;
 
-/// The smallest exponent that holds the largest channel has the finest step, but where that channel only just needs it, cutting it to
-/// the exponent below can cost less than what the other channels lose: both are tried, and the error decides.
+/// The smallest exponent that holds the largest channel has the finest step, but cutting that channel to what an exponent below holds can
+/// cost less, in the metric, than what the others lose: exponents go down for as long as the cut alone does not cost more than the best.
 glm::vec4 encodeRgb9e5(const glm::vec4& texel, const EncodeOptions& options, std::byte* out) {
     const float largest = std::max({texel.r, texel.g, texel.b});
     const auto unitOf = [](int exponent) { return std::ldexp(1.0, exponent - kRgb9e5Bias - kRgb9e5MantissaBits); };
@@ -58,25 +63,28 @@ glm::vec4 encodeRgb9e5(const glm::vec4& texel, const EncodeOptions& options, std
     double bestError = std::numeric_limits<double>::infinity();
     std::uint32_t bestPacked = 0;
     glm::vec4 bestDecoded(0, 0, 0, 1);
-    for (int e = exponent; e >= std::max(0, exponent - 1); --e) {
+    for (int e = exponent; e >= 0; --e) {
         const double unit = unitOf(e);
-        double error = 0;
+        double error = 0, cut = 0;
         auto packed = static_cast<std::uint32_t>(e) << 27;
         glm::vec4 decoded(0, 0, 0, 1);
         for (int c = 0; c < 3; ++c) {
-            const double mantissa = std::min(std::nearbyint(static_cast<double>(texel[c]) / unit), double{kRgb9e5LargestMantissa});
+            const auto value = static_cast<double>(texel[c]);
+            const double below = std::min(std::floor(value / unit), double{kRgb9e5LargestMantissa});
+            const double above = std::min(below + 1, double{kRgb9e5LargestMantissa});
+            const bool up = squaredError(above * unit, value, options) < squaredError(below * unit, value, options);
+            const double mantissa = up ? above : below;
             packed |= static_cast<std::uint32_t>(mantissa) << (9 * c);
             decoded[c] = static_cast<float>(mantissa * unit);
-            double difference = metricOf(mantissa * unit, options) - metricOf(static_cast<double>(texel[c]), options);
-            if (options.hdrMetric == HdrMetric::Relative)
-                difference = (mantissa * unit - static_cast<double>(texel[c])) / static_cast<double>(texel[c] + options.hdrScale);
-            error += static_cast<double>(options.channelWeights[static_cast<std::size_t>(c)]) * difference * difference;
+            error +=
+                static_cast<double>(options.channelWeights[static_cast<std::size_t>(c)]) * squaredError(mantissa * unit, value, options);
         }
         if (error < bestError) {
             bestError = error;
             bestPacked = packed;
             bestDecoded = decoded;
         }
+        if (cut >= bestError) break;
     }
     store(bestPacked, 4, out);
     return bestDecoded;

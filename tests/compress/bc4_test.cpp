@@ -1,0 +1,95 @@
+// BC4 and BC5 against searching every pair of ends.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/compress/codec_images.h"
+
+namespace compress::test {
+namespace {
+
+using formats::PixelFormat;
+
+double blockError(const std::array<double, 16>& codes, const std::array<double, 8>& palette, int count, double limit) {
+    double error = 0;
+    for (const double code : codes) {
+        double nearest = 1e9;
+        for (int i = 0; i < count; ++i) nearest = std::min(nearest, std::abs(code - palette[static_cast<std::size_t>(i)]));
+        error += nearest * nearest;
+        if (error > limit) break;
+    }
+    return error;
+}
+
+/// Least error of any block, in codes squared.
+double exhaustiveError(const std::array<double, 16>& codes, double startLimit) {
+    double best = startLimit;
+    std::array<double, 8> palette{};
+    for (int low = 0; low < 256; ++low)
+        for (int high = low; high < 256; ++high) {
+            for (int i = 0; i < 8; ++i) palette[static_cast<std::size_t>(i)] = low + (high - low) * i / 7.0;
+            if (high > low) best = std::min(best, blockError(codes, palette, 8, best));
+            for (int i = 0; i < 6; ++i) palette[static_cast<std::size_t>(i)] = low + (high - low) * i / 5.0;
+            palette[6] = 0;
+            palette[7] = 255;
+            best = std::min(best, blockError(codes, palette, 8, best));
+        }
+    return best;
+}
+
+std::array<double, 16> randomCodes(Random& random) {
+    std::array<double, 16> codes;
+    const double base = static_cast<double>(random.unit()) * 255, range = std::pow(static_cast<double>(random.unit()), 2) * 255;
+    const int kind = random.below(4);
+    for (double& code : codes) {
+        code = std::clamp(base + range * (static_cast<double>(random.unit()) - 0.5), 0.0, 255.0);
+        if (kind == 1 && random.below(4) == 0) code = random.below(2) * 255;
+        if (kind == 2) code = std::nearbyint(code);
+        if (kind == 3) code = static_cast<double>(random.unit()) * 255;
+    }
+    return codes;
+}
+
+TEST(Bc4, HighestEffortEqualsExhaustiveSearch) {
+    Random random(21);
+    double sumDefault = 0, sumBest = 0;
+    for (int block = 0; block < 1000; ++block) {
+        const auto codes = randomCodes(random);
+        const auto image =
+            imageOf(4, 4, [&](int x, int y) { return glm::vec4(codes[static_cast<std::size_t>(y * 4 + x)] / 255, 0, 0, 1); });
+        const double error = std::pow(rmsError(encode(PixelFormat::Bc4, image, effort(9)).decoded, image, 1) * 255, 2) * 16;
+        const double best = exhaustiveError(codes, error);
+        ASSERT_LE(error, best * (1 + 1e-4) + 1e-4) << "block " << block;
+        sumBest += best;
+        sumDefault += std::pow(rmsError(encode(PixelFormat::Bc4, image, effort(5)).decoded, image, 1) * 255, 2) * 16;
+    }
+    // Measured 0.11 dB at the default effort.
+    EXPECT_LE(10 * std::log10(sumDefault / sumBest), 0.15);
+}
+
+TEST(Bc4, OneValueErrsByAtMostAFourteenthOfACode) {
+    Random random(22);
+    for (int i = 0; i < 4000; ++i) {
+        const float value = i < 256 ? static_cast<float>(i) / 255 : random.unit();
+        const auto image = imageOf(4, 4, [&](int, int) { return glm::vec4(value, 0, 0, 1); });
+        const Encoded result = encode(PixelFormat::Bc4, image);
+        // Sevenths of a code can be reached, so a fourteenth is half a step.
+        ASSERT_NEAR(result.decoded.at(2, 2).r * 255, value * 255, 1.0 / 14 + 1e-4) << value;
+    }
+}
+
+TEST(Bc5, ChannelsAreThoseOfTwoBc4) {
+    Random random(23);
+    const auto image = imageOf(16, 16, [&](int, int) { return glm::vec4(random.unit(), random.unit(), 0, 1); });
+    const auto green = imageOf(16, 16, [&](int x, int y) { return glm::vec4(image.at(x, y).g, 0, 0, 1); });
+    const Encoded both = encode(PixelFormat::Bc5, image), first = encode(PixelFormat::Bc4, image), second = encode(PixelFormat::Bc4, green);
+    for (std::size_t block = 0; block < 16; ++block)
+        for (std::size_t i = 0; i < 8; ++i) {
+            EXPECT_EQ(both.bytes[16 * block + i], first.bytes[8 * block + i]);
+            EXPECT_EQ(both.bytes[16 * block + 8 + i], second.bytes[8 * block + i]);
+        }
+}
+
+}  // namespace
+}  // namespace compress::test

@@ -1,0 +1,128 @@
+// Formats whose texels stand alone, against arithmetic in double and against searching every code.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "tests/compress/codec_images.h"
+
+namespace compress::test {
+namespace {
+
+using formats::PixelFormat;
+
+/// Nearest float with ten, six or five bits of mantissa and a half's exponents, ties to even.
+double nearestSmallFloat(double value, int mantissaBits) {
+    if (value == 0) return 0;
+    const double step = std::ldexp(1.0, std::max(std::ilogb(value), -14) - mantissaBits);
+    return std::nearbyint(value / step) * step;
+}
+
+glm::vec4 roundTrip(PixelFormat format, const glm::vec4& texel, const EncodeOptions& options = {}) {
+    return encode(format, imageOf(1, 1, [&](int, int) { return texel; }), options).decoded.at(0, 0);
+}
+
+/// Values of every magnitude, and the ties between halves.
+float anyPositive(Random& random, float largest) {
+    const float value = std::ldexp(1 + random.unit(), random.below(44) - 28);
+    const float onGrid = static_cast<float>(
+        std::ldexp(std::nearbyint(std::ldexp(static_cast<double>(value), 11 - std::ilogb(value))), std::ilogb(value) - 11));
+    return std::min(largest, random.below(2) ? onGrid : value);
+}
+
+TEST(PackedTexels, HalvesAreTheNearestWithTiesToEven) {
+    Random random(1);
+    for (int i = 0; i < 100000; ++i) {
+        const float x = anyPositive(random, 65504);
+        const glm::vec4 decoded = roundTrip(PixelFormat::Rgba16f, {x, -x, 0, 1});
+        ASSERT_EQ(decoded.r, static_cast<float>(nearestSmallFloat(static_cast<double>(x), 10))) << x;
+        ASSERT_EQ(decoded.g, -decoded.r) << x;
+    }
+}
+
+TEST(PackedTexels, SmallFloatsAreTheNearestWithTiesToEven) {
+    Random random(2);
+    for (int i = 0; i < 100000; ++i) {
+        const float x = anyPositive(random, 64512);
+        const glm::vec4 decoded = roundTrip(PixelFormat::R11g11b10f, {x, x, x, 1});
+        ASSERT_EQ(decoded.r, static_cast<float>(nearestSmallFloat(static_cast<double>(x), 6))) << x;
+        ASSERT_EQ(decoded.g, decoded.r);
+        ASSERT_EQ(decoded.b, static_cast<float>(nearestSmallFloat(static_cast<double>(x), 5))) << x;
+    }
+}
+
+double logError(const glm::vec4& a, const glm::vec4& b) {
+    double sum = 0;
+    for (int c = 0; c < 3; ++c) sum += std::pow(std::log2(1 + static_cast<double>(a[c])) - std::log2(1 + static_cast<double>(b[c])), 2);
+    return sum;
+}
+
+TEST(PackedTexels, SharedExponentIsTheBestOfAll32) {
+    Random random(3);
+    for (int i = 0; i < 20000; ++i) {
+        glm::vec4 texel(0, 0, 0, 1);
+        for (int c = 0; c < 3; ++c) texel[c] = anyPositive(random, 65408);
+        double best = std::numeric_limits<double>::infinity();
+        for (int e = 0; e < 32; ++e) {
+            glm::vec4 trial(0, 0, 0, 1);
+            const double unit = std::ldexp(1.0, e - 24);
+            for (int c = 0; c < 3; ++c)
+                trial[c] = static_cast<float>(std::min(511.0, std::floor(static_cast<double>(texel[c]) / unit + 0.5)) * unit);
+            best = std::min(best, logError(trial, texel));
+        }
+        const glm::vec4 decoded = roundTrip(PixelFormat::Rgb9e5, texel);
+        ASSERT_LE(logError(decoded, texel), best * (1 + 1e-9) + 1e-18) << texel.r << ' ' << texel.g << ' ' << texel.b;
+    }
+}
+
+TEST(PackedTexels, UnormErrsByAtMostHalfAStep) {
+    Random random(4);
+    for (int i = 0; i < 50000; ++i) {
+        const glm::vec4 texel(random.unit(), random.unit(), random.unit(), random.unit());
+        const glm::vec4 sixteen = roundTrip(PixelFormat::Rgba16Unorm, texel), eight = roundTrip(PixelFormat::Rgba8Unorm, texel);
+        for (int c = 0; c < 4; ++c) {
+            ASSERT_NEAR(sixteen[c], texel[c], 0.5 / 65535 + 6e-8);
+            ASSERT_NEAR(eight[c], texel[c], 0.5 / 255 + 6e-8);
+        }
+    }
+    EXPECT_EQ(roundTrip(PixelFormat::R16Unorm, {1, 0.3f, 0.3f, 0.3f}), glm::vec4(1, 0, 0, 1));
+    EXPECT_EQ(roundTrip(PixelFormat::Rg16Unorm, {0, 1, 0.3f, 0.3f}), glm::vec4(0, 1, 0, 1));
+}
+
+double srgbFromLinear(double x) {
+    return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+}
+
+TEST(PackedTexels, SrgbTakesTheNearestCodeOfTheCurve) {
+    Random random(5);
+    for (int i = 0; i < 20000; ++i) {
+        const float x = random.unit() * (random.below(2) ? 1.0f : 0.02f);
+        const Encoded result = encode(PixelFormat::Rgba8Srgb, imageOf(1, 1, [&](int, int) { return glm::vec4(x, x, x, x); }));
+        const double code = srgbFromLinear(static_cast<double>(x)) * 255;
+        ASSERT_NEAR(std::to_integer<int>(result.bytes[0]), code, 0.5 + 1e-6);
+        ASSERT_NEAR(srgbFromLinear(static_cast<double>(result.decoded.at(0, 0).r)) * 255, code, 0.5 + 1e-3);
+        ASSERT_NEAR(std::to_integer<int>(result.bytes[3]), static_cast<double>(x) * 255, 0.5 + 1e-6) << "alpha is linear";
+    }
+}
+
+TEST(PackedTexels, ValuesBeyondTheFormatAreClampedAndCounted) {
+    const float huge = std::numeric_limits<float>::max();
+    const auto pair = imageOf(2, 1, [&](int x, int) { return x ? glm::vec4(-1, 2, huge, 1) : glm::vec4(70000, 65504, 0, 1); });
+    const Encoded half = encode(PixelFormat::Rgba16f, pair);
+    EXPECT_EQ(half.report.clampedHigh, 2);
+    EXPECT_EQ(half.report.clampedNegative, 0);
+    EXPECT_EQ(half.decoded.at(0, 0), glm::vec4(65504, 65504, 0, 1));
+    EXPECT_EQ(half.decoded.at(1, 0), glm::vec4(-1, 2, 65504, 1));
+    const Encoded shared = encode(PixelFormat::Rgb9e5, pair);
+    EXPECT_EQ(shared.report.clampedHigh, 3);
+    EXPECT_EQ(shared.report.clampedNegative, 1);
+    EXPECT_EQ(shared.decoded.at(1, 0).b, 65408);
+    const Encoded small = encode(PixelFormat::R11g11b10f, pair);
+    EXPECT_EQ(small.report.clampedHigh, 3);
+    EXPECT_EQ(small.decoded.at(0, 0).r, 65024);
+    EXPECT_EQ(small.decoded.at(1, 0), glm::vec4(0, 2, 64512, 1));
+}
+
+}  // namespace
+}  // namespace compress::test
