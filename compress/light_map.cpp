@@ -173,6 +173,15 @@ double LightMapPlan::bitsPerTexel() const {
     return bits;
 }
 
+LightMapPlan withHalo3Constants(LightMapPlan luvw) {
+    assert(luvw.layout == LightMapLayout::Luvw);
+    for (float& range : luvw.constants.at("range")) range *= luvw.constants.at("neutral")[3];
+    luvw.constants["neutral"] = {0.5f, 0.5f, 0.5f, 1.0f};
+    luvw.constants["root"] = {1.0f};
+    luvw.constants["span"].assign(lighting::kShCount, 1.0f);
+    return luvw;
+}
+
 LightMapPlan planLightMap(LightMapLayout layout, LightMapTarget target, int width, int height, const LightMapMeasure& measure) {
     LightMapPlan plan;
     plan.layout = layout;

@@ -96,6 +96,10 @@ struct LightMapPlan {
 
 LightMapPlan planLightMap(LightMapLayout layout, LightMapTarget target, int width, int height, const LightMapMeasure& measure);
 
+/// The same luvw plan with the constants of Halo 3 (residual span 1, square roots, no headroom): the yardstick that the default is measured
+/// against. Decoders need nothing new. luvw: a plan of layout Luvw.
+LightMapPlan withHalo3Constants(LightMapPlan luvw);
+
 /// Rows beyond the encoded ones that encodeLightMapRows looks at to fill texels outside charts.
 inline constexpr int kLightMapPaddingRows = 2;
 

@@ -44,12 +44,13 @@ struct Cooked {
     verify::StageError total() const { return stages().back(); }
 };
 
-Cooked cook(formats::LightMapBand reference, LightMapLayout layout, LightMapTarget target) {
+Cooked cook(formats::LightMapBand reference, LightMapLayout layout, LightMapTarget target, bool halo3 = false) {
     Cooked cooked;
     const int width = reference.sh.width(), height = reference.sh.height();
     compress::LightMapMeasure measure;
     measure.add(reference);
-    const compress::LightMapPlan plan = compress::planLightMap(layout, target, width, height, measure);
+    compress::LightMapPlan plan = compress::planLightMap(layout, target, width, height, measure);
+    if (halo3) plan = compress::withHalo3Constants(plan);
     compress::EncodeOptions options;
     options.effort = 3;
     const compress::EncodedLightMapRows rows = compress::encodeLightMapRows(plan, reference, 0, height, options);
@@ -349,6 +350,13 @@ TEST(LightMapVerifier, TheSecondStageOfLuvwRepairsTheFirst) {
         EXPECT_LT(stages[1].diffuse.relRms, factor * stages[0].diffuse.relRms) << static_cast<int>(kind);
         EXPECT_LT(stages[0].diffuse.relRms, 0.2);
     }
+}
+
+TEST(LightMapVerifier, ConstantsOfHalo3AreDecodedByTheSameShader) {
+    const verify::StageError total =
+        cook(synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight), LightMapLayout::Luvw, LightMapTarget::Bc, true).total();
+    EXPECT_LT(total.diffuse.relRms, 0.03);
+    EXPECT_GT(total.diffuse.relRms, 0.001);
 }
 
 TEST(LightMapVerifier, FloatTargetsAreFarMoreExactThanBlocks) {
