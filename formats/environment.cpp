@@ -27,7 +27,7 @@ void quietImageIo() {
     static std::once_flag once;
     std::call_once(once, [] {
         OIIO::attribute("threads", 1);
-        OIIO::attribute("exr_threads", 1);
+        OIIO::attribute("exr_threads", -1);  // none; 1 would send every thread's OpenEXR work, light maps included, through one
     });
 }
 
@@ -73,10 +73,9 @@ Result<OpenedImage> openImage(const std::filesystem::path& file) {
     return image;
 }
 
-/// Reads one channel of every texel to out[texel * stride].
-Result<void> readChannel(OpenedImage& image, const std::filesystem::path& file, int channel, float* out, int stride) {
-    const OIIO::stride_t texelBytes = static_cast<OIIO::stride_t>(static_cast<std::size_t>(stride) * sizeof(float));
-    if (image.input->read_image(0, 0, channel, channel + 1, OIIO::TypeDesc::FLOAT, out, texelBytes)) return {};
+/// Reads channels [begin, end) of every texel, interleaved and packed.
+Result<void> readChannels(OpenedImage& image, const std::filesystem::path& file, int begin, int end, float* out) {
+    if (image.input->read_image(0, 0, begin, end, OIIO::TypeDesc::FLOAT, out)) return {};
     return unreadable(file, image.input->geterror());
 }
 
@@ -92,16 +91,25 @@ int indexOf(const OpenedImage& image, char name) {
 Result<Image<glm::vec3>> readRgb(const std::filesystem::path& file) {
     Result<OpenedImage> image = openImage(file);
     if (!image) return tl::make_unexpected(image.error());
+    const std::array<int, 3> rgb = {indexOf(*image, 'R'), indexOf(*image, 'G'), indexOf(*image, 'B')};
+    const auto [least, most] = std::minmax_element(rgb.begin(), rgb.end());
+    if (*least < 0) {
+        return failure(ErrorCode::WrongShape, file.string(),
+                       fmt::format("found {} channel{} ({}), expected R, G and B", image->channelCount, image->channelCount == 1 ? "" : "s",
+                                   oneLine(fmt::format("{}", fmt::join(image->channels, ", ")))));
+    }
     Image<glm::vec3> texels(image->width, image->height);
-    for (int component = 0; component < 3; ++component) {
-        const int channel = indexOf(*image, "RGB"[component]);
-        if (channel < 0) {
-            return failure(ErrorCode::WrongShape, file.string(),
-                           fmt::format("found {} channel{} ({}), expected R, G and B", image->channelCount,
-                                       image->channelCount == 1 ? "" : "s", oneLine(fmt::format("{}", fmt::join(image->channels, ", ")))));
-        }
-        if (const auto read = readChannel(*image, file, channel, &texels.texels().data()->x + component, 3); !read) {
+    if (rgb[1] == rgb[0] + 1 && rgb[2] == rgb[0] + 2) {
+        if (const auto read = readChannels(*image, file, rgb[0], rgb[0] + 3, &texels.texels().data()->x); !read)
             return tl::make_unexpected(read.error());
+        return texels;
+    }
+    const std::size_t channelCount = static_cast<std::size_t>(*most - *least + 1);
+    std::vector<float> values(texels.texels().size() * channelCount);
+    if (const auto read = readChannels(*image, file, *least, *most + 1, values.data()); !read) return tl::make_unexpected(read.error());
+    for (std::size_t texel = 0; texel < texels.texels().size(); ++texel) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            texels.texels()[texel][static_cast<int>(c)] = values[texel * channelCount + static_cast<std::size_t>(rgb[c] - *least)];
         }
     }
     return texels;
@@ -265,11 +273,12 @@ Result<PlainImage> readImage(const std::filesystem::path& file) {
     plain.channelCount = image->channelCount;
     plain.texels = Image<glm::vec4>(image->width, image->height, glm::vec4(0, 0, 0, 1));
     const int alpha = image->input->spec().alpha_channel;
-    for (int channel = 0; channel < std::min(image->channelCount, 4); ++channel) {
-        const int component = channel == alpha ? 3 : channel;
-        if (const auto read = readChannel(*image, file, channel, &plain.texels.texels().data()->x + component, 4); !read) {
-            return tl::make_unexpected(read.error());
-        }
+    const int readCount = std::min(image->channelCount, 4);
+    std::vector<float> values(plain.texels.texels().size() * static_cast<std::size_t>(readCount));
+    if (const auto read = readChannels(*image, file, 0, readCount, values.data()); !read) return tl::make_unexpected(read.error());
+    const float* next = values.data();
+    for (glm::vec4& texel : plain.texels.texels()) {
+        for (int channel = 0; channel < readCount; ++channel) texel[channel == alpha ? 3 : channel] = *next++;
     }
     return plain;
 }

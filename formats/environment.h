@@ -1,9 +1,9 @@
 // HDR environments (equirectangular panoramas, strips of six cube faces) and 1-D radially symmetric gradients, from EXR or Radiance HDR.
 #pragma once
 
-#include <filesystem>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <glm/gtc/type_precision.hpp>
 #include <glm/vec3.hpp>
 #include <string>
@@ -25,7 +25,9 @@ struct Environment {
 
 struct EnvironmentOptions {
     ColorSpaces colors;
-    bool repair = false;  ///< NaN, infinite and negative texels become zero and are counted, instead of refused
+    /// Texels that hold NaN, infinity or a negative value become zero and are counted, instead of refused; channels that the conversion to
+    /// the working space makes negative become zero, and their texels are counted too.
+    bool repair = false;
 };
 struct LoadedEnvironment {
     Environment environment;
@@ -41,9 +43,10 @@ Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, c
 /// The SH that a probes.json of ../shared/data keeps for the probe whose "file" has this name: nine RGB, canonical phase, radiance.
 Result<lighting::ShRgb> loadProbeSh(const std::filesystem::path& json, const std::string& probeFileName);
 
-/// A float EXR with channels R, G, B and, with four channels, A. For `decode` and tests. The file appears whole or not at all.
+/// A float EXR with the first channelCount (1 .. 4) of R, G, B, A. For `decode` and tests. The file appears whole or not at all.
 Result<void> writeExr(const std::filesystem::path& file, ImageView<const glm::vec4> texels, int channelCount);
-/// Any image OpenImageIO reads, as RGBA float (missing channels 0, alpha 1), no conversion. channelCount: what the file had.
+/// Any image OpenImageIO reads, as RGBA float (missing channels 0, alpha 1), no conversion and no multiplication by alpha; 8 and 16 bits
+/// become [0, 1]. channelCount: what the file had; past the fourth they are dropped.
 struct PlainImage {
     Image<glm::vec4> texels;
     int channelCount = 0;

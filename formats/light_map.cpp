@@ -251,10 +251,11 @@ Result<void> LightMapReader::State::convert(ShRgb& sh, int x, int y, LightMapBan
 
 Result<LightMapBand> LightMapReader::read(int firstRow, int rowCount) const {
     assert(0 <= firstRow && 0 <= rowCount && firstRow + rowCount <= height());
-    Result<RawBand> raw = state_->readRaw(firstRow, rowCount);
-    if (!raw) return tl::make_unexpected(raw.error());
     LightMapBand band;
     band.firstRow = firstRow;
+    if (rowCount == 0) return band;
+    Result<RawBand> raw = state_->readRaw(firstRow, rowCount);
+    if (!raw) return tl::make_unexpected(raw.error());
     band.covered = Image<std::uint8_t>(width(), rowCount, 0);
     band.normal = Image<glm::vec3>(width(), rowCount, glm::vec3(0, 0, 1));
     for (int y = 0; y < rowCount; ++y) {

@@ -2,6 +2,8 @@
 // scene back with its geometry quantized by Draco (KHR_draco_mesh_compression).
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -30,8 +32,9 @@ struct DracoOptions {
     int speed = 3;            ///< 0 smallest .. 10 fastest
 };
 struct MeshSize {
-    std::size_t fileBytesIn = 0, fileBytesOut = 0;
-    std::int64_t vertexCount = 0, triangleCount = 0;
+    std::size_t fileBytesIn = 0;   ///< the file and the buffers beside it
+    std::size_t fileBytesOut = 0;
+    std::int64_t vertexCount = 0, triangleCount = 0;  ///< as written: vertices split per primitive, degenerate triangles gone
 };
 /// The quantization error that a written mesh really has, found by reading it back: largest over the vertices.
 struct MeshError {
@@ -49,14 +52,19 @@ public:
     GltfScene& operator=(GltfScene&&) noexcept;
     ~GltfScene();
 
+    /// Every material in the order of the file; then glTF's default one, named "default", if a primitive has none.
     const std::vector<MaterialNeeds>& materials() const;
     bool hasLightMapUvs() const;  ///< every primitive has TEXCOORD_1
     std::int64_t vertexCount() const;
     std::int64_t triangleCount() const;
 
-    /// The same scene as a GLB whose primitives are Draco meshes; nodes, materials, lights and extensions are kept. Whole or absent.
+    /// The same scene as a GLB whose triangle primitives are Draco meshes; nodes, materials, lights, animations, extras and extensions are
+    /// kept, images beside the scene move in. float POSITION, NORMAL and TEXCOORD_n are quantized, on one lattice a mesh, so that borders
+    /// between primitives stay shut; every other attribute is kept bit for bit. Primitives with morph targets (whose vertices must keep
+    /// their order), lines and points stay as they are. Whole or absent.
     Result<MeshSize> writeDraco(const std::filesystem::path& file, const DracoOptions& options) const;
-    /// Compares vertex by vertex with a scene that writeDraco made of this one (triangles are matched through the indices).
+    /// Compares vertex by vertex with a scene that writeDraco made of this one. Draco reorders vertices and triangles, so triangles are matched
+    /// one to one by how close their corners are (see matchTriangles); one without a counterpart is an ErrorCode::Verification.
     Result<MeshError> errorOf(const GltfScene& cooked) const;
 
 private:

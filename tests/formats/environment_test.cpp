@@ -1,5 +1,6 @@
 #include "formats/environment.h"
 
+#include <OpenEXR/ImfThreading.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -70,6 +71,23 @@ TEST(LoadEnvironment, ThePanoramaKeepsEveryTexel) {
             }
         }
     }
+}
+
+TEST(LoadEnvironment, StartsNoThreadsThatLightMapsWouldQueueFor) {
+    const TemporaryFolder folder;
+    writeRecipe(folder / "sky.exr", colored(16, 8));
+    ASSERT_TRUE(loadEnvironment(folder / "sky.exr", {}));
+    EXPECT_EQ(Imf::globalThreadCount(), 0);
+}
+
+TEST(LoadEnvironment, ChannelsAreFoundByNameAmongOthers) {
+    const TemporaryFolder folder;
+    ExrRecipe recipe = colored(4, 2);
+    recipe.channels["H"] = recipe.channels["C"] = recipe.channels["depth.Z"] = [](int, int) { return -7.0f; };
+    writeRecipe(folder / "sky.exr", recipe);
+    const auto loaded = loadEnvironment(folder / "sky.exr", {});
+    ASSERT_TRUE(loaded) << loaded.error().line();
+    EXPECT_EQ(loaded->environment.texels.at(3, 1), glm::vec3(1003, 7.5f, 0.25f));
 }
 
 TEST(LoadEnvironment, StripsOfFacesEndUpFromTopToBottom) {

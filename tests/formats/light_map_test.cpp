@@ -293,12 +293,12 @@ TEST(LightMapReader, AnyFlippedByteIsReadOrRefusedAndNeverACrash) {
         recipe.tileExtent = 8;
         const MapFile map(recipe);
         const std::string whole = contentOf(map.path);
+        std::size_t at = 0;
         for (int round = 0; round < 600; ++round) {
-            std::string broken = whole;
+            setByte(map.path, at, whole[at]);     // as it was
             const std::size_t headerBytes = 900;  // most of the flips go where they can hurt
-            const std::size_t at = random() % (round % 4 ? headerBytes : whole.size());
-            broken[at] = static_cast<char>(random());
-            writeContent(map.path, broken);
+            at = random() % (round % 4 ? headerBytes : whole.size());
+            setByte(map.path, at, static_cast<char>(random()));
             const auto reader = LightMapReader::open(map.path, {});
             if (!reader) continue;
             for (int row = 0; row < reader->height() && row < 64; row += 8) {
