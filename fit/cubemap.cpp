@@ -1,6 +1,7 @@
 #include "fit/cubemap.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>

@@ -25,7 +25,7 @@ struct CubemapOptions {
     std::vector<double> roughness;
     /// Kernel's width (one standard deviation) over the largest cell, at the finest filtered level; coarser levels, which cost little, have
     /// up to three times as many. 1..64. docs/experiments.md has run time against error.
-    double cellsPerKernelWidth = 4;
+    double cellsPerKernelWidth = 3;
 };
 
 /// What a level was filtered with: everything a shader or a manifest needs.

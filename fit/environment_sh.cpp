@@ -1,6 +1,7 @@
 #include "fit/environment_sh.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <glm/vec3.hpp>
