@@ -49,8 +49,7 @@ struct SubImage {
 /// The file appears whole under its name at commit() (written beside it, synced, renamed); without commit() nothing stays behind.
 class TextureWriter {
 public:
-    static Result<TextureWriter> create(const std::filesystem::path& file, const TextureShape& shape,
-                                        const TextureFileOptions& options);
+    static Result<TextureWriter> create(const std::filesystem::path& file, const TextureShape& shape, const TextureFileOptions& options);
     TextureWriter(TextureWriter&&) noexcept;
     TextureWriter& operator=(TextureWriter&&) noexcept;
     ~TextureWriter();
@@ -67,8 +66,8 @@ private:
 
 /// Reads a texture back by rows of blocks. Every header field is checked before it is believed; a truncated or inconsistent file is an
 /// Error that says which field, what was found and what was expected. Reading is safe from several threads.
-/// Memory: rows are read straight into `out`; a level under Zstandard is inflated whole at the first touch and kept until the reader goes, so a
-/// reader of a compressed file holds at most the uncompressed levels it was asked for (and twice the largest while it inflates).
+/// Memory: rows are read straight into `out`; a level under Zstandard is inflated whole at the first touch and kept until the reader goes,
+/// so a reader of a compressed file holds at most the uncompressed levels it was asked for (and twice the largest while it inflates).
 class TextureReader {
 public:
     static Result<TextureReader> open(const std::filesystem::path& file);

@@ -34,15 +34,15 @@ enum class PixelFormat : std::uint8_t {
 
 struct PixelFormatInfo {
     PixelFormat format;
-    std::string_view name;    ///< as in `encode --format`: "bc6h-uf16"
-    int blockWidth;           ///< [texels]; 1 for formats that are not made of blocks
-    int blockHeight;          ///< [texels]
-    int bytesPerBlock;        ///< a texel of formats without blocks
-    int channelCount;         ///< that a decoder gives back: BC1 as RGB 3, BC3 4, BC4 1, BC5 2, BC6H 3, BC7 4, ASTC 4
-    bool isFloat;             ///< decodes to floating point rather than to [0, 1]
-    bool isSigned;            ///< can hold negative values
-    std::uint32_t vkFormat;   ///< Vulkan's VkFormat, as KTX2 stores it
-    std::uint32_t dxgiFormat; ///< DXGI_FORMAT, as DDS stores it; 0 where DXGI has none
+    std::string_view name;     ///< as in `encode --format`: "bc6h-uf16"
+    int blockWidth;            ///< [texels]; 1 for formats that are not made of blocks
+    int blockHeight;           ///< [texels]
+    int bytesPerBlock;         ///< a texel of formats without blocks
+    int channelCount;          ///< that a decoder gives back: BC1 as RGB 3, BC3 4, BC4 1, BC5 2, BC6H 3, BC7 4, ASTC 4
+    bool isFloat;              ///< decodes to floating point rather than to [0, 1]
+    bool isSigned;             ///< can hold negative values
+    std::uint32_t vkFormat;    ///< Vulkan's VkFormat, as KTX2 stores it
+    std::uint32_t dxgiFormat;  ///< DXGI_FORMAT, as DDS stores it; 0 where DXGI has none
 };
 
 /// Every format, in the order of the enumeration.

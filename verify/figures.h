@@ -25,8 +25,8 @@ struct StageError {
 };
 
 /// Gathers one kind of error. Order of adding matters only within one accumulator: merge bands in a fixed order for the same bits.
-/// The 99th percentile comes from a histogram of 256 equal bins an octave (0.2 to 0.4 % wide) with exact counts; the figure is its bin's upper
-/// edge, never above maxSampled. Results that are not finite count as the largest double, so that they can pass no limit.
+/// The 99th percentile comes from a histogram of 256 equal bins an octave (0.2 to 0.4 % wide) with exact counts; the figure is its bin's
+/// upper edge, never above maxSampled. Results that are not finite count as the largest double, so that they can pass no limit.
 class ErrorAccumulator {
 public:
     explicit ErrorAccumulator(double key = 0);
@@ -42,7 +42,8 @@ public:
 private:
     static constexpr int kBinsPerOctave = 256;
     static constexpr int kLowestExponent = -40, kHighestExponent = 24;
-    static constexpr int kBinCount = (kHighestExponent - kLowestExponent) * kBinsPerOctave + 2;  ///< with one for smaller and one for larger
+    static constexpr int kBinCount =
+        (kHighestExponent - kLowestExponent) * kBinsPerOctave + 2;  ///< with one for smaller and one for larger
     static std::size_t binOf(double local);
 
     double key_;
