@@ -1,1 +1,330 @@
-// In the making.
+// Verification of what the converters made: cubemaps, Cook-Torrance tables, reflection maps, dominant lights. Each reads the files that the
+// cook left and the source itself; pieces of work are spread over the threads and put together in one order.
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "lighting/cube.h"
+#include "pipeline/bands.h"
+#include "pipeline/dominant_actions.h"
+#include "pipeline/figures_json.h"
+#include "pipeline/light_map_actions.h"
+#include "pipeline/preview.h"
+#include "pipeline/probe_actions.h"
+#include "pipeline/textures.h"
+#include "shaders/lightcook_cpp.h"
+#include "verify/cubemap.h"
+#include "verify/dominant.h"
+#include "verify/rsrm.h"
+#include "verify/specular_tables.h"
+#include "verify/texture_unit.h"
+
+namespace pipeline {
+namespace {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::Image;
+using formats::LightMapBand;
+using formats::Result;
+
+/// What the tables are shaded with: both ends of Fresnel's range, a dielectric and a metal.
+const std::vector<double> kTableF0 = {0.0, 0.04, 0.6, 1.0};
+constexpr int kRandomTableSamples = 48;
+
+class Stopwatch {
+public:
+    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// work(index) for each of count pieces, in no order; false after an interrupt.
+template <class Work>
+bool forEachPiece(std::size_t count, const ActionContext& context, Work work) {
+    std::atomic<std::size_t> done{0};
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t index) {
+        if (context.state.interrupted) return;
+        work(index);
+        if (context.state.progress)
+            context.state.progress("verify " + context.action.asset, static_cast<double>(++done) / static_cast<double>(count));
+    });
+    return !context.state.interrupted;
+}
+
+tl::unexpected<formats::Error> interrupted(const ActionContext& context) {
+    return failure(ErrorCode::Interrupted, context.action.asset, "found an interrupt, expected to finish");
+}
+
+ActionOutcome outcomeOf(std::vector<verify::StageError> stages, const ActionContext& context, const Stopwatch& watch) {
+    stages.back().seconds = watch.seconds();
+    ActionOutcome outcome;
+    outcome.result["verdict"] = verdict(stages, context.action.parameters.at("max_error").get<double>());
+    return outcome;
+}
+
+glm::vec4 vec4From(const Json& json) {
+    return {json.at(0).get<float>(), json.at(1).get<float>(), json.at(2).get<float>(), json.at(3).get<float>()};
+}
+glm::vec3 vec3From(const Json& json) {
+    return {json.at(0).get<float>(), json.at(1).get<float>(), json.at(2).get<float>()};
+}
+
+/// How the cook read its source.
+formats::EnvironmentOptions environmentOptions(const Json& source) {
+    return {colorSpacesFromJson(source.at("colors")), source.at("repair").get<bool>()};
+}
+
+Result<verify::CookedCubemap> readCubemap(const ActionContext& context, const Json& asset) {
+    const Json& constants = asset.at("constants");
+    const auto texture = openTexture(context.upstreamFolder, asset, "cubemap");
+    if (!texture) return tl::make_unexpected(texture.error());
+    verify::CookedCubemap map;
+    map.range = constants.at("range").get<float>();
+    for (std::size_t i = 0; i < map.windowedSh.size(); ++i) map.windowedSh[i] = vec3From(constants.at("windowed_sh").at(i));
+    const Json& mips = constants.at("mips");
+    const formats::TextureShape& shape = texture->shape();
+    if (shape.faceCount != 6 || shape.mipCount != static_cast<int>(mips.size()))
+        return failure(ErrorCode::Verification, context.action.asset,
+                       fmt::format("found {} faces and {} mips, expected 6 and {}", shape.faceCount, shape.mipCount, mips.size()));
+    for (int level = 0; level < shape.mipCount; ++level) {
+        const Json& entry = mips.at(static_cast<std::size_t>(level));
+        verify::CookedCubemap::Mip mip;
+        mip.m = entry.at("m").get<double>();
+        mip.bands = entry.at("bands").get<lighting::ShBands>();
+        for (int face = 0; face < 6; ++face) {
+            auto image = verify::decodeImage(*texture, {level, 0, face});
+            if (!image) return tl::make_unexpected(image.error());
+            mip.faces.push_back(std::move(*image));
+        }
+        map.mips.push_back(std::move(mip));
+    }
+    return map;
+}
+
+/// The first levels as rows of six faces, one below the other.
+class CubemapPreview {
+public:
+    CubemapPreview(const verify::CookedCubemap& map, const verify::CubemapReference& reference, double key)
+        : map_(map), reference_(reference), size_(sizeOf(0)), preview_(6 * size_, rowsOf(map), key) {}
+    int rowCount() const { return rowsOf(map_); }
+    void fillRow(int y) {
+        int mip = 0, row = y;
+        while (row >= sizeOf(mip)) row -= sizeOf(mip++);
+        const int size = sizeOf(mip);
+        for (int x = 0; x < 6 * size; ++x) {
+            if (!preview_.shows(x, y)) continue;
+            const int face = x / size;
+            const glm::dvec3 direction = lighting::cubeTexelDirection(face, x % size, row, size);
+            const verify::CookedCubemap::Mip& level = map_.mips[static_cast<std::size_t>(mip)];
+            const glm::vec3 stored(level.faces[static_cast<std::size_t>(face)].at(x % size, row));
+            const glm::dvec3 truth =
+                level.m > 0 ? reference_.prefiltered(direction, level.m) : reference_.footprintMean(direction, size, kFootprintPlaces);
+            preview_.set(x, y, glm::vec3(truth), glm::vec3(verify::shadeCubemap(map_, mip, stored, direction)));
+        }
+    }
+    const Preview& preview() const { return preview_; }
+
+private:
+    static constexpr int kShownMips = 3;
+    static constexpr int kFootprintPlaces = 8;  ///< enough for a picture
+    int sizeOf(int mip) const { return map_.mips[static_cast<std::size_t>(mip)].faces[0].width(); }
+    static int rowsOf(const verify::CookedCubemap& map) {
+        int rows = 0;
+        for (std::size_t mip = 0; mip < map.mips.size() && mip < kShownMips; ++mip) rows += map.mips[mip].faces[0].width();
+        return rows;
+    }
+
+    const verify::CookedCubemap& map_;
+    const verify::CubemapReference& reference_;
+    int size_;
+    Preview preview_;
+};
+
+Result<verify::SpecularTableAxis> axisFrom(const Json& json, const std::string& of) {
+    if (json.at("of") != of)
+        return failure(ErrorCode::Verification, "Cook-Torrance tables",
+                       fmt::format("found an axis of {}, expected {}", json.at("of").get<std::string>(), of));
+    return verify::SpecularTableAxis{json.at("count").get<int>(), json.at("minimum").get<double>(), json.at("maximum").get<double>(),
+                                     json.at("scale").get<float>(), json.at("offset").get<float>()};
+}
+
+/// Rows of one texture from firstRow (a multiple of the block height) on, at least rowCount of them as far as the map has them.
+Result<Image<glm::vec4>> readRows(const formats::TextureReader& texture, int firstRow, int rowCount) {
+    const formats::TextureShape& shape = texture.shape();
+    const int blockHeight = formats::info(shape.format).blockHeight;
+    const int blockRows = formats::blocksDown(shape.format, std::min(rowCount, shape.height - firstRow));
+    Image<glm::vec4> rows(shape.width, std::min(blockRows * blockHeight, shape.height - firstRow));
+    std::vector<std::byte> blocks(formats::bytesPerBlockRow(shape.format, shape.width) * static_cast<std::size_t>(blockRows));
+    if (auto read = texture.readBlockRows({}, firstRow / blockHeight, blocks); !read) return tl::make_unexpected(read.error());
+    verify::decodeRows(shape.format, blocks, rows.view());
+    return rows;
+}
+
+/// Exit radiance of a white Lambert surface under one dominant light.
+glm::vec3 litBy(const glm::vec3& direction, const glm::vec3& intensity, const glm::vec3& normal) {
+    const float cosine = std::max(glm::dot(normal, shaders::lcDominantDirection(direction, normal)), 0.0f);
+    return cosine / std::numbers::pi_v<float> * intensity;
+}
+
+}  // namespace
+
+Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
+    const Stopwatch watch;
+    const Json& asset = context.upstream.at(0)->result.at("asset");
+    const formats::EnvironmentOptions options = environmentOptions(asset.at("source"));
+    const auto source = formats::loadEnvironment(context.action.inputs.at("source"), options);
+    if (!source) return tl::make_unexpected(source.error());
+    const auto colors = formats::linearConversion(options.colors);
+    if (!colors) return tl::make_unexpected(colors.error());
+    const auto map = readCubemap(context, asset);
+    if (!map) return tl::make_unexpected(map.error());
+
+    const verify::CubemapReference reference(source->environment);
+    const std::vector<verify::CubemapSample> samples = verify::cubemapSamples(*map, {});
+    std::vector<verify::CubemapResult> results(samples.size());
+    CubemapPreview picture(*map, reference, glm::dot(reference.mean(), glm::dvec3(colors->luminanceWeights)));
+    const std::size_t pictureRows = static_cast<std::size_t>(picture.rowCount());
+    const bool finished = forEachPiece(samples.size() + pictureRows, context, [&](std::size_t index) {
+        if (index < samples.size())
+            results[index] = verify::compareCubemap(*map, reference, samples[index]);
+        else
+            picture.fillRow(static_cast<int>(index - samples.size()));
+    });
+    if (!finished) return interrupted(context);
+    ActionOutcome outcome = outcomeOf(verify::cubemapStages(*map, reference, samples, results, colors->luminanceWeights), context, watch);
+    if (auto written = picture.preview().write(context.folder, context.action.asset, outcome); !written)
+        return tl::make_unexpected(written.error());
+    return outcome;
+}
+
+Result<ActionOutcome> verifyTables(const ActionContext& context) {
+    const Stopwatch watch;
+    const Json& asset = context.upstream.at(0)->result.at("asset");
+    const Json& constants = asset.at("constants");
+    const auto view = axisFrom(constants.at("view"), "sin(theta_v)");
+    const auto roughness = axisFrom(constants.at("roughness"), "m");
+    if (!view || !roughness) return tl::make_unexpected(view ? roughness.error() : view.error());
+    verify::CookedSpecularTables tables;
+    tables.view = *view;
+    tables.roughness = *roughness;
+    const std::array<std::string, 3> roles = {"c0236", "d0236", "cd78"};
+    for (std::size_t i = 0; i < roles.size(); ++i) {
+        const auto texture = openTexture(context.upstreamFolder, asset, roles[i]);
+        if (!texture) return tl::make_unexpected(texture.error());
+        auto image = verify::decodeImage(*texture, {});
+        if (!image) return tl::make_unexpected(image.error());
+        if (image->width() != view->count || image->height() != roughness->count)
+            return failure(ErrorCode::Verification, context.action.asset + ", texture " + roles[i],
+                           fmt::format("found {} x {} texels, expected {} x {} as its axes", image->width(), image->height(), view->count,
+                                       roughness->count));
+        tables.textures[i] = std::move(*image);
+        tables.scale[i] = vec4From(constants.at(roles[i] + "_scale"));
+        tables.bias[i] = vec4From(constants.at(roles[i] + "_bias"));
+    }
+    const auto samples = verify::specularTableSamples(tables, kRandomTableSamples, 1);
+    std::vector<verify::SpecularTableResult> results(samples.size());
+    if (!forEachPiece(samples.size(), context, [&](std::size_t i) { results[i] = verify::compareSpecularTables(tables, samples[i]); }))
+        return interrupted(context);
+    return outcomeOf(verify::specularTableStages(samples, results, kTableF0), context, watch);
+}
+
+Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
+    const Stopwatch watch;
+    const Json& asset = context.upstream.at(0)->result.at("asset");
+    const formats::EnvironmentOptions options = environmentOptions(asset.at("source"));
+    const auto gradient = formats::loadGradient(context.action.inputs.at("source"), options);
+    if (!gradient) return tl::make_unexpected(gradient.error());
+    const auto colors = formats::linearConversion(options.colors);
+    if (!colors) return tl::make_unexpected(colors.error());
+    const auto texture = openTexture(context.upstreamFolder, asset, "rsrm");
+    if (!texture) return tl::make_unexpected(texture.error());
+    auto image = verify::decodeImage(*texture, {});
+    if (!image) return tl::make_unexpected(image.error());
+    verify::CookedRsrm map;
+    map.color = vec3From(asset.at("constants").at("color"));
+    map.exponents = asset.at("constants").at("exponents").get<std::vector<double>>();
+    map.texels = std::move(*image);
+    if (map.texels.height() != static_cast<int>(map.exponents.size()))
+        return failure(ErrorCode::Verification, context.action.asset,
+                       fmt::format("found {} rows, expected {} as there are exponents", map.texels.height(), map.exponents.size()));
+
+    std::vector<verify::RsrmRow> rows(map.exponents.size());
+    const auto compare = [&](std::size_t row) { rows[row] = verify::compareRsrmRow(map, *gradient, static_cast<int>(row)); };
+    if (!forEachPiece(rows.size(), context, compare)) return interrupted(context);
+    ActionOutcome outcome = outcomeOf(verify::rsrmStages(map, *gradient, rows, colors->luminanceWeights), context, watch);
+    double banding = 0;
+    for (const verify::RsrmRow& row : rows) banding = std::max(banding, row.bandingCodes);
+    outcome.result["measures"] = {{"banding_codes", banding}};
+    return outcome;
+}
+
+Result<ActionOutcome> verifyDominant(const ActionContext& context) {
+    const Stopwatch watch;
+    const Json& asset = context.upstream.at(0)->result.at("asset");
+    const auto description = lightMapDescriptionFromJson(asset.at("source").at("description"), context.action.asset);
+    if (!description) return tl::make_unexpected(description.error());
+    const auto source = LightMapSource::open(context.action.inputs.at("source"), *description);
+    if (!source) return tl::make_unexpected(source.error());
+    LightMapSource& bake = **source;
+    const auto direction = openTexture(context.upstreamFolder, asset, "direction");
+    if (!direction) return tl::make_unexpected(direction.error());
+    const auto intensity = openTexture(context.upstreamFolder, asset, "intensity");
+    if (!intensity) return tl::make_unexpected(intensity.error());
+    for (const formats::TextureReader* texture : {&*direction, &*intensity})
+        if (texture->shape().width != bake.width() || texture->shape().height != bake.height())
+            return failure(ErrorCode::Verification, context.action.asset,
+                           fmt::format("found textures of {} x {} texels, expected {} x {} as the source", texture->shape().width,
+                                       texture->shape().height, bake.width(), bake.height()));
+    const auto key = surveyKey(bake, context);
+    if (!key) return tl::make_unexpected(key.error());
+
+    const Json& constants = asset.at("constants");
+    const verify::CookedDominant map{constants.at("direction_scale").get<float>(), constants.at("direction_bias").get<float>(),
+                                     constants.at("intensity_range").get<float>(), bake.width(), bake.height()};
+    const verify::LightMapShading materials = shadingFromJson(context.action.parameters.at("shading"));
+    const verify::DominantShading shading{materials.m, materials.f0, materials.viewCount, verify::dominantStride(map.width, map.height)};
+    const verify::DominantVerifier verifier(map, shading, bake.luminanceWeights(), *key);
+    Preview preview(bake.width(), bake.height(), *key);
+    using verify::DominantErrors;
+    const auto parts =
+        forEachBand<DominantErrors>(bake.bandCount(), context, "verify " + context.action.asset, [&](int index) -> Result<DominantErrors> {
+            const int firstRow = index * kBandRows, rowCount = bake.bandRows(index);
+            const auto reference = bake.bandWithMargin(index, 0, 1);
+            if (!reference) return tl::make_unexpected(reference.error());
+            auto directions = readRows(*direction, firstRow, rowCount + 1);
+            if (!directions) return tl::make_unexpected(directions.error());
+            auto intensities = readRows(*intensity, firstRow, rowCount + 1);
+            if (!intensities) return tl::make_unexpected(intensities.error());
+            const verify::DecodedDominantRows rows{firstRow, std::move(*directions), std::move(*intensities)};
+            for (int y = 0; y < rowCount; ++y)
+                for (int x = 0; x < map.width; ++x) {
+                    if (!preview.shows(x, firstRow + y) || reference->covered.at(x, y) == 0) continue;
+                    const glm::vec3 normal = reference->normal.at(x, y);
+                    const auto truth = verify::dominantReference(reference->sh.at(x, y), glm::dvec3(normal), bake.luminanceWeights());
+                    const auto seen = verifier.decode(rows, x, firstRow + y);
+                    preview.set(x, firstRow + y, litBy(glm::vec3(truth.direction), glm::vec3(truth.intensity), normal),
+                                litBy(glm::vec3(seen.direction), glm::vec3(seen.intensity), normal));
+                }
+            return verifier.verifyRows(rows, *reference, firstRow, rowCount);
+        });
+    if (!parts) return tl::make_unexpected(parts.error());
+    DominantErrors errors(*key);
+    for (const DominantErrors& part : *parts) errors.merge(part);
+    ActionOutcome outcome = outcomeOf(errors.stages(), context, watch);
+    outcome.result["key"] = *key;
+    outcome.result["measures"] = {{"direction_error_degrees_mean", errors.meanDirectionError()},
+                                  {"direction_error_degrees_max", errors.maxDirectionError()},
+                                  {"shaded_every_texels", shading.stride}};
+    if (auto written = preview.write(context.folder, context.action.asset, outcome); !written) return tl::make_unexpected(written.error());
+    return outcome;
+}
+
+}  // namespace pipeline

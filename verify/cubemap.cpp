@@ -128,15 +128,27 @@ void CubemapReference::visitPieces(std::size_t texel, int pieces, const Visit& v
     }
 }
 
+std::pair<std::size_t, std::size_t> CubemapReference::texelsWithin(const glm::dvec3& direction, double angle) const {
+    if (environment_.projection == Environment::Projection::CubeStrip) return {0, texels_.size()};
+    const int width = environment_.texels.width(), height = environment_.texels.height();
+    const double polar = std::acos(std::clamp(direction.y, -1.0, 1.0)), rowsPerRadian = height / std::numbers::pi;
+    const int first = std::clamp(static_cast<int>(std::floor((polar - angle) * rowsPerRadian)), 0, height);
+    const int last = std::clamp(static_cast<int>(std::ceil((polar + angle) * rowsPerRadian)), 0, height);
+    return {static_cast<std::size_t>(first) * static_cast<std::size_t>(width),
+            static_cast<std::size_t>(last) * static_cast<std::size_t>(width)};
+}
+
 glm::dvec3 CubemapReference::prefiltered(const glm::dvec3& direction, double m) const {
     assert(0 < m && m <= 1);
     // One standard deviation of the lobe is sqrt(2) m: pieces an eighth of it widen it by a thousandth.
     const int pieces = std::clamp(static_cast<int>(std::ceil(8 * texelWidth_ / (std::numbers::sqrt2 * m))), 1, 256);
-    const auto farthest = static_cast<float>(std::cos(std::min(kernelSupport(m) + texelWidth_, std::numbers::pi)));
+    const double reach = std::min(kernelSupport(m) + texelWidth_, std::numbers::pi);
+    const auto farthest = static_cast<float>(std::cos(reach));
     const glm::vec3 centre(direction);
     glm::dvec3 sum(0);
     double weightSum = 0;
-    for (std::size_t i = 0; i < texels_.size(); ++i) {
+    const auto [begin, end] = texelsWithin(direction, reach);
+    for (std::size_t i = begin; i < end; ++i) {
         if (glm::dot(texels_[i].direction, centre) < farthest) continue;
         const auto add = [&](const glm::dvec3& towards, double solidAngle) {
             const double c = glm::dot(towards, direction);
@@ -165,9 +177,7 @@ glm::dvec3 CubemapReference::radianceAt(const glm::dvec3& direction) const {
         texels.at(index(0.5 * (place.uv.x + 1), texels.width), place.face * texels.width + index(0.5 * (place.uv.y + 1), texels.width)));
 }
 
-glm::dvec3 CubemapReference::footprintMean(const glm::dvec3& direction, int size) const {
-    // 128 places a side meet an edge between two source texels within half a step: 0.4 % of their difference at worst.
-    const int places = std::clamp(static_cast<int>(std::ceil(16 * 2.0 / (size * texelWidth_))), 128, 1024);
+glm::dvec3 CubemapReference::footprintMean(const glm::dvec3& direction, int size, int places) const {
     const lighting::CubeCoordinate centre = lighting::cubeFromDirection(direction);
     const double step = 2.0 / (static_cast<double>(size) * places);
     glm::dvec3 sum(0);
@@ -214,8 +224,9 @@ CubemapResult compareCubemap(const CookedCubemap& map, const CubemapReference& r
         sample.isTexel ? mip.faces[static_cast<std::size_t>(sample.face)].at(sample.x, sample.y) : sampleCube(mip.faces, sample.direction);
     CubemapResult result;
     result.cooked = shadeCubemap(map, sample.mip, glm::vec3(stored), sample.direction);
+    // 128 places a side meet an edge between two source texels within half a step: 0.4 % of their difference at worst.
     result.reference =
-        mip.m > 0 ? reference.prefiltered(sample.direction, mip.m) : reference.footprintMean(sample.direction, mip.faces[0].width());
+        mip.m > 0 ? reference.prefiltered(sample.direction, mip.m) : reference.footprintMean(sample.direction, mip.faces[0].width(), 128);
     return result;
 }
 

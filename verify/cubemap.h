@@ -6,6 +6,7 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "formats/environment.h"
@@ -39,8 +40,9 @@ public:
     /// Radiance through the normalised Beckmann kernel around a unit direction, m in (0, 1]: every texel weighs by its solid angle, split
     /// into pieces no wider than a quarter of the kernel.
     glm::dvec3 prefiltered(const glm::dvec3& direction, double m) const;
-    /// Mean over the square of one texel's size (faces of size x size) around the direction, in the plane of its face.
-    glm::dvec3 footprintMean(const glm::dvec3& direction, int size) const;
+    /// Mean over the square of one texel's size (faces of size x size) around the direction, in the plane of its face: the source looked up
+    /// at places x places points, weighted by solid angle.
+    glm::dvec3 footprintMean(const glm::dvec3& direction, int size, int places) const;
 
 private:
     struct Texel {
@@ -48,6 +50,8 @@ private:
         float solidAngle;
     };
     glm::dvec3 radianceAt(const glm::dvec3& direction) const;
+    /// First and one past the last texel of the rows that come within an angle [rad] of the direction.
+    std::pair<std::size_t, std::size_t> texelsWithin(const glm::dvec3& direction, double angle) const;
     template <class Visit>
     void visitPieces(std::size_t texel, int pieces, const Visit& visit) const;
 

@@ -30,10 +30,6 @@ double largestSpecular(const glm::dvec3& direction, double intensity, const glm:
     return NoL > 0 && intensity > 0 ? intensity * largestBeckmann(m) / NoL : 0;
 }
 
-glm::vec3 fetchDirection(const CookedDominant& map, const glm::vec4& texel) {
-    return map.directionScale * glm::vec3(texel) + map.directionBias;
-}
-
 double luminanceOf(const glm::dvec3& color, const glm::vec3& weights) {
     return glm::dot(color, glm::dvec3(weights));
 }
@@ -42,8 +38,7 @@ double luminanceOf(const glm::dvec3& color, const glm::vec3& weights) {
 
 struct DominantVerifier::Place {
     glm::dvec3 normal{0, 0, 1};
-    DominantReference reference;
-    glm::vec3 direction{0}, intensity{0};  ///< as decoded
+    DominantLightSample reference, seen;
 };
 
 int dominantStride(int width, int height) {
@@ -52,7 +47,7 @@ int dominantStride(int width, int height) {
     return std::max(1, static_cast<int>(std::ceil(std::sqrt(texels / kTexels))));
 }
 
-DominantReference dominantReference(const lighting::ShRgb& incident, const glm::dvec3& normal, const glm::vec3& luminanceWeights) {
+DominantLightSample dominantReference(const lighting::ShRgb& incident, const glm::dvec3& normal, const glm::vec3& luminanceWeights) {
     const auto luminance = [&](std::size_t i) { return luminanceOf(glm::dvec3(incident[i]), luminanceWeights); };
     const double dc = luminance(0);
     glm::dvec3 vector(0);
@@ -61,7 +56,7 @@ DominantReference dominantReference(const lighting::ShRgb& incident, const glm::
     if (!std::isfinite(length)) vector = glm::dvec3(0), length = 0;
     if (length > 1) vector /= length, length = 1;
     const double x = std::clamp((length - kFadeStart) / (kFadeEnd - kFadeStart), 0.0, 1.0), fade = x * x * (3 - 2 * x);
-    DominantReference result;
+    DominantLightSample result;
     result.direction = fade * vector + (1 - fade) * kFadeEnd * normal;
     if (glm::length(result.direction) < 1e-3 * kFadeEnd) result.direction = kFadeEnd * normal;  // both parts cancel
     const lighting::ShDouble basis = lighting::evaluateBasis(glm::normalize(result.direction));
@@ -90,6 +85,11 @@ double DominantErrors::maxDirectionError() const {
     return largestAngle_;
 }
 
+DominantLightSample DominantVerifier::decode(const DecodedDominantRows& texels, int x, int y) const {
+    const glm::vec3 direction(texels.direction.at(x, y - texels.firstRow)), intensity(texels.intensity.at(x, y - texels.firstRow));
+    return {glm::dvec3(map_.directionScale * direction + map_.directionBias), glm::dvec3(map_.intensityRange * intensity)};
+}
+
 void DominantVerifier::shade(const Place& place, ErrorAccumulator& errors) const {
     const glm::dmat3 frame = lighting::worldFromTangentFrame(place.normal);
     const glm::vec3 normal(place.normal), trueDirection(place.reference.direction), trueIntensity(place.reference.intensity);
@@ -101,13 +101,14 @@ void DominantVerifier::shade(const Place& place, ErrorAccumulator& errors) const
                     return shaders::lcDominantSpecular(view, direction, intensity, normal, static_cast<float>(m),
                                                        glm::vec3(static_cast<float>(f0)));
                 };
-                const glm::vec3 reference = shaded(trueDirection, trueIntensity), seen = shaded(place.direction, place.intensity);
+                const glm::vec3 reference = shaded(trueDirection, trueIntensity),
+                                seen = shaded(glm::vec3(place.seen.direction), glm::vec3(place.seen.intensity));
                 for (int channel = 0; channel < 3; ++channel) errors.add(reference[channel], seen[channel]);
             }
     }
     const double smallestM = *std::min_element(shading_.m.begin(), shading_.m.end()), floor = 0.02 * key_;
     for (int channel = 0; channel < 3; ++channel) {
-        const double seen = largestSpecular(glm::dvec3(place.direction), place.intensity[channel], place.normal, smallestM);
+        const double seen = largestSpecular(place.seen.direction, place.seen.intensity[channel], place.normal, smallestM);
         const double truth = largestSpecular(place.reference.direction, place.reference.intensity[channel], place.normal, smallestM);
         if (seen > 0) errors.addBound(seen / floor * (1 + 1e-4));  // the truth may be zero; 1e-4: the shader works in floats
         if (truth > 0) errors.addBound(truth / (truth + floor) * (1 + 1e-4));
@@ -127,16 +128,15 @@ DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, c
                 const int row = texelY - reference.firstRow;
                 place.normal = glm::dvec3(reference.normal.at(texelX, row));
                 place.reference = dominantReference(reference.sh.at(texelX, row), place.normal, luminanceWeights_);
-                place.direction = fetchDirection(map_, texels.direction.at(texelX, texelY - texels.firstRow));
-                place.intensity = map_.intensityRange * glm::vec3(texels.intensity.at(texelX, texelY - texels.firstRow));
+                place.seen = decode(texels, texelX, texelY);
                 return place;
             };
             const Place place = placeOf(x, y);
             shade(place, errors.centres_);
             const double weight = luminanceOf(place.reference.intensity, luminanceWeights_);
-            const double length = glm::length(glm::dvec3(place.direction));
+            const double length = glm::length(place.seen.direction);
             if (weight > 0 && length > 0) {
-                const glm::dvec3 a = glm::dvec3(place.direction) / length, b = glm::normalize(place.reference.direction);
+                const glm::dvec3 a = place.seen.direction / length, b = glm::normalize(place.reference.direction);
                 const double angle = std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180 / std::numbers::pi;
                 errors.angleSum_ += weight * angle;
                 errors.weightSum_ += weight;
@@ -150,8 +150,8 @@ DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, c
                 const int cornerX = x + corner % 2, cornerY = y + corner / 2;
                 const Place at = placeOf(cornerX, cornerY);
                 middle.normal += at.normal;
-                middle.direction += 0.25f * at.direction;
-                middle.intensity += 0.25f * at.intensity;
+                middle.seen.direction += 0.25 * at.seen.direction;
+                middle.seen.intensity += 0.25 * at.seen.intensity;
                 for (std::size_t i = 0; i < sh.size(); ++i) sh[i] += 0.25f * reference.sh.at(cornerX, cornerY - reference.firstRow)[i];
             }
             const double length4 = glm::length(middle.normal);

@@ -27,12 +27,13 @@ struct DominantShading {
 /// The stride that keeps a map at about a hundred thousand shaded texels.
 int dominantStride(int width, int height);
 
-/// Closed form of Chen and Liu 1.4.1 with lighting-math section 3: v = band 1 / (sqrt(3) lambda_0) of the luminance, inside the unit ball;
-/// t = smoothstep(0.02, 0.08, |v|); direction t v + (1 - t) 0.08 n; intensity t (4pi / 9) sum lambda_i Y_i(direction), clamped at 0.
-struct DominantReference {
+/// A light as it is meant to be: direction in the unit ball, radiometric delta intensity.
+struct DominantLightSample {
     glm::dvec3 direction{0}, intensity{0};
 };
-DominantReference dominantReference(const lighting::ShRgb& incident, const glm::dvec3& normal, const glm::vec3& luminanceWeights);
+/// Closed form of Chen and Liu 1.4.1 with lighting-math section 3: v = band 1 / (sqrt(3) lambda_0) of the luminance, inside the unit ball;
+/// t = smoothstep(0.02, 0.08, |v|); direction t v + (1 - t) 0.08 n; intensity t (4pi / 9) sum lambda_i Y_i(direction), clamped at 0.
+DominantLightSample dominantReference(const lighting::ShRgb& incident, const glm::dvec3& normal, const glm::vec3& luminanceWeights);
 
 /// Rows of both textures as decodeRows gives them.
 struct DecodedDominantRows {
@@ -63,6 +64,8 @@ class DominantVerifier {
 public:
     DominantVerifier(const CookedDominant& map, const DominantShading& shading, const glm::vec3& luminanceWeights, double key)
         : map_(map), shading_(shading), luminanceWeights_(luminanceWeights), key_(key) {}
+    /// The light that a texel holds, as the shader fetches it.
+    DominantLightSample decode(const DecodedDominantRows& texels, int x, int y) const;
     /// Rows [firstRow, firstRow + rowCount) and the quads that begin in them: texels and reference must also hold the row below, where the
     /// map has one. Pure; safe on several threads.
     DominantErrors verifyRows(const DecodedDominantRows& texels, const formats::LightMapBand& reference, int firstRow, int rowCount) const;
