@@ -17,7 +17,8 @@ namespace verify {
 
 /// Decodes one block of the format into blockWidth * blockHeight texels, row by row. Channels that the format has not are 0, alpha 1.
 /// Any bytes give finite or format-given values: reserved BC6H and BC7 modes decode to zero, as Direct3D's specification asks.
-/// BC6H as half floats, exact; BC1 to BC5 by the ideal real-valued interpolation.
+/// BC6H as half floats, exact; BC1 to BC5 by the ideal real-valued interpolation; ASTC as the halfs of an FP16 decoder. Illegal ASTC
+/// blocks, which no encoder writes, give the error colour: opaque magenta for the LDR format, NaN in every channel for the HDR ones.
 void decodeBlock(formats::PixelFormat format, std::span<const std::byte> block, std::span<glm::vec4> out);
 
 /// Decodes rows of blocks that cover rows of texels out.height() high.
