@@ -48,12 +48,15 @@ struct RunState {
     std::function<void(const std::string& what, double fraction)> progress;  ///< may be empty; called from any thread
 };
 
+class LightMapSources;
+
 /// What a running action sees.
 struct ActionContext {
     const Action& action;
     std::filesystem::path folder;               ///< where it writes its files
     std::filesystem::path upstreamFolder;       ///< where the files of its dependencies lie
     std::vector<const ActionRecord*> upstream;  ///< in the order of action.dependencies
+    LightMapSources& lightMaps;                 ///< open light maps, shared with the actions beside it
     const RunState& state;
 };
 struct ActionOutcome {

@@ -323,7 +323,7 @@ private:
                     cooked.seconds = row.at("seconds").get<double>();
                 }
         const auto start = Clock::now();
-        auto outcome = actionFunction(action.kind)({action, scratch, options_.folder, {&cooked}, state_});
+        auto outcome = actionFunction(action.kind)({action, scratch, options_.folder, {&cooked}, lightMaps_, state_});
         if (!outcome) return tl::make_unexpected(outcome.error());
         verified.result = std::move(outcome->result);
         verified.result.erase("preview");  // drawn in a scratch folder
@@ -334,6 +334,7 @@ private:
     const VerifyOptions& options_;
     const RunState& state_;
     Clock::time_point start_;
+    LightMapSources lightMaps_;
     Outcome outcome_;
 };
 

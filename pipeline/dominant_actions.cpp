@@ -74,7 +74,7 @@ Result<ActionOutcome> cookDominant(const ActionContext& context) {
     const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
     const auto description = lightMapDescriptionFromJson(parameters.at("description"), context.action.asset);
     if (!description) return tl::make_unexpected(description.error());
-    const auto opened = LightMapSource::open(context.action.inputs.at("source"), *description);
+    const auto opened = context.lightMaps.open(context.action.inputs.at("source"), *description);
     if (!opened) return tl::make_unexpected(opened.error());
     LightMapSource& source = **opened;
     fit::DominantLightOptions fitOptions;

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "pipeline/files.h"
+#include "pipeline/light_map_source.h"
 #include "pipeline/source_digest.h"
 
 namespace pipeline {
@@ -75,7 +76,7 @@ private:
         const auto start = std::chrono::steady_clock::now();
         for (const ActionRecord* record : upstream)
             if (auto gathered = gather(*record); !gathered) return tl::make_unexpected(gathered.error());
-        const ActionContext context{action, staging_, staging_, upstream, state_};
+        const ActionContext context{action, staging_, staging_, upstream, lightMaps_, state_};
         auto outcome = actionFunction(action.kind)(context);
         if (!outcome) return tl::make_unexpected(outcome.error());
         Done done;
@@ -111,6 +112,7 @@ private:
     const Cache& cache_;
     DigestMemo& digests_;
     const RunState& state_;
+    LightMapSources lightMaps_;
     std::mutex gatherMutex_;
 };
 

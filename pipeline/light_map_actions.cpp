@@ -125,7 +125,7 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
     const auto description = lightMapDescriptionFromJson(parameters.at("description"), context.action.asset);
     if (!description) return tl::make_unexpected(description.error());
-    const auto source = LightMapSource::open(context.action.inputs.at("source"), *description);
+    const auto source = context.lightMaps.open(context.action.inputs.at("source"), *description);
     if (!source) return tl::make_unexpected(source.error());
     const auto measured = measure(**source, context);
     if (!measured) return tl::make_unexpected(measured.error());
@@ -224,7 +224,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     const Json& asset = context.upstream.at(0)->result.at("asset");
     const auto description = lightMapDescriptionFromJson(asset.at("source").at("description"), context.action.asset);
     if (!description) return tl::make_unexpected(description.error());
-    const auto source = LightMapSource::open(context.action.inputs.at("source"), *description);
+    const auto source = context.lightMaps.open(context.action.inputs.at("source"), *description);
     if (!source) return tl::make_unexpected(source.error());
     LightMapSource& bake = **source;
     if (bake.width() != asset.at("width").get<int>() || bake.height() != asset.at("height").get<int>())

@@ -12,8 +12,6 @@ using formats::failure;
 using formats::LightMapBand;
 using formats::Result;
 
-/// Decoded bands that one map keeps [bytes]: a 1024 x 1024 map whole, a larger one in part.
-constexpr std::size_t kKeptBytes = std::size_t{192} << 20;
 constexpr std::size_t kBytesPerTexel = sizeof(lighting::ShRgb) + sizeof(std::uint8_t) + sizeof(glm::vec3);
 
 template <class T>
@@ -42,11 +40,32 @@ Enum valueOf(const std::pair<Enum, const char*> (&table)[N], const std::string& 
 
 }  // namespace
 
-Result<std::shared_ptr<LightMapSource>> LightMapSource::open(const std::filesystem::path& file,
-                                                             const formats::LightMapDescription& description) {
+Result<LightMapSource*> LightMapSources::open(const std::filesystem::path& file, const formats::LightMapDescription& description) {
+    const std::string key = std::filesystem::absolute(file).lexically_normal().string() + toJson(description).dump();
+    const std::lock_guard lock(mutex_);
+    if (const auto known = sources_.find(key); known != sources_.end()) return known->second.get();
     auto reader = formats::LightMapReader::open(file, description);
     if (!reader) return tl::make_unexpected(reader.error());
-    return std::shared_ptr<LightMapSource>(new LightMapSource(std::move(*reader)));
+    std::unique_ptr<LightMapSource> source(new LightMapSource(*this, std::move(*reader)));
+    return sources_.emplace(key, std::move(source)).first->second.get();
+}
+
+void LightMapSources::keep(LightMapSource& source, int index, std::size_t bytes) {
+    const std::lock_guard lock(mutex_);
+    const auto known =
+        std::find_if(kept_.begin(), kept_.end(), [&](const Kept& kept) { return kept.source == &source && kept.index == index; });
+    if (known == kept_.end())
+        keptBytes_ += bytes;
+    else
+        kept_.erase(known);
+    kept_.push_back({&source, index, bytes});
+    while (keptBytes_ > kKeptBytes && kept_.size() > 1) {
+        const Kept oldest = kept_.front();
+        kept_.pop_front();
+        keptBytes_ -= oldest.bytes;
+        const std::lock_guard sourceLock(oldest.source->mutex_);
+        oldest.source->slots_.erase(oldest.index);
+    }
 }
 
 Result<std::shared_ptr<const LightMapBand>> LightMapSource::band(int index) {
@@ -63,20 +82,8 @@ Result<std::shared_ptr<const LightMapBand>> LightMapSource::band(int index) {
         if (!band) return tl::make_unexpected(band.error());
         slot->band = std::make_shared<const LightMapBand>(std::move(*band));
     }
-    const auto result = slot->band;
-    keep(index);
-    return result;
-}
-
-void LightMapSource::keep(int index) {
-    const std::size_t bandBytes = kBytesPerTexel * static_cast<std::size_t>(width()) * kBandRows;
-    const std::lock_guard lock(mutex_);
-    leastRecentlyUsed_.remove(index);
-    leastRecentlyUsed_.push_back(index);
-    while (leastRecentlyUsed_.size() > 1 && leastRecentlyUsed_.size() * bandBytes > kKeptBytes) {
-        slots_.erase(leastRecentlyUsed_.front());
-        leastRecentlyUsed_.pop_front();
-    }
+    owner_.keep(*this, index, kBytesPerTexel * static_cast<std::size_t>(width()) * static_cast<std::size_t>(bandRows(index)));
+    return slot->band;
 }
 
 Result<LightMapBand> LightMapSource::bandWithMargin(int index, int above, int below) {

@@ -1,7 +1,7 @@
 // Light maps as actions read them: in bands, with the rows around a band, and without decoding the same tiles for each action again.
 #pragma once
 
-#include <cstdint>
+#include <algorithm>
 #include <list>
 #include <map>
 #include <memory>
@@ -16,12 +16,11 @@ namespace pipeline {
 /// Rows that are read and worked on together: one row of the usual tiles, and a whole number of blocks of every format.
 inline constexpr int kBandRows = 64;
 
-/// One map, open. Decoded bands are kept while they fit the limit that all open maps of a cook share. Safe from several threads.
+class LightMapSources;
+
+/// One map, open. Safe from several threads.
 class LightMapSource {
 public:
-    static formats::Result<std::shared_ptr<LightMapSource>> open(const std::filesystem::path& file,
-                                                                 const formats::LightMapDescription& description);
-
     int width() const { return reader_.width(); }
     int height() const { return reader_.height(); }
     int bandCount() const { return (height() + kBandRows - 1) / kBandRows; }
@@ -34,17 +33,42 @@ public:
     int bandRows(int index) const { return std::min(kBandRows, height() - index * kBandRows); }
 
 private:
-    explicit LightMapSource(formats::LightMapReader reader) : reader_(std::move(reader)) {}
+    friend class LightMapSources;
+    LightMapSource(LightMapSources& owner, formats::LightMapReader reader) : owner_(owner), reader_(std::move(reader)) {}
     struct Slot {
         std::mutex mutex;
         std::shared_ptr<const formats::LightMapBand> band;
     };
-    void keep(int index);
 
+    LightMapSources& owner_;
     formats::LightMapReader reader_;
-    std::mutex mutex_;  ///< of what follows
+    std::mutex mutex_;
     std::map<int, std::shared_ptr<Slot>> slots_;
-    std::list<int> leastRecentlyUsed_;
+};
+
+/// The maps that a cook has open: each once, however many actions read it, and the decoded bands that were used last.
+class LightMapSources {
+public:
+    /// The map stays open as long as this does.
+    formats::Result<LightMapSource*> open(const std::filesystem::path& file, const formats::LightMapDescription& description);
+
+    /// Decoded bands that are kept, of all maps together [bytes]: a 1024 x 1024 map whole, a larger one in part.
+    static constexpr std::size_t kKeptBytes = std::size_t{192} << 20;
+
+private:
+    friend class LightMapSource;
+    struct Kept {
+        LightMapSource* source;
+        int index;
+        std::size_t bytes;
+    };
+    /// A band was used: the least recently used ones go where it takes the total over the limit.
+    void keep(LightMapSource& source, int index, std::size_t bytes);
+
+    std::mutex mutex_;
+    std::map<std::string, std::unique_ptr<LightMapSource>> sources_;
+    std::list<Kept> kept_;  ///< least recently used first
+    std::size_t keptBytes_ = 0;
 };
 
 /// [[light_map]]'s facts as parameters of an action, and back.

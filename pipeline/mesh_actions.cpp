@@ -83,7 +83,7 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
 
     const auto description = lightMapDescriptionFromJson(asset.at("source").at("description"), context.action.asset);
     if (!description) return tl::make_unexpected(description.error());
-    const auto opened = LightMapSource::open(context.action.inputs.at("source"), *description);
+    const auto opened = context.lightMaps.open(context.action.inputs.at("source"), *description);
     if (!opened) return tl::make_unexpected(opened.error());
     LightMapSource& bake = **opened;
     const auto surveyed = surveyKey(bake, context);

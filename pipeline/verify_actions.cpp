@@ -271,7 +271,7 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     const Json& asset = context.upstream.at(0)->result.at("asset");
     const auto description = lightMapDescriptionFromJson(asset.at("source").at("description"), context.action.asset);
     if (!description) return tl::make_unexpected(description.error());
-    const auto source = LightMapSource::open(context.action.inputs.at("source"), *description);
+    const auto source = context.lightMaps.open(context.action.inputs.at("source"), *description);
     if (!source) return tl::make_unexpected(source.error());
     LightMapSource& bake = **source;
     const auto direction = openTexture(context.upstreamFolder, asset, "direction");

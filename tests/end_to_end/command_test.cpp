@@ -1,0 +1,154 @@
+// The program as users and build systems meet it: exit codes, one line for each error, quiet on pipes, nothing left behind.
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <fstream>
+
+#include "tests/pipeline/small_scene.h"
+
+namespace pipeline {
+namespace {
+
+using formats::contentOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class Command : public testing::Test {
+protected:
+    struct Ended {
+        int code = -1;
+        std::string out, err;
+    };
+
+    Ended run(const std::string& arguments) const {
+        const std::string command = fmt::format("cd '{0}' && LIGHTCOOK_CACHE='{0}/cache' '{1}' {2} >'{0}/stdout' 2>'{0}/stderr' </dev/null",
+                                                (scene_ / "").string(), LIGHTCOOK_PROGRAM, arguments);
+        const int status = std::system(command.c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, contentOf(scene_ / "stdout"), contentOf(scene_ / "stderr")};
+    }
+
+    /// One line that names what it should, the code, and no output folder.
+    void expectRefused(const std::string& arguments, int code, const std::vector<std::string>& words) const {
+        SCOPED_TRACE(arguments);
+        const Ended ended = run(arguments);
+        EXPECT_EQ(ended.code, code) << ended.err;
+        EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
+        for (const std::string& word : words) EXPECT_THAT(ended.err, HasSubstr(word));
+        EXPECT_FALSE(std::filesystem::exists(scene_ / "out"));
+        for (const auto& entry : std::filesystem::directory_iterator(scene_ / ""))
+            EXPECT_THAT(entry.path().filename().string(), testing::Not(StartsWith(".")));
+    }
+
+    SmallScene scene_;
+};
+
+TEST_F(Command, CookIsQuietOnAPipeAndVerifyAndReportSpeak) {
+    const Ended cook = run("cook scene.toml -o out");
+    EXPECT_EQ(cook.code, 0) << cook.err;
+    EXPECT_EQ(cook.out, "");
+    EXPECT_EQ(cook.err, "");
+    const Ended verify = run("verify out --json verify.json --junit verify.xml --sarif verify.sarif");
+    EXPECT_EQ(verify.code, 0) << verify.err;
+    EXPECT_THAT(verify.out, HasSubstr("passed"));
+    EXPECT_THAT(contentOf(scene_ / "verify.xml"), HasSubstr("<testsuite"));
+    EXPECT_THAT(contentOf(scene_ / "verify.sarif"), HasSubstr("\"2.1.0\""));
+    EXPECT_THAT(contentOf(scene_ / "verify.json"), HasSubstr("\"passed\": true"));
+    EXPECT_EQ(run("report out --json report.json --html report.html --baseline out/report.json --fail-over 0").code, 0);
+    EXPECT_THAT(contentOf(scene_ / "report.html"), HasSubstr("small"));
+    EXPECT_EQ(run("reconstruct out map back.exr").code, 0);
+    EXPECT_EQ(run("info out").code, 0);
+    EXPECT_EQ(run("compare out out").code, 0);
+}
+
+TEST_F(Command, HelpAndVersionAreNoErrors) {
+    EXPECT_EQ(run("--help").code, 0);
+    EXPECT_THAT(run("--version").out, HasSubstr("lightcook"));
+    for (const char* command : {"cook", "verify", "report", "reconstruct", "info", "compare", "encode", "decode", "lightmap", "dominant",
+                                "cubemap", "lut", "rsrm", "demo"}) {
+        const Ended help = run(std::string(command) + " --help");
+        EXPECT_EQ(help.code, 0) << command;
+        EXPECT_THAT(help.out, HasSubstr("--help")) << command;
+    }
+}
+
+TEST_F(Command, BadCommandLinesAndSceneFilesEndWithTwo) {
+    expectRefused("", 2, {"error"});
+    expectRefused("bake scene.toml", 2, {"bake"});
+    expectRefused("cook scene.toml -o out --effort 11", 2, {"11"});
+    expectRefused("cook scene.toml -o out --no-such-flag", 2, {"--no-such-flag"});
+    expectRefused("cook nowhere.toml -o out", 2, {"nowhere.toml"});
+    scene_.writeSceneFile("efort = 3");
+    expectRefused("cook scene.toml -o out", 2, {"scene.toml:5:1", "unknown key 'efort'", "nearest is 'effort'"});
+}
+
+TEST_F(Command, BadInputEndsWithThree) {
+    std::filesystem::rename(scene_ / "map.exr", scene_ / "whole.exr");
+    expectRefused("cook scene.toml -o out", 3, {"map.exr", "found", "expected"});
+    const std::string whole = contentOf(scene_ / "whole.exr");
+    formats::writeContent(scene_ / "map.exr", whole.substr(0, whole.size() / 2));
+    expectRefused("cook scene.toml -o out", 3, {"map.exr", "found", "expected"});
+    formats::writeContent(scene_ / "map.exr", "no EXR");
+    expectRefused("cook scene.toml -o out", 3, {"map.exr", "found", "expected"});
+    std::filesystem::copy_file(scene_ / "probe.exr", scene_ / "map.exr", std::filesystem::copy_options::overwrite_existing);
+    expectRefused("cook scene.toml -o out", 3, {"map.exr", "sh00"});
+    expectRefused("encode nowhere.exr out --format bc7", 2, {"out"});
+    expectRefused("encode nowhere.exr out.ktx2 --format bc7", 3, {"nowhere.exr"});
+    expectRefused("verify nowhere", 3, {"nowhere"});
+    expectRefused("decode whole.ktx2 out", 3, {"whole.ktx2"});
+}
+
+TEST_F(Command, ANonLinearColourSpaceIsRefusedByName) {
+    std::string text = contentOf(scene_.sceneFile());
+    formats::writeContent(scene_.sceneFile(), text + "\n[color]\nsource = \"srgb_texture\"\n");
+    expectRefused("cook scene.toml -o out", 3, {"srgb_texture", "linear"});
+}
+
+TEST_F(Command, FailedVerificationEndsWithFourAndAnExceededBudgetWithFive) {
+    EXPECT_EQ(run("cook scene.toml -o out --max-error 1e-7").code, 4);
+    EXPECT_EQ(run("cook scene.toml -o out").code, 0);
+    EXPECT_EQ(run("cook scene.toml -o out --budget 100").code, 5);
+    EXPECT_EQ(run("report out").code, 5);
+    std::fstream(scene_ / "out" / "sky.ktx2", std::ios::in | std::ios::out | std::ios::binary).seekp(300).put('x');
+    const Ended damaged = run("verify out");
+    EXPECT_EQ(damaged.code, 4);
+    EXPECT_THAT(damaged.err, HasSubstr("sky.ktx2"));
+}
+
+TEST_F(Command, ErrorsAreJsonWhereAskedFor) {
+    const Ended ended = run("--log json cook nowhere.toml");
+    EXPECT_EQ(ended.code, 2);
+    EXPECT_THAT(ended.err, StartsWith("{"));
+    EXPECT_THAT(ended.err, HasSubstr("\"code\":2"));
+}
+
+TEST_F(Command, EachConverterStandsAlone) {
+    EXPECT_EQ(run("lightmap map.exr lm").code, 0);
+    EXPECT_TRUE(std::filesystem::exists(scene_ / "lm" / "map_l0.ktx2"));
+    EXPECT_EQ(run("lightmap map.exr raw.ktx2 --layout raw").code, 0);
+    EXPECT_TRUE(std::filesystem::exists(scene_ / "raw.ktx2"));
+    EXPECT_EQ(run("dominant map.exr dom").code, 0);
+    EXPECT_EQ(run("cubemap probe.exr probe.ktx2").code, 0);
+    EXPECT_THAT(run("info probe.ktx2").out, HasSubstr("faces: 6"));
+    EXPECT_EQ(run("rsrm sky.exr sky.dds --exponents 1,8").code, 0);
+    EXPECT_THAT(run("info sky.dds").out, HasSubstr("height: 2"));
+    EXPECT_EQ(run("lut tables --m 0.3,0.6").code, 0);
+    EXPECT_TRUE(std::filesystem::exists(scene_ / "tables" / "specular_c0236.ktx2"));
+    EXPECT_EQ(run("lut tables.ktx2").code, 2) << "three textures do not fit one file";
+}
+
+TEST_F(Command, ThreadsAndInstructionSetsDoNotChangeAByte) {
+    std::map<std::string, std::string> first;
+    for (const char* variant : {"-j 1", "-j 3"}) {
+        ASSERT_EQ(run(fmt::format("cook scene.toml -o out --force {}", variant)).code, 0);
+        std::map<std::string, std::string> contents;
+        for (const auto& entry : std::filesystem::directory_iterator(scene_ / "out"))
+            if (entry.is_regular_file() && entry.path().stem() != "report")
+                contents[entry.path().filename().string()] = contentOf(entry.path());
+        if (first.empty()) first = contents;
+        EXPECT_EQ(contents, first) << variant;
+    }
+}
+
+}  // namespace
+}  // namespace pipeline

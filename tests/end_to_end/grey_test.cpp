@@ -1,0 +1,109 @@
+// The grey test of "PI or not to PI": radiance 0.5 from everywhere has to give exit radiance 0.5 on a white surface, whatever way it takes
+// from file to shaded value. Files are written by the program, read back by the verifier's texture unit, and shaded by the shipped shader.
+#include <gtest/gtest.h>
+
+#include "pipeline/light_map_actions.h"
+#include "pipeline/manifest.h"
+#include "pipeline/textures.h"
+#include "shaders/lightcook_cpp.h"
+#include "tests/pipeline/small_scene.h"
+#include "verify/texture_unit.h"
+
+namespace pipeline {
+namespace {
+
+constexpr double kGrey = 0.5, kTolerance = 1e-3 * kGrey;
+
+struct Variant {
+    const char* target;
+    const char* layout;
+};
+
+class GreyTest : public testing::TestWithParam<Variant> {
+protected:
+    GreyTest() : scene_(grey) {
+        scene_.writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"", GetParam().target, GetParam().layout));
+        const RunState state;
+        const Outcome outcome = cookScene(scene_.options(), state);
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        manifest_ = *readManifest(scene_ / "out");
+    }
+    const Json& asset(const std::string& name) const {
+        for (const Json& each : manifest_.at("assets"))
+            if (each.at("name") == name) return each;
+        throw std::runtime_error("no asset " + name);
+    }
+    std::filesystem::path folder() const { return scene_ / "out"; }
+
+    SmallScene scene_;
+    Json manifest_;
+};
+
+void expectGrey(const glm::vec3& value, const std::string& where) {
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(static_cast<double>(value[c]), kGrey, kTolerance) << where << ", channel " << c;
+}
+
+TEST_P(GreyTest, LightMapShadesToGreyForEveryNormal) {
+    const auto cooked = CookedLightMapReader::open(folder(), asset("map"), {}, {}, kGrey);
+    ASSERT_TRUE(cooked.has_value()) << cooked.error().line();
+    const auto texels = cooked->read(0, cooked->height());
+    ASSERT_TRUE(texels.has_value());
+    const auto seen = cooked->verifier().reconstruct(*texels, 0, cooked->height());
+    for (int i = 0; i < 200; ++i) {
+        shaders::LcSh sh;
+        const lighting::ShRgb& texel = seen.texels()[static_cast<std::size_t>(i * 37) % seen.texels().size()];
+        for (int c = 0; c < 9; ++c) sh.c[c] = texel[static_cast<std::size_t>(c)];
+        expectGrey(shaders::lcExitRadiance(sh, glm::vec3(lighting::cubeTexelDirection(i % 6, i % 5, i % 3, 5))), "light map");
+    }
+}
+
+TEST_P(GreyTest, CubemapTimesItsOwnAreaSpecularIsGreyAtEveryMip) {
+    const Json& cubemap = asset("probe");
+    const auto texture = openTexture(folder(), cubemap, "cubemap");
+    ASSERT_TRUE(texture.has_value()) << texture.error().line();
+    const Json& constants = cubemap.at("constants");
+    shaders::LcSh sh;
+    for (std::size_t i = 0; i < 9; ++i)
+        sh.c[i] = {constants.at("windowed_sh")[i][0].get<float>(), constants.at("windowed_sh")[i][1].get<float>(),
+                   constants.at("windowed_sh")[i][2].get<float>()};
+    for (int mip = 0; mip < texture->shape().mipCount; ++mip) {
+        const Json& bands = constants.at("mips")[static_cast<std::size_t>(mip)].at("bands");
+        const glm::vec3 factors(bands[0].get<float>(), bands[1].get<float>(), bands[2].get<float>());
+        for (int face = 0; face < 6; ++face) {
+            const auto image = verify::decodeImage(*texture, {mip, 0, face});
+            ASSERT_TRUE(image.has_value());
+            for (int y = 0; y < image->height(); y += 3)
+                for (int x = 0; x < image->width(); x += 3) {
+                    const glm::vec3 direction(lighting::cubeTexelDirection(face, x, y, image->width()));
+                    const glm::vec3 stored = glm::vec3(image->at(x, y)) * constants.at("range").get<float>();
+                    expectGrey(shaders::lcEnvironment(stored, shaders::lcZonalSpecular(sh, direction, factors)),
+                               fmt::format("mip {} face {}", mip, face));
+                }
+        }
+    }
+}
+
+TEST_P(GreyTest, ReflectionMapIsGreyForEveryExponent) {
+    const Json& rsrm = asset("sky");
+    const auto texture = openTexture(folder(), rsrm, "rsrm");
+    ASSERT_TRUE(texture.has_value());
+    const auto image = verify::decodeImage(*texture, {});
+    const Json& color = rsrm.at("constants").at("color");
+    const glm::vec3 hdrColor(color[0].get<float>(), color[1].get<float>(), color[2].get<float>());
+    for (const glm::vec4& texel : image->texels()) expectGrey(shaders::lcRsrm(glm::vec3(texel), hdrColor), "RSRM");
+}
+
+TEST_P(GreyTest, NoDirectionDominatesGreyLight) {
+    const auto intensity = openTexture(folder(), asset("map_dominant"), "intensity");
+    ASSERT_TRUE(intensity.has_value());
+    for (const glm::vec4& texel : verify::decodeImage(*intensity, {})->texels())
+        for (int c = 0; c < 3; ++c) EXPECT_LT(texel[c] * asset("map_dominant").at("constants").at("intensity_range").get<float>(), 1e-3f);
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryWay, GreyTest,
+                         testing::Values(Variant{"bc", "ratio"}, Variant{"bc", "luvw"}, Variant{"bc", "raw"}, Variant{"astc", "ratio"},
+                                         Variant{"float", "ratio"}, Variant{"float", "raw"}),
+                         [](const auto& info) { return fmt::format("{}_{}", info.param.target, info.param.layout); });
+
+}  // namespace
+}  // namespace pipeline
