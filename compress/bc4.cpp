@@ -1,12 +1,43 @@
 // BC4, BC5, and the alpha of BC3: one channel on a line between two bytes, in 8 steps, or in 6 with 0 and 1 exact.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <vector>
 
-#include "compress/block.h"
+#include "compress/highway_targets.h"
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "compress/bc4.cpp"
+#include <hwy/foreach_target.h>
+// After foreach_target, so that each target gets its own.
+#include "compress/bc4_fit-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace compress {
+namespace HWY_NAMESPACE {
+
+void fitBc4(std::span<const Block* const> blocks, std::size_t channel, const Bc4Search& search, Bc4Result* found) {
+    using D = hn::ScalableTag<float>;
+    constexpr std::size_t kLanes = hn::MaxLanes(D());
+    Bc4Fit<D> fit(search);
+    std::array<const Block*, kLanes> lanes;
+    std::array<Bc4Result, kLanes> results;
+    for (std::size_t first = 0; first < blocks.size(); first += kLanes) {
+        // The last few fill a vector up with repeats of the very last.
+        for (std::size_t lane = 0; lane < kLanes; ++lane) lanes[lane] = blocks[std::min(first + lane, blocks.size() - 1)];
+        fit.run(lanes.data(), channel, results.data());
+        std::copy_n(results.begin(), std::min(kLanes, blocks.size() - first), found + first);
+    }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace compress
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace compress {
 namespace {
+
+HWY_EXPORT(fitBc4);
 
 /// One channel of a block, in units of a code (0 .. 255).
 struct Channel {
@@ -14,11 +45,7 @@ struct Channel {
     alignas(64) std::array<float, kTexelCount> weight;
 };
 
-struct Candidate {
-    int low = 0, high = 0;  ///< low <= high
-    bool sixSteps = false;  ///< 6 values between low and high, and 0 and 255
-    float error = 0;
-};
+using Candidate = Bc4Result;
 
 /// Sum of the sixteen in one order, whatever the machine.
 float sum16(const float* terms) {
@@ -59,47 +86,6 @@ bool improve(const Channel& channel, int low, int high, bool sixSteps, Candidate
     return true;
 }
 
-/// Moves to the least-squares ends of the present choice of values, until that no longer helps.
-void refit(const Channel& channel, bool sixSteps, int iterations, Candidate& best) {
-    const float steps = sixSteps ? 5.0f : 7.0f;
-    float low = static_cast<float>(best.low), high = static_cast<float>(best.high);
-    for (int iteration = 0; iteration < iterations && high > low; ++iteration) {
-        float ll = 0, lh = 0, hh = 0, l = 0, h = 0;
-        for (std::size_t t = 0; t < kTexelCount; ++t) {
-            const float value = channel.value[t];
-            const float nearest = std::floor(std::clamp((value - low) / (high - low), 0.0f, 1.0f) * steps + 0.5f) / steps;
-            float weight = channel.weight[t];
-            const float miss = std::abs(low + nearest * (high - low) - value);
-            if (sixSteps && (value < miss || 255 - value < miss)) weight = 0;
-            const float rest = 1 - nearest;
-            ll += weight * rest * rest;
-            lh += weight * rest * nearest;
-            hh += weight * nearest * nearest;
-            l += weight * rest * value;
-            h += weight * nearest * value;
-        }
-        const float determinant = ll * hh - lh * lh;
-        if (!(determinant > 1e-6f * (ll + hh) * (ll + hh))) return;
-        const int newLow = static_cast<int>(std::clamp((hh * l - lh * h) / determinant, 0.0f, 255.0f) + 0.5f);
-        const int newHigh = static_cast<int>(std::clamp((ll * h - lh * l) / determinant, 0.0f, 255.0f) + 0.5f);
-        if (!improve(channel, std::min(newLow, newHigh), std::max(newLow, newHigh), sixSteps, best)) return;
-        low = static_cast<float>(best.low);
-        high = static_cast<float>(best.high);
-    }
-}
-
-/// Steps of `reach` codes at either end as long as one helps.
-void descend(const Channel& channel, int reach, int passes, Candidate& best) {
-    for (int pass = 0; pass < passes; ++pass) {
-        bool improved = false;
-        const Candidate from = best;
-        for (int dLow = -reach; dLow <= reach; ++dLow)
-            for (int dHigh = -reach; dHigh <= reach; ++dHigh)
-                if (dLow != 0 || dHigh != 0) improved |= improve(channel, from.low + dLow, from.high + dHigh, from.sixSteps, best);
-        if (!improved) return;
-    }
-}
-
 /// Every pair of ends that could still win. A pair whose ends leave the extremes of the texels outside loses at least that much there.
 void searchAll(const Channel& channel, Candidate& best) {
     float lowest = 255, highest = 0, lowestWeight = 0, highestWeight = 0;
@@ -131,41 +117,6 @@ Candidate fitConstant(const Channel& channel, float value) {
     return best;
 }
 
-Candidate fit(const Channel& channel, int effort) {
-    float lowest = 255, highest = 0, innerLowest = 255, innerHighest = 0;
-    for (std::size_t t = 0; t < kTexelCount; ++t) {
-        if (!(channel.weight[t] > 0)) continue;
-        const float value = channel.value[t];
-        lowest = std::min(lowest, value);
-        highest = std::max(highest, value);
-        if (value >= 0.5f) innerLowest = std::min(innerLowest, value);
-        if (value <= 254.5f) innerHighest = std::max(innerHighest, value);
-    }
-    if (lowest == highest) return fitConstant(channel, lowest);
-    Candidate best;
-    best.error = INFINITY;
-    const auto floorOf = [](float v) { return static_cast<int>(v); };
-    const auto ceilOf = [](float v) { return std::min(255, static_cast<int>(std::ceil(v))); };
-    improve(channel, std::min(floorOf(lowest + 0.5f), 254), std::max(static_cast<int>(highest + 0.5f), floorOf(lowest + 0.5f) + 1), false,
-            best);
-    improve(channel, std::min(floorOf(lowest), 254), std::max(ceilOf(highest), 1), false, best);
-    if (effort >= 1) refit(channel, false, effort >= 3 ? 4 : 2, best);
-    if (effort >= 4) descend(channel, effort >= 7 ? 3 : effort >= 6 ? 2 : 1, effort >= 5 ? 6 : 1, best);
-    // The other layout pays off where texels touch 0 or 1, or where six steps happen to fall better.
-    const bool touches = lowest < 0.5f || highest > 254.5f;
-    if ((effort >= 1 && touches) || effort >= 5) {
-        Candidate six;
-        six.error = INFINITY;
-        const float from = innerLowest <= innerHighest ? innerLowest : lowest, to = innerLowest <= innerHighest ? innerHighest : highest;
-        improve(channel, floorOf(from + 0.5f), std::max(floorOf(from + 0.5f), static_cast<int>(to + 0.5f)), true, six);
-        refit(channel, true, effort >= 3 ? 4 : 2, six);
-        if (effort >= 6 || (effort >= 4 && touches)) descend(channel, effort >= 7 ? 3 : effort >= 6 ? 2 : 1, effort >= 5 ? 6 : 1, six);
-        if (six.error < best.error) best = six;
-    }
-    if (effort >= 9 && best.error > 0) searchAll(channel, best);
-    return best;
-}
-
 void pack(const Channel& channel, const Candidate& fitted, std::byte* out) {
     BitWriter bits;
     // The order of the ends tells the layout: falling for 8 values, rising (or equal) for 6.
@@ -189,28 +140,69 @@ void pack(const Channel& channel, const Candidate& fitted, std::byte* out) {
     bits.store(out, 8);
 }
 
-}  // namespace
-
-void encodeBc4Channel(const Block& block, std::size_t channelIndex, int effort, std::byte* out) {
+Channel channelOf(const Block& block, std::size_t channelIndex) {
     Channel channel;
     for (std::size_t t = 0; t < kTexelCount; ++t) channel.value[t] = block.channel[channelIndex][t] * 255;
     channel.weight = block.significance;
-    pack(channel, fit(channel, block.insignificant ? 0 : effort), out);
+    return channel;
+}
+
+/// The value that all texels have which count, or -1.
+float constantOf(const Channel& channel) {
+    float lowest = 255, highest = 0;
+    for (std::size_t t = 0; t < kTexelCount; ++t) {
+        lowest = channel.weight[t] > 0 ? std::min(lowest, channel.value[t]) : lowest;
+        highest = channel.weight[t] > 0 ? std::max(highest, channel.value[t]) : highest;
+    }
+    return lowest == highest ? lowest : -1;
+}
+
+}  // namespace
+
+const Bc4Search& bc4SearchOf(int effort) {
+    static constexpr std::array<Bc4Search, 10> kSearches = {{{1, 0, 0, 0, false, false},
+                                                             {1, 1, 0, 0, false, false},
+                                                             {1, 2, 0, 0, true, false},
+                                                             {1, 2, 1, 1, true, false},
+                                                             {1, 2, 3, 1, true, false},
+                                                             {2, 2, 4, 1, true, false},
+                                                             {4, 2, 4, 1, true, false},
+                                                             {8, 2, 6, 1, true, false},
+                                                             {16, 2, 6, 2, true, false},
+                                                             {16, 2, 6, 2, true, true}}};
+    return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
+}
+
+void encodeBc4Channel(std::span<const Block> blocks, std::size_t channelIndex, int effort, std::byte* out, std::size_t stride) {
+    std::vector<Bc4Result> results(blocks.size());
+    std::vector<const Block*> varied, insignificant;
+    for (const Block& block : blocks) (block.insignificant ? insignificant : varied).push_back(&block);
+    const auto run = [&](const std::vector<const Block*>& list, int listEffort) {
+        std::vector<Bc4Result> found(list.size());
+        HWY_DYNAMIC_DISPATCH(fitBc4)(list, channelIndex, bc4SearchOf(listEffort), found.data());
+        for (std::size_t i = 0; i < list.size(); ++i) results[static_cast<std::size_t>(list[i] - blocks.data())] = found[i];
+    };
+    run(varied, effort);
+    run(insignificant, 0);
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+        const Channel channel = channelOf(blocks[i], channelIndex);
+        const float constant = constantOf(channel);
+        if (constant >= 0)
+            results[i] = fitConstant(channel, constant);
+        else if (bc4SearchOf(effort).exhaustive && !blocks[i].insignificant && results[i].error > 0)
+            searchAll(channel, results[i]);
+        pack(channel, results[i], out + i * stride);
+    }
 }
 
 void encodeBc4(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out) {
-    for (const Block& block : blocks) {
-        encodeBc4Channel(block, 0, options.effort, out);
-        out += 8;
-    }
+    encodeBc4Channel(blocks, 0, options.effort, out, 8);
 }
 
 void encodeBc5(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out) {
-    for (const Block& block : blocks) {
-        encodeBc4Channel(block, 0, options.effort, out);
-        encodeBc4Channel(block, 1, options.effort, out + 8);
-        out += 16;
-    }
+    encodeBc4Channel(blocks, 0, options.effort, out, 16);
+    encodeBc4Channel(blocks, 1, options.effort, out + 8, 16);
 }
 
 }  // namespace compress
+#endif

@@ -1,0 +1,43 @@
+// What the encoder of single channels searches at each effort, and what it finds.
+#pragma once
+
+#include <array>
+
+namespace compress {
+
+struct Bc4Search {
+    int starts;       ///< of kBc4Starts
+    int refits;       ///< least-squares steps from each
+    int passes;       ///< of neighbours, at most
+    int reach;        ///< how far a neighbour is [codes]
+    bool sixSteps;    ///< also the layout with 0 and 1 exact
+    bool exhaustive;  ///< every pair of ends in the end
+};
+
+struct Bc4Result {
+    int low = 0, high = 0;  ///< low <= high
+    bool sixSteps = false;  ///< 6 values between them, and 0 and 255
+    float error = 0;        ///< squared, in codes
+};
+
+/// Shares of the range by which the low and the high end are drawn in at the start.
+inline constexpr std::array<std::array<float, 2>, 16> kBc4Starts = {{{0, 0},
+                                                                     {0.06f, 0.06f},
+                                                                     {0.12f, 0},
+                                                                     {0, 0.12f},
+                                                                     {-0.05f, -0.05f},
+                                                                     {0.12f, 0.12f},
+                                                                     {0.06f, 0},
+                                                                     {0, 0.06f},
+                                                                     {0.2f, 0},
+                                                                     {0, 0.2f},
+                                                                     {0.2f, 0.2f},
+                                                                     {-0.12f, 0},
+                                                                     {0, -0.12f},
+                                                                     {0.3f, 0.1f},
+                                                                     {0.1f, 0.3f},
+                                                                     {-0.15f, -0.15f}}};
+
+const Bc4Search& bc4SearchOf(int effort);
+
+}  // namespace compress
