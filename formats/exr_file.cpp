@@ -355,7 +355,10 @@ Result<void> ExrWriter::append(const float* texels, std::ptrdiff_t rowStride, in
 
 Result<void> ExrWriter::commit() {
     State& state = *state_;
-    assert(state.rowsWritten == state.height);
+    if (state.rowsWritten != state.height) {
+        return failure(ErrorCode::Internal, state.pending.target().string(),
+                       fmt::format("found {} rows written, expected {}", state.rowsWritten, state.height));
+    }
     state.tiles.reset();
     state.scanLines.reset();
     state.sink.reset();

@@ -322,7 +322,6 @@ Result<void> LightMapWriter::append(ImageView<const ShRgb> rows) {
 }
 
 Result<void> LightMapWriter::commit() {
-    assert(state_->rowsTaken == state_->height);
     return state_->writer.commit();
 }
 

@@ -27,7 +27,8 @@ constexpr std::uint64_t kTriangles = 4;  // glTF's primitive mode
 /// One primitive of one mesh, read.
 struct Primitive {
     std::size_t mesh = 0, index = 0;
-    TriangleMesh geometry;  ///< as the accessors have it, unused vertices included; without indices for modes other than triangles
+    TriangleMesh geometry;        ///< of triangles only the vertices that they use; no indices for other modes
+    std::size_t vertexCount = 0;  ///< of the accessors, which other primitives may share
     bool isTriangles = false;
     bool canCompress = false;  ///< triangles without morph targets, whose vertices must keep their order
     std::optional<std::uint64_t> dracoView;
@@ -81,6 +82,9 @@ private:
             if (primitive.isTriangles) readIndices(json, primitive);
         }
         check(attributes, primitive);
+        primitive.vertexCount = primitive.geometry.vertexCount();
+        // At once: scenes share one set of vertices between dozens of primitives.
+        if (primitive.isTriangles) primitive.geometry = withoutUnusedVertices(primitive.geometry);
         return primitive;
     }
 
@@ -254,7 +258,7 @@ private:
         std::vector<std::optional<DracoMesh>> coded(primitives_.size());
         for (std::size_t i = 0; i < primitives_.size(); ++i) {
             if (!primitives_[i].canCompress || primitives_[i].geometry.indices.empty()) continue;
-            const TriangleMesh mesh = withoutUnusedVertices(primitives_[i].geometry);
+            const TriangleMesh& mesh = primitives_[i].geometry;
             std::vector<std::optional<Quantization>> quantization;
             for (const MeshAttribute& attribute : mesh.attributes)
                 quantization.push_back(quantizationOf(attribute, options, boundsOfMesh[primitives_[i].mesh]));
@@ -280,11 +284,14 @@ private:
                 for (const Json& accessor : target) kept.insert(accessor.get<std::uint64_t>());
             }
         }
-        for (const Json& skin : json_.value("skins", Json::array())) kept.insert(skin.value("inverseBindMatrices", std::uint64_t{0}));
+        const auto keep = [&kept](const Json& user, const char* key) {
+            if (user.contains(key)) kept.insert(user[key].get<std::uint64_t>());
+        };
+        for (const Json& skin : json_.value("skins", Json::array())) keep(skin, "inverseBindMatrices");
         for (const Json& animation : json_.value("animations", Json::array())) {
             for (const Json& sampler : animation.value("samplers", Json::array())) {
-                kept.insert(sampler.value("input", std::uint64_t{0}));
-                kept.insert(sampler.value("output", std::uint64_t{0}));
+                keep(sampler, "input");
+                keep(sampler, "output");
             }
         }
         std::set_difference(used.begin(), used.end(), kept.begin(), kept.end(), std::back_inserter(freeAccessors_));
@@ -440,7 +447,7 @@ struct GltfScene::State {
         for (const Primitive& primitive : primitives) {
             const Json& json = document.json()["meshes"][primitive.mesh]["primitives"][primitive.index];
             if (counted.insert(json["attributes"]["POSITION"].get<std::uint64_t>()).second)
-                vertexCount += static_cast<std::int64_t>(primitive.geometry.vertexCount());
+                vertexCount += static_cast<std::int64_t>(primitive.vertexCount);
             triangleCount += static_cast<std::int64_t>(primitive.geometry.triangleCount());
             hasLightMapUvs &= primitive.geometry.find("TEXCOORD_1") != nullptr;
         }

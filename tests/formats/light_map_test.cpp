@@ -501,6 +501,7 @@ TEST(LightMapWriter, LeavesNothingBehindWithoutCommit) {
         auto writer = LightMapWriter::create(folder / "a.exr", 8, 8);
         ASSERT_TRUE(writer);
         ASSERT_TRUE(writer->append(seededRows(8, 0, 4).view()));
+        EXPECT_FALSE(writer->commit()) << "rows are missing";
     }
     EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
     const auto nowhere = LightMapWriter::create(folder / "absent" / "a.exr", 8, 8);
