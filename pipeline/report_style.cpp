@@ -149,6 +149,7 @@ footer dd { margin: 0; max-width: 76ch; }
   body, table, .stages, .assets { font-size: 10.5px; }
   .facts dd { font-size: 14px; }
   .facts.small dd { font-size: 11px; }
+  thead th, .notes h3, .facts dt, .sub, .verdict, figcaption, footer, .assets .sub, .assets .verdict, .scroll + p { font-size: 9.5px; }
   main { max-width: none; padding: 0; }
   .card { border-radius: 0; padding: 10px 0; border-width: 1px 0 0; }
   .scroll { overflow: visible; }
