@@ -4,7 +4,7 @@ set(arrows_from_lighting)
 set(arrows_from_formats lighting)
 set(arrows_from_compress formats lighting)
 set(arrows_from_fit formats lighting)
-set(arrows_from_shaders lighting)
+set(arrows_from_shaders)
 set(arrows_from_verify formats lighting shaders)
 set(arrows_from_pipeline compress fit verify formats lighting shaders)
 
