@@ -96,14 +96,16 @@ TEST_P(GreyTest, ReflectionMapIsGreyForEveryExponent) {
 TEST_P(GreyTest, NoDirectionDominatesGreyLight) {
     const auto intensity = openTexture(folder(), asset("map_dominant"), "intensity");
     ASSERT_TRUE(intensity.has_value());
-    for (const glm::vec4& texel : verify::decodeImage(*intensity, {})->texels())
+    const auto image = verify::decodeImage(*intensity, {});
+    ASSERT_TRUE(image.has_value()) << image.error().line();
+    for (const glm::vec4& texel : image->texels())
         for (int c = 0; c < 3; ++c) EXPECT_LT(texel[c] * asset("map_dominant").at("constants").at("intensity_range").get<float>(), 1e-3f);
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryWay, GreyTest,
                          testing::Values(Variant{"bc", "ratio"}, Variant{"bc", "luvw"}, Variant{"bc", "raw"}, Variant{"astc", "ratio"},
                                          Variant{"float", "ratio"}, Variant{"float", "raw"}),
-                         [](const auto& info) { return fmt::format("{}_{}", info.param.target, info.param.layout); });
+                         [](const auto& variant) { return fmt::format("{}_{}", variant.param.target, variant.param.layout); });
 
 }  // namespace
 }  // namespace pipeline
