@@ -1,15 +1,16 @@
 // Light-map layouts: how nine RGB SH coefficients a texel (or less, where the scene needs less) lie in GPU textures, stage by stage, and
 // the encoder of each. What the shader does with the texels is in shaders/light_map_*.glsl, and only there.
 //
-//   layout  textures (array layers)                       decode of the filtered texels                       degree
-//   raw     "sh" (9: rgb = coefficient i), RGBA16F on every target  lambda_i = range sh_i                     1
-//   flat    "exit" (1: rgb)                               exit radiance at the texel's own normal = range exit  1
-//   luvw    "luvw_first" (9), "luvw_second" (9): rgb, a   lambda_i = range_i a0 a1 (uvw0 + uvw1)              3
-//   ratio   "l0" (1: rgb), "ratio" (8: rgb, i = 1..8)     lambda_0 = range l0, lambda_i = lambda_0 (scale_i ratio_i + bias_i)  2
+//   layout  textures (array layers)                                  decode of the filtered texels              degree
+//   raw     "sh" (9: rgb = coefficient i), RGBA16F on every target   lambda_i = range sh_i                           1
+//   flat    "exit" (1: rgb)                                          exit radiance at the own normal = range exit    1
+//   luvw    "luvw_first" (9), "luvw_second" (9): rgb, a              lambda_i = range_i a0 a1 (uvw0 + uvw1)          3
+//   ratio   "l0" (1: rgb), "ratio" (8: rgb, i = 1..8)                lambda_0 = range l0,
+//                                                                    lambda_i = lambda_0 (scale_i ratio_i + bias_i)  2
 //
-// Use: one LightMapMeasure over every band of the map (bands in any cut, merged in a fixed order), a plan from it, then every band of whole
-// block rows encoded on its own. The bytes do not depend on how the map was cut. Pure: no thread, no file. Sources: Hu 2008, Lightmap
-// compression in Halo 3 (the two-texture L, uvw form); Chen and Liu 2008, Lighting and Material of Halo 3.
+// Use: one LightMapMeasure over every band of the map (bands in any cut), a plan from it, then every band of whole block rows encoded on
+// its own. The bytes do not depend on how the map was cut. Pure: no thread, no file.
+// Sources: Hu 2008, Lightmap compression in Halo 3 (the two-texture L, uvw form); Chen and Liu 2008, Lighting and Material of Halo 3.
 #pragma once
 
 #include <array>
@@ -113,9 +114,8 @@ struct EncodedLightMapRows {
 };
 
 /// Encodes the rows [firstRow, firstRow + rowCount) of the map.
-/// band      holds those rows and kLightMapPaddingRows more on either side where the map has them (more is allowed): with less the result
-/// would depend
-///           on the cut, so that is a broken promise (assert)
+/// band      holds those rows and kLightMapPaddingRows more on either side where the map has them (more is allowed): with less the
+///           result would depend on the cut, so that is a broken promise (assert)
 /// firstRow  a multiple of plan.blockHeight(); so is rowCount, except at the map's end
 /// options   effort; the metric, its scale and the weights are chosen here
 /// Texels outside charts within two texels of a chart take the mean of their nearest covered neighbours and weigh next to nothing; all

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <span>
 
-#include "lighting/quadratic.h"
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
+#include "verify/light_map_bound.h"
 #include "verify/light_map_layouts.h"
 #include "verify/light_map_shading.h"
 
@@ -25,10 +25,8 @@ constexpr double kLogUnits = 1 << 24;
 /// The control vectors come from float evaluations of the decode: conversion to Bernstein form magnifies their rounding by at most 6 an
 /// axis.
 constexpr double kRounding = 2e-5;
-/// A reference that rings so far below zero that less than this is left of the floor counts as zero.
-constexpr double kLeastDenominator = 0.5 * kFloor;
 
-using Channel = std::array<float, kCount>;
+using Channel = lighting::Sh;
 using Channels = std::array<Channel, kChannels>;
 
 Channels channelsOf(const LcSh& sh) {
@@ -61,33 +59,6 @@ std::array<glm::vec4, kLayers> blend(const std::array<glm::vec4, kLayers>& a, co
     std::array<glm::vec4, kLayers> out;
     for (std::size_t i = 0; i < kLayers; ++i) out[i] = (1 - weight) * a[i] + weight * b[i];
     return out;
-}
-
-lighting::ShDouble toDouble(const Channel& channel) {
-    lighting::ShDouble out;
-    std::ranges::copy(channel, out.begin());
-    return out;
-}
-
-/// Norms of the three bands.
-struct BandNorms {
-    float l0, l1, l2;
-};
-BandNorms bandNorms(const Channel& c) {
-    return {std::abs(c[0]), std::sqrt(c[1] * c[1] + c[2] * c[2] + c[3] * c[3]),
-            std::sqrt(c[4] * c[4] + c[5] * c[5] + c[6] * c[6] + c[7] * c[7] + c[8] * c[8])};
-}
-/// Suprema of sum_l factor_l |band l|.
-double bandBound(const BandNorms& norms, const lighting::ShBands& factors) {
-    return factors[0] * static_cast<double>(norms.l0) + factors[1] * static_cast<double>(norms.l1) +
-           factors[2] * static_cast<double>(norms.l2);
-}
-/// Exit radiance: bands times sqrt((2l + 1) / 4pi), the addition theorem.
-constexpr lighting::ShBands kExitNorm = {0.28209479177387814, 0.48860251190291992 * 2 / 3, 0.63078313050504001 / 4};
-
-double largestMagnitude(const Channel& channel) {
-    const lighting::Extrema extrema = lighting::extremaOnSphere(lighting::sphereQuadratic(toDouble(channel), lighting::kExitRadianceBands));
-    return std::max(std::abs(extrema.minimum), std::abs(extrema.maximum));
 }
 
 /// A random number in [0, 1) that is a function of its place alone.
@@ -233,7 +204,6 @@ private:
     static constexpr int kNodes = Layout::kDegree + 1;
     static constexpr std::size_t kControls = static_cast<std::size_t>(kNodes) * kNodes;
     using Controls = std::array<LcSh, kControls>;
-    using ControlValues = std::array<double, kControls>;
     static std::size_t index(int x) { return static_cast<std::size_t>(x); }
 
     struct Frame {
@@ -244,7 +214,6 @@ private:
         std::vector<std::uint8_t> covered;
         std::vector<LcSh> reference;
         std::vector<LayerTexels> texels;
-        std::vector<std::array<float, kChannels>> low;  ///< cheap lower bound of the reference's exit radiance over all normals
     };
 
     void loadRow(int y, Row& row) const {
@@ -252,7 +221,6 @@ private:
         row.covered.resize(width);
         row.reference.resize(width);
         row.texels.resize(width);
-        row.low.resize(width);
         const int bandRow = y - reference_.firstRow, texelRow = y - texels_.firstRow;
         for (int x = 0; x < map_.width; ++x) {
             row.covered[index(x)] = reference_.covered.at(x, bandRow);
@@ -261,8 +229,6 @@ private:
             std::size_t layer = 0;
             for (const auto& texture : texels_.textures)
                 for (const formats::Image<glm::vec4>& image : texture) row.texels[index(x)][layer++] = image.at(x, texelRow);
-            const Channels channels = channelsOf(row.reference[index(x)]);
-            for (std::size_t c = 0; c < kChannels; ++c) row.low[index(x)][c] = cheapMinimum(channels[c]);
         }
     }
 
@@ -277,17 +243,6 @@ private:
         }
         return out;
     }
-
-    static float cheapMinimum(const Channel& channel) {
-        const BandNorms norms = bandNorms(channel);
-        const double around = bandBound({0, norms.l1, norms.l2}, kExitNorm);
-        return static_cast<float>(kExitNorm[0] * static_cast<double>(channel[0]) - around);
-    }
-    static double exactMinimum(const Channel& channel) {
-        return lighting::extremaOnSphere(lighting::sphereQuadratic(toDouble(channel), lighting::kExitRadianceBands)).minimum;
-    }
-    /// What local errors are relative to, given a lower bound of the reference over all normals.
-    static double denominator(double minimum) { return std::max(0.0, minimum) + kFloor; }
 
     LcSh decoded(const LayerTexels& texels) const { return scaled(layout_.decode(texels), perKey_); }
 
@@ -328,7 +283,7 @@ private:
         const auto stageError = [&](const LcSh& result) {
             const LcSh error = difference(result, reference);
             addErrors(stage, error, frame);
-            boundCentre(stage, error, row, x);
+            boundCentre(stage, error, reference);
             ++stage;
         };
         if constexpr (Layout::kEarlyStage != nullptr) {
@@ -338,18 +293,21 @@ private:
         stageError(decoded(row.texels[index(x)]));
     }
 
-    void boundCentre(std::size_t stage, const LcSh& error, const Row& row, int x) {
-        const Channels channels = channelsOf(error);
-        Worst& worst = worst_[stage];
+    void boundCentre(std::size_t stage, const LcSh& error, const LcSh& reference) {
+        const Channels errors = channelsOf(error), references = channelsOf(reference);
         for (std::size_t c = 0; c < kChannels; ++c) {
-            const BandNorms norms = bandNorms(channels[c]);
-            if (specular_.count() > 0) worst.specular = std::max(worst.specular, bandBound(norms, specularSuprema_) / kFloor);
-            const double cheap = bandBound(norms, kExitNorm), low = static_cast<double>(row.low[index(x)][c]);
-            if (cheap <= worst.diffuse * denominator(low)) continue;
-            const double minimum = exactMinimum(channelsOf(row.reference[index(x)])[c]);
-            if (cheap <= worst.diffuse * denominator(minimum)) continue;
-            worst.diffuse = std::max(worst.diffuse, largestMagnitude(channels[c]) / denominator(minimum));
+            const std::array<ErrorPair, 1> pair = {ErrorPair{errors[c], references[c]}};
+            raise(worst_[stage], pair, 0);
         }
+    }
+
+    /// Takes the pairs of one channel into the worst so far.
+    void raise(Worst& worst, std::span<const ErrorPair> pairs, double rounding) const {
+        if (specular_.count() > 0)
+            for (const ErrorPair& pair : pairs)
+                worst.specular = std::max(worst.specular, (bandSum(bandNorms(pair.error), specularSuprema_) + 4 * rounding) / kFloor);
+        if (!staysWithin(pairs, kFloor, rounding, worst.diffuse))
+            worst.diffuse = std::max(worst.diffuse, localErrorBound(pairs, kFloor, rounding));
     }
 
     void quad(const Row& above, const Row& below, int x, int y) {
@@ -358,9 +316,9 @@ private:
         const std::array<const LcSh*, 4> references = {&above.reference[i], &above.reference[i + 1], &below.reference[i],
                                                        &below.reference[i + 1]};
         for (int sample = 0; sample < sampling_.positionsPerQuad; ++sample) magnified(texels, references, x, y, sample);
-        std::array<LcSh, static_cast<std::size_t>(kNodes * kNodes)> nodes;
-        evaluateNodes(texels, references, nodes);
-        boundQuad(nodes, above, below, references, i);
+        Controls errors, filtered;
+        evaluateControls(texels, references, errors, filtered);
+        boundQuad(errors, filtered);
     }
 
     /// The four corners as the filter sees them at (u, v).
@@ -386,9 +344,9 @@ private:
     }
 
     /// Error of the decode at the (degree + 1)^2 nodes of the quad, turned into Bernstein control vectors: the error at every position is a
-    /// mean of them.
-    void evaluateNodes(const std::array<const LayerTexels*, 4>& texels, const std::array<const LcSh*, 4>& references,
-                       Controls& nodes) const {
+    /// mean of them. The filtered reference is bilinear: its form of the same degree has its values at the nodes themselves for controls.
+    void evaluateControls(const std::array<const LayerTexels*, 4>& texels, const std::array<const LcSh*, 4>& references, Controls& errors,
+                          Controls& filtered) const {
         for (int v = 0; v < kNodes; ++v) {
             const float fv = static_cast<float>(v) / Layout::kDegree;
             const LayerTexels left = blend(*texels[0], *texels[2], fv), right = blend(*texels[1], *texels[3], fv);
@@ -396,13 +354,14 @@ private:
                        rightReference = blend(*references[1], *references[3], fv);
             for (int u = 0; u < kNodes; ++u) {
                 const float fu = static_cast<float>(u) / Layout::kDegree;
-                nodes[static_cast<std::size_t>(v * kNodes + u)] =
-                    difference(decoded(blend(left, right, fu)), blend(leftReference, rightReference, fu));
+                const auto node = static_cast<std::size_t>(v * kNodes + u);
+                filtered[node] = blend(leftReference, rightReference, fu);
+                errors[node] = difference(decoded(blend(left, right, fu)), filtered[node]);
             }
         }
         if constexpr (Layout::kDegree > 1) {
-            for (int line = 0; line < kNodes; ++line) convertLine(nodes, line * kNodes, 1);
-            for (int line = 0; line < kNodes; ++line) convertLine(nodes, line, kNodes);
+            for (int line = 0; line < kNodes; ++line) convertLine(errors, line * kNodes, 1);
+            for (int line = 0; line < kNodes; ++line) convertLine(errors, line, kNodes);
         }
     }
     static void convertLine(Controls& nodes, int first, int step) {
@@ -411,57 +370,17 @@ private:
         bernsteinFromNodes<Layout::kDegree>(line);
     }
 
-    /// Denominators of the local error at the control vectors, in Bernstein form as well. The filtered reference is bilinear, so at the
-    /// control (i, j) its form is its value at (i, j) / degree, and its minimum over normals there is no less than the blend of the
-    /// corners' minima. A quotient of two such forms with positive denominators is a mean of the quotients of their controls. Light that
-    /// rings below zero may leave them too small: then all of them are `otherwise`.
-    static ControlValues denominators(const std::array<double, 4>& cornerMinima, double otherwise) {
-        ControlValues out;
-        const auto blended = [](double a, double b, double weight) { return (1 - weight) * a + weight * b; };
-        for (int v = 0; v < kNodes; ++v)
-            for (int u = 0; u < kNodes; ++u) {
-                const double fu = static_cast<double>(u) / Layout::kDegree, fv = static_cast<double>(v) / Layout::kDegree;
-                out[static_cast<std::size_t>(v * kNodes + u)] =
-                    kFloor + blended(blended(cornerMinima[0], cornerMinima[1], fu), blended(cornerMinima[2], cornerMinima[3], fu), fv);
-            }
-        if (*std::ranges::min_element(out) < kLeastDenominator) out.fill(otherwise);
-        return out;
-    }
-
-    void boundQuad(const Controls& controls, const Row& above, const Row& below, const std::array<const LcSh*, 4>& references,
-                   std::size_t i) {
-        Worst& worst = worst_.back();
-        for (std::size_t c = 0; c < kChannels; ++c) {
-            ControlValues cheap;
-            double largest = 0, specular = 0;
-            for (std::size_t k = 0; k < controls.size(); ++k) {
-                const BandNorms norms = bandNorms(channelsOf(controls[k])[c]);
-                cheap[k] = bandBound(norms, kExitNorm);
-                largest = std::max(largest, cheap[k]);
-                specular = std::max(specular, bandBound(norms, specularSuprema_));
-            }
-            double rounding = 0;
-            for (const LcSh* reference : references)
-                rounding = std::max(rounding, bandBound(bandNorms(channelsOf(*reference)[c]), kExitNorm));
-            rounding = kRounding * (rounding + largest);
-            if (specular_.count() > 0) worst.specular = std::max(worst.specular, (specular + 4 * rounding) / kFloor);
-
-            std::array<double, 4> minima = {static_cast<double>(above.low[i][c]), static_cast<double>(above.low[i + 1][c]),
-                                            static_cast<double>(below.low[i][c]), static_cast<double>(below.low[i + 1][c])};
-            const auto exceeds = [&](const auto& under, std::size_t k) { return cheap[k] + rounding > worst.diffuse * under[k]; };
-            const auto anyExceeds = [&](const auto& under) {
-                for (std::size_t k = 0; k < controls.size(); ++k)
-                    if (exceeds(under, k)) return true;
-                return false;
-            };
-            // With cheap minima: the least denominators that the exact ones could lead to.
-            if (!anyExceeds(denominators(minima, kLeastDenominator))) continue;
-            for (std::size_t corner = 0; corner < minima.size(); ++corner)
-                minima[corner] = exactMinimum(channelsOf(*references[corner])[c]);
-            const ControlValues under = denominators(minima, kFloor);
-            for (std::size_t k = 0; k < controls.size(); ++k)
-                if (exceeds(under, k))
-                    worst.diffuse = std::max(worst.diffuse, (largestMagnitude(channelsOf(controls[k])[c]) + rounding) / under[k]);
+    void boundQuad(const Controls& errors, const Controls& filtered) {
+        std::array<std::array<ErrorPair, kControls>, kChannels> pairs;
+        for (std::size_t k = 0; k < kControls; ++k) {
+            const Channels error = channelsOf(errors[k]), reference = channelsOf(filtered[k]);
+            for (std::size_t c = 0; c < kChannels; ++c) pairs[c][k] = {error[c], reference[c]};
+        }
+        for (const std::array<ErrorPair, kControls>& channel : pairs) {
+            double magnitude = 0;
+            for (const ErrorPair& pair : channel)
+                magnitude = std::max(magnitude, bandSum(bandNorms(pair.error), kExitNorm) + bandSum(bandNorms(pair.reference), kExitNorm));
+            raise(worst_.back(), channel, kRounding * magnitude);
         }
     }
 

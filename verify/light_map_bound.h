@@ -1,0 +1,36 @@
+// The every-normal, every-position bound of a light map's local error. Private to verify/.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "lighting/sh.h"
+
+namespace verify {
+
+/// Error and reference of one channel: nine coefficients of incident radiance each.
+struct ErrorPair {
+    lighting::Sh error{}, reference{};
+};
+
+/// Sums of |band l| times these bound exit radiance over all normals: the addition theorem, times the cosine's bands.
+inline constexpr lighting::ShBands kExitNorm = {0.28209479177387814, 0.48860251190291992 * 2 / 3, 0.63078313050504001 / 4};
+/// Norms of the three bands.
+lighting::ShBands bandNorms(const lighting::Sh& coefficients);
+/// sum_l factor_l norm_l.
+double bandSum(const lighting::ShBands& norms, const lighting::ShBands& factors);
+
+/// A proven upper bound of |e(n)| / (|r(n)| + floor) over every normal n and every mean (e, r) of the pairs: weights that are not negative
+/// and add up to 1, the same for error and reference. One pair is a texel; the Bernstein control vectors of a quad, whose weights are the
+/// polynomials at a position, are all that lies between four texels.
+/// floor     > 0
+/// rounding  what may be missing from an error's value
+/// It is the least t with s e_j(n) <= t (share r_j(n) + floor) for every j, n and sign s, for the best of a few shares from 1 to 0. Each
+/// condition is a quadratic on the sphere, whose maximum is known exactly; t is found by Dinkelbach's iteration (1967, On Nonlinear
+/// Fractional Programming). Share 1 is exact for a texel whose reference is nowhere negative, less serves light that rings below zero.
+double localErrorBound(std::span<const ErrorPair> pairs, double floor, double rounding);
+
+/// Quicker: whether that bound is proven not to exceed `limit`. False says nothing.
+bool staysWithin(std::span<const ErrorPair> pairs, double floor, double rounding, double limit);
+
+}  // namespace verify
