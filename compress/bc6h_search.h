@@ -14,6 +14,7 @@ struct Bc6hSearch {
     int partitions;    ///< two-region shapes tried in full, of 32; 0: one region only
     int freeRefits;    ///< least-squares steps before anything is rounded
     int codedRefits;   ///< the same, against rounded ends
+    int descents;      ///< passes of single steps of each code of the best
     float slopeReach;  ///< share of the block's range across which the metric's slope is taken
 };
 
