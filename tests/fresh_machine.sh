@@ -114,7 +114,7 @@ echo "fresh_machine: the second ./dev setup took $((took / 1000)) ms"
 
 if [[ $only == all || $only == demo ]]; then
     inside screenshot chromium --headless --no-sandbox --disable-gpu --disable-background-networking --disable-component-update --disable-sync \
-        --hide-scrollbars --window-size=1280,2400 --screenshot=/root/lightcook/report.png file:///root/lightcook/demo/report.html
+        --hide-scrollbars --window-size=1280,5000 --screenshot=/root/lightcook/report.png file:///root/lightcook/demo/report.html
     cp "$root/root/lightcook/report.png" "$out/report.png"
     echo "fresh_machine: the report as a picture: $out/report.png"
 fi
