@@ -28,10 +28,48 @@ double errorOf(PixelFormat format, const TexelImage& a, const TexelImage& b) {
 struct Limit {
     PixelFormat format;
     const char* image;
-    double rms;  ///< at effort 5, measured, with a twentieth to spare; log2 domain for floating-point formats
+    double rms;  ///< at effort 5, as measured; of log2(1 + x) for floating-point formats
 };
 constexpr std::array kLimits = {
-    Limit{PixelFormat::Bc1, "gradient", 1},
+    Limit{PixelFormat::Bc1, "gradient", 0.0113},
+    Limit{PixelFormat::Bc1, "waves", 0.0569},
+    Limit{PixelFormat::Bc1, "noise", 0.202},
+    Limit{PixelFormat::Bc1, "saturated", 0.25},
+    Limit{PixelFormat::Bc3, "gradient", 0.00981},
+    Limit{PixelFormat::Bc3, "waves", 0.0495},
+    Limit{PixelFormat::Bc3, "noise", 0.176},
+    Limit{PixelFormat::Bc3, "saturated", 0.217},
+    Limit{PixelFormat::Bc4, "gradient", 0.0014},
+    Limit{PixelFormat::Bc4, "waves", 0.00791},
+    Limit{PixelFormat::Bc4, "noise", 0.0284},
+    Limit{PixelFormat::Bc4, "saturated", 0},
+    Limit{PixelFormat::Bc5, "gradient", 0.0014},
+    Limit{PixelFormat::Bc5, "waves", 0.00905},
+    Limit{PixelFormat::Bc5, "noise", 0.0287},
+    Limit{PixelFormat::Bc5, "saturated", 0},
+    Limit{PixelFormat::Bc6hUf16, "gradient", 0.0138},
+    Limit{PixelFormat::Bc6hUf16, "noise", 0.34},
+    Limit{PixelFormat::Bc6hUf16, "spikes", 0},
+    Limit{PixelFormat::Bc6hUf16, "saturated", 0.0379},
+    Limit{PixelFormat::Bc6hUf16, "denormals", 7.31e-08},
+    Limit{PixelFormat::Bc6hSf16, "gradient", 0.0141},
+    Limit{PixelFormat::Bc6hSf16, "noise", 0.341},
+    Limit{PixelFormat::Bc6hSf16, "spikes", 0},
+    Limit{PixelFormat::Bc6hSf16, "saturated", 0.113},
+    Limit{PixelFormat::Bc6hSf16, "denormals", 6.45e-08},
+    Limit{PixelFormat::Bc7, "gradient", 0.00561},
+    Limit{PixelFormat::Bc7, "waves", 0.03},
+    Limit{PixelFormat::Bc7, "noise", 0.163},
+    Limit{PixelFormat::Bc7, "saturated", 0.0826},
+    Limit{PixelFormat::Astc4x4Hdr, "gradient", 0.0147},
+    Limit{PixelFormat::Astc4x4Hdr, "noise", 0.337},
+    Limit{PixelFormat::Astc4x4Hdr, "spikes", 0},
+    Limit{PixelFormat::Astc4x4Hdr, "saturated", 0.473},
+    Limit{PixelFormat::Astc4x4Hdr, "denormals", 2.99e-07},
+    Limit{PixelFormat::Astc4x4Ldr, "gradient", 0.00702},
+    Limit{PixelFormat::Astc4x4Ldr, "waves", 0.0301},
+    Limit{PixelFormat::Astc4x4Ldr, "noise", 0.163},
+    Limit{PixelFormat::Astc4x4Ldr, "saturated", 0.032},
 };
 
 TEST(EncodeRows, QualityIsAsMeasured) {
@@ -39,7 +77,8 @@ TEST(EncodeRows, QualityIsAsMeasured) {
         for (const NamedImage& named : imagesFor(limit.format)) {
             if (named.name != limit.image) continue;
             const double error = errorOf(limit.format, encode(limit.format, named.image).decoded, named.image);
-            EXPECT_LE(error, limit.rms) << formats::info(limit.format).name << ' ' << named.name;
+            // A twentieth to spare for a change that gains elsewhere.
+            EXPECT_LE(error, limit.rms * 1.05) << formats::info(limit.format).name << ' ' << named.name;
         }
 }
 
