@@ -126,7 +126,7 @@ public:
             const verify::CookedCubemap::Mip& level = map_.mips[static_cast<std::size_t>(mip)];
             const glm::vec3 stored(level.faces[static_cast<std::size_t>(face)].at(x % size, row));
             const glm::dvec3 truth =
-                level.m > 0 ? reference_.prefiltered(direction, level.m) : reference_.footprintMean(direction, size, kFootprintPlaces);
+                level.m > 0 ? reference_.prefiltered(direction, level.m, 1) : reference_.footprintMean(direction, size, kFootprintPlaces);
             preview_.set(x, y, glm::vec3(truth), glm::vec3(verify::shadeCubemap(map_, mip, stored, direction)));
         }
     }
@@ -148,12 +148,9 @@ private:
     Preview preview_;
 };
 
-Result<verify::SpecularTableAxis> axisFrom(const Json& json, const std::string& of) {
-    if (json.at("of") != of)
-        return failure(ErrorCode::Verification, "Cook-Torrance tables",
-                       fmt::format("found an axis of {}, expected {}", json.at("of").get<std::string>(), of));
-    return verify::SpecularTableAxis{json.at("count").get<int>(), json.at("minimum").get<double>(), json.at("maximum").get<double>(),
-                                     json.at("scale").get<float>(), json.at("offset").get<float>()};
+verify::SpecularTableAxis axisFrom(const Json& json) {
+    return {json.at("count").get<int>(), json.at("minimum").get<double>(), json.at("maximum").get<double>(), json.at("scale").get<float>(),
+            json.at("offset").get<float>()};
 }
 
 /// Rows of one texture from firstRow (a multiple of the block height) on, at least rowCount of them as far as the map has them.
@@ -209,22 +206,24 @@ Result<ActionOutcome> verifyTables(const ActionContext& context) {
     const Stopwatch watch;
     const Json& asset = context.upstream.at(0)->result.at("asset");
     const Json& constants = asset.at("constants");
-    const auto view = axisFrom(constants.at("view"), "sin(theta_v)");
-    const auto roughness = axisFrom(constants.at("roughness"), "m");
-    if (!view || !roughness) return tl::make_unexpected(view ? roughness.error() : view.error());
+    const std::string viewAxis = constants.at("view").at("of"), roughnessAxis = constants.at("roughness").at("of");
+    if ((viewAxis != "sin(theta_v)" && viewAxis != "NoV") || roughnessAxis != "m")
+        return failure(ErrorCode::Verification, context.action.asset,
+                       fmt::format("found axes of {} and {}, expected sin(theta_v) or NoV, and m", viewAxis, roughnessAxis));
     verify::CookedSpecularTables tables;
-    tables.view = *view;
-    tables.roughness = *roughness;
+    tables.viewAxis = viewAxis == "NoV" ? verify::SpecularViewAxis::NoV : verify::SpecularViewAxis::Sine;
+    tables.view = axisFrom(constants.at("view"));
+    tables.roughness = axisFrom(constants.at("roughness"));
     const std::array<std::string, 3> roles = {"c0236", "d0236", "cd78"};
     for (std::size_t i = 0; i < roles.size(); ++i) {
         const auto texture = openTexture(context.upstreamFolder, asset, roles[i]);
         if (!texture) return tl::make_unexpected(texture.error());
         auto image = verify::decodeImage(*texture, {});
         if (!image) return tl::make_unexpected(image.error());
-        if (image->width() != view->count || image->height() != roughness->count)
+        if (image->width() != tables.view.count || image->height() != tables.roughness.count)
             return failure(ErrorCode::Verification, context.action.asset + ", texture " + roles[i],
-                           fmt::format("found {} x {} texels, expected {} x {} as its axes", image->width(), image->height(), view->count,
-                                       roughness->count));
+                           fmt::format("found {} x {} texels, expected {} x {} as its axes", image->width(), image->height(),
+                                       tables.view.count, tables.roughness.count));
         tables.textures[i] = std::move(*image);
         tables.scale[i] = vec4From(constants.at(roles[i] + "_scale"));
         tables.bias[i] = vec4From(constants.at(roles[i] + "_bias"));

@@ -104,6 +104,7 @@ CubemapReference::CubemapReference(const Environment& environment) : environment
         largest_ = glm::max(largest_, radiance);
     }
     mean_ /= total;
+    makeTiles();
 }
 
 template <class Visit>
@@ -121,46 +122,65 @@ void CubemapReference::visitPieces(std::size_t texel, int pieces, const Visit& v
                 visit(lighting::directionFromEquirectangular(uv), rowAngle);
             } else {
                 const int size = width * pieces;
-                visit(lighting::cubeTexelDirection(pieceY / size, pieceX, pieceY % size, size),
-                      lighting::cubeTexelSolidAngle(pieceX, pieceY % size, size));
+                const glm::dvec2 uv((2.0 * pieceX + 1) / size - 1, (2.0 * (pieceY % size) + 1) / size - 1);
+                // Of pieces the density at their middle will do: 4 / size^2 (1 + u^2 + v^2)^(-3/2).
+                const double squared = 1 + glm::dot(uv, uv), middle = 4 / (static_cast<double>(size) * size * squared * std::sqrt(squared));
+                visit(lighting::directionFromCube({pieceY / size, uv}),
+                      pieces == 1 ? lighting::cubeTexelSolidAngle(pieceX, pieceY % size, size) : middle);
             }
         }
     }
 }
 
-std::pair<std::size_t, std::size_t> CubemapReference::texelsWithin(const glm::dvec3& direction, double angle) const {
-    if (environment_.projection == Environment::Projection::CubeStrip) return {0, texels_.size()};
+void CubemapReference::makeTiles() {
+    constexpr int kTileSize = 16;
     const int width = environment_.texels.width(), height = environment_.texels.height();
-    const double polar = std::acos(std::clamp(direction.y, -1.0, 1.0)), rowsPerRadian = height / std::numbers::pi;
-    const int first = std::clamp(static_cast<int>(std::floor((polar - angle) * rowsPerRadian)), 0, height);
-    const int last = std::clamp(static_cast<int>(std::ceil((polar + angle) * rowsPerRadian)), 0, height);
-    return {static_cast<std::size_t>(first) * static_cast<std::size_t>(width),
-            static_cast<std::size_t>(last) * static_cast<std::size_t>(width)};
+    const bool isStrip = environment_.projection == Environment::Projection::CubeStrip;
+    const int faceHeight = isStrip ? width : height;  // a tile stays on its face
+    for (int face = 0; face < height; face += faceHeight)
+        for (int top = face; top < face + faceHeight; top += kTileSize)
+            for (int left = 0; left < width; left += kTileSize) {
+                Tile tile;
+                for (int y = top; y < std::min(top + kTileSize, face + faceHeight); ++y)
+                    for (int x = left; x < std::min(left + kTileSize, width); ++x) {
+                        tile.texels.push_back(static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x));
+                        tile.centre += glm::dvec3(texels_[tile.texels.back()].direction);
+                    }
+                const double length = glm::length(tile.centre);
+                tile.centre = length > 1e-6 ? tile.centre / length : glm::dvec3(0, 1, 0);
+                for (const std::size_t texel : tile.texels) {
+                    const double c = glm::dot(tile.centre, glm::dvec3(texels_[texel].direction));
+                    tile.radius = std::max(tile.radius, std::acos(std::clamp(c, -1.0, 1.0)));
+                }
+                tiles_.push_back(std::move(tile));
+            }
 }
 
-glm::dvec3 CubemapReference::prefiltered(const glm::dvec3& direction, double m) const {
+glm::dvec3 CubemapReference::prefiltered(const glm::dvec3& direction, double m, double piecesPerWidth) const {
     assert(0 < m && m <= 1);
     // One standard deviation of the lobe is sqrt(2) m: pieces an eighth of it widen it by a thousandth.
-    const int pieces = std::clamp(static_cast<int>(std::ceil(8 * texelWidth_ / (std::numbers::sqrt2 * m))), 1, 256);
-    const double reach = std::min(kernelSupport(m) + texelWidth_, std::numbers::pi);
-    const auto farthest = static_cast<float>(std::cos(reach));
-    const glm::vec3 centre(direction);
+    const double width = std::numbers::sqrt2 * m;
+    const int pieces = std::clamp(static_cast<int>(std::ceil(piecesPerWidth * texelWidth_ / width)), 1, 256);
+    const double reach = kernelSupport(m) + texelWidth_, farthest = std::cos(std::min(reach, std::numbers::pi));
     glm::dvec3 sum(0);
     double weightSum = 0;
-    const auto [begin, end] = texelsWithin(direction, reach);
-    for (std::size_t i = begin; i < end; ++i) {
-        if (glm::dot(texels_[i].direction, centre) < farthest) continue;
-        const auto add = [&](const glm::dvec3& towards, double solidAngle) {
-            const double c = glm::dot(towards, direction);
-            if (c <= 0) return;
-            const double weight = solidAngle * kernelShape(c, m);
-            sum += weight * glm::dvec3(environment_.texels.texels()[i]);
-            weightSum += weight;
-        };
-        if (pieces == 1)
-            add(glm::dvec3(texels_[i].direction), static_cast<double>(texels_[i].solidAngle));
-        else
-            visitPieces(i, pieces, add);
+    for (const Tile& tile : tiles_) {
+        if (glm::dot(tile.centre, direction) < std::cos(std::min(reach + tile.radius + 1e-6, std::numbers::pi))) continue;
+        for (const std::size_t i : tile.texels) {
+            const double centreCosine = glm::dot(glm::dvec3(texels_[i].direction), direction);
+            if (centreCosine < farthest) continue;
+            const auto add = [&](double c, double solidAngle) {
+                if (c <= 0) return;
+                const double weight = solidAngle * kernelShape(c, m);
+                sum += weight * glm::dvec3(environment_.texels.texels()[i]);
+                weightSum += weight;
+            };
+            if (pieces == 1)
+                add(centreCosine, static_cast<double>(texels_[i].solidAngle));
+            else
+                visitPieces(i, pieces,
+                            [&](const glm::dvec3& towards, double solidAngle) { add(glm::dot(towards, direction), solidAngle); });
+        }
     }
     return weightSum > 0 ? sum / weightSum : glm::dvec3(0);
 }

@@ -2,11 +2,11 @@
 // force over every texel of the source. It shares nothing with the fit that made the map.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "formats/environment.h"
@@ -38,8 +38,8 @@ public:
     const glm::dvec3& smallest() const { return smallest_; }  ///< of any texel, per channel
     const glm::dvec3& largest() const { return largest_; }
     /// Radiance through the normalised Beckmann kernel around a unit direction, m in (0, 1]: every texel weighs by its solid angle, split
-    /// into pieces no wider than a quarter of the kernel.
-    glm::dvec3 prefiltered(const glm::dvec3& direction, double m) const;
+    /// into pieces so that one standard deviation of the kernel holds at least piecesPerWidth of them.
+    glm::dvec3 prefiltered(const glm::dvec3& direction, double m, double piecesPerWidth = 8) const;
     /// Mean over the square of one texel's size (faces of size x size) around the direction, in the plane of its face: the source looked up
     /// at places x places points, weighted by solid angle.
     glm::dvec3 footprintMean(const glm::dvec3& direction, int size, int places) const;
@@ -49,22 +49,28 @@ private:
         glm::vec3 direction;
         float solidAngle;
     };
+    /// Up to 16 x 16 texels, and a cap that holds their centres.
+    struct Tile {
+        glm::dvec3 centre{0};
+        double radius = 0;  ///< [rad]
+        std::vector<std::size_t> texels;
+    };
+    void makeTiles();
     glm::dvec3 radianceAt(const glm::dvec3& direction) const;
-    /// First and one past the last texel of the rows that come within an angle [rad] of the direction.
-    std::pair<std::size_t, std::size_t> texelsWithin(const glm::dvec3& direction, double angle) const;
     template <class Visit>
     void visitPieces(std::size_t texel, int pieces, const Visit& visit) const;
 
     const formats::Environment& environment_;
     std::vector<Texel> texels_;
-    double texelWidth_ = 0;  ///< [rad] of the widest
+    std::vector<Tile> tiles_;  ///< all texels, once each
+    double texelWidth_ = 0;    ///< [rad] of the widest
     glm::dvec3 mean_{0}, smallest_{0}, largest_{0};
 };
 
 struct CubemapSampling {
     std::uint64_t seed = 1;
-    int texelsPerMip = 96;      ///< at most; a level with fewer texels is sampled whole
-    int directionsPerMip = 32;  ///< anywhere on the sphere, through the seamless filter
+    int texelsPerMip = 64;      ///< at most; a level with fewer texels is sampled whole
+    int directionsPerMip = 24;  ///< anywhere on the sphere, through the seamless filter
 };
 /// One place where map and reference are compared.
 struct CubemapSample {

@@ -24,7 +24,7 @@ struct DominantShading {
     int viewCount = 8;  ///< spherical Fibonacci points of the hemisphere around the normal
     int stride = 1;     ///< every stride-th texel of every stride-th row is shaded
 };
-/// The stride that keeps a map at about a hundred thousand shaded texels.
+/// The stride that keeps a map at about fifty thousand shaded texels.
 int dominantStride(int width, int height);
 
 /// A light as it is meant to be: direction in the unit ball, radiometric delta intensity.
@@ -48,7 +48,7 @@ public:
     void merge(const DominantErrors& other);
     /// "magnified" (middles of quads of covered texels, against the closed form of the four texels' mean) and "total" (texel centres).
     /// All of it is specular. maxBound of each covers every view, every f0 and every m of the shading's range at the places that were
-    /// sampled.
+    /// sampled; it is sound and far off, because a microfacet lobe seen at grazing incidence has no bound but 1 / NoL.
     std::vector<StageError> stages() const;
     /// Angle between the stored and the true direction, weighted by the luminance of the true intensity [degrees].
     double meanDirectionError() const;

@@ -12,7 +12,7 @@
 namespace verify {
 namespace {
 
-/// Circles around the reflection vector that a convolution sums over, of equal weight each.
+/// Circles around the reflection vector that a convolution sums over.
 constexpr int kCircleCount = 256;
 /// What the circles leave undone, as a part of the gradient's largest value (docstring of convolvePhong).
 constexpr double kQuadratureError = 1e-4;
@@ -137,15 +137,16 @@ void addRow(const RsrmRow& row, double exponent, const Ends& ends, double key, R
 
 glm::dvec3 convolvePhong(const std::vector<glm::vec3>& gradient, double exponent, double z) {
     if (1 - std::abs(z) < 1e-12) return convolveAtPole(gradient, exponent, z > 0);
-    // c^(s + 1) is the lobe's cumulative weight: equal steps of it are circles of equal weight.
+    // c^(s + 1) is the lobe's cumulative weight, here 1 - x^2: equal steps of x are about equal steps of the angle, so that edges of zones
+    // close by are met as finely as those far off.
     const double sine = std::sqrt(1 - z * z);
     glm::dvec3 sum(0);
     for (int i = 0; i < kCircleCount; ++i) {
-        const double logWeight = std::log((i + 0.5) / kCircleCount) / (exponent + 1);
-        const double c = std::exp(logWeight), s = std::sqrt(-std::expm1(2 * logWeight));
-        sum += circleMean(gradient, c * z, s * sine);
+        const double x = (i + 0.5) / kCircleCount, weight = 2 * x / kCircleCount;
+        const double logCosine = std::log1p(-x * x) / (exponent + 1);
+        sum += weight * circleMean(gradient, std::exp(logCosine) * z, std::sqrt(-std::expm1(2 * logCosine)) * sine);
     }
-    return sum / static_cast<double>(kCircleCount);
+    return sum;
 }
 
 RsrmRow compareRsrmRow(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, int row, int between) {

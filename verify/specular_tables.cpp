@@ -46,7 +46,7 @@ shaders::LcSpecularKernel kernelOf(const SpecularKernelEntries& entries) {
 }
 
 shaders::LcSpecularKernel fetch(const CookedSpecularTables& tables, const SpecularTableSample& sample) {
-    const glm::dvec2 uv(shaders::lcTableCoordinate(static_cast<float>(sample.sine), tables.view.scale, tables.view.offset),
+    const glm::dvec2 uv(shaders::lcTableCoordinate(static_cast<float>(sample.view), tables.view.scale, tables.view.offset),
                         shaders::lcTableCoordinate(static_cast<float>(sample.m), tables.roughness.scale, tables.roughness.offset));
     const auto texel = [&](std::size_t texture) { return sampleBilinear(tables.textures[texture].view(), uv); };
     const shaders::LcSpecularConstants constants{{tables.scale[0], tables.scale[1], tables.scale[2]},
@@ -113,14 +113,15 @@ std::vector<SpecularTableSample> specularTableSamples(const CookedSpecularTables
         for (int x = 0; x + 1 < view.count; ++x) samples.push_back({axisValue(view, x + 0.5), axisValue(roughness, y + 0.5), false, true});
     Random random(seed);
     for (int i = 0; i < randomCount; ++i) {
-        const double sine = axisValue(view, random.next() * (view.count - 1));
-        samples.push_back({sine, axisValue(roughness, random.next() * (roughness.count - 1)), false, false});
+        const double place = axisValue(view, random.next() * (view.count - 1));
+        samples.push_back({place, axisValue(roughness, random.next() * (roughness.count - 1)), false, false});
     }
     return samples;
 }
 
 SpecularTableResult compareSpecularTables(const CookedSpecularTables& tables, const SpecularTableSample& sample) {
-    const double NoV = std::max(std::sqrt(std::max(0.0, 1 - sample.sine * sample.sine)), kSmallestNoV);
+    const bool isSine = tables.viewAxis == SpecularViewAxis::Sine;
+    const double NoV = std::max(isSine ? std::sqrt(std::max(0.0, 1 - sample.view * sample.view)) : sample.view, kSmallestNoV);
     const auto kernel = lighting::integrateAreaSpecular(NoV, sample.m, lighting::NormalDistribution::Beckmann,
                                                         lighting::CookTorranceNormalization::Energy, sample.isNode ? 1024 : 512);
     return {entriesOf(kernel), entriesOf(fetch(tables, sample))};

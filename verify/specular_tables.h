@@ -21,8 +21,12 @@ struct SpecularTableAxis {
     float scale = 0, offset = 0;
 };
 
-/// The tables as their manifest describes them, decoded; Beckmann, normalised by energy. view: sin(theta_v); roughness: m.
+/// What the view axis measures.
+enum class SpecularViewAxis { Sine, NoV };
+
+/// The tables as their manifest describes them, decoded; Beckmann, normalised by energy. The roughness axis is m.
 struct CookedSpecularTables {
+    SpecularViewAxis viewAxis = SpecularViewAxis::Sine;
     SpecularTableAxis view, roughness;
     std::array<formats::Image<glm::vec4>, 3> textures;  ///< c0236, d0236, cd78
     std::array<glm::vec4, 3> scale{}, bias{};           ///< in the same order
@@ -30,7 +34,7 @@ struct CookedSpecularTables {
 
 /// Where tables and reference are compared.
 struct SpecularTableSample {
-    double sine = 0, m = 0;
+    double view = 0, m = 0;  ///< view: as the axis measures it
     bool isNode = false;
     bool isMiddle = false;  ///< of a cell: where a linear filter errs most, to second order
 };

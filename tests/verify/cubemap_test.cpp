@@ -1,0 +1,221 @@
+#include "verify/cubemap.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "lighting/cube.h"
+#include "lighting/sphere.h"
+
+namespace verify {
+namespace {
+
+using formats::Environment;
+using formats::Image;
+
+/// A panorama of a function of direction, looked up at texel centres.
+template <class Radiance>
+Environment panorama(int height, const Radiance& radiance) {
+    Environment environment;
+    environment.texels = Image<glm::vec3>(2 * height, height);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < 2 * height; ++x)
+            environment.texels.at(x, y) = radiance(lighting::directionFromEquirectangular({(x + 0.5) / (2 * height), (y + 0.5) / height}));
+    return environment;
+}
+
+glm::vec3 smooth(const glm::dvec3& d) {
+    return glm::vec3(glm::dvec3(1 + 0.5 * d.x, 2 + 0.7 * d.y * d.z, 1 + 0.9 * d.z * d.z));
+}
+
+glm::vec3 withSun(const glm::dvec3& d) {
+    const glm::dvec3 sun = glm::normalize(glm::dvec3(0.3, 0.8, -0.4));
+    return smooth(d) + glm::vec3(static_cast<float>(400 * std::exp(200 * (glm::dot(d, sun) - 1))));
+}
+
+double shape(double c, double m) {
+    const double tangentSquared = (1 - c) / (1 + c), cosineSquared = 0.5 * (1 + c);
+    return c <= 0 ? 0 : std::exp(-tangentSquared / (m * m)) / (cosineSquared * cosineSquared) * c;
+}
+
+/// The convolution on a lattice of its own: polar coordinates around the direction, the source's function instead of its texels.
+template <class Radiance>
+glm::dvec3 convolve(const glm::dvec3& direction, double m, const Radiance& radiance) {
+    const glm::dmat3 frame = lighting::worldFromTangentFrame(direction);
+    glm::dvec3 sum(0);
+    double weightSum = 0;
+    for (int i = 0; i < 600; ++i) {
+        const double angle = 0.5 * std::numbers::pi * std::pow((i + 0.5) / 600, 2), width = (i + 0.5);  // d(angle) grows with i
+        const double c = std::cos(angle), weight = shape(c, m) * std::sin(angle) * width;
+        for (int j = 0; j < 90; ++j) {
+            const double phi = 2 * std::numbers::pi * (j + 0.5) / 90;
+            const glm::dvec3 local(std::sin(angle) * std::cos(phi), std::sin(angle) * std::sin(phi), c);
+            sum += weight * glm::dvec3(radiance(frame * local));
+            weightSum += weight;
+        }
+    }
+    return sum / weightSum;
+}
+
+/// A map that holds the brute-force prefilter itself, divided by S.
+CookedCubemap ideal(const CubemapReference& reference, const lighting::ShRgb& sh) {
+    CookedCubemap map;
+    map.range = 4;
+    map.windowedSh = sh;
+    const double roughness[] = {0.0, 0.3, 1.0};
+    for (int level = 0; level < 3; ++level) {
+        CookedCubemap::Mip mip;
+        mip.m = roughness[level];
+        mip.bands = {1, level == 2 ? 0.6 : 0.9, level == 2 ? 0.2 : 0.7};
+        const int size = 8 >> level;
+        for (int face = 0; face < 6; ++face) {
+            Image<glm::vec4> image(size, size);
+            for (int y = 0; y < size; ++y)
+                for (int x = 0; x < size; ++x) {
+                    const glm::dvec3 direction = lighting::cubeTexelDirection(face, x, y, size);
+                    const lighting::ShRgb zonal = lighting::convolve(sh, mip.bands);
+                    const glm::dvec3 s(lighting::evaluate(zonal, glm::vec3(direction)));
+                    const glm::dvec3 radiance =
+                        mip.m > 0 ? reference.prefiltered(direction, mip.m) : reference.footprintMean(direction, size, 128);
+                    image.at(x, y) = glm::vec4(glm::vec3(radiance / s / 4.0), 1);
+                }
+            mip.faces.push_back(std::move(image));
+        }
+        map.mips.push_back(std::move(mip));
+    }
+    return map;
+}
+
+lighting::ShRgb positiveSh() {
+    lighting::ShRgb sh{};
+    sh[0] = glm::vec3(4, 6, 5);
+    sh[1] = glm::vec3(0.5f, -0.4f, 0.3f);
+    sh[6] = glm::vec3(0.2f, 0.3f, -0.3f);
+    return sh;
+}
+
+std::vector<StageError> verifyAll(const CookedCubemap& map, const CubemapReference& reference, const CubemapSampling& sampling = {}) {
+    const auto samples = cubemapSamples(map, sampling);
+    std::vector<CubemapResult> results;
+    for (const CubemapSample& sample : samples) results.push_back(compareCubemap(map, reference, sample));
+    return cubemapStages(map, reference, samples, results);
+}
+
+TEST(CubemapReference, PrefiltersLikeALatticeAroundTheDirection) {
+    const Environment environment = panorama(256, withSun);
+    const CubemapReference reference(environment);
+    for (const double m : {0.1, 0.3, 1.0})
+        for (int i = 0; i < 6; ++i) {
+            const glm::dvec3 direction = lighting::fibonacciSphere(i, 6);
+            const glm::dvec3 expected = convolve(direction, m, withSun), found = reference.prefiltered(direction, m);
+            for (int channel = 0; channel < 3; ++channel) EXPECT_NEAR(found[channel], expected[channel], 2e-3 * expected[channel]) << m;
+        }
+}
+
+TEST(CubemapReference, NarrowLobesSeeTheTexelsTheyLieIn) {
+    Environment environment = panorama(16, smooth);
+    environment.texels.at(20, 7) = glm::vec3(90, 80, 70);
+    const CubemapReference reference(environment);
+    const glm::dvec3 centre = lighting::directionFromEquirectangular({20.5 / 32, 7.5 / 16});
+    EXPECT_NEAR(reference.prefiltered(centre, 0.01).x, 90, 1e-3);
+    const glm::dvec3 edge = lighting::directionFromEquirectangular({20.0 / 32, 7.5 / 16});
+    EXPECT_NEAR(reference.prefiltered(edge, 0.01).x, 0.5 * (90 + static_cast<double>(environment.texels.at(19, 7).x)), 0.5);
+}
+
+TEST(CubemapReference, ConstantsStayConstantInBothProjections) {
+    for (const bool isStrip : {false, true}) {
+        Environment environment;
+        environment.projection = isStrip ? Environment::Projection::CubeStrip : Environment::Projection::Equirectangular;
+        environment.texels = isStrip ? Image<glm::vec3>(8, 48, glm::vec3(1, 2, 3)) : Image<glm::vec3>(32, 16, glm::vec3(1, 2, 3));
+        const CubemapReference reference(environment);
+        EXPECT_NEAR(reference.mean().y, 2, 1e-12);
+        for (int i = 0; i < 20; ++i) {
+            const glm::dvec3 direction = lighting::fibonacciSphere(i, 20);
+            EXPECT_NEAR(reference.prefiltered(direction, 0.02 + 0.04 * i).z, 3, 1e-9);
+            EXPECT_NEAR(reference.footprintMean(direction, 4, 32).x, 1, 1e-9);
+        }
+    }
+}
+
+TEST(CubemapReference, FootprintOfAStripsOwnTexelIsThatTexel) {
+    Environment environment;
+    environment.projection = Environment::Projection::CubeStrip;
+    environment.texels = Image<glm::vec3>(4, 24);
+    for (int y = 0; y < 24; ++y)
+        for (int x = 0; x < 4; ++x) environment.texels.at(x, y) = glm::vec3(static_cast<float>(4 * y + x + 1));
+    const CubemapReference reference(environment);
+    for (int y = 0; y < 24; ++y)
+        for (int x = 0; x < 4; ++x)
+            EXPECT_NEAR(reference.footprintMean(lighting::cubeTexelDirection(y / 4, x, y % 4, 4), 4, 64).x, 4 * y + x + 1, 1e-9);
+}
+
+TEST(VerifyCubemap, AnIdealMapHasNoErrorAtItsTexels) {
+    const Environment environment = panorama(32, withSun);
+    const CubemapReference reference(environment);
+    const auto stages = verifyAll(ideal(reference, positiveSh()), reference);
+    ASSERT_EQ(stages.size(), 3u);
+    EXPECT_EQ(stages[0].name, "divide");
+    EXPECT_EQ(stages[1].name, "filter");
+    EXPECT_EQ(stages[2].name, "total");
+    EXPECT_LT(stages[0].specular.relRms, 1e-6);
+    EXPECT_LT(stages[2].specular.relRms, 1e-6);
+    EXPECT_GT(stages[1].specular.relRms, 1e-3);  // an 8 x 8 face under a sun cannot be filtered without error
+    EXPECT_EQ(stages[2].diffuse.maxSampled, 0);
+    for (const StageError& stage : stages) EXPECT_GE(stage.specular.maxBound, stage.specular.maxSampled) << stage.name;
+}
+
+TEST(VerifyCubemap, FindsWhatWasDoneToAMap) {
+    const Environment environment = panorama(32, smooth);
+    const CubemapReference reference(environment);
+    const CookedCubemap good = ideal(reference, positiveSh());
+    CookedCubemap dimmed = ideal(reference, positiveSh());
+    dimmed.range *= 0.9f;
+    EXPECT_NEAR(verifyAll(dimmed, reference)[2].specular.relRms, 0.1, 1e-5);
+    CookedCubemap turned = ideal(reference, positiveSh());
+    std::swap(turned.mips[0].faces[0], turned.mips[0].faces[4]);
+    EXPECT_GT(verifyAll(turned, reference)[2].specular.relRms, 0.03);
+    CookedCubemap rough = ideal(reference, positiveSh());
+    rough.mips[1].m = 0.8;  // the manifest says another kernel than the one that filtered
+    EXPECT_GT(verifyAll(rough, reference)[2].specular.relRms, 0.01);
+}
+
+TEST(VerifyCubemap, AnSThatIsNotPositivePassesNoLimit) {
+    const Environment environment = panorama(32, smooth);
+    const CubemapReference reference(environment);
+    CookedCubemap map = ideal(reference, positiveSh());
+    map.windowedSh[2] = glm::vec3(0, 9, 0);  // green S is negative below
+    EXPECT_GT(verifyAll(map, reference, {1, 1, 0})[2].specular.relRms, 1e100);
+    map.windowedSh[2] = glm::vec3(0, NAN, 0);
+    EXPECT_GT(verifyAll(map, reference, {1, 1, 0})[2].specular.relRms, 1e100);
+}
+
+TEST(VerifyCubemap, ABlackProbeIsExact) {
+    const Environment environment = panorama(16, [](const glm::dvec3&) { return glm::vec3(0); });
+    const CubemapReference reference(environment);
+    lighting::ShRgb sh{};
+    sh[0] = glm::vec3(1e-30f);
+    CookedCubemap map = ideal(reference, positiveSh());
+    map.windowedSh = sh;
+    for (const StageError& stage : verifyAll(map, reference)) EXPECT_EQ(stage.specular.maxSampled, 0);
+}
+
+TEST(VerifyCubemap, SamplesAreTheSameEveryTimeAndInsideTheMap) {
+    const Environment environment = panorama(16, smooth);
+    const CubemapReference reference(environment);
+    const CookedCubemap map = ideal(reference, positiveSh());
+    const auto first = cubemapSamples(map, {7, 40, 5}), second = cubemapSamples(map, {7, 40, 5}), other = cubemapSamples(map, {8, 40, 5});
+    ASSERT_EQ(first.size(), 40u + 40u + 24u + 15u);  // the last level has 24 texels in all
+    bool differs = false;
+    for (std::size_t i = 0; i < first.size(); ++i) {
+        EXPECT_EQ(first[i].direction, second[i].direction);
+        EXPECT_NEAR(glm::length(first[i].direction), 1, 1e-12);
+        differs = differs || first[i].direction != other[i].direction;
+    }
+    EXPECT_TRUE(differs);
+}
+
+}  // namespace
+}  // namespace verify

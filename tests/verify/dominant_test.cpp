@@ -1,0 +1,160 @@
+#include "verify/dominant.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <random>
+
+#include "fit/dominant_light.h"
+#include "lighting/sphere.h"
+
+namespace verify {
+namespace {
+
+constexpr int kWidth = 24, kHeight = 20;
+constexpr double kKey = 0.5;
+
+/// A lamp that moves over the map, an ambient part, and a hole in the charts.
+formats::LightMapBand bake(bool isUneven = true) {
+    formats::LightMapBand band;
+    band.sh = formats::Image<lighting::ShRgb>(kWidth, kHeight);
+    band.covered = formats::Image<std::uint8_t>(kWidth, kHeight, 1);
+    band.normal = formats::Image<glm::vec3>(kWidth, kHeight);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            const double s = isUneven ? 0.03 * x : 0.2, t = isUneven ? 0.04 * y : 0.1;
+            band.sh.at(x, y) = lighting::projectDirectional(glm::vec3(glm::normalize(glm::dvec3(s, t, 1))), glm::vec3(3, 2, 1));
+            band.sh.at(x, y)[0] += glm::vec3(0.4f, 0.5f, 0.9f);
+            band.normal.at(x, y) = glm::vec3(glm::normalize(glm::dvec3(0.1 * t, 0.2 * s, 1)));
+        }
+    band.covered.at(5, 5) = 0;
+    return band;
+}
+
+CookedDominant description() {
+    return {2, -1, 4, kWidth, kHeight};
+}
+
+/// The float closed form, stored without loss.
+DecodedDominantRows exact(const formats::LightMapBand& band, int firstRow = 0, int rowCount = kHeight) {
+    DecodedDominantRows rows{firstRow, formats::Image<glm::vec4>(kWidth, rowCount), formats::Image<glm::vec4>(kWidth, rowCount)};
+    for (int y = 0; y < rowCount; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            const auto light =
+                dominantReference(band.sh.at(x, firstRow + y), glm::dvec3(band.normal.at(x, firstRow + y)), lighting::kRec709Luminance);
+            rows.direction.at(x, y) = glm::vec4(glm::vec3(0.5 * light.direction + 0.5), 1);
+            rows.intensity.at(x, y) = glm::vec4(glm::vec3(light.intensity / 4.0), 1);
+        }
+    return rows;
+}
+
+DominantVerifier verifier(int stride = 1) {
+    return {description(), {{0.1, 0.5}, {0.04, 0.6}, 8, stride}, lighting::kRec709Luminance, kKey};
+}
+
+TEST(DominantReference, IsTheClosedFormThatTheFitPromises) {
+    std::mt19937 random(5);
+    std::normal_distribution<float> normal;
+    for (int i = 0; i < 2000; ++i) {
+        lighting::ShRgb sh;
+        for (glm::vec3& c : sh) c = glm::vec3(normal(random), normal(random), normal(random));
+        sh[0] = glm::abs(sh[0]) * static_cast<float>(i % 40);  // from no DC at all to hardly any direction
+        const glm::vec3 n(lighting::fibonacciSphere(i % 50, 50));
+        const fit::DominantLight expected = fit::dominantLight(sh, n, {});
+        const DominantLightSample found = dominantReference(sh, glm::dvec3(n), lighting::kRec709Luminance);
+        EXPECT_LT(glm::length(found.direction - glm::dvec3(expected.direction)), 1e-6) << i;
+        EXPECT_LT(glm::length(found.intensity - glm::dvec3(expected.intensity)), 1e-5) << i;
+    }
+}
+
+TEST(DominantReference, FindsALoneLampAndGivesUpWithoutOne) {
+    const glm::dvec3 direction = glm::normalize(glm::dvec3(1, 2, -0.5));
+    const auto lamp =
+        dominantReference(lighting::projectDirectional(glm::vec3(direction), glm::vec3(5, 6, 7)), {0, 0, 1}, lighting::kRec709Luminance);
+    EXPECT_LT(glm::length(lamp.direction - direction), 1e-6);
+    EXPECT_LT(glm::length(lamp.intensity - glm::dvec3(5, 6, 7)), 1e-5);
+    lighting::ShRgb constant{};
+    constant[0] = glm::vec3(1);
+    const auto nothing = dominantReference(constant, {0, 1, 0}, lighting::kRec709Luminance);
+    EXPECT_LT(glm::length(nothing.direction - glm::dvec3(0, 0.08, 0)), 1e-7);
+    EXPECT_EQ(nothing.intensity, glm::dvec3(0));
+    EXPECT_EQ(dominantReference({}, {0, 0, 1}, lighting::kRec709Luminance).intensity, glm::dvec3(0));
+}
+
+TEST(VerifyDominant, LosslessTexturesHaveNoErrorAtTexels) {
+    const auto band = bake();
+    const DominantErrors errors = verifier().verifyRows(exact(band), band, 0, kHeight);
+    const auto stages = errors.stages();
+    ASSERT_EQ(stages.size(), 2u);
+    EXPECT_EQ(stages[0].name, "magnified");
+    EXPECT_EQ(stages[1].name, "total");
+    EXPECT_LT(stages[1].specular.relRms, 1e-5);
+    EXPECT_EQ(stages[1].diffuse.relRms, 0);
+    EXPECT_GT(stages[0].specular.relRms, 0);
+    EXPECT_LT(stages[0].specular.relRms, 0.02);
+    EXPECT_LT(errors.meanDirectionError(), 1e-4);
+    EXPECT_LT(errors.maxDirectionError(), 1e-3);
+    for (const StageError& stage : stages) EXPECT_GE(stage.specular.maxBound, stage.specular.maxSampled);
+}
+
+TEST(VerifyDominant, AMapThatIsEvenIsAlsoExactBetweenTexels) {
+    const auto band = bake(false);
+    EXPECT_LT(verifier().verifyRows(exact(band), band, 0, kHeight).stages()[0].specular.relRms, 1e-5);
+}
+
+TEST(VerifyDominant, TellsATurnedDirectionInDegrees) {
+    const auto band = bake();
+    DecodedDominantRows rows = exact(band);
+    const double angle = 3 * std::numbers::pi / 180;
+    for (glm::vec4& texel : rows.direction.texels()) {
+        const glm::dvec3 d = 2.0 * glm::dvec3(texel) - 1.0;
+        const glm::dvec3 axis = glm::normalize(glm::cross(d, glm::dvec3(1, 0, 0)));
+        texel = glm::vec4(glm::vec3(0.5 * (d * std::cos(angle) + glm::cross(axis, d) * std::sin(angle)) + 0.5), 1);
+    }
+    const DominantErrors errors = verifier().verifyRows(rows, band, 0, kHeight);
+    EXPECT_NEAR(errors.meanDirectionError(), 3, 1e-3);
+    EXPECT_NEAR(errors.maxDirectionError(), 3, 1e-3);
+    EXPECT_GT(errors.stages()[1].specular.relRms, 0.05);
+}
+
+TEST(VerifyDominant, IntensityErrorsAreRelativeAndHolesAreLeftOut) {
+    const auto band = bake();
+    DecodedDominantRows rows = exact(band);
+    for (glm::vec4& texel : rows.intensity.texels()) texel *= 1.1f;
+    EXPECT_NEAR(verifier().verifyRows(rows, band, 0, kHeight).stages()[1].specular.relRms, 0.1, 1e-4);
+    DecodedDominantRows holed = exact(band);
+    holed.intensity.at(5, 5) = glm::vec4(1e6f);
+    EXPECT_LT(verifier().verifyRows(holed, band, 0, kHeight).stages()[1].specular.relRms, 1e-5);
+    EXPECT_LT(verifier().verifyRows(holed, band, 0, kHeight).stages()[0].specular.relRms, 0.02);
+}
+
+TEST(VerifyDominant, BandsMergeToTheWholeAndTheBoundCoversOtherViews) {
+    const auto band = bake();
+    DecodedDominantRows rows = exact(band);
+    for (glm::vec4& texel : rows.direction.texels()) texel = glm::vec4(glm::round(glm::vec3(texel) * 31.0f) / 31.0f, 1);
+    const auto whole = verifier().verifyRows(rows, band, 0, kHeight).stages();
+    DominantErrors merged(kKey);
+    for (const auto& [first, count] : {std::pair{0, 7}, std::pair{7, 9}, std::pair{16, 4}})
+        merged.merge(verifier().verifyRows(rows, band, first, count));
+    EXPECT_NEAR(merged.stages()[1].specular.relRms, whole[1].specular.relRms, 1e-12);
+    EXPECT_EQ(merged.stages()[0].specular.maxSampled, whole[0].specular.maxSampled);
+    const DominantVerifier dense(description(), {{0.1, 0.2, 0.5}, {0, 0.3, 1}, 400, 4}, lighting::kRec709Luminance, kKey);
+    const auto manyViews = dense.verifyRows(rows, band, 0, kHeight).stages();
+    EXPECT_GE(whole[1].specular.maxBound, manyViews[1].specular.maxSampled);
+    EXPECT_GE(whole[0].specular.maxBound, manyViews[0].specular.maxSampled);
+}
+
+TEST(DominantStride, KeepsLargeMapsAffordable) {
+    EXPECT_EQ(dominantStride(128, 128), 1);
+    EXPECT_EQ(dominantStride(256, 256), 2);
+    for (const int size : {512, 2048, 8192}) {
+        const double shaded = std::pow(std::ceil(static_cast<double>(size) / dominantStride(size, size)), 2);
+        EXPECT_LT(shaded, 6e4);
+        EXPECT_GT(shaded, 2e4);
+    }
+}
+
+}  // namespace
+}  // namespace verify

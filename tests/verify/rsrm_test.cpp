@@ -1,0 +1,146 @@
+#include "verify/rsrm.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "lighting/sh.h"
+
+namespace verify {
+namespace {
+
+std::vector<glm::vec3> sky(std::size_t zones) {
+    std::vector<glm::vec3> gradient;
+    for (std::size_t i = 0; i < zones; ++i) {
+        const float z = 1 - (2 * static_cast<float>(i) + 1) / static_cast<float>(zones);
+        gradient.emplace_back(0.5f + 0.4f * z, std::abs(z), z > 0.8f ? 30.0f : 0.1f);
+    }
+    return gradient;
+}
+
+/// A plain sum over the sphere: latitudes cut finely within zones, longitudes evenly over half a turn.
+glm::dvec3 bySphere(const std::vector<glm::vec3>& gradient, double exponent, double z) {
+    constexpr int kCuts = 400, kLongitudes = 180;
+    const double step = 2.0 / (static_cast<double>(gradient.size()) * kCuts), sine = std::sqrt(1 - z * z);
+    glm::dvec3 sum(0);
+    for (std::size_t i = 0; i < gradient.size() * kCuts; ++i) {
+        const double height = 1 - (static_cast<double>(i) + 0.5) * step;
+        double lobe = 0;
+        for (int j = 0; j < kLongitudes; ++j) {
+            const double cosine = z * height + sine * std::sqrt(1 - height * height) * std::cos(std::numbers::pi * (j + 0.5) / kLongitudes);
+            if (cosine > 0) lobe += std::pow(cosine, exponent);
+        }
+        sum += lobe * step * 2 * std::numbers::pi / kLongitudes * glm::dvec3(gradient[i / kCuts]);
+    }
+    return (exponent + 1) / (2 * std::numbers::pi) * sum;
+}
+
+/// The map that the references themselves make, in whole codes.
+CookedRsrm quantized(const std::vector<glm::vec3>& gradient, int width, std::vector<double> exponents) {
+    CookedRsrm map;
+    map.exponents = std::move(exponents);
+    map.texels = formats::Image<glm::vec4>(width, static_cast<int>(map.exponents.size()), glm::vec4(0, 0, 0, 1));
+    formats::Image<glm::dvec3> values(width, map.texels.height());
+    glm::dvec3 color(0);
+    for (int y = 0; y < values.height(); ++y)
+        for (int x = 0; x < width; ++x) {
+            values.at(x, y) = convolvePhong(gradient, map.exponents[static_cast<std::size_t>(y)], 1 - (2.0 * x + 1) / width);
+            color = glm::max(color, values.at(x, y));
+        }
+    map.color = glm::vec3(color);
+    for (int y = 0; y < values.height(); ++y)
+        for (int x = 0; x < width; ++x)
+            for (int channel = 0; channel < 3; ++channel)
+                if (color[channel] > 0)
+                    map.texels.at(x, y)[channel] = static_cast<float>(std::round(values.at(x, y)[channel] / color[channel] * 255)) / 255.0f;
+    return map;
+}
+
+std::vector<StageError> verifyAll(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, int between = 1) {
+    std::vector<RsrmRow> rows;
+    for (int row = 0; row < map.texels.height(); ++row) rows.push_back(compareRsrmRow(map, gradient, row, between));
+    return rsrmStages(map, gradient, rows, lighting::kRec709Luminance);
+}
+
+TEST(ConvolvePhong, AgreesWithASumOverTheSphere) {
+    const auto gradient = sky(32);
+    for (const double exponent : {1.0, 33.5, 256.0})
+        for (const double z : {-1.0, -0.3, 0.8, 0.98, 1.0}) {
+            const glm::dvec3 expected = bySphere(gradient, exponent, z), found = convolvePhong(gradient, exponent, z);
+            for (int channel = 0; channel < 3; ++channel) EXPECT_NEAR(found[channel], expected[channel], 3e-3) << exponent << " " << z;
+        }
+}
+
+TEST(ConvolvePhong, LambertOfALinearGradientIsKnown) {
+    // L = 1 + z through the clamped cosine: 1 + 2/3 z; zones cut it into steps of 1/512.
+    std::vector<glm::vec3> gradient;
+    for (int i = 0; i < 1024; ++i) gradient.emplace_back(2 - (2 * static_cast<float>(i) + 1) / 1024);
+    for (const double z : {-1.0, -0.6, 0.0, 0.25, 0.9, 1.0}) EXPECT_NEAR(convolvePhong(gradient, 1, z).x, 1 + 2.0 / 3 * z, 2e-4) << z;
+}
+
+TEST(ConvolvePhong, ConstantsStayConstantAndSharpLobesSeeOneZone) {
+    const std::vector<glm::vec3> constant(17, glm::vec3(0.25f, 1, 7));
+    for (const double exponent : {1.0, 1000.0, 65536.0})
+        for (const double z : {-1.0, 0.1, 0.9999, 1.0}) EXPECT_NEAR(convolvePhong(constant, exponent, z).z, 7, 1e-10);
+    const auto gradient = sky(16);
+    EXPECT_NEAR(convolvePhong(gradient, 65536, 1 - 7.0 / 16).x, static_cast<double>(gradient[3].x), 1e-6);
+}
+
+TEST(VerifyRsrm, CodesOfTheTruthAreOffByHalfACodeAtMost) {
+    const auto gradient = sky(64);
+    const CookedRsrm map = quantized(gradient, 256, {1, 16, 256});
+    const auto stages = verifyAll(map, gradient);
+    ASSERT_EQ(stages.size(), 2u);
+    EXPECT_EQ(stages[0].name, "quantize");
+    EXPECT_EQ(stages[1].name, "total");
+    EXPECT_GT(stages[0].diffuse.relRms, 1e-5);
+    EXPECT_LT(stages[0].diffuse.relRms, 0.01);
+    EXPECT_LT(stages[0].specular.relRms, 0.005);
+    EXPECT_LT(stages[1].specular.relRms, 0.05);
+    for (const StageError& stage : stages)
+        for (const ErrorFigures& figures : {stage.diffuse, stage.specular}) EXPECT_GE(figures.maxBound, figures.maxSampled) << stage.name;
+}
+
+TEST(VerifyRsrm, TheBoundHoldsAtEveryPlaceBetweenTexels) {
+    const auto gradient = sky(24);  // edges of zones fall between texels
+    const CookedRsrm map = quantized(gradient, 20, {1, 8, 700, 16384});
+    const StageError coarse = verifyAll(map, gradient, 1).back(), fine = verifyAll(map, gradient, 37).back();
+    EXPECT_GT(fine.specular.maxSampled, coarse.specular.maxSampled);
+    EXPECT_GE(coarse.specular.maxBound, fine.specular.maxSampled);
+    EXPECT_GE(coarse.diffuse.maxBound, fine.diffuse.maxSampled);
+    EXPECT_LT(coarse.diffuse.maxBound, 100 * fine.diffuse.maxSampled);
+}
+
+TEST(VerifyRsrm, FindsAWrongColourAndAMapUpsideDown) {
+    const auto gradient = sky(64);
+    CookedRsrm map = quantized(gradient, 128, {1, 4});
+    map.color *= 1.2f;
+    const auto brighter = verifyAll(map, gradient);
+    EXPECT_NEAR(brighter.back().diffuse.relRms, 0.2, 0.01);
+    EXPECT_NEAR(brighter.back().specular.relRms, 0.2, 0.01);
+    CookedRsrm flipped = quantized(gradient, 128, {1, 4});
+    for (int x = 0; x < 64; ++x) std::swap(flipped.texels.at(x, 1), flipped.texels.at(127 - x, 1));
+    const auto stages = verifyAll(flipped, gradient);
+    EXPECT_GT(stages.back().specular.relRms, 0.5);
+    EXPECT_LT(stages.back().diffuse.relRms, 0.01);  // row 0 was left as it was
+}
+
+TEST(VerifyRsrm, BandingIsTheLargestStepInCodes) {
+    const auto gradient = sky(64);
+    CookedRsrm map = quantized(gradient, 64, {1});
+    for (glm::vec4& texel : map.texels.texels()) texel = glm::vec4(0.5f);
+    map.texels.at(30, 0).y = 0.5f + 17.0f / 255;
+    EXPECT_NEAR(compareRsrmRow(map, gradient, 0).bandingCodes, 17, 1e-4);
+}
+
+TEST(VerifyRsrm, BlackIsExact) {
+    const std::vector<glm::vec3> black(8, glm::vec3(0));
+    const auto stages = verifyAll(quantized(black, 16, {1, 64}), black);
+    EXPECT_EQ(stages.back().diffuse.maxSampled, 0);
+    EXPECT_EQ(stages.back().specular.relRms, 0);
+}
+
+}  // namespace
+}  // namespace verify
