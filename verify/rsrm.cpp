@@ -12,10 +12,10 @@
 namespace verify {
 namespace {
 
-/// Circles around the reflection vector that a convolution sums over.
-constexpr int kCircleCount = 256;
-/// What the circles leave undone, as a part of the gradient's largest value (docstring of convolvePhong).
-constexpr double kQuadratureError = 1e-4;
+/// Rings around the reflection vector that a convolution sums over.
+constexpr int kRingCount = 256;
+/// What the rings leave undone, as a part of the gradient's largest value (docstring of convolvePhong).
+constexpr double kQuadratureError = 2e-4;
 
 /// Height of the upper edge of a zone.
 double edgeHeight(std::size_t edge, std::size_t zoneCount) {
@@ -137,16 +137,19 @@ void addRow(const RsrmRow& row, double exponent, const Ends& ends, double key, R
 
 glm::dvec3 convolvePhong(const std::vector<glm::vec3>& gradient, double exponent, double z) {
     if (1 - std::abs(z) < 1e-12) return convolveAtPole(gradient, exponent, z > 0);
-    // c^(s + 1) is the lobe's cumulative weight, here 1 - x^2: equal steps of x are about equal steps of the angle, so that edges of zones
-    // close by are met as finely as those far off.
-    const double sine = std::sqrt(1 - z * z);
+    // Rings of equal width in the angle a, as far as 1e-9 of the lobe; a ring weighs by its exact part of it, since cos(a)^(s + 1) is the
+    // lobe's cumulative weight.
+    const double sine = std::sqrt(1 - z * z), farthest = std::acos(std::pow(1e-9, 1 / (exponent + 1)));
+    const auto beyond = [&](int ring) { return std::pow(std::cos(farthest * ring / kRingCount), exponent + 1); };
     glm::dvec3 sum(0);
-    for (int i = 0; i < kCircleCount; ++i) {
-        const double x = (i + 0.5) / kCircleCount, weight = 2 * x / kCircleCount;
-        const double logCosine = std::log1p(-x * x) / (exponent + 1);
-        sum += weight * circleMean(gradient, std::exp(logCosine) * z, std::sqrt(-std::expm1(2 * logCosine)) * sine);
+    double weightSum = 0, outer = beyond(0);
+    for (int ring = 0; ring < kRingCount; ++ring) {
+        const double inner = outer, angle = farthest * (ring + 0.5) / kRingCount;
+        outer = beyond(ring + 1);
+        sum += (inner - outer) * circleMean(gradient, std::cos(angle) * z, std::sin(angle) * sine);
+        weightSum += inner - outer;
     }
-    return sum;
+    return sum / weightSum;
 }
 
 RsrmRow compareRsrmRow(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, int row, int between) {

@@ -19,7 +19,7 @@ struct CookedRsrm {
 };
 
 /// L_o(z) = (s + 1)/2pi * integral L_i max(0, r.l)^s dw of a gradient that is constant over zones of equal solid angle, north to south.
-/// Circles around r, exact over each of them: within 1e-4 of the gradient's largest value.
+/// Rings around r, exact along each of them: within 2e-4 of the gradient's largest value.
 glm::dvec3 convolvePhong(const std::vector<glm::vec3>& gradient, double exponent, double z);
 
 /// One row's comparison: at texel centres, and at `between` places from each centre to the next and from the outer ones to the poles.
