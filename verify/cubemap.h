@@ -69,8 +69,8 @@ private:
 
 struct CubemapSampling {
     std::uint64_t seed = 1;
-    int texelsPerMip = 64;      ///< at most; a level with fewer texels is sampled whole
-    int directionsPerMip = 24;  ///< anywhere on the sphere, through the seamless filter
+    int texelsPerMip = 96;      ///< at most; a level with fewer texels is sampled whole
+    int directionsPerMip = 32;  ///< anywhere on the sphere, through the seamless filter
 };
 /// One place where map and reference are compared.
 struct CubemapSample {
