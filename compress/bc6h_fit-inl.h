@@ -41,11 +41,7 @@ public:
     /// Codes Lanes(d) blocks; results go to found, one after the other.
     void run(const Block* const* blocks, Bc6hResult* found) {
         load(blocks);
-        best_.error = set(1e30f);
-        best_.mode = best_.partition = hn::Zero(DI());
-        for (auto& end : best_.code)
-            for (F& code : end) code = zero();
-        for (F& index : best_.index) index = zero();
+        clearBest();
         tryOneRegion();
         if (search_.partitions > 0) tryTwoRegions();
         descend();
@@ -53,6 +49,14 @@ public:
     }
 
 private:
+    void clearBest() {
+        best_.error = set(1e30f);
+        best_.mode = best_.partition = hn::Zero(DI());
+        for (auto& end : best_.code)
+            for (F& code : end) code = zero();
+        for (F& index : best_.index) index = zero();
+    }
+
     /// The line between the two ends of a region, in v: from a to a + d.
     struct Line {
         F a[3], d[3];
@@ -509,7 +513,7 @@ private:
 
     /// Fits lines in these regions, picks the mode, and refits to what the codes made of them.
     template <int kRegions>
-    void tryRegions(const Regions& regions, I partition) {
+    void tryRegions(const Regions& regions, I partition, bool everyMode) {
         Texels position, index;
         Line lines[2];
         startPositions<kRegions>(regions, position);
@@ -527,6 +531,14 @@ private:
             codesOf<kRegions>(lines, mode, code);
             clampDeltas<kRegions>(mode, code);
             tryCodes<kRegions>(regions, partition, mode, code, index);
+        }
+        if (!everyMode) return;
+        // A finer mode that has to cut a delta short, or a coarser one whose codes happen to lie better.
+        for (int m = kRegions == 1 ? 10 : 0; m < (kRegions == 1 ? 14 : 10); ++m) {
+            const ModeLanes other = modeLanes(m);
+            codesOf<kRegions>(lines, other, code);
+            clampDeltas<kRegions>(other, code);
+            tryCodes<kRegions>(regions, partition, other, code, index);
         }
     }
     template <int kRegions>
@@ -550,7 +562,7 @@ private:
         estimateSpace();
         axisSpace();
         const Regions everything{};
-        tryRegions<1>(everything, hn::Zero(DI()));
+        tryRegions<1>(everything, hn::Zero(DI()), search_.everyMode > 0);
     }
 
     /// The space in which axes and partitions are judged: the metric's, channels scaled by the root of their weight, around the mean.
@@ -648,7 +660,26 @@ private:
                 candidate = lostCandidate;
             }
         }
-        for (int i = 0; i < keep; ++i) tryRegions<2>(regionsOf(kept[i]), kept[i]);
+        for (int i = 0; i < keep; ++i) {
+            const Regions regions = regionsOf(kept[i]);
+            if (i >= search_.polished) {
+                tryRegions<2>(regions, kept[i], i < search_.everyMode);
+                continue;
+            }
+            // The best of each partition is stepped to its end before they are compared.
+            const Candidate others = best_;
+            clearBest();
+            tryRegions<2>(regions, kept[i], i < search_.everyMode);
+            for (int pass = 0; pass < search_.descents; ++pass)
+                if (!descendOnce<2>(regions)) break;
+            const M better = others.error < best_.error;
+            best_.error = select(better, others.error, best_.error);
+            best_.mode = hn::IfThenElse(hn::RebindMask(DI(), better), others.mode, best_.mode);
+            best_.partition = hn::IfThenElse(hn::RebindMask(DI(), better), others.partition, best_.partition);
+            for (int e = 0; e < 4; ++e)
+                for (int c = 0; c < 3; ++c) best_.code[e][c] = select(better, others.code[e][c], best_.code[e][c]);
+            for (int t = 0; t < kTexelCount; ++t) best_.index[t] = select(better, others.index[t], best_.index[t]);
+        }
     }
 
     /// Mode of each lane's own best, and which lanes have this many regions.
@@ -678,26 +709,30 @@ private:
         M mask;
         const ModeLanes mode = bestMode<kRegions>(mask);
         if (hn::AllFalse(D(), mask)) return false;
+        // Of the first and the second end of a region: single steps, and both ends together or apart.
+        constexpr float kMoves[8][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, 1}, {-1, 1}, {1, -1}};
         bool improved = false;
-        for (int e = 0; e < 2 * kRegions; ++e)
+        for (int r = 0; r < kRegions; ++r)
             for (int c = 0; c < 3; ++c)
-                for (const float step : {-1.0f, 1.0f}) {
-                    F code[4][3];
-                    std::memcpy(code, best_.code, sizeof(code));
-                    code[e][c] = code[e][c] + set(step);
-                    const F low = kSigned ? zero() - mode.largestCode : zero();
-                    M better = hn::And(mask, hn::And(code[e][c] >= low, code[e][c] <= mode.largestCode));
-                    better = hn::And(better, deltasFit<kRegions>(code, mode));
-                    Line whole[2];
-                    Texels index;
-                    linesOf<kRegions>(code, mode, whole);
-                    chooseIndices<kRegions>(regions, whole, index);
-                    const F error = errorOf<kRegions, false>(regions, whole, index);
-                    better = hn::And(better, error < best_.error);
-                    improved |= !hn::AllFalse(D(), better);
-                    keepWhere<kRegions>(better, error, best_.partition, mode, code, index);
-                }
+                for (int move = 0; move < (search_.pairs ? 8 : 4); ++move)
+                    improved |= step<kRegions>(regions, mode, mask, r, c, kMoves[move][0], kMoves[move][1]);
         return improved;
+    }
+    template <int kRegions>
+    bool step(const Regions& regions, const ModeLanes& mode, M mask, int r, int c, float first, float second) {
+        F code[4][3];
+        std::memcpy(code, best_.code, sizeof(code));
+        const F low = kSigned ? zero() - mode.largestCode : zero();
+        code[2 * r][c] = clamp(code[2 * r][c] + set(first), low, mode.largestCode);
+        code[2 * r + 1][c] = clamp(code[2 * r + 1][c] + set(second), low, mode.largestCode);
+        Line whole[2];
+        Texels index;
+        linesOf<kRegions>(code, mode, whole);
+        chooseIndices<kRegions>(regions, whole, index);
+        const F error = errorOf<kRegions, false>(regions, whole, index);
+        const M better = hn::And(hn::And(mask, deltasFit<kRegions>(code, mode)), error < best_.error);
+        keepWhere<kRegions>(better, error, best_.partition, mode, code, index);
+        return !hn::AllFalse(D(), better);
     }
 
     /// Regions of each lane's own partition.

@@ -15,6 +15,9 @@ struct Bc6hSearch {
     int freeRefits;    ///< least-squares steps before anything is rounded
     int codedRefits;   ///< the same, against rounded ends
     int descents;      ///< passes of single steps of each code of the best
+    bool pairs;        ///< of both ends of a channel as well
+    int polished;      ///< two-region shapes that are each stepped on their own
+    int everyMode;     ///< two-region shapes, and one region, for which not only the finest mode is tried whose deltas hold
     float slopeReach;  ///< share of the block's range across which the metric's slope is taken
 };
 
