@@ -52,7 +52,9 @@ private:
              Json verifyParameters, std::map<std::string, std::filesystem::path> verifyInputs) {
         plan_.assets.push_back(asset);
         plan_.actions.push_back({"cook/" + asset, kind, asset, std::move(parameters), std::move(inputs), {}});
-        verifyParameters["max_error"] = scene_.output.maxError;
+        const bool holdsLight = kind == "light-map" || kind == "mesh";
+        verifyParameters["max_error"] =
+            holdsLight ? scene_.output.maxError : std::max(scene_.output.maxError, scene_.output.maxConverterError);
         plan_.actions.push_back(verifyAction(asset, kind, verifyInputs, std::move(verifyParameters)));
     }
 

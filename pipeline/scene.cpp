@@ -168,12 +168,14 @@ OutputSettings readOutput(TableReader reader) {
     OutputSettings output;
     const std::string target = reader.oneOf("target", {"bc", "astc", "float"}, "bc");
     output.target = *targetFromName(target, "");
-    if (const auto value = reader.optional<double>("max_error", "a positive fraction, 0.02 for 2 %")) {
-        if (!(*value > 0) || !std::isfinite(*value))
-            reader.fail(reader.node("max_error"),
-                        fmt::format("found {} for output.max_error, expected a positive fraction, 0.02 for 2 %", *value));
-        output.maxError = *value;
-    }
+    const auto fraction = [&](const char* key, double otherwise) {
+        const auto value = reader.optional<double>(key, "a positive fraction, 0.02 for 2 %");
+        if (value && (!(*value > 0) || !std::isfinite(*value)))
+            reader.fail(reader.node(key), fmt::format("found {} for output.{}, expected a positive fraction, 0.02 for 2 %", *value, key));
+        return value.value_or(otherwise);
+    };
+    output.maxError = fraction("max_error", output.maxError);
+    output.maxConverterError = fraction("max_converter_error", output.maxConverterError);
     if (reader.has("budget")) {
         const std::string text = reader.required<std::string>("budget", "a size such as \"2 MiB\"");
         const auto bytes = parseByteCount(text, reader.place("budget"));

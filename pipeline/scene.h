@@ -25,7 +25,10 @@ const std::vector<std::string>& lightMapLayoutNames();
 /// [output], and what the command line lays over it.
 struct OutputSettings {
     Target target = Target::Bc;
-    double maxError = 0.1;                     ///< on rel_rms of diffuse and of specular, of every asset's last stage
+    double maxError = 0.1;  ///< on rel_rms of diffuse and of specular, of a light map's (or mesh's) last stage
+    /// The same for dominant lights, cubemaps, tables and reflection maps, whose figures are of quantities of their own; never stricter
+    /// than maxError.
+    double maxConverterError = 0.1;
     std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory for the whole scene
     std::string lightMapLayout = "ratio";      ///< flat, luvw, ratio or raw
     formats::Container container = formats::Container::Ktx2;

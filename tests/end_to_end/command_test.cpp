@@ -40,7 +40,7 @@ protected:
             EXPECT_THAT(entry.path().filename().string(), testing::Not(StartsWith(".")));
     }
 
-    SmallScene scene_;
+    SmallScene scene_{SmallScene::Parts::All};
 };
 
 TEST_F(Command, CookIsQuietOnAPipeAndVerifyAndReportSpeak) {

@@ -47,22 +47,24 @@ void expectCooks(const SmallScene& scene, const CookOptions& options) {
         EXPECT_TRUE(std::filesystem::exists(scene / "out" / file)) << file;
 }
 
+using Parts = SmallScene::Parts;
+
 TEST(CookScene, EveryLayoutAndTargetPassesAndIsDescribedInFull) {
     for (const char* target : {"bc", "astc", "float"})
         for (const char* layout : {"ratio", "luvw", "raw"}) {
             SCOPED_TRACE(fmt::format("{} {}", target, layout));
-            const SmallScene scene;
+            const SmallScene scene(Parts::LightMap);
             scene.writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"", target, layout));
             expectCooks(scene, scene.options());
             const auto manifest = readManifest(scene / "out");
             ASSERT_TRUE(manifest.has_value());
-            EXPECT_EQ(manifest->at("assets").size(), 5u);
+            EXPECT_EQ(manifest->at("assets").size(), 3u);
             for (const FileRecord& file : filesOf(*manifest)) EXPECT_EQ(digestOfFile(scene / "out" / file.name), file.digest) << file.name;
         }
 }
 
 TEST(CookScene, TheReportHoldsWhatTheProductPromises) {
-    const SmallScene scene;
+    const SmallScene scene(Parts::All);
     const Outcome outcome = cook(scene.options());
     ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
     const Json& report = outcome.report;
@@ -89,7 +91,7 @@ TEST(CookScene, TheReportHoldsWhatTheProductPromises) {
 }
 
 TEST(CookScene, OneThreadAndThreeGiveTheSameBytes) {
-    const SmallScene scene;
+    const SmallScene scene(Parts::All);
     CookOptions options = scene.options();
     std::vector<std::map<std::string, std::string>> digests;
     for (const int threads : {1, 3}) {
@@ -105,7 +107,7 @@ TEST(CookScene, OneThreadAndThreeGiveTheSameBytes) {
 }
 
 TEST(CookScene, NothingChangedMeansNothingDoneAndNoFileTouched) {
-    const SmallScene scene;
+    const SmallScene scene(Parts::LightMap);
     ASSERT_TRUE(cook(scene.options()).errors.empty());
     std::map<std::filesystem::path, std::filesystem::file_time_type> times;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(scene / "out")) times[entry.path()] = entry.last_write_time();
@@ -117,7 +119,7 @@ TEST(CookScene, NothingChangedMeansNothingDoneAndNoFileTouched) {
 }
 
 TEST(CookScene, OnlyWhatChangedIsDoneAgain) {
-    const SmallScene scene;
+    const SmallScene scene(Parts::LightMap);
     const Outcome first = cook(scene.options());
     scene.writeSceneFile("", "[[material]]\nname = \"*\"\nm = [0.1, 0.5]\n");  // the tables' range as before
     EXPECT_EQ(cook(scene.options()).actionsRun, 0);
@@ -134,7 +136,7 @@ TEST(CookScene, OnlyWhatChangedIsDoneAgain) {
 }
 
 TEST(CookScene, ALostOrDamagedOutputComesBack) {
-    const SmallScene scene;
+    const SmallScene scene(Parts::All);
     ASSERT_TRUE(cook(scene.options()).errors.empty());
     const auto before = digestsOf(scene / "out");
     std::filesystem::remove(scene / "out" / "probe.ktx2");
@@ -144,7 +146,7 @@ TEST(CookScene, ALostOrDamagedOutputComesBack) {
 }
 
 TEST(CookScene, OnlyLeavesTheOtherAssetsAsTheyWere) {
-    const SmallScene scene;
+    const SmallScene scene(Parts::All);
     CookOptions options = scene.options();
     ASSERT_TRUE(cook(options).errors.empty());
     options.only = "sky";
@@ -157,7 +159,7 @@ TEST(CookScene, OnlyLeavesTheOtherAssetsAsTheyWere) {
 }
 
 TEST(CookScene, AFailureLeavesNothingBehind) {
-    const SmallScene scene;
+    const SmallScene scene(Parts::All);
     std::filesystem::remove(scene / "probe.exr");
     const auto before = filesIn(scene / "");
     const Outcome outcome = cook(scene.options());
@@ -170,7 +172,7 @@ TEST(CookScene, AFailureLeavesNothingBehind) {
 }
 
 TEST(CookScene, KeepGoingDoesTheRest) {
-    const SmallScene scene;
+    const SmallScene scene(Parts::All);
     std::filesystem::remove(scene / "probe.exr");
     CookOptions options = scene.options();
     options.keepGoing = true;
@@ -181,7 +183,7 @@ TEST(CookScene, KeepGoingDoesTheRest) {
 }
 
 TEST(CookScene, ABoundThatIsNotHeldFailsButIsReported) {
-    const SmallScene scene;
+    const SmallScene scene(Parts::LightMap);
     CookOptions options = scene.options();
     options.maxError = 1e-7;
     const Outcome outcome = cook(options);
@@ -192,7 +194,7 @@ TEST(CookScene, ABoundThatIsNotHeldFailsButIsReported) {
 }
 
 TEST(CookScene, AnExceededBudgetFailsButIsReported) {
-    const SmallScene scene;
+    const SmallScene scene(Parts::LightMap);
     CookOptions options = scene.options();
     options.budgetBytes = 100;
     const Outcome outcome = cook(options);
@@ -202,7 +204,7 @@ TEST(CookScene, AnExceededBudgetFailsButIsReported) {
 }
 
 TEST(CookScene, AnInterruptIsToldAndLeavesNothing) {
-    const SmallScene scene;
+    const SmallScene scene(Parts::LightMap);
     RunState state;
     state.interrupted = true;
     const Outcome outcome = cookScene(scene.options(), state);
@@ -212,7 +214,7 @@ TEST(CookScene, AnInterruptIsToldAndLeavesNothing) {
 }
 
 TEST(CookScene, TheDepfileNamesEveryInput) {
-    const SmallScene scene;
+    const SmallScene scene(Parts::All);
     CookOptions options = scene.options();
     options.depfile = scene / "out.d";
     ASSERT_TRUE(cook(options).errors.empty());
@@ -222,7 +224,7 @@ TEST(CookScene, TheDepfileNamesEveryInput) {
 }
 
 TEST(CookScene, DdsAndZstdAreWrittenAndVerified) {
-    const SmallScene scene;
+    const SmallScene scene(Parts::LightMap);
     CookOptions options = scene.options();
     options.container = formats::Container::Dds;
     expectCooks(scene, options);
@@ -234,7 +236,7 @@ TEST(CookScene, DdsAndZstdAreWrittenAndVerified) {
 }
 
 TEST(VerifyCooked, AgreesWithTheCookAndNamesADamagedByte) {
-    const SmallScene scene;
+    const SmallScene scene(Parts::All);
     const Outcome cooked = cook(scene.options());
     ASSERT_TRUE(cooked.errors.empty());
     const RunState state;
@@ -260,11 +262,11 @@ TEST(VerifyCooked, AgreesWithTheCookAndNamesADamagedByte) {
 }
 
 TEST(VerifyCooked, AChangedSourceIsToldAndAManifestOfAnothersMakingIsRefused) {
-    const SmallScene scene;
+    const SmallScene scene(Parts::LightMap);
     ASSERT_TRUE(cook(scene.options()).errors.empty());
     const RunState state;
     const VerifyOptions options{scene / "out", {}, {}};
-    const SmallScene other(grey);
+    const SmallScene other(Parts::LightMap, grey);
     std::filesystem::copy_file(other / "map.exr", scene / "map.exr", std::filesystem::copy_options::overwrite_existing);
     const Outcome stale = verifyCooked(options, state);
     ASSERT_FALSE(stale.errors.empty());
@@ -278,7 +280,7 @@ TEST(VerifyCooked, AChangedSourceIsToldAndAManifestOfAnothersMakingIsRefused) {
 }
 
 TEST(ReconstructLightMap, IsTheBakeWithinTheCooksError) {
-    const SmallScene scene;
+    const SmallScene scene(Parts::LightMap);
     ASSERT_TRUE(cook(scene.options()).errors.empty());
     const RunState state;
     ASSERT_TRUE(reconstructLightMap(scene / "out", "map", scene / "back.exr", state).has_value());
