@@ -57,7 +57,8 @@ void pack(const Bc6hResult& found, std::byte* out) {
             for (std::size_t c = 0; c < 3; ++c) stored[e][c] -= stored[0][c];
     BitWriter bits;
     bits.put(mode.header, mode.headerBits);
-    for (const Bc6hBit& bit : bc6hLayout(found.mode)) bits.put(static_cast<std::uint32_t>(stored[bit.end][bit.channel] >> bit.bit) & 1u, 1);
+    for (const Bc6hRun& run : bc6hRuns(found.mode))
+        bits.put(static_cast<std::uint32_t>(stored[run.end][run.channel] >> run.firstBit), run.bitCount);
     if (mode.regionCount == 2) bits.put(static_cast<std::uint32_t>(found.partition), 5);
     const int indexBits = mode.regionCount == 2 ? 3 : 4;
     const int secondAnchor = mode.regionCount == 2 ? anchorOf(2, found.partition, 1) : 0;

@@ -60,4 +60,23 @@ std::span<const Bc6hBit> bc6hLayout(int modeIndex) {
     return layouts[static_cast<std::size_t>(modeIndex)];
 }
 
+std::span<const Bc6hRun> bc6hRuns(int modeIndex) {
+    static const std::array<std::vector<Bc6hRun>, 14> runs = [] {
+        std::array<std::vector<Bc6hRun>, 14> joined;
+        for (std::size_t m = 0; m < joined.size(); ++m)
+            for (const Bc6hBit& bit : bc6hLayout(static_cast<int>(m))) {
+                if (!joined[m].empty()) {
+                    Bc6hRun& last = joined[m].back();
+                    if (last.end == bit.end && last.channel == bit.channel && last.firstBit + last.bitCount == bit.bit) {
+                        ++last.bitCount;
+                        continue;
+                    }
+                }
+                joined[m].push_back({bit.end, bit.channel, bit.bit, 1});
+            }
+        return joined;
+    }();
+    return runs[static_cast<std::size_t>(modeIndex)];
+}
+
 }  // namespace compress

@@ -40,6 +40,14 @@ struct Bc6hBit {
 /// The endpoint bits of a mode in the order in which they follow the mode bits (72 for two regions, 60 for one).
 std::span<const Bc6hBit> bc6hLayout(int modeIndex);
 
+/// Bits of one endpoint that follow one another upwards, as most do.
+struct Bc6hRun {
+    std::uint8_t end, channel, firstBit, bitCount;
+};
+
+/// The same layout in as few runs as there are.
+std::span<const Bc6hRun> bc6hRuns(int modeIndex);
+
 /// An endpoint's value as an interpolator sees it: 0 .. 65535, or -32767 .. 32767.
 constexpr int bc6hUnquantize(int value, int bits, bool isSigned) {
     if (!isSigned) {

@@ -46,6 +46,24 @@ public:
         }
         return clamped;
     }
+    /// A whole block; the report counts texels that weigh something.
+    void operator()(Block& block) {
+        int outside = 0;
+        for (int c = 0; c < channelCount_; ++c) {
+            auto& plane = block.channel[static_cast<std::size_t>(c)];
+            const float low = low_[c], high = high_[c];
+            for (float& value : plane) {
+                value += 0.0f;  // -0 becomes 0; a block has no use for its sign
+                outside |= (value < low) | (value > high);
+            }
+        }
+        if (!outside) return;
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            const glm::vec4 texel(block.channel[0][t], block.channel[1][t], block.channel[2][t], block.channel[3][t]);
+            const glm::vec4 clamped = (*this)(texel, block.significance[t] > 0);
+            for (int c = 0; c < 4; ++c) block.channel[static_cast<std::size_t>(c)][t] = clamped[c];
+        }
+    }
     const EncodeReport& report() const { return report_; }
 
 private:
@@ -56,18 +74,20 @@ private:
 
 /// The 4x4 texels at (4 blockX, 4 blockY); those beyond the edge repeat it and weigh nothing.
 void gather(ImageView<const glm::vec4> texels, ImageView<const float> significance, int blockX, int blockY, RangeClamp& clamp, Block& out) {
+    const int left = blockX * kBlockSide, top = blockY * kBlockSide;
+    const bool whole = left + kBlockSide <= texels.width && top + kBlockSide <= texels.height;
     float total = 0;
     for (int i = 0; i < kTexelCount; ++i) {
-        const int x = blockX * kBlockSide + i % kBlockSide, y = blockY * kBlockSide + i / kBlockSide;
-        const bool inside = x < texels.width && y < texels.height;
-        const int nearX = std::min(x, texels.width - 1), nearY = std::min(y, texels.height - 1);
-        const float weight = !inside ? 0.0f : significance.texels ? significance.at(x, y) : 1.0f;
-        const glm::vec4 texel = clamp(texels.at(nearX, nearY), weight > 0);
+        const int x = left + i % kBlockSide, y = top + i / kBlockSide;
+        const bool inside = whole || (x < texels.width && y < texels.height);
+        const glm::vec4& texel = texels.row(inside ? y : std::min(y, texels.height - 1))[inside ? x : std::min(x, texels.width - 1)];
         const auto t = static_cast<std::size_t>(i);
         for (int c = 0; c < 4; ++c) out.channel[static_cast<std::size_t>(c)][t] = texel[c];
+        const float weight = !inside ? 0.0f : significance.texels ? significance.row(y)[x] : 1.0f;
         out.significance[t] = weight;
         total += weight;
     }
+    clamp(out);
     out.insignificant = !(total > 0);
     if (out.insignificant) out.significance.fill(1.0f);
 }
@@ -170,11 +190,12 @@ BlockSorter::BlockSorter(std::span<const Block> blocks, std::size_t channelCount
     for (const Block& block : blocks) {
         std::size_t counting = 0;
         while (!(block.significance[counting] > 0)) ++counting;
-        bool same = true;
-        for (std::size_t c = 0; c < channelCount; ++c)
-            for (std::size_t t = counting + 1; t < kTexelCount; ++t)
-                same &= block.channel[c][t] == block.channel[c][counting] || !(block.significance[t] > 0);
-        if (same)
+        int different = 0;
+        for (std::size_t c = 0; c < channelCount; ++c) {
+            const float value = block.channel[c][counting];
+            for (std::size_t t = 0; t < kTexelCount; ++t) different |= (block.channel[c][t] != value) & (block.significance[t] > 0);
+        }
+        if (!different)
             constant.emplace_back(&block, counting);
         else
             (block.insignificant ? insignificant : varied).push_back(&block);
