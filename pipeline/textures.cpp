@@ -113,7 +113,7 @@ Result<formats::TextureReader> openTexture(const std::filesystem::path& folder, 
 }
 
 float hdrRange(float largest) {
-    return largest > 0 ? std::exp2(std::max(std::ceil(std::log2(largest)) - 10.0f, -100.0f)) : 1.0f;
+    return largest > 0 ? std::exp2(std::max(std::ceil(std::log2(largest)) - 10.0f, -120.0f)) : 1.0f;
 }
 
 formats::Image<glm::vec4> toRgba(formats::ImageView<const glm::vec3> image) {
