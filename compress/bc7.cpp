@@ -126,14 +126,14 @@ const Bc7Search& bc7SearchOf(int effort) {
     static constexpr std::array<Bc7Search, 10> kSearches = {{
         {0, 0, 0, 0, false, 0, 0, false, 0},
         {0, 0, 0, 0, false, 0, 1, false, 0},
-        {0, 0, 0, 1, false, 0, 1, false, 0},
-        {16, 1, 0, 4, false, 0, 1, false, 0},
-        {32, 2, 0, 4, true, 1, 1, false, 0},
-        {64, 4, 0, 4, true, 1, 2, false, 0},
-        {64, 8, 2, 4, true, 1, 2, true, 0},
-        {64, 16, 8, 4, true, 2, 3, true, 0},
-        {64, 32, 16, 4, true, 2, 4, true, 1},
-        {64, 64, 64, 4, true, 3, 6, true, 3},
+        {0, 0, 0, 1, false, 0, 1, true, 0},
+        {16, 1, 0, 4, false, 0, 1, true, 0},
+        {32, 1, 0, 4, true, 0, 1, true, 0},
+        {64, 3, 0, 4, true, 1, 1, true, 0},
+        {64, 4, 1, 4, true, 1, 1, true, 1},
+        {64, 8, 4, 4, true, 1, 2, true, 2},
+        {64, 16, 16, 4, true, 1, 3, true, 4},
+        {64, 64, 64, 4, true, 2, 4, true, 8},
     }};
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
