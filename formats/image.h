@@ -27,11 +27,7 @@ struct ImageView {
         assert(0 <= firstRow && 0 <= rowCount && firstRow + rowCount <= height);
         return {texels + firstRow * rowStride, width, rowCount, rowStride};
     }
-    operator ImageView<const T>() const
-        requires(!std::is_const_v<T>)
-    {
-        return {texels, width, height, rowStride};
-    }
+    operator ImageView<const T>() const requires(!std::is_const_v<T>) { return {texels, width, height, rowStride}; }
 };
 
 /// Owns width * height texels, rows packed. Moves; a copy is asked for by name.

@@ -43,14 +43,15 @@ struct LightMapRepairs {
 /// Rows [firstRow, firstRow + sh.height()) of a map, all of its width.
 struct LightMapBand {
     int firstRow = 0;
-    Image<lighting::ShRgb> sh;     ///< zero where not covered
-    Image<std::uint8_t> covered;   ///< 1 inside charts: coverage.Y > 0.5, and a normal where the file has normals; without coverage.Y all 1
-    Image<glm::vec3> normal;       ///< unit, world; (0, 0, 1) where not covered or the file has none
-    LightMapRepairs repairs;       ///< of these rows
+    Image<lighting::ShRgb> sh;    ///< zero where not covered
+    Image<std::uint8_t> covered;  ///< 1 inside charts: coverage.Y > 0.5, and a normal where the file has normals; without coverage.Y all 1
+    Image<glm::vec3> normal;      ///< unit, world; (0, 0, 1) where not covered or the file has none
+    LightMapRepairs repairs;      ///< of these rows
     std::int64_t negativeAfterGamut = 0;  ///< channels of sh00 that the colour conversion made negative
 };
 
-/// Opens a map and reads bands of it, tiled or scan-line, half or float, without ever holding the whole. Outside charts anything is allowed.
+/// Opens a map and reads bands of it, tiled or scan-line, half or float, without ever holding the whole. Outside charts anything is
+/// allowed.
 class LightMapReader {
 public:
     static Result<LightMapReader> open(const std::filesystem::path& file, const LightMapDescription& description);
@@ -73,8 +74,8 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// Writes the 27 channels sh00.R .. sh08.B, float, canonical phase, world frame, from bands that come in order from row 0 (tiled 64 x 64, ZIP).
-/// The file appears whole at commit().
+/// Writes the 27 channels sh00.R .. sh08.B, float, canonical phase, world frame, from bands that come in order from row 0 (tiled 64 x 64,
+/// ZIP). The file appears whole at commit().
 class LightMapWriter {
 public:
     static Result<LightMapWriter> create(const std::filesystem::path& file, int width, int height);

@@ -18,8 +18,8 @@ namespace formats {
 struct MaterialNeeds {
     std::string name;
     bool hasNormalMap = false;
-    bool isSpecular = true;          ///< false: KHR_materials_specular with specularFactor 0 and no metal, or KHR_materials_unlit
-    double mMin = 1, mMax = 1;       ///< Beckmann roughness m = roughnessFactor squared; a roughness texture makes it [0, factor^2]
+    bool isSpecular = true;             ///< false: KHR_materials_specular with specularFactor 0 and no metal, or KHR_materials_unlit
+    double mMin = 1, mMax = 1;          ///< Beckmann roughness m = roughnessFactor squared; a roughness texture makes it [0, factor^2]
     double f0Min = 0.04, f0Max = 0.04;  ///< from ior, specularFactor, metallicFactor and baseColorFactor; a texture widens it
 };
 
@@ -32,19 +32,19 @@ struct DracoOptions {
     int speed = 3;            ///< 0 smallest .. 10 fastest
 };
 struct MeshSize {
-    std::size_t fileBytesIn = 0;   ///< the file and the buffers beside it
+    std::size_t fileBytesIn = 0;  ///< the file and the buffers beside it
     std::size_t fileBytesOut = 0;
     std::int64_t vertexCount = 0, triangleCount = 0;  ///< as written: vertices split per primitive, degenerate triangles gone
 };
 /// The quantization error that a written mesh really has, found by reading it back: largest over the vertices.
 struct MeshError {
-    double position = 0;          ///< [scene units]
+    double position = 0;  ///< [scene units]
     double normalRadians = 0;
-    double lightMapUv = 0;        ///< [UV units]
+    double lightMapUv = 0;  ///< [UV units]
 };
 
-/// A glTF or GLB file, Draco-compressed or not. Refused with file and accessor: missing buffers, indices out of range, TEXCOORD_1 missing where
-/// a light map needs it, positions or UVs that are not finite.
+/// A glTF or GLB file, Draco-compressed or not. Refused with file and accessor: missing buffers, indices out of range, TEXCOORD_1 missing
+/// where a light map needs it, positions or UVs that are not finite.
 class GltfScene {
 public:
     static Result<GltfScene> load(const std::filesystem::path& file);
@@ -63,8 +63,8 @@ public:
     /// between primitives stay shut; every other attribute is kept bit for bit. Primitives with morph targets (whose vertices must keep
     /// their order), lines and points stay as they are. Whole or absent.
     Result<MeshSize> writeDraco(const std::filesystem::path& file, const DracoOptions& options) const;
-    /// Compares vertex by vertex with a scene that writeDraco made of this one. Draco reorders vertices and triangles, so triangles are matched
-    /// one to one by how close their corners are (see matchTriangles); one without a counterpart is an ErrorCode::Verification.
+    /// Compares vertex by vertex with a scene that writeDraco made of this one. Draco reorders vertices and triangles, so triangles are
+    /// matched one to one by how close their corners are (see matchTriangles); one without a counterpart is an ErrorCode::Verification.
     Result<MeshError> errorOf(const GltfScene& cooked) const;
 
 private:

@@ -74,7 +74,11 @@ void DominantErrors::merge(const DominantErrors& other) {
 }
 
 std::vector<StageError> DominantErrors::stages() const {
-    return {{"magnified", {}, between_.figures(), 0}, {"total", {}, centres_.figures(), 0}};
+    std::vector<StageError> stages = {{"magnified", {}, between_.figures(), 0}, {"total", {}, centres_.figures(), 0}};
+    // The verdict: texel centres, and whatever is worse between them.
+    stages[1].specular.maxSampled = std::max(stages[0].specular.maxSampled, stages[1].specular.maxSampled);
+    stages[1].specular.maxBound = std::max(stages[0].specular.maxBound, stages[1].specular.maxBound);
+    return stages;
 }
 
 double DominantErrors::meanDirectionError() const {
