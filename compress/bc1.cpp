@@ -139,9 +139,14 @@ void encodeColours(std::span<const Block> blocks, const EncodeOptions& options, 
     };
     run(sorted.varied, options.effort);
     run(sorted.insignificant, 0);
+    // Constant blocks come in runs (outside charts): what was found for the last colour serves the next.
+    std::array<float, 3> colour = {-1, -1, -1};
+    Bc1Result found;
     for (const auto& [block, texel] : sorted.constant) {
-        const std::array<float, 3> colour = {block->channel[0][texel], block->channel[1][texel], block->channel[2][texel]};
-        pack(*block, options, fitConstant(colour, options, isBc1), true, isBc1, at(block));
+        const std::array<float, 3> next = {block->channel[0][texel], block->channel[1][texel], block->channel[2][texel]};
+        if (next != colour) found = fitConstant(next, options, isBc1);
+        colour = next;
+        pack(*block, options, found, true, isBc1, at(block));
     }
 }
 
