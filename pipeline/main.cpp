@@ -8,6 +8,7 @@
 #include <functional>
 #include <thread>
 
+#include "compress/instruction_set.h"
 #include "pipeline/ci_report.h"
 #include "pipeline/convert.h"
 #include "pipeline/cook.h"
@@ -414,6 +415,9 @@ int run(int argc, char** argv) {
     std::string log = "text";
     app.add_option("--log", log, "text or json: how errors are told")->check(CLI::IsMember({"text", "json"}));
     app.add_option("-j,--threads", common.threads, "threads; default: all")->check(CLI::Range(1, 1024));
+    std::string instructions = "widest";
+    app.add_option("--instructions", instructions, "widest or avx2: what the encoders may use; the bytes are the same")
+        ->check(CLI::IsMember({"widest", "avx2"}));
     std::function<int()> command;
     addCook(app, common, command);
     addVerify(app, common, command);

@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <fstream>
+#include <limits>
 
 #include "tests/pipeline/small_scene.h"
 
@@ -92,10 +93,24 @@ TEST_F(Command, BadInputEndsWithThree) {
     expectRefused("cook scene.toml -o out", 3, {"map.exr", "found", "expected"});
     std::filesystem::copy_file(scene_ / "probe.exr", scene_ / "map.exr", std::filesystem::copy_options::overwrite_existing);
     expectRefused("cook scene.toml -o out", 3, {"map.exr", "sh00"});
+    std::string map = whole;
+    map.replace(map.find("sh05.G"), 6, "sh05.H");  // the list stays sorted, and one coefficient is gone
+    formats::writeContent(scene_ / "map.exr", map);
+    expectRefused("cook scene.toml -o out", 3, {"map.exr", "found 26", "sh05.G"});
     expectRefused("encode nowhere.exr out --format bc7", 2, {"out"});
     expectRefused("encode nowhere.exr out.ktx2 --format bc7", 3, {"nowhere.exr"});
     expectRefused("verify nowhere", 3, {"nowhere"});
     expectRefused("decode whole.ktx2 out", 3, {"whole.ktx2"});
+}
+
+TEST_F(Command, ANanTexelEndsWithThreeAndIsNamedOrRepaired) {
+    formats::Image<lighting::ShRgb> rows(8, 8, lighting::ShRgb{glm::vec3(1)});
+    rows.at(5, 3)[4].y = std::numeric_limits<float>::quiet_NaN();
+    auto writer = formats::LightMapWriter::create(scene_ / "map.exr", 8, 8);
+    ASSERT_TRUE(writer && writer->append(rows.view()) && writer->commit());
+    expectRefused("cook scene.toml -o out", 3, {"map.exr", "sh04.G", "(5, 3)", "nan", "expected"});
+    EXPECT_EQ(run("cook scene.toml -o out --repair").code, 0);
+    EXPECT_THAT(contentOf(scene_ / "out" / "report.json"), HasSubstr("\"repaired_not_finite\": 1"));
 }
 
 TEST_F(Command, ANonLinearColourSpaceIsRefusedByName) {
@@ -139,7 +154,7 @@ TEST_F(Command, EachConverterStandsAlone) {
 
 TEST_F(Command, ThreadsAndInstructionSetsDoNotChangeAByte) {
     std::map<std::string, std::string> first;
-    for (const char* variant : {"-j 1", "-j 3"}) {
+    for (const char* variant : {"-j 1", "-j 3", "--instructions avx2"}) {
         ASSERT_EQ(run(fmt::format("cook scene.toml -o out --force {}", variant)).code, 0);
         std::map<std::string, std::string> contents;
         for (const auto& entry : std::filesystem::directory_iterator(scene_ / "out"))
