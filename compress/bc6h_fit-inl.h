@@ -64,7 +64,7 @@ private:
     /// What a mode asks of the codes, lane by lane.
     struct ModeLanes {
         I index;
-        F bits, step, inverseStep, largestCode, deltaLimit[3];
+        F step, inverseStep, largestCode, deltaLimit[3];
         M exact;  ///< 16 bits: the code is v itself
     };
     struct Candidate {
@@ -427,7 +427,7 @@ private:
         F v = (magnitude + set(0.5f)) * mode.step;
         v = select(magnitude == zero(), zero(), v);
         v = select(magnitude >= mode.largestCode, set(largestV()), v);
-        // Signed codes of a few bits have a half left over below the point, which the format drops; at 16 bits there is nothing to scale.
+        // At sixteen bits there is nothing to scale.
         v = select(mode.exact, magnitude, v);
         return kSigned ? hn::CopySign(v, code) : v;
     }

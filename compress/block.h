@@ -31,8 +31,6 @@ public:
         if (shift + bitCount > 64) words_[1] |= field >> (64 - shift);
         position_ += bitCount;
     }
-    int position() const { return position_; }
-    std::uint64_t word(std::size_t index) const { return words_[index]; }
     /// The first byteCount bytes, little endian.
     void store(std::byte* out, std::size_t byteCount) const {
         for (std::size_t i = 0; i < byteCount; ++i) out[i] = static_cast<std::byte>(words_[i >> 3] >> (8 * (i & 7)));

@@ -27,7 +27,7 @@ struct EncodeOptions {
     std::array<float, 4> channelWeights = {1, 1, 1, 1};
 };
 
-/// What had to be changed so that the format can hold it: never silently.
+/// What had to be changed so that the format can hold it: never silently. Texels without significance are not counted.
 struct EncodeReport {
     std::int64_t clampedHigh = 0;      ///< channel values above the format's largest
     std::int64_t clampedNegative = 0;  ///< negative channel values in an unsigned format
