@@ -67,50 +67,55 @@ Formats formatsOf(const std::string& target) {
     return {PixelFormat::Bc7, PixelFormat::Bc6hUf16, false};
 }
 
-}  // namespace
+Result<float> brightestIntensity(LightMapSource& source, const fit::DominantLightOptions& options, const ActionContext& context) {
+    const auto parts = forEachBand<float>(source.bandCount(), context, "measure " + context.action.asset, [&](int index) -> Result<float> {
+        const auto band = source.band(index);
+        if (!band) return tl::make_unexpected(band.error());
+        const DominantRows rows = fitRows(**band, (*band)->firstRow, source.bandRows(index), options);
+        float largest = 0;
+        for (const glm::vec4& value : rows.intensity.texels()) largest = std::max({largest, value.x, value.y, value.z});
+        return largest;
+    });
+    if (!parts) return tl::make_unexpected(parts.error());
+    return *std::max_element(parts->begin(), parts->end());
+}
 
-Result<ActionOutcome> cookDominant(const ActionContext& context) {
-    const Json& parameters = context.action.parameters;
-    const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
-    const auto description = lightMapDescriptionFromJson(parameters.at("description"), context.action.asset);
-    if (!description) return tl::make_unexpected(description.error());
-    const auto opened = context.lightMaps.open(context.action.inputs.at("source"), *description);
-    if (!opened) return tl::make_unexpected(opened.error());
-    LightMapSource& source = **opened;
-    fit::DominantLightOptions fitOptions;
-    fitOptions.luminanceWeights = source.luminanceWeights();
+/// One of the two textures on its way to its file.
+struct Output {
+    std::string role, file;
+    formats::TextureShape shape;
+    formats::TextureWriter writer;
+};
 
-    const auto brightest =
-        forEachBand<float>(source.bandCount(), context, "measure " + context.action.asset, [&](int index) -> Result<float> {
-            const auto band = source.band(index);
-            if (!band) return tl::make_unexpected(band.error());
-            const DominantRows rows = fitRows(**band, (*band)->firstRow, source.bandRows(index), fitOptions);
-            float largest = 0;
-            for (const glm::vec4& value : rows.intensity.texels()) largest = std::max({largest, value.x, value.y, value.z});
-            return largest;
-        });
-    if (!brightest) return tl::make_unexpected(brightest.error());
-    const float range = hdrRange(*std::max_element(brightest->begin(), brightest->end()));
+Result<Output> createOutput(const char* role, PixelFormat format, const LightMapSource& source, const TextureSettings& settings,
+                            const Json& constants, const ActionContext& context) {
+    formats::TextureShape shape;
+    shape.format = format;
+    shape.width = source.width();
+    shape.height = source.height();
+    const std::string file = context.action.asset + "_" + role + std::string(settings.extension());
+    auto writer = createTexture(context.folder / file, shape, settings,
+                                {{"io.lightcook", Json({{"layout", "dominant"}, {"constants", constants}}).dump()}});
+    if (!writer) return tl::make_unexpected(writer.error());
+    return Output{role, file, shape, std::move(*writer)};
+}
 
-    const Formats pixelFormats = formatsOf(parameters.at("target").get<std::string>());
-    formats::TextureShape directionShape, intensityShape;
-    directionShape.format = pixelFormats.direction;
-    intensityShape.format = pixelFormats.intensity;
-    directionShape.width = intensityShape.width = source.width();
-    directionShape.height = intensityShape.height = source.height();
-    const Json constants = {{"direction_scale", pixelFormats.isSignedDirection ? 1.0 : 2.0},
-                            {"direction_bias", pixelFormats.isSignedDirection ? 0.0 : -1.0},
-                            {"intensity_range", range}};
-    const std::map<std::string, std::string> metadata = {{"io.lightcook", Json({{"layout", "dominant"}, {"constants", constants}}).dump()}};
-    const std::string directionFile = context.action.asset + "_direction" + std::string(settings.extension());
-    const std::string intensityFile = context.action.asset + "_intensity" + std::string(settings.extension());
-    auto direction = createTexture(context.folder / directionFile, directionShape, settings, metadata);
-    if (!direction) return tl::make_unexpected(direction.error());
-    auto intensity = createTexture(context.folder / intensityFile, intensityShape, settings, metadata);
-    if (!intensity) return tl::make_unexpected(intensity.error());
+/// What is stored: directions moved into [0, 1] where the format is unsigned, intensities over their range.
+void toStored(DominantRows& rows, bool isSignedDirection, float range) {
+    for (glm::vec4& value : rows.direction.texels())
+        if (!isSignedDirection) value = 0.5f * value + 0.5f;
+    for (glm::vec4& value : rows.intensity.texels()) value /= range;
+}
 
+struct Stored {
+    bool isSignedDirection;
+    float range;
+};
+
+Result<compress::EncodeReport> encodeBands(LightMapSource& source, const fit::DominantLightOptions& fitOptions, const Stored& stored,
+                                           int effort, Output& direction, Output& intensity, const ActionContext& context) {
     compress::EncodeOptions options;
-    options.effort = settings.effort;
+    options.effort = effort;
     using Report = compress::EncodeReport;
     const auto reports =
         forEachBand<Report>(source.bandCount(), context, "encode " + context.action.asset, [&](int index) -> Result<Report> {
@@ -118,45 +123,69 @@ Result<ActionOutcome> cookDominant(const ActionContext& context) {
             if (!band) return tl::make_unexpected(band.error());
             const int firstRow = index * kBandRows;
             DominantRows rows = fitRows(*band, firstRow, source.bandRows(index), fitOptions);
-            for (glm::vec4& value : rows.direction.texels())
-                if (!pixelFormats.isSignedDirection) value = 0.5f * value + 0.5f;
-            for (glm::vec4& value : rows.intensity.texels()) value /= range;
+            toStored(rows, stored.isSignedDirection, stored.range);
             Report report;
-            const auto write = [&](formats::TextureWriter& writer, PixelFormat format,
-                                   formats::ImageView<const glm::vec4> texels) -> Result<void> {
-                const auto bytes = encodeImage(format, texels, rows.significance.view(), options, report);
-                return writer.writeBlockRows({}, firstRow / formats::info(format).blockHeight, bytes);
-            };
-            if (auto written = write(*direction, pixelFormats.direction, rows.direction.view()); !written)
-                return tl::make_unexpected(written.error());
-            if (auto written = write(*intensity, pixelFormats.intensity, rows.intensity.view()); !written)
-                return tl::make_unexpected(written.error());
+            for (const auto& [output, texels] : {std::pair(&direction, &rows.direction), std::pair(&intensity, &rows.intensity)}) {
+                const auto bytes = encodeImage(output->shape.format, texels->view(), rows.significance.view(), options, report);
+                const int firstBlockRow = firstRow / formats::info(output->shape.format).blockHeight;
+                if (auto written = output->writer.writeBlockRows({}, firstBlockRow, bytes); !written)
+                    return tl::make_unexpected(written.error());
+            }
             return report;
         });
     if (!reports) return tl::make_unexpected(reports.error());
-    if (auto committed = direction->commit(); !committed) return tl::make_unexpected(committed.error());
-    if (auto committed = intensity->commit(); !committed) return tl::make_unexpected(committed.error());
+    Report total;
+    for (const Report& each : *reports) total.add(each);
+    return total;
+}
+
+Json entryOf(const Output& output, const ActionContext& context) {
+    return textureEntry(output.role, output.file, output.shape, std::filesystem::file_size(context.folder / output.file), {});
+}
+
+}  // namespace
+
+Result<ActionOutcome> cookDominant(const ActionContext& context) {
+    const Json& parameters = context.action.parameters;
+    const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
+    const auto description = lightMapDescriptionFromJson(parameters.at("description"), context.action.asset);
+    if (!description) return tl::make_unexpected(description.error());
+    const auto source = context.lightMaps.open(context.action.inputs.at("source"), *description);
+    if (!source) return tl::make_unexpected(source.error());
+    fit::DominantLightOptions fitOptions;
+    fitOptions.luminanceWeights = (*source)->luminanceWeights();
+    const auto brightest = brightestIntensity(**source, fitOptions, context);
+    if (!brightest) return tl::make_unexpected(brightest.error());
+
+    const Formats pixelFormats = formatsOf(parameters.at("target").get<std::string>());
+    const Stored stored{pixelFormats.isSignedDirection, hdrRange(*brightest)};
+    const Json constants = {{"direction_scale", stored.isSignedDirection ? 1.0 : 2.0},
+                            {"direction_bias", stored.isSignedDirection ? 0.0 : -1.0},
+                            {"intensity_range", stored.range}};
+    auto direction = createOutput("direction", pixelFormats.direction, **source, settings, constants, context);
+    if (!direction) return tl::make_unexpected(direction.error());
+    auto intensity = createOutput("intensity", pixelFormats.intensity, **source, settings, constants, context);
+    if (!intensity) return tl::make_unexpected(intensity.error());
+    const auto report = encodeBands(**source, fitOptions, stored, settings.effort, *direction, *intensity, context);
+    if (!report) return tl::make_unexpected(report.error());
+    for (Output* output : {&*direction, &*intensity})
+        if (auto committed = output->writer.commit(); !committed) return tl::make_unexpected(committed.error());
 
     ActionOutcome outcome;
-    outcome.files = {directionFile, intensityFile};
-    const Json textures = {
-        textureEntry("direction", directionFile, directionShape, std::filesystem::file_size(context.folder / directionFile), {}),
-        textureEntry("intensity", intensityFile, intensityShape, std::filesystem::file_size(context.folder / intensityFile), {})};
+    outcome.files = {direction->file, intensity->file};
     outcome.result["asset"] = {{"name", context.action.asset},
                                {"kind", "dominant"},
                                {"layout", "direction-intensity"},
-                               {"width", source.width()},
-                               {"height", source.height()},
+                               {"width", (*source)->width()},
+                               {"height", (*source)->height()},
                                {"quantity", "incident radiance, a delta from the direction"},
                                {"units", "radiometric"},
                                {"frame", "world"},
                                {"constants", constants},
-                               {"textures", textures},
+                               {"textures", Json::array({entryOf(*direction, context), entryOf(*intensity, context)})},
                                {"source", {{"description", parameters.at("description")}}}};
     outcome.result["bytes_in"] = std::filesystem::file_size(context.action.inputs.at("source"));
-    Report total;
-    for (const Report& each : *reports) total.add(each);
-    outcome.result["notes"] = {{"clamped_high", total.clampedHigh}, {"clamped_negative", total.clampedNegative}};
+    outcome.result["notes"] = {{"clamped_high", report->clampedHigh}, {"clamped_negative", report->clampedNegative}};
     return outcome;
 }
 
