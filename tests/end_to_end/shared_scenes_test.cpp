@@ -1,0 +1,79 @@
+// The public scenes, where they are: every light map cooks and verifies with both directional layouts, and an independent program, which
+// shares no line with ours, scores the reconstructed map as we do.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/cook.h"
+#include "pipeline/report.h"
+#include "tests/formats/temporary_folder.h"
+
+namespace pipeline {
+namespace {
+
+struct Case {
+    const char* scene;
+    const char* layout;
+};
+
+class SharedScenes : public testing::TestWithParam<Case> {
+protected:
+    const std::filesystem::path data_ = LIGHTCOOK_SHARED_DATA;
+    const std::filesystem::path bake_ = data_ / "scenes" / (std::string(GetParam().scene) + "_lightmap.exr");
+    const formats::TemporaryFolder folder_;
+
+    Outcome cook() const {
+        formats::writeContent(folder_ / "scene.toml",
+                              "schema = 1\nname = \"shared\"\n[output]\nmax_error = 0.05\nlight_map_layout = \"" +
+                                  std::string(GetParam().layout) + "\"\n[[light_map]]\nname = \"lightmap\"\nfile = \"" +
+                                  std::filesystem::absolute(bake_).string() +
+                                  "\"\n[[material]]\nname = \"*\"\nnormal_map = true\nspecular = true\nm = [0.1, 0.5]\nf0 = [0.04, 0.6]\n");
+        CookOptions options;
+        options.scene = folder_ / "scene.toml";
+        options.output = folder_ / "out";
+        options.cache = folder_ / "cache";
+        options.onlyKind = "light-map";
+        const RunState state;
+        return cookScene(options, state);
+    }
+
+    /// The scores of ../shared/tools over every covered texel; null where Python or its libraries are missing.
+    nlohmann::json independentScore(const std::filesystem::path& reconstructed) const {
+        const std::filesystem::path tool = data_.parent_path() / "tools" / "score_light_map.py";
+        const std::string command = "/usr/bin/python3 -B '" + tool.string() + "' '" + bake_.string() + "' '" + reconstructed.string() +
+                                    "' --texels 1000000 --json > '" + (folder_ / "score.json").string() + "' 2>/dev/null";
+        if (std::system(command.c_str()) != 0) return nullptr;
+        return nlohmann::json::parse(formats::contentOf(folder_ / "score.json"));
+    }
+};
+
+TEST_P(SharedScenes, CookVerifyAndAgreeWithAnIndependentScoreToOnePercent) {
+    if (!std::filesystem::exists(bake_)) GTEST_SKIP() << "no shared data at " << data_;
+    const Outcome cooked = cook();
+    for (const formats::Error& error : cooked.errors) ADD_FAILURE() << error.line();
+    ASSERT_TRUE(cooked.report.is_object());
+    EXPECT_TRUE(cooked.report.at("passed").get<bool>());
+    const RunState state;
+    ASSERT_TRUE(reconstructLightMap(folder_ / "out", "lightmap", folder_ / "back.exr", state).has_value());
+    const nlohmann::json score = independentScore(folder_ / "back.exr");
+    if (score.is_null()) GTEST_SKIP() << "cooked and verified; no score without python3-numpy and python3-openimageio";
+    EXPECT_EQ(score.at("not_finite"), 0);
+    const Json& ours = cooked.report.at("assets")[0].at("stages");
+    const Json& centres = ours[ours.size() - 1].at("error");
+    for (const char* kind : {"diffuse", "specular"})
+        for (const char* figure : {"rel_rms", "p99"}) {
+            const double theirs = score.at(kind).at(figure).get<double>();
+            EXPECT_NEAR(centres.at(kind).at(figure).get<double>(), theirs, 0.01 * theirs) << kind << ' ' << figure;
+        }
+}
+
+INSTANTIATE_TEST_SUITE_P(Both, SharedScenes,
+                         testing::Values(Case{"cornell", "ratio"}, Case{"cornell", "luvw"}, Case{"outdoor", "ratio"},
+                                         Case{"outdoor", "luvw"}, Case{"interior", "ratio"}, Case{"interior", "luvw"},
+                                         Case{"zdm2_sun", "ratio"}, Case{"zdm2_sun", "luvw"}),
+                         [](const auto& each) { return std::string(each.param.scene) + "_" + each.param.layout; });
+
+}  // namespace
+}  // namespace pipeline
