@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "compress/instruction_set.h"
+#include "formats/nearest.h"
 #include "pipeline/ci_report.h"
 #include "pipeline/convert.h"
 #include "pipeline/cook.h"
@@ -406,6 +407,20 @@ void addDemo(CLI::App& app, Common& common, std::function<int()>& command) {
     });
 }
 
+/// The first word that stands where a command should and is none, with the nearest one; empty if there is no such word.
+std::string unknownCommand(const CLI::App& app, int argc, char** argv) {
+    std::vector<std::string> commands;
+    for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) commands.push_back(sub->get_name());
+    for (int i = 1; i < argc; ++i) {
+        const std::string word = argv[i];
+        if (word == "-j" || word == "--threads" || word == "--log" || word == "--instructions") ++i;  // its value follows
+        if (word.starts_with("-")) continue;
+        if (std::find(commands.begin(), commands.end(), word) != commands.end()) return "";
+        return fmt::format("the command '{}' (nearest is '{}')", word, formats::nearestName(word, commands));
+    }
+    return "";
+}
+
 int run(int argc, char** argv) {
     CLI::App app("lightcook cooks baked lighting into GPU textures and proves how far the shaded result is from the bake.", "lightcook");
     app.set_version_flag("--version", fmt::format("{} {}", kToolName, kToolVersion));
@@ -437,9 +452,10 @@ int run(int argc, char** argv) {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& mistake) {
         if (mistake.get_exit_code() == 0) return app.exit(mistake);  // --help, --version
+        const std::string unknown = unknownCommand(app, argc, argv);
+        const std::string found = unknown.empty() ? fmt::format("a mistake ({})", mistake.what()) : unknown;
         Terminal(log == "json" ? LogFormat::JsonLines : LogFormat::Text)
-            .error({ErrorCode::InvalidRequest, "command line",
-                    fmt::format("found a mistake ({}), expected what --help shows", mistake.what())});
+            .error({ErrorCode::InvalidRequest, "command line", fmt::format("found {}, expected what --help shows", found)});
         return exitCode(ErrorCode::InvalidRequest);
     }
     common.log = log == "json" ? LogFormat::JsonLines : LogFormat::Text;
