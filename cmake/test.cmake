@@ -7,6 +7,7 @@ function(lightcook_test room)
   target_compile_definitions(${room}_tests PRIVATE
     LIGHTCOOK_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     LIGHTCOOK_SHARED_DATA="${PROJECT_SOURCE_DIR}/../shared/data")
+  link_images_beside(${room}_tests)
   gtest_discover_tests(${room}_tests TEST_FILTER "-*Soak*" DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
   gtest_discover_tests(${room}_tests TEST_FILTER "*Soak*" TEST_LIST ${room}_soak DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 7200 LABELS soak)
 endfunction()

@@ -51,6 +51,7 @@ const std::vector<Library> kLibraries = {
     {"glm/", {}},
     // Not libraries, but the machine: files and threads have their rooms as well. A mutex is allowed where a reader is shared.
     {"sys/", {"formats", "pipeline"}},
+    {"dlfcn.h", {"formats"}},
     {"fcntl.h", {"formats", "pipeline"}},
     {"unistd.h", {"formats", "pipeline"}},
     {"filesystem", {"formats", "verify", "pipeline"}},

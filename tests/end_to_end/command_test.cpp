@@ -22,9 +22,9 @@ protected:
         std::string out, err;
     };
 
-    Ended run(const std::string& arguments) const {
+    Ended run(const std::string& arguments, const std::filesystem::path& program = LIGHTCOOK_PROGRAM) const {
         const std::string command = fmt::format("cd '{0}' && LIGHTCOOK_CACHE='{0}/cache' '{1}' {2} >'{0}/stdout' 2>'{0}/stderr' </dev/null",
-                                                (scene_ / "").string(), LIGHTCOOK_PROGRAM, arguments);
+                                                (scene_ / "").string(), program.string(), arguments);
         const int status = std::system(command.c_str());
         return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, contentOf(scene_ / "stdout"), contentOf(scene_ / "stderr")};
     }
@@ -71,6 +71,27 @@ TEST_F(Command, HelpAndVersionAreNoErrors) {
         EXPECT_EQ(help.code, 0) << command;
         EXPECT_THAT(help.out, HasSubstr("--help")) << command;
     }
+}
+
+/// The library that reads images is loaded at first use: beside the program, or where an installation puts it.
+TEST_F(Command, LoadsItsImageLibraryOnlyToReadImages) {
+    namespace fs = std::filesystem;
+    const fs::path program = scene_ / "bin/lightcook", installed = scene_ / "lib/lightcook/lightcook_images.so";
+    fs::create_directories(program.parent_path());
+    fs::create_directories(installed.parent_path());
+    fs::copy_file(LIGHTCOOK_PROGRAM, program);
+    EXPECT_EQ(run("--version", program).code, 0);
+    const auto expectOneLine = [&](const std::string& words) {
+        const Ended ended = run("info probe.exr", program);
+        EXPECT_EQ(ended.code, 1) << ended.err;
+        EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
+        EXPECT_THAT(ended.err, testing::AllOf(HasSubstr("lightcook_images.so"), HasSubstr("found"), HasSubstr(words)));
+    };
+    expectOneLine("expected the library that reads images");
+    formats::writeContent(installed, "no library");
+    expectOneLine(installed.string());
+    fs::copy_file(fs::path(LIGHTCOOK_PROGRAM).parent_path() / installed.filename(), installed, fs::copy_options::overwrite_existing);
+    EXPECT_EQ(run("info probe.exr", program).code, 0);
 }
 
 TEST_F(Command, BadCommandLinesAndSceneFilesEndWithTwo) {
