@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "lighting/radiometry.h"
 
@@ -74,7 +75,7 @@ void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure) {
     const double dcOfKey = measure.key() / 0.28209479;
     plan.constants["root"] = {255 * dcOfKey < kLuvwFewCodes * static_cast<double>(measure.maximumAbsolute(0)) ? 1.0f : 0.0f};
     for (int i = 0; i < lighting::kShCount; ++i) {
-        plan.constants["range"].push_back(measure.maximumAbsolute(i) / neutral);
+        plan.constants["range"].push_back(std::min(measure.maximumAbsolute(i), neutral * std::numeric_limits<float>::max()) / neutral);
         plan.constants["span"].push_back(kLuvwSpan);
     }
 }
