@@ -136,7 +136,29 @@ void GltfDocument::parse(std::span<const std::byte> bytes) {
 }
 
 Result<std::vector<std::byte>> GltfDocument::readBeside(const std::string& uri) const {
-    return readWholeFile(file_.parent_path() / percentDecoded(uri));
+    return readWholeFile(beside(uri));
+}
+
+std::filesystem::path GltfDocument::beside(const std::string& uri) const {
+    return file_.parent_path() / percentDecoded(uri);
+}
+
+std::vector<std::filesystem::path> GltfDocument::filesBeside(const std::filesystem::path& file) {
+    GltfDocument document;
+    document.file_ = file;
+    const auto bytes = readWholeFile(file);
+    if (!bytes) throw GltfFault(bytes.error());
+    document.parse(*bytes);
+    std::vector<std::filesystem::path> files;
+    for (const char* array : {"buffers", "images"})
+        for (const Json& entry : document.json_.value(array, Json::array())) {
+            const std::string uri = entry.value("uri", "");
+            const std::filesystem::path path = document.beside(uri);
+            std::error_code code;
+            if (uri.empty() || uri.starts_with("data:") || !std::filesystem::is_regular_file(path, code)) continue;
+            if (std::find(files.begin(), files.end(), path) == files.end()) files.push_back(path);
+        }
+    return files;
 }
 
 std::vector<std::byte> GltfDocument::readUri(const std::string& uri, const std::string& place) {

@@ -32,6 +32,8 @@ class GltfDocument {
 public:
     /// Throws GltfFault.
     explicit GltfDocument(const std::filesystem::path& file);
+    /// See gltfFilesBeside; throws GltfFault.
+    static std::vector<std::filesystem::path> filesBeside(const std::filesystem::path& file);
 
     const Json& json() const { return json_; }
     const std::filesystem::path& file() const { return file_; }
@@ -46,12 +48,14 @@ public:
     std::span<const std::byte> bufferView(std::uint64_t index) const;
     /// The file that a relative uri names.
     Result<std::vector<std::byte>> readBeside(const std::string& uri) const;
+    std::filesystem::path beside(const std::string& uri) const;
     /// Component type and count as the accessor declares them, without values.
     MeshAttribute accessorType(std::uint64_t accessor, const std::string& semantic) const;
     /// The elements of an accessor, sparse ones applied, packed; `semantic` also tells its use in errors.
     MeshAttribute readAccessor(std::uint64_t accessor, const std::string& semantic) const;
 
 private:
+    GltfDocument() = default;
     void parse(std::span<const std::byte> bytes);
     void readBuffers();
     std::vector<std::byte> readUri(const std::string& uri, const std::string& place);

@@ -483,6 +483,16 @@ std::int64_t GltfScene::triangleCount() const {
     return state_->triangleCount;
 }
 
+std::vector<std::filesystem::path> gltfFilesBeside(const std::filesystem::path& file) {
+    try {
+        return GltfDocument::filesBeside(file);
+    } catch (const GltfFault&) {
+        return {};
+    } catch (const nlohmann::json::exception&) {
+        return {};
+    }
+}
+
 Result<GltfScene> GltfScene::load(const std::filesystem::path& file) {
     try {
         return GltfScene(std::make_unique<State>(file));
