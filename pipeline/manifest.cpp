@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "pipeline/files.h"
+#include "pipeline/json_shape.h"
 #include "pipeline/version.h"
 
 namespace pipeline {
@@ -57,12 +58,12 @@ Result<Json> readManifest(const std::filesystem::path& folder) {
                        isFolder ? "found no manifest, expected the output folder of `lightcook cook`"
                                 : "found no such folder, expected the output folder of `lightcook cook`");
     }
-    Json manifest = Json::parse(*text, nullptr, false);
-    if (manifest.is_discarded() || !manifest.is_object() || !manifest.contains("assets") || !manifest["assets"].is_array())
+    Json manifest = parseJson(*text);
+    if (manifest.is_discarded() || !manifest.is_object() || !manifest.contains("assets"))
         return failure(ErrorCode::FileUnreadable, file.string(), "found no manifest in it, expected what `lightcook cook` writes");
-    if (manifest.value("schema", 0) != 1)
-        return failure(ErrorCode::FormatUnsupported, file.string(),
-                       fmt::format("found schema {}, expected 1", manifest.value("schema", 0)));
+    if (manifest.contains("schema") && manifest["schema"].is_number_integer() && manifest["schema"] != 1)
+        return failure(ErrorCode::FormatUnsupported, file.string(), fmt::format("found schema {}, expected 1", manifest["schema"].dump()));
+    if (auto shaped = checkManifest(manifest, file.string()); !shaped) return tl::make_unexpected(shaped.error());
     return manifest;
 }
 

@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include "pipeline/files.h"
+#include "pipeline/json_shape.h"
 #include "pipeline/version.h"
 
 namespace pipeline {
@@ -86,9 +87,10 @@ bool isWithinBudget(const Json& report) {
 Result<Json> readReport(const std::filesystem::path& file) {
     const auto text = readFile(file);
     if (!text) return tl::make_unexpected(text.error());
-    Json report = Json::parse(*text, nullptr, false);
+    Json report = parseJson(*text);
     if (report.is_discarded() || !report.is_object() || !report.contains("assets") || !report.contains("budget"))
         return failure(ErrorCode::FileUnreadable, file.string(), "found no report in it, expected what `lightcook cook` writes");
+    if (auto shaped = checkReport(report, file.string()); !shaped) return tl::make_unexpected(shaped.error());
     return report;
 }
 
