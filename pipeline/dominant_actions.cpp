@@ -1,7 +1,10 @@
 #include "pipeline/dominant_actions.h"
 
+#include <tbb/task_arena.h>
+
 #include <algorithm>
-#include <cmath>
+#include <glm/common.hpp>
+#include <optional>
 
 #include "compress/encode.h"
 #include "fit/dominant_light.h"
@@ -58,13 +61,13 @@ DominantRows fitRows(const LightMapBand& band, int firstRow, int rowCount, const
 
 struct Formats {
     PixelFormat direction, intensity;
-    bool isSignedDirection;  ///< stored as it is, rather than as (v + 1) / 2
+    bool hasBlocks;  ///< directions are stored as (v + 1) / 2 in two textures, the second coding what the first one left
 };
 
 Formats formatsOf(const std::string& target) {
-    if (target == "float") return {PixelFormat::Rgba16f, PixelFormat::Rgba16f, true};
-    if (target == "astc") return {PixelFormat::Astc4x4Ldr, PixelFormat::Astc4x4Hdr, false};
-    return {PixelFormat::Bc7, PixelFormat::Bc6hUf16, false};
+    if (target == "float") return {PixelFormat::Rgba16f, PixelFormat::Rgba16f, false};
+    if (target == "astc") return {PixelFormat::Astc4x4Ldr, PixelFormat::Astc4x4Hdr, true};
+    return {PixelFormat::Bc7, PixelFormat::Bc6hUf16, true};
 }
 
 Result<float> brightestIntensity(LightMapSource& source, const fit::DominantLightOptions& options, const ActionContext& context) {
@@ -100,38 +103,57 @@ Result<Output> createOutput(const char* role, PixelFormat format, const LightMap
     return Output{role, file, shape, std::move(*writer)};
 }
 
-/// What is stored: directions moved into [0, 1] where the format is unsigned, intensities over their range.
-void toStored(DominantRows& rows, bool isSignedDirection, float range) {
-    for (glm::vec4& value : rows.direction.texels())
-        if (!isSignedDirection) value = 0.5f * value + 0.5f;
-    for (glm::vec4& value : rows.intensity.texels()) value /= range;
-}
-
+/// What is stored is what the shader undoes: direction = scale * lcDominantStored(first, residual) + bias, intensity = range * texel.
 struct Stored {
-    bool isSignedDirection;
-    float range;
+    float directionScale, directionBias, intensityRange;
+};
+/// Of the residual texture: wide enough for what BC7 leaves in a block whose directions do not lie on a few lines.
+constexpr float kResidualScale = 1.0f / 8, kResidualCentre = 128.0f / 255;
+
+struct Outputs {
+    Output direction, intensity;
+    std::optional<Output> residual;
 };
 
-Result<compress::EncodeReport> encodeBands(LightMapSource& source, const fit::DominantLightOptions& fitOptions, const Stored& stored,
-                                           int effort, Output& direction, Output& intensity, const ActionContext& context) {
+compress::EncodeReport encodeInto(Output& output, formats::ImageView<const glm::vec4> texels, formats::ImageView<const float> significance,
+                                  int effort, std::vector<std::byte>& bytes, formats::ImageView<glm::vec4> decoded) {
     compress::EncodeOptions options;
     options.effort = effort;
+    const PixelFormat format = output.shape.format;
+    bytes.resize(formats::bytesPerBlockRow(format, texels.width) * static_cast<std::size_t>(formats::blocksDown(format, texels.height)));
+    return compress::encodeRows(format, texels, significance, options, bytes, decoded);
+}
+
+/// Encodes and writes the rows from firstRow on of every texture.
+Result<compress::EncodeReport> writeRows(DominantRows& rows, int firstRow, const Stored& stored, int effort, Outputs& outputs) {
+    compress::EncodeReport report;
+    std::vector<std::byte> bytes;
+    const auto write = [&](Output& output, formats::ImageView<const glm::vec4> texels, formats::ImageView<glm::vec4> decoded) {
+        report.add(encodeInto(output, texels, rows.significance.view(), effort, bytes, decoded));
+        return output.writer.writeBlockRows({}, firstRow / formats::info(output.shape.format).blockHeight, bytes);
+    };
+    for (glm::vec4& value : rows.intensity.texels()) value /= stored.intensityRange;
+    if (auto written = write(outputs.intensity, rows.intensity.view(), {}); !written) return tl::make_unexpected(written.error());
+    for (glm::vec4& value : rows.direction.texels()) value = (value - stored.directionBias) / stored.directionScale;
+    formats::Image<glm::vec4> decoded(rows.direction.width(), rows.direction.height());
+    if (auto written = write(outputs.direction, rows.direction.view(), decoded.view()); !written)
+        return tl::make_unexpected(written.error());
+    if (!outputs.residual) return report;
+    for (std::size_t i = 0; i < decoded.texels().size(); ++i)
+        decoded.texels()[i] = glm::clamp((rows.direction.texels()[i] - decoded.texels()[i]) / kResidualScale + kResidualCentre, 0.0f, 1.0f);
+    if (auto written = write(*outputs.residual, decoded.view(), {}); !written) return tl::make_unexpected(written.error());
+    return report;
+}
+
+Result<compress::EncodeReport> encodeBands(LightMapSource& source, const fit::DominantLightOptions& fitOptions, const Stored& stored,
+                                           int effort, Outputs& outputs, const ActionContext& context) {
     using Report = compress::EncodeReport;
     const auto reports =
         forEachBand<Report>(source.bandCount(), context, "encode " + context.action.asset, [&](int index) -> Result<Report> {
             const auto band = source.bandWithMargin(index, kPaddingRows, kPaddingRows);
             if (!band) return tl::make_unexpected(band.error());
-            const int firstRow = index * kBandRows;
-            DominantRows rows = fitRows(*band, firstRow, source.bandRows(index), fitOptions);
-            toStored(rows, stored.isSignedDirection, stored.range);
-            Report report;
-            for (const auto& [output, texels] : {std::pair(&direction, &rows.direction), std::pair(&intensity, &rows.intensity)}) {
-                const auto bytes = encodeImage(output->shape.format, texels->view(), rows.significance.view(), options, report);
-                const int firstBlockRow = firstRow / formats::info(output->shape.format).blockHeight;
-                if (auto written = output->writer.writeBlockRows({}, firstBlockRow, bytes); !written)
-                    return tl::make_unexpected(written.error());
-            }
-            return report;
+            DominantRows rows = fitRows(*band, index * kBandRows, source.bandRows(index), fitOptions);
+            return writeRows(rows, index * kBandRows, stored, effort, outputs);
         });
     if (!reports) return tl::make_unexpected(reports.error());
     Report total;
@@ -143,12 +165,26 @@ Json entryOf(const Output& output, const ActionContext& context) {
     return textureEntry(output.role, output.file, output.shape, std::filesystem::file_size(context.folder / output.file), {});
 }
 
+Result<Outputs> createOutputs(const Formats& pixelFormats, const LightMapSource& source, const TextureSettings& settings,
+                              const Json& constants, const ActionContext& context) {
+    auto direction = createOutput("direction", pixelFormats.direction, source, settings, constants, context);
+    if (!direction) return tl::make_unexpected(direction.error());
+    auto intensity = createOutput("intensity", pixelFormats.intensity, source, settings, constants, context);
+    if (!intensity) return tl::make_unexpected(intensity.error());
+    Outputs outputs{std::move(*direction), std::move(*intensity), std::nullopt};
+    if (!pixelFormats.hasBlocks) return outputs;
+    auto residual = createOutput("residual", pixelFormats.direction, source, settings, constants, context);
+    if (!residual) return tl::make_unexpected(residual.error());
+    outputs.residual = std::move(*residual);
+    return outputs;
+}
+
 }  // namespace
 
 Result<ActionOutcome> cookDominant(const ActionContext& context) {
     const Json& parameters = context.action.parameters;
     const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
-    const auto description = lightMapDescriptionFromJson(parameters.at("description"), context.action.asset);
+    const auto description = lightMapDescriptionFromJson(parameters.at("description"), context.action);
     if (!description) return tl::make_unexpected(description.error());
     const auto source = context.lightMaps.open(context.action.inputs.at("source"), *description);
     if (!source) return tl::make_unexpected(source.error());
@@ -158,21 +194,25 @@ Result<ActionOutcome> cookDominant(const ActionContext& context) {
     if (!brightest) return tl::make_unexpected(brightest.error());
 
     const Formats pixelFormats = formatsOf(parameters.at("target").get<std::string>());
-    const Stored stored{pixelFormats.isSignedDirection, hdrRange(*brightest)};
-    const Json constants = {{"direction_scale", stored.isSignedDirection ? 1.0 : 2.0},
-                            {"direction_bias", stored.isSignedDirection ? 0.0 : -1.0},
-                            {"intensity_range", stored.range}};
-    auto direction = createOutput("direction", pixelFormats.direction, **source, settings, constants, context);
-    if (!direction) return tl::make_unexpected(direction.error());
-    auto intensity = createOutput("intensity", pixelFormats.intensity, **source, settings, constants, context);
-    if (!intensity) return tl::make_unexpected(intensity.error());
-    const auto report = encodeBands(**source, fitOptions, stored, settings.effort, *direction, *intensity, context);
+    const Stored stored{pixelFormats.hasBlocks ? 2.0f : 1.0f, pixelFormats.hasBlocks ? -1.0f : 0.0f, hdrRange(*brightest)};
+    const Json constants = {{"direction_scale", stored.directionScale},
+                            {"direction_bias", stored.directionBias},
+                            {"residual_scale", pixelFormats.hasBlocks ? kResidualScale : 0.0f},
+                            {"residual_centre", kResidualCentre},
+                            {"intensity_range", stored.intensityRange}};
+    auto outputs = createOutputs(pixelFormats, **source, settings, constants, context);
+    if (!outputs) return tl::make_unexpected(outputs.error());
+    const auto report = encodeBands(**source, fitOptions, stored, settings.effort, *outputs, context);
     if (!report) return tl::make_unexpected(report.error());
-    for (Output* output : {&*direction, &*intensity})
-        if (auto committed = output->writer.commit(); !committed) return tl::make_unexpected(committed.error());
 
     ActionOutcome outcome;
-    outcome.files = {direction->file, intensity->file};
+    Json textures = Json::array();
+    for (Output* output : {&outputs->direction, outputs->residual ? &*outputs->residual : nullptr, &outputs->intensity}) {
+        if (output == nullptr) continue;
+        if (auto committed = output->writer.commit(); !committed) return tl::make_unexpected(committed.error());
+        outcome.files.push_back(output->file);
+        textures.push_back(entryOf(*output, context));
+    }
     outcome.result["asset"] = {{"name", context.action.asset},
                                {"kind", "dominant"},
                                {"layout", "direction-intensity"},
@@ -182,7 +222,7 @@ Result<ActionOutcome> cookDominant(const ActionContext& context) {
                                {"units", "radiometric"},
                                {"frame", "world"},
                                {"constants", constants},
-                               {"textures", Json::array({entryOf(*direction, context), entryOf(*intensity, context)})},
+                               {"textures", textures},
                                {"source", {{"description", parameters.at("description")}}}};
     outcome.result["bytes_in"] = std::filesystem::file_size(context.action.inputs.at("source"));
     outcome.result["notes"] = {{"clamped_high", report->clampedHigh}, {"clamped_negative", report->clampedNegative}};

@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <chrono>
 #include <mutex>
 #include <optional>
@@ -19,14 +20,11 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
-/// Everything an action's result depends on: its function, parameters, inputs, the files and facts of its dependencies, and the tool
-/// itself.
+/// Everything an action's result depends on: its function, parameters, inputs, the files and facts of its dependencies, the tool itself,
+/// and the asset's name, which its files and its manifest entry bear.
 Result<std::string> keyOf(const Action& action, const std::vector<const ActionRecord*>& upstream, DigestMemo& digests) {
-    Json key = {{"tool", kSourceDigest},
-                {"kind", action.kind},
-                {"parameters", action.parameters},
-                {"inputs", Json::object()},
-                {"upstream", Json::array()}};
+    Json key = {{"tool", kSourceDigest},           {"kind", action.kind},      {"asset", action.asset},
+                {"parameters", action.parameters}, {"inputs", Json::object()}, {"upstream", Json::array()}};
     for (const auto& [role, path] : action.inputs) {
         const auto digest = digests.of(path);
         if (!digest) return tl::make_unexpected(digest.error());
@@ -138,11 +136,13 @@ ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& 
     std::vector<std::optional<Result<Execution::Done>>> done(graph.size());
     std::map<std::string, std::size_t> indexOf;
     for (std::size_t index = 0; index < graph.size(); ++index) indexOf[graph[index].id] = index;
-    std::atomic<bool> stop{false};
+    std::atomic<std::size_t> lowestFailure{graph.size()};
     for (const auto& wave : waves(graph)) {
+        // Of several failures the first one of the graph is told, whichever thread was quickest: what stands before it is still tried.
+        if (lowestFailure < graph.size() && !options.keepGoing) break;
         tbb::parallel_for(std::size_t{0}, wave.size(), [&](std::size_t i) {
             const Action& action = graph[wave[i]];
-            if (stop || state.interrupted) return;
+            if (state.interrupted || (wave[i] > lowestFailure && !options.keepGoing)) return;
             std::vector<const ActionRecord*> upstream;
             for (const std::string& id : action.dependencies) {
                 const auto& dependency = done[indexOf.at(id)];
@@ -150,14 +150,20 @@ ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& 
                 upstream.push_back(&(*dependency)->record);
             }
             done[wave[i]] = execution.perform(action, upstream);
-            if (!*done[wave[i]] && !options.keepGoing) stop = true;
+            std::size_t lowest = lowestFailure;
+            while (!*done[wave[i]] && wave[i] < lowest && !lowestFailure.compare_exchange_weak(lowest, wave[i])) {
+            }
         });
     }
     ExecutionResult result;
     for (std::size_t index = 0; index < graph.size(); ++index) {
         if (!done[index]) continue;
         if (!*done[index]) {
-            result.errors.push_back((*done[index]).error());
+            // One bad input can stop several actions: it is told once.
+            const std::string line = done[index]->error().line();
+            const bool isTold =
+                std::any_of(result.errors.begin(), result.errors.end(), [&](const Error& each) { return each.line() == line; });
+            if (!isTold && (options.keepGoing || result.errors.empty())) result.errors.push_back(done[index]->error());
             continue;
         }
         Execution::Done& each = **done[index];
@@ -166,8 +172,8 @@ ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& 
         result.files.insert(result.files.end(), each.record.files.begin(), each.record.files.end());
         result.records.emplace(graph[index].id, std::move(each.record));
     }
-    if (state.interrupted)
-        result.errors.insert(result.errors.begin(), Error{ErrorCode::Interrupted, "cook", "found an interrupt, expected to finish"});
+    if (state.interrupted)  // what the actions say is that they were interrupted, or what else would have been told
+        result.errors.assign(1, Error{ErrorCode::Interrupted, "cook", "found an interrupt, expected to finish"});
     return result;
 }
 

@@ -41,7 +41,8 @@ Enum valueOf(const std::pair<Enum, const char*> (&table)[N], const std::string& 
 }  // namespace
 
 Result<LightMapSource*> LightMapSources::open(const std::filesystem::path& file, const formats::LightMapDescription& description) {
-    const std::string key = std::filesystem::absolute(file).lexically_normal().string() + toJson(description).dump();
+    const std::string key =
+        std::filesystem::absolute(file).lexically_normal().string() + toJson(description).dump() + description.colors.config.string();
     const std::lock_guard lock(mutex_);
     if (const auto known = sources_.find(key); known != sources_.end()) return known->second.get();
     auto reader = formats::LightMapReader::open(file, description);
@@ -115,11 +116,15 @@ Json toJson(const formats::LightMapDescription& description) {
             {"light_units", nameOf(kUnits, description.lightUnits)},
             {"color_source", description.colors.source},
             {"color_working", description.colors.working},
-            {"color_config", description.colors.config.string()},
             {"repair", description.repair}};
 }
 
-Result<formats::LightMapDescription> lightMapDescriptionFromJson(const Json& json, const std::string& subject) {
+formats::ColorSpaces colorSpacesOf(const std::string& source, const std::string& working, const Action& action) {
+    const auto config = action.inputs.find(kColorConfigRole);
+    return {source, working, config == action.inputs.end() ? std::filesystem::path() : config->second};
+}
+
+Result<formats::LightMapDescription> lightMapDescriptionFromJson(const Json& json, const Action& action) {
     try {
         formats::LightMapDescription description;
         description.layout = json.at("layout").get<std::string>();
@@ -127,13 +132,12 @@ Result<formats::LightMapDescription> lightMapDescriptionFromJson(const Json& jso
         description.frame = valueOf(kFrames, json.at("frame").get<std::string>());
         description.quantity = valueOf(kQuantities, json.at("quantity").get<std::string>());
         description.lightUnits = valueOf(kUnits, json.at("light_units").get<std::string>());
-        description.colors.source = json.at("color_source").get<std::string>();
-        description.colors.working = json.at("color_working").get<std::string>();
-        description.colors.config = json.at("color_config").get<std::string>();
+        description.colors = colorSpacesOf(json.at("color_source").get<std::string>(), json.at("color_working").get<std::string>(), action);
         description.repair = json.at("repair").get<bool>();
         return description;
     } catch (const std::exception& mistake) {
-        return failure(ErrorCode::FileUnreadable, subject, fmt::format("found {}, expected a light map's description", mistake.what()));
+        return failure(ErrorCode::FileUnreadable, action.asset,
+                       fmt::format("found {}, expected a light map's description", mistake.what()));
     }
 }
 

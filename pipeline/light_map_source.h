@@ -71,8 +71,13 @@ private:
     std::size_t keptBytes_ = 0;
 };
 
+/// Input of an action whose colours are converted by a configuration of the scene's own.
+inline constexpr const char* kColorConfigRole = "color_config";
+
 /// [[light_map]]'s facts as parameters of an action, and back.
 Json toJson(const formats::LightMapDescription& description);
-formats::Result<formats::LightMapDescription> lightMapDescriptionFromJson(const Json& json, const std::string& subject);
+formats::Result<formats::LightMapDescription> lightMapDescriptionFromJson(const Json& json, const Action& action);
+/// The colour spaces of some JSON; a configuration file is an input of the action, so that its content counts and the file may move.
+formats::ColorSpaces colorSpacesOf(const std::string& source, const std::string& working, const Action& action);
 
 }  // namespace pipeline

@@ -5,20 +5,50 @@
 #include <algorithm>
 #include <set>
 
+#include "formats/mesh.h"
 #include "formats/nearest.h"
 #include "pipeline/light_map_actions.h"
+#include "pipeline/light_map_source.h"
 #include "pipeline/probe_actions.h"
 #include "pipeline/textures.h"
 
 namespace pipeline {
 namespace {
 
-constexpr int kCubemapSize = 128;   ///< the paper's
-constexpr int kRsrmWidth = 256;     ///< the paper's
-constexpr int kTableViewCount = 8;  ///< the paper's
+constexpr int kCubemapSize = 128;           ///< the paper's
+constexpr int kRsrmWidth = 256;             ///< the paper's
+constexpr int kTableViewCount = 8;          ///< the paper's
+constexpr double kSmallestShadedM = 0.005;  ///< the smallest that verify::LightMapVerifier takes
 
-std::string meshAssetName(const std::filesystem::path& mesh) {
-    return mesh.stem().string() + "_mesh";
+using Inputs = std::map<std::string, std::filesystem::path>;
+
+/// The mesh and the buffers and images that lie beside it.
+Inputs meshInputs(const std::filesystem::path& mesh) {
+    Inputs inputs = {{"mesh", mesh}};
+    int index = 0;
+    for (const std::filesystem::path& beside : formats::gltfFilesBeside(mesh)) inputs[fmt::format("mesh_file{}", index++)] = beside;
+    return inputs;
+}
+
+/// By the mesh's own name; where several light maps would share that, by the light map's too: each map's UVs are verified against it.
+std::string meshAssetName(const Scene& scene, const LightMapEntry& entry) {
+    const std::string name = entry.mesh->stem().string() + "_mesh";
+    const auto sharing = std::count_if(scene.lightMaps.begin(), scene.lightMaps.end(),
+                                       [&](const LightMapEntry& other) { return other.mesh && other.mesh->stem() == entry.mesh->stem(); });
+    return sharing > 1 ? entry.name + "_" + name : name;
+}
+
+/// Names without extension that the files of an asset may have, under every layout.
+std::vector<std::string> fileNames(const std::string& asset, const std::string& kind) {
+    static const std::map<std::string, std::vector<std::string>> kEndings = {
+        {"light-map", {"_l0", "_ratio", "_luvw_first", "_luvw_second", "_exit", "_sh"}},
+        {"dominant", {"_direction", "_intensity"}},
+        {"lut", {"_c0236", "_d0236", "_cd78"}}};
+    const auto endings = kEndings.find(kind);
+    std::vector<std::string> names = {asset};
+    if (endings != kEndings.end())
+        for (const std::string& ending : endings->second) names.push_back(asset + ending);
+    return names;
 }
 
 class Planner {
@@ -26,16 +56,21 @@ public:
     Planner(const Scene& scene, const Needs& needs, const PlanOptions& options) : scene_(scene), needs_(needs), options_(options) {
         textures_ = TextureSettings{scene.output.container, scene.output.zstd, scene.output.effort}.toJson();
         shading_.specular = needs.specular;
-        shading_.m = samplesOf(needs.m, shading_.m);
+        // A mirror (m = 0) has no area specular to shade: the verifier's smallest lobe stands for it.
+        shading_.m = samplesOf({std::max(needs.m.low, kSmallestShadedM), std::max(needs.m.high, kSmallestShadedM)}, shading_.m);
         shading_.f0 = samplesOf(needs.f0, shading_.f0);
         if (!needs.normalMap && !needs.specular) shading_.normalCount = 1;
     }
 
-    Plan plan() && {
+    formats::Result<Plan> plan() && {
         for (const LightMapEntry& entry : scene_.lightMaps) planLightMap(entry);
         for (const ProbeEntry& entry : scene_.probes) planProbe(entry);
         for (const GradientEntry& entry : scene_.gradients) planGradient(entry);
         planTables();
+        if (!takenName_.empty())
+            return formats::failure(
+                formats::ErrorCode::InvalidRequest, scene_.file.string(),
+                fmt::format("found two assets that would both write '{}', expected names that keep their files apart", takenName_));
         return std::move(plan_);
     }
 
@@ -48,8 +83,17 @@ private:
         return !options_.only || *options_.only == asset || *options_.only == parent;
     }
 
-    void add(const std::string& asset, const std::string& kind, Json parameters, std::map<std::string, std::filesystem::path> inputs,
-             Json verifyParameters, std::map<std::string, std::filesystem::path> verifyInputs) {
+    /// Of a light map, a probe or a gradient: the file itself, and the colour configuration that it is read by.
+    Inputs sourceOf(const std::filesystem::path& file) const {
+        Inputs inputs = {{"source", file}};
+        if (!scene_.colors.config.empty()) inputs[kColorConfigRole] = scene_.colors.config;
+        return inputs;
+    }
+
+    void add(const std::string& asset, const std::string& kind, Json parameters, Inputs inputs, Json verifyParameters,
+             Inputs verifyInputs) {
+        for (const std::string& name : fileNames(asset, kind))
+            if (!fileNames_.insert(name).second && takenName_.empty()) takenName_ = name;
         plan_.assets.push_back(asset);
         plan_.actions.push_back({"cook/" + asset, kind, asset, std::move(parameters), std::move(inputs), {}});
         const bool holdsLight = kind == "light-map" || kind == "mesh";
@@ -66,7 +110,7 @@ private:
         if (wanted(entry.name, "light-map", entry.name)) {
             add(entry.name, "light-map",
                 {{"description", toJson(description)}, {"layout", layout}, {"target", target}, {"textures", textures_}},
-                {{"source", entry.file}}, {{"shading", toJson(shading_)}, {"samples", options_.samples}}, {{"source", entry.file}});
+                sourceOf(entry.file), {{"shading", toJson(shading_)}, {"samples", options_.samples}}, sourceOf(entry.file));
             if (layout != scene_.output.lightMapLayout)
                 skip(fmt::format("directional light map '{}'", entry.name),
                      "no material has a normal map or is specular: a flat exit-radiance map is enough", entry.name,
@@ -76,13 +120,19 @@ private:
         if (wanted(dominant, "dominant", entry.name)) {
             if (needs_.specular)
                 add(dominant, "dominant", {{"description", toJson(description)}, {"target", target}, {"textures", textures_}},
-                    {{"source", entry.file}}, {{"shading", toJson(shading_)}}, {{"source", entry.file}});
+                    sourceOf(entry.file), {{"shading", toJson(shading_)}}, sourceOf(entry.file));
             else
                 skip("dominant light of '" + entry.name + "'", "no material is specular", entry.name, 2 * bitsOf("flat"));
         }
-        if (entry.mesh && scene_.output.draco && wanted(meshAssetName(*entry.mesh), "mesh", entry.name))
-            add(meshAssetName(*entry.mesh), "mesh", {{"description", toJson(description)}}, {{"mesh", *entry.mesh}}, Json::object(),
-                {{"mesh", *entry.mesh}, {"source", entry.file}});
+        if (entry.mesh && scene_.output.draco && wanted(meshAssetName(scene_, entry), "mesh", entry.name))
+            addMesh(meshAssetName(scene_, entry), entry, description);
+    }
+
+    void addMesh(const std::string& asset, const LightMapEntry& entry, const formats::LightMapDescription& description) {
+        const Inputs inputs = meshInputs(*entry.mesh);
+        Inputs verifyInputs = sourceOf(entry.file);
+        verifyInputs.insert(inputs.begin(), inputs.end());
+        add(asset, "mesh", {{"description", toJson(description)}}, inputs, Json::object(), verifyInputs);
     }
 
     void planProbe(const ProbeEntry& entry) {
@@ -92,15 +142,17 @@ private:
             skip("cubemap '" + entry.name + "'", "no material is specular", std::uint64_t{131072}, estimatedSeconds("cubemap", 0.131));
             return;
         }
-        std::map<std::string, std::filesystem::path> inputs = {{"source", entry.file}};
-        if (entry.sh) inputs["sh"] = *entry.sh;
-        add(entry.name, "cubemap",
-            {{"colors", toJson(scene_.colors)},
-             {"target", std::string(nameOf(scene_.output.target))},
-             {"textures", textures_},
-             {"size", kCubemapSize},
-             {"repair", options_.repair}},
-            inputs, Json::object(), {{"source", entry.file}});
+        Json parameters = {{"colors", toJson(scene_.colors)},
+                           {"target", std::string(nameOf(scene_.output.target))},
+                           {"textures", textures_},
+                           {"size", kCubemapSize},
+                           {"repair", options_.repair}};
+        Inputs inputs = sourceOf(entry.file);
+        if (entry.sh) {
+            inputs["sh"] = *entry.sh;
+            parameters["probe_file"] = entry.file.filename().string();  // by which the SH is found in that file
+        }
+        add(entry.name, "cubemap", std::move(parameters), inputs, Json::object(), sourceOf(entry.file));
     }
 
     void planGradient(const GradientEntry& entry) {
@@ -123,7 +175,7 @@ private:
              {"width", kRsrmWidth},
              {"textures", textures_},
              {"repair", options_.repair}},
-            {{"source", entry.file}}, Json::object(), {{"source", entry.file}});
+            sourceOf(entry.file), Json::object(), sourceOf(entry.file));
     }
 
     void planTables() {
@@ -167,6 +219,8 @@ private:
     verify::LightMapShading shading_;
     Plan plan_;
     std::vector<std::string> knownNames_;
+    std::set<std::string> fileNames_;
+    std::string takenName_;  ///< the first that two assets would use
 };
 
 }  // namespace
@@ -180,7 +234,7 @@ std::vector<Action> planNeeds(const Scene& scene) {
                                "materials",
                                entry.mesh->filename().string(),
                                Json::object(),
-                               {{"mesh", *entry.mesh}},
+                               meshInputs(*entry.mesh),
                                {}});
     return actions;
 }
@@ -192,12 +246,14 @@ Action verifyAction(const std::string& asset, const std::string& kind, const std
 
 formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const PlanOptions& options) {
     Planner planner(scene, needs, options);
-    Plan plan = std::move(planner).plan();
+    auto planned = std::move(planner).plan();
+    if (!planned) return planned;
+    const Plan& plan = *planned;
     if (options.only && plan.assets.empty() && plan.skipped.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, "--only",
                                 fmt::format("found '{}', expected an asset of the scene; nearest is '{}'", *options.only,
                                             formats::nearestName(*options.only, planner.knownNames())));
-    return plan;
+    return planned;
 }
 
 }  // namespace pipeline

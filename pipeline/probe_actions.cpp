@@ -10,6 +10,7 @@
 #include "fit/pre_divide.h"
 #include "fit/rsrm.h"
 #include "fit/specular_tables.h"
+#include "pipeline/light_map_source.h"
 #include "pipeline/textures.h"
 
 namespace pipeline {
@@ -20,10 +21,6 @@ using formats::failure;
 using formats::Image;
 using formats::PixelFormat;
 using formats::Result;
-
-formats::EnvironmentOptions environmentOptions(const Json& parameters) {
-    return {colorSpacesFromJson(parameters.at("colors")), parameters.at("repair").get<bool>()};
-}
 
 PixelFormat hdrFormat(const std::string& target) {
     if (target == "float") return PixelFormat::Rgba16f;
@@ -108,22 +105,24 @@ Json axisJson(const fit::TableAxis& axis, const char* what) {
 }  // namespace
 
 Json toJson(const formats::ColorSpaces& colors) {
-    return {{"source", colors.source}, {"working", colors.working}, {"config", colors.config.string()}};
+    return {{"source", colors.source}, {"working", colors.working}};
 }
 
-formats::ColorSpaces colorSpacesFromJson(const Json& json) {
-    return {json.at("source").get<std::string>(), json.at("working").get<std::string>(), json.at("config").get<std::string>()};
+formats::EnvironmentOptions environmentOptions(const Json& json, const Action& action) {
+    const Json& colors = json.at("colors");
+    return {colorSpacesOf(colors.at("source").get<std::string>(), colors.at("working").get<std::string>(), action),
+            json.at("repair").get<bool>()};
 }
 
 Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     const Json& parameters = context.action.parameters;
     const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
     const auto& source = context.action.inputs.at("source");
-    const auto loaded = formats::loadEnvironment(source, environmentOptions(parameters));
+    const auto loaded = formats::loadEnvironment(source, environmentOptions(parameters, context.action));
     if (!loaded) return tl::make_unexpected(loaded.error());
     lighting::ShRgb sh = fit::projectEnvironment(loaded->environment);
     if (const auto shFile = context.action.inputs.find("sh"); shFile != context.action.inputs.end()) {
-        const auto stored = formats::loadProbeSh(shFile->second, source.filename().string());
+        const auto stored = formats::loadProbeSh(shFile->second, parameters.at("probe_file").get<std::string>());
         if (!stored) return tl::make_unexpected(stored.error());
         sh = *stored;
     }
@@ -238,7 +237,7 @@ Result<ActionOutcome> cookRsrm(const ActionContext& context) {
     const Json& parameters = context.action.parameters;
     const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
     const auto& source = context.action.inputs.at("source");
-    const auto gradient = formats::loadGradient(source, environmentOptions(parameters));
+    const auto gradient = formats::loadGradient(source, environmentOptions(parameters, context.action));
     if (!gradient) return tl::make_unexpected(gradient.error());
     fit::RsrmOptions options;
     options.width = parameters.at("width").get<int>();

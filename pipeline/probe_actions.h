@@ -6,7 +6,7 @@
 
 namespace pipeline {
 
-/// "cubemap". Inputs "source" and optionally "sh"; parameters: colors, probe_file, target, textures, size, repair.
+/// "cubemap". Inputs "source" and optionally "sh"; parameters: colors, probe_file (with "sh"), target, textures, size, repair.
 formats::Result<ActionOutcome> cookCubemap(const ActionContext& context);
 /// "lut". No input; parameters: distribution, normalization, view_count, m_rows, textures.
 formats::Result<ActionOutcome> cookTables(const ActionContext& context);
@@ -19,6 +19,7 @@ formats::Result<ActionOutcome> verifyTables(const ActionContext& context);
 formats::Result<ActionOutcome> verifyRsrm(const ActionContext& context);
 
 Json toJson(const formats::ColorSpaces& colors);
-formats::ColorSpaces colorSpacesFromJson(const Json& json);
+/// How an action reads its source. json   with members colors and repair
+formats::EnvironmentOptions environmentOptions(const Json& json, const Action& action);
 
 }  // namespace pipeline

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <optional>
 
 #include "lighting/cube.h"
 #include "pipeline/bands.h"
@@ -75,11 +76,6 @@ glm::vec4 vec4From(const Json& json) {
 }
 glm::vec3 vec3From(const Json& json) {
     return {json.at(0).get<float>(), json.at(1).get<float>(), json.at(2).get<float>()};
-}
-
-/// How the cook read its source.
-formats::EnvironmentOptions environmentOptions(const Json& source) {
-    return {colorSpacesFromJson(source.at("colors")), source.at("repair").get<bool>()};
 }
 
 Result<verify::CookedCubemap> readCubemap(const ActionContext& context, const Json& asset) {
@@ -176,7 +172,7 @@ glm::vec3 litBy(const glm::vec3& direction, const glm::vec3& intensity, const gl
 Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     const Stopwatch watch;
     const Json& asset = context.upstream.at(0)->result.at("asset");
-    const formats::EnvironmentOptions options = environmentOptions(asset.at("source"));
+    const formats::EnvironmentOptions options = environmentOptions(asset.at("source"), context.action);
     const auto source = formats::loadEnvironment(context.action.inputs.at("source"), options);
     if (!source) return tl::make_unexpected(source.error());
     const auto colors = formats::linearConversion(options.colors);
@@ -238,7 +234,7 @@ Result<ActionOutcome> verifyTables(const ActionContext& context) {
 Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
     const Stopwatch watch;
     const Json& asset = context.upstream.at(0)->result.at("asset");
-    const formats::EnvironmentOptions options = environmentOptions(asset.at("source"));
+    const formats::EnvironmentOptions options = environmentOptions(asset.at("source"), context.action);
     const auto gradient = formats::loadGradient(context.action.inputs.at("source"), options);
     if (!gradient) return tl::make_unexpected(gradient.error());
     const auto colors = formats::linearConversion(options.colors);
@@ -268,7 +264,7 @@ Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
 Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     const Stopwatch watch;
     const Json& asset = context.upstream.at(0)->result.at("asset");
-    const auto description = lightMapDescriptionFromJson(asset.at("source").at("description"), context.action.asset);
+    const auto description = lightMapDescriptionFromJson(asset.at("source").at("description"), context.action);
     if (!description) return tl::make_unexpected(description.error());
     const auto source = context.lightMaps.open(context.action.inputs.at("source"), *description);
     if (!source) return tl::make_unexpected(source.error());
@@ -277,7 +273,15 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     if (!direction) return tl::make_unexpected(direction.error());
     const auto intensity = openTexture(context.upstreamFolder, asset, "intensity");
     if (!intensity) return tl::make_unexpected(intensity.error());
-    for (const formats::TextureReader* texture : {&*direction, &*intensity})
+    const Json& constants = asset.at("constants");
+    const float residualScale = constants.at("residual_scale").get<float>(), residualCentre = constants.at("residual_centre").get<float>();
+    std::optional<formats::TextureReader> residual;
+    if (residualScale != 0) {
+        auto opened = openTexture(context.upstreamFolder, asset, "residual");
+        if (!opened) return tl::make_unexpected(opened.error());
+        residual = std::move(*opened);
+    }
+    for (const formats::TextureReader* texture : {&*direction, &*intensity, residual ? &*residual : &*direction})
         if (texture->shape().width != bake.width() || texture->shape().height != bake.height())
             return failure(ErrorCode::Verification, context.action.asset,
                            fmt::format("found textures of {} x {} texels, expected {} x {} as the source", texture->shape().width,
@@ -285,7 +289,6 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     const auto key = surveyKey(bake, context);
     if (!key) return tl::make_unexpected(key.error());
 
-    const Json& constants = asset.at("constants");
     const verify::CookedDominant map{constants.at("direction_scale").get<float>(), constants.at("direction_bias").get<float>(),
                                      constants.at("intensity_range").get<float>(), bake.width(), bake.height()};
     const verify::LightMapShading materials = shadingFromJson(context.action.parameters.at("shading"));
@@ -300,6 +303,15 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
             if (!reference) return tl::make_unexpected(reference.error());
             auto directions = readRows(*direction, firstRow, rowCount + 1);
             if (!directions) return tl::make_unexpected(directions.error());
+            if (residual) {
+                const auto left = readRows(*residual, firstRow, rowCount + 1);
+                if (!left) return tl::make_unexpected(left.error());
+                for (std::size_t i = 0; i < left->texels().size(); ++i)
+                    directions->texels()[i] =
+                        glm::vec4(shaders::lcDominantStored(glm::vec3(directions->texels()[i]), glm::vec3(left->texels()[i]), residualScale,
+                                                            residualCentre),
+                                  1.0f);
+            }
             auto intensities = readRows(*intensity, firstRow, rowCount + 1);
             if (!intensities) return tl::make_unexpected(intensities.error());
             const verify::DecodedDominantRows rows{firstRow, std::move(*directions), std::move(*intensities)};
