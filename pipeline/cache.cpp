@@ -49,7 +49,10 @@ std::filesystem::path Cache::contentPath(const std::string& digest) const {
 std::optional<ActionRecord> Cache::find(const std::string& key) const {
     const auto text = readFile(recordPath(key));
     if (!text) return std::nullopt;
-    const Json json = Json::parse(*text, nullptr, false);
+    // A record begins with the digest of its text: one that a disk has changed is as good as none.
+    const std::size_t end = text->find('\n');
+    if (end == std::string::npos || digestOfText(std::string_view(*text).substr(end + 1)) != text->substr(0, end)) return std::nullopt;
+    const Json json = Json::parse(text->begin() + static_cast<std::ptrdiff_t>(end) + 1, text->end(), nullptr, false);
     auto record = ActionRecord::fromJson(json, recordPath(key).string());
     if (!record) return std::nullopt;
     return std::move(*record);
@@ -61,7 +64,8 @@ Result<void> Cache::store(const std::string& key, const ActionRecord& record, co
         if (std::filesystem::exists(contentPath(file.digest), code)) continue;
         if (auto copied = copyFile(folder / file.name, contentPath(file.digest)); !copied) return copied;
     }
-    return writeFile(recordPath(key), record.toJson().dump());
+    const std::string text = record.toJson().dump(-1, ' ', false, Json::error_handler_t::replace);
+    return writeFile(recordPath(key), digestOfText(text) + "\n" + text);
 }
 
 bool Cache::restore(const std::string& digest, const std::filesystem::path& destination) const {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "pipeline/json_shape.h"
 #include "pipeline/version.h"
 
 namespace pipeline {
@@ -78,7 +79,7 @@ std::string sarifReport(const std::vector<formats::Error>& errors) {
                         {"version", "2.1.0"},
                         {"runs", Json::array({{{"tool", {{"driver", {{"name", kToolName}, {"version", kToolVersion}, {"rules", rules}}}}},
                                                {"results", results}}})}};
-    return sarif.dump(2) + "\n";
+    return textOf(sarif) + "\n";
 }
 
 }  // namespace pipeline

@@ -82,7 +82,7 @@ Outcome convert(const ConvertOptions& options, const RunState& state) {
         return cookScene(sceneOf(options, name), cook, state);
     }
     cook.container = extension == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
-    auto folder = TemporaryFolder::create(std::filesystem::temp_directory_path());
+    auto folder = TemporaryFolder::create();
     if (!folder) return failed(folder.error());
     cook.output = folder->path() / "cooked";
     Outcome outcome = cookScene(sceneOf(options, name), cook, state);

@@ -10,6 +10,7 @@
 #include "pipeline/cache.h"
 #include "pipeline/executor.h"
 #include "pipeline/files.h"
+#include "pipeline/json_shape.h"
 #include "pipeline/light_map_actions.h"
 #include "pipeline/manifest.h"
 #include "pipeline/needs.h"
@@ -109,7 +110,9 @@ private:
             return failure(ErrorCode::InvalidRequest, outcome_.output.string(), "found a file, expected a folder or nothing");
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();
         digests_.emplace(cache_.root() / "stamps" / digestOfText(absolute.string()));
-        auto staging = TemporaryFolder::create((absolute / "").parent_path().parent_path());
+        // On the output's own file system, so that finished files are renamed: inside it, or, where there is none yet, where it will be.
+        auto staging =
+            TemporaryFolder::create(std::filesystem::is_directory(absolute, code) ? absolute : (absolute / "").parent_path().parent_path());
         if (!staging) return tl::make_unexpected(staging.error());
         auto done = cookInto(staging->path());
         digests_->save();
@@ -120,9 +123,10 @@ private:
         const ExecuteOptions executeOptions{outcome_.output, options_.force, options_.keepGoing};
         const std::vector<Action> needsGraph = planNeeds(scene_);
         const ExecutionResult materials = execute(needsGraph, executeOptions, staging, cache_, *digests_, state_);
-        if (!materials.errors.empty()) return tl::make_unexpected(materials.errors.front());
-        std::vector<const ActionRecord*> materialRecords;
-        for (const Action& action : needsGraph) materialRecords.push_back(&materials.records.at(action.id));
+        outcome_.errors = materials.errors;
+        if (!materials.errors.empty() && (!options_.keepGoing || state_.interrupted)) return {};
+        std::vector<const ActionRecord*> materialRecords;  // of meshes that can be read: of others nothing is known
+        for (const auto& [id, record] : materials.records) materialRecords.push_back(&record);
         auto plan =
             planScene(scene_, resolveNeeds(scene_, materialRecords), {options_.only, options_.onlyKind, options_.repair, options_.samples});
         if (!plan) return tl::make_unexpected(plan.error());
@@ -130,7 +134,8 @@ private:
         const ExecutionResult result = execute(plan->actions, executeOptions, staging, cache_, *digests_, state_);
         outcome_.actionsRun = materials.actionsRun + result.actionsRun;
         outcome_.actionsReused = materials.actionsReused + result.actionsReused;
-        outcome_.errors = result.errors;
+        for (const Error& error : result.errors)
+            if (!isTold(error)) outcome_.errors.push_back(error);
         if (!result.errors.empty() && (!options_.keepGoing || state_.interrupted)) return {};
         if (auto published = publish(result, staging, outcome_.output); !published) return published;
         if (auto written = writeSummaries(*plan, result); !written) return written;
@@ -166,7 +171,7 @@ private:
         const Json manifest = makeManifest(scene_, outcome_.output, assets, digestOfText(shader));
         if (oldManifest) removeStale(*oldManifest, manifest);
         if (auto written = writeFileIfChanged(outcome_.output / kShaderName, shader); !written) return written;
-        if (auto written = writeFileIfChanged(outcome_.output / kManifestName, manifest.dump(2) + "\n"); !written) return written;
+        if (auto written = writeFileIfChanged(outcome_.output / kManifestName, textOf(manifest) + "\n"); !written) return written;
 
         const bool unchanged =
             outcome_.actionsRun == 0 && oldReport && oldManifest && *oldManifest == manifest && isSameButForTime(*oldReport, rows);
@@ -176,8 +181,12 @@ private:
         }
         const ReportFrame frame{scene_.name, secondsSince(start_), peakResidentBytes(), scene_.output.budgetBytes};
         outcome_.report = makeReport(frame, rows, skipsOf(plan, result, rows));
-        if (auto written = writeFile(outcome_.output / kReportName, outcome_.report.dump(2) + "\n"); !written) return written;
+        if (auto written = writeFile(outcome_.output / kReportName, textOf(outcome_.report) + "\n"); !written) return written;
         return writeFile(outcome_.output / kReportHtmlName, renderReportHtml(outcome_.report, outcome_.output));
+    }
+
+    bool isTold(const Error& error) const {
+        return std::any_of(outcome_.errors.begin(), outcome_.errors.end(), [&](const Error& each) { return each.line() == error.line(); });
     }
 
     /// The report stands if its rows and its budget are what this cook would write.
@@ -287,7 +296,7 @@ private:
         if (!manifest) return tl::make_unexpected(manifest.error());
         outcome_.errors = checkDigests(options_.folder, *manifest);
         if (!outcome_.errors.empty()) return {};
-        auto scratch = TemporaryFolder::create(std::filesystem::temp_directory_path());
+        auto scratch = TemporaryFolder::create();
         if (!scratch) return tl::make_unexpected(scratch.error());
         const auto previous = readReport(options_.folder / kReportName);
         std::vector<Json> rows;

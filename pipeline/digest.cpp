@@ -39,6 +39,10 @@ std::string digestOfText(std::string_view text) {
 }
 
 Result<std::string> digestOfFile(const std::filesystem::path& file) {
+    std::error_code code;
+    const std::filesystem::file_status status = std::filesystem::status(file, code);
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))  // a pipe or a device may never end
+        return failure(ErrorCode::FileUnreadable, file.string(), "found something that is no file, expected a readable file");
     std::ifstream stream(file, std::ios::binary);
     if (!stream)
         return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected a readable file", std::strerror(errno)));
@@ -83,7 +87,12 @@ DigestMemo::DigestMemo(std::filesystem::path memoFile) : memoFile_(std::move(mem
 Result<std::string> DigestMemo::of(const std::filesystem::path& file) {
     Stamp stamp;
     if (!stampOf(file, stamp)) {
-        const std::string found = std::filesystem::is_directory(file) ? "a folder" : "no such file";
+        std::error_code code;
+        const auto kind = std::filesystem::status(file, code).type();
+        const char* found = kind == std::filesystem::file_type::directory   ? "a folder"
+                            : kind == std::filesystem::file_type::not_found ? "no such file"
+                            : kind == std::filesystem::file_type::none      ? "a file that may not be looked at"
+                                                                            : "something that is no file";
         return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected a readable file", found));
     }
     const std::string path = std::filesystem::absolute(file).lexically_normal().string();
@@ -113,7 +122,7 @@ void DigestMemo::save() const {
         if (!stampOf(path, now) || now != entry.stamp) continue;  // gone or changed: forget it
         json[path] = {entry.stamp.size, entry.stamp.inode, entry.stamp.modifiedNs, entry.stamp.changedNs, entry.digest, entry.learntNs};
     }
-    (void)writeFile(memoFile_, json.dump());
+    (void)writeFile(memoFile_, json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
 }  // namespace pipeline

@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "formats/error.h"
 
@@ -25,15 +26,19 @@ formats::Result<void> makeFolder(const std::filesystem::path& folder);
 /// A folder that goes away with its owner, whatever it holds.
 class TemporaryFolder {
 public:
+    /// parent   made as needed; what had to be made goes again with this folder, unless something has come to lie in it
     static formats::Result<TemporaryFolder> create(const std::filesystem::path& parent);
+    /// In the system's folder for such things.
+    static formats::Result<TemporaryFolder> create();
     TemporaryFolder(TemporaryFolder&& other) noexcept;
     TemporaryFolder& operator=(TemporaryFolder&& other) noexcept;
     ~TemporaryFolder();
     const std::filesystem::path& path() const { return path_; }
 
 private:
-    explicit TemporaryFolder(std::filesystem::path path) : path_(std::move(path)) {}
+    TemporaryFolder() = default;
     std::filesystem::path path_;
+    std::vector<std::filesystem::path> madeParents_;  ///< the deepest first
 };
 
 }  // namespace pipeline

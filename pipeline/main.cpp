@@ -1,11 +1,15 @@
 // The command line. Every command is a function from its options to an exit code; what it does lives elsewhere.
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <functional>
+#include <system_error>
 #include <thread>
 
 #include "compress/instruction_set.h"
@@ -14,6 +18,7 @@
 #include "pipeline/convert.h"
 #include "pipeline/cook.h"
 #include "pipeline/files.h"
+#include "pipeline/json_shape.h"
 #include "pipeline/report.h"
 #include "pipeline/terminal.h"
 #include "pipeline/texture_commands.h"
@@ -163,15 +168,15 @@ void addVerify(CLI::App& app, Common& common, std::function<int()>& command) {
         command = [=, &common] {
             Session session(common);
             Outcome outcome = verifyCooked(*options, session.state);
-            if (outcome.report.is_object()) sayReport(session.terminal, outcome.report);
             const auto write = [&](const std::filesystem::path& file, const std::string& text) {
                 if (file.empty()) return;
                 if (auto written = writeFile(file, text); !written) outcome.errors.push_back(written.error());
             };
             const std::vector<Error> verdicts = outcome.errors;
-            write(files->json, outcome.report.dump(2) + "\n");
+            write(files->json, textOf(outcome.report) + "\n");
             write(files->junit, junitReport(outcome.report, verdicts, options->folder.string()));
             write(files->sarif, sarifReport(verdicts));
+            if (outcome.report.is_object()) sayReport(session.terminal, outcome.report);  // last: whoever reads it may stop reading
             return session.finish(outcome.errors);
         };
     });
@@ -206,10 +211,9 @@ void addReport(CLI::App& app, Common& common, std::function<int()>& command) {
             Session session(common);
             const auto report = readReport(options->folder / kReportName);
             if (!report) return session.finish(report);
-            sayReport(session.terminal, *report);
             std::vector<Error> errors;
             if (!options->json.empty())
-                if (auto written = writeFile(options->json, report->dump(2) + "\n"); !written) errors.push_back(written.error());
+                if (auto written = writeFile(options->json, textOf(*report) + "\n"); !written) errors.push_back(written.error());
             if (!options->html.empty())
                 if (auto written = writeFile(options->html, renderReportHtml(*report, options->folder)); !written)
                     errors.push_back(written.error());
@@ -218,6 +222,7 @@ void addReport(CLI::App& app, Common& common, std::function<int()>& command) {
             if (!isWithinBudget(*report))
                 errors.push_back({ErrorCode::OverBudget, options->folder.string(),
                                   "found more GPU memory used than the scene's budget, expected at most the budget"});
+            sayReport(session.terminal, *report);
             return session.finish(errors);
         };
     });
@@ -261,7 +266,7 @@ void addEncode(CLI::App& app, Common& common, std::function<int()>& command) {
             for (const char* key : {"clamped_high", "clamped_negative", "repaired"})
                 if (facts->at(key).get<std::int64_t>() > 0)
                     session.terminal.warning(options->input.string(), fmt::format("{} values {}", facts->at(key).get<std::int64_t>(), key));
-            if (!json->empty()) return session.finish(writeFile(*json, facts->dump(2) + "\n"));
+            if (!json->empty()) return session.finish(writeFile(*json, textOf(*facts) + "\n"));
             return 0;
         };
     });
@@ -288,7 +293,7 @@ void sayJson(Terminal& terminal, const Json& json, const std::string& indent = "
             terminal.say(fmt::format("{}{}:", indent, key));
             sayJson(terminal, value, indent + "  ");
         } else {
-            terminal.say(fmt::format("{}{}: {}", indent, key, value.is_string() ? value.get<std::string>() : value.dump()));
+            terminal.say(fmt::format("{}{}: {}", indent, key, value.is_string() ? value.get<std::string>() : textOf(value)));
         }
     }
 }
@@ -336,7 +341,7 @@ void addInfo(CLI::App& app, Common& common, std::function<int()>& command) {
             const auto facts = describeFile(options->file);
             if (!facts) return session.finish(facts);
             if (options->json)
-                session.terminal.say(facts->dump(2));
+                session.terminal.say(textOf(*facts));
             else
                 sayJson(session.terminal, *facts);
             return 0;
@@ -463,7 +468,12 @@ int run(int argc, char** argv) {
         common.threads > 0 ? static_cast<std::size_t>(common.threads) : std::max(1u, std::thread::hardware_concurrency());
     const tbb::global_control parallelism(tbb::global_control::max_allowed_parallelism, threads);
     try {
-        return command();
+        const int code = command();
+        if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+        throw std::system_error(errno, std::generic_category(), "writing to standard output");
+    } catch (const std::system_error& fault) {
+        Terminal(common.log).error({ErrorCode::Internal, "the system", fmt::format("found '{}', expected it to go on", fault.what())});
+        return exitCode(ErrorCode::Internal);
     } catch (const std::exception& fault) {
         Terminal(common.log)
             .error({ErrorCode::Internal, kToolName, fmt::format("found an internal fault ({}), expected none", fault.what())});
@@ -475,5 +485,11 @@ int run(int argc, char** argv) {
 }  // namespace pipeline
 
 int main(int argc, char** argv) {
+    // A standard stream that is closed would give its number to the next file that opens, and messages would end up in there.
+    for (int descriptor = ::open("/dev/null", O_RDWR); descriptor >= 0; descriptor = ::open("/dev/null", O_RDWR))
+        if (descriptor > STDERR_FILENO) {
+            ::close(descriptor);
+            break;
+        }
     return pipeline::run(argc, argv);
 }

@@ -45,7 +45,7 @@ void Terminal::error(const formats::Error& error) {
         fmt::print(
             stderr, "{}\n",
             nlohmann::json({{"level", "error"}, {"code", exitCode(error.code)}, {"subject", error.subject}, {"detail", error.detail}})
-                .dump());
+                .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
     else
         fmt::print(stderr, "lightcook: error: {}\n", error.line());
 }
@@ -54,7 +54,9 @@ void Terminal::warning(const std::string& subject, const std::string& detail) {
     const std::lock_guard lock(mutex_);
     clearBar();
     if (format_ == LogFormat::JsonLines)
-        fmt::print(stderr, "{}\n", nlohmann::json({{"level", "warning"}, {"subject", subject}, {"detail", detail}}).dump());
+        fmt::print(stderr, "{}\n",
+                   nlohmann::json({{"level", "warning"}, {"subject", subject}, {"detail", detail}})
+                       .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
     else
         fmt::print(stderr, "lightcook: warning: {}: {}\n", subject, detail);
 }
