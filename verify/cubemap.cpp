@@ -1,8 +1,11 @@
 #include "verify/cubemap.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cassert>
 #include <cmath>
+#include <cstdint>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -20,10 +23,31 @@ namespace {
 
 using formats::Environment;
 
+constexpr int kTileSize = 32;
+/// Directions of faces before normalisation: major + u right + v down (the table at the head of lighting/cube.h, as signed axes).
+struct FaceAxes {
+    glm::dvec3 major, right, down;
+};
+constexpr FaceAxes kFaceAxes[6] = {{{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
+                                   {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
+                                   {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}}};
+
+/// exp(x) for x <= 0, never below exp(-700), within 3e-10 of itself: 2^n by its bits, the rest by Taylor's series as far as x^8 / 8!.
+/// Without a branch or a call, so that loops over it run in lanes.
+inline double expOfNegative(double x) {
+    constexpr double kRounder = 0x1.8p52;  // added to it a number keeps its integer part in the lowest bits
+    const double scaled = (x < -700 ? -700 : x) * std::numbers::log2e;
+    const double shifted = scaled + kRounder, r = (scaled - (shifted - kRounder)) * std::numbers::ln2;
+    const double power = std::bit_cast<double>((std::bit_cast<std::uint64_t>(shifted) + 1023) << 52);
+    const double even = 1 + r * r * (1.0 / 2 + r * r * (1.0 / 24 + r * r * (1.0 / 720 + r * r * (1.0 / 40320))));
+    return power * (even + r * (1 + r * r * (1.0 / 6 + r * r * (1.0 / 120 + r * r * (1.0 / 5040)))));
+}
+
 /// Beckmann's prefilter kernel before its division by its integral: D(NoH) c with n = v = r, so that NoH is the cosine of half the angle.
-double kernelShape(double c, double m) {
-    const double sinHalfSquared = 0.5 * (1 - c), NoHSquared = 1 - sinHalfSquared;
-    return std::exp(-sinHalfSquared / (NoHSquared * m * m)) / (NoHSquared * NoHSquared) * c;
+/// NoH^2 = (1 + c) / 2 and tan^2 = 1 / NoH^2 - 1; zero behind the plane.
+inline double kernelShape(double cosine, double inverseSquaredM) {
+    const double c = cosine < 0 ? 0 : cosine, inverse = 2 / (1 + c);
+    return expOfNegative((1 - inverse) * inverseSquaredM) * inverse * inverse * c;
 }
 
 /// Angle [rad] beyond which the kernel is under 1e-7 of its peak, or zero.
@@ -85,75 +109,175 @@ double boundOf(const CookedCubemap& map, const CubemapReference& reference, doub
 
 }  // namespace
 
-CubemapReference::CubemapReference(const Environment& environment) : environment_(environment) {
-    const auto texels = environment.texels.view();
-    const bool isPanorama = environment.projection == Environment::Projection::Equirectangular;
-    assert(texels.width > 0 && texels.height == (isPanorama ? texels.width / 2 : 6 * texels.width));
-    texelWidth_ = isPanorama ? 2 * std::numbers::pi / texels.width : 2.0 / texels.width;
-    texels_.resize(static_cast<std::size_t>(texels.width) * static_cast<std::size_t>(texels.height));
-    smallest_ = largest_ = glm::dvec3(texels.at(0, 0));
+/// What a call of prefiltered() looks for.
+struct CubemapReference::Lobe {
+    glm::dvec3 direction;
+    double inverseSquaredM;
+    double reach, cosine, sine;  ///< [rad] of the texels' centres, and of it
+};
+
+/// Columns of pieces of one tile, as far as a row of pieces needs them, and what a row makes of them. In panoramas c = y cos(theta) +
+/// sin(theta) along; on faces c = (along + v down) / sqrt(squared + v^2).
+struct CubemapReference::Columns {
+    std::vector<double> along;    ///< x sin(phi) - z cos(phi), or major + u right: the direction's parts
+    std::vector<double> squared;  ///< 1 + u^2
+    std::vector<double> cosine, solidAngle;
+
+    void resize(std::size_t count) {
+        for (std::vector<double>* values : {&along, &squared, &cosine, &solidAngle}) values->resize(count);
+    }
+};
+
+/// What one call of prefiltered() works with: texel centres and pieces of the tile at hand, their weights, and sums for each column of a
+/// tile, which are added up only at the end, so that adding runs in lanes.
+struct CubemapReference::Workspace {
+    Columns centres, pieces;
+    std::vector<double> pieceWeights, weights;
+    struct Sums {
+        std::array<double, kTileSize> weight{};
+        std::array<std::array<double, kTileSize>, 3> radiance{};
+    } sums;
+};
+
+CubemapReference::CubemapReference(const Environment& environment)
+    : environment_(environment), isPanorama_(environment.projection == Environment::Projection::Equirectangular) {
+    const int width = environment.texels.width(), height = environment.texels.height();
+    assert(width > 0 && height == (isPanorama_ ? width / 2 : 6 * width));
+    texelWidth_ = isPanorama_ ? 2 * std::numbers::pi / width : 2.0 / width;
+    const auto fill = [](Angles& angles, int count, double first, double step) {
+        for (int i = 0; i < count; ++i) {
+            angles.sine.push_back(std::sin(first + step * (i + 0.5)));
+            angles.cosine.push_back(std::cos(first + step * (i + 0.5)));
+        }
+    };
+    if (isPanorama_) {
+        fill(longitudes_, width, -std::numbers::pi, texelWidth_);
+        fill(colatitudes_, height, 0, std::numbers::pi / height);
+    } else {
+        for (int y = 0; y < width; ++y)
+            for (int x = 0; x < width; ++x) {
+                const double u = (2.0 * x + 1) / width - 1, v = (2.0 * y + 1) / width - 1;
+                faceSolidAngles_.push_back(lighting::cubeTexelSolidAngle(x, y, width));
+                faceInverseLengths_.push_back(1 / std::sqrt(1 + u * u + v * v));
+            }
+    }
+    for (std::vector<float>& channel : radiance_) channel.reserve(environment.texels.texels().size());
+    smallest_ = largest_ = glm::dvec3(environment.texels.at(0, 0));
     double total = 0;
-    for (std::size_t i = 0; i < texels_.size(); ++i) {
-        const glm::dvec3 radiance(environment.texels.texels()[i]);
-        visitPieces(i, 1, [&](const glm::dvec3& direction, double solidAngle) {
-            texels_[i] = {glm::vec3(direction), static_cast<float>(solidAngle)};
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const glm::dvec3 radiance(environment.texels.at(x, y));
+            const double solidAngle = solidAngleOf(x, y);
             mean_ += solidAngle * radiance;
             total += solidAngle;
-        });
-        smallest_ = glm::min(smallest_, radiance);
-        largest_ = glm::max(largest_, radiance);
-    }
+            smallest_ = glm::min(smallest_, radiance);
+            largest_ = glm::max(largest_, radiance);
+        }
     mean_ /= total;
-    makeTiles();
+    const int faceHeight = isPanorama_ ? height : width;  // a tile stays on its face
+    for (int face = 0; face < height; face += faceHeight)
+        for (int top = face; top < face + faceHeight; top += kTileSize)
+            for (int left = 0; left < width; left += kTileSize)
+                addTile(left, top, std::min(kTileSize, width - left), std::min(kTileSize, face + faceHeight - top));
 }
 
-template <class Visit>
-void CubemapReference::visitPieces(std::size_t texel, int pieces, const Visit& visit) const {
+glm::dvec3 CubemapReference::directionOf(int x, int y) const {
     const int width = environment_.texels.width(), height = environment_.texels.height();
-    const int x = static_cast<int>(texel % static_cast<std::size_t>(width)), y = static_cast<int>(texel / static_cast<std::size_t>(width));
-    const bool isPanorama = environment_.projection == Environment::Projection::Equirectangular;
-    for (int row = 0; row < pieces; ++row) {
-        const int pieceY = y * pieces + row;
-        const double rowAngle = isPanorama ? lighting::equirectangularTexelSolidAngle(pieceY, width * pieces, height * pieces) : 0;
-        for (int column = 0; column < pieces; ++column) {
-            const int pieceX = x * pieces + column;
-            if (isPanorama) {
-                const glm::dvec2 uv((pieceX + 0.5) / (width * pieces), (pieceY + 0.5) / (height * pieces));
-                visit(lighting::directionFromEquirectangular(uv), rowAngle);
+    return isPanorama_ ? lighting::directionFromEquirectangular({(x + 0.5) / width, (y + 0.5) / height})
+                       : lighting::cubeTexelDirection(y / width, x, y % width, width);
+}
+
+double CubemapReference::solidAngleOf(int x, int y) const {
+    const int width = environment_.texels.width();
+    return isPanorama_ ? lighting::equirectangularTexelSolidAngle(y, width, environment_.texels.height())
+                       : faceSolidAngles_[static_cast<std::size_t>(y % width * width + x)];
+}
+
+void CubemapReference::addTile(int left, int top, int width, int height) {
+    std::vector<glm::dvec3> directions;
+    glm::dvec3 sum(0);
+    for (int y = top; y < top + height; ++y)
+        for (int x = left; x < left + width; ++x) {
+            directions.push_back(directionOf(x, y));
+            sum += directions.back();
+        }
+    Tile tile{left, top, width, height, radiance_[0].size()};
+    for (int y = top; y < top + height; ++y)
+        for (int x = left; x < left + width; ++x)
+            for (int channel = 0; channel < 3; ++channel)
+                radiance_[static_cast<std::size_t>(channel)].push_back(environment_.texels.at(x, y)[channel]);
+    const double length = glm::length(sum);
+    tile.centre = length > 1e-6 ? sum / length : glm::dvec3(0, 1, 0);
+    for (const glm::dvec3& direction : directions)
+        tile.radius = std::max(tile.radius, std::acos(std::clamp(glm::dot(tile.centre, direction), -1.0, 1.0)));
+    tile.radius += 1e-6;  // of rounding
+    tile.cosine = std::cos(tile.radius);
+    tile.sine = std::sin(tile.radius);
+    tiles_.push_back(tile);
+}
+
+void CubemapReference::fillColumns(const Tile& tile, const Lobe& lobe, int pieces, Columns& columns) const {
+    columns.resize(static_cast<std::size_t>(tile.width) * static_cast<std::size_t>(pieces));
+    const int size = environment_.texels.width() * pieces;
+    const FaceAxes& axes = kFaceAxes[isPanorama_ ? 0 : tile.top / environment_.texels.width()];
+    const double major = glm::dot(lobe.direction, axes.major), right = glm::dot(lobe.direction, axes.right);
+    for (int piece = 0; piece < pieces; ++piece) {
+        const double offset = texelWidth_ * ((piece + 0.5) / pieces - 0.5), offsetSine = std::sin(offset), offsetCosine = std::cos(offset);
+        for (int x = 0; x < tile.width; ++x) {
+            const std::size_t column = static_cast<std::size_t>(x * pieces + piece);
+            if (isPanorama_) {
+                const double sine = longitudes_.sine[static_cast<std::size_t>(tile.left + x)];
+                const double cosine = longitudes_.cosine[static_cast<std::size_t>(tile.left + x)];
+                columns.along[column] = lobe.direction.x * (sine * offsetCosine + cosine * offsetSine) -
+                                        lobe.direction.z * (cosine * offsetCosine - sine * offsetSine);
             } else {
-                const int size = width * pieces;
-                const glm::dvec2 uv((2.0 * pieceX + 1) / size - 1, (2.0 * (pieceY % size) + 1) / size - 1);
-                // Of pieces the density at their middle will do: 4 / size^2 (1 + u^2 + v^2)^(-3/2).
-                const double squared = 1 + glm::dot(uv, uv), middle = 4 / (static_cast<double>(size) * size * squared * std::sqrt(squared));
-                visit(lighting::directionFromCube({pieceY / size, uv}),
-                      pieces == 1 ? lighting::cubeTexelSolidAngle(pieceX, pieceY % size, size) : middle);
+                const double u = (2.0 * ((tile.left + x) * pieces + piece) + 1) / size - 1;
+                columns.along[column] = major + u * right;
+                columns.squared[column] = 1 + u * u;
             }
         }
     }
 }
 
-void CubemapReference::makeTiles() {
-    constexpr int kTileSize = 16;
-    const int width = environment_.texels.width(), height = environment_.texels.height();
-    const bool isStrip = environment_.projection == Environment::Projection::CubeStrip;
-    const int faceHeight = isStrip ? width : height;  // a tile stays on its face
-    for (int face = 0; face < height; face += faceHeight)
-        for (int top = face; top < face + faceHeight; top += kTileSize)
-            for (int left = 0; left < width; left += kTileSize) {
-                Tile tile;
-                for (int y = top; y < std::min(top + kTileSize, face + faceHeight); ++y)
-                    for (int x = left; x < std::min(left + kTileSize, width); ++x) {
-                        tile.texels.push_back(static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x));
-                        tile.centre += glm::dvec3(texels_[tile.texels.back()].direction);
-                    }
-                const double length = glm::length(tile.centre);
-                tile.centre = length > 1e-6 ? tile.centre / length : glm::dvec3(0, 1, 0);
-                for (const std::size_t texel : tile.texels) {
-                    const double c = glm::dot(tile.centre, glm::dvec3(texels_[texel].direction));
-                    tile.radius = std::max(tile.radius, std::acos(std::clamp(c, -1.0, 1.0)));
-                }
-                tiles_.push_back(std::move(tile));
-            }
+/// Cosine against the lobe and solid angle of the columns [begin, end) of one row of pieces, counted from the top of the image.
+void CubemapReference::meetRow(const Lobe& lobe, const Tile& tile, int pieceY, int pieces, std::size_t begin, std::size_t end,
+                               Columns& columns) const {
+    const double* const along = columns.along.data();
+    double* const cosine = columns.cosine.data();
+    double* const solidAngle = columns.solidAngle.data();
+    if (isPanorama_) {
+        const std::size_t y = static_cast<std::size_t>(pieceY / pieces);
+        const double step = std::numbers::pi / environment_.texels.height(), offset = step * ((pieceY % pieces + 0.5) / pieces - 0.5);
+        const double offsetSine = std::sin(offset), offsetCosine = std::cos(offset);
+        const double sinTheta = colatitudes_.sine[y] * offsetCosine + colatitudes_.cosine[y] * offsetSine;
+        const double base = lobe.direction.y * (colatitudes_.cosine[y] * offsetCosine - colatitudes_.sine[y] * offsetSine);
+        // cos - cos at the ends of the row, as a product: exact.
+        const double area = 2 * std::numbers::pi / (environment_.texels.width() * pieces) * 2 * std::sin(0.5 * step / pieces) * sinTheta;
+        for (std::size_t i = begin; i < end; ++i) {
+            cosine[i] = base + sinTheta * along[i];
+            solidAngle[i] = area;
+        }
+        return;
+    }
+    const int width = environment_.texels.width(), size = width * pieces;
+    const double v = (2.0 * (pieceY % size) + 1) / size - 1, vSquared = v * v, area = 4 / (static_cast<double>(size) * size);
+    const double base = v * glm::dot(lobe.direction, kFaceAxes[pieceY / size].down);
+    const double* const squared = columns.squared.data();
+    if (pieces == 1) {
+        const std::size_t first = static_cast<std::size_t>(pieceY % size * size + tile.left);
+        const double *const inverse = faceInverseLengths_.data() + first, *const exact = faceSolidAngles_.data() + first;
+        for (std::size_t i = begin; i < end; ++i) {
+            cosine[i] = (along[i] + base) * inverse[i];
+            solidAngle[i] = exact[i];
+        }
+        return;
+    }
+    for (std::size_t i = begin; i < end; ++i) {
+        // Of pieces the density at their middle will do: 4 / size^2 (1 + u^2 + v^2)^(-3/2).
+        const double inverse = 1 / std::sqrt(squared[i] + vSquared);
+        cosine[i] = (along[i] + base) * inverse;
+        solidAngle[i] = area * inverse * inverse * inverse;
+    }
 }
 
 glm::dvec3 CubemapReference::prefiltered(const glm::dvec3& direction, double m, double piecesPerWidth) const {
@@ -161,34 +285,75 @@ glm::dvec3 CubemapReference::prefiltered(const glm::dvec3& direction, double m, 
     // One standard deviation of the lobe is sqrt(2) m: pieces an eighth of it widen it by a thousandth.
     const double width = std::numbers::sqrt2 * m;
     const int pieces = std::clamp(static_cast<int>(std::ceil(piecesPerWidth * texelWidth_ / width)), 1, 256);
-    const double reach = kernelSupport(m) + texelWidth_, farthest = std::cos(std::min(reach, std::numbers::pi));
+    const double reach = std::min(kernelSupport(m) + texelWidth_, std::numbers::pi);
+    const Lobe lobe{direction, 1 / (m * m), reach, std::cos(reach), std::sin(reach)};
+    Workspace workspace;
+    for (const Tile& tile : tiles_) {
+        const bool isSurelyMet = reach + tile.radius >= std::numbers::pi;
+        if (isSurelyMet || glm::dot(tile.centre, direction) >= lobe.cosine * tile.cosine - lobe.sine * tile.sine)
+            gatherTile(lobe, tile, pieces, workspace);
+    }
     glm::dvec3 sum(0);
     double weightSum = 0;
-    for (const Tile& tile : tiles_) {
-        if (glm::dot(tile.centre, direction) < std::cos(std::min(reach + tile.radius + 1e-6, std::numbers::pi))) continue;
-        for (const std::size_t i : tile.texels) {
-            const double centreCosine = glm::dot(glm::dvec3(texels_[i].direction), direction);
-            if (centreCosine < farthest) continue;
-            const auto add = [&](double c, double solidAngle) {
-                if (c <= 0) return;
-                const double weight = solidAngle * kernelShape(c, m);
-                sum += weight * glm::dvec3(environment_.texels.texels()[i]);
-                weightSum += weight;
-            };
-            if (pieces == 1)
-                add(centreCosine, static_cast<double>(texels_[i].solidAngle));
-            else
-                visitPieces(i, pieces,
-                            [&](const glm::dvec3& towards, double solidAngle) { add(glm::dot(towards, direction), solidAngle); });
-        }
+    for (std::size_t column = 0; column < kTileSize; ++column) {
+        weightSum += workspace.sums.weight[column];
+        for (int channel = 0; channel < 3; ++channel) sum[channel] += workspace.sums.radiance[static_cast<std::size_t>(channel)][column];
     }
     return weightSum > 0 ? sum / weightSum : glm::dvec3(0);
+}
+
+/// A tile's share of a lobe: every texel from the first to the last of each row whose centre is in reach, cut into pieces x pieces.
+void CubemapReference::gatherTile(const Lobe& lobe, const Tile& tile, int pieces, Workspace& workspace) const {
+    const std::size_t width = static_cast<std::size_t>(tile.width), cuts = static_cast<std::size_t>(pieces);
+    Columns& centres = workspace.centres;
+    fillColumns(tile, lobe, 1, centres);
+    if (pieces > 1) fillColumns(tile, lobe, pieces, workspace.pieces);
+    for (int y = tile.top; y < tile.top + tile.height; ++y) {
+        meetRow(lobe, tile, y, 1, 0, width, centres);
+        std::size_t begin = 0, end = width;
+        while (begin < end && centres.cosine[begin] < lobe.cosine) ++begin;
+        while (begin < end && centres.cosine[end - 1] < lobe.cosine) --end;
+        if (begin == end) continue;
+        workspace.weights.assign(width, 0.0);
+        if (pieces == 1)
+            addWeights(lobe, centres, begin, end, workspace.weights);
+        else {
+            workspace.pieceWeights.assign(width * cuts, 0.0);
+            for (int piece = 0; piece < pieces; ++piece) {
+                meetRow(lobe, tile, y * pieces + piece, pieces, begin * cuts, end * cuts, workspace.pieces);
+                addWeights(lobe, workspace.pieces, begin * cuts, end * cuts, workspace.pieceWeights);
+            }
+            for (std::size_t i = begin * cuts; i < end * cuts; ++i) workspace.weights[i / cuts] += workspace.pieceWeights[i];
+        }
+        addRadiance(tile, y, begin, end, workspace);
+    }
+}
+
+void CubemapReference::addWeights(const Lobe& lobe, const Columns& columns, std::size_t begin, std::size_t end,
+                                  std::vector<double>& weights) {
+    const double* const cosine = columns.cosine.data();
+    const double* const solidAngle = columns.solidAngle.data();
+    double* const weight = weights.data();
+    const double inverseSquaredM = lobe.inverseSquaredM;
+    for (std::size_t i = begin; i < end; ++i) weight[i] += solidAngle[i] * kernelShape(cosine[i], inverseSquaredM);
+}
+
+void CubemapReference::addRadiance(const Tile& tile, int y, std::size_t begin, std::size_t end, Workspace& workspace) const {
+    const std::size_t first = tile.first + static_cast<std::size_t>((y - tile.top) * tile.width);
+    const double* const weight = workspace.weights.data();
+    double* const weightSum = workspace.sums.weight.data();
+    for (std::size_t x = begin; x < end; ++x) weightSum[x] += weight[x];
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+        const float* const radiance = radiance_[channel].data() + first;
+        double* const sum = workspace.sums.radiance[channel].data();
+        for (std::size_t x = begin; x < end; ++x) sum[x] += weight[x] * static_cast<double>(radiance[x]);
+    }
 }
 
 glm::dvec3 CubemapReference::radianceAt(const glm::dvec3& direction) const {
     const auto texels = environment_.texels.view();
     const auto index = [](double coordinate, int size) { return std::clamp(static_cast<int>(coordinate * size), 0, size - 1); };
-    if (environment_.projection == Environment::Projection::Equirectangular) {
+    if (isPanorama_) {
         const glm::dvec2 uv = lighting::equirectangularFromDirection(direction);
         return glm::dvec3(texels.at(index(uv.x, texels.width), index(uv.y, texels.height)));
     }
@@ -200,13 +365,21 @@ glm::dvec3 CubemapReference::radianceAt(const glm::dvec3& direction) const {
 glm::dvec3 CubemapReference::footprintMean(const glm::dvec3& direction, int size, int places) const {
     const lighting::CubeCoordinate centre = lighting::cubeFromDirection(direction);
     const double step = 2.0 / (static_cast<double>(size) * places);
+    // On a strip's own face, whole, a place is looked up without the way through its direction.
+    const auto texels = environment_.texels.view();
+    const double farthest = std::max(std::abs(centre.uv.x), std::abs(centre.uv.y)) + 0.5 * step * (places - 1);
+    const bool isOnFace = !isPanorama_ && farthest < 1;
+    const auto index = [&](double coordinate) {
+        return std::clamp(static_cast<int>(0.5 * (coordinate + 1) * texels.width), 0, texels.width - 1);
+    };
     glm::dvec3 sum(0);
     double weightSum = 0;
     for (int j = 0; j < places; ++j)
         for (int i = 0; i < places; ++i) {
             const glm::dvec2 uv = centre.uv + step * (glm::dvec2(i, j) + 0.5 - 0.5 * places);
             const double squared = 1 + glm::dot(uv, uv), weight = 1 / (squared * std::sqrt(squared));
-            sum += weight * radianceAt(lighting::directionFromCube({centre.face, uv}));
+            sum += weight * (isOnFace ? glm::dvec3(texels.at(index(uv.x), centre.face * texels.width + index(uv.y)))
+                                      : radianceAt(lighting::directionFromCube({centre.face, uv})));
             weightSum += weight;
         }
     return sum / weightSum;

@@ -2,6 +2,7 @@
 // force over every texel of the source. It shares nothing with the fit that made the map.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -45,25 +46,38 @@ public:
     glm::dvec3 footprintMean(const glm::dvec3& direction, int size, int places) const;
 
 private:
-    struct Texel {
-        glm::vec3 direction;
-        float solidAngle;
-    };
-    /// Up to 16 x 16 texels, and a cap that holds their centres.
+    /// Up to 32 x 32 texels of one face, and a cap that holds their centres.
     struct Tile {
+        int left = 0, top = 0, width = 0, height = 0;  ///< in the image
+        std::size_t first = 0;                         ///< of its texels in radiance_
         glm::dvec3 centre{0};
-        double radius = 0;  ///< [rad]
-        std::vector<std::size_t> texels;
+        double radius = 0, cosine = 1, sine = 0;  ///< [rad], and of it
     };
-    void makeTiles();
+    /// Sines and cosines of evenly spaced angles.
+    struct Angles {
+        std::vector<double> sine, cosine;
+    };
+    struct Lobe;
+    struct Columns;
+    struct Workspace;
+    void addTile(int left, int top, int width, int height);
+    glm::dvec3 directionOf(int x, int y) const;
+    double solidAngleOf(int x, int y) const;
     glm::dvec3 radianceAt(const glm::dvec3& direction) const;
-    template <class Visit>
-    void visitPieces(std::size_t texel, int pieces, const Visit& visit) const;
+    void fillColumns(const Tile& tile, const Lobe& lobe, int pieces, Columns& columns) const;
+    void meetRow(const Lobe& lobe, const Tile& tile, int pieceY, int pieces, std::size_t begin, std::size_t end, Columns& columns) const;
+    static void addWeights(const Lobe& lobe, const Columns& columns, std::size_t begin, std::size_t end, std::vector<double>& weights);
+    void addRadiance(const Tile& tile, int y, std::size_t begin, std::size_t end, Workspace& workspace) const;
+    void gatherTile(const Lobe& lobe, const Tile& tile, int pieces, Workspace& workspace) const;
 
     const formats::Environment& environment_;
-    std::vector<Texel> texels_;
-    std::vector<Tile> tiles_;  ///< all texels, once each
-    double texelWidth_ = 0;    ///< [rad] of the widest
+    bool isPanorama_;
+    std::vector<Tile> tiles_;                     ///< all texels, once each
+    Angles longitudes_, colatitudes_;             ///< of a panorama's texels
+    std::vector<double> faceSolidAngles_;         ///< [sr] of the texels of one face of a strip
+    std::vector<double> faceInverseLengths_;      ///< 1 / |major + u right + v down| of their centres
+    std::array<std::vector<float>, 3> radiance_;  ///< by channel; tile by tile, so that a tile lies in one piece
+    double texelWidth_ = 0;                       ///< [rad] of the widest
     glm::dvec3 mean_{0}, smallest_{0}, largest_{0};
 };
 

@@ -27,19 +27,61 @@ std::size_t zoneOf(double z, std::size_t zoneCount) {
     return static_cast<std::size_t>(std::clamp(position, 0.0, static_cast<double>(zoneCount - 1)));
 }
 
-/// Mean of the gradient over heights middle + reach cos(phi), exact for constant zones: a zone's part of the circle is a difference of
-/// arcs.
-glm::dvec3 circleMean(const std::vector<glm::vec3>& gradient, double middle, double reach) {
-    const std::size_t first = zoneOf(middle + reach, gradient.size()), last = zoneOf(middle - reach, gradient.size());
-    glm::dvec3 sum(0);
-    double phi = 0;
-    for (std::size_t zone = first; zone < last; ++zone) {
-        const double end = std::acos(std::clamp((edgeHeight(zone + 1, gradient.size()) - middle) / reach, -1.0, 1.0));
-        sum += (end - phi) * glm::dvec3(gradient[zone]);
-        phi = end;
+/// acos of what is cut to [-1, 1], as a root times a polynomial (Abramowitz and Stegun 4.4.46): within 5e-8, and without a branch or a
+/// call, so that loops over it run in lanes.
+inline double arcOf(double cosine) {
+    const double size = std::abs(cosine), x = size > 1 ? 1 : size;
+    const double low = 1.5707963050 + x * (-0.2145988016 + x * (0.0889789874 + x * -0.0501743046));
+    const double high = 0.0308918810 + x * (-0.0170881256 + x * (0.0066700901 + x * -0.0012624911));
+    const double arc = std::sqrt(1 - x) * (low + x * x * (x * x) * high);
+    return cosine < 0 ? std::numbers::pi - arc : arc;
+}
+
+/// Circles around the reflection vector that stand for a lobe, the same for every reflection vector: equal width in the angle a, as far as
+/// 1e-9 of the lobe. A ring weighs by its exact part of it, since cos(a)^(s + 1) is the lobe's cumulative weight. The weights sum to 1.
+struct Rings {
+    explicit Rings(double exponent) {
+        const double farthest = std::acos(std::pow(1e-9, 1 / (exponent + 1)));
+        const auto beyond = [&](int ring) { return std::pow(std::cos(farthest * ring / kRingCount), exponent + 1); };
+        double outer = beyond(0);
+        const double total = outer - beyond(kRingCount);
+        for (int ring = 0; ring < kRingCount; ++ring) {
+            const double inner = outer, angle = farthest * (ring + 0.5) / kRingCount;
+            outer = beyond(ring + 1);
+            circles.push_back({std::cos(angle), std::sin(angle), (inner - outer) / total});
+        }
     }
-    sum += (std::numbers::pi - phi) * glm::dvec3(gradient[last]);
-    return sum / std::numbers::pi;
+    struct Circle {
+        double cosine, sine, weight;
+    };
+    std::vector<Circle> circles;
+};
+
+/// Around a reflection vector off the poles: for each of the gradient's edges the part of the lobe above it, gathered ring by ring as
+/// arcs, which are exact for constant zones; then the zones by what lies between their edges.
+glm::dvec3 convolveByRings(const std::vector<glm::vec3>& gradient, const Rings& rings, double z) {
+    const std::size_t zoneCount = gradient.size();
+    const double sine = std::sqrt(1 - z * z), edgeStep = 2 / static_cast<double>(zoneCount);
+    std::vector<double> arcs(zoneCount + 1, 0.0), whole(zoneCount + 1, 0.0);
+    for (const Rings::Circle& circle : rings.circles) {
+        const double middle = circle.cosine * z, reach = circle.sine * sine;
+        const std::size_t first = zoneOf(middle + reach, zoneCount), last = zoneOf(middle - reach, zoneCount);
+        // Edges of zones first + 1 .. last cut the circle; it lies wholly above those from last + 1 on.
+        const double perStep = edgeStep / reach, start = (1 - middle) / reach;
+        double* const arc = arcs.data();
+        for (std::size_t edge = first + 1; edge <= last; ++edge)
+            arc[edge] += circle.weight * arcOf(start - perStep * static_cast<double>(static_cast<int>(edge)));
+        whole[last + 1] += circle.weight;
+    }
+    glm::dvec3 sum(0);
+    double above = 0, wholeAbove = 0;
+    for (std::size_t zone = 0; zone < zoneCount; ++zone) {
+        wholeAbove += whole[zone + 1];
+        const double next = arcs[zone + 1] / std::numbers::pi + wholeAbove;
+        sum += (next - above) * glm::dvec3(gradient[zone]);
+        above = next;
+    }
+    return sum;
 }
 
 /// At a pole circles are zones: (s + 1) times the integral of c^s over each.
@@ -51,6 +93,10 @@ glm::dvec3 convolveAtPole(const std::vector<glm::vec3>& gradient, double exponen
         sum += (std::pow(high, exponent + 1) - std::pow(low, exponent + 1)) * glm::dvec3(gradient[zone]);
     }
     return sum;
+}
+
+glm::dvec3 convolve(const std::vector<glm::vec3>& gradient, const Rings& rings, double exponent, double z) {
+    return 1 - std::abs(z) < 1e-12 ? convolveAtPole(gradient, exponent, z > 0) : convolveByRings(gradient, rings, z);
 }
 
 glm::dvec3 fetch(const CookedRsrm& map, int row, double z) {
@@ -136,29 +182,17 @@ void addRow(const RsrmRow& row, double exponent, const Ends& ends, double key, R
 }  // namespace
 
 glm::dvec3 convolvePhong(const std::vector<glm::vec3>& gradient, double exponent, double z) {
-    if (1 - std::abs(z) < 1e-12) return convolveAtPole(gradient, exponent, z > 0);
-    // Rings of equal width in the angle a, as far as 1e-9 of the lobe; a ring weighs by its exact part of it, since cos(a)^(s + 1) is the
-    // lobe's cumulative weight.
-    const double sine = std::sqrt(1 - z * z), farthest = std::acos(std::pow(1e-9, 1 / (exponent + 1)));
-    const auto beyond = [&](int ring) { return std::pow(std::cos(farthest * ring / kRingCount), exponent + 1); };
-    glm::dvec3 sum(0);
-    double weightSum = 0, outer = beyond(0);
-    for (int ring = 0; ring < kRingCount; ++ring) {
-        const double inner = outer, angle = farthest * (ring + 0.5) / kRingCount;
-        outer = beyond(ring + 1);
-        sum += (inner - outer) * circleMean(gradient, std::cos(angle) * z, std::sin(angle) * sine);
-        weightSum += inner - outer;
-    }
-    return sum / weightSum;
+    return convolve(gradient, Rings(exponent), exponent, z);
 }
 
 RsrmRow compareRsrmRow(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, int row, int between) {
     const int width = map.texels.width();
     const double exponent = map.exponents[static_cast<std::size_t>(row)];
+    const Rings rings(exponent);
     RsrmRow result;
     const auto add = [&](double position, bool isCentre) {  // in texels, from the north pole
         const double z = 1 - 2 * position / width;
-        result.points.push_back({z, isCentre, convolvePhong(gradient, exponent, z), fetch(map, row, z)});
+        result.points.push_back({z, isCentre, convolve(gradient, rings, exponent, z), fetch(map, row, z)});
     };
     add(0, false);
     for (int i = 0; i < between; ++i) add(0.5 * (i + 1) / (between + 1), false);
