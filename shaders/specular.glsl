@@ -110,6 +110,11 @@ LC_FUNCTION vec3 lcCookTorranceHalo3(vec3 view, vec3 light, vec3 normal, float m
 
 // Reflected radiance of the dominant light. direction: as fetched, unnormalised; its length is the directionality. intensity: radiometric,
 // of the delta that the fit found. normal is where the light goes when the direction is noise.
+// The direction as two textures hold it, the second coding what the first one left: what lcDominantDirection takes is scale * this + bias. Both filter
+// linearly. Without the second texture (a distant surface, a weaker platform) the first one alone is the direction, coarser.
+LC_FUNCTION vec3 lcDominantStored(vec3 first, vec3 residual, float residualScale, float residualCentre) {
+    return first + residualScale * (residual - lcGrey(residualCentre));
+}
 LC_FUNCTION vec3 lcDominantDirection(vec3 fetched, vec3 normal) {
     float squared = dot(fetched, fetched);
     return squared > 1e-8f ? fetched * inversesqrt(squared) : normal;
