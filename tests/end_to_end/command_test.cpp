@@ -158,6 +158,33 @@ TEST_F(Command, ErrorsAreJsonWhereAskedFor) {
     EXPECT_THAT(ended.err, HasSubstr("\"code\":2"));
 }
 
+TEST_F(Command, AStandardStreamThatIsClosedOrFullIsNoOutputFile) {
+    ASSERT_EQ(run("rsrm sky.exr out").code, 0);
+    const auto shell = [&](const std::string& arguments) {
+        const int status = std::system(fmt::format("cd '{}' && '{}' {}", (scene_ / "").string(), LIGHTCOOK_PROGRAM, arguments).c_str());
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    };
+    EXPECT_EQ(shell("report out --json closed.json <&- >&- 2>&-"), 0);
+    EXPECT_EQ(contentOf(scene_ / "closed.json").substr(0, 1), "{");
+    EXPECT_EQ(shell("report out --json full.json >/dev/full 2>'stderr'"), 1);
+    EXPECT_THAT(contentOf(scene_ / "stderr"), HasSubstr("standard output"));
+    EXPECT_EQ(contentOf(scene_ / "full.json"), contentOf(scene_ / "closed.json"));
+}
+
+TEST_F(Command, NamesThatAreNoUtf8AndAFolderForTemporaryFilesThatIsNotThere) {
+    std::filesystem::copy_file(scene_ / "sky.exr", scene_ / "sk\xff.exr");
+    EXPECT_EQ(run("rsrm 'sk\xff.exr' out").code, 0);
+    const Ended missing = run("--log json rsrm 'no\xff.exr' other");
+    EXPECT_EQ(missing.code, 3);
+    EXPECT_THAT(missing.err, StartsWith("{"));
+    EXPECT_EQ(std::system(fmt::format("cd '{}' && TMPDIR=/nowhere '{}' verify out >/dev/null 2>'{}'", (scene_ / "").string(),
+                                      LIGHTCOOK_PROGRAM, (scene_ / "stderr").string())
+                              .c_str()) >>
+                  8,
+              1);
+    EXPECT_THAT(contentOf(scene_ / "stderr"), HasSubstr("TMPDIR"));
+}
+
 TEST_F(Command, EachConverterStandsAlone) {
     EXPECT_EQ(run("lightmap map.exr lm").code, 0);
     EXPECT_TRUE(std::filesystem::exists(scene_ / "lm" / "map_l0.ktx2"));
