@@ -127,8 +127,8 @@ private:
         if (!materials.errors.empty() && (!options_.keepGoing || state_.interrupted)) return {};
         std::vector<const ActionRecord*> materialRecords;  // of meshes that can be read: of others nothing is known
         for (const auto& [id, record] : materials.records) materialRecords.push_back(&record);
-        auto plan =
-            planScene(scene_, resolveNeeds(scene_, materialRecords), {options_.only, options_.onlyKind, options_.repair, options_.samples});
+        const Needs needs = resolveNeeds(scene_, materialRecords);
+        const auto plan = planScene(scene_, needs, {options_.only, options_.onlyKind, options_.repair, options_.samples});
         if (!plan) return tl::make_unexpected(plan.error());
 
         const ExecutionResult result = execute(plan->actions, executeOptions, staging, cache_, *digests_, state_);
@@ -140,8 +140,11 @@ private:
         if (auto published = publish(result, staging, outcome_.output); !published) return published;
         if (auto written = writeSummaries(*plan, result); !written) return written;
         if (options_.depfile) {
+            // The manifest speaks of all assets, those too that --only left alone.
+            const auto whole = planScene(scene_, needs, {{}, options_.onlyKind, options_.repair, options_.samples});
+            if (!whole) return tl::make_unexpected(whole.error());
             std::vector<Action> all = needsGraph;
-            all.insert(all.end(), plan->actions.begin(), plan->actions.end());
+            all.insert(all.end(), whole->actions.begin(), whole->actions.end());
             if (auto written = writeFile(*options_.depfile, depfileText(scene_, outcome_.output, all)); !written) return written;
         }
         cache_.prune();

@@ -150,6 +150,16 @@ TEST(Inputs, AColourConfigurationCountsAsAnInputAndMayMove) {
     EXPECT_TRUE(verifyCooked({scene / "out", scene / "moved", {}}, state).errors.empty());
 }
 
+TEST(Inputs, ADepfileOfOneAssetNamesTheOthersInputsToo) {
+    const SmallScene scene(Parts::LightMap);
+    replaceInScene(scene, "[[light_map]]", "[[gradient]]\nname = \"sky\"\nfile = \"sky.exr\"\n\n[[light_map]]");
+    CookOptions options = scene.options();
+    options.depfile = scene / "cook.d";
+    options.only = "map";
+    ASSERT_TRUE(cook(options).errors.empty());
+    EXPECT_THAT(formats::contentOf(scene / "cook.d"), testing::AllOf(HasSubstr("map.exr"), HasSubstr("sky.exr")));
+}
+
 TEST(KeepGoing, AMeshThatCannotBeReadDoesNotStopTheLightMap) {
     const SmallScene scene(Parts::LightMap);
     replaceInScene(scene, "file = \"map.exr\"", "file = \"map.exr\"\nmesh = \"broken.glb\"");
