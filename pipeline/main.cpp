@@ -2,6 +2,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <tbb/global_control.h>
+#include <tbb/task_arena.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -468,7 +469,9 @@ int run(int argc, char** argv) {
         common.threads > 0 ? static_cast<std::size_t>(common.threads) : std::max(1u, std::thread::hardware_concurrency());
     const tbb::global_control parallelism(tbb::global_control::max_allowed_parallelism, threads);
     try {
-        const int code = command();
+        // An arena of its own: the default one has no more slots than the machine has cores, whatever -j says.
+        tbb::task_arena arena(static_cast<int>(threads));
+        const int code = arena.execute([&] { return command(); });
         if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
         throw std::system_error(errno, std::generic_category(), "writing to standard output");
     } catch (const std::system_error& fault) {
