@@ -184,9 +184,7 @@ Result<Outputs> createOutputs(const Formats& pixelFormats, const LightMapSource&
 Result<ActionOutcome> cookDominant(const ActionContext& context) {
     const Json& parameters = context.action.parameters;
     const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
-    const auto description = lightMapDescriptionFromJson(parameters.at("description"), context.action);
-    if (!description) return tl::make_unexpected(description.error());
-    const auto source = context.lightMaps.open(context.action.inputs.at("source"), *description);
+    const auto source = openLightMap(context, parameters.at("description"));
     if (!source) return tl::make_unexpected(source.error());
     fit::DominantLightOptions fitOptions;
     fitOptions.luminanceWeights = (*source)->luminanceWeights();

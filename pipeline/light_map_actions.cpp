@@ -123,9 +123,7 @@ compress::LightMapTarget targetOf(const std::string& name) {
 Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     const Json& parameters = context.action.parameters;
     const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
-    const auto description = lightMapDescriptionFromJson(parameters.at("description"), context.action);
-    if (!description) return tl::make_unexpected(description.error());
-    const auto source = context.lightMaps.open(context.action.inputs.at("source"), *description);
+    const auto source = openLightMap(context, parameters.at("description"));
     if (!source) return tl::make_unexpected(source.error());
     const auto measured = measure(**source, context);
     if (!measured) return tl::make_unexpected(measured.error());
@@ -222,9 +220,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     const auto start = std::chrono::steady_clock::now();
     const Json& parameters = context.action.parameters;
     const Json& asset = context.upstream.at(0)->result.at("asset");
-    const auto description = lightMapDescriptionFromJson(asset.at("source").at("description"), context.action);
-    if (!description) return tl::make_unexpected(description.error());
-    const auto source = context.lightMaps.open(context.action.inputs.at("source"), *description);
+    const auto source = openLightMap(context, asset.at("source").at("description"));
     if (!source) return tl::make_unexpected(source.error());
     LightMapSource& bake = **source;
     if (bake.width() != asset.at("width").get<int>() || bake.height() != asset.at("height").get<int>())

@@ -124,6 +124,9 @@ formats::ColorSpaces colorSpacesOf(const std::string& source, const std::string&
     return {source, working, config == action.inputs.end() ? std::filesystem::path() : config->second};
 }
 
+namespace {
+
+/// The inverse of toJson.
 Result<formats::LightMapDescription> lightMapDescriptionFromJson(const Json& json, const Action& action) {
     try {
         formats::LightMapDescription description;
@@ -139,6 +142,14 @@ Result<formats::LightMapDescription> lightMapDescriptionFromJson(const Json& jso
         return failure(ErrorCode::FileUnreadable, action.asset,
                        fmt::format("found {}, expected a light map's description", mistake.what()));
     }
+}
+
+}  // namespace
+
+Result<LightMapSource*> openLightMap(const ActionContext& context, const Json& description) {
+    const auto read = lightMapDescriptionFromJson(description, context.action);
+    if (!read) return tl::make_unexpected(read.error());
+    return context.lightMaps.open(context.action.inputs.at("source"), *read);
 }
 
 }  // namespace pipeline

@@ -74,9 +74,10 @@ private:
 /// Input of an action whose colours are converted by a configuration of the scene's own.
 inline constexpr const char* kColorConfigRole = "color_config";
 
-/// [[light_map]]'s facts as parameters of an action, and back.
+/// [[light_map]]'s facts as parameters of an action.
 Json toJson(const formats::LightMapDescription& description);
-formats::Result<formats::LightMapDescription> lightMapDescriptionFromJson(const Json& json, const Action& action);
+/// The action's input "source", read as `description` (toJson of one) says; open as long as the cook.
+formats::Result<LightMapSource*> openLightMap(const ActionContext& context, const Json& description);
 /// The colour spaces of some JSON; a configuration file is an input of the action, so that its content counts and the file may move.
 formats::ColorSpaces colorSpacesOf(const std::string& source, const std::string& working, const Action& action);
 

@@ -81,9 +81,7 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     const auto moved = source->errorOf(*cooked);
     if (!moved) return tl::make_unexpected(moved.error());
 
-    const auto description = lightMapDescriptionFromJson(asset.at("source").at("description"), context.action);
-    if (!description) return tl::make_unexpected(description.error());
-    const auto opened = context.lightMaps.open(context.action.inputs.at("source"), *description);
+    const auto opened = openLightMap(context, asset.at("source").at("description"));
     if (!opened) return tl::make_unexpected(opened.error());
     LightMapSource& bake = **opened;
     const auto surveyed = surveyKey(bake, context);

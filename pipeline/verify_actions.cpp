@@ -264,9 +264,7 @@ Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
 Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     const Stopwatch watch;
     const Json& asset = context.upstream.at(0)->result.at("asset");
-    const auto description = lightMapDescriptionFromJson(asset.at("source").at("description"), context.action);
-    if (!description) return tl::make_unexpected(description.error());
-    const auto source = context.lightMaps.open(context.action.inputs.at("source"), *description);
+    const auto source = openLightMap(context, asset.at("source").at("description"));
     if (!source) return tl::make_unexpected(source.error());
     LightMapSource& bake = **source;
     const auto direction = openTexture(context.upstreamFolder, asset, "direction");
