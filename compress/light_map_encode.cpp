@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "compress/light_map.h"
+#include "formats/padding.h"
 #include "lighting/radiometry.h"
 
 namespace compress {
@@ -39,24 +40,14 @@ void texelValues(const formats::LightMapBand& band, bool isFlat, int x, int y, s
 bool padTexel(const formats::LightMapBand& band, bool isFlat, int x, int y, std::span<glm::vec3> out) {
     std::array<glm::vec3, lighting::kShCount> neighbour;
     const auto values = std::span(neighbour).first(out.size());
-    for (int radius = 1; radius <= kLightMapPaddingRows; ++radius) {
-        int count = 0;
-        std::ranges::fill(out, glm::vec3(0));
-        for (int dy = -radius; dy <= radius; ++dy)
-            for (int dx = -radius; dx <= radius; ++dx) {
-                const int nx = x + dx, ny = y + dy;
-                if (std::max(std::abs(dx), std::abs(dy)) != radius || nx < 0 || ny < 0 || nx >= band.sh.width() || ny >= band.sh.height())
-                    continue;
-                if (band.covered.at(nx, ny) == 0) continue;
-                texelValues(band, isFlat, nx, ny, values);
-                for (std::size_t i = 0; i < out.size(); ++i) out[i] += values[i];
-                ++count;
-            }
-        if (count == 0) continue;
-        for (glm::vec3& value : out) value /= static_cast<float>(count);
-        return true;
-    }
-    return false;
+    std::ranges::fill(out, glm::vec3(0));
+    const int count = formats::visitNearestCovered(band.covered.view(), x, y, kLightMapPaddingRows, [&](int nearX, int nearY) {
+        texelValues(band, isFlat, nearX, nearY, values);
+        for (std::size_t i = 0; i < out.size(); ++i) out[i] += values[i];
+    });
+    if (count == 0) return false;
+    for (glm::vec3& value : out) value /= static_cast<float>(count);
+    return true;
 }
 
 Source makeSource(const LightMapPlan& plan, const formats::LightMapBand& band, int firstRow, int rowCount) {

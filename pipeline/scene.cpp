@@ -132,7 +132,6 @@ public:
     }
 
     const toml::node& node(const char* key) const { return *table_.get(key); }
-    bool has(const char* key) const { return table_.contains(key); }
     std::string place(const char* key) const {
         const toml::source_position at = table_.get(key)->source().begin;
         return fmt::format("{}:{}:{}", file_.string(), at.line, at.column);
@@ -176,13 +175,10 @@ OutputSettings readOutput(TableReader reader) {
     };
     output.maxError = fraction("max_error", output.maxError);
     output.maxConverterError = fraction("max_converter_error", output.maxConverterError);
-    if (reader.has("budget")) {
-        const std::string text = reader.required<std::string>("budget", "a size such as \"2 MiB\"");
-        const auto bytes = parseByteCount(text, reader.place("budget"));
+    if (const auto text = reader.optional<std::string>("budget", "a size such as \"2 MiB\"")) {
+        const auto bytes = parseByteCount(*text, reader.place("budget"));
         if (!bytes) throw SceneMistake{bytes.error()};
         output.budgetBytes = *bytes;
-    } else {
-        reader.optional<std::string>("budget", "a size such as \"2 MiB\"");
     }
     output.lightMapLayout = reader.oneOf("light_map_layout", lightMapLayoutNames(), output.lightMapLayout);
     output.container = reader.oneOf("container", {"ktx2", "dds"}, "ktx2") == "dds" ? formats::Container::Dds : formats::Container::Ktx2;
