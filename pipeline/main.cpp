@@ -251,6 +251,7 @@ void addEncode(CLI::App& app, Common& common, std::function<int()>& command) {
     auto* sub = app.add_subcommand("encode", "Compress an image into a KTX2 or DDS texture");
     auto options = std::make_shared<EncodeCommand>();
     auto json = std::make_shared<std::filesystem::path>();
+    auto weights = std::make_shared<std::vector<float>>();
     sub->add_option("input", options->input, "EXR, HDR or any image")->required();
     sub->add_option("output", options->output, ".ktx2 or .dds")->required();
     sub->add_option("--format", options->format, "bc1 bc3 bc4 bc5 bc6h-uf16 bc6h-sf16 bc7 astc-4x4-hdr ... rgba8-srgb")->required();
@@ -259,7 +260,15 @@ void addEncode(CLI::App& app, Common& common, std::function<int()>& command) {
     sub->add_flag("--cube", options->cube, "the input is a vertical strip of six cube faces");
     sub->add_flag("--zstd", options->zstd, "Zstandard supercompression inside KTX2");
     sub->add_flag("--repair", options->repair, "NaN, infinite and impossible negative values become zero and are counted");
+    const std::map<std::string, compress::HdrMetric> metrics = {
+        {"log", compress::HdrMetric::Log}, {"linear", compress::HdrMetric::Linear}, {"relative", compress::HdrMetric::Relative}};
+    sub->add_option("--metric", options->metric, "log, linear or relative: the error that HDR formats make small")
+        ->transform(CLI::CheckedTransformer(metrics));
+    sub->add_option("--metric-scale", options->metricScale, "of log, log2(1 + x / scale), and relative, dx / (x + scale)");
+    sub->add_option("--weights", *weights, "R,G,B,A: how much each channel counts")->delimiter(',')->expected(4);
+    sub->add_option("--significance", options->significance, "image of the same size whose first channel says how much each texel counts");
     sub->callback([=, &common, &command] {
+        if (!weights->empty()) std::copy_n(weights->begin(), 4, options->channelWeights.begin());
         command = [=, &common] {
             Session session(common);
             const auto facts = encodeTexture(*options, session.threads);

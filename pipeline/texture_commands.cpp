@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "formats/environment.h"
 #include "formats/mesh.h"
@@ -24,6 +25,9 @@ using formats::failure;
 using formats::Image;
 using formats::PixelFormat;
 using formats::Result;
+
+/// Beyond these a half has nothing to tell apart.
+constexpr float kLeastMetricScale = 1e-6f, kLargestMetricScale = 65504;
 
 std::string lowerExtension(const std::filesystem::path& file) {
     std::string extension = file.extension().string();
@@ -53,7 +57,7 @@ Result<std::int64_t> checkTexels(Image<glm::vec4>& texels, const std::filesystem
         for (int x = 0; x < texels.width(); ++x)
             for (int c = 0; c < channels; ++c) {
                 float& value = texels.at(x, y)[c];
-                const bool isBroken = !std::isfinite(value), isNegative = value < 0 && format.isFloat && !format.isSigned;
+                const bool isBroken = !std::isfinite(value), isNegative = value < 0 && !format.isSigned;
                 if (!isBroken && !isNegative) continue;
                 if (!repair)
                     return failure(
@@ -65,6 +69,56 @@ Result<std::int64_t> checkTexels(Image<glm::vec4>& texels, const std::filesystem
                 ++repaired;
             }
     return repaired;
+}
+
+/// Weights of texels from the first channel of an image, the largest 1.
+Result<Image<float>> readSignificance(const std::filesystem::path& file, int width, int height) {
+    const auto image = formats::readImage(file);
+    if (!image) return tl::make_unexpected(image.error());
+    const Image<glm::vec4>& texels = image->texels;
+    if (texels.width() != width || texels.height() != height)
+        return failure(ErrorCode::WrongShape, file.string(),
+                       fmt::format("found {} x {} texels, expected {} x {} as in the image to encode", texels.width(), texels.height(),
+                                   width, height));
+    float largest = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const float weight = texels.at(x, y)[0];
+            if (!std::isfinite(weight) || weight < 0)
+                return failure(std::isfinite(weight) ? ErrorCode::ValueOutOfRange : ErrorCode::ValueNotFinite,
+                               fmt::format("{}, texel ({}, {})", file.string(), x, y),
+                               fmt::format("found a significance of {}, expected a finite one of at least 0", weight));
+            largest = std::max(largest, weight);
+        }
+    Image<float> significance(width, height);
+    // Only ratios count, and squares of huge weights would not be finite.
+    for (std::size_t i = 0; i < significance.texels().size(); ++i)
+        significance.texels()[i] = largest > 0 ? texels.texels()[i][0] / largest : 0.0f;
+    return significance;
+}
+
+Result<compress::EncodeOptions> optionsOf(const EncodeCommand& command, const formats::PixelFormatInfo& format) {
+    compress::EncodeOptions options;
+    options.effort = command.effort;
+    options.hdrMetric = command.metric;
+    options.hdrScale = command.metricScale;
+    if (!(command.metricScale >= kLeastMetricScale && command.metricScale <= kLargestMetricScale))
+        return failure(ErrorCode::InvalidRequest, "--metric-scale",
+                       fmt::format("found {}, expected {} to {}", command.metricScale, kLeastMetricScale, kLargestMetricScale));
+    float largest = 0;
+    bool areValid = true;
+    for (std::size_t c = 0; c < 4; ++c) {
+        const float weight = command.channelWeights[c];
+        areValid = areValid && std::isfinite(weight) && weight >= 0;
+        if (static_cast<int>(c) < format.channelCount) largest = std::max(largest, weight);
+    }
+    if (!areValid || !(largest > 0))
+        return failure(ErrorCode::InvalidRequest, "--weights",
+                       fmt::format("found {}, expected four finite numbers of at least 0, one of the {} that {} has above 0",
+                                   fmt::join(command.channelWeights, ","), format.channelCount, format.name));
+    for (std::size_t c = 0; c < 4; ++c)
+        options.channelWeights[c] = static_cast<int>(c) < format.channelCount ? command.channelWeights[c] / largest : 1.0f;
+    return options;
 }
 
 struct ImageError {
@@ -222,6 +276,8 @@ Result<Json> encodeTexture(const EncodeCommand& command, int threads) {
     if (!isTextureFile(command.output))
         return failure(ErrorCode::InvalidRequest, command.output.string(),
                        fmt::format("found the extension '{}', expected .ktx2 or .dds", command.output.extension().string()));
+    const auto options = optionsOf(command, formats::info(*format));
+    if (!options) return tl::make_unexpected(options.error());
     auto image = formats::readImage(command.input);
     if (!image) return tl::make_unexpected(image.error());
     Image<glm::vec4>& texels = image->texels;
@@ -240,13 +296,21 @@ Result<Json> encodeTexture(const EncodeCommand& command, int threads) {
     TextureSettings settings;
     settings.container = lowerExtension(command.output) == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
     settings.zstd = command.zstd;
-    compress::EncodeOptions options;
-    options.effort = command.effort;
+    formats::Image<float> significance;
+    if (!command.significance.empty()) {
+        auto read = readSignificance(command.significance, texels.width(), texels.height());
+        if (!read) return tl::make_unexpected(read.error());
+        significance = std::move(*read);
+    }
     compress::EncodeReport report;
     std::vector<std::vector<std::byte>> images;
     const auto start = std::chrono::steady_clock::now();
-    for (int face = 0; face < shape.faceCount; ++face)
-        images.push_back(encodeImage(*format, texels.view().rows(face * shape.height, shape.height), {}, options, report));
+    for (int face = 0; face < shape.faceCount; ++face) {
+        const int top = face * shape.height;
+        formats::ImageView<const float> weights = std::as_const(significance).view();
+        if (weights.texels != nullptr) weights = weights.rows(top, shape.height);
+        images.push_back(encodeImage(*format, texels.view().rows(top, shape.height), weights, *options, report));
+    }
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (auto written = writeTexture(command.output, shape, settings, {}, images); !written) return tl::make_unexpected(written.error());
     return Json{{"width", shape.width},

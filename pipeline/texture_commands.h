@@ -1,6 +1,7 @@
 // encode, decode, compare, info: plain textures and files.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -19,6 +20,10 @@ struct EncodeCommand {
     bool cube = false;  ///< the input is a vertical strip of six faces
     bool zstd = false;
     bool repair = false;  ///< NaN becomes zero, negatives in unsigned formats are clamped, both counted; refused otherwise
+    compress::HdrMetric metric = compress::HdrMetric::Log;
+    float metricScale = 1;                               ///< 1e-6 .. 65504; see HdrMetric
+    std::array<float, 4> channelWeights = {1, 1, 1, 1};  ///< finite, >= 0, one of the format's channels above 0; only ratios count
+    std::filesystem::path significance = {};             ///< an image whose first channel weighs the texels; none: all alike
 };
 /// Returns product.md's facts: {"width","height","mips","layers","faces","format","bytes","encode_seconds","threads"}, and what was
 /// clamped.

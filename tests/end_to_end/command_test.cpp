@@ -151,6 +151,36 @@ TEST_F(Command, FailedVerificationEndsWithFourAndAnExceededBudgetWithFive) {
     EXPECT_THAT(damaged.err, HasSubstr("sky.ktx2"));
 }
 
+TEST_F(Command, EncodeTakesAMetricWeightsAndSignificanceOrSaysWhatIsWrong) {
+    const std::string encode = "encode probe.exr out.ktx2 --format bc6h-uf16 ";
+    formats::Image<glm::vec4> weights(16, 96, glm::vec4(2));
+    ASSERT_TRUE(formats::writeExr(scene_ / "weights.exr", weights.view(), 3).has_value());
+    weights.at(3, 50).x = -1;
+    ASSERT_TRUE(formats::writeExr(scene_ / "negative.exr", weights.view(), 3).has_value());
+    expectRefused(encode + "--metric square", 2, {"--metric", "square"});
+    expectRefused(encode + "--metric-scale 0", 2, {"--metric-scale", "found 0", "expected"});
+    expectRefused(encode + "--metric-scale much", 2, {"--metric-scale", "much"});
+    expectRefused(encode + "--weights 1,2,3", 2, {"--weights"});
+    expectRefused(encode + "--weights 1,2,-3,4", 2, {"--weights", "found 1,2,-3,4"});
+    expectRefused(encode + "--significance nowhere.exr", 3, {"nowhere.exr"});
+    expectRefused(encode + "--significance sky.exr", 3, {"sky.exr", "found 64 x 1", "expected 16 x 96"});
+    expectRefused(encode + "--significance negative.exr", 3, {"negative.exr, texel (3, 50)", "found", "expected"});
+    expectRefused("encode negative.exr out.ktx2 --format bc7", 3, {"negative.exr, channel R, texel (3, 50)", "--repair"});
+    EXPECT_FALSE(std::filesystem::exists(scene_ / "out.ktx2"));
+    const Ended repaired = run("encode negative.exr repaired.ktx2 --format bc7 --repair --json repaired.json");
+    EXPECT_EQ(repaired.code, 0);
+    EXPECT_THAT(repaired.err, HasSubstr("1 values repaired"));
+    EXPECT_THAT(repaired.err, HasSubstr("clamped_high"));
+    EXPECT_THAT(contentOf(scene_ / "repaired.json"), HasSubstr("\"repaired\": 1"));
+    for (const char* metric : {"log", "linear", "relative"}) {
+        const Ended ended =
+            run(encode + fmt::format("--metric {} --metric-scale 0.25 --weights 2,4,1,1 --significance weights.exr", metric));
+        EXPECT_EQ(ended.code, 0) << ended.err;
+        EXPECT_EQ(ended.err, "");
+    }
+    EXPECT_THAT(run("info out.ktx2").out, HasSubstr("bc6h-uf16"));
+}
+
 TEST_F(Command, ErrorsAreJsonWhereAskedFor) {
     const Ended ended = run("--log json cook nowhere.toml");
     EXPECT_EQ(ended.code, 2);
