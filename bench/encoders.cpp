@@ -1,138 +1,307 @@
-// lightcook_encoder_bench: speed and error of the HDR block encoder at each effort, one thread, on the environments and light maps of
-// ../shared/data. Counters: Mpix/s, and log2_psnr = 20 log10(1 / rms(log2(1 + x') - log2(1 + x))) over the texels that count.
-#include <benchmark/benchmark.h>
+// lightcook_encoder_bench: run time against error of every encoder at every effort, as a table, as CSV and as a page of scatter plots.
+// --table writes the table of quality that tests/quality holds later encoders against.
+#include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <cstdio>
-#include <filesystem>
-#include <glm/vec4.hpp>
-#include <memory>
-#include <string>
-#include <vector>
+#include <map>
+#include <optional>
+#include <stdexcept>
 
-#include "compress/encode.h"
-#include "compress/half.h"
-#include "formats/environment.h"
-#include "formats/light_map.h"
+#include "bench/quality_table.h"
+#include "bench/scatter.h"
+#include "bench/timing.h"
+#include "pipeline/files.h"
 
 namespace bench {
 namespace {
 
-namespace fs = std::filesystem;
+using formats::PixelFormat;
 
-/// Half values: what an HDR format of half precision could hold without loss.
-struct Picture {
-    std::string name;
-    formats::Image<glm::vec4> texels;
-    formats::Image<float> significance;  ///< 1 where a texel counts
+struct Options {
+    std::filesystem::path data = LIGHTCOOK_SHARED_DATA, csv, html, table;
+    std::vector<std::string> formats = {"bc1",          "bc3",          "bc4",          "bc5",          "bc6h-uf16", "bc6h-sf16", "bc7",
+                                        "astc-4x4-hdr", "astc-6x6-hdr", "astc-8x8-hdr", "astc-4x4-ldr", "rgb9e5",    "r11g11b10f"};
+    std::vector<int> efforts = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+    std::vector<std::string> images;  ///< only those whose name holds one of these
+    double seconds = 2;
+    bool own = false;
 };
 
-glm::vec4 roundedToHalf(const glm::vec4& value) {
-    glm::vec4 rounded(1.0f);
-    for (int channel = 0; channel < 3; ++channel) {
-        rounded[channel] = compress::floatFromHalf(compress::halfFromFloat(std::max(value[channel], 0.0f)));
-    }
-    return rounded;
+struct Row {
+    PixelFormat format;
+    int effort;
+    const Picture* picture;
+    Timing timing;
+};
+
+void write(const std::filesystem::path& file, const std::string& content) {
+    if (const auto written = pipeline::writeFile(file, content); !written) throw std::runtime_error(written.error().line());
 }
 
-formats::Result<Picture> loadEnvironmentPicture(const fs::path& file) {
-    formats::Result<formats::PlainImage> image = formats::readImage(file);
-    if (!image) return tl::make_unexpected(image.error());
-    Picture picture{file.stem(), std::move(image->texels), {}};
-    for (glm::vec4& texel : picture.texels.texels()) texel = roundedToHalf(texel);
-    picture.significance = formats::Image<float>(picture.texels.width(), picture.texels.height(), 1.0f);
-    return picture;
+/// Means over rows: seconds for a megapixel and decibels.
+struct Mean {
+    double secondsPerMpix = 0, secondsPerMpix2 = 0, db = 0, relRmse = 0, share = 0;
+
+    explicit Mean(const std::vector<const Row*>& rows) {
+        double texels = 0, cpu = 0, wall = 0;
+        for (const Row* row : rows) {
+            const auto size = static_cast<double>(row->picture->texels.texels().size());
+            texels += size;
+            cpu += size / row->timing.mpixPerCpuSecond;
+            wall += size / row->timing.mpixPerSecond2;
+            db += row->timing.wholeDb;
+            relRmse += row->timing.figures.relRmse;
+            share += size * row->timing.share;
+        }
+        const auto count = static_cast<double>(rows.size());
+        secondsPerMpix = cpu / texels, secondsPerMpix2 = wall / texels, share /= texels;
+        db /= count, relRmse /= count;
+    }
+};
+
+/// The table of one format on standard output, a line an effort as soon as it is there.
+void printHead(PixelFormat format, const std::vector<const Picture*>& pictures) {
+    fmt::print("\n{}\n\n| effort | Mpix/s | two threads | share |", formats::info(format).name);
+    for (const Picture* picture : pictures) fmt::print(" {} |", picture->name);
+    fmt::print(" mean dB | rel RMSE |\n|---:|---:|---:|---:|");
+    for (std::size_t i = 0; i < pictures.size() + 2; ++i) fmt::print("---:|");
+    fmt::print("\n");
+}
+std::string threeDigits(double value) {
+    return fmt::format("{:.{}f}", value, value >= 100 ? 0 : value >= 10 ? 1 : value >= 1 ? 2 : value >= 0.1 ? 3 : 4);
+}
+void printRow(int effort, const std::vector<const Row*>& rows) {
+    const Mean mean(rows);
+    fmt::print("| {} | {} | {} | {:.0f} % |", effort, threeDigits(1 / mean.secondsPerMpix), threeDigits(1 / mean.secondsPerMpix2),
+               std::max(1.0, 100 * mean.share));
+    for (const Row* row : rows) fmt::print(" {:.2f} |", row->timing.wholeDb);
+    fmt::print(" {:.3f} | {:.4f} |\n", mean.db, mean.relRmse);
+    std::fflush(stdout);
 }
 
-/// Coefficient 0 of a light map; only covered texels count.
-formats::Result<Picture> loadLightMapPicture(const fs::path& file) {
-    formats::Result<formats::LightMapReader> reader = formats::LightMapReader::open(file, {});
-    if (!reader) return tl::make_unexpected(reader.error());
-    const formats::Result<formats::LightMapBand> band = reader->read(0, reader->height());
-    if (!band) return tl::make_unexpected(band.error());
-    Picture picture{"l0_of_" + file.stem().string(), formats::Image<glm::vec4>(reader->width(), reader->height()),
-                    formats::Image<float>(reader->width(), reader->height())};
-    for (int y = 0; y < reader->height(); ++y) {
-        for (int x = 0; x < reader->width(); ++x) {
-            picture.texels.at(x, y) = roundedToHalf(glm::vec4(band->sh.at(x, y)[0], 1.0f));
-            picture.significance.at(x, y) = band->covered.at(x, y) != 0 ? 1.0f : 0.0f;
-        }
+std::string csvOf(const std::vector<Row>& rows) {
+    std::string text =
+        "format,effort,picture,kind,share,texels,mpix_per_cpu_s_1_thread,mpix_per_s_2_threads,psnr_db_of_whole,psnr_db,log_rmse,rel_rmse,"
+        "p99_relative,"
+        "max_relative\n";
+    for (const Row& row : rows) {
+        const Timing& t = row.timing;
+        const Figures& f = t.figures;
+        text += fmt::format("{},{},{},{},{:.4f},{},{:.5g},{:.5g},{:.4f},{:.4f},{:.6g},{:.6g},{:.6g},{:.6g}\n",
+                            formats::info(row.format).name, row.effort, row.picture->name, nameOf(row.picture->kind), t.share, f.texels,
+                            t.mpixPerCpuSecond, t.mpixPerSecond2, t.wholeDb, f.psnrDb, f.logRmse, f.relRmse, f.p99Relative, f.maxRelative);
     }
-    return picture;
+    return text;
 }
 
-std::vector<std::shared_ptr<const Picture>> loadPictures() {
-    std::vector<fs::path> environments, lightMaps;
-    const fs::path data = LIGHTCOOK_SHARED_DATA;
-    if (fs::is_directory(data)) {
-        for (const auto& entry : fs::directory_iterator(data / "env")) {
-            if (entry.path().extension() == ".hdr") environments.push_back(entry.path());
-        }
-        for (const auto& entry : fs::directory_iterator(data / "scenes")) {
-            if (entry.path().filename().string().ends_with("_lightmap.exr")) lightMaps.push_back(entry.path());
-        }
-    } else {
-        lightMaps.push_back(fs::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell/cornell_lightmap.exr");
+/// BC6H encoders of others, as the project's targets quote them: measured there, one thread, AVX-512. `same` is the mean of the per-picture
+/// table over the four panoramas and the four padded light maps, where there is one; `nine` that over nine other pictures.
+struct Quoted {
+    const char* name;
+    double mpixPerSecond;
+    std::optional<double> same;
+    double nine;
+};
+constexpr double meanOf(std::initializer_list<double> values) {
+    double sum = 0;
+    for (const double value : values) sum += value;
+    return sum / static_cast<double>(values.size());
+}
+const Quoted kQuoted[] = {
+    {"ISPC veryfast", 150, meanOf({37.680, 46.076, 43.910, 37.708, 47.16, 36.78, 43.14, 38.25}), 41.23},
+    {"ISPC fast", 15.5, meanOf({40.541, 47.173, 45.520, 40.176, 50.73, 39.11, 46.57, 39.14}), 43.20},
+    {"ISPC basic", 6.2, meanOf({40.727, 47.689, 45.672, 40.663, 51.26, 39.92, 47.69, 39.80}), 43.52},
+    {"ISPC slow", 1.35, meanOf({40.806, 47.849, 45.795, 40.807, 51.21, 39.90, 47.78, 39.97}), 43.68},
+    {"ISPC veryslow", 0.63, meanOf({40.826, 47.883, 45.807, 40.828, 51.10, 39.92, 47.70, 40.00}), 43.72},
+    {"DirectXTex", 0.0066, std::nullopt, 43.09},
+    {"CMP_Core 0.05", 0.37, std::nullopt, 41.62},
+    {"CMP_Core 0.5", 0.22, std::nullopt, 41.63},
+    {"basisu UASTC HDR 0", 1.7, std::nullopt, 40.15},
+    {"basisu UASTC HDR 2", 0.125, std::nullopt, 41.53},
+};
+
+void addQuoted(bool areThePictures, ScatterPanel& panel) {
+    ScatterSeries same{"quoted, not run here: same pictures", ScatterSeries::Style::Quoted, {}};
+    ScatterSeries other{"quoted, not run here: nine other pictures", ScatterSeries::Style::QuotedElsewhere, {}};
+    for (const Quoted& each : kQuoted) {
+        const bool isSame = areThePictures && each.same;
+        const double db = isSame ? *each.same : each.nine;
+        (isSame ? same : other)
+            .points.push_back({1 / each.mpixPerSecond, db, each.name,
+                               fmt::format("{}, quoted, not run here: {} Mpix/s, {:.2f} dB", each.name, each.mpixPerSecond, db)});
     }
-    std::sort(environments.begin(), environments.end());
-    std::sort(lightMaps.begin(), lightMaps.end());
-    std::vector<std::shared_ptr<const Picture>> pictures;
-    const auto keep = [&pictures](formats::Result<Picture> picture) {
-        if (picture) {
-            pictures.push_back(std::make_shared<const Picture>(std::move(*picture)));
-        } else {
-            std::fprintf(stderr, "lightcook_encoder_bench: %s\n", picture.error().line().c_str());
+    if (!same.points.empty()) panel.series.push_back(std::move(same));
+    panel.series.push_back(std::move(other));
+}
+
+ScatterSeries seriesOf(const std::string& name, ScatterSeries::Style style, const std::map<int, std::vector<const Row*>>& byEffort) {
+    ScatterSeries series{name, style, {}};
+    for (const auto& [effort, rows] : byEffort) {
+        const Mean mean(rows);
+        series.points.push_back(
+            {mean.secondsPerMpix, mean.db, style == ScatterSeries::Style::Main ? std::to_string(effort) : "",
+             fmt::format("effort {}, {}: {} Mpix/s ({} with two threads), {:.3f} dB, rel RMSE {:.4f}{}", effort, name,
+                         threeDigits(1 / mean.secondsPerMpix), threeDigits(1 / mean.secondsPerMpix2), mean.db, mean.relRmse,
+                         mean.share < 0.999 ? fmt::format(", on {:.1f} % of the texels", 100 * mean.share) : "")});
+    }
+    return series;
+}
+
+ScatterPanel panelOf(PixelFormat format, const std::vector<Row>& rows, bool areThePictures) {
+    std::map<int, std::vector<const Row*>> all;
+    std::map<PictureKind, std::map<int, std::vector<const Row*>>> kinds;
+    for (const Row& row : rows)
+        if (row.format == format) {
+            all[row.effort].push_back(&row);
+            kinds[row.picture->kind][row.effort].push_back(&row);
         }
-    };
-    for (const fs::path& file : environments) keep(loadEnvironmentPicture(file));
-    for (const fs::path& file : lightMaps) keep(loadLightMapPicture(file));
+    const bool isFloat = formats::info(format).isFloat;
+    ScatterPanel panel{std::string(formats::info(format).name), isFloat ? "log2-PSNR, dB" : "PSNR, dB", {}};
+    panel.series.push_back(seriesOf("mean of all pictures", ScatterSeries::Style::Main, all));
+    if (kinds.size() > 1)
+        for (const auto& [kind, byEffort] : kinds)
+            panel.series.push_back(seriesOf(std::string(nameOf(kind)), ScatterSeries::Style::Part, byEffort));
+    if (format == PixelFormat::Bc6hUf16) addQuoted(areThePictures, panel);
+    return panel;
+}
+
+std::vector<Picture> picturesFor(const Options& options) {
+    std::vector<Picture> pictures;
+    if (!options.own) pictures = sharedPictures(options.data);
+    if (pictures.empty()) {
+        if (!options.own) fmt::print("no shared data in {}: pictures of the repository's own\n", options.data.string());
+        pictures = ownPictures(LIGHTCOOK_SOURCE_DIR, 256);
+    }
+    std::erase_if(pictures, [&](const Picture& picture) {
+        return !options.images.empty() && std::none_of(options.images.begin(), options.images.end(), [&](const std::string& part) {
+            return picture.name.find(part) != std::string::npos;
+        });
+    });
+    if (pictures.empty()) throw std::runtime_error("--images: found no picture of such a name, expected one at least");
     return pictures;
 }
 
-double log2Psnr(const Picture& picture, const formats::Image<glm::vec4>& decoded) {
-    double squares = 0, count = 0;
-    for (std::size_t i = 0; i < decoded.texels().size(); ++i) {
-        if (picture.significance.texels()[i] == 0) continue;
-        for (int channel = 0; channel < 3; ++channel) {
-            const double error = std::log2(1.0 + decoded.texels()[i][channel]) - std::log2(1.0 + picture.texels.texels()[i][channel]);
-            squares += error * error;
-            count += 1;
-        }
+std::vector<PixelFormat> formatsOf(const std::vector<std::string>& names) {
+    std::vector<PixelFormat> found;
+    for (const std::string& name : names) {
+        const auto format = formats::pixelFormatFromName(name);
+        if (!format) throw std::runtime_error(fmt::format("--formats: found '{}', expected names as of `lightcook encode --format`", name));
+        found.push_back(*format);
     }
-    return -10 * std::log10(squares / count);
+    return found;
 }
 
-void encode(benchmark::State& state, const Picture& picture, formats::PixelFormat format, int effort) {
-    const int width = picture.texels.width(), height = picture.texels.height();
-    std::vector<std::byte> blocks(formats::bytesPerImage(format, width, height));
-    compress::EncodeOptions options;
-    options.effort = effort;
-    for ([[maybe_unused]] auto _ : state) {
-        compress::encodeRows(format, picture.texels.view(), picture.significance.view(), options, blocks, {});
-        benchmark::ClobberMemory();
+/// Whether the four panoramas and four light maps of the quotations are all there.
+bool areTheQuotedPictures(const std::vector<Picture>& pictures) {
+    const auto count = [&](PictureKind kind) {
+        return std::count_if(pictures.begin(), pictures.end(), [kind](const Picture& picture) { return picture.kind == kind; });
+    };
+    return count(PictureKind::Panorama) == 4 && count(PictureKind::LightMap) == 4;
+}
+
+void measureAll(const Options& options) {
+    const std::vector<PixelFormat> formats_ = formatsOf(options.formats);
+    const std::vector<Picture> pictures = picturesFor(options);
+    std::vector<Row> rows;
+    for (const PixelFormat format : formats_) {
+        std::vector<const Picture*> suited;
+        for (const Picture& picture : pictures)
+            if (suits(picture, format)) suited.push_back(&picture);
+        if (suited.empty()) continue;
+        printHead(format, suited);
+        // Formats without blocks have no effort: the first stands for all.
+        const bool hasEffort = formats::info(format).blockWidth > 1;
+        std::map<const Picture*, Control> controls;
+        for (std::size_t i = 0; i < (hasEffort ? options.efforts.size() : 1); ++i) {
+            const std::size_t first = rows.size();
+            const int effort = options.efforts[i];
+            for (const Picture* picture : suited) {
+                const auto found = controls.find(picture);
+                const auto control = found == controls.end() ? std::nullopt : std::optional(found->second);
+                rows.push_back({format, effort, picture, timeEncoder(format, effort, *picture, options.seconds, control)});
+                if (rows.back().timing.share == 1) controls[picture] = {effort, rows.back().timing.wholeDb};
+            }
+            std::vector<const Row*> fresh;
+            for (std::size_t k = first; k < rows.size(); ++k) fresh.push_back(&rows[k]);
+            printRow(effort, fresh);
+        }
     }
-    formats::Image<glm::vec4> decoded(width, height);
-    compress::encodeRows(format, picture.texels.view(), picture.significance.view(), options, blocks, decoded.view());
-    state.counters["log2_psnr"] = log2Psnr(picture, decoded);
-    state.counters["Mpix/s"] = benchmark::Counter(1e-6 * width * height, benchmark::Counter::kIsIterationInvariantRate);
+    if (!options.csv.empty()) write(options.csv, csvOf(rows));
+    if (options.html.empty()) return;
+    std::vector<ScatterPanel> panels;
+    for (const PixelFormat format : formats_)
+        if (std::any_of(rows.begin(), rows.end(), [format](const Row& row) { return row.format == format; }))
+            panels.push_back(panelOf(format, rows, areTheQuotedPictures(pictures)));
+    std::string names;
+    for (const Picture& picture : pictures) names += (names.empty() ? "" : ", ") + picture.name;
+    write(options.html,
+          scatterPage("Block encoders: run time against error",
+                      {"Numbers at points are efforts, 0 fastest to 9 best. Further up is better, further left is faster. "
+                       "Time is processor time of one thread; "
+                       "decoding for the error is by the verifier's own decoders.",
+                       "Float formats: 20 log10(1 / rms(log2(1+x') - log2(1+x))). Others: PSNR of (x / (1 + x))^(1/2.2), "
+                       "alpha made from the colour. Light maps inside charts.",
+                       fmt::format("Slow efforts encode evenly spread blocks, about {} s a picture; what they gain there over the slowest "
+                                   "effort that encoded the whole is taken for what they gain on the whole. Hollow marks are "
+                                   "quoted from the project's targets and were not run here.",
+                                   options.seconds),
+                       "Pictures: " + names + "."},
+                      panels));
+}
+
+void writeTable(const std::filesystem::path& file) {
+    const std::vector<Picture> pictures = ownPictures(LIGHTCOOK_SOURCE_DIR, kTablePictureSize);
+    std::vector<QualityRow> rows;
+    for (const PixelFormat format : tableFormats()) {
+        double before = 0;
+        for (int effort = 0; effort <= 9; ++effort) {
+            const std::vector<QualityRow> fresh = qualityRows(format, effort, pictures);
+            const double mean = meanDb(fresh);
+            fmt::print("{} effort {}: {:.4f} dB{}\n", formats::info(format).name, effort, mean,
+                       effort > 0 && mean <= before ? ", no better than the effort before: belongs into kNotBetter" : "");
+            std::fflush(stdout);
+            before = mean;
+            rows.insert(rows.end(), fresh.begin(), fresh.end());
+        }
+    }
+    write(file, csvOf(rows));
 }
 
 }  // namespace
 }  // namespace bench
 
 int main(int argumentCount, char** arguments) {
-    benchmark::Initialize(&argumentCount, arguments);
-    if (benchmark::ReportUnrecognizedArguments(argumentCount, arguments)) return 2;
-    for (const auto& picture : bench::loadPictures()) {
-        for (const int effort : {0, 1, 3, 5, 7, 9}) {
-            const std::string name = "bc6h-uf16/effort:" + std::to_string(effort) + "/" + picture->name;
-            benchmark::RegisterBenchmark(name.c_str(), [picture, effort](benchmark::State& state) {
-                bench::encode(state, *picture, formats::PixelFormat::Bc6hUf16, effort);
-            })->Unit(benchmark::kMillisecond);
-        }
+    bench::Options options;
+    bool quick = false;
+    CLI::App app("Speed and error of the encoders at each effort: as tables, CSV and a page of scatter plots.");
+    app.add_option("--formats", options.formats, "names as of `lightcook encode --format`")->delimiter(',');
+    app.add_option("--efforts", options.efforts, "of 0 to 9")->delimiter(',')->check(CLI::Range(0, 9));
+    app.add_option("--images", options.images, "only pictures whose name holds one of these")->delimiter(',');
+    app.add_option("--seconds", options.seconds, "about what one picture may take; slower efforts encode a share of it")
+        ->check(CLI::Range(0.01, 1e6));
+    app.add_flag("--quick", quick, "a fifth of a second a picture, efforts 0, 1, 3, 5, 7, 9 unless said");
+    app.add_flag("--own", options.own, "the repository's own pictures, even where the shared data are");
+    app.add_option("--data", options.data, "folder of the shared data");
+    app.add_option("--csv", options.csv, "a row for each format, effort and picture");
+    app.add_option("--html", options.html, "the scatter plots");
+    app.add_option("--table", options.table, "only write the table of quality for tests/quality");
+    CLI11_PARSE(app, argumentCount, arguments);
+    if (quick) {
+        if (app.count("--seconds") == 0) options.seconds = 0.2;
+        if (app.count("--efforts") == 0) options.efforts = {0, 1, 3, 5, 7, 9};
     }
-    benchmark::RunSpecifiedBenchmarks();
+    std::sort(options.efforts.begin(), options.efforts.end());
+    try {
+        if (options.table.empty())
+            bench::measureAll(options);
+        else
+            bench::writeTable(options.table);
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "lightcook_encoder_bench: {}\n", error.what());
+        return 1;
+    }
     return 0;
 }

@@ -27,6 +27,3 @@ set_target_properties(astcenc PROPERTIES
 if(LIGHTCOOK_TESTS)
   find_package(GTest REQUIRED)
 endif()
-if(LIGHTCOOK_BENCH)
-  find_package(benchmark REQUIRED)
-endif()

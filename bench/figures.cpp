@@ -1,0 +1,78 @@
+#include "bench/figures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "verify/texture_unit.h"
+
+namespace bench {
+namespace {
+
+constexpr double kExactDb = 120;
+
+double decibels(double rms) {
+    return rms > 0 ? std::min(kExactDb, -20 * std::log10(rms)) : kExactDb;
+}
+
+double logOf(double x) {
+    return std::copysign(std::log2(1 + std::abs(x)), x);
+}
+
+/// Calls each(reference, result) for every value that counts. A result that is no number becomes infinite: it can please nobody.
+template <class Each>
+void forEachValue(formats::PixelFormat format, formats::ImageView<const glm::vec4> reference, formats::ImageView<const float> significance,
+                  formats::ImageView<const glm::vec4> decoded, const Each& each) {
+    const int channels = formats::info(format).isFloat ? 3 : formats::info(format).channelCount;
+    for (int y = 0; y < reference.height; ++y)
+        for (int x = 0; x < reference.width; ++x) {
+            if (significance.row(y)[x] == 0) continue;
+            for (int c = 0; c < channels; ++c) {
+                const auto result = static_cast<double>(decoded.row(y)[x][c]);
+                each(static_cast<double>(reference.row(y)[x][c]), std::isnan(result) ? std::numeric_limits<double>::infinity() : result);
+            }
+        }
+}
+
+}  // namespace
+
+Figures measure(formats::PixelFormat format, formats::ImageView<const glm::vec4> reference, formats::ImageView<const float> significance,
+                formats::ImageView<const glm::vec4> decoded) {
+    Figures figures;
+    double squared = 0, squaredReference = 0, squaredLog = 0, logSum = 0;
+    std::int64_t values = 0, valuesNotZero = 0;
+    forEachValue(format, reference, significance, decoded, [&](double wanted, double found) {
+        squared += (found - wanted) * (found - wanted);
+        squaredReference += wanted * wanted;
+        squaredLog += std::pow(logOf(found) - logOf(wanted), 2);
+        ++values;
+        if (wanted == 0) return;
+        logSum += std::log(std::abs(wanted));
+        ++valuesNotZero;
+    });
+    if (values == 0) return figures;
+    const double floor = valuesNotZero > 0 ? 0.02 * std::exp(logSum / static_cast<double>(valuesNotZero)) : 1;
+    std::vector<double> relative;
+    relative.reserve(static_cast<std::size_t>(values));
+    forEachValue(format, reference, significance, decoded,
+                 [&](double wanted, double found) { relative.push_back(std::abs(found - wanted) / (std::abs(wanted) + floor)); });
+    const auto percentile = relative.begin() + static_cast<std::ptrdiff_t>(relative.size() * 99 / 100);
+    std::nth_element(relative.begin(), percentile, relative.end());
+    const auto count = static_cast<double>(values);
+    figures.texels = values / (formats::info(format).isFloat ? 3 : formats::info(format).channelCount);
+    figures.logRmse = std::sqrt(squaredLog / count);
+    figures.psnrDb = decibels(formats::info(format).isFloat ? figures.logRmse : std::sqrt(squared / count));
+    figures.relRmse = squaredReference > 0 ? std::sqrt(squared / squaredReference) : 0;
+    figures.p99Relative = *percentile;
+    figures.maxRelative = *std::max_element(percentile, relative.end());
+    return figures;
+}
+
+formats::Image<glm::vec4> decodedByVerifier(formats::PixelFormat format, std::span<const std::byte> bytes, int width, int height) {
+    formats::Image<glm::vec4> decoded(width, height);
+    verify::decodeRows(format, bytes, decoded.view());
+    return decoded;
+}
+
+}  // namespace bench

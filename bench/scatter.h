@@ -1,0 +1,35 @@
+// A page of scatter plots, run time against error, one panel a format: a file that needs no other.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace bench {
+
+struct ScatterPoint {
+    double secondsPerMpix = 0, db = 0;
+    std::string label;  ///< beside the point; may be empty
+    std::string hint;   ///< what the pointer finds
+};
+
+struct ScatterSeries {
+    enum class Style {
+        Main,            ///< a line with filled points and labels
+        Part,            ///< a thin line with small points
+        Quoted,          ///< hollow diamonds, no line: figures that somebody else measured on the same pictures
+        QuotedElsewhere  ///< hollow squares: measured on other pictures
+    };
+    std::string name;
+    Style style = Style::Main;
+    std::vector<ScatterPoint> points;
+};
+
+struct ScatterPanel {
+    std::string title, yLabel;
+    std::vector<ScatterSeries> series;
+};
+
+/// notes  paragraphs of text under the title
+std::string scatterPage(const std::string& title, const std::vector<std::string>& notes, const std::vector<ScatterPanel>& panels);
+
+}  // namespace bench

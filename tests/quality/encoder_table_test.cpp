@@ -1,0 +1,123 @@
+// encoders.csv beside this file says how well each format does at each effort on the pictures that the repository carries or makes. Here
+// the same code measures again: nothing may be worse than was committed. `./dev bench encoders --table tests/quality/encoders.csv` writes
+// the table anew; its difference in version control is then the account of what a change to an encoder was worth.
+#include "bench/quality_table.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <set>
+
+namespace bench {
+namespace {
+
+using formats::PixelFormat;
+using Key = std::pair<int, std::string>;  ///< effort, picture
+
+/// A hair: what other roundings of a mathematical library may do to a picture made by formula.
+constexpr double kHairDb = 0.01;
+
+/// Efforts that are no better than the one before, over the mean of the pictures. Strike an entry when its encoder has changed that.
+struct NotBetter {
+    PixelFormat format;
+    int effort;
+};
+constexpr NotBetter kNotBetter[] = {
+    {PixelFormat::Bc1, 9}, {PixelFormat::Bc3, 9}, {PixelFormat::Astc4x4Hdr, 1}, {PixelFormat::Astc8x8Hdr, 2}};
+
+bool mayBeNoBetter(PixelFormat format, int effort) {
+    for (const NotBetter& each : kNotBetter)
+        if (each.format == format && each.effort == effort) return true;
+    return false;
+}
+
+const std::filesystem::path kTable = std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "tests/quality/encoders.csv";
+constexpr const char* kRenew = "renew the table if it is meant: ./dev bench encoders --table tests/quality/encoders.csv";
+
+const std::vector<QualityRow>& committed() {
+    static const auto table = readQualityTable(kTable);
+    if (!table) throw std::runtime_error(table.error().line());
+    return *table;
+}
+
+const std::vector<Picture>& pictures() {
+    static const std::vector<Picture> own = ownPictures(LIGHTCOOK_SOURCE_DIR, kTablePictureSize);
+    return own;
+}
+
+std::vector<QualityRow> committedRows(PixelFormat format, int effort) {
+    std::vector<QualityRow> rows;
+    for (const QualityRow& row : committed())
+        if (row.format == formats::info(format).name && row.effort == effort) rows.push_back(row);
+    return rows;
+}
+
+/// Holds fresh rows of a format and effort against the table's.
+void expectNotWorse(const std::vector<QualityRow>& fresh, PixelFormat format, int effort) {
+    std::map<std::string, Figures> table;
+    for (const QualityRow& row : committedRows(format, effort))
+        EXPECT_TRUE(table.emplace(row.picture, row.figures).second) << fmt::format("{} twice in the table", row.picture);
+    const std::string where = fmt::format("{} effort {}", formats::info(format).name, effort);
+    for (const QualityRow& row : fresh) {
+        const auto found = table.find(row.picture);
+        if (found == table.end()) {
+            ADD_FAILURE() << fmt::format("{}, {}: found no row in {}; {}", where, row.picture, kTable.string(), kRenew);
+            continue;
+        }
+        EXPECT_GE(row.figures.psnrDb, found->second.psnrDb - kHairDb)
+            << fmt::format("{}, {}: found {:.4f} dB, expected the {:.4f} dB of the table; {}", where, row.picture, row.figures.psnrDb,
+                           found->second.psnrDb, kRenew);
+        table.erase(found);
+    }
+    for (const auto& [picture, figures] : table)
+        ADD_FAILURE() << fmt::format("{}, {}: found a row in the table, expected none of a picture that is not there; {}", where, picture,
+                                     kRenew);
+}
+
+class EncoderTable : public testing::TestWithParam<PixelFormat> {};
+
+TEST_P(EncoderTable, NoRowIsWorseAndEveryEffortIsBetterThanTheOneBefore) {
+    double before = 0;
+    for (int effort = 0; effort <= 9; ++effort) {
+        const std::vector<QualityRow> rows = qualityRows(GetParam(), effort, pictures());
+        expectNotWorse(rows, GetParam(), effort);
+        const double mean = meanDb(rows);
+        if (!mayBeNoBetter(GetParam(), effort)) {
+            EXPECT_GT(mean, before) << fmt::format("{}: found effort {} no better than effort {} over the mean of the pictures",
+                                                   formats::info(GetParam()).name, effort, effort - 1);
+        }
+        before = mean;
+    }
+}
+INSTANTIATE_TEST_SUITE_P(Quality, EncoderTable, testing::ValuesIn(tableFormats()), [](const auto& instance) {
+    std::string name(formats::info(instance.param).name);
+    std::replace(name.begin(), name.end(), '-', '_');
+    return name;
+});
+
+TEST(EncoderTableFile, HoldsNothingElseAndItsExceptionsAreStillSome) {
+    std::set<std::string> known;
+    for (const PixelFormat format : tableFormats()) known.emplace(formats::info(format).name);
+    for (const QualityRow& row : committed()) {
+        EXPECT_TRUE(known.contains(row.format)) << fmt::format("found the unknown format '{}' in the table; {}", row.format, kRenew);
+        EXPECT_TRUE(row.effort >= 0 && row.effort <= 9) << fmt::format("found effort {} in the table, expected 0 to 9", row.effort);
+    }
+    for (const NotBetter& each : kNotBetter)
+        EXPECT_LE(meanDb(committedRows(each.format, each.effort)), meanDb(committedRows(each.format, each.effort - 1))) << fmt::format(
+            "{} effort {} is better than the one before by now: strike it from kNotBetter", formats::info(each.format).name, each.effort);
+}
+
+TEST(EncoderTableFile, ABrokenLineIsNamed) {
+    const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "broken_quality_table.csv";
+    std::ofstream(file) << csvOf({}) << "bc7,5,foliage,41.5,0.1,0.2,0.3,0.4\nbc7,five,foliage,41.5,0.1,0.2,0.3,0.4\n";
+    const auto table = readQualityTable(file);
+    ASSERT_FALSE(table.has_value());
+    EXPECT_NE(table.error().line().find("broken_quality_table.csv:3: found 'bc7,five"), std::string::npos) << table.error().line();
+    std::filesystem::remove(file);
+}
+
+}  // namespace
+}  // namespace bench
