@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "compress/basis_model.h"
+#include "compress/light_map_rows.h"
 #include "lighting/radiometry.h"
 
 namespace compress {
@@ -12,8 +14,11 @@ namespace compress {
 namespace {
 
 using formats::PixelFormat;
+using rows::halfRange;
+using rows::hdrFormat;
+using rows::ldrFormat;
 
-constexpr std::array<std::string_view, 4> kLayoutNames = {"raw", "flat", "luvw", "ratio"};
+constexpr std::array<std::string_view, 8> kLayoutNames = {"raw", "flat", "luvw", "ratio", "basis-3", "basis-4", "basis-8", "basis-12"};
 /// Ratios beyond 1.25 times the bound of non-negative light are noise of texels that are almost black.
 constexpr float kRatioAllowance = 1.25f;
 constexpr double kLogUnits = 1 << 24;
@@ -21,40 +26,6 @@ constexpr std::array<float, 3> kRatioBound = {1.0f, 1.7320508f, 2.2360680f};  //
 
 float largestAbsolute(const glm::vec3& v) {
     return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-}
-
-PixelFormat hdrFormat(LightMapTarget target) {
-    switch (target) {
-        case LightMapTarget::Bc:
-            return PixelFormat::Bc6hUf16;
-        case LightMapTarget::Astc:
-            return PixelFormat::Astc4x4Hdr;
-        case LightMapTarget::Float:
-            break;
-    }
-    return PixelFormat::Rgba16f;
-}
-
-PixelFormat ldrFormat(LightMapTarget target, PixelFormat bc) {
-    switch (target) {
-        case LightMapTarget::Bc:
-            return bc;
-        case LightMapTarget::Astc:
-            return PixelFormat::Astc4x4Ldr;
-        case LightMapTarget::Float:
-            break;
-    }
-    return PixelFormat::Rgba16Unorm;
-}
-
-/// A power of two that brings the largest value into (8192, 16384]: room above for encoders that overshoot, and 27 octaves below it before
-/// half floats lose bits to subnormals, whatever the map's unit.
-float halfRange(float largest) {
-    if (!(largest > 0)) return 1;
-    int exponent = 0;
-    const float mantissa = std::frexp(largest, &exponent);  // largest = mantissa 2^exponent, mantissa in [0.5, 1)
-    if (mantissa == 0.5f) --exponent;
-    return std::ldexp(1.0f, exponent - 14);
 }
 
 /// Half of what rgb1 can add to uvw. Halo 3 has 1; what BC1 colours leave is far less: docs/experiments.md has the curve.
@@ -92,6 +63,42 @@ void planRatio(LightMapPlan& plan, const LightMapMeasure& measure) {
 
 }  // namespace
 
+namespace rows {
+
+PixelFormat hdrFormat(LightMapTarget target) {
+    switch (target) {
+        case LightMapTarget::Bc:
+            return PixelFormat::Bc6hUf16;
+        case LightMapTarget::Astc:
+            return PixelFormat::Astc4x4Hdr;
+        case LightMapTarget::Float:
+            break;
+    }
+    return PixelFormat::Rgba16f;
+}
+
+PixelFormat ldrFormat(LightMapTarget target, PixelFormat bc) {
+    switch (target) {
+        case LightMapTarget::Bc:
+            return bc;
+        case LightMapTarget::Astc:
+            return PixelFormat::Astc4x4Ldr;
+        case LightMapTarget::Float:
+            break;
+    }
+    return PixelFormat::Rgba16Unorm;
+}
+
+float halfRange(float largest) {
+    if (!(largest > 0)) return 1;
+    int exponent = 0;
+    const float mantissa = std::frexp(largest, &exponent);  // largest = mantissa 2^exponent, mantissa in [0.5, 1)
+    if (mantissa == 0.5f) --exponent;
+    return std::ldexp(1.0f, exponent - 14);
+}
+
+}  // namespace rows
+
 std::optional<LightMapLayout> lightMapLayoutFromName(std::string_view name) {
     const auto found = std::ranges::find(kLayoutNames, name);
     if (found == kLayoutNames.end()) return std::nullopt;
@@ -100,6 +107,10 @@ std::optional<LightMapLayout> lightMapLayoutFromName(std::string_view name) {
 
 std::string_view lightMapLayoutName(LightMapLayout layout) {
     return kLayoutNames[static_cast<std::size_t>(layout)];
+}
+
+bool isLearned(LightMapLayout layout) {
+    return layout >= LightMapLayout::Basis3;
 }
 
 LightMapMeasure::LightMapMeasure(const glm::vec3& luminanceWeights) : luminanceWeights_(luminanceWeights) {}
@@ -159,19 +170,23 @@ int LightMapPlan::blockHeight() const {
 }
 
 std::size_t LightMapPlan::gpuBytes() const {
-    std::size_t bytes = 0;
+    std::size_t bytes = tableBytes();
     for (const LightMapTexture& texture : textures)
         bytes += static_cast<std::size_t>(texture.layerCount) * formats::bytesPerImage(texture.format, width, height);
     return bytes;
 }
 
 double LightMapPlan::bitsPerTexel() const {
-    double bits = 0;
+    double bits = 8.0 * static_cast<double>(tableBytes()) / (static_cast<double>(width) * height);
     for (const LightMapTexture& texture : textures) {
         const formats::PixelFormatInfo& format = formats::info(texture.format);
         bits += 8.0 * texture.layerCount * format.bytesPerBlock / (format.blockWidth * format.blockHeight);
     }
     return bits;
+}
+
+std::size_t LightMapPlan::tableBytes() const {
+    return basis ? basis->tableBytes() : 0;
 }
 
 LightMapPlan withHalo3Constants(LightMapPlan luvw) {
@@ -207,6 +222,12 @@ LightMapPlan planLightMap(LightMapLayout layout, LightMapTarget target, int widt
             break;
         case LightMapLayout::Ratio:
             planRatio(plan, measure);
+            break;
+        case LightMapLayout::Basis3:
+        case LightMapLayout::Basis4:
+        case LightMapLayout::Basis8:
+        case LightMapLayout::Basis12:
+            assert(false && "a layout that learns needs planLearnedLightMap");
             break;
     }
     return plan;

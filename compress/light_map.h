@@ -7,10 +7,14 @@
 //   luvw    "luvw_first" (9), "luvw_second" (9): rgb, a              lambda_i = range_i a0 a1 (uvw0 + uvw1)          3
 //   ratio   "l0" (1: rgb), "ratio" (8: rgb, i = 1..8)                lambda_0 = range l0,
 //                                                                    lambda_i = lambda_0 (scale_i ratio_i + bias_i)  2
+//   basis-3 "l0" (1: rgb), "code" (1: rgb)                           lambda_i = lambda_0 P_i(code), P quadratic,     3
+//   basis-4 "l0" (1: rgb), "code" (1: rgba)                          learned for each cluster of charts
+//   basis-8, basis-12: and "residual" (1, 2: rgba)                   + lambda_0 sum_k (residual_k - neutral) R_ki    3
 //
 // Use: one LightMapMeasure over every band of the map (bands in any cut), a plan from it, then every band of whole block rows encoded on
-// its own. The bytes do not depend on how the map was cut. Pure: no thread, no file.
-// Sources: Hu 2008, Lightmap compression in Halo 3 (the two-texture L, uvw form); Chen and Liu 2008, Lighting and Material of Halo 3.
+// its own. Layouts that learn look at the map twice: LightMapBlocks beside the measure, then LightMapSamples of the blocks chosen. The
+// bytes do not depend on how the map was cut. Pure: no thread, no file. Sources: Hu 2008, Lightmap compression in Halo 3 (the two-texture
+// L, uvw form); Chen and Liu 2008, Lighting and Material of Halo 3.
 #pragma once
 
 #include <array>
@@ -18,6 +22,7 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -30,13 +35,15 @@
 
 namespace compress {
 
-enum class LightMapLayout { Raw, Flat, Luvw, Ratio };
+enum class LightMapLayout { Raw, Flat, Luvw, Ratio, Basis3, Basis4, Basis8, Basis12 };
 /// Which family of formats. Bc: BC6H, BC7, BC3. Astc: 4x4 HDR and LDR. Float: half and 16-bit unorm, no blocks.
 enum class LightMapTarget { Bc, Astc, Float };
 
-/// "raw" "flat" "luvw" "ratio"; nothing for other names.
+/// "raw" "flat" "luvw" "ratio" "basis-3" "basis-4" "basis-8" "basis-12"; nothing for other names.
 std::optional<LightMapLayout> lightMapLayoutFromName(std::string_view name);
 std::string_view lightMapLayoutName(LightMapLayout layout);
+/// Whether the layout's decode is learned from the map (planLearnedLightMap).
+bool isLearned(LightMapLayout layout);
 
 /// Map-wide statistics that the plan's constants come from. Only covered texels count.
 class LightMapMeasure {
@@ -80,6 +87,10 @@ struct LightMapTexture {
     int layerCount = 1;
 };
 
+struct BasisModel;
+class LightMapBlocks;
+class LightMapSamples;
+
 /// All that is decided before the first block is encoded, and all that a decoder needs.
 struct LightMapPlan {
     LightMapLayout layout = LightMapLayout::Raw;
@@ -88,14 +99,26 @@ struct LightMapPlan {
     std::vector<LightMapTexture> textures;
     std::map<std::string, std::vector<float>> constants;  ///< by the names of the members of the shader's constants
     int decodeDegree = 1;                                 ///< of the decode as a polynomial of the filtered texels
-    double key = 0;  ///< of the measure: the encoders' errors are relative above 0.02 key and absolute below
+    double key = 0;                           ///< of the measure: the encoders' errors are relative above 0.02 key and absolute below
+    std::shared_ptr<const BasisModel> basis;  ///< of layouts that learn; constants hold the same
 
-    int blockHeight() const;      ///< [texels] cuts between bands must lie on multiples of it
-    double bitsPerTexel() const;  ///< all textures and layers
-    std::size_t gpuBytes() const;
+    int blockHeight() const;         ///< [texels] cuts between bands must lie on multiples of it
+    double bitsPerTexel() const;     ///< all textures and layers, tables included
+    std::size_t gpuBytes() const;    ///< the same in bytes
+    std::size_t tableBytes() const;  ///< what a learned decode needs beside its textures
 };
 
+/// layout: one that does not learn
 LightMapPlan planLightMap(LightMapLayout layout, LightMapTarget target, int width, int height, const LightMapMeasure& measure);
+/// layout    one that learns
+/// blocks    of the whole map; charts: blocks.charts()
+/// samples   of blocks.choose(charts, ...), filled from the whole map
+/// clusters  at most so many bases, 1 .. 256; 0: as many as cost an eighth of the textures, at most 64
+LightMapPlan planLearnedLightMap(LightMapLayout layout, LightMapTarget target, int width, int height, const LightMapMeasure& measure,
+                                 const LightMapBlocks& blocks, const std::vector<int>& charts, const LightMapSamples& samples, int clusters,
+                                 const EncodeOptions& options);
+/// Blocks worth learning from, for LightMapBlocks::choose.
+int learningBlocks(int effort);
 
 /// The same luvw plan with the constants of Halo 3 (residual span 1, square roots, no headroom): the yardstick that the default is measured
 /// against. Decoders need nothing new. luvw: a plan of layout Luvw.

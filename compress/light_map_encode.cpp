@@ -203,6 +203,11 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
             return encodeLuvw(plan, source, options);
         case LightMapLayout::Ratio:
             return encodeRatio(plan, source, options);
+        case LightMapLayout::Basis3:
+        case LightMapLayout::Basis4:
+        case LightMapLayout::Basis8:
+        case LightMapLayout::Basis12:
+            return rows::encodeBasis(plan, band, source, options);
     }
     return out;
 }

@@ -30,6 +30,17 @@ Layer encodeLayer(formats::PixelFormat format, formats::Image<glm::vec4>& texels
 Layer encodeHdr(formats::PixelFormat format, const Source& source, std::size_t value, float range, float key, const EncodeOptions& options,
                 bool wantsDecoded, EncodeReport& report);
 
+/// Formats of a target for HDR colour and for numbers in [0, 1].
+formats::PixelFormat hdrFormat(LightMapTarget target);
+formats::PixelFormat ldrFormat(LightMapTarget target, formats::PixelFormat bc);
+/// A power of two that brings the largest value into (8192, 16384]: room above for encoders that overshoot, and 27 octaves below it before
+/// half floats lose bits to subnormals, whatever the map's unit.
+float halfRange(float largest);
+
 float constant(const LightMapPlan& plan, const char* name, std::size_t index);
+
+/// The rows under a learned layout.
+EncodedLightMapRows encodeBasis(const LightMapPlan& plan, const formats::LightMapBand& band, const Source& source,
+                                const EncodeOptions& options);
 
 }  // namespace compress::rows

@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "compress/light_map.h"
+#include "compress/light_map_blocks.h"
 #include "lighting/radiometry.h"
 #include "pipeline/bands.h"
 #include "pipeline/figures_json.h"
@@ -46,6 +47,29 @@ Result<Measured> measure(LightMapSource& source, const ActionContext& context) {
     return whole;
 }
 
+/// Learns the decode of a layout that asks for it: charts from the coverage, blocks worth looking at, a fit to those.
+Result<compress::LightMapPlan> learn(LightMapSource& source, compress::LightMapLayout layout, compress::LightMapTarget target,
+                                     const compress::LightMapMeasure& measure, const compress::EncodeOptions& options,
+                                     const ActionContext& context) {
+    const auto walk = [&](const char* what, auto& learner) -> Result<void> {
+        const auto walked =
+            forEachBand<int>(source.bandCount(), context, fmt::format("{} {}", what, context.action.asset), [&](int index) -> Result<int> {
+                const auto band = source.band(index);
+                if (!band) return tl::make_unexpected(band.error());
+                learner.add(**band, (*band)->firstRow, source.bandRows(index));
+                return 0;
+            });
+        if (!walked) return tl::make_unexpected(walked.error());
+        return {};
+    };
+    compress::LightMapBlocks blocks(source.width(), source.height());
+    if (auto walked = walk("survey the charts of", blocks); !walked) return tl::make_unexpected(walked.error());
+    const std::vector<int> charts = blocks.charts();
+    compress::LightMapSamples samples(blocks.choose(charts, compress::learningBlocks(options.effort)), blocks.across());
+    if (auto walked = walk("sample", samples); !walked) return tl::make_unexpected(walked.error());
+    return compress::planLearnedLightMap(layout, target, source.width(), source.height(), measure, blocks, charts, samples, 0, options);
+}
+
 formats::TextureShape shapeOf(const compress::LightMapPlan& plan, const compress::LightMapTexture& texture) {
     formats::TextureShape shape;
     shape.format = texture.format;
@@ -56,10 +80,13 @@ formats::TextureShape shapeOf(const compress::LightMapPlan& plan, const compress
     return shape;
 }
 
-/// What a loader needs to decode, inside each texture too, in case the manifest gets lost.
+/// What a loader needs to decode, inside each texture too, in case the manifest gets lost; but for learned tables.
 std::map<std::string, std::string> textureMetadata(const compress::LightMapPlan& plan, const compress::LightMapTexture& texture) {
-    const Json facts = {
-        {"layout", std::string(compress::lightMapLayoutName(plan.layout))}, {"role", texture.name}, {"constants", plan.constants}};
+    Json facts = {
+        {"layout", std::string(compress::lightMapLayoutName(plan.layout))}, {"role", texture.name}, {"constants", Json::object()}};
+    // Learned tables are larger than some textures, and lie in the manifest alone.
+    for (const auto& [name, values] : plan.constants)
+        if (values.size() <= 16) facts["constants"][name] = values;
     return {{"io.lightcook", facts.dump()}};
 }
 
@@ -105,6 +132,10 @@ Json manifestEntry(const ActionContext& context, const compress::LightMapPlan& p
                   {"constants", plan.constants},
                   {"textures", Json::array()},
                   {"source", {{"description", parameters.at("description")}}}};
+    if (plan.tableBytes() > 0) {
+        asset["bytes_gpu"] = plan.tableBytes();
+        asset["bytes_disk"] = 0;  // in this manifest
+    }
     for (const compress::LightMapTexture& texture : plan.textures) {
         const std::string file = context.action.asset + "_" + texture.name + std::string(settings.extension());
         asset["textures"].push_back(
@@ -128,9 +159,18 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     const auto measured = measure(**source, context);
     if (!measured) return tl::make_unexpected(measured.error());
 
-    const auto layout = compress::lightMapLayoutFromName(parameters.at("layout").get<std::string>());
-    const compress::LightMapPlan plan = compress::planLightMap(*layout, targetOf(parameters.at("target").get<std::string>()),
-                                                               (*source)->width(), (*source)->height(), measured->measure);
+    const auto layout = *compress::lightMapLayoutFromName(parameters.at("layout").get<std::string>());
+    const compress::LightMapTarget target = targetOf(parameters.at("target").get<std::string>());
+    compress::EncodeOptions options;
+    options.effort = settings.effort;
+    compress::LightMapPlan plan;
+    if (compress::isLearned(layout)) {
+        auto learned = learn(**source, layout, target, measured->measure, options, context);
+        if (!learned) return tl::make_unexpected(learned.error());
+        plan = std::move(*learned);
+    } else {
+        plan = compress::planLightMap(layout, target, (*source)->width(), (*source)->height(), measured->measure);
+    }
     ActionOutcome outcome;
     std::vector<formats::TextureWriter> writers;
     for (const compress::LightMapTexture& texture : plan.textures) {

@@ -41,7 +41,7 @@ std::string meshAssetName(const Scene& scene, const LightMapEntry& entry) {
 /// Names without extension that the files of an asset may have, under every layout.
 std::vector<std::string> fileNames(const std::string& asset, const std::string& kind) {
     static const std::map<std::string, std::vector<std::string>> kEndings = {
-        {"light-map", {"_l0", "_ratio", "_luvw_first", "_luvw_second", "_exit", "_sh"}},
+        {"light-map", {"_l0", "_ratio", "_luvw_first", "_luvw_second", "_exit", "_sh", "_code", "_residual"}},
         {"dominant", {"_direction", "_intensity"}},
         {"lut", {"_c0236", "_d0236", "_cd78"}}};
     const auto endings = kEndings.find(kind);
@@ -208,7 +208,9 @@ private:
     }
     /// Bits a texel of a layout under the scene's target: nine coefficients or one value, in blocks of 8 bits or halves of 64.
     double bitsOf(const std::string& layout) const {
-        const double textures = layout == "flat" ? 1 : layout == "luvw" ? 18 : 9;
+        static const std::map<std::string, double> kTextures = {{"flat", 1},      {"luvw", 18},   {"ratio", 9},   {"raw", 9},
+                                                                {"basis-3", 1.5}, {"basis-4", 2}, {"basis-8", 3}, {"basis-12", 4}};
+        const double textures = kTextures.at(layout);
         return textures * (scene_.output.target == Target::Float || layout == "raw" ? 64 : 8);
     }
 

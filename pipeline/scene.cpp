@@ -330,7 +330,7 @@ Result<Target> targetFromName(std::string_view name, const std::string& subject)
 }
 
 const std::vector<std::string>& lightMapLayoutNames() {
-    static const std::vector<std::string> names = {"ratio", "luvw", "flat", "raw"};
+    static const std::vector<std::string> names = {"ratio", "luvw", "flat", "raw", "basis-3", "basis-4", "basis-8", "basis-12"};
     return names;
 }
 

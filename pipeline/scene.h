@@ -30,7 +30,7 @@ struct OutputSettings {
     /// than maxError.
     double maxConverterError = 0.1;
     std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory for the whole scene
-    std::string lightMapLayout = "ratio";      ///< flat, luvw, ratio or raw
+    std::string lightMapLayout = "ratio";      ///< one of lightMapLayoutNames()
     formats::Container container = formats::Container::Ktx2;
     bool zstd = false;
     int effort = 5;     ///< of block encoders, 0 .. 9

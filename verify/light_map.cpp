@@ -244,7 +244,8 @@ private:
         return out;
     }
 
-    LcSh decoded(const LayerTexels& texels) const { return scaled(layout_.decode(texels), perKey_); }
+    /// The decode of texel (x, y) in units of the key.
+    LcSh decoded(const LayerTexels& texels, int x, int y) const { return scaled(layouts::decodeAt(layout_, x, y).decode(texels), perKey_); }
 
     Frame frameAt(int x, int y) {
         const glm::vec3 normal = reference_.normal.at(x, y - reference_.firstRow);
@@ -286,11 +287,13 @@ private:
             boundCentre(stage, error, reference);
             ++stage;
         };
-        if constexpr (Layout::kEarlyStage != nullptr) {
+        if constexpr (Layout::kEarlyStages.size() > 0) {
             const LcSh unscaledReference = scaled(reference, 1 / perKey_);
-            stageError(scaled(layout_.decodeEarly(row.texels[index(x)], unscaledReference), perKey_));
+            const auto& decode = layouts::decodeAt(layout_, x, y);
+            for (std::size_t early = 0; early < Layout::kEarlyStages.size(); ++early)
+                stageError(scaled(decode.decodeEarly(early, row.texels[index(x)], unscaledReference), perKey_));
         }
-        stageError(decoded(row.texels[index(x)]));
+        stageError(decoded(row.texels[index(x)], x, y));
     }
 
     void boundCentre(std::size_t stage, const LcSh& error, const LcSh& reference) {
@@ -317,8 +320,21 @@ private:
                                                        &below.reference[i + 1]};
         for (int sample = 0; sample < sampling_.positionsPerQuad; ++sample) magnified(texels, references, x, y, sample);
         Controls errors, filtered;
-        evaluateControls(texels, references, errors, filtered);
-        boundQuad(errors, filtered);
+        for (int corner = 0; corner < 4; ++corner) {
+            if (!isNewDecode(x, y, corner)) continue;
+            evaluateControls(texels, references, x + corner % 2, y + corner / 2, errors, filtered);
+            boundQuad(errors, filtered);
+        }
+    }
+    /// Whether no corner before this one has the same decode: a quad is bounded under each that a surface could bring along.
+    bool isNewDecode(int x, int y, int corner) const {
+        if constexpr (requires { layout_.at(x, y); }) {
+            const auto at = [&](int i) { return layout_.at(x + i % 2, y + i / 2); };
+            for (int before = 0; before < corner; ++before)
+                if (at(before) == at(corner)) return false;
+            return true;
+        }
+        return corner == 0;
     }
 
     /// The four corners as the filter sees them at (u, v).
@@ -340,13 +356,14 @@ private:
         const Filtered at = filter(texels, references, hashedFraction(sampling_.seed, place), hashedFraction(sampling_.seed, place + 1));
         const Frame frame = frameAt(x, y);
         shade(at.reference, frame, shadedReference_);
-        addErrors(worst_.size() - 1, difference(decoded(at.texels), at.reference), frame);
+        addErrors(worst_.size() - 1, difference(decoded(at.texels, x, y), at.reference), frame);
     }
 
     /// Error of the decode at the (degree + 1)^2 nodes of the quad, turned into Bernstein control vectors: the error at every position is a
     /// mean of them. The filtered reference is bilinear: its form of the same degree has its values at the nodes themselves for controls.
-    void evaluateControls(const std::array<const LayerTexels*, 4>& texels, const std::array<const LcSh*, 4>& references, Controls& errors,
-                          Controls& filtered) const {
+    /// (x, y): the texel whose decode it is.
+    void evaluateControls(const std::array<const LayerTexels*, 4>& texels, const std::array<const LcSh*, 4>& references, int x, int y,
+                          Controls& errors, Controls& filtered) const {
         for (int v = 0; v < kNodes; ++v) {
             const float fv = static_cast<float>(v) / Layout::kDegree;
             const LayerTexels left = blend(*texels[0], *texels[2], fv), right = blend(*texels[1], *texels[3], fv);
@@ -356,7 +373,7 @@ private:
                 const float fu = static_cast<float>(u) / Layout::kDegree;
                 const auto node = static_cast<std::size_t>(v * kNodes + u);
                 filtered[node] = blend(leftReference, rightReference, fu);
-                errors[node] = difference(decoded(blend(left, right, fu)), filtered[node]);
+                errors[node] = difference(decoded(blend(left, right, fu), x, y), filtered[node]);
             }
         }
         if constexpr (Layout::kDegree > 1) {
@@ -459,7 +476,7 @@ LightMapErrors LightMapVerifier::noErrors() const {
             using Layout = std::decay_t<decltype(layout)>;
             std::vector<LightMapErrors::Stage> stages;
             const auto stage = [](const char* name) { return LightMapErrors::Stage{name, ErrorAccumulator(1), ErrorAccumulator(1)}; };
-            if constexpr (Layout::kEarlyStage != nullptr) stages.push_back(stage(Layout::kEarlyStage));
+            for (const char* early : Layout::kEarlyStages) stages.push_back(stage(early));
             stages.push_back(stage(Layout::kFinalStage));
             stages.push_back(stage("magnified"));
             return LightMapErrors(std::move(stages));
@@ -494,7 +511,7 @@ formats::Image<lighting::ShRgb> LightMapVerifier::reconstruct(const DecodedLight
                     for (const auto& texture : texels.textures)
                         for (const formats::Image<glm::vec4>& image : texture)
                             filtered[layer++] = image.at(x, firstRow - texels.firstRow + y);
-                    const LcSh sh = layout.decode(filtered);
+                    const LcSh sh = layouts::decodeAt(layout, x, firstRow + y).decode(filtered);
                     std::copy_n(sh.c, kCount, out.at(x, y).begin());
                 }
         },

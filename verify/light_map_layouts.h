@@ -1,11 +1,13 @@
-// The decode of each layout, as the verifier's templates see it: which texels, of which degree, by which shader function. Private to
-// verify/.
+// The decode of each layout, as the verifier's templates see it: which texels, of which degree, by which shader function, and what stages
+// lie before the last. Where the constants differ from chart to chart, at(x, y) gives the decode of a texel. Private to verify/.
 #pragma once
 
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <glm/vec4.hpp>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -31,7 +33,7 @@ ShaderTexels shaderTexels(const Texels<kLayers>& texels) {
 struct Raw {
     static constexpr std::size_t kLayers = 9;
     static constexpr int kDegree = 1;
-    static constexpr const char* kEarlyStage = nullptr;
+    static constexpr std::array<const char*, 0> kEarlyStages = {};
     static constexpr const char* kFinalStage = "half";
     shaders::LcRawConstants k{};
 
@@ -42,7 +44,7 @@ struct Raw {
 struct Flat {
     static constexpr std::size_t kLayers = 1;
     static constexpr int kDegree = 1;
-    static constexpr const char* kEarlyStage = nullptr;
+    static constexpr std::array<const char*, 0> kEarlyStages = {};
     static constexpr const char* kFinalStage = "exit";
     shaders::LcFlatConstants k{};
 
@@ -57,13 +59,13 @@ struct Flat {
 struct Luvw {
     static constexpr std::size_t kLayers = 18;
     static constexpr int kDegree = 3;
-    static constexpr const char* kEarlyStage = "stage 1";
+    static constexpr std::array<const char*, 1> kEarlyStages = {"stage 1"};
     static constexpr const char* kFinalStage = "stage 2";
     shaders::LcLuvwConstants k{};
 
     shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapLuvw(shaderTexels<shaders::LcLuvwTexels>(t), k); }
     /// What the first texture gives alone.
-    shaders::LcSh decodeEarly(const Texels<kLayers>& t, const shaders::LcSh&) const {
+    shaders::LcSh decodeEarly(std::size_t, const Texels<kLayers>& t, const shaders::LcSh&) const {
         return shaders::lcLightMapLuvwFirst(shaderTexels<shaders::LcLuvwTexels>(t), k);
     }
 };
@@ -71,20 +73,81 @@ struct Luvw {
 struct Ratio {
     static constexpr std::size_t kLayers = 9;
     static constexpr int kDegree = 2;
-    static constexpr const char* kEarlyStage = "l0";
+    static constexpr std::array<const char*, 1> kEarlyStages = {"l0"};
     static constexpr const char* kFinalStage = "ratio";
     shaders::LcRatioConstants k{};
 
     shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapRatio(shaderTexels<shaders::LcRatioTexels>(t), k); }
     /// The error of L0 by itself: the higher coefficients are the reference's, which ideal ratios to the decoded L0 would restore.
-    shaders::LcSh decodeEarly(const Texels<kLayers>& t, const shaders::LcSh& reference) const {
+    shaders::LcSh decodeEarly(std::size_t, const Texels<kLayers>& t, const shaders::LcSh& reference) const {
         shaders::LcSh sh = reference;
         sh.c[0] = decode(t).c[0];
         return sh;
     }
 };
 
-using Layout = std::variant<Raw, Flat, Luvw, Ratio>;
+/// Tables of layouts "basis-K", by cluster.
+struct BasisTables {
+    std::vector<shaders::LcBasisFirst3> first3;                   ///< [cluster], or:
+    std::vector<shaders::LcBasisFirst4> first4;                   ///< [cluster]
+    std::vector<std::vector<shaders::LcBasisResidual>> residual;  ///< [layer][cluster]
+    std::vector<std::uint8_t> index;                              ///< [4 x 4 block], row by row
+    int blocksAcross = 0;
+    float range = 1, neutral = 0;
+
+    std::size_t clusterAt(int x, int y) const {
+        return index[static_cast<std::size_t>(y / 4) * static_cast<std::size_t>(blocksAcross) + static_cast<std::size_t>(x / 4)];
+    }
+};
+
+/// The learned layouts: kCodes numbers of the first stage, kResiduals layers of four after it.
+template <int kCodes, std::size_t kResiduals>
+struct Basis {
+    static constexpr std::size_t kLayers = 2 + kResiduals;
+    static constexpr int kDegree = 3;
+    static constexpr auto kEarlyStages = [] {
+        if constexpr (kResiduals == 0) return std::array<const char*, 1>{"l0"};
+        if constexpr (kResiduals == 1) return std::array<const char*, 2>{"l0", "code"};
+        if constexpr (kResiduals == 2) return std::array<const char*, 3>{"l0", "code", "residual 1"};
+    }();
+    static constexpr const char* kFinalStage = kResiduals == 0 ? "code" : kResiduals == 1 ? "residual 1" : "residual 2";
+    std::shared_ptr<const BasisTables> tables;
+
+    struct Decode {
+        const BasisTables* tables;
+        std::size_t cluster;
+        shaders::LcSh first(const Texels<kLayers>& t) const {
+            if constexpr (kCodes == 3) return shaders::lcLightMapBasis3(t[0], t[1], tables->first3[cluster], tables->range);
+            return shaders::lcLightMapBasis4(t[0], t[1], tables->first4[cluster], tables->range);
+        }
+        shaders::LcSh decode(const Texels<kLayers>& t, std::size_t layers = kResiduals) const {
+            shaders::LcSh sh = first(t);
+            for (std::size_t layer = 0; layer < layers; ++layer)
+                sh = shaders::lcLightMapBasisAdd(sh, t[0], t[2 + layer], tables->residual[layer][cluster], tables->range, tables->neutral);
+            return sh;
+        }
+        /// Stage 0: the error of L0 by itself. Then the code, and one layer of the residual more each.
+        shaders::LcSh decodeEarly(std::size_t stage, const Texels<kLayers>& t, const shaders::LcSh& reference) const {
+            if (stage > 0) return decode(t, stage - 1);
+            shaders::LcSh sh = reference;
+            sh.c[0] = first(t).c[0];
+            return sh;
+        }
+        friend bool operator==(const Decode&, const Decode&) = default;
+    };
+    Decode at(int x, int y) const { return {tables.get(), tables->clusterAt(x, y)}; }
+};
+
+using Layout = std::variant<Raw, Flat, Luvw, Ratio, Basis<3, 0>, Basis<4, 0>, Basis<4, 1>, Basis<4, 2>>;
+
+/// The decode of the texel at (x, y).
+template <class AnyLayout>
+decltype(auto) decodeAt(const AnyLayout& layout, int x, int y) {
+    if constexpr (requires { layout.at(x, y); })
+        return layout.at(x, y);
+    else
+        return (layout);
+}
 
 /// Refuses unknown layouts, missing constants, wrong counts and values that are not finite.
 formats::Result<Layout> layoutOf(const CookedLightMap& map);

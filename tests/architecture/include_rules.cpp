@@ -37,7 +37,7 @@ const std::vector<Library> kLibraries = {
     {"tiny_gltf.h", {"formats"}},
     {"zstd.h", {"formats"}},
     {"ceres/", {"fit"}},
-    {"Eigen/", {"fit"}},
+    {"Eigen/", {"compress", "fit"}},
     {"hwy/", {"compress"}},
     {"astcenc.h", {"compress"}},
     {"tbb/", {"pipeline"}},

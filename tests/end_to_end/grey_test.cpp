@@ -2,6 +2,8 @@
 // from file to shaded value. Files are written by the program, read back by the verifier's texture unit, and shaded by the shipped shader.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "pipeline/light_map_actions.h"
 #include "pipeline/manifest.h"
 #include "pipeline/textures.h"
@@ -116,8 +118,14 @@ TEST_P(GreyTest, ComesOutOfEveryAssetAsItWentIn) {
 
 INSTANTIATE_TEST_SUITE_P(EveryWay, GreyTest,
                          testing::Values(Variant{"bc", "ratio"}, Variant{"bc", "luvw"}, Variant{"bc", "raw"}, Variant{"astc", "ratio"},
-                                         Variant{"float", "ratio"}, Variant{"float", "raw"}),
-                         [](const auto& variant) { return fmt::format("{}_{}", variant.param.target, variant.param.layout); });
+                                         Variant{"float", "ratio"}, Variant{"float", "raw"}, Variant{"bc", "basis-3"},
+                                         Variant{"bc", "basis-4"}, Variant{"bc", "basis-12"}, Variant{"astc", "basis-8"},
+                                         Variant{"float", "basis-8"}),
+                         [](const auto& variant) {
+                             std::string layout = variant.param.layout;
+                             std::ranges::replace(layout, '-', '_');
+                             return fmt::format("{}_{}", variant.param.target, layout);
+                         });
 
 }  // namespace
 }  // namespace pipeline

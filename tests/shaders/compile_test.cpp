@@ -78,6 +78,15 @@ std::string textOf(std::string_view name) {
 /// Decode and shade with everything that a layout needs.
 std::string useOf(const std::string& layout) {
     if (layout == "flat") return "LcFlatConstants k; k.range = 2.0;\nresult = lcLightMapFlat(vec4(0.1, 0.2, 0.3, 1.0), k);\n";
+    if (layout.starts_with("basis")) {
+        const std::string count = layout == "basis-3" ? "3" : "4";
+        return "LcBasisFirst" + count + " b;\nLcBasisResidual r;\nfor (int i = 0; i < " + (count == "3" ? "80" : "120") +
+               "; ++i) { b.v[i] = lcGrey(0.1); }\nfor (int i = 0; i < 36; ++i) { r.v[i] = lcGrey(0.01); }\n"
+               "vec4 one = vec4(0.5, 0.5, 0.5, 1.0);\nLcSh sh = lcLightMapBasis" +
+               count +
+               "(one, one, b, 2.0);\nsh = lcLightMapBasisAdd(sh, one, one, r, 2.0, 0.5);\nresult = lcExitRadiance(sh, vec3(0.0, 0.0, "
+               "1.0));\n";
+    }
     const std::string type = layout == "raw" ? "Raw" : layout == "luvw" ? "Luvw" : "Ratio";
     std::string body = "Lc" + type + "Texels t;\nLc" + type + "Constants k;\n";
     const std::string one = "vec4(0.5, 0.5, 0.5, 1.0)";
@@ -103,14 +112,14 @@ TEST_P(Compile, EachSourceWithOnlyThePreludeAndHarmonicsBeforeIt) {
 }
 
 TEST_P(Compile, TheIncludeOfEveryLayoutDecodesAndShades) {
-    for (const std::string layout : {"raw", "flat", "luvw", "ratio"}) {
+    for (const std::string layout : {"raw", "flat", "luvw", "ratio", "basis-3", "basis-8"}) {
         const std::vector<std::string> layouts = {layout};
         EXPECT_EQ(errors(shaders::shaderInclude(layouts), useOf(layout)), "") << layout;
     }
 }
 
 TEST_P(Compile, TheIncludeOfAllLayoutsMayBeIncludedTwice) {
-    const std::vector<std::string> layouts = {"raw", "flat", "luvw", "ratio"};
+    const std::vector<std::string> layouts = {"raw", "flat", "luvw", "ratio", "basis-3", "basis-4"};
     const std::string text = shaders::shaderInclude(layouts);
     EXPECT_EQ(errors(text + text, useOf("ratio")), "");
 }

@@ -12,6 +12,7 @@
 #include "lighting/brdf.h"
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
+#include "tests/compress/light_map_plan.h"
 #include "tests/compress/synthetic_light_map.h"
 #include "verify/light_map_shading.h"
 #include "verify/texture_unit.h"
@@ -22,7 +23,8 @@ using compress::LightMapLayout;
 using compress::LightMapTarget;
 using synthetic::Kind;
 
-constexpr std::array kLayouts = {LightMapLayout::Raw, LightMapLayout::Flat, LightMapLayout::Luvw, LightMapLayout::Ratio};
+constexpr std::array kLayouts = {LightMapLayout::Raw,    LightMapLayout::Flat,   LightMapLayout::Luvw,   LightMapLayout::Ratio,
+                                 LightMapLayout::Basis3, LightMapLayout::Basis4, LightMapLayout::Basis8, LightMapLayout::Basis12};
 constexpr int kWidth = 46, kHeight = 38;
 
 /// A map, cooked, and opened again from its bytes.
@@ -49,10 +51,10 @@ Cooked cook(formats::LightMapBand reference, LightMapLayout layout, LightMapTarg
     const int width = reference.sh.width(), height = reference.sh.height();
     compress::LightMapMeasure measure;
     measure.add(reference);
-    compress::LightMapPlan plan = compress::planLightMap(layout, target, width, height, measure);
-    if (halo3) plan = compress::withHalo3Constants(plan);
     compress::EncodeOptions options;
     options.effort = 3;
+    compress::LightMapPlan plan = synthetic::planOf(layout, target, reference, options);
+    if (halo3) plan = compress::withHalo3Constants(plan);
     const compress::EncodedLightMapRows rows = compress::encodeLightMapRows(plan, reference, 0, height, options);
     for (std::size_t t = 0; t < rows.textures.size(); ++t) {
         cooked.texels.textures.emplace_back();
@@ -337,6 +339,48 @@ TEST(LightMapVerifier, BandsInAnyCutGiveTheSameFigures) {
     }
 }
 
+TEST(LightMapVerifier, EachLayerOfTheResidualRepairsWhatCameBeforeIt) {
+    const std::vector<verify::StageError> stages = cook(Kind::Gradient, LightMapLayout::Basis12).stages();
+    ASSERT_EQ(stages.size(), 6u);
+    EXPECT_EQ(stages[0].name, "l0");
+    EXPECT_EQ(stages[1].name, "code");
+    EXPECT_EQ(stages[2].name, "residual 1");
+    EXPECT_EQ(stages[3].name, "residual 2");
+    for (std::size_t stage = 2; stage < 4; ++stage) {
+        EXPECT_LT(stages[stage].diffuse.relRms, 0.9 * stages[stage - 1].diffuse.relRms) << stages[stage].name;
+        EXPECT_LT(stages[stage].specular.relRms, 0.9 * stages[stage - 1].specular.relRms) << stages[stage].name;
+    }
+}
+
+TEST(LightMapVerifier, DroppingTheResidualGivesWhatTheShorterLayoutHas) {
+    // The first stages know nothing of later ones: basis-12 without its residual is basis-4, to the last bit.
+    const std::vector<verify::StageError> whole = cook(Kind::Gradient, LightMapLayout::Basis12).stages();
+    const std::vector<verify::StageError> code = cook(Kind::Gradient, LightMapLayout::Basis4).stages();
+    EXPECT_EQ(whole[1].diffuse.relRms, code[1].diffuse.relRms);
+    EXPECT_EQ(whole[1].specular.p99, code[1].specular.p99);
+}
+
+TEST(LightMapVerifier, RefusesBrokenTables) {
+    const Cooked good = cook(Kind::Gradient, LightMapLayout::Basis8);
+    const auto refused = [&](const char* name, std::vector<float> values) {
+        verify::CookedLightMap map = good.map;
+        map.constants[name] = std::move(values);
+        const auto created = verify::LightMapVerifier::create(map, {}, {}, good.key);
+        return !created && created.error().line().find(name) != std::string::npos;
+    };
+    EXPECT_TRUE(refused("clusters", {0}));
+    EXPECT_TRUE(refused("clusters", {1.5f}));
+    EXPECT_TRUE(refused("clusters", {1e9f}));
+    EXPECT_TRUE(refused("code", {1, 2, 3}));
+    EXPECT_TRUE(refused("residual", {}));
+    EXPECT_TRUE(refused("index_runs", {}));
+    EXPECT_TRUE(refused("index_runs", {0, 5}));
+    EXPECT_TRUE(refused("index_runs", {0, 1e9f}));
+    EXPECT_TRUE(refused("index_runs", {200, 120}));
+    EXPECT_TRUE(refused("index_runs", {-1, 120}));
+    EXPECT_TRUE(refused("index_runs", {0, std::numeric_limits<float>::quiet_NaN()}));
+}
+
 TEST(LightMapVerifier, TheSecondStageOfLuvwRepairsTheFirst) {
     for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::Night}) {
         const std::vector<verify::StageError> stages = cook(kind, LightMapLayout::Luvw).stages();
@@ -371,8 +415,10 @@ TEST(LightMapVerifier, NightIsCookedAsWellAsDay) {
     // Ranges follow the map: only the unit differs, so the errors must not.
     for (const LightMapLayout layout : kLayouts) {
         const verify::StageError day = cook(Kind::Gradient, layout).total(), night = cook(Kind::Night, layout).total();
-        EXPECT_NEAR(night.diffuse.relRms, day.diffuse.relRms, 0.1 * day.diffuse.relRms) << compress::lightMapLayoutName(layout);
-        EXPECT_NEAR(night.diffuse.p99, day.diffuse.p99, 0.1 * day.diffuse.p99) << compress::lightMapLayoutName(layout);
+        // Where the decode is learned, another rounding of coefficient 0 lets the fit settle elsewhere, as good but not the same.
+        const double share = compress::isLearned(layout) ? 0.25 : 0.1;
+        EXPECT_NEAR(night.diffuse.relRms, day.diffuse.relRms, share * day.diffuse.relRms) << compress::lightMapLayoutName(layout);
+        EXPECT_NEAR(night.diffuse.p99, day.diffuse.p99, share * day.diffuse.p99) << compress::lightMapLayoutName(layout);
     }
 }
 

@@ -1,0 +1,92 @@
+// The learned decode of layouts "basis-K", and how a texel's numbers are found for it. Coefficients 1 to 8 over the decoded coefficient 0
+// are a quadratic polynomial of three or four numbers in [0, 1]; each layer of the residual adds a linear basis of four more. Private to
+// compress/.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <vector>
+
+#include "lighting/sh.h"
+
+namespace compress {
+
+inline constexpr int kCodeMonomials = 15;
+/// What a residual channel holds where nothing is left: 8 bits have it exactly.
+inline constexpr float kResidualNeutral = 128.0f / 255.0f;
+
+struct BasisShape {
+    int codeChannels = 4;    ///< 3 or 4
+    int residualLayers = 0;  ///< of four channels each
+    int monomialCount() const { return codeChannels == 3 ? 10 : kCodeMonomials; }
+};
+
+/// Nine numbers a colour channel: [r, g, b][coefficient].
+using ByChannel = std::array<std::array<float, lighting::kShCount>, 3>;
+/// Eight a channel, coefficients 1 to 8: one vector register.
+using HigherByChannel = std::array<std::array<float, 8>, 3>;
+/// Factors of each monomial, in the order of lcBasisMonomials.
+using CodeTable = std::array<HigherByChannel, kCodeMonomials>;
+/// What each channel of a residual texel adds.
+using ResidualTable = std::array<ByChannel, 4>;
+
+struct BasisModel {
+    BasisShape shape;
+    std::vector<CodeTable> code;                       ///< [cluster]
+    std::vector<std::vector<ResidualTable>> residual;  ///< [layer][cluster]
+    std::vector<std::vector<glm::vec4>> seeds;         ///< [cluster] codes to start a search from
+    glm::vec4 codeWeights{1};                          ///< what a squared error of each channel costs, on average
+    std::vector<glm::vec4> residualWeights;            ///< [layer]
+    int blocksAcross = 0;
+    std::vector<std::uint8_t> clusterOfBlock;  ///< [4 x 4 block of the map]
+
+    std::size_t clusterCount() const { return code.size(); }
+    std::size_t clusterAt(int x, int y) const {
+        return clusterOfBlock[static_cast<std::size_t>(y / 4) * static_cast<std::size_t>(blocksAcross) + static_cast<std::size_t>(x / 4)];
+    }
+    std::size_t tableBytes() const;  ///< as 16-bit floats in GPU memory, the index by blocks included
+};
+
+/// What an error of the nine coefficients costs: mean squares of exit radiance over normals of the hemisphere and of area specular over
+/// views and materials, each over its value for a constant light. A symmetric matrix in world coordinates.
+using Metric = std::array<std::array<float, lighting::kShCount>, lighting::kShCount>;
+class ShadingMetric {
+public:
+    /// Around a unit normal. Remembers the last one: charts are mostly flat.
+    const Metric& at(const glm::vec3& normal);
+
+private:
+    glm::vec3 normal_{0};
+    Metric metric_{};
+};
+
+/// A texel to be coded.
+struct BasisTarget {
+    ByChannel ratio;              ///< true coefficients over the decoded coefficient 0
+    std::array<float, 3> weight;  ///< of each channel: squared decoded coefficient 0
+    const Metric* metric = nullptr;
+};
+
+/// P(code): coefficients 1 to 8 over coefficient 0.
+HigherByChannel evaluateCode(const CodeTable& table, int monomialCount, const glm::vec4& code);
+/// Adds sum_k (texel_k - neutral) R_k.
+void addResidual(const ResidualTable& table, const glm::vec4& texel, ByChannel& ratio);
+
+/// The code in [0, 1]^n of least error, from a start on (Levenberg and Marquardt).
+struct SolvedCode {
+    glm::vec4 code;
+    float error;
+};
+SolvedCode solveCode(const CodeTable& table, const BasisShape& shape, const BasisTarget& target, const glm::vec4& start);
+/// The same from the best of the cluster's seeds. A quadratic can be left by a wrong way.
+SolvedCode searchCode(const BasisModel& model, std::size_t cluster, const BasisTarget& target);
+/// The residual texel in [0, 1]^4 nearest to what `target.ratio` now holds: what is left.
+glm::vec4 solveResidual(const ResidualTable& table, const BasisTarget& target);
+
+/// How the error grows with each channel: diagonal of J' M J, summed over colours.
+glm::vec4 codeSensitivity(const CodeTable& table, const BasisShape& shape, const BasisTarget& target, const glm::vec4& code);
+glm::vec4 residualSensitivity(const ResidualTable& table, const BasisTarget& target);
+
+}  // namespace compress

@@ -1,0 +1,168 @@
+#include "compress/light_map_blocks.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numeric>
+
+namespace compress {
+
+namespace {
+
+using formats::LightMapBand;
+
+bool holds(std::uint16_t mask, int x, int y) {
+    return 0 <= y && y < kChartBlock && ((mask >> (kChartBlock * y + x)) & 1) != 0;
+}
+
+/// Whether a covered texel of the right-hand column touches one of the next block's left-hand column, `down` block rows below (-1, 0, 1).
+bool touchesRight(std::uint16_t left, std::uint16_t right, int down) {
+    for (int y = 0; y < kChartBlock; ++y)
+        for (int dy = -1; dy <= 1; ++dy)
+            if (holds(left, kChartBlock - 1, y) && holds(right, 0, y + dy - down * kChartBlock)) return true;
+    return false;
+}
+bool touchesBelow(std::uint16_t above, std::uint16_t below) {
+    for (int x = 0; x < kChartBlock; ++x)
+        for (int dx = std::max(x - 1, 0); dx <= std::min(x + 1, kChartBlock - 1); ++dx)
+            if (holds(above, x, kChartBlock - 1) && holds(below, dx, 0)) return true;
+    return false;
+}
+
+/// Sets of blocks that grow together; a set is known by its lowest block.
+class Sets {
+public:
+    explicit Sets(int count) : parent_(static_cast<std::size_t>(count)) { std::iota(parent_.begin(), parent_.end(), 0); }
+    int find(int block) {
+        while (at(block) != block) {
+            at(block) = at(at(block));
+            block = at(block);
+        }
+        return block;
+    }
+    void join(int a, int b) {
+        a = find(a);
+        b = find(b);
+        at(std::max(a, b)) = std::min(a, b);
+    }
+
+private:
+    int& at(int block) { return parent_[static_cast<std::size_t>(block)]; }
+    std::vector<int> parent_;
+};
+
+}  // namespace
+
+LightMapBlocks::LightMapBlocks(int width, int height)
+    : across_((width + kChartBlock - 1) / kChartBlock),
+      width_(width),
+      height_(height),
+      covered_(static_cast<std::size_t>(across_) * static_cast<std::size_t>((height + kChartBlock - 1) / kChartBlock)),
+      light_(covered_.size()) {}
+
+void LightMapBlocks::add(const LightMapBand& band, int firstRow, int rowCount) {
+    assert(firstRow % kChartBlock == 0 && (rowCount % kChartBlock == 0 || firstRow + rowCount == height_));
+    for (int y = firstRow; y < firstRow + rowCount; ++y) {
+        const std::size_t row = static_cast<std::size_t>(y / kChartBlock) * static_cast<std::size_t>(across_);
+        for (int x = 0; x < width_; ++x) {
+            if (band.covered.at(x, y - band.firstRow) == 0) continue;
+            const std::size_t block = row + static_cast<std::size_t>(x / kChartBlock);
+            covered_[block] |= static_cast<std::uint16_t>(1u << (kChartBlock * (y % kChartBlock) + x % kChartBlock));
+            const glm::dvec3 dc(band.sh.at(x, y - band.firstRow)[0]);
+            light_[block] += glm::dot(dc, dc);
+        }
+    }
+}
+
+std::vector<int> LightMapBlocks::charts() const {
+    Sets sets(count());
+    const auto mask = [&](int block) { return covered_[static_cast<std::size_t>(block)]; };
+    for (int block = 0; block < count(); ++block) {
+        if (mask(block) == 0) continue;
+        const bool hasRight = block % across_ + 1 < across_, hasBelow = block + across_ < count();
+        if (hasRight && touchesRight(mask(block), mask(block + 1), 0)) sets.join(block, block + 1);
+        if (hasBelow && touchesBelow(mask(block), mask(block + across_))) sets.join(block, block + across_);
+        if (hasRight && hasBelow && touchesRight(mask(block), mask(block + across_ + 1), 1)) sets.join(block, block + across_ + 1);
+        if (hasRight && block >= across_ && touchesRight(mask(block), mask(block - across_ + 1), -1)) sets.join(block, block - across_ + 1);
+    }
+    std::vector<int> charts(covered_.size(), -1);
+    int next = 0;
+    for (int block = 0; block < count(); ++block) {
+        if (mask(block) == 0) continue;
+        const int first = sets.find(block);
+        charts[static_cast<std::size_t>(block)] = first == block ? next++ : charts[static_cast<std::size_t>(first)];
+    }
+    return charts;
+}
+
+std::vector<LightMapBlocks::Choice> LightMapBlocks::choose(const std::vector<int>& charts, int budget) const {
+    assert(charts.size() == covered_.size());
+    struct Chart {
+        int brightest = -1, blockCount = 0;
+        double brightestLight = -1;
+        double light = 0;
+        double due = 0.5;  // a block is chosen each time this reaches 1
+        double brightestChosen = -1;
+    };
+    std::vector<Chart> seen;
+    double coveredBlocks = 0, light = 0, roots = 0;
+    for (std::size_t i = 0; i < covered_.size(); ++i) {
+        if (covered_[i] == 0) continue;
+        if (static_cast<std::size_t>(charts[i]) >= seen.size()) seen.resize(static_cast<std::size_t>(charts[i]) + 1);
+        Chart& chart = seen[static_cast<std::size_t>(charts[i])];
+        ++chart.blockCount;
+        chart.light += light_[i];
+        if (light_[i] > chart.brightestLight) {
+            chart.brightestLight = light_[i];
+            chart.brightest = static_cast<int>(i);
+        }
+        coveredBlocks += 1;
+        light += light_[i];
+    }
+    for (const Chart& chart : seen) roots += std::sqrt(chart.light);
+    std::vector<Choice> choices;
+    for (std::size_t i = 0; i < covered_.size(); ++i) {
+        if (covered_[i] == 0) continue;
+        Chart& chart = seen[static_cast<std::size_t>(charts[i])];
+        const double byArea = 1 / coveredBlocks, byLight = light > 0 ? light_[i] / light : byArea;
+        const double byChart = roots > 0 ? std::sqrt(chart.light) / roots / chart.blockCount : byArea;
+        const double chance = std::min(1.0, budget * (0.25 * byArea + 0.25 * byLight + 0.5 * byChart));
+        chart.due += chance;
+        if (chart.due < 1) continue;
+        chart.due -= 1;
+        chart.brightestChosen = std::max(chart.brightestChosen, light_[i]);
+        choices.push_back({static_cast<int>(i), static_cast<float>(1 / chance)});
+    }
+    // A chart that was met in the dark only would learn nothing of its light.
+    for (const Chart& chart : seen)
+        if (chart.brightest >= 0 && !(chart.brightestChosen >= 0.5 * chart.brightestLight))
+            choices.push_back({chart.brightest, chart.brightestChosen < 0 ? static_cast<float>(chart.blockCount) : 1.0f});
+    std::ranges::sort(choices, {}, &Choice::block);
+    return choices;
+}
+
+LightMapSamples::LightMapSamples(std::vector<LightMapBlocks::Choice> choices, int across) : across_(across), choices_(std::move(choices)) {
+    const int width = kChartBlock * static_cast<int>(choices_.size());
+    texels_.sh = formats::Image<lighting::ShRgb>(width, kChartBlock, lighting::ShRgb{});
+    texels_.covered = formats::Image<std::uint8_t>(width, kChartBlock, 0);
+    texels_.normal = formats::Image<glm::vec3>(width, kChartBlock, glm::vec3(0, 0, 1));
+}
+
+void LightMapSamples::add(const LightMapBand& band, int firstRow, int rowCount) {
+    const int firstBlock = firstRow / kChartBlock * across_;
+    auto chosen = std::ranges::lower_bound(choices_, firstBlock, {}, &LightMapBlocks::Choice::block);
+    for (; chosen != choices_.end(); ++chosen) {
+        const int top = chosen->block / across_ * kChartBlock, left = chosen->block % across_ * kChartBlock;
+        if (top >= firstRow + rowCount) break;
+        const int place = kChartBlock * static_cast<int>(chosen - choices_.begin());
+        for (int y = top; y < std::min(top + kChartBlock, firstRow + rowCount); ++y)
+            for (int x = left; x < std::min(left + kChartBlock, band.sh.width()); ++x) {
+                texels_.sh.at(place + x - left, y - top) = band.sh.at(x, y - band.firstRow);
+                texels_.covered.at(place + x - left, y - top) = band.covered.at(x, y - band.firstRow);
+                texels_.normal.at(place + x - left, y - top) = band.normal.at(x, y - band.firstRow);
+            }
+    }
+}
+
+}  // namespace compress

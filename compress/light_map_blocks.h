@@ -1,0 +1,60 @@
+// A light map by its 4 x 4 blocks: which texels are covered and how much light they hold, which chart a block belongs to, and a sample of
+// blocks to learn from. Ten bytes a block: a 16384 x 16384 map takes 160 MiB, whatever it holds.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/light_map.h"
+
+namespace compress {
+
+/// Texels of a side of the blocks that charts are told apart by.
+inline constexpr int kChartBlock = 4;
+
+class LightMapBlocks {
+public:
+    LightMapBlocks() = default;
+    /// [texels]
+    LightMapBlocks(int width, int height);
+    /// Rows [firstRow, firstRow + rowCount) of the map, whole blocks but at its end, which the band must hold. Different rows may be added
+    /// from several threads.
+    void add(const formats::LightMapBand& band, int firstRow, int rowCount);
+
+    int across() const { return across_; }
+    int count() const { return static_cast<int>(covered_.size()); }
+    /// A chart for each block, numbered in the order of their first blocks; -1 without covered texels. Covered texels that touch, by a
+    /// corner too, and texels of one block are one chart: no filter reaches from one into another.
+    std::vector<int> charts() const;
+    /// About `budget` blocks, ascending: a quarter of them by covered area, a quarter by light, half by charts, each after the root of its
+    /// light; at least one of every chart, spread evenly over it. charts: of this map
+    struct Choice {
+        int block;
+        float weight;  ///< how many blocks this one stands for
+    };
+    std::vector<Choice> choose(const std::vector<int>& charts, int budget) const;
+
+private:
+    int across_ = 0, width_ = 0, height_ = 0;
+    std::vector<std::uint16_t> covered_;  ///< bit 4 y + x
+    std::vector<double> light_;           ///< sum of squared coefficient 0
+};
+
+/// The texels of chosen blocks, side by side in a band that is one block high.
+class LightMapSamples {
+public:
+    LightMapSamples() = default;
+    LightMapSamples(std::vector<LightMapBlocks::Choice> choices, int across);
+    /// Takes what rows [firstRow, firstRow + rowCount) of the map hold of the chosen blocks. As LightMapBlocks::add.
+    void add(const formats::LightMapBand& band, int firstRow, int rowCount);
+
+    const std::vector<LightMapBlocks::Choice>& choices() const { return choices_; }
+    const formats::LightMapBand& texels() const { return texels_; }
+
+private:
+    int across_ = 0;
+    std::vector<LightMapBlocks::Choice> choices_;
+    formats::LightMapBand texels_;
+};
+
+}  // namespace compress

@@ -1,0 +1,88 @@
+// Layouts "basis-3", "basis-4", "basis-8", "basis-12": texture "l0", rgb = coefficient 0 over range; texture "code", three or four numbers c; texture
+// "residual" (basis-8 and up), one layer each four more numbers. Coefficients 1 to 8 over coefficient 0 are a quadratic polynomial of c, whose
+// factors were learned from the map, cluster by cluster of charts; each layer of the residual adds what a linear basis still can, to coefficient 0 too:
+//   lambda_i = l0 (P_i(c) + sum_k (r_k - neutral) R_ki),   P_0 = 1
+// A shader short of fetches may stop after the code, or after any layer of the residual.
+// The cluster is the chart's, the same wherever a filter reaches: a vertex attribute or a fetch without filtering from the index.
+#ifndef LIGHTCOOK_LIGHT_MAP_BASIS_GLSL
+#define LIGHTCOOK_LIGHT_MAP_BASIS_GLSL
+
+// One cluster's factors. Monomial j of coefficient i + 1 is v[8 j + i]; monomials in the order of lcBasisMonomials.
+struct LcBasisFirst3 {
+    vec3 v[80];
+};
+struct LcBasisFirst4 {
+    vec3 v[120];
+};
+// Channel k of coefficient i is v[9 k + i].
+struct LcBasisResidual {
+    vec3 v[36];
+};
+struct LcBasisMonomials {
+    float m[15];
+};
+
+// 1, a b c, squares and products of the three; then all that holds the fourth.
+LC_FUNCTION LcBasisMonomials lcBasisMonomials(vec4 c) {
+    LcBasisMonomials r;
+    r.m[0] = 1.0f;
+    r.m[1] = c.x;
+    r.m[2] = c.y;
+    r.m[3] = c.z;
+    r.m[4] = c.x * c.x;
+    r.m[5] = c.x * c.y;
+    r.m[6] = c.x * c.z;
+    r.m[7] = c.y * c.y;
+    r.m[8] = c.y * c.z;
+    r.m[9] = c.z * c.z;
+    r.m[10] = c.w;
+    r.m[11] = c.x * c.w;
+    r.m[12] = c.y * c.w;
+    r.m[13] = c.z * c.w;
+    r.m[14] = c.w * c.w;
+    return r;
+}
+
+LC_FUNCTION LcSh lcLightMapBasis3(vec4 l0, vec4 code, LcBasisFirst3 basis, float range) {
+    LcBasisMonomials m = lcBasisMonomials(code);
+    LcSh sh;
+    sh.c[0] = range * lcRgb(l0);
+    for (int i = 0; i < 8; ++i) {
+        vec3 sum = basis.v[i];
+        for (int j = 1; j < 10; ++j) {
+            sum = sum + m.m[j] * basis.v[8 * j + i];
+        }
+        sh.c[i + 1] = sh.c[0] * sum;
+    }
+    return sh;
+}
+
+LC_FUNCTION LcSh lcLightMapBasis4(vec4 l0, vec4 code, LcBasisFirst4 basis, float range) {
+    LcBasisMonomials m = lcBasisMonomials(code);
+    LcSh sh;
+    sh.c[0] = range * lcRgb(l0);
+    for (int i = 0; i < 8; ++i) {
+        vec3 sum = basis.v[i];
+        for (int j = 1; j < 15; ++j) {
+            sum = sum + m.m[j] * basis.v[8 * j + i];
+        }
+        sh.c[i + 1] = sh.c[0] * sum;
+    }
+    return sh;
+}
+
+// What one layer of the residual adds to sh. neutral: the code that adds nothing.
+LC_FUNCTION LcSh lcLightMapBasisAdd(LcSh sh, vec4 l0, vec4 residual, LcBasisResidual basis, float range, float neutral) {
+    vec3 dc = range * lcRgb(l0);
+    float x = residual.x - neutral;
+    float y = residual.y - neutral;
+    float z = residual.z - neutral;
+    float w = residual.w - neutral;
+    LcSh r;
+    for (int i = 0; i < 9; ++i) {
+        r.c[i] = sh.c[i] + dc * (x * basis.v[i] + y * basis.v[9 + i] + z * basis.v[18 + i] + w * basis.v[27 + i]);
+    }
+    return r;
+}
+
+#endif

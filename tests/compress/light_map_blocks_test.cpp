@@ -1,0 +1,134 @@
+#include "compress/light_map_blocks.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <queue>
+#include <random>
+#include <set>
+
+#include "tests/compress/synthetic_light_map.h"
+
+namespace {
+
+using compress::kChartBlock;
+
+formats::LightMapBand emptyBand(int width, int height) {
+    formats::LightMapBand band;
+    band.sh = formats::Image<lighting::ShRgb>(width, height, lighting::ShRgb{});
+    band.covered = formats::Image<std::uint8_t>(width, height, 0);
+    band.normal = formats::Image<glm::vec3>(width, height, glm::vec3(0, 0, 1));
+    return band;
+}
+
+/// Charts texel by texel: a flood that steps to the eight neighbours and to every covered texel of the same block.
+std::vector<int> floodedCharts(const formats::LightMapBand& band) {
+    const int width = band.sh.width(), height = band.sh.height(), across = (width + kChartBlock - 1) / kChartBlock;
+    const int blocks = across * ((height + kChartBlock - 1) / kChartBlock);
+    std::vector<int> charts(static_cast<std::size_t>(blocks), -1);
+    const auto blockOf = [&](int x, int y) { return static_cast<std::size_t>(y / kChartBlock * across + x / kChartBlock); };
+    int next = 0;
+    for (int block = 0; block < blocks; ++block) {
+        std::queue<std::pair<int, int>> open;
+        const auto visitBlock = [&](std::size_t which) {
+            if (charts[which] >= 0) return;
+            const int left = static_cast<int>(which) % across * kChartBlock, top = static_cast<int>(which) / across * kChartBlock;
+            for (int y = top; y < std::min(top + kChartBlock, height); ++y)
+                for (int x = left; x < std::min(left + kChartBlock, width); ++x)
+                    if (band.covered.at(x, y) != 0) {
+                        charts[which] = next;
+                        open.push({x, y});
+                    }
+        };
+        visitBlock(static_cast<std::size_t>(block));
+        if (open.empty()) continue;
+        while (!open.empty()) {
+            const auto [x, y] = open.front();
+            open.pop();
+            for (int ny = std::max(y - 1, 0); ny <= std::min(y + 1, height - 1); ++ny)
+                for (int nx = std::max(x - 1, 0); nx <= std::min(x + 1, width - 1); ++nx)
+                    if (band.covered.at(nx, ny) != 0) visitBlock(blockOf(nx, ny));
+        }
+        ++next;
+    }
+    return charts;
+}
+
+TEST(LightMapBlocks, ChartsAreThoseOfAFloodTexelByTexel) {
+    std::mt19937 random(7);
+    for (int round = 0; round < 60; ++round) {
+        const int width = 5 + static_cast<int>(random() % 60), height = 5 + static_cast<int>(random() % 60);
+        const unsigned share = 3 + random() % 40;  // of a hundred texels
+        formats::LightMapBand band = emptyBand(width, height);
+        for (std::uint8_t& covered : band.covered.texels()) covered = random() % 100 < share;
+        compress::LightMapBlocks blocks(width, height);
+        blocks.add(band, 0, height);
+        EXPECT_EQ(blocks.charts(), floodedCharts(band)) << round;
+    }
+}
+
+TEST(LightMapBlocks, ChosenBlocksStandForTheWholeMap) {
+    constexpr int kSize = 512;
+    const formats::LightMapBand band = synthetic::makeBand(synthetic::Kind::Gradient, kSize, 0, kSize);
+    compress::LightMapBlocks blocks(kSize, kSize);
+    for (int row = 0; row < kSize; row += 64) blocks.add(band, row, 64);
+    const std::vector<int> charts = blocks.charts();
+    const auto choices = blocks.choose(charts, 3000);
+    EXPECT_NEAR(static_cast<double>(choices.size()), 3000, 600);
+    std::set<int> seen;
+    double count = 0, coveredBlocks = 0;
+    int last = -1;
+    for (const auto& choice : choices) {
+        EXPECT_GT(choice.block, last);
+        last = choice.block;
+        EXPECT_GE(choice.weight, 1);
+        seen.insert(charts[static_cast<std::size_t>(choice.block)]);
+        count += static_cast<double>(choice.weight);
+    }
+    std::set<int> all(charts.begin(), charts.end());
+    all.erase(-1);
+    for (const int chart : charts) coveredBlocks += chart >= 0;
+    EXPECT_EQ(seen, all) << "every chart has a block";
+    EXPECT_NEAR(count, coveredBlocks, 0.1 * coveredBlocks);
+}
+
+TEST(LightMapBlocks, TheOneBrightBlockOfADarkChartIsChosen) {
+    constexpr int kSize = 256;
+    formats::LightMapBand band = emptyBand(kSize, kSize);
+    for (int y = 0; y < kSize; ++y)
+        for (int x = 0; x < kSize; ++x) {
+            band.covered.at(x, y) = x != 128 && x != 129;
+            band.sh.at(x, y)[0] = glm::vec3(x < 128 ? 100.0f : 0.001f);
+        }
+    band.sh.at(201, 77)[0] = glm::vec3(50);
+    compress::LightMapBlocks blocks(kSize, kSize);
+    blocks.add(band, 0, kSize);
+    bool found = false;
+    for (const auto& choice : blocks.choose(blocks.charts(), 20)) found = found || choice.block == 77 / 4 * (kSize / 4) + 201 / 4;
+    EXPECT_TRUE(found);
+}
+
+TEST(LightMapSamples, HoldTheTexelsOfTheirBlocksHoweverTheMapIsCut) {
+    constexpr int kWidth = 61, kHeight = 50;
+    const formats::LightMapBand band = synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight);
+    compress::LightMapBlocks blocks(kWidth, kHeight);
+    blocks.add(band, 0, kHeight);
+    compress::LightMapSamples samples(blocks.choose(blocks.charts(), 40), blocks.across());
+    for (const int row : {32, 0, 16, 48})
+        samples.add(synthetic::makeBand(synthetic::Kind::Gradient, kWidth, row, std::min(16, kHeight - row)), row,
+                    std::min(16, kHeight - row));
+    for (std::size_t i = 0; i < samples.choices().size(); ++i)
+        for (int y = 0; y < kChartBlock; ++y)
+            for (int x = 0; x < kChartBlock; ++x) {
+                const int mapX = samples.choices()[i].block % blocks.across() * kChartBlock + x;
+                const int mapY = samples.choices()[i].block / blocks.across() * kChartBlock + y;
+                const int place = static_cast<int>(i) * kChartBlock + x;
+                const bool inside = mapX < kWidth && mapY < kHeight;
+                ASSERT_EQ(samples.texels().covered.at(place, y), inside ? band.covered.at(mapX, mapY) : 0);
+                if (!inside || band.covered.at(mapX, mapY) == 0) continue;
+                EXPECT_EQ(samples.texels().sh.at(place, y), band.sh.at(mapX, mapY));
+                EXPECT_EQ(samples.texels().normal.at(place, y), band.normal.at(mapX, mapY));
+            }
+}
+
+}  // namespace

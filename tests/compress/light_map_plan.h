@@ -1,0 +1,23 @@
+// The plan of any layout for a small map that is held whole: what pipeline/ does in passes.
+#pragma once
+
+#include "compress/light_map.h"
+#include "compress/light_map_blocks.h"
+
+namespace synthetic {
+
+inline compress::LightMapPlan planOf(compress::LightMapLayout layout, compress::LightMapTarget target, const formats::LightMapBand& map,
+                                     const compress::EncodeOptions& options, int clusters = 0) {
+    const int width = map.sh.width(), height = map.sh.height();
+    compress::LightMapMeasure measure;
+    measure.add(map);
+    if (!compress::isLearned(layout)) return compress::planLightMap(layout, target, width, height, measure);
+    compress::LightMapBlocks blocks(width, height);
+    blocks.add(map, 0, height);
+    const std::vector<int> charts = blocks.charts();
+    compress::LightMapSamples samples(blocks.choose(charts, compress::learningBlocks(options.effort)), blocks.across());
+    samples.add(map, 0, height);
+    return compress::planLearnedLightMap(layout, target, width, height, measure, blocks, charts, samples, clusters, options);
+}
+
+}  // namespace synthetic
