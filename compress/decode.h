@@ -11,7 +11,7 @@ namespace compress {
 
 using DecodedBlock = std::array<glm::vec4, kTexelCount>;
 
-// BC1 to BC5 by ideal interpolation in [0, 1]; BC6H exact halves; reserved modes of BC6H and BC7 decode to 0.
+// BC1 to BC5 by ideal interpolation in [0, 1]; BC6H exact halves, minus infinity where a block asks for it; reserved modes of BC6H and BC7 decode to 0.
 void decodeBc1(const std::byte* block, bool alwaysFourColours, DecodedBlock& out);
 void decodeBc3(const std::byte* block, DecodedBlock& out);
 /// One channel of 16 values in [0, 1].

@@ -1,4 +1,6 @@
 // BC6H as Khronos' Data Format Specification 1.3 defines it: integers to the last step, so the halves are exact.
+#include <limits>
+
 #include "compress/bc6h_modes.h"
 #include "compress/decode.h"
 #include "compress/half.h"
@@ -48,7 +50,10 @@ void decodeBc6h(const std::byte* block, bool isSigned, DecodedBlock& out) {
         const int w = weightOf(indexBits, static_cast<int>(bits.get(indexBits - anchor)));
         for (int c = 0; c < 3; ++c) {
             const int value = (ends[2 * region][c] * (64 - w) + ends[2 * region + 1][c] * w + 32) >> 6;
-            out[static_cast<std::size_t>(t)][c] = floatFromHalf(static_cast<std::uint16_t>(bc6hFinish(value, isSigned)));
+            const auto half = static_cast<std::uint16_t>(bc6hFinish(value, isSigned));
+            // Only ends of -32768 reach it, and no encoder of ours writes them.
+            constexpr std::uint16_t kMinusInfinity = 0xFC00;
+            out[static_cast<std::size_t>(t)][c] = half == kMinusInfinity ? -std::numeric_limits<float>::infinity() : floatFromHalf(half);
         }
     }
 }

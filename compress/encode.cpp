@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
 #include <vector>
 
 #include "compress/astc.h"
@@ -72,6 +73,15 @@ private:
     EncodeReport report_;
 };
 
+/// Only ratios of significance count, but sums of huge weights overflow and tiny ones drown in what keeps divisions safe: a largest weight
+/// far from 1 is brought there by a power of two, which rounds nothing.
+void normalize(std::array<float, kTexelCount>& significance) {
+    const float largest = *std::max_element(significance.begin(), significance.end());
+    if (largest >= 0x1p-10f && largest <= 0x1p10f) return;
+    const int exponent = -std::ilogb(largest);
+    for (float& weight : significance) weight = std::ldexp(weight, exponent);
+}
+
 /// The 4x4 texels at (4 blockX, 4 blockY); those beyond the edge repeat it and weigh nothing.
 void gather(ImageView<const glm::vec4> texels, ImageView<const float> significance, int blockX, int blockY, RangeClamp& clamp, Block& out) {
     const int left = blockX * kBlockSide, top = blockY * kBlockSide;
@@ -89,7 +99,10 @@ void gather(ImageView<const glm::vec4> texels, ImageView<const float> significan
     }
     clamp(out);
     out.insignificant = !(total > 0);
-    if (out.insignificant) out.significance.fill(1.0f);
+    if (out.insignificant)
+        out.significance.fill(1.0f);
+    else
+        normalize(out.significance);
 }
 
 void encodeBlocks(PixelFormat format, std::span<const Block> blocks, const EncodeOptions& options, std::byte* out) {

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
+#include <iostream>
 #include <map>
 #include <memory>
 #include <random>
@@ -134,49 +136,70 @@ TEST_P(Astc, BlocksOfTheEncoderDecodeToTheSameHalfs) {
     }
 }
 
-/// Random bits reach what an encoder never writes. `lower` are bits that are cleared to make legal blocks more frequent.
-TEST_P(Astc, RandomBitsAreLegalOrIllegalAlikeAndDecodeToTheSameHalfs) {
-    const formats::PixelFormatInfo& info = formats::info(GetParam());
+struct Bias {
+    const char* name;
+    unsigned cleared, set;
+};
+constexpr std::array<Bias, 6> kBiases = {{{"any", 0, 0},
+                                          {"one partition", 0x1800, 0},
+                                          {"small grids", 0x1a0, 0},
+                                          {"two partitions, small grids", 0x19a0, 0x800},
+                                          {"three partitions, small grids", 0x19a0, 0x1000},
+                                          {"void extents", 0, 0xdfc}}};
+
+/// Random blocks, with bits of the head cleared and set to make legal blocks more frequent.
+std::vector<std::byte> randomBlocks(std::size_t count, const Bias& bias, unsigned seed) {
+    std::mt19937_64 random(seed);
+    std::vector<std::byte> blocks(count * 16);
+    for (std::size_t i = 0; i < blocks.size(); i += 8) {
+        const std::uint64_t word = random();
+        std::memcpy(blocks.data() + i, &word, 8);
+    }
+    for (std::size_t i = 0; i < blocks.size(); i += 16) {
+        std::uint16_t head = 0;
+        std::memcpy(&head, blocks.data() + i, 2);
+        head = static_cast<std::uint16_t>((head & ~bias.cleared) | bias.set);
+        std::memcpy(blocks.data() + i, &head, 2);
+    }
+    return blocks;
+}
+
+/// Random bits reach what an encoder never writes.
+void expectAlike(PixelFormat format, unsigned seed) {
+    const formats::PixelFormatInfo& info = formats::info(format);
     const int across = 256, down = 256, width = across * info.blockWidth, height = down * info.blockHeight;
-    const Context context = makeContext(GetParam(), 0);
-    struct Bias {
-        const char* name;
-        unsigned cleared, set;
-    };
-    constexpr std::array<Bias, 6> kBiases = {{{"any", 0, 0},
-                                              {"one partition", 0x1800, 0},
-                                              {"small grids", 0x1a0, 0},
-                                              {"two partitions, small grids", 0x19a0, 0x800},
-                                              {"three partitions, small grids", 0x19a0, 0x1000},
-                                              {"void extents", 0, 0xdfc}}};
+    const Context context = makeContext(format, 0);
     for (const Bias& bias : kBiases) {
-        std::mt19937_64 random(7);
-        std::vector<std::byte> blocks(static_cast<std::size_t>(across * down) * 16);
-        for (std::size_t i = 0; i < blocks.size(); i += 8) {
-            const std::uint64_t word = random();
-            std::memcpy(blocks.data() + i, &word, 8);
-        }
-        for (std::size_t i = 0; i < blocks.size(); i += 16) {
-            std::uint16_t head = 0;
-            std::memcpy(&head, blocks.data() + i, 2);
-            head = static_cast<std::uint16_t>((head & ~bias.cleared) | bias.set);
-            std::memcpy(blocks.data() + i, &head, 2);
-        }
-        const Tally tally = compare(GetParam(), context.get(), blocks, width, height);
-        EXPECT_EQ(tally.different, 0) << bias.name;
+        const Tally tally =
+            compare(format, context.get(), randomBlocks(static_cast<std::size_t>(across * down), bias, seed), width, height);
+        EXPECT_EQ(tally.different, 0) << bias.name << ", seed " << seed;
         EXPECT_GT(tally.legal, 10000) << bias.name;
         EXPECT_GT(tally.illegal, 10000) << bias.name;
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(BlockDecoders, Astc,
-                         testing::Values(PixelFormat::Astc4x4Ldr, PixelFormat::Astc4x4Hdr, PixelFormat::Astc6x6Hdr,
-                                         PixelFormat::Astc8x8Hdr),
-                         [](const auto& instance) {
-                             std::string name(formats::info(instance.param).name);
-                             std::replace(name.begin(), name.end(), '-', '_');
-                             return name;
-                         });
+TEST_P(Astc, RandomBitsAreLegalOrIllegalAlikeAndDecodeToTheSameHalfs) {
+    expectAlike(GetParam(), 7);
+}
+
+/// As many blocks of each format as LIGHTCOOK_SOAK_BLOCKS (100 million unless said) gives to forty.
+class AstcSoak : public testing::TestWithParam<PixelFormat> {};
+TEST_P(AstcSoak, RandomBitsDecodeAlike) {
+    const char* asked = std::getenv("LIGHTCOOK_SOAK_BLOCKS");
+    const int rounds = static_cast<int>(std::ceil((asked ? std::atof(asked) : 1e8) / 40 / (256 * 256 * kBiases.size())));
+    for (int round = 0; round < rounds && !HasFailure(); ++round) expectAlike(GetParam(), 100u + static_cast<unsigned>(round));
+    std::cout << formats::info(GetParam()).name << ": " << rounds * 256 * 256 * static_cast<int>(kBiases.size()) << " blocks\n";
+}
+
+const auto kAstcFormats =
+    testing::Values(PixelFormat::Astc4x4Ldr, PixelFormat::Astc4x4Hdr, PixelFormat::Astc6x6Hdr, PixelFormat::Astc8x8Hdr);
+std::string nameOf(const testing::TestParamInfo<PixelFormat>& instance) {
+    std::string name(formats::info(instance.param).name);
+    std::replace(name.begin(), name.end(), '-', '_');
+    return name;
+}
+INSTANTIATE_TEST_SUITE_P(BlockDecoders, Astc, kAstcFormats, nameOf);
+INSTANTIATE_TEST_SUITE_P(BlockDecoders, AstcSoak, kAstcFormats, nameOf);
 
 }  // namespace
 }  // namespace verify

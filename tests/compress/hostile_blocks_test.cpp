@@ -1,0 +1,146 @@
+// Random and adversarial texels at every effort: nothing crashes, nothing decodes to what is no number, instruction sets agree, and what
+// encodeRows says a block decodes to is what the verifier reads. A million blocks here, as many as LIGHTCOOK_SOAK_BLOCKS says in the soak.
+#include <cstdlib>
+#include <iostream>
+
+#include "tests/compress/hostile_blocks.h"
+
+namespace compress::test {
+namespace {
+
+using formats::PixelFormat;
+
+/// Shares of the blocks that each effort gets: about the same time for each.
+constexpr std::array<double, 10> kSoakShares = {0.30, 0.20, 0.15, 0.12, 0.10, 0.06, 0.04, 0.02, 0.008, 0.002};
+constexpr int kBlocksAtOnce = 8192;
+
+/// Encodes about blockCount blocks. What was done is told, because a soak that silently did nothing looks like one that passed.
+void soak(PixelFormat format, int level, std::int64_t blockCount, std::uint64_t seed) {
+    Random random(seed * 131 + static_cast<std::uint64_t>(format) * 17 + static_cast<std::uint64_t>(level));
+    while (blockCount > 0) {
+        const auto count = static_cast<int>(std::min<std::int64_t>(blockCount, kBlocksAtOnce));
+        if (!expectSound(format, makeHostileImage(random, count, level))) return;
+        blockCount -= count;
+    }
+}
+
+class HostileFormat : public testing::TestWithParam<PixelFormat> {};
+std::string nameOf(const testing::TestParamInfo<PixelFormat>& instance) {
+    std::string name(formats::info(instance.param).name);
+    std::replace(name.begin(), name.end(), '-', '_');
+    return name;
+}
+constexpr auto kBlockFormats = {PixelFormat::Bc1,      PixelFormat::Bc3,      PixelFormat::Bc4, PixelFormat::Bc5,
+                                PixelFormat::Bc6hUf16, PixelFormat::Bc6hSf16, PixelFormat::Bc7};
+
+TEST_P(HostileFormat, AMillionOverAllFormatsAreSoundAtCheapEfforts) {
+    soak(GetParam(), 0, 80000, 1);
+    soak(GetParam(), 1, 40000, 1);
+    soak(GetParam(), 3, 20000, 1);
+    soak(GetParam(), 5, 4000, 1);
+}
+INSTANTIATE_TEST_SUITE_P(Encoders, HostileFormat, testing::ValuesIn(kBlockFormats), nameOf);
+
+/// Error of a block and of the same block in one colour, the weighted mean as well as the format holds one colour; both over the weights.
+struct AgainstOneColour {
+    double error = 0, oneColour = 0;
+};
+AgainstOneColour againstOneColour(PixelFormat format, const HostileImage& image, const TexelImage& decoded, int left, int top) {
+    AgainstOneColour found;
+    const bool isBc1 = format == PixelFormat::Bc1 || format == PixelFormat::Bc3;
+    for (int c = 0; c < formats::info(format).channelCount; ++c) {
+        // Channels that are coded apart know nothing of weights of channels.
+        const bool isApart = format == PixelFormat::Bc4 || format == PixelFormat::Bc5 || (format == PixelFormat::Bc3 && c == 3);
+        const auto channelWeight = isApart ? 1.0 : static_cast<double>(image.options.channelWeights[static_cast<std::size_t>(c)]);
+        const double step = isBc1 && c < 3 ? 1.0 / 62 : 1.0 / 255;
+        double sum = 0, weights = 0, squares = 0, misses = 0;
+        for (int t = 0; t < kTexelCount; ++t) {
+            const int x = left + t % 4, y = top + t / 4;
+            const auto weight = static_cast<double>(image.significance.at(x, y));
+            const double value = std::clamp(static_cast<double>(image.texels.at(x, y)[c]), 0.0, 1.0);
+            sum += weight * value;
+            squares += weight * value * value;
+            weights += weight;
+            misses += weight * std::pow(static_cast<double>(decoded.at(x, y)[c]) - value, 2);
+        }
+        if (!(weights > 0)) return {};
+        found.error += channelWeight * misses / weights;
+        found.oneColour += channelWeight * (std::max(0.0, squares / weights - std::pow(sum / weights, 2)) + step * step);
+    }
+    return found;
+}
+
+TEST(HostileBlocks, NoBlockOfUnormFormatsIsWorseThanOneColour) {
+    for (const PixelFormat format : {PixelFormat::Bc1, PixelFormat::Bc3, PixelFormat::Bc4, PixelFormat::Bc5, PixelFormat::Bc7})
+        for (const int level : {0, 1, 2, 3, 5, 7}) {
+            Random random(static_cast<std::uint64_t>(level) + 7);
+            HostileImage image = makeHostileImage(random, 2048, level);
+            for (float& weight : image.significance.texels()) weight = static_cast<float>(random.below(4)) / 3;
+            const Encoded result = encode(format, image.texels, image.options, image.significance.view());
+            int worse = 0;
+            for (int y = 0; y < image.texels.height(); y += 4)
+                for (int x = 0; x < image.texels.width(); x += 4) {
+                    const AgainstOneColour found = againstOneColour(format, image, result.decoded, x, y);
+                    if (found.error > 1.02 * found.oneColour && worse++ == 0)
+                        ADD_FAILURE() << found.error << " where one colour has " << found.oneColour << "; "
+                                      << describeBlock(image, format, x, y);
+                }
+            EXPECT_EQ(worse, 0) << formats::info(format).name << " effort " << level;
+        }
+}
+
+TEST(HostileBlocks, SignificanceOfAnySizeGivesTheSameBytes) {
+    for (const PixelFormat format : kBlockFormats) {
+        Random random(5);
+        HostileImage image = makeHostileImage(random, 1024, 4);
+        // The first texel of each block is its heaviest, in [1, 2): what others are scaled to.
+        for (int y = 0; y < image.texels.height(); ++y)
+            for (int x = 0; x < image.texels.width(); ++x)
+                image.significance.at(x, y) = x % 4 == 0 && y % 4 == 0 ? 1.5f : static_cast<float>(random.below(7)) / 4;
+        const std::vector<std::byte> bytes = encode(format, image.texels, image.options, image.significance.view()).bytes;
+        for (const float scale : {0x1p100f, 0x1p-100f}) {
+            formats::Image<float> scaled = image.significance.copy();
+            for (float& weight : scaled.texels()) weight *= scale;
+            EXPECT_EQ(encode(format, image.texels, image.options, scaled.view()).bytes, bytes)
+                << formats::info(format).name << ' ' << scale;
+        }
+    }
+}
+
+class HostileAstc : public testing::TestWithParam<PixelFormat> {};
+TEST_P(HostileAstc, ThousandsAreSoundAtCheapEfforts) {
+    soak(GetParam(), 0, 1600, 1);
+    soak(GetParam(), 2, 800, 1);
+}
+INSTANTIATE_TEST_SUITE_P(Encoders, HostileAstc,
+                         testing::Values(PixelFormat::Astc4x4Hdr, PixelFormat::Astc6x6Hdr, PixelFormat::Astc8x8Hdr,
+                                         PixelFormat::Astc4x4Ldr),
+                         nameOf);
+
+class HostileTexels : public testing::TestWithParam<PixelFormat> {};
+TEST_P(HostileTexels, FormatsWithoutBlocksAreSound) {
+    soak(GetParam(), 5, 5000, 1);
+}
+INSTANTIATE_TEST_SUITE_P(Encoders, HostileTexels,
+                         testing::Values(PixelFormat::Rgb9e5, PixelFormat::R11g11b10f, PixelFormat::Rgba16f, PixelFormat::Rgb16f,
+                                         PixelFormat::R16Unorm, PixelFormat::Rg16Unorm, PixelFormat::Rgba16Unorm, PixelFormat::Rgba8Unorm,
+                                         PixelFormat::Rgba8Srgb),
+                         nameOf);
+
+/// A fifth of the soak's blocks (the decoders have the rest), over seven formats.
+class HostileBlocksSoak : public testing::TestWithParam<PixelFormat> {};
+TEST_P(HostileBlocksSoak, EveryEffort) {
+    const char* asked = std::getenv("LIGHTCOOK_SOAK_BLOCKS");
+    const double blocks = (asked ? std::atof(asked) : 1e8) / 5 / static_cast<double>(kBlockFormats.size());
+    const char* seed = std::getenv("LIGHTCOOK_SOAK_SEED");
+    for (int level = 0; level < 10; ++level) {
+        const auto count = static_cast<std::int64_t>(std::ceil(blocks * kSoakShares[static_cast<std::size_t>(level)]));
+        soak(GetParam(), level, count, seed ? std::strtoull(seed, nullptr, 10) : 2);
+        std::cout << formats::info(GetParam()).name << " effort " << level << ": " << count << " blocks\n" << std::flush;
+        if (HasFailure()) return;
+    }
+}
+INSTANTIATE_TEST_SUITE_P(Encoders, HostileBlocksSoak, testing::ValuesIn(kBlockFormats), nameOf);
+
+}  // namespace
+}  // namespace compress::test
