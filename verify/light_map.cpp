@@ -6,7 +6,6 @@
 #include <span>
 
 #include "lighting/radiometry.h"
-#include "lighting/sphere.h"
 #include "verify/light_map_bound.h"
 #include "verify/light_map_layouts.h"
 #include "verify/light_map_shading.h"
@@ -28,13 +27,6 @@ constexpr double kRounding = 2e-5;
 
 using Channel = lighting::Sh;
 using Channels = std::array<Channel, kChannels>;
-
-Channels channelsOf(const LcSh& sh) {
-    Channels out;
-    for (std::size_t i = 0; i < kCount; ++i)
-        for (std::size_t c = 0; c < kChannels; ++c) out[c][i] = sh.c[i][static_cast<int>(c)];
-    return out;
-}
 
 LcSh difference(const LcSh& a, const LcSh& b) {
     LcSh out;
@@ -167,7 +159,6 @@ public:
         : layout_(layout),
           map_(map),
           sampling_(sampling),
-          diffuse_(diffuse),
           specular_(specular),
           specularSuprema_(specularSuprema),
           perKey_(perKey),
@@ -175,8 +166,7 @@ public:
           reference_(reference),
           errors_(verifier.noErrors()),
           worst_(errors_.accumulators.size()),
-          shadedReference_(kChannels * (diffuse.stride() + specular.stride())),
-          shadedError_(shadedReference_.size()) {}
+          shader_(diffuse, specular) {}
 
     LightMapErrors run(int firstRow, int rowCount) {
         Row current, below;
@@ -206,9 +196,6 @@ private:
     using Controls = std::array<LcSh, kControls>;
     static std::size_t index(int x) { return static_cast<std::size_t>(x); }
 
-    struct Frame {
-        glm::vec3 x, y, z;
-    };
     /// A row of the map as this pass needs it; light in units of the key.
     struct Row {
         std::vector<std::uint8_t> covered;
@@ -247,43 +234,21 @@ private:
     /// The decode of texel (x, y) in units of the key.
     LcSh decoded(const LayerTexels& texels, int x, int y) const { return scaled(layouts::decodeAt(layout_, x, y).decode(texels), perKey_); }
 
-    Frame frameAt(int x, int y) {
-        const glm::vec3 normal = reference_.normal.at(x, y - reference_.firstRow);
-        if (normal != frameNormal_) {
-            const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(normal));
-            frame_ = {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])};
-            frameNormal_ = normal;
-        }
-        return frame_;
+    void setReference(const LcSh& reference, int x, int y) {
+        shader_.setReference(reference, reference_.normal.at(x, y - reference_.firstRow));
     }
-
-    /// Shades a reference in all ways; errors are shaded against it after.
-    void shade(const LcSh& sh, const Frame& frame, std::vector<float>& out) const {
-        const Channels local = channelsOf(shaders::lcLocalSh(sh, frame.x, frame.y, frame.z));
-        float* next = out.data();
-        for (std::size_t c = 0; c < kChannels; ++c, next += diffuse_.stride()) diffuse_.apply(local[c], next);
-        for (std::size_t c = 0; c < kChannels; ++c, next += specular_.stride()) specular_.apply(local[c], next);
-    }
-
-    void addErrors(std::size_t stage, const LcSh& error, const Frame& frame) {
-        shade(error, frame, shadedError_);
-        const auto add = [&](ErrorAccumulator& accumulator, const ShadingMatrix& matrix, std::size_t offset) {
-            for (std::size_t c = 0; c < kChannels; ++c, offset += matrix.stride())
-                accumulator.addErrors(std::span(shadedReference_).subspan(offset, matrix.count()),
-                                      std::span(shadedError_).subspan(offset, matrix.count()));
-        };
-        add(errors_.accumulators[stage].diffuse, diffuse_, 0);
-        add(errors_.accumulators[stage].specular, specular_, kChannels * diffuse_.stride());
+    void addErrors(std::size_t stage, const LcSh& error) {
+        LightMapErrors::Stage& accumulators = errors_.accumulators[stage];
+        shader_.add(error, accumulators.diffuse, accumulators.specular);
     }
 
     void centre(const Row& row, int x, int y) {
         const LcSh& reference = row.reference[index(x)];
-        const Frame frame = frameAt(x, y);
-        shade(reference, frame, shadedReference_);
+        setReference(reference, x, y);
         std::size_t stage = 0;
         const auto stageError = [&](const LcSh& result) {
             const LcSh error = difference(result, reference);
-            addErrors(stage, error, frame);
+            addErrors(stage, error);
             boundCentre(stage, error, reference);
             ++stage;
         };
@@ -354,9 +319,8 @@ private:
                                     static_cast<std::uint64_t>(sampling_.positionsPerQuad) +
                                 static_cast<std::uint64_t>(sample));
         const Filtered at = filter(texels, references, hashedFraction(sampling_.seed, place), hashedFraction(sampling_.seed, place + 1));
-        const Frame frame = frameAt(x, y);
-        shade(at.reference, frame, shadedReference_);
-        addErrors(worst_.size() - 1, difference(decoded(at.texels, x, y), at.reference), frame);
+        setReference(at.reference, x, y);
+        addErrors(worst_.size() - 1, difference(decoded(at.texels, x, y), at.reference));
     }
 
     /// Error of the decode at the (degree + 1)^2 nodes of the quad, turned into Bernstein control vectors: the error at every position is a
@@ -404,7 +368,6 @@ private:
     const Layout& layout_;
     const CookedLightMap& map_;
     const LightMapSampling& sampling_;
-    const ShadingMatrix& diffuse_;
     const ShadingMatrix& specular_;
     const lighting::ShBands& specularSuprema_;
     float perKey_;
@@ -412,24 +375,8 @@ private:
     const formats::LightMapBand& reference_;
     LightMapErrors errors_;
     std::vector<Worst> worst_;
-    std::vector<float> shadedReference_, shadedError_;  ///< [kind][channel][row of the matrix]
-    glm::vec3 frameNormal_{0};
-    Frame frame_{};
+    ErrorShader shader_;
 };
-
-std::optional<formats::Error> checkShading(const LightMapShading& shading) {
-    const auto refuse = [](const char* what, const char* detail) {
-        return formats::Error{formats::ErrorCode::InvalidRequest, std::string("light map shading, ") + what, detail};
-    };
-    if (shading.normalCount < 1) return refuse("normals", "found none, expected at least 1");
-    if (!shading.specular) return std::nullopt;
-    if (shading.viewCount < 1) return refuse("views", "found none, expected at least 1");
-    if (shading.m.empty() || !std::ranges::all_of(shading.m, [](double m) { return m >= 0.005 && m <= 1; }))
-        return refuse("m", "found an empty list or a value out of range, expected values in [0.005, 1]");
-    if (shading.f0.empty() || !std::ranges::all_of(shading.f0, [](double f) { return f >= 0 && f <= 1; }))
-        return refuse("f0", "found an empty list or a value out of range, expected values in [0, 1]");
-    return std::nullopt;
-}
 
 }  // namespace
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "lighting/brdf.h"
 #include "lighting/sphere.h"
@@ -14,6 +15,7 @@ namespace {
 /// Half-vector samples an axis: 5e-5 of a kernel's norm, far under what an 8-bit texture leaves.
 constexpr int kKernelSamples = 160;
 constexpr int kScanSamples = 64;
+constexpr std::size_t kChannels = 3;
 
 /// A kernel whose view lies in the x-z plane, for a view of any azimuth: turned around the normal.
 lighting::ShDouble turnedAroundNormal(const lighting::ShDouble& kernel, const glm::dvec3& view) {
@@ -112,6 +114,60 @@ lighting::ShBands specularBandSuprema(const LightMapShading& shading) {
         suprema[l] = std::min(allLight, suprema[l] * (1 + kSpecularScanMargin));
     }
     return suprema;
+}
+
+std::optional<formats::Error> checkShading(const LightMapShading& shading) {
+    const auto refuse = [](const char* what, const char* detail) {
+        return formats::Error{formats::ErrorCode::InvalidRequest, std::string("light map shading, ") + what, detail};
+    };
+    if (shading.normalCount < 1) return refuse("normals", "found none, expected at least 1");
+    if (!shading.specular) return std::nullopt;
+    if (shading.viewCount < 1) return refuse("views", "found none, expected at least 1");
+    if (shading.m.empty() || !std::ranges::all_of(shading.m, [](double m) { return m >= 0.005 && m <= 1; }))
+        return refuse("m", "found an empty list or a value out of range, expected values in [0.005, 1]");
+    if (shading.f0.empty() || !std::ranges::all_of(shading.f0, [](double f) { return f >= 0 && f <= 1; }))
+        return refuse("f0", "found an empty list or a value out of range, expected values in [0, 1]");
+    return std::nullopt;
+}
+
+std::array<lighting::Sh, 3> channelsOf(const shaders::LcSh& sh) {
+    std::array<lighting::Sh, 3> out;
+    for (std::size_t i = 0; i < lighting::kShCount; ++i)
+        for (std::size_t c = 0; c < out.size(); ++c) out[c][i] = sh.c[i][static_cast<int>(c)];
+    return out;
+}
+
+ErrorShader::ErrorShader(const ShadingMatrix& diffuse, const ShadingMatrix& specular)
+    : diffuse_(diffuse),
+      specular_(specular),
+      shadedReference_(kChannels * (diffuse.stride() + specular.stride())),
+      shadedError_(shadedReference_.size()) {}
+
+void ErrorShader::setReference(const shaders::LcSh& reference, const glm::vec3& normal) {
+    if (normal != normal_) {
+        const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(normal));
+        frame_ = {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])};
+        normal_ = normal;
+    }
+    shade(reference, shadedReference_);
+}
+
+void ErrorShader::add(const shaders::LcSh& error, ErrorAccumulator& diffuse, ErrorAccumulator& specular) {
+    shade(error, shadedError_);
+    const auto addAll = [&](ErrorAccumulator& accumulator, const ShadingMatrix& matrix, std::size_t offset) {
+        for (std::size_t c = 0; c < kChannels; ++c, offset += matrix.stride())
+            accumulator.addErrors(std::span(shadedReference_).subspan(offset, matrix.count()),
+                                  std::span(shadedError_).subspan(offset, matrix.count()));
+    };
+    addAll(diffuse, diffuse_, 0);
+    addAll(specular, specular_, kChannels * diffuse_.stride());
+}
+
+void ErrorShader::shade(const shaders::LcSh& sh, std::vector<float>& out) const {
+    const auto local = channelsOf(shaders::lcLocalSh(sh, frame_[0], frame_[1], frame_[2]));
+    float* next = out.data();
+    for (std::size_t c = 0; c < kChannels; ++c, next += diffuse_.stride()) diffuse_.apply(local[c], next);
+    for (std::size_t c = 0; c < kChannels; ++c, next += specular_.stride()) specular_.apply(local[c], next);
 }
 
 }  // namespace verify

@@ -4,10 +4,12 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "lighting/sh.h"
 #include "shaders/lightcook_cpp.h"
+#include "verify/figures.h"
 #include "verify/light_map.h"
 
 namespace verify {
@@ -35,6 +37,32 @@ ShadingMatrix diffuseMatrix(int count);
 ShadingMatrix flatMatrix();
 /// Area specular of every view, m and F0.
 ShadingMatrix specularMatrix(const LightMapShading& shading);
+
+/// What is wrong with it, if anything.
+std::optional<formats::Error> checkShading(const LightMapShading& shading);
+
+/// The coefficients of each colour channel.
+std::array<lighting::Sh, 3> channelsOf(const shaders::LcSh& sh);
+
+/// Shades one texel after the other in every sampled way. Light in units of the key.
+class ErrorShader {
+public:
+    /// The matrices must outlive it; one without rows is a kind of shading that the scene has not.
+    ErrorShader(const ShadingMatrix& diffuse, const ShadingMatrix& specular);
+    /// The texel that the errors to come are of. Neighbours often share a normal: its frame is kept.
+    void setReference(const shaders::LcSh& reference, const glm::vec3& normal);
+    /// error  result - reference, of coefficients
+    void add(const shaders::LcSh& error, ErrorAccumulator& diffuse, ErrorAccumulator& specular);
+
+private:
+    void shade(const shaders::LcSh& sh, std::vector<float>& out) const;
+
+    const ShadingMatrix& diffuse_;
+    const ShadingMatrix& specular_;
+    std::vector<float> shadedReference_, shadedError_;  ///< [kind][channel][row of the matrix]
+    glm::vec3 normal_{0};
+    std::array<glm::vec3, 3> frame_{};
+};
 
 /// Suprema of |T_l|, the band norms of the area-specular kernel, over the ranges of m and F0 and every view.
 /// Between the ends of F0 a norm is convex, so the ends suffice. m and view are scanned (views down to NoV = 1e-3) and kSpecularScanMargin

@@ -1,0 +1,87 @@
+#include "bench/our_layouts.h"
+
+#include <stdlib.h>
+#include <tbb/parallel_for.h>
+
+#include <stdexcept>
+
+#include "pipeline/light_map_actions.h"
+#include "pipeline/scene.h"
+#include "pipeline/textures.h"
+
+namespace bench {
+namespace {
+
+class TemporaryFolder {
+public:
+    TemporaryFolder() {
+        std::string name = std::filesystem::temp_directory_path() / "lightcook_peers_XXXXXX";
+        if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+        path_ = name;
+    }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+    ~TemporaryFolder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+    const std::filesystem::path& path() const { return path_; }
+
+private:
+    std::filesystem::path path_;
+};
+
+template <class T>
+T valueOf(formats::Result<T> result) {
+    if (!result) throw std::runtime_error(result.error().line());
+    return std::move(*result);
+}
+
+struct Seen {
+    double bitsPerTexel = 0;
+    formats::Image<lighting::ShRgb> sh;
+};
+Seen cook(const Bake& bake, const std::filesystem::path& file, const std::string& layout, const char* target, int effort) {
+    const TemporaryFolder folder;
+    pipeline::TextureSettings settings;
+    settings.effort = effort;
+    const pipeline::Action action{"cook/lightmap",
+                                  "light-map",
+                                  "lightmap",
+                                  {{"description", pipeline::toJson(formats::LightMapDescription{})},
+                                   {"layout", layout},
+                                   {"target", target},
+                                   {"textures", settings.toJson()}},
+                                  {{"source", file}},
+                                  {}};
+    pipeline::LightMapSources sources;
+    const pipeline::RunState state;
+    const pipeline::ActionContext context{action, folder.path(), folder.path(), {}, sources, state};
+    const pipeline::Json asset = valueOf(pipeline::cookLightMap(context)).result.at("asset");
+    const auto reader = valueOf(pipeline::CookedLightMapReader::open(folder.path(), asset, {}, {}, bake.measure.key()));
+
+    Seen seen{asset.at("bits_per_texel").get<double>(), formats::Image<lighting::ShRgb>(bake.width(), bake.height())};
+    const int bands = (bake.height() + pipeline::kBandRows - 1) / pipeline::kBandRows;
+    tbb::parallel_for(0, bands, [&](int band) {
+        const int firstRow = band * pipeline::kBandRows, rowCount = std::min(pipeline::kBandRows, bake.height() - firstRow);
+        const auto rows = reader.verifier().reconstruct(valueOf(reader.read(firstRow, rowCount)), firstRow, rowCount);
+        for (int y = 0; y < rowCount; ++y)
+            for (int x = 0; x < bake.width(); ++x) seen.sh.at(x, firstRow + y) = rows.at(x, y);
+    });
+    return seen;
+}
+
+}  // namespace
+
+std::vector<std::string> ourLayouts() {
+    std::vector<std::string> names = pipeline::lightMapLayoutNames();
+    std::erase_if(names, [](const std::string& name) { return name == "flat" || name == "raw"; });
+    return names;
+}
+
+PeerMaps cookLayout(const Bake& bake, const std::filesystem::path& file, const std::string& layout, int effort) {
+    Seen seen = cook(bake, file, layout, "bc", effort);
+    return {seen.bitsPerTexel, cook(bake, file, layout, "float", effort).sh, std::move(seen.sh)};
+}
+
+}  // namespace bench
