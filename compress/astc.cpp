@@ -16,8 +16,9 @@ namespace {
 using formats::ImageView;
 using formats::PixelFormat;
 
-/// libastcenc's quality runs from 0 to 100 with its presets at 0, 10, 60, 98, 99 and 100.
-constexpr std::array<float, 10> kQuality = {0, 5, 10, 30, 50, 60, 80, 98, 99, 100};
+/// libastcenc's quality runs from 0 to 100 with its presets at 0, 10, 60, 98, 99 and 100. Not every higher one is better on light: these
+/// are, in every format (tests/quality). 80 in place of 60 takes two fifths more time and gains 1.8 dB in HDR blocks of 4 x 4.
+constexpr std::array<float, 10> kQuality = {0, 8, 15, 40, 60, 80, 90, 95, 99, 100};
 
 struct ContextFree {
     void operator()(astcenc_context* context) const { astcenc_context_free(context); }
@@ -52,22 +53,28 @@ astcenc_context* contextFor(const formats::PixelFormatInfo& format, const Encode
     return context.get();
 }
 
-/// The significant mean takes the place of texels that weigh nothing.
+/// Texels that weigh nothing take the value of the nearest of their block that weighs something. Their mean would make one colour more for
+/// the block to hold: 0.3, 0.7 and 0.8 dB worse on light maps in blocks of 4, 6 and 8.
 void fillFreeTexels(ImageView<glm::vec4> texels, ImageView<const float> significance, int blockWidth, int blockHeight) {
+    struct Place {
+        int x, y;
+    };
+    std::vector<Place> counting, free;
     for (int blockY = 0; blockY < texels.height; blockY += blockHeight)
         for (int blockX = 0; blockX < texels.width; blockX += blockWidth) {
-            const int right = std::min(blockX + blockWidth, texels.width), bottom = std::min(blockY + blockHeight, texels.height);
-            glm::dvec4 sum(0);
-            double weight = 0;
-            for (int y = blockY; y < bottom; ++y)
-                for (int x = blockX; x < right; ++x) {
-                    sum += static_cast<double>(significance.at(x, y)) * glm::dvec4(texels.at(x, y));
-                    weight += static_cast<double>(significance.at(x, y));
-                }
-            if (!(weight > 0)) continue;
-            for (int y = blockY; y < bottom; ++y)
-                for (int x = blockX; x < right; ++x)
-                    if (!(significance.at(x, y) > 0)) texels.at(x, y) = glm::vec4(sum / weight);
+            counting.clear(), free.clear();
+            for (int y = blockY; y < std::min(blockY + blockHeight, texels.height); ++y)
+                for (int x = blockX; x < std::min(blockX + blockWidth, texels.width); ++x)
+                    (significance.at(x, y) > 0 ? counting : free).push_back({x, y});
+            if (counting.empty()) continue;
+            for (const Place& place : free) {
+                const auto distance = [&place](const Place& other) {
+                    return (other.x - place.x) * (other.x - place.x) + (other.y - place.y) * (other.y - place.y);
+                };
+                const auto nearest = std::min_element(counting.begin(), counting.end(),
+                                                      [&](const Place& a, const Place& b) { return distance(a) < distance(b); });
+                texels.at(place.x, place.y) = texels.at(nearest->x, nearest->y);
+            }
         }
 }
 

@@ -25,8 +25,7 @@ struct NotBetter {
     PixelFormat format;
     int effort;
 };
-constexpr NotBetter kNotBetter[] = {
-    {PixelFormat::Bc1, 9}, {PixelFormat::Bc3, 9}, {PixelFormat::Astc4x4Hdr, 1}, {PixelFormat::Astc8x8Hdr, 2}};
+constexpr NotBetter kNotBetter[] = {{PixelFormat::Bc1, 9}, {PixelFormat::Bc3, 9}};
 
 bool mayBeNoBetter(PixelFormat format, int effort) {
     for (const NotBetter& each : kNotBetter)
