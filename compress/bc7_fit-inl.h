@@ -107,9 +107,10 @@ private:
         }
         opaqueError_ = opaqueMiss * set(options_.channelWeights[3]);
         // Nearly opaque is enough for the modes without alpha to be worth a try.
-        const M opaque = opaqueError_ <= total * set(options_.channelWeights[3] * 4.0f);
-        anyOpaque_ = !hn::AllFalse(d, opaque);
-        allOpaque_ = hn::AllTrue(d, opaqueError_ == zero());
+        opaque_ = opaqueError_ <= total * set(options_.channelWeights[3] * 4.0f);
+        hasAlpha_ = opaqueError_ > zero();
+        anyOpaque_ = !hn::AllFalse(d, opaque_);
+        anyAlpha_ = !hn::AllFalse(d, hasAlpha_);
     }
 
     void clearBest() {
@@ -452,7 +453,10 @@ private:
         Coded<2 * kRegions, kChannels> coded;
         fit<kRegions, kChannels>(regions, view, codingOf(kBc7Modes[static_cast<std::size_t>(modeIndex)]), coded);
         const F error = kChannels == 4 ? coded.error : coded.error + opaqueError_;
-        const M better = error < best_.error;
+        // A mode is tried when any lane asks for it; what the neighbours ask for must not change a block.
+        M better = error < best_.error;
+        if (kChannels == 3) better = hn::And(better, opaque_);
+        if (modeIndex == 7) better = hn::And(better, hasAlpha_);
         if (hn::AllFalse(D(), better)) return;
         keepFrame(better, error, modeIndex, partition, 0, 0);
         for (int e = 0; e < 2 * kRegions; ++e) {
@@ -583,7 +587,7 @@ private:
                 tryMode<2, 3>(1, regions, ranking.partition[i], view);
                 tryMode<2, 3>(3, regions, ranking.partition[i], view);
             }
-            if (!allOpaque_) tryMode<2, 4>(7, regions, ranking.partition[i], view);
+            if (anyAlpha_) tryMode<2, 4>(7, regions, ranking.partition[i], view);
         }
     }
 
@@ -665,8 +669,9 @@ private:
     const EncodeOptions& options_;
     F texel_[4][kTexelCount];
     F significance_[kTexelCount];
-    F opaqueError_;  ///< of taking alpha for 1
-    bool anyOpaque_ = false, allOpaque_ = false;
+    F opaqueError_;        ///< of taking alpha for 1
+    M opaque_, hasAlpha_;  ///< lanes for modes without alpha, and for those with it; some may be both
+    bool anyOpaque_ = false, anyAlpha_ = false;
     Candidate best_;
 };
 

@@ -89,6 +89,38 @@ TEST(HostileBlocks, NoBlockOfUnormFormatsIsWorseThanOneColour) {
         }
 }
 
+/// Lanes of a vector share every decision that the code takes once for all of them: opaque blocks beside others, hostile ones beside tame.
+TEST(HostileBlocks, NeighboursDoNotChangeABlock) {
+    for (const PixelFormat format : kBlockFormats)
+        for (const int level : {1, 3, 6}) {
+            Random random(31);
+            HostileImage image = makeHostileImage(random, 512, level);
+            // Alpha that hardly counts makes modes without alpha good for blocks that are not opaque.
+            image.options.channelWeights = {1, 0.25f, 1e-3f, 0.01f};
+            for (int y = 0; y < image.texels.height(); ++y)
+                for (int x = 0; x < image.texels.width(); ++x) {
+                    const int kind = x / 4 % 4;
+                    if (kind == 0) continue;
+                    for (int c = 0; c < 3; ++c) image.texels.at(x, y)[c] = random.unit();
+                    image.texels.at(x, y).a = kind == 1 ? 1.0f : kind == 2 ? 1 - 0.01f * random.unit() : random.unit();
+                    image.significance.at(x, y) = 1;
+                }
+            const std::vector<std::byte> together = encode(format, image.texels, image.options, image.significance.view()).bytes;
+            const auto bytesPerBlock = static_cast<std::size_t>(formats::info(format).bytesPerBlock);
+            for (std::size_t block = 0; block < together.size() / bytesPerBlock; ++block) {
+                const int left = static_cast<int>(block % 64) * 4, top = static_cast<int>(block / 64) * 4;
+                HostileImage one{TexelImage(4, 4), formats::Image<float>(4, 4), image.options};
+                for (int t = 0; t < kTexelCount; ++t) {
+                    one.texels.at(t % 4, t / 4) = image.texels.at(left + t % 4, top + t / 4);
+                    one.significance.at(t % 4, t / 4) = image.significance.at(left + t % 4, top + t / 4);
+                }
+                const std::vector<std::byte> alone = encode(format, one.texels, one.options, one.significance.view()).bytes;
+                ASSERT_TRUE(std::equal(alone.begin(), alone.end(), together.begin() + static_cast<std::ptrdiff_t>(block * bytesPerBlock)))
+                    << describeBlock(image, format, left, top);
+            }
+        }
+}
+
 TEST(HostileBlocks, SignificanceOfAnySizeGivesTheSameBytes) {
     for (const PixelFormat format : kBlockFormats) {
         Random random(5);
