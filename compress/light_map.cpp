@@ -18,7 +18,8 @@ using rows::halfRange;
 using rows::hdrFormat;
 using rows::ldrFormat;
 
-constexpr std::array<std::string_view, 8> kLayoutNames = {"raw", "flat", "luvw", "ratio", "basis-3", "basis-4", "basis-8", "basis-12"};
+constexpr std::array<std::string_view, 9> kLayoutNames = {"raw",     "flat",    "luvw",     "ratio",   "basis-3",
+                                                          "basis-4", "basis-8", "basis-12", "basis-16"};
 /// Ratios beyond 1.25 times the bound of non-negative light are noise of texels that are almost black.
 constexpr float kRatioAllowance = 1.25f;
 constexpr double kLogUnits = 1 << 24;
@@ -227,6 +228,7 @@ LightMapPlan planLightMap(LightMapLayout layout, LightMapTarget target, int widt
         case LightMapLayout::Basis4:
         case LightMapLayout::Basis8:
         case LightMapLayout::Basis12:
+        case LightMapLayout::Basis16:
             assert(false && "a layout that learns needs planLearnedLightMap");
             break;
     }

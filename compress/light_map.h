@@ -9,7 +9,7 @@
 //                                                                    lambda_i = lambda_0 (scale_i ratio_i + bias_i)  2
 //   basis-3 "l0" (1: rgb), "code" (1: rgb)                           lambda_i = lambda_0 P_i(code), P quadratic,     3
 //   basis-4 "l0" (1: rgb), "code" (1: rgba)                          learned for each cluster of charts
-//   basis-8, basis-12: and "residual" (1, 2: rgba)                   + lambda_0 sum_k (residual_k - neutral) R_ki    3
+//   basis-8, -12, -16: and "residual" (1, 2, 3: rgba)                + lambda_0 sum_k (residual_k - neutral) R_ki    3
 //
 // Use: one LightMapMeasure over every band of the map (bands in any cut), a plan from it, then every band of whole block rows encoded on
 // its own. Layouts that learn look at the map twice: LightMapBlocks beside the measure, then LightMapSamples of the blocks chosen. The
@@ -35,11 +35,11 @@
 
 namespace compress {
 
-enum class LightMapLayout { Raw, Flat, Luvw, Ratio, Basis3, Basis4, Basis8, Basis12 };
+enum class LightMapLayout { Raw, Flat, Luvw, Ratio, Basis3, Basis4, Basis8, Basis12, Basis16 };
 /// Which family of formats. Bc: BC6H, BC7, BC3. Astc: 4x4 HDR and LDR. Float: half and 16-bit unorm, no blocks.
 enum class LightMapTarget { Bc, Astc, Float };
 
-/// "raw" "flat" "luvw" "ratio" "basis-3" "basis-4" "basis-8" "basis-12"; nothing for other names.
+/// "raw" "flat" "luvw" "ratio" "basis-3" "basis-4" "basis-8" "basis-12" "basis-16"; nothing for other names.
 std::optional<LightMapLayout> lightMapLayoutFromName(std::string_view name);
 std::string_view lightMapLayoutName(LightMapLayout layout);
 /// Whether the layout's decode is learned from the map (planLearnedLightMap).

@@ -29,6 +29,8 @@ BasisShape shapeOf(LightMapLayout layout) {
             return {4, 1};
         case LightMapLayout::Basis12:
             return {4, 2};
+        case LightMapLayout::Basis16:
+            return {4, 3};
         default:
             return {4, 0};
     }

@@ -207,6 +207,7 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
         case LightMapLayout::Basis4:
         case LightMapLayout::Basis8:
         case LightMapLayout::Basis12:
+        case LightMapLayout::Basis16:
             return rows::encodeBasis(plan, band, source, options);
     }
     return out;

@@ -4,15 +4,17 @@
 #include "pipeline/action.h"
 #include "pipeline/dominant_actions.h"
 #include "pipeline/light_map_actions.h"
+#include "pipeline/light_map_planning.h"
 #include "pipeline/mesh_actions.h"
 #include "pipeline/probe_actions.h"
 
 namespace pipeline {
 
 ActionFunction actionFunction(const std::string& kind) {
-    static constexpr std::array<std::pair<std::string_view, ActionFunction>, 13> kFunctions = {{
+    static constexpr std::array<std::pair<std::string_view, ActionFunction>, 14> kFunctions = {{
         {"materials", readMaterials},
         {"light-map", cookLightMap},
+        {"light-map-trial", tryLightMap},
         {"dominant", cookDominant},
         {"cubemap", cookCubemap},
         {"lut", cookTables},

@@ -12,6 +12,7 @@
 #include "pipeline/files.h"
 #include "pipeline/json_shape.h"
 #include "pipeline/light_map_actions.h"
+#include "pipeline/light_map_planning.h"
 #include "pipeline/manifest.h"
 #include "pipeline/needs.h"
 #include "pipeline/plan.h"
@@ -36,6 +37,7 @@ double secondsSince(Clock::time_point start) {
 void applyOverrides(const CookOptions& options, OutputSettings& output) {
     if (options.target) output.target = *options.target;
     if (options.maxError) output.maxError = *options.maxError;
+    output.isErrorAsked = output.isErrorAsked || options.maxError;
     if (options.budgetBytes) output.budgetBytes = *options.budgetBytes;
     if (options.lightMapLayout) output.lightMapLayout = *options.lightMapLayout;
     if (options.container) output.container = *options.container;
@@ -128,10 +130,16 @@ private:
         std::vector<const ActionRecord*> materialRecords;  // of meshes that can be read: of others nothing is known
         for (const auto& [id, record] : materials.records) materialRecords.push_back(&record);
         const Needs needs = resolveNeeds(scene_, materialRecords);
-        const auto plan = planScene(scene_, needs, {options_.only, options_.onlyKind, options_.repair, options_.samples});
+        PlanOptions planOptions{options_.only, options_.onlyKind, options_.repair, options_.samples};
+        auto plan = planScene(scene_, needs, planOptions);
         if (!plan) return tl::make_unexpected(plan.error());
 
-        const ExecutionResult result = execute(plan->actions, executeOptions, staging, cache_, *digests_, state_);
+        ExecutionResult result = execute(plan->actions, executeOptions, staging, cache_, *digests_, state_);
+        if (!plan->undecided.empty() && (result.errors.empty() || options_.keepGoing) && !state_.interrupted) {
+            auto decided = decideLayouts(*plan, needs, planOptions, executeOptions, staging, result);
+            if (!decided) return tl::make_unexpected(decided.error());
+            plan = std::move(*decided);
+        }
         outcome_.actionsRun = materials.actionsRun + result.actionsRun;
         outcome_.actionsReused = materials.actionsReused + result.actionsReused;
         for (const Error& error : result.errors)
@@ -141,7 +149,8 @@ private:
         if (auto written = writeSummaries(*plan, result); !written) return written;
         if (options_.depfile) {
             // The manifest speaks of all assets, those too that --only left alone.
-            const auto whole = planScene(scene_, needs, {{}, options_.onlyKind, options_.repair, options_.samples});
+            planOptions.only = {};
+            const auto whole = planScene(scene_, needs, planOptions);
             if (!whole) return tl::make_unexpected(whole.error());
             std::vector<Action> all = needsGraph;
             all.insert(all.end(), whole->actions.begin(), whole->actions.end());
@@ -150,6 +159,57 @@ private:
         cache_.prune();
         judge(outcome_.report, outcome_.errors);
         return {};
+    }
+
+    /// Chooses the layouts that were left open from their trials, cooks and verifies these maps, and adds that to `result`. A trial of a
+    /// part of a map may promise too much: then the next better candidate is taken. Gives the plan of the whole scene.
+    Result<Plan> decideLayouts(const Plan& open, const Needs& needs, PlanOptions& planOptions, const ExecuteOptions& executeOptions,
+                               const std::filesystem::path& staging, ExecutionResult& result) {
+        LightMapCandidates candidates;
+        for (const std::string& map : open.undecided)
+            if (const auto trial = result.records.find("trial/" + map); trial != result.records.end())
+                candidates[map] = candidatesOf(trial->second);
+        std::uint64_t otherBytes = 0;
+        for (const std::string& name : open.assets)
+            if (const auto cooked = result.records.find("cook/" + name); cooked != result.records.end())
+                otherBytes += gpuBytesOf(cooked->second.result.at("asset"));
+        while (true) {
+            planOptions.layouts = choose(candidates, otherBytes);
+            auto plan = planScene(scene_, needs, planOptions);
+            if (!plan) return plan;
+            std::vector<Action> rest;
+            for (const Action& action : plan->actions)
+                if (planOptions.layouts.contains(action.asset) && !result.records.contains(action.id)) rest.push_back(action);
+            ExecutionResult chosen = execute(rest, executeOptions, staging, cache_, *digests_, state_);
+            const std::vector<std::string> broken = brokenPromises(chosen, planOptions.layouts, candidates);
+            if (broken.empty()) {
+                result.add(std::move(chosen));
+                return plan;
+            }
+        }
+    }
+
+    std::map<std::string, std::string> choose(const LightMapCandidates& candidates, std::uint64_t otherBytes) const {
+        if (!scene_.output.budgetBytes || scene_.output.isErrorAsked) return smallestWithin(candidates, scene_.output.maxError);
+        return bestWithin(candidates, *scene_.output.budgetBytes - std::min(otherBytes, *scene_.output.budgetBytes));
+    }
+
+    /// Maps whose verification missed the bound that their trial had kept; their candidates learn the truth.
+    std::vector<std::string> brokenPromises(const ExecutionResult& chosen, const std::map<std::string, std::string>& layouts,
+                                            LightMapCandidates& candidates) const {
+        std::vector<std::string> broken;
+        for (const auto& [map, layout] : layouts) {
+            const auto verified = chosen.records.find("verify/" + map);
+            if (verified == chosen.records.end()) continue;
+            const Json& error = verified->second.result.at("verdict").at("stages").back().at("error");
+            double found = 0;
+            for (const char* kind : {"diffuse", "specular"})
+                found = std::max(found, error.at(kind).at("rel_rms").is_number() ? error.at(kind).at("rel_rms").get<double>() : HUGE_VAL);
+            LightMapCandidate& candidate = *std::ranges::find(candidates.at(map), layout, &LightMapCandidate::layout);
+            if (found > scene_.output.maxError && candidate.error <= scene_.output.maxError) broken.push_back(map);
+            candidate.error = found;
+        }
+        return broken;
     }
 
     /// Manifest, shader include and reports. With --only, the rows of other assets stay as they were.
@@ -169,6 +229,8 @@ private:
             assets.push_back(manifestAsset(actionOf(plan, "cook/" + name), actionOf(plan, "verify/" + name), cooked->second,
                                            scene_.directory, *digests_));
             rows.push_back(reportAsset(assets.back(), cooked->second, verified->second));
+            if (const auto trial = result.records.find("trial/" + name); trial != result.records.end())
+                for (const char* key : {"candidates", "share"}) rows.back()[std::string("trial_") + key] = trial->second.result.at(key);
         }
         const std::string shader = shaders::shaderInclude(layoutsOf(assets));
         const Json manifest = makeManifest(scene_, outcome_.output, assets, digestOfText(shader));

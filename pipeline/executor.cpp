@@ -130,6 +130,15 @@ std::vector<std::vector<std::size_t>> waves(const std::vector<Action>& graph) {
 
 }  // namespace
 
+void ExecutionResult::add(ExecutionResult later) {
+    records.merge(later.records);
+    reused.merge(later.reused);
+    errors.insert(errors.end(), later.errors.begin(), later.errors.end());
+    files.insert(files.end(), later.files.begin(), later.files.end());
+    actionsRun += later.actionsRun;
+    actionsReused += later.actionsReused;
+}
+
 ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& options, const std::filesystem::path& staging,
                         const Cache& cache, DigestMemo& digests, const RunState& state) {
     Execution execution(options, staging, cache, digests, state);

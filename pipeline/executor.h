@@ -25,6 +25,8 @@ struct ExecutionResult {
     int actionsRun = 0, actionsReused = 0;
     std::map<std::string, double> reused;  ///< by action id: the seconds that running it took last time
     std::vector<FileRecord> files;         ///< all that the graph made; those not in place yet lie in the staging folder
+    /// Another graph's result, executed after this one into the same folders.
+    void add(ExecutionResult later);
 };
 
 /// Order: an action's dependencies stand before it. Threads: those of the current tbb arena.

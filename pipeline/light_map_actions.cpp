@@ -6,10 +6,10 @@
 #include <chrono>
 
 #include "compress/light_map.h"
-#include "compress/light_map_blocks.h"
 #include "lighting/radiometry.h"
 #include "pipeline/bands.h"
 #include "pipeline/figures_json.h"
+#include "pipeline/light_map_planning.h"
 #include "pipeline/preview.h"
 #include "pipeline/textures.h"
 #include "verify/texture_unit.h"
@@ -21,54 +21,6 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::LightMapBand;
 using formats::Result;
-
-struct Measured {
-    compress::LightMapMeasure measure;
-    formats::LightMapRepairs repairs;
-    std::int64_t negativeAfterGamut = 0;
-};
-
-Result<Measured> measure(LightMapSource& source, const ActionContext& context) {
-    auto parts = forEachBand<Measured>(source.bandCount(), context, "measure " + context.action.asset, [&](int index) -> Result<Measured> {
-        const auto band = source.band(index);
-        if (!band) return tl::make_unexpected(band.error());
-        Measured part{compress::LightMapMeasure(source.luminanceWeights()), (*band)->repairs, (*band)->negativeAfterGamut};
-        part.measure.add(**band);
-        return part;
-    });
-    if (!parts) return tl::make_unexpected(parts.error());
-    Measured whole{compress::LightMapMeasure(source.luminanceWeights()), {}, 0};
-    for (const Measured& part : *parts) {
-        whole.measure.merge(part.measure);
-        whole.repairs.notFinite += part.repairs.notFinite;
-        whole.repairs.negativeDc += part.repairs.negativeDc;
-        whole.negativeAfterGamut += part.negativeAfterGamut;
-    }
-    return whole;
-}
-
-/// Learns the decode of a layout that asks for it: charts from the coverage, blocks worth looking at, a fit to those.
-Result<compress::LightMapPlan> learn(LightMapSource& source, compress::LightMapLayout layout, compress::LightMapTarget target,
-                                     const compress::LightMapMeasure& measure, const compress::EncodeOptions& options,
-                                     const ActionContext& context) {
-    const auto walk = [&](const char* what, auto& learner) -> Result<void> {
-        const auto walked =
-            forEachBand<int>(source.bandCount(), context, fmt::format("{} {}", what, context.action.asset), [&](int index) -> Result<int> {
-                const auto band = source.band(index);
-                if (!band) return tl::make_unexpected(band.error());
-                learner.add(**band, (*band)->firstRow, source.bandRows(index));
-                return 0;
-            });
-        if (!walked) return tl::make_unexpected(walked.error());
-        return {};
-    };
-    compress::LightMapBlocks blocks(source.width(), source.height());
-    if (auto walked = walk("survey the charts of", blocks); !walked) return tl::make_unexpected(walked.error());
-    const std::vector<int> charts = blocks.charts();
-    compress::LightMapSamples samples(blocks.choose(charts, compress::learningBlocks(options.effort)), blocks.across());
-    if (auto walked = walk("sample", samples); !walked) return tl::make_unexpected(walked.error());
-    return compress::planLearnedLightMap(layout, target, source.width(), source.height(), measure, blocks, charts, samples, 0, options);
-}
 
 formats::TextureShape shapeOf(const compress::LightMapPlan& plan, const compress::LightMapTexture& texture) {
     formats::TextureShape shape;
@@ -144,11 +96,6 @@ Json manifestEntry(const ActionContext& context, const compress::LightMapPlan& p
     return asset;
 }
 
-compress::LightMapTarget targetOf(const std::string& name) {
-    if (name == "astc") return compress::LightMapTarget::Astc;
-    return name == "float" ? compress::LightMapTarget::Float : compress::LightMapTarget::Bc;
-}
-
 }  // namespace
 
 Result<ActionOutcome> cookLightMap(const ActionContext& context) {
@@ -156,21 +103,12 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
     const auto source = openLightMap(context, parameters.at("description"));
     if (!source) return tl::make_unexpected(source.error());
-    const auto measured = measure(**source, context);
+    const auto measured = measureLightMap(**source, context);
     if (!measured) return tl::make_unexpected(measured.error());
-
-    const auto layout = *compress::lightMapLayoutFromName(parameters.at("layout").get<std::string>());
-    const compress::LightMapTarget target = targetOf(parameters.at("target").get<std::string>());
-    compress::EncodeOptions options;
-    options.effort = settings.effort;
-    compress::LightMapPlan plan;
-    if (compress::isLearned(layout)) {
-        auto learned = learn(**source, layout, target, measured->measure, options, context);
-        if (!learned) return tl::make_unexpected(learned.error());
-        plan = std::move(*learned);
-    } else {
-        plan = compress::planLightMap(layout, target, (*source)->width(), (*source)->height(), measured->measure);
-    }
+    LightMapPlanner planner(**source, parameters, measured->measure, context);
+    const auto planned = planner.plan(parameters.at("layout").get<std::string>());
+    if (!planned) return tl::make_unexpected(planned.error());
+    const compress::LightMapPlan& plan = *planned;
     ActionOutcome outcome;
     std::vector<formats::TextureWriter> writers;
     for (const compress::LightMapTexture& texture : plan.textures) {

@@ -104,8 +104,10 @@ struct OutputOptions {
 
     void add(CLI::App& app) {
         app.add_option("--target", target, "bc, astc or float")->check(CLI::IsMember({"bc", "astc", "float"}));
-        app.add_option("--layout", layout, "layout of light maps: " + fmt::format("{}", fmt::join(lightMapLayoutNames(), ", ")))
-            ->check(CLI::IsMember(lightMapLayoutNames()));
+        std::vector<std::string> layouts = lightMapLayoutNames();
+        layouts.push_back(kAutoLayout);
+        app.add_option("--layout", layout, fmt::format("layout of light maps: {}", fmt::join(layouts, ", ")))
+            ->check(CLI::IsMember(layouts));
         app.add_option("--container", container, "ktx2 or dds")->check(CLI::IsMember({"ktx2", "dds"}));
         app.add_option("--max-error", maxError, "bound on rel_rms of diffuse and specular, as a fraction")->check(CLI::PositiveNumber);
         app.add_option("--budget", budget, "GPU memory of the whole scene, such as \"2 MiB\"");

@@ -72,7 +72,7 @@ Needs resolveNeeds(const Scene& scene, const std::vector<const ActionRecord*>& m
 }
 
 std::string lightMapLayoutFor(const Scene& scene, const Needs& needs) {
-    return needs.specular || needs.normalMap ? scene.output.lightMapLayout : "flat";
+    return needs.specular || needs.normalMap ? layoutAsked(scene.output) : "flat";
 }
 
 TableRows tableRowsFor(const Needs& needs) {

@@ -105,16 +105,28 @@ private:
     void planLightMap(const LightMapEntry& entry) {
         formats::LightMapDescription description = entry.description;
         description.repair = options_.repair;
-        const std::string layout = lightMapLayoutFor(scene_, needs_);
+        std::string layout = lightMapLayoutFor(scene_, needs_);
         const std::string target(nameOf(scene_.output.target));
-        if (wanted(entry.name, "light-map", entry.name)) {
+        const bool isDecided = layout != kAutoLayout || options_.layouts.contains(entry.name);
+        if (layout == kAutoLayout && isDecided) layout = options_.layouts.at(entry.name);
+        const bool isWanted = wanted(entry.name, "light-map", entry.name);
+        if (isWanted && !isDecided) {
+            plan_.undecided.push_back(entry.name);
+            plan_.actions.push_back(
+                {"trial/" + entry.name,
+                 "light-map-trial",
+                 entry.name,
+                 {{"description", toJson(description)}, {"target", target}, {"textures", textures_}, {"shading", toJson(shading_)}},
+                 sourceOf(entry.file),
+                 {}});
+        } else if (isWanted) {
             add(entry.name, "light-map",
                 {{"description", toJson(description)}, {"layout", layout}, {"target", target}, {"textures", textures_}},
                 sourceOf(entry.file), {{"shading", toJson(shading_)}, {"samples", options_.samples}}, sourceOf(entry.file));
-            if (layout != scene_.output.lightMapLayout)
+            if (layout == "flat" && layoutAsked(scene_.output) != "flat")
                 skip(fmt::format("directional light map '{}'", entry.name),
                      "no material has a normal map or is specular: a flat exit-radiance map is enough", entry.name,
-                     bitsOf(scene_.output.lightMapLayout) - bitsOf(layout));
+                     bitsOf(layoutAsked(scene_.output)) - bitsOf(layout));
         }
         const std::string dominant = entry.name + "_dominant";
         if (wanted(dominant, "dominant", entry.name)) {
@@ -208,8 +220,9 @@ private:
     }
     /// Bits a texel of a layout under the scene's target: nine coefficients or one value, in blocks of 8 bits or halves of 64.
     double bitsOf(const std::string& layout) const {
-        static const std::map<std::string, double> kTextures = {{"flat", 1},      {"luvw", 18},   {"ratio", 9},   {"raw", 9},
-                                                                {"basis-3", 1.5}, {"basis-4", 2}, {"basis-8", 3}, {"basis-12", 4}};
+        static const std::map<std::string, double> kTextures = {{"flat", 1},      {"luvw", 18},    {"ratio", 9},   {"raw", 9},
+                                                                {"basis-3", 1.5}, {"basis-4", 2},  {"basis-8", 3}, {"basis-12", 4},
+                                                                {"basis-16", 5},  {kAutoLayout, 9}};
         const double textures = kTextures.at(layout);
         return textures * (scene_.output.target == Target::Float || layout == "raw" ? 64 : 8);
     }

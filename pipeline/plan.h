@@ -1,6 +1,7 @@
 // From a scene and its needs to the graph of actions.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,12 +17,15 @@ struct PlanOptions {
     std::optional<std::string> onlyKind;  ///< cook assets of this kind: what the single converters do
     bool repair = false;
     int samples = 1;  ///< random positions per texel quad
+    /// Of light maps whose layout is "auto", by name: what their trials chose. A map that is not here gets its trial instead of a cook.
+    std::map<std::string, std::string> layouts = {};
 };
 
 struct Plan {
     std::vector<Action> actions;      ///< dependencies before dependants
     std::vector<std::string> assets;  ///< in the order of the report
     std::vector<Skip> skipped;
+    std::vector<std::string> undecided;  ///< light maps whose layout has to be chosen first: action "trial/a" tells
 };
 
 /// The actions that have to be known before the rest can be planned: what the meshes' materials ask for.

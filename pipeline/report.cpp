@@ -22,8 +22,12 @@ std::uint64_t sumOf(const Json& asset, const char* key) {
 
 }  // namespace
 
+std::uint64_t gpuBytesOf(const Json& manifestAsset) {
+    return sumOf(manifestAsset, "bytes_gpu");
+}
+
 Json reportAsset(const Json& manifestAsset, const ActionRecord& cooked, const ActionRecord& verified) {
-    const std::uint64_t bytesGpu = sumOf(manifestAsset, "bytes_gpu");
+    const std::uint64_t bytesGpu = gpuBytesOf(manifestAsset);
     const double texels = manifestAsset.at("width").get<double>() * manifestAsset.at("height").get<double>() *
                           (manifestAsset.at("kind") == "cubemap" ? 6 : 1);
     Json row = {{"name", manifestAsset.at("name")},

@@ -17,6 +17,9 @@ inline constexpr const char* kReportHtmlName = "report.html";
 /// One asset's row: its manifest entry, what cooking and verifying it said, and how long each took.
 Json reportAsset(const Json& manifestAsset, const ActionRecord& cooked, const ActionRecord& verified);
 
+/// GPU memory of an asset [bytes]: its textures, and what it needs beside them.
+std::uint64_t gpuBytesOf(const Json& manifestAsset);
+
 struct ReportFrame {
     std::string scene;
     double seconds = 0;

@@ -455,6 +455,24 @@ Html notes(const Json& asset) {
     return rows.isEmpty() ? Html() : element("div", {{"class", "notes"}}, element("h3", word("Notes")) + element("dl", rows));
 }
 
+/// What else this map could have been, smallest first; the chosen one is marked.
+Html candidateTable(const Json& asset) {
+    const Json& candidates = list(asset, "trial_candidates");
+    if (candidates.empty()) return {};
+    Html rows;
+    for (const Json& each : candidates) {
+        const bool isChosen = words(member(each, "layout")) == words(member(asset, "layout"));
+        rows += element("tr", isChosen ? Attributes{{"class", "total"}} : Attributes{},
+                        element("th", {{"scope", "row"}}, text(words(member(each, "layout")) + (isChosen ? " (chosen)" : ""))) +
+                            numberCell(bytesMarkup(count(member(each, "bytes_gpu")))) +
+                            numberCell(text(humanNumber(number(member(each, "bits_per_texel"))))) +
+                            numberCell(figureMarkup(each, "diffuse")) + numberCell(figureMarkup(each, "specular")));
+    }
+    const Html head = headCell("Candidate") + headCell("GPU", "num") + headCell("Bits per texel", "num") +
+                      headCell("Diffuse rel_rms", "num") + headCell("Specular rel_rms", "num");
+    return element("div", {{"class", "notes"}}, element("h3", word("Layouts tried")) + table("candidates", element("tr", head), rows));
+}
+
 Html assetFacts(const Json& asset) {
     const std::string size = sizeWords(asset);
     const double bits = number(member(asset, "bits_per_texel"));
@@ -473,7 +491,7 @@ Html assetFacts(const Json& asset) {
 
 Html assetSection(const std::filesystem::path& folder, const Json& asset, std::size_t index) {
     const Html title = element("div", {{"class", "title"}}, element("h2", text(words(member(asset, "name")))) + verdictChip(passed(asset)));
-    const Html lists = textureTable(asset) + notes(asset);
+    const Html lists = textureTable(asset) + candidateTable(asset) + notes(asset);
     return element("section", {{"class", "card asset"}, {"id", assetAnchor(index)}},
                    title + assetFacts(asset) + pictures(folder, asset) + stageTable(asset) +
                        (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));

@@ -40,6 +40,8 @@ public:
         throw SceneMistake{{ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file_.string(), at.line, at.column), detail}};
     }
 
+    bool has(const char* key) const { return table_.contains(key); }
+
     template <class T>
     std::optional<T> optional(const char* key, const char* expected) {
         known_.push_back(key);
@@ -173,6 +175,7 @@ OutputSettings readOutput(TableReader reader) {
             reader.fail(reader.node(key), fmt::format("found {} for output.{}, expected a positive fraction, 0.02 for 2 %", *value, key));
         return value.value_or(otherwise);
     };
+    output.isErrorAsked = reader.has("max_error");
     output.maxError = fraction("max_error", output.maxError);
     output.maxConverterError = fraction("max_converter_error", output.maxConverterError);
     if (const auto text = reader.optional<std::string>("budget", "a size such as \"2 MiB\"")) {
@@ -180,7 +183,9 @@ OutputSettings readOutput(TableReader reader) {
         if (!bytes) throw SceneMistake{bytes.error()};
         output.budgetBytes = *bytes;
     }
-    output.lightMapLayout = reader.oneOf("light_map_layout", lightMapLayoutNames(), output.lightMapLayout);
+    std::vector<std::string> layouts = lightMapLayoutNames();
+    layouts.push_back(kAutoLayout);
+    if (reader.has("light_map_layout")) output.lightMapLayout = reader.oneOf("light_map_layout", layouts, "");
     output.container = reader.oneOf("container", {"ktx2", "dds"}, "ktx2") == "dds" ? formats::Container::Dds : formats::Container::Ktx2;
     output.zstd = reader.optional<bool>("zstd", "true or false").value_or(false);
     if (output.zstd && output.container == formats::Container::Dds)
@@ -329,8 +334,13 @@ Result<Target> targetFromName(std::string_view name, const std::string& subject)
     return failure(ErrorCode::InvalidRequest, subject, fmt::format("found {}, expected one of: bc, astc, float", inQuotes(name)));
 }
 
+std::string layoutAsked(const OutputSettings& output) {
+    if (!output.lightMapLayout.empty()) return output.lightMapLayout;
+    return output.isErrorAsked || output.budgetBytes ? kAutoLayout : "ratio";
+}
+
 const std::vector<std::string>& lightMapLayoutNames() {
-    static const std::vector<std::string> names = {"ratio", "luvw", "flat", "raw", "basis-3", "basis-4", "basis-8", "basis-12"};
+    static const std::vector<std::string> names = {"ratio", "luvw", "flat", "raw", "basis-3", "basis-4", "basis-8", "basis-12", "basis-16"};
     return names;
 }
 

@@ -21,21 +21,27 @@ formats::Result<Target> targetFromName(std::string_view name, const std::string&
 
 /// Names of the light-map layouts, as `light_map_layout` and `--layout` take them.
 const std::vector<std::string>& lightMapLayoutNames();
+/// The name that stands for whichever layout keeps the error, or the budget, best.
+inline constexpr const char* kAutoLayout = "auto";
 
 /// [output], and what the command line lays over it.
 struct OutputSettings {
     Target target = Target::Bc;
-    double maxError = 0.1;  ///< on rel_rms of diffuse and of specular, of a light map's (or mesh's) last stage
+    double maxError = 0.1;      ///< on rel_rms of diffuse and of specular, of a light map's (or mesh's) last stage
+    bool isErrorAsked = false;  ///< somebody named maxError
     /// The same for dominant lights, cubemaps, tables and reflection maps, whose figures are of quantities of their own; never stricter
     /// than maxError.
     double maxConverterError = 0.1;
     std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory for the whole scene
-    std::string lightMapLayout = "ratio";      ///< one of lightMapLayoutNames()
+    std::string lightMapLayout;                ///< one of lightMapLayoutNames(), "auto", or empty: see layoutAsked
     formats::Container container = formats::Container::Ktx2;
     bool zstd = false;
     int effort = 5;     ///< of block encoders, 0 .. 9
     bool draco = true;  ///< meshes as Draco inside glTF
 };
+
+/// The layout that these settings ask for: the one named; else "auto" where an error or a budget is, and "ratio" where nothing is.
+std::string layoutAsked(const OutputSettings& output);
 
 struct LightMapEntry {
     std::string name;

@@ -245,7 +245,7 @@ Json describeImage(const formats::PlainImage& image) {
 Json describeScene(const Scene& scene) {
     Json json = {{"scene", scene.name},
                  {"target", std::string(nameOf(scene.output.target))},
-                 {"light_map_layout", scene.output.lightMapLayout},
+                 {"light_map_layout", layoutAsked(scene.output)},
                  {"max_error", scene.output.maxError}};
     for (const auto& entry : scene.lightMaps) json["light_maps"].push_back(entry.name);
     for (const auto& entry : scene.probes) json["probes"].push_back(entry.name);

@@ -24,7 +24,7 @@ namespace verify {
 
 /// A light map as its manifest describes it.
 struct CookedLightMap {
-    std::string layout;                                   ///< "raw" "flat" "luvw" "ratio" "basis-3" "basis-4" "basis-8" "basis-12"
+    std::string layout;  ///< "raw" "flat" "luvw" "ratio" "basis-3" "basis-4" "basis-8" "basis-12" "basis-16"
     std::map<std::string, std::vector<float>> constants;  ///< as compress::LightMapPlan::constants
     int width = 0, height = 0;                            ///< [texels]
 };
@@ -42,6 +42,7 @@ struct LightMapShading {
 struct LightMapSampling {
     std::uint64_t seed = 1;
     int positionsPerQuad = 1;  ///< random positions between four covered texels; 0: none
+    bool bounds = true;        ///< false: figures of the texel centres alone, nothing between them and nothing proven
 };
 
 /// Log-average luminance of the reference's exit radiance at the texels' own normals: the key of product.md.
@@ -101,7 +102,7 @@ public:
     /// The textures and layers that the layout is made of.
     const std::vector<TextureNeed>& textures() const;
     /// Errors of rows [firstRow, firstRow + rowCount), and of the texel quads that begin in them: texels and reference must also hold the
-    /// row below, where the map has one. Pure; safe to call from several threads.
+    /// row below, where the map has one and bounds are asked for. Pure; safe to call from several threads.
     LightMapErrors verifyRows(const DecodedLightMapRows& texels, const formats::LightMapBand& reference, int firstRow, int rowCount) const;
     /// No error at all, to merge into.
     LightMapErrors noErrors() const;

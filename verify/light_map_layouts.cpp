@@ -117,8 +117,10 @@ formats::Result<Layout> layoutOf(const CookedLightMap& map) {
     if (map.layout == "basis-4") return readBasis<4, 0>(map);
     if (map.layout == "basis-8") return readBasis<4, 1>(map);
     if (map.layout == "basis-12") return readBasis<4, 2>(map);
-    return formats::failure(ErrorCode::WrongShape, "light map layout",
-                            "found \"" + map.layout + "\", expected raw, flat, luvw, ratio, basis-3, basis-4, basis-8 or basis-12");
+    if (map.layout == "basis-16") return readBasis<4, 3>(map);
+    return formats::failure(
+        ErrorCode::WrongShape, "light map layout",
+        "found \"" + map.layout + "\", expected raw, flat, luvw, ratio, basis-3, basis-4, basis-8, basis-12 or basis-16");
 }
 
 std::vector<LightMapVerifier::TextureNeed> texturesOf(const Layout& layout) {

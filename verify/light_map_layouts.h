@@ -105,12 +105,14 @@ template <int kCodes, std::size_t kResiduals>
 struct Basis {
     static constexpr std::size_t kLayers = 2 + kResiduals;
     static constexpr int kDegree = 3;
+    /// Each stage but the last: "l0", "code", "residual 1" ...
+    static constexpr std::array<const char*, 5> kStageNames = {"l0", "code", "residual 1", "residual 2", "residual 3"};
     static constexpr auto kEarlyStages = [] {
-        if constexpr (kResiduals == 0) return std::array<const char*, 1>{"l0"};
-        if constexpr (kResiduals == 1) return std::array<const char*, 2>{"l0", "code"};
-        if constexpr (kResiduals == 2) return std::array<const char*, 3>{"l0", "code", "residual 1"};
+        std::array<const char*, 1 + kResiduals> early{};
+        for (std::size_t i = 0; i < early.size(); ++i) early[i] = kStageNames[i];
+        return early;
     }();
-    static constexpr const char* kFinalStage = kResiduals == 0 ? "code" : kResiduals == 1 ? "residual 1" : "residual 2";
+    static constexpr const char* kFinalStage = kStageNames[1 + kResiduals];
     std::shared_ptr<const BasisTables> tables;
 
     struct Decode {
@@ -138,7 +140,7 @@ struct Basis {
     Decode at(int x, int y) const { return {tables.get(), tables->clusterAt(x, y)}; }
 };
 
-using Layout = std::variant<Raw, Flat, Luvw, Ratio, Basis<3, 0>, Basis<4, 0>, Basis<4, 1>, Basis<4, 2>>;
+using Layout = std::variant<Raw, Flat, Luvw, Ratio, Basis<3, 0>, Basis<4, 0>, Basis<4, 1>, Basis<4, 2>, Basis<4, 3>>;
 
 /// The decode of the texel at (x, y).
 template <class AnyLayout>

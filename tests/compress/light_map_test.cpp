@@ -15,8 +15,9 @@ using compress::LightMapLayout;
 using compress::LightMapTarget;
 using synthetic::Kind;
 
-constexpr std::array kLayouts = {LightMapLayout::Raw,    LightMapLayout::Flat,   LightMapLayout::Luvw,   LightMapLayout::Ratio,
-                                 LightMapLayout::Basis3, LightMapLayout::Basis4, LightMapLayout::Basis8, LightMapLayout::Basis12};
+constexpr std::array kLayouts = {LightMapLayout::Raw,    LightMapLayout::Flat,    LightMapLayout::Luvw,
+                                 LightMapLayout::Ratio,  LightMapLayout::Basis3,  LightMapLayout::Basis4,
+                                 LightMapLayout::Basis8, LightMapLayout::Basis12, LightMapLayout::Basis16};
 constexpr int kWidth = 46, kHeight = 38;  // not multiples of a block
 
 compress::LightMapMeasure measureOf(Kind kind) {

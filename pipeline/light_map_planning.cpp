@@ -1,0 +1,216 @@
+#include "pipeline/light_map_planning.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "pipeline/bands.h"
+#include "pipeline/light_map_actions.h"
+#include "pipeline/scene.h"
+#include "pipeline/textures.h"
+#include "verify/texture_unit.h"
+
+namespace pipeline {
+namespace {
+
+using formats::Result;
+
+/// Maps of more texels are tried on a part.
+constexpr std::int64_t kTrialTexels = std::int64_t{1} << 20;
+
+compress::LightMapTarget targetOf(const std::string& name) {
+    if (name == "astc") return compress::LightMapTarget::Astc;
+    return name == "float" ? compress::LightMapTarget::Float : compress::LightMapTarget::Bc;
+}
+
+/// Every n-th band, from the middle of the first n on.
+std::vector<int> trialBands(const LightMapSource& source) {
+    const std::int64_t texels = static_cast<std::int64_t>(source.width()) * source.height();
+    const int step = static_cast<int>(std::max<std::int64_t>(1, (texels + kTrialTexels - 1) / kTrialTexels));
+    std::vector<int> bands;
+    for (int band = (step - 1) / 2; band < source.bandCount(); band += step) bands.push_back(band);
+    return bands;
+}
+
+/// A band through the encoder and back through the verifier's own decoders.
+verify::DecodedLightMapRows decodedRows(const compress::LightMapPlan& plan, const compress::EncodedLightMapRows& rows, int firstRow,
+                                        int rowCount) {
+    verify::DecodedLightMapRows out;
+    out.firstRow = firstRow;
+    for (std::size_t texture = 0; texture < plan.textures.size(); ++texture) {
+        out.textures.emplace_back();
+        for (const auto& bytes : rows.textures[texture].layers) {
+            out.textures.back().emplace_back(plan.width, rowCount);
+            verify::decodeRows(plan.textures[texture].format, bytes, out.textures.back().back().view());
+        }
+    }
+    return out;
+}
+
+/// Errors at the texel centres of some bands under one plan.
+Result<verify::StageError> tryPlan(LightMapSource& source, const compress::LightMapPlan& plan, const std::vector<int>& bands,
+                                   const compress::EncodeOptions& options, const verify::LightMapShading& shading,
+                                   const ActionContext& context) {
+    const std::string layout(compress::lightMapLayoutName(plan.layout));
+    verify::LightMapSampling sampling;
+    sampling.positionsPerQuad = 0;
+    sampling.bounds = false;
+    const auto verifier = verify::LightMapVerifier::create({layout, plan.constants, plan.width, plan.height}, shading, sampling, plan.key);
+    if (!verifier) return tl::make_unexpected(verifier.error());
+    const auto parts = forEachBand<verify::LightMapErrors>(
+        static_cast<int>(bands.size()), context, fmt::format("try {} on {}", layout, context.action.asset),
+        [&](int index) -> Result<verify::LightMapErrors> {
+            const int bandIndex = bands[static_cast<std::size_t>(index)], firstRow = bandIndex * kBandRows,
+                      rowCount = source.bandRows(bandIndex);
+            const auto band = source.bandWithMargin(bandIndex, compress::kLightMapPaddingRows, compress::kLightMapPaddingRows);
+            if (!band) return tl::make_unexpected(band.error());
+            const auto rows = compress::encodeLightMapRows(plan, *band, firstRow, rowCount, options);
+            return verifier->verifyRows(decodedRows(plan, rows, firstRow, rowCount), *band, firstRow, rowCount);
+        });
+    if (!parts) return tl::make_unexpected(parts.error());
+    verify::LightMapErrors errors = verifier->noErrors();
+    for (const verify::LightMapErrors& part : *parts) errors.merge(part);
+    return errors.stages().back();
+}
+
+const LightMapCandidate& smallestOf(const std::vector<LightMapCandidate>& candidates, double maxError) {
+    const LightMapCandidate* best = &candidates.front();
+    for (const LightMapCandidate& each : candidates) {
+        const bool fits = each.error <= maxError, bestFits = best->error <= maxError;
+        const bool isBetter = fits && bestFits ? each.bytes < best->bytes : fits != bestFits ? fits : each.error < best->error;
+        if (isBetter) best = &each;
+    }
+    return *best;
+}
+
+}  // namespace
+
+Result<MeasuredLightMap> measureLightMap(LightMapSource& source, const ActionContext& context) {
+    auto parts = forEachBand<MeasuredLightMap>(
+        source.bandCount(), context, "measure " + context.action.asset, [&](int index) -> Result<MeasuredLightMap> {
+            const auto band = source.band(index);
+            if (!band) return tl::make_unexpected(band.error());
+            MeasuredLightMap part{compress::LightMapMeasure(source.luminanceWeights()), (*band)->repairs, (*band)->negativeAfterGamut};
+            part.measure.add(**band);
+            return part;
+        });
+    if (!parts) return tl::make_unexpected(parts.error());
+    MeasuredLightMap whole{compress::LightMapMeasure(source.luminanceWeights()), {}, 0};
+    for (const MeasuredLightMap& part : *parts) {
+        whole.measure.merge(part.measure);
+        whole.repairs.notFinite += part.repairs.notFinite;
+        whole.repairs.negativeDc += part.repairs.negativeDc;
+        whole.negativeAfterGamut += part.negativeAfterGamut;
+    }
+    return whole;
+}
+
+LightMapPlanner::LightMapPlanner(LightMapSource& source, const Json& parameters, const compress::LightMapMeasure& measure,
+                                 const ActionContext& context)
+    : source_(source), measure_(measure), context_(context), target_(targetOf(parameters.at("target").get<std::string>())) {
+    options_.effort = TextureSettings::fromJson(parameters.at("textures")).effort;
+}
+
+Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& name) {
+    const compress::LightMapLayout layout = *compress::lightMapLayoutFromName(name);
+    if (!compress::isLearned(layout)) return compress::planLightMap(layout, target_, source_.width(), source_.height(), measure_);
+    if (!samples_)
+        if (auto gathered = gather(); !gathered) return tl::make_unexpected(gathered.error());
+    return compress::planLearnedLightMap(layout, target_, source_.width(), source_.height(), measure_, blocks_, charts_, *samples_, 0,
+                                         options_);
+}
+
+/// Charts from the coverage, then the blocks worth looking at.
+Result<void> LightMapPlanner::gather() {
+    const auto walk = [&](const char* what, auto& learner) -> Result<void> {
+        const auto walked = forEachBand<int>(source_.bandCount(), context_, fmt::format("{} {}", what, context_.action.asset),
+                                             [&](int index) -> Result<int> {
+                                                 const auto band = source_.band(index);
+                                                 if (!band) return tl::make_unexpected(band.error());
+                                                 learner.add(**band, (*band)->firstRow, source_.bandRows(index));
+                                                 return 0;
+                                             });
+        if (!walked) return tl::make_unexpected(walked.error());
+        return {};
+    };
+    blocks_ = compress::LightMapBlocks(source_.width(), source_.height());
+    if (auto walked = walk("survey the charts of", blocks_); !walked) return walked;
+    charts_ = blocks_.charts();
+    compress::LightMapSamples samples(blocks_.choose(charts_, compress::learningBlocks(options_.effort)), blocks_.across());
+    if (auto walked = walk("sample", samples); !walked) return walked;
+    samples_ = std::move(samples);
+    return {};
+}
+
+Result<ActionOutcome> tryLightMap(const ActionContext& context) {
+    const Json& parameters = context.action.parameters;
+    const auto source = openLightMap(context, parameters.at("description"));
+    if (!source) return tl::make_unexpected(source.error());
+    const auto measured = measureLightMap(**source, context);
+    if (!measured) return tl::make_unexpected(measured.error());
+    LightMapPlanner planner(**source, parameters, measured->measure, context);
+    const std::vector<int> bands = trialBands(**source);
+    compress::EncodeOptions options;
+    options.effort = TextureSettings::fromJson(parameters.at("textures")).effort;
+    std::vector<Json> candidates;
+    for (const std::string& layout : lightMapLayoutNames()) {
+        if (layout == "flat") continue;  // it knows no directions
+        const auto plan = planner.plan(layout);
+        if (!plan) return tl::make_unexpected(plan.error());
+        const auto error = tryPlan(**source, *plan, bands, options, shadingFromJson(parameters.at("shading")), context);
+        if (!error) return tl::make_unexpected(error.error());
+        candidates.push_back({{"layout", layout},
+                              {"bytes_gpu", plan->gpuBytes()},
+                              {"bits_per_texel", plan->bitsPerTexel()},
+                              {"diffuse", error->diffuse.relRms},
+                              {"specular", error->specular.relRms}});
+    }
+    std::ranges::stable_sort(candidates, {}, [](const Json& each) { return each.at("bytes_gpu").get<std::uint64_t>(); });
+    ActionOutcome outcome;
+    outcome.result["candidates"] = candidates;
+    outcome.result["share"] = static_cast<double>(bands.size()) / (*source)->bandCount();
+    return outcome;
+}
+
+std::vector<LightMapCandidate> candidatesOf(const ActionRecord& trial) {
+    std::vector<LightMapCandidate> out;
+    for (const Json& each : trial.result.at("candidates")) {
+        // A figure that is not finite is written as null: such a layout serves nobody.
+        const auto figure = [&](const char* name) {
+            return each.at(name).is_number() ? each.at(name).get<double>() : std::numeric_limits<double>::infinity();
+        };
+        out.push_back({each.at("layout").get<std::string>(), each.at("bytes_gpu").get<std::uint64_t>(),
+                       std::max(figure("diffuse"), figure("specular"))});
+    }
+    return out;
+}
+
+std::map<std::string, std::string> smallestWithin(const LightMapCandidates& candidates, double maxError) {
+    std::map<std::string, std::string> layouts;
+    for (const auto& [map, each] : candidates) layouts[map] = smallestOf(each, maxError).layout;
+    return layouts;
+}
+
+std::map<std::string, std::string> bestWithin(const LightMapCandidates& candidates, std::uint64_t bytes) {
+    std::set<double> bounds;
+    for (const auto& [map, each] : candidates)
+        for (const LightMapCandidate& candidate : each) bounds.insert(candidate.error);
+    for (const double bound : bounds) {
+        std::uint64_t used = 0;
+        bool isHeld = true;
+        for (const auto& [map, each] : candidates) {
+            const LightMapCandidate& smallest = smallestOf(each, bound);
+            used += smallest.bytes;
+            isHeld = isHeld && smallest.error <= bound;
+        }
+        if (isHeld && used <= bytes) return smallestWithin(candidates, bound);
+    }
+    std::map<std::string, std::string> layouts;
+    for (const auto& [map, each] : candidates) layouts[map] = std::ranges::min_element(each, {}, &LightMapCandidate::bytes)->layout;
+    return layouts;
+}
+
+}  // namespace pipeline
