@@ -76,8 +76,10 @@ glm::vec4 encodeRgb9e5(const glm::vec4& texel, const EncodeOptions& options, std
             const double mantissa = up ? above : below;
             packed |= static_cast<std::uint32_t>(mantissa) << (9 * c);
             decoded[c] = static_cast<float>(mantissa * unit);
-            error +=
+            const double channelError =
                 static_cast<double>(options.channelWeights[static_cast<std::size_t>(c)]) * squaredError(mantissa * unit, value, options);
+            error += channelError;
+            if (value > kRgb9e5LargestMantissa * unit) cut += channelError;
         }
         if (error < bestError) {
             bestError = error;
