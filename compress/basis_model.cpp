@@ -150,9 +150,8 @@ Normal normalEquations(const Jacobian& j, const BasisTarget& target, const Highe
 }  // namespace
 
 std::size_t BasisModel::tableBytes() const {
-    const std::size_t halves =
-        code.size() * (static_cast<std::size_t>(shape.monomialCount()) * 24 + static_cast<std::size_t>(shape.residualLayers) * 4 * 27);
-    return 2 * halves + clusterOfBlock.size();
+    const std::size_t codeTable = 2 * 24 * static_cast<std::size_t>(shape.monomialCount());
+    return code.size() * (codeTable + static_cast<std::size_t>(shape.residualLayers) * kResidualTableBytes) + clusterOfBlock.size();
 }
 
 const Metric& ShadingMetric::at(const glm::vec3& normal) {

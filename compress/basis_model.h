@@ -46,7 +46,8 @@ struct BasisModel {
     std::size_t clusterAt(int x, int y) const {
         return clusterOfBlock[static_cast<std::size_t>(y / 4) * static_cast<std::size_t>(blocksAcross) + static_cast<std::size_t>(x / 4)];
     }
-    std::size_t tableBytes() const;  ///< as 16-bit floats in GPU memory, the index by blocks included
+    static constexpr std::size_t kResidualTableBytes = 2 * 4 * 27;  ///< of one layer and cluster
+    std::size_t tableBytes() const;                                 ///< as 16-bit floats in GPU memory, the index by blocks included
 };
 
 /// What an error of the nine coefficients costs: mean squares of exit radiance over normals of the hemisphere and of area specular over

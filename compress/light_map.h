@@ -102,9 +102,11 @@ struct LightMapPlan {
     double key = 0;                           ///< of the measure: the encoders' errors are relative above 0.02 key and absolute below
     std::shared_ptr<const BasisModel> basis;  ///< of layouts that learn; constants hold the same
 
-    int blockHeight() const;         ///< [texels] cuts between bands must lie on multiples of it
-    double bitsPerTexel() const;     ///< all textures and layers, tables included
-    std::size_t gpuBytes() const;    ///< the same in bytes
+    int blockHeight() const;       ///< [texels] cuts between bands must lie on multiples of it
+    double bitsPerTexel() const;   ///< all textures and layers, tables included
+    std::size_t gpuBytes() const;  ///< the same in bytes
+    /// The same for a layout that is this one, or this one without the last layers of its residual.
+    std::size_t gpuBytesAs(LightMapLayout shorter) const;
     std::size_t tableBytes() const;  ///< what a learned decode needs beside its textures
 };
 
@@ -113,7 +115,7 @@ LightMapPlan planLightMap(LightMapLayout layout, LightMapTarget target, int widt
 /// layout    one that learns
 /// blocks    of the whole map; charts: blocks.charts()
 /// samples   of blocks.choose(charts, ...), filled from the whole map
-/// clusters  at most so many bases, 1 .. 256; 0: as many as cost an eighth of the textures, at most 64
+/// clusters  at most so many bases, 1 .. 256; 0: as many as cost an eighth of l0 and code, at most 64
 LightMapPlan planLearnedLightMap(LightMapLayout layout, LightMapTarget target, int width, int height, const LightMapMeasure& measure,
                                  const LightMapBlocks& blocks, const std::vector<int>& charts, const LightMapSamples& samples, int clusters,
                                  const EncodeOptions& options);

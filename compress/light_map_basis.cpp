@@ -192,6 +192,15 @@ private:
 
 }  // namespace
 
+std::size_t LightMapPlan::gpuBytesAs(LightMapLayout shorter) const {
+    if (shorter == layout) return gpuBytes();
+    assert(basis && shapeOf(shorter).codeChannels == basis->shape.codeChannels &&
+           shapeOf(shorter).residualLayers <= basis->shape.residualLayers);
+    const int dropped = basis->shape.residualLayers - shapeOf(shorter).residualLayers;
+    return gpuBytes() - static_cast<std::size_t>(dropped) * (formats::bytesPerImage(textures[2].format, width, height) +
+                                                             basis->clusterCount() * BasisModel::kResidualTableBytes);
+}
+
 int learningBlocks(int effort) {
     return 1000 + 500 * effort;
 }
@@ -211,14 +220,15 @@ LightMapPlan planLearnedLightMap(LightMapLayout layout, LightMapTarget target, i
     plan.constants["range"] = {rows::halfRange(measure.maximumAbsolute(0))};
     plan.textures = {{"l0", rows::hdrFormat(target), 1},
                      {"code", rows::ldrFormat(target, shape.codeChannels == 3 ? PixelFormat::Bc1 : PixelFormat::Bc7), 1}};
-    if (shape.residualLayers > 0) plan.textures.push_back({"residual", rows::ldrFormat(target, PixelFormat::Bc7), shape.residualLayers});
     if (clusters == 0) {
+        // Of the first stage alone, so that a layout with a residual begins with just what the one without it has.
         BasisModel one;
-        one.shape = shape;
+        one.shape = {shape.codeChannels, 0};
         one.code.resize(1);
         clusters = static_cast<int>(plan.gpuBytes() / kTableShare / one.tableBytes());
         clusters = std::clamp(clusters, 1, kMostClusters);
     }
+    if (shape.residualLayers > 0) plan.textures.push_back({"residual", rows::ldrFormat(target, PixelFormat::Bc7), shape.residualLayers});
     auto model = std::make_shared<BasisModel>(fitBasis(plan, shape, samples, charts, blocks.across(), clusters, options));
     writeConstants(*model, plan.constants);
     plan.basis = std::move(model);

@@ -491,9 +491,9 @@ Html assetFacts(const Json& asset) {
 
 Html assetSection(const std::filesystem::path& folder, const Json& asset, std::size_t index) {
     const Html title = element("div", {{"class", "title"}}, element("h2", text(words(member(asset, "name")))) + verdictChip(passed(asset)));
-    const Html lists = textureTable(asset) + candidateTable(asset) + notes(asset);
+    const Html lists = textureTable(asset) + notes(asset);
     return element("section", {{"class", "card asset"}, {"id", assetAnchor(index)}},
-                   title + assetFacts(asset) + pictures(folder, asset) + stageTable(asset) +
+                   title + assetFacts(asset) + pictures(folder, asset) + stageTable(asset) + candidateTable(asset) +
                        (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
 }
 
