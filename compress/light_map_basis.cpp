@@ -3,6 +3,7 @@
 #include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <optional>
 
 #include "compress/basis_fit.h"
 #include "compress/basis_model.h"
@@ -123,23 +124,29 @@ private:
         return model_.clusterAt(owner.x, owner.y);
     }
 
-    /// Each texel starts from its left neighbour's code as well as from a seed: a code that goes on where it was is cheap to compress.
+    /// Each texel starts from its left neighbour's code: one that goes on where it was is cheap to compress. Where that serves it worse
+    /// than it served the neighbour, the cluster's seeds are tried too.
     void encodeCode() {
-        constexpr float kWorthLeaving = 0.9f;
+        constexpr float kAsGood = 1.1f, kWorthLeaving = 0.9f;
         Image<glm::vec4> texels(source_.width, source_.height, glm::vec4(0.5f, 0.5f, 0.5f, 1));
-        for (int y = 0; y < source_.height; ++y)
+        for (int y = 0; y < source_.height; ++y) {
+            float leftShare = 0;  // what the left neighbour's code misses, of its light
             for (int x = 0; x < source_.width; ++x) {
                 if (!(source_.coverage.at(x, y) > 0)) continue;
                 const BasisTarget target = targetAt(x, y);
+                const float light = target.weight[0] + target.weight[1] + target.weight[2] + 1e-30f;
                 const std::size_t cluster = clusterAt(x, y);
-                const CodeTable& table = model_.code[cluster];
-                SolvedCode solved = searchCode(model_, cluster, target);
-                if (x > 0 && source_.coverage.at(x - 1, y) > 0 && clusterAt(x - 1, y) == cluster) {
-                    const SolvedCode near = solveCode(table, model_.shape, target, texels.at(x - 1, y));
-                    if (kWorthLeaving * near.error <= solved.error) solved = near;
+                std::optional<SolvedCode> solved;
+                if (x > 0 && source_.coverage.at(x - 1, y) > 0 && clusterAt(x - 1, y) == cluster)
+                    solved = solveCode(model_.code[cluster], model_.shape, target, texels.at(x - 1, y));
+                if (!solved || solved->error > kAsGood * leftShare * light) {
+                    const SolvedCode searched = searchCode(model_, cluster, target);
+                    if (!solved || searched.error < kWorthLeaving * solved->error) solved = searched;
                 }
-                texels.at(x, y) = solved.code;
+                texels.at(x, y) = solved->code;
+                leftShare = solved->error / light;
             }
+        }
         const Image<glm::vec4> decoded = encodeTexels(1, texels, model_.codeWeights, true);
         for (int y = 0; y < source_.height && !model_.residual.empty(); ++y)
             for (int x = 0; x < source_.width; ++x) {
