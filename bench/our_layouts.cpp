@@ -5,6 +5,7 @@
 
 #include <stdexcept>
 
+#include "compress/light_map_blocks.h"
 #include "pipeline/light_map_actions.h"
 #include "pipeline/scene.h"
 #include "pipeline/textures.h"
@@ -39,9 +40,10 @@ T valueOf(formats::Result<T> result) {
 
 struct Seen {
     double bitsPerTexel = 0;
+    int clusters = 0;  ///< learned bases; 0 where nothing is learned
     formats::Image<lighting::ShRgb> sh;
 };
-Seen cook(const Bake& bake, const std::filesystem::path& file, const std::string& layout, const char* target, int effort) {
+Seen cook(const Bake& bake, const std::filesystem::path& file, const std::string& layout, int effort) {
     const TemporaryFolder folder;
     pipeline::TextureSettings settings;
     settings.effort = effort;
@@ -50,7 +52,7 @@ Seen cook(const Bake& bake, const std::filesystem::path& file, const std::string
                                   "lightmap",
                                   {{"description", pipeline::toJson(formats::LightMapDescription{})},
                                    {"layout", layout},
-                                   {"target", target},
+                                   {"target", "bc"},
                                    {"textures", settings.toJson()}},
                                   {{"source", file}},
                                   {}};
@@ -60,7 +62,9 @@ Seen cook(const Bake& bake, const std::filesystem::path& file, const std::string
     const pipeline::Json asset = valueOf(pipeline::cookLightMap(context)).result.at("asset");
     const auto reader = valueOf(pipeline::CookedLightMapReader::open(folder.path(), asset, {}, {}, bake.measure.key()));
 
-    Seen seen{asset.at("bits_per_texel").get<double>(), formats::Image<lighting::ShRgb>(bake.width(), bake.height())};
+    const pipeline::Json& constants = asset.at("constants");
+    const int clusters = constants.contains("clusters") ? constants.at("clusters").at(0).get<int>() : 0;
+    Seen seen{asset.at("bits_per_texel").get<double>(), clusters, formats::Image<lighting::ShRgb>(bake.width(), bake.height())};
     const int bands = (bake.height() + pipeline::kBandRows - 1) / pipeline::kBandRows;
     tbb::parallel_for(0, bands, [&](int band) {
         const int firstRow = band * pipeline::kBandRows, rowCount = std::min(pipeline::kBandRows, bake.height() - firstRow);
@@ -69,6 +73,23 @@ Seen cook(const Bake& bake, const std::filesystem::path& file, const std::string
             for (int x = 0; x < bake.width(); ++x) seen.sh.at(x, firstRow + y) = rows.at(x, y);
     });
     return seen;
+}
+
+/// The layout in halfs and 16-bit numbers, learned anew with the same number of bases.
+compress::LightMapPlan uncodedPlan(const Bake& bake, const std::string& name, int clusters, int effort) {
+    using compress::LightMapTarget;
+    const compress::LightMapLayout layout = *compress::lightMapLayoutFromName(name);
+    const int width = bake.width(), height = bake.height();
+    if (!compress::isLearned(layout)) return compress::planLightMap(layout, LightMapTarget::Float, width, height, bake.measure);
+    compress::LightMapBlocks blocks(width, height);
+    blocks.add(bake.band, 0, height);
+    const std::vector<int> charts = blocks.charts();
+    compress::LightMapSamples samples(blocks.choose(charts, compress::learningBlocks(effort)), blocks.across());
+    samples.add(bake.band, 0, height);
+    compress::EncodeOptions options;
+    options.effort = effort;
+    return compress::planLearnedLightMap(layout, LightMapTarget::Float, width, height, bake.measure, blocks, charts, samples, clusters,
+                                         options);
 }
 
 }  // namespace
@@ -80,8 +101,8 @@ std::vector<std::string> ourLayouts() {
 }
 
 PeerMaps cookLayout(const Bake& bake, const std::filesystem::path& file, const std::string& layout, int effort) {
-    Seen seen = cook(bake, file, layout, "bc", effort);
-    return {seen.bitsPerTexel, cook(bake, file, layout, "float", effort).sh, std::move(seen.sh)};
+    Seen seen = cook(bake, file, layout, effort);
+    return {seen.bitsPerTexel, throughPlan(uncodedPlan(bake, layout, seen.clusters, effort), bake.band, effort), std::move(seen.sh)};
 }
 
 }  // namespace bench

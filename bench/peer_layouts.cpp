@@ -346,30 +346,14 @@ formats::LightMapBand copyOf(const formats::LightMapBand& band) {
 /// The first `count` coefficients through the two DXT5 images each of Halo 3's Luvw form, with its constants but by our encoder of luvw,
 /// which fits the second L to the colours that came out and weighs texels by what is seen; zero after them.
 Image<ShRgb> throughLuvw(const formats::LightMapBand& band, double key, std::size_t count, int effort) {
-    const int width = band.sh.width(), height = band.sh.height();
     compress::LightMapMeasure measure;
     measure.add(band);
     compress::LightMapPlan plan = compress::withHalo3Constants(
-        compress::planLightMap(compress::LightMapLayout::Luvw, compress::LightMapTarget::Bc, width, height, measure));
+        compress::planLightMap(compress::LightMapLayout::Luvw, compress::LightMapTarget::Bc, band.sh.width(), band.sh.height(), measure));
     plan.key = key;
-    compress::EncodeOptions options;
-    options.effort = effort;
-    const auto verifier = verify::LightMapVerifier::create({"luvw", plan.constants, width, height}, {}, {}, key);
-    if (!verifier) throw std::runtime_error(verifier.error().line());
-    Image<ShRgb> out(width, height);
-    forEachStripe(height, [&](int firstRow, int rowCount) {
-        const auto rows = compress::encodeLightMapRows(plan, band, firstRow, rowCount, options);
-        verify::DecodedLightMapRows texels{firstRow, {}};
-        for (const compress::EncodedLightMapTexture& texture : rows.textures) {
-            auto& layers = texels.textures.emplace_back();
-            for (const auto& bytes : texture.layers)
-                verify::decodeRows(PixelFormat::Bc3, bytes, layers.emplace_back(width, rowCount).view());
-        }
-        const Image<ShRgb> seen = verifier->reconstruct(texels, firstRow, rowCount);
-        for (int y = 0; y < rowCount; ++y)
-            for (int x = 0; x < width; ++x) std::copy_n(seen.at(x, y).begin(), count, out.at(x, firstRow + y).begin());
-    });
-    return out;
+    Image<ShRgb> seen = throughPlan(plan, band, effort);
+    for (ShRgb& sh : seen.texels()) std::fill(sh.begin() + static_cast<std::ptrdiff_t>(count), sh.end(), glm::vec3(0));
+    return seen;
 }
 
 PeerMaps halo3Quadratic(const Bake& bake, int effort) {
@@ -389,6 +373,27 @@ PeerMaps halo3Linear(const Bake& bake, int effort) {
 }
 
 }  // namespace
+
+Image<ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::LightMapBand& band, int effort) {
+    compress::EncodeOptions options;
+    options.effort = effort;
+    const verify::CookedLightMap map{std::string(compress::lightMapLayoutName(plan.layout)), plan.constants, plan.width, plan.height};
+    const auto verifier = verify::LightMapVerifier::create(map, {}, {}, plan.key);
+    if (!verifier) throw std::runtime_error(verifier.error().line());
+    Image<ShRgb> out(plan.width, plan.height);
+    forEachStripe(plan.height, [&](int firstRow, int rowCount) {
+        const auto rows = compress::encodeLightMapRows(plan, band, firstRow, rowCount, options);
+        verify::DecodedLightMapRows texels{firstRow, {}};
+        for (std::size_t t = 0; t < rows.textures.size(); ++t) {
+            auto& layers = texels.textures.emplace_back();
+            for (const auto& bytes : rows.textures[t].layers)
+                verify::decodeRows(plan.textures[t].format, bytes, layers.emplace_back(plan.width, rowCount).view());
+        }
+        const Image<ShRgb> seen = verifier->reconstruct(texels, firstRow, rowCount);
+        std::ranges::copy(seen.texels(), out.view().row(firstRow));
+    });
+    return out;
+}
 
 glm::vec3 dominantIntensity(const ShRgb& sh) {
     const glm::vec3 direction = dominantDirection(sh);

@@ -43,6 +43,10 @@ struct PeerLayout {
 /// From few bits to many; the last ones are references without blocks.
 const std::vector<PeerLayout>& peerLayouts();
 
+/// A map through the blocks that a plan of ours gives and back by the verifier's decoders. Throws std::runtime_error where the verifier
+/// refuses the plan.
+formats::Image<lighting::ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::LightMapBand& band, int effort);
+
 /// Halo 3 as shipped: bands 0 and 1 as stored, band 2 that of one light in the direction of band 1.
 lighting::ShRgb withDominantLight(const lighting::ShRgb& linear, const glm::vec3& intensity);
 /// The intensity that it stores: the least-squares fit to all nine coefficients, never negative.
