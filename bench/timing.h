@@ -11,7 +11,7 @@ namespace bench {
 struct Timing {
     double mpixPerCpuSecond = 0;  ///< one thread; processor time, so that other work on the machine does not count
     double mpixPerSecond2 = 0;    ///< two threads, wall clock: only of worth on a quiet machine
-    double share = 1;             ///< of the picture's blocks that were encoded: evenly spread ones where the whole took too long
+    double share = 1;             ///< of the picture's blocks that the figures are of: evenly spread ones where the whole took too long
     Figures figures;              ///< over the same share
     double wholeDb = 0;           ///< figures.psnrDb, or what it would be over the whole picture: see Control
 };
