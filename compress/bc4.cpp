@@ -82,7 +82,7 @@ bool improve(const Channel& channel, int low, int high, bool sixSteps, Candidate
     if (low < 0 || high > 255 || low > high || (!sixSteps && low == high)) return false;
     const float error = errorOf(channel, low, high, sixSteps);
     if (!(error < best.error)) return false;
-    best = {low, high, sixSteps, error};
+    best = {.low = low, .high = high, .sixSteps = sixSteps, .error = error};
     return true;
 }
 
@@ -115,6 +115,14 @@ Candidate fitConstant(const Channel& channel, float value) {
         improve(channel, low, low + 1, sixSteps, best);
     }
     return best;
+}
+
+/// Bytes of a block whose indices are known.
+void packKnown(const Candidate& fitted, std::byte* out) {
+    const auto first = static_cast<std::uint64_t>(fitted.sixSteps ? fitted.low : fitted.high);
+    const auto second = static_cast<std::uint64_t>(fitted.sixSteps ? fitted.high : fitted.low);
+    const std::uint64_t bits = first | second << 8 | fitted.indices << 16;
+    for (int i = 0; i < 8; ++i) out[i] = static_cast<std::byte>(bits >> (8 * i));
 }
 
 void pack(const Channel& channel, const Candidate& fitted, std::byte* out) {
@@ -160,16 +168,16 @@ float constantOf(const Channel& channel) {
 }  // namespace
 
 const Bc4Search& bc4SearchOf(int effort) {
-    static constexpr std::array<Bc4Search, 10> kSearches = {{{1, 0, 0, 0, false, false},
-                                                             {1, 1, 0, 0, false, false},
-                                                             {1, 2, 0, 0, true, false},
-                                                             {1, 2, 1, 1, true, false},
-                                                             {1, 2, 3, 1, true, false},
-                                                             {2, 2, 4, 1, true, false},
-                                                             {4, 2, 4, 1, true, false},
-                                                             {8, 2, 6, 1, true, false},
-                                                             {16, 2, 6, 2, true, false},
-                                                             {16, 2, 6, 2, true, true}}};
+    static constexpr std::array<Bc4Search, 10> kSearches = {{{1, 1, 1, 0, 0, false, false},
+                                                             {2, 2, 1, 0, 0, true, false},
+                                                             {4, 4, 1, 1, 1, true, false},
+                                                             {8, 4, 1, 2, 1, true, false},
+                                                             {12, 4, 1, 3, 1, true, false},
+                                                             {16, 4, 1, 3, 1, true, false},
+                                                             {16, 4, 2, 3, 2, true, false},
+                                                             {24, 4, 2, 6, 2, true, false},
+                                                             {24, 1, 2, 6, 2, true, false},
+                                                             {24, 1, 2, 6, 2, true, true}}};
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
 
@@ -185,11 +193,15 @@ void encodeBc4Channel(std::span<const Block> blocks, std::size_t channelIndex, i
     run(varied, effort);
     run(insignificant, 0);
     for (std::size_t i = 0; i < blocks.size(); ++i) {
+        const bool search = bc4SearchOf(effort).exhaustive && !blocks[i].insignificant && results[i].error > 0;
+        if (!results[i].isConstant && !search) {
+            packKnown(results[i], out + i * stride);
+            continue;
+        }
         const Channel channel = channelOf(blocks[i], channelIndex);
-        const float constant = constantOf(channel);
-        if (constant >= 0)
-            results[i] = fitConstant(channel, constant);
-        else if (bc4SearchOf(effort).exhaustive && !blocks[i].insignificant && results[i].error > 0)
+        if (results[i].isConstant)
+            results[i] = fitConstant(channel, constantOf(channel));
+        else
             searchAll(channel, results[i]);
         pack(channel, results[i], out + i * stride);
     }

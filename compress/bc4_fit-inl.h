@@ -8,6 +8,8 @@
 #endif
 
 #include <hwy/highway.h>
+#include <algorithm>
+#include <cstdint>
 
 #include "compress/bc4_search.h"
 #include "compress/block.h"
@@ -32,8 +34,8 @@ public:
         fit<false>(eight);
         if (search_.sixSteps) fit<true>(six);
         const M sixIsBetter = six.error < eight.error;
-        store(hn::IfThenElse(sixIsBetter, six.low, eight.low), hn::IfThenElse(sixIsBetter, six.high, eight.high),
-              hn::IfThenElseZero(sixIsBetter, set(1.0f)), hn::Min(six.error, eight.error), found);
+        const Candidate best = choose(sixIsBetter, six, eight);
+        store(best, sixIsBetter, found);
     }
 
 private:
@@ -43,17 +45,23 @@ private:
     static HWY_INLINE F set(float value) { return hn::Set(D(), value); }
     static HWY_INLINE F clamp(F value, F low, F high) { return hn::Min(hn::Max(value, low), high); }
     static Candidate nothing() { return {set(1e30f), set(0.0f), set(255.0f)}; }
+    static HWY_INLINE Candidate choose(M first, const Candidate& a, const Candidate& b) {
+        return {hn::IfThenElse(first, a.error, b.error), hn::IfThenElse(first, a.low, b.low), hn::IfThenElse(first, a.high, b.high)};
+    }
 
     void load(const Block* const* blocks, std::size_t channel) {
         const D d;
         HWY_ALIGN float buffer[hn::MaxLanes(D())];
         lowest_ = innerLowest_ = set(255.0f);
         highest_ = innerHighest_ = set(0.0f);
+        total_ = set(1e-30f);
         for (std::size_t t = 0; t < kTexelCount; ++t) {
             for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) buffer[lane] = blocks[lane]->channel[channel][t];
             value_[t] = hn::Load(d, buffer) * set(255.0f);
             for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) buffer[lane] = blocks[lane]->significance[t];
             weight_[t] = hn::Load(d, buffer);
+            total_ = total_ + weight_[t];
+            nearEnd_[t] = hn::Min(value_[t], set(255.0f) - value_[t]);
             const M counts = weight_[t] > set(0.0f);
             lowest_ = hn::IfThenElse(counts, hn::Min(lowest_, value_[t]), lowest_);
             highest_ = hn::IfThenElse(counts, hn::Max(highest_, value_[t]), highest_);
@@ -68,70 +76,75 @@ private:
         return kSix ? 5.0f : 7.0f;
     }
 
-    /// Nearest step of each texel between the ends, and its distance.
+    /// Nearest step of a texel between the ends, and its distance. Fused where that saves an operation.
     template <bool kSix>
-    HWY_INLINE F place(F low, F range, F scale, std::size_t t, F& miss) const {
-        const F step = hn::Round(clamp((value_[t] - low) * scale, set(0.0f), set(steps<kSix>())));
-        miss = low + step * range * set(1.0f / steps<kSix>()) - value_[t];
+    HWY_INLINE F place(F low, F unit, F scale, std::size_t t, F& miss) const {
+        const F above = value_[t] - low;
+        const F step = hn::Round(clamp(above * scale, set(0.0f), set(steps<kSix>())));
+        miss = hn::NegMulAdd(step, unit, above);
         return step;
     }
 
     template <bool kSix>
-    F errorOf(F low, F high) const {
-        const F range = high - low, scale = set(steps<kSix>()) / hn::Max(range, set(0.5f));
+    HWY_INLINE F errorOf(F low, F high) const {
+        const F range = high - low, scale = set(steps<kSix>()) / hn::Max(range, set(0.5f)), unit = range * set(1.0f / steps<kSix>());
         F error = set(0.0f);
         for (std::size_t t = 0; t < kTexelCount; ++t) {
             F miss;
-            place<kSix>(low, range, scale, t, miss);
-            miss = hn::Abs(miss);
-            if constexpr (kSix) miss = hn::Min(miss, hn::Min(value_[t], set(255.0f) - value_[t]));
-            error = error + weight_[t] * miss * miss;
+            place<kSix>(low, unit, scale, t, miss);
+            if constexpr (kSix) miss = hn::Min(hn::Abs(miss), nearEnd_[t]);
+            error = hn::MulAdd(weight_[t] * miss, miss, error);
         }
         return error;
     }
 
     /// Takes the ends where they are better. Eight steps need two different ends, or the bytes would mean the other layout.
     template <bool kSix>
-    M improve(F low, F high, Candidate& best) const {
-        const F error = errorOf<kSix>(low, high);
-        M better = error < best.error;
+    HWY_INLINE M take(F low, F high, F error, Candidate& best) const {
         const M possible = hn::And(hn::And(low >= set(0.0f), high <= set(255.0f)), kSix ? low <= high : low < high);
-        better = hn::And(better, possible);
-        best.error = hn::IfThenElse(better, error, best.error);
-        best.low = hn::IfThenElse(better, low, best.low);
-        best.high = hn::IfThenElse(better, high, best.high);
+        const M better = hn::And(error < best.error, possible);
+        best = choose(better, {error, low, high}, best);
         return better;
     }
 
-    /// Least-squares ends for the steps that texels have now; texels that 0 or 1 serve better are left out.
     template <bool kSix>
-    void refit(F& low, F& high) const {
-        const F range = high - low, scale = set(steps<kSix>()) / hn::Max(range, set(0.5f));
-        F total = set(1e-30f), meanK = set(0.0f), meanV = set(0.0f), kk = set(0.0f), kv = set(0.0f);
-        F weight[kTexelCount], position[kTexelCount];
-        for (std::size_t t = 0; t < kTexelCount; ++t) {
-            F miss;
-            position[t] = place<kSix>(low, range, scale, t, miss) * set(1.0f / steps<kSix>());
-            weight[t] = weight_[t];
-            if constexpr (kSix) weight[t] = hn::IfThenElseZero(hn::Abs(miss) <= hn::Min(value_[t], set(255.0f) - value_[t]), weight[t]);
-            total = total + weight[t];
-            meanK = meanK + weight[t] * position[t];
-            meanV = meanV + weight[t] * value_[t];
-        }
-        const F share = set(1.0f) / total;
-        meanK = meanK * share;
-        meanV = meanV * share;
-        for (std::size_t t = 0; t < kTexelCount; ++t) {
-            const F k = position[t] - meanK;
-            kk = kk + weight[t] * k * k;
-            kv = kv + weight[t] * k * (value_[t] - meanV);
-        }
-        const M solvable = kk > total * set(1e-6f);
-        const F slope = kv / hn::Max(kk, set(1e-35f));
-        low = hn::IfThenElse(solvable, hn::Round(clamp(meanV - slope * meanK, set(0.0f), set(255.0f))), low);
-        high = hn::IfThenElse(solvable, hn::Round(clamp(meanV + slope * (set(1.0f) - meanK), set(0.0f), set(255.0f))), high);
+    HWY_INLINE M improve(F low, F high, Candidate& best) const {
+        return take<kSix>(low, high, errorOf<kSix>(low, high), best);
     }
 
+    /// Takes the ends where they are better, and moves them to the least-squares ends for the steps that texels have at them;
+    /// texels that 0 or 1 serve better are left out.
+    template <bool kSix>
+    HWY_INLINE void improveAndRefit(F& low, F& high, Candidate& best) const {
+        const F range = high - low, scale = set(steps<kSix>()) / hn::Max(range, set(0.5f)), unit = range * set(1.0f / steps<kSix>());
+        F error = set(0.0f), total = kSix ? set(1e-30f) : total_;
+        F sumK = set(0.0f), sumV = set(0.0f), sumKk = set(0.0f), sumKv = set(0.0f);
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            F miss, weight = weight_[t];
+            const F k = place<kSix>(low, unit, scale, t, miss), v = value_[t] - low;
+            if constexpr (kSix) {
+                miss = hn::Abs(miss);
+                weight = hn::IfThenElseZero(miss <= nearEnd_[t], weight);
+                total = total + weight;
+                miss = hn::Min(miss, nearEnd_[t]);
+            }
+            error = hn::MulAdd(weight_[t] * miss, miss, error);
+            const F weighted = weight * k;
+            sumK = sumK + weighted;
+            sumV = hn::MulAdd(weight, v, sumV);
+            sumKk = hn::MulAdd(weighted, k, sumKk);
+            sumKv = hn::MulAdd(weighted, v, sumKv);
+        }
+        take<kSix>(low, high, error, best);
+        const F share = set(1.0f) / total, meanK = sumK * share, meanV = sumV * share;
+        const F kk = hn::NegMulAdd(meanK, sumK, sumKk), kv = hn::NegMulAdd(meanK, sumV, sumKv);
+        const M solvable = kk > total * set(1e-4f);
+        const F slope = kv / hn::Max(kk, set(1e-35f)), base = hn::NegMulAdd(slope, meanK, low + meanV);
+        low = hn::IfThenElse(solvable, hn::Round(clamp(base, set(0.0f), set(255.0f))), low);
+        high = hn::IfThenElse(solvable, hn::Round(clamp(hn::MulAdd(slope, set(steps<kSix>()), base), set(0.0f), set(255.0f))), high);
+    }
+
+    /// Texels that scatter have many local optima, by how the steps fall on them: from each group of starts the best goes on.
     template <bool kSix>
     void fit(Candidate& best) const {
         F from = lowest_, to = highest_;
@@ -141,23 +154,19 @@ private:
             to = hn::IfThenElse(some, innerHighest_, to);
         }
         const F range = to - from;
-        for (int start = 0; start < search_.starts; ++start) {
-            // Ends drawn in, one more than the other: where texels scatter, the best line leaves the outermost outside.
-            const F in = set(kBc4Starts[static_cast<std::size_t>(start)][0]), out = set(kBc4Starts[static_cast<std::size_t>(start)][1]);
-            F low = hn::Min(hn::Round(from + range * in), set(254.0f));
-            F high = hn::Max(hn::Round(to - range * out), low + set(1.0f));
+        for (int start = 0; start < search_.starts;) {
             Candidate candidate = nothing();
-            improve<kSix>(low, high, candidate);
-            for (int i = 0; i < search_.refits; ++i) {
-                refit<kSix>(low, high);
+            const int end = std::min(start + search_.startsPerDescent, search_.starts);
+            for (; start < end; ++start) {
+                const F in = set(kBc4Starts[static_cast<std::size_t>(start)][0]), out = set(kBc4Starts[static_cast<std::size_t>(start)][1]);
+                F low = hn::Max(hn::Min(hn::Round(hn::MulAdd(range, in, from)), set(254.0f)), set(0.0f));
+                F high = hn::Min(hn::Max(hn::Round(hn::NegMulAdd(range, out, to)), low + set(1.0f)), set(255.0f));
+                for (int i = 0; i < search_.refits; ++i) improveAndRefit<kSix>(low, high, candidate);
                 improve<kSix>(low, high, candidate);
             }
             for (int pass = 0; pass < search_.passes; ++pass)
                 if (!descend<kSix>(candidate)) break;
-            const M better = candidate.error < best.error;
-            best.error = hn::IfThenElse(better, candidate.error, best.error);
-            best.low = hn::IfThenElse(better, candidate.low, best.low);
-            best.high = hn::IfThenElse(better, candidate.high, best.high);
+            best = choose(candidate.error < best.error, candidate, best);
         }
     }
 
@@ -174,19 +183,48 @@ private:
         return improved;
     }
 
-    void store(F low, F high, F six, F error, Bc4Result* found) const {
+    /// Indices of half a block, three bits each. Places rise from low to high; the order of the ends tells the layout: falling for eight.
+    hn::Vec<DI> indicesOf(const Candidate& best, M six, std::size_t first) const {
+        const DI di;
+        const F steps = hn::IfThenElse(six, set(5.0f), set(7.0f)), range = best.high - best.low;
+        const F scale = steps / hn::Max(range, set(0.5f)), unit = range / steps;
+        auto bits = hn::Zero(di);
+        for (std::size_t t = first + kTexelCount / 2; t-- > first;) {
+            const F above = value_[t] - best.low;
+            const F step = hn::Round(clamp(above * scale, set(0.0f), steps));
+            const F miss = hn::Abs(hn::NegMulAdd(step, unit, above)), fromOne = set(255.0f) - value_[t];
+            const F fromFirst = hn::IfThenElse(six, step, steps - step);
+            F index =
+                hn::IfThenElse(fromFirst == set(0.0f), fromFirst, hn::IfThenElse(fromFirst == steps, set(1.0f), fromFirst + set(1.0f)));
+            index = hn::IfThenElse(hn::And(six, value_[t] < miss), set(6.0f), index);
+            index = hn::IfThenElse(hn::And(six, hn::And(fromOne < miss, fromOne < value_[t])), set(7.0f), index);
+            bits = hn::Or(hn::ShiftLeft<3>(bits), hn::ConvertTo(di, index));
+        }
+        return bits;
+    }
+
+    void store(const Candidate& best, M six, Bc4Result* found) const {
         const D d;
-        HWY_ALIGN float buffer[4][hn::MaxLanes(D())];
-        hn::Store(low, d, buffer[0]);
-        hn::Store(high, d, buffer[1]);
-        hn::Store(six, d, buffer[2]);
-        hn::Store(error, d, buffer[3]);
-        for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane)
-            found[lane] = {static_cast<int>(buffer[0][lane]), static_cast<int>(buffer[1][lane]), buffer[2][lane] != 0, buffer[3][lane]};
+        const DI di;
+        HWY_ALIGN float error[hn::MaxLanes(D())];
+        HWY_ALIGN std::int32_t words[6][hn::MaxLanes(D())];
+        hn::Store(best.error, d, error);
+        hn::Store(hn::ConvertTo(di, best.low), di, words[0]);
+        hn::Store(hn::ConvertTo(di, best.high), di, words[1]);
+        hn::Store(hn::ConvertTo(di, hn::IfThenElseZero(six, set(1.0f))), di, words[2]);
+        hn::Store(hn::ConvertTo(di, hn::IfThenElseZero(lowest_ >= highest_, set(1.0f))), di, words[3]);
+        hn::Store(indicesOf(best, six, 0), di, words[4]);
+        hn::Store(indicesOf(best, six, kTexelCount / 2), di, words[5]);
+        for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
+            const auto half = [&](std::size_t which) { return static_cast<std::uint64_t>(words[which][lane]); };
+            found[lane] = {words[0][lane], words[1][lane], words[2][lane] != 0, error[lane], half(4) | half(5) << 24, words[3][lane] != 0};
+        }
     }
 
     const Bc4Search& search_;
     F value_[kTexelCount], weight_[kTexelCount];
+    F nearEnd_[kTexelCount];        ///< distance to the nearer of 0 and 1
+    F total_;                       ///< weight
     F lowest_, highest_;            ///< of the texels that count
     F innerLowest_, innerHighest_;  ///< of those that 0, or 1, does not already serve
 };

@@ -64,8 +64,24 @@ TEST(Bc4, HighestEffortEqualsExhaustiveSearch) {
         sumBest += best;
         sumDefault += std::pow(rmsError(encode(PixelFormat::Bc4, image, effort(5)).decoded, image, 1) * 255, 2) * 16;
     }
-    // Measured 0.31 dB at the default effort, of blocks that are mostly noise; 0.09 dB on the red of a light map.
-    EXPECT_LE(10 * std::log10(sumDefault / sumBest), 0.35);
+    // Mostly noise, where it is hardest.
+    EXPECT_LE(10 * std::log10(sumDefault / sumBest), 0.05);
+}
+
+/// Scattered, sloping and clipped blocks together.
+TEST(Bc4, EveryEffortIsBetterThanTheOneBefore) {
+    Random random(24);
+    std::vector<std::array<double, 16>> blocks(512);
+    for (auto& codes : blocks) codes = randomCodes(random);
+    const auto image = imageOf(4 * 512, 4, [&](int x, int y) {
+        return glm::vec4(blocks[static_cast<std::size_t>(x / 4)][static_cast<std::size_t>(y * 4 + x % 4)] / 255, 0, 0, 1);
+    });
+    double before = 1e9;
+    for (int level = 0; level <= 9; ++level) {
+        const double error = rmsError(encode(PixelFormat::Bc4, image, effort(level)).decoded, image, 1);
+        EXPECT_LT(error, before) << "effort " << level;
+        before = error;
+    }
 }
 
 TEST(Bc4, OneValueErrsByAtMostAFourteenthOfACode) {
