@@ -1,6 +1,7 @@
 // BC6H: the kernel for each instruction set, and the packing of what it finds.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include "compress/highway_targets.h"
@@ -9,6 +10,7 @@
 #define HWY_TARGET_INCLUDE "compress/bc6h.cpp"
 #include <hwy/foreach_target.h>
 // After foreach_target, so that each target gets its own.
+#include "compress/bc6h_fast-inl.h"
 #include "compress/bc6h_fit-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -37,6 +39,66 @@ void fitSigned(std::span<const Block* const> blocks, const Bc6hSearch& search, c
     fitBlocks<true>(blocks, search, options, found);
 }
 
+/// As many blocks as there are lanes, those beyond the edge of the image repeating it and weighing nothing.
+template <std::size_t kLanes>
+struct Bc6hEdge {
+    HWY_ALIGN float texels[4][16 * kLanes];
+    HWY_ALIGN float weights[4][4 * kLanes];
+    Bc6hEdge(const Bc6hRows& rows, int left, int top) {
+        for (int y = 0; y < 4; ++y)
+            for (int x = 0; x < 4 * static_cast<int>(kLanes); ++x) {
+                const bool inside = left + x < rows.width && top + y < rows.height;
+                const int fromX = std::min(left + x, rows.width - 1), fromY = std::min(top + y, rows.height - 1);
+                const float* from = rows.texels + fromY * rows.rowStride + 4 * fromX;
+                std::copy_n(from, 4, texels[y] + 4 * x);
+                const float weight = rows.significance ? rows.significance[fromY * rows.significanceStride + fromX] : 1.0f;
+                weights[y][x] = inside ? weight : 0.0f;
+            }
+    }
+};
+
+template <bool kSigned>
+bool fitRows(const Bc6hRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
+    using D = hn::ScalableTag<float>;
+    constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
+    Bc6hFast<D, kSigned> fit(options);
+    HWY_ALIGN std::uint32_t words[4 * kLanes];
+    HWY_ALIGN float errorLeft[kLanes];
+    bool clamped = false;
+    const int across = (rows.width + 3) / 4;
+    for (int top = 0; top < rows.height; top += 4)
+        for (int block = 0; block < across; block += kLanes) {
+            const int left = 4 * block;
+            std::array<const float*, 4> texels, weights;
+            if (top + 4 <= rows.height && left + 4 * kLanes <= rows.width) {
+                for (int y = 0; y < 4; ++y) {
+                    texels[static_cast<std::size_t>(y)] = rows.texels + (top + y) * rows.rowStride + 4 * left;
+                    weights[static_cast<std::size_t>(y)] =
+                        rows.significance ? rows.significance + (top + y) * rows.significanceStride + left : nullptr;
+                }
+                clamped |= fit.run(texels, rows.significance ? &weights : nullptr, words, errors ? errorLeft : nullptr);
+            } else {
+                const Bc6hEdge<kLanes> edge(rows, left, top);
+                for (std::size_t y = 0; y < 4; ++y) {
+                    texels[y] = edge.texels[y];
+                    weights[y] = edge.weights[y];
+                }
+                clamped |= fit.run(texels, &weights, words, errors ? errorLeft : nullptr);
+            }
+            const auto count = static_cast<std::size_t>(std::min(kLanes, across - block));
+            std::memcpy(out, words, 16 * count);
+            out += 16 * count;
+            if (errors) errors = std::copy_n(errorLeft, count, errors);
+        }
+    return clamped;
+}
+bool fitRowsUnsigned(const Bc6hRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
+    return fitRows<false>(rows, options, out, errors);
+}
+bool fitRowsSigned(const Bc6hRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
+    return fitRows<true>(rows, options, out, errors);
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace compress
 HWY_AFTER_NAMESPACE();
@@ -48,6 +110,8 @@ namespace {
 
 HWY_EXPORT(fitUnsigned);
 HWY_EXPORT(fitSigned);
+HWY_EXPORT(fitRowsUnsigned);
+HWY_EXPORT(fitRowsSigned);
 
 void pack(const Bc6hResult& found, std::byte* out) {
     const Bc6hMode& mode = kBc6hModes[static_cast<std::size_t>(found.mode)];
@@ -87,18 +151,23 @@ Bc6hResult singleColour(const Block& block, std::size_t texel, bool isSigned) {
 
 const Bc6hSearch& bc6hSearchOf(int effort) {
     static constexpr std::array<Bc6hSearch, 10> kSearches = {{
-        {0, 0, 0, 0, false, 0, 0, 1.0f / 16},
-        {0, 0, 1, 0, false, 0, 0, 1.0f / 16},
-        {1, 0, 1, 0, false, 0, 0, 1.0f / 16},
-        {2, 0, 2, 0, false, 0, 0, 1.0f / 16},
-        {3, 0, 2, 0, false, 0, 1, 1.0f / 16},
-        {4, 0, 2, 1, false, 0, 1, 1.0f / 16},
-        {4, 0, 2, 1, false, 2, 2, 1.0f / 16},
-        {4, 0, 2, 2, true, 3, 3, 1.0f / 16},
-        {6, 0, 2, 4, true, 6, 6, 1.0f / 16},
-        {32, 0, 4, 16, true, 32, 32, 1.0f / 16},
+        {0, 0, 0, 0, 0, false, 0, 0, 1.0f / 16},
+        {24, 1, 0, 1, 0, false, 0, 0, 1.0f / 16},
+        {6, 3, 0, 2, 0, false, 0, 1, 1.0f / 16},
+        {1, 2, 0, 2, 0, false, 0, 0, 1.0f / 16},
+        {1, 3, 0, 2, 0, false, 0, 1, 1.0f / 16},
+        {1, 4, 0, 2, 1, false, 0, 1, 1.0f / 16},
+        {1, 4, 0, 2, 1, false, 2, 2, 1.0f / 16},
+        {1, 4, 0, 2, 2, true, 3, 3, 1.0f / 16},
+        {1, 6, 0, 2, 4, true, 6, 6, 1.0f / 16},
+        {1, 32, 0, 4, 16, true, 32, 32, 1.0f / 16},
     }};
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
+}
+
+bool encodeBc6hRows(const Bc6hRows& rows, bool isSigned, const EncodeOptions& options, std::byte* out, float* errors) {
+    if (isSigned) return HWY_DYNAMIC_DISPATCH(fitRowsSigned)(rows, options, out, errors);
+    return HWY_DYNAMIC_DISPATCH(fitRowsUnsigned)(rows, options, out, errors);
 }
 
 void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out) {

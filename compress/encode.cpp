@@ -4,9 +4,12 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <iterator>
+#include <numeric>
 #include <vector>
 
 #include "compress/astc.h"
+#include "compress/bc6h_search.h"
 #include "compress/block.h"
 #include "compress/decode.h"
 #include "compress/packed_texels.h"
@@ -147,6 +150,22 @@ void decodeOne(PixelFormat format, const std::byte* block, DecodedBlock& out) {
     }
 }
 
+void place(const DecodedBlock& block, int left, int top, ImageView<glm::vec4> out) {
+    for (int t = 0; t < kTexelCount; ++t)
+        if (left + t % kBlockSide < out.width && top + t / kBlockSide < out.height)
+            out.at(left + t % kBlockSide, top + t / kBlockSide) = block[static_cast<std::size_t>(t)];
+}
+
+void decodeRows(PixelFormat format, std::span<const std::byte> blocks, ImageView<glm::vec4> out) {
+    const std::byte* next = blocks.data();
+    DecodedBlock block;
+    for (int top = 0; top < out.height; top += kBlockSide)
+        for (int left = 0; left < out.width; left += kBlockSide, next += formats::info(format).bytesPerBlock) {
+            decodeOne(format, next, block);
+            place(block, left, top, out);
+        }
+}
+
 EncodeReport encodeBcRows(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
                           const EncodeOptions& options, std::span<std::byte> out, ImageView<glm::vec4> decoded) {
     const int across = formats::blocksAcross(format, texels.width), down = formats::blocksDown(format, texels.height);
@@ -164,12 +183,56 @@ EncodeReport encodeBcRows(PixelFormat format, ImageView<const glm::vec4> texels,
         if (!decoded.texels) continue;
         for (int i = 0; i < count; ++i) {
             decodeOne(format, target + static_cast<std::size_t>(i) * bytesPerBlock, block);
-            const int left = (first + i) % across * kBlockSide, top = (first + i) / across * kBlockSide;
-            for (int t = 0; t < kTexelCount; ++t)
-                if (left + t % kBlockSide < texels.width && top + t / kBlockSide < texels.height)
-                    decoded.at(left + t % kBlockSide, top + t / kBlockSide) = block[static_cast<std::size_t>(t)];
+            place(block, (first + i) % across * kBlockSide, (first + i) / across * kBlockSide, decoded);
         }
     }
+    return clamp.report();
+}
+
+/// Of each row of blocks those that are left with the largest errors; the first of equals. A row is never cut, so bands change nothing.
+std::vector<int> worstOfRows(std::span<const float> errors, int across, int perRow) {
+    std::vector<int> worst, row(static_cast<std::size_t>(across));
+    for (int first = 0; first < static_cast<int>(errors.size()); first += across) {
+        std::iota(row.begin(), row.end(), first);
+        std::nth_element(row.begin(), row.begin() + perRow, row.end(), [&](int a, int b) {
+            const float left = errors[static_cast<std::size_t>(a)], right = errors[static_cast<std::size_t>(b)];
+            return left != right ? left > right : a < b;
+        });
+        std::copy_if(row.begin(), row.begin() + perRow, std::back_inserter(worst),
+                     [&](int block) { return errors[static_cast<std::size_t>(block)] > 0; });
+    }
+    return worst;
+}
+
+/// Encodes these blocks anew, each with the care that options ask of a single one.
+void encodeAnew(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance, const EncodeOptions& options,
+                std::span<const int> which, std::span<std::byte> out) {
+    const int across = formats::blocksAcross(format, texels.width);
+    const auto bytesPerBlock = static_cast<std::size_t>(formats::info(format).bytesPerBlock);
+    RangeClamp clamp(format);
+    std::vector<Block> batch(kBatch);
+    std::array<std::byte, 16 * kBatch> bytes;
+    for (; !which.empty(); which = which.subspan(std::min<std::size_t>(kBatch, which.size()))) {
+        const std::size_t count = std::min<std::size_t>(kBatch, which.size());
+        for (std::size_t i = 0; i < count; ++i) gather(texels, significance, which[i] % across, which[i] / across, clamp, batch[i]);
+        encodeBlocks(format, {batch.data(), count}, options, bytes.data());
+        for (std::size_t i = 0; i < count; ++i)
+            std::copy_n(bytes.data() + bytesPerBlock * i, bytesPerBlock, out.data() + bytesPerBlock * static_cast<std::size_t>(which[i]));
+    }
+}
+
+/// BC6H at low effort: a kernel that reads rows and no blocks, and the slower one for the few blocks that need it most.
+EncodeReport encodeBc6hFast(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
+                            const EncodeOptions& options, std::span<std::byte> out, ImageView<glm::vec4> decoded) {
+    const Bc6hRows rows{&texels.texels->x, 4 * texels.rowStride, significance.texels, significance.rowStride, texels.width, texels.height};
+    const int across = formats::blocksAcross(format, texels.width), share = bc6hSearchOf(options.effort).shareOfRow;
+    std::vector<float> errors(share > 0 ? out.size() / 16 : 0);
+    RangeClamp clamp(format);
+    if (encodeBc6hRows(rows, format == PixelFormat::Bc6hSf16, options, out.data(), share > 0 ? errors.data() : nullptr))
+        for (int y = 0; y < texels.height; ++y)
+            for (int x = 0; x < texels.width; ++x) clamp(texels.at(x, y), !significance.texels || significance.at(x, y) > 0);
+    if (share > 0) encodeAnew(format, texels, significance, options, worstOfRows(errors, across, (across + share - 1) / share), out);
+    if (decoded.texels) decodeRows(format, out, decoded);
     return clamp.report();
 }
 
@@ -226,9 +289,11 @@ EncodeReport encodeRows(PixelFormat format, ImageView<const glm::vec4> texels, I
         case PixelFormat::Bc3:
         case PixelFormat::Bc4:
         case PixelFormat::Bc5:
+        case PixelFormat::Bc7:
+            return encodeBcRows(format, texels, significance, options, out, decoded);
         case PixelFormat::Bc6hUf16:
         case PixelFormat::Bc6hSf16:
-        case PixelFormat::Bc7:
+            if (bc6hSearchOf(options.effort).shareOfRow != 1) return encodeBc6hFast(format, texels, significance, options, out, decoded);
             return encodeBcRows(format, texels, significance, options, out, decoded);
         case PixelFormat::Astc4x4Hdr:
         case PixelFormat::Astc6x6Hdr:
