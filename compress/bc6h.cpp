@@ -152,7 +152,7 @@ Bc6hResult singleColour(const Block& block, std::size_t texel, bool isSigned) {
 const Bc6hSearch& bc6hSearchOf(int effort) {
     static constexpr std::array<Bc6hSearch, 10> kSearches = {{
         {0, 0, 0, 0, 0, false, 0, 0, 1.0f / 16},
-        {24, 1, 0, 1, 0, false, 0, 0, 1.0f / 16},
+        {32, 1, 0, 1, 0, false, 0, 0, 1.0f / 16},
         {6, 3, 0, 2, 0, false, 0, 1, 1.0f / 16},
         {1, 2, 0, 2, 0, false, 0, 0, 1.0f / 16},
         {1, 3, 0, 2, 0, false, 0, 1, 1.0f / 16},

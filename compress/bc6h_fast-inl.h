@@ -11,6 +11,7 @@
 
 #include "compress/bc6h_values-inl.h"
 #include "compress/block.h"
+#include "compress/principal_axis-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace compress {
@@ -61,13 +62,6 @@ private:
     static HWY_INLINE F select(M mask, F yes, F no) { return hn::IfThenElse(mask, yes, no); }
     static HWY_INLINE I bitsOf(F value) { return hn::BitCast(DI(), value); }
     static HWY_INLINE F floatOf(I bits) { return hn::BitCast(D(), bits); }
-    /// 1 / x to a thousandth, for x of a plain float's range: a line through the bits, and one step of Newton's.
-    static HWY_INLINE F roughInverse(F x) {
-        const F guess = floatOf(hn::Set(DI(), 0x7EF311C7) - bitsOf(x));
-        const F better = guess * hn::NegMulAdd(x, guess, set(2.0f));
-        return better * hn::NegMulAdd(x, better, set(2.0f));
-    }
-
     // ---- Texels into lanes ------------------------------------------------------------------------------------------------------
 
     /// Four consecutive floats of each lane's, into four vectors.
@@ -141,7 +135,7 @@ private:
             for (int t = 0; t < kTexelCount; ++t) {
                 const F above = hn::Min((kSigned ? hn::Abs(v_[c][t]) : v_[c][t]) + reach, set(Values::kLargest));
                 const F x = floatOf(hn::ConvertTo(DI(), above * set(8192 / Values::kPerHalf))) * set(0x1p112f);
-                const F slope = isLinear_ ? x * set(1.0f / 65504) : x * roughInverse(x + set(options_.hdrScale));
+                const F slope = isLinear_ ? x * set(1.0f / 65504) : x * roughInverse<D>(x + set(options_.hdrScale));
                 weight_[c][t] = significance_[t] * channelWeight * (slope * slope);
             }
         }
@@ -181,7 +175,7 @@ private:
         constexpr int kRow[6] = {0, 0, 0, 1, 1, 2}, kColumn[6] = {0, 1, 2, 1, 2, 2};
         for (int i = 0; i < 6; ++i) m[i] = m[i] * (scale[kRow[i]] * scale[kColumn[i]]);
         F axis[3];
-        principalAxis(m, axis);
+        principalAxis<D>(m, 3, axis);
         for (int c = 0; c < 3; ++c) axis[c] = axis[c] * scale[c];
         F low = set(1e30f), high = set(-1e30f);
         for (int t = 0; t < kTexelCount; ++t) {
@@ -193,24 +187,6 @@ private:
         const F perRange = set(1.0f) / hn::Max(high - low, set(1e-20f));
         for (F& p : position_) p = (p - low) * perRange;
         leastSquares();
-    }
-
-    /// Dominant eigenvector, largest component about 1, by power iteration from the row of the largest diagonal.
-    static HWY_INLINE void principalAxis(const F (&m)[6], F (&axis)[3]) {
-        const M yFirst = m[3] > m[0];
-        const M zFirst = m[5] > hn::Max(m[0], m[3]);
-        axis[0] = select(zFirst, m[2], select(yFirst, m[1], m[0]));
-        axis[1] = select(zFirst, m[4], select(yFirst, m[3], m[1]));
-        axis[2] = select(zFirst, m[5], select(yFirst, m[4], m[2]));
-        for (int iteration = 0; iteration < 3; ++iteration) {
-            const F scale = roughInverse(hn::Max(hn::Max(hn::Abs(axis[0]), hn::Abs(axis[1])), hn::Max(hn::Abs(axis[2]), set(1e-30f))));
-            const F x = axis[0] * scale, y = axis[1] * scale, z = axis[2] * scale;
-            axis[0] = hn::MulAdd(m[0], x, hn::MulAdd(m[1], y, m[2] * z));
-            axis[1] = hn::MulAdd(m[1], x, hn::MulAdd(m[3], y, m[4] * z));
-            axis[2] = hn::MulAdd(m[2], x, hn::MulAdd(m[4], y, m[5] * z));
-        }
-        const F scale = roughInverse(hn::Max(hn::Max(hn::Abs(axis[0]), hn::Abs(axis[1])), hn::Max(hn::Abs(axis[2]), set(1e-30f))));
-        for (int c = 0; c < 3; ++c) axis[c] = axis[c] * scale;
     }
 
     /// Least-squares line for texels at these positions, channel by channel because each has weights of its own.
@@ -252,7 +228,7 @@ private:
                 along = hn::MulAdd(wd, v_[c][t] - a_[c], along);
                 length = hn::MulAdd(wd, d_[c], length);
             }
-            index_[t] = hn::Round(clamp(along * roughInverse(length) * set(15.0f), zero(), set(15.0f)));
+            index_[t] = hn::Round(clamp(along * roughInverse<D>(length) * set(15.0f), zero(), set(15.0f)));
         }
     }
 

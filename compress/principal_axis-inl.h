@@ -1,0 +1,52 @@
+// The direction in which points in three dimensions spread most, in lanes.
+#if defined(LIGHTCOOK_COMPRESS_PRINCIPAL_AXIS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIGHTCOOK_COMPRESS_PRINCIPAL_AXIS_INL_H_
+#undef LIGHTCOOK_COMPRESS_PRINCIPAL_AXIS_INL_H_
+#else
+#define LIGHTCOOK_COMPRESS_PRINCIPAL_AXIS_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace compress {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// 1 / x to a thousandth, for any x > 0 of a plain float's range but the largest: a line through the bits, and two steps of Newton's.
+template <class D>
+HWY_INLINE hn::Vec<D> roughInverse(hn::Vec<D> x) {
+    const hn::RebindToSigned<D> di;
+    const auto two = hn::Set(D(), 2.0f);
+    const auto guess = hn::BitCast(D(), hn::Set(di, 0x7EF311C7) - hn::BitCast(di, x));
+    const auto better = guess * hn::NegMulAdd(x, guess, two);
+    return better * hn::NegMulAdd(x, better, two);
+}
+
+/// Dominant eigenvector of a symmetric matrix (xx xy xz yy yz zz), largest component about 1, by power iteration from the row of the
+/// largest diagonal.
+template <class D>
+HWY_INLINE void principalAxis(const hn::Vec<D> (&m)[6], int iterations, hn::Vec<D> (&axis)[3]) {
+    const auto yFirst = m[3] > m[0], zFirst = m[5] > hn::Max(m[0], m[3]);
+    axis[0] = hn::IfThenElse(zFirst, m[2], hn::IfThenElse(yFirst, m[1], m[0]));
+    axis[1] = hn::IfThenElse(zFirst, m[4], hn::IfThenElse(yFirst, m[3], m[1]));
+    axis[2] = hn::IfThenElse(zFirst, m[5], hn::IfThenElse(yFirst, m[4], m[2]));
+    const auto perLargest = [&] {
+        const auto xy = hn::Max(hn::Abs(axis[0]), hn::Abs(axis[1]));
+        return roughInverse<D>(hn::Max(xy, hn::Max(hn::Abs(axis[2]), hn::Set(D(), 1e-30f))));
+    };
+    for (int iteration = 0; iteration < iterations; ++iteration) {
+        const auto scale = perLargest();
+        const auto x = axis[0] * scale, y = axis[1] * scale, z = axis[2] * scale;
+        axis[0] = hn::MulAdd(m[0], x, hn::MulAdd(m[1], y, m[2] * z));
+        axis[1] = hn::MulAdd(m[1], x, hn::MulAdd(m[3], y, m[4] * z));
+        axis[2] = hn::MulAdd(m[2], x, hn::MulAdd(m[4], y, m[5] * z));
+    }
+    const auto scale = perLargest();
+    for (int c = 0; c < 3; ++c) axis[c] = axis[c] * scale;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace compress
+HWY_AFTER_NAMESPACE();
+#endif
