@@ -151,16 +151,16 @@ Bc6hResult singleColour(const Block& block, std::size_t texel, bool isSigned) {
 
 const Bc6hSearch& bc6hSearchOf(int effort) {
     static constexpr std::array<Bc6hSearch, 10> kSearches = {{
-        {0, 0, 0, 0, 0, false, 0, 0, 1.0f / 16},
-        {32, 1, 0, 1, 0, false, 0, 0, 1.0f / 16},
-        {6, 3, 0, 2, 0, false, 0, 1, 1.0f / 16},
-        {1, 2, 0, 2, 0, false, 0, 0, 1.0f / 16},
-        {1, 3, 0, 2, 0, false, 0, 1, 1.0f / 16},
-        {1, 4, 0, 2, 1, false, 0, 1, 1.0f / 16},
-        {1, 4, 0, 2, 1, false, 2, 2, 1.0f / 16},
-        {1, 4, 0, 2, 2, true, 3, 3, 1.0f / 16},
-        {1, 6, 0, 2, 4, true, 6, 6, 1.0f / 16},
-        {1, 32, 0, 4, 16, true, 32, 32, 1.0f / 16},
+        {1e9f, 0, 0, 0, 0, false, 0, 0, 1.0f / 16},
+        {0.025f, 1, 0, 1, 0, false, 0, 0, 1.0f / 16},
+        {0.008f, 3, 0, 2, 0, false, 0, 1, 1.0f / 16},
+        {0, 2, 0, 2, 0, false, 0, 0, 1.0f / 16},
+        {0, 3, 0, 2, 0, false, 0, 1, 1.0f / 16},
+        {0, 4, 0, 2, 1, false, 0, 1, 1.0f / 16},
+        {0, 4, 0, 2, 1, false, 2, 2, 1.0f / 16},
+        {0, 4, 0, 2, 2, true, 3, 3, 1.0f / 16},
+        {0, 6, 0, 2, 4, true, 6, 6, 1.0f / 16},
+        {0, 32, 0, 4, 16, true, 32, 32, 1.0f / 16},
     }};
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }

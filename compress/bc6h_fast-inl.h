@@ -36,7 +36,7 @@ public:
     /// texels   four rows of 4 Lanes(d) texels of four floats
     /// weights  four rows of significance, or null for 1 everywhere
     /// out      four words a block
-    /// errors   receives what each block is left with, about in the metric, or is null
+    /// errors   receives the mean square error that each block is left with, about in octaves, or is null
     /// Returns whether a value lay outside the format's range, and was clamped.
     bool run(const std::array<const float*, 4>& texels, const std::array<const float*, 4>* weights, std::uint32_t* out, float* errors) {
         const bool clamped = load(texels);
@@ -101,16 +101,21 @@ private:
     }
     /// Texels that weigh nothing take the place of one that counts; blocks that weigh nothing count throughout.
     void loadSignificance(const std::array<const float*, 4>& weights) {
-        F total = zero();
+        F largest = zero();
         for (std::size_t y = 0; y < 4; ++y) {
             F* s = significance_ + 4 * y;
             byFours(weights[y], s[0], s[1], s[2], s[3]);
-            total = total + ((s[0] + s[1]) + (s[2] + s[3]));
+            largest = hn::Max(largest, hn::Max(hn::Max(s[0], s[1]), hn::Max(s[2], s[3])));
         }
-        nothing_ = hn::Not(total > zero());
+        nothing_ = hn::Not(largest > zero());
+        // Weights far from 1 are brought there by a power of two: sums of squares would leave a float's range.
+        const DI di;
+        const I exponent = hn::And(bitsOf(largest), hn::Set(di, 0x7F800000));
+        const F power = floatOf(hn::Max(hn::Set(di, 0x7F000000) - exponent, hn::Set(di, 0x00800000)));
+        const F scale = select(hn::Or(largest<set(0x1p-10f), largest> set(0x1p10f)), power, set(1.0f));
         M all = zero() == zero();
         for (F& s : significance_) {
-            s = select(nothing_, set(1.0f), s);
+            s = select(nothing_, set(1.0f), s * scale);
             all = hn::And(all, s > zero());
         }
         if (hn::AllTrue(D(), all)) return;
@@ -276,15 +281,18 @@ private:
         chooseIndices();
     }
 
-    /// Weighted squares of what the indices miss; 0 of blocks that weigh nothing.
+    /// Mean square of what the indices miss, about in octaves; 0 of blocks that weigh nothing.
     F errorLeft() const {
-        F error = zero();
-        for (int t = 0; t < kTexelCount; ++t)
+        F error = zero(), total = zero();
+        for (int t = 0; t < kTexelCount; ++t) {
+            total = total + significance_[t];
             for (int c = 0; c < 3; ++c) {
                 const F away = hn::NegMulAdd(d_[c], index_[t] * set(1.0f / 15), v_[c][t] - a_[c]);
                 error = hn::MulAdd(weight_[c][t] * away, away, error);
             }
-        return hn::IfThenZeroElse(nothing_, error);
+        }
+        constexpr float kOctave = 1024 * Values::kPerHalf;
+        return hn::IfThenZeroElse(nothing_, error / (total * set(3 * kOctave * kOctave)));
     }
 
     /// A code's bits go up; those of the first end's that do not fit its ten bits lie in the second's field, highest first.

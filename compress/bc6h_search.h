@@ -12,7 +12,7 @@ namespace compress {
 
 /// Parameters of the search: what each point on the curve of time against error buys.
 struct Bc6hSearch {
-    int shareOfRow;    ///< one of so many blocks of a row is searched, the worst after the fast kernel; 0: none, 1: all, without it
+    float careAbove;   ///< root mean square error, about in octaves, that the fast kernel may leave a block with; 0: it is not asked at all
     int partitions;    ///< two-region shapes tried in full, of 32; 0: one region only
     int freeRefits;    ///< least-squares steps before anything is rounded
     int codedRefits;   ///< the same, against rounded ends
@@ -43,7 +43,7 @@ struct Bc6hRows {
 };
 
 /// Whole rows of blocks by the fast kernel; returns whether a value was clamped into the format's range.
-/// errors  of each block what is left of its error, about in the metric, or null
+/// errors  receives the mean square error that each block is left with, about in octaves, or is null
 bool encodeBc6hRows(const Bc6hRows& rows, bool isSigned, const EncodeOptions& options, std::byte* out, float* errors);
 
 /// m p(m), p of these coefficients from m^0 up, is log2(1 + m) on [0, 1] to 2e-5, exact at both ends (minimax by Lawson's iteration).

@@ -4,8 +4,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <iterator>
-#include <numeric>
 #include <vector>
 
 #include "compress/astc.h"
@@ -189,21 +187,6 @@ EncodeReport encodeBcRows(PixelFormat format, ImageView<const glm::vec4> texels,
     return clamp.report();
 }
 
-/// Of each row of blocks those that are left with the largest errors; the first of equals. A row is never cut, so bands change nothing.
-std::vector<int> worstOfRows(std::span<const float> errors, int across, int perRow) {
-    std::vector<int> worst, row(static_cast<std::size_t>(across));
-    for (int first = 0; first < static_cast<int>(errors.size()); first += across) {
-        std::iota(row.begin(), row.end(), first);
-        std::nth_element(row.begin(), row.begin() + perRow, row.end(), [&](int a, int b) {
-            const float left = errors[static_cast<std::size_t>(a)], right = errors[static_cast<std::size_t>(b)];
-            return left != right ? left > right : a < b;
-        });
-        std::copy_if(row.begin(), row.begin() + perRow, std::back_inserter(worst),
-                     [&](int block) { return errors[static_cast<std::size_t>(block)] > 0; });
-    }
-    return worst;
-}
-
 /// Encodes these blocks anew, each with the care that options ask of a single one.
 void encodeAnew(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance, const EncodeOptions& options,
                 std::span<const int> which, std::span<std::byte> out) {
@@ -221,17 +204,20 @@ void encodeAnew(PixelFormat format, ImageView<const glm::vec4> texels, ImageView
     }
 }
 
-/// BC6H at low effort: a kernel that reads rows and no blocks, and the slower one for the few blocks that need it most.
+/// BC6H at low effort: a kernel that reads rows and no blocks, and the slower one for the blocks that it leaves poor.
 EncodeReport encodeBc6hFast(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
                             const EncodeOptions& options, std::span<std::byte> out, ImageView<glm::vec4> decoded) {
     const Bc6hRows rows{&texels.texels->x, 4 * texels.rowStride, significance.texels, significance.rowStride, texels.width, texels.height};
-    const int across = formats::blocksAcross(format, texels.width), share = bc6hSearchOf(options.effort).shareOfRow;
-    std::vector<float> errors(share > 0 ? out.size() / 16 : 0);
+    const float careAbove = bc6hSearchOf(options.effort).careAbove;
+    std::vector<float> errors(out.size() / 16);
     RangeClamp clamp(format);
-    if (encodeBc6hRows(rows, format == PixelFormat::Bc6hSf16, options, out.data(), share > 0 ? errors.data() : nullptr))
+    if (encodeBc6hRows(rows, format == PixelFormat::Bc6hSf16, options, out.data(), errors.data()))
         for (int y = 0; y < texels.height; ++y)
             for (int x = 0; x < texels.width; ++x) clamp(texels.at(x, y), !significance.texels || significance.at(x, y) > 0);
-    if (share > 0) encodeAnew(format, texels, significance, options, worstOfRows(errors, across, (across + share - 1) / share), out);
+    std::vector<int> poor;
+    for (std::size_t i = 0; i < errors.size(); ++i)
+        if (errors[i] > careAbove * careAbove) poor.push_back(static_cast<int>(i));
+    encodeAnew(format, texels, significance, options, poor, out);
     if (decoded.texels) decodeRows(format, out, decoded);
     return clamp.report();
 }
@@ -293,7 +279,7 @@ EncodeReport encodeRows(PixelFormat format, ImageView<const glm::vec4> texels, I
             return encodeBcRows(format, texels, significance, options, out, decoded);
         case PixelFormat::Bc6hUf16:
         case PixelFormat::Bc6hSf16:
-            if (bc6hSearchOf(options.effort).shareOfRow != 1) return encodeBc6hFast(format, texels, significance, options, out, decoded);
+            if (bc6hSearchOf(options.effort).careAbove > 0) return encodeBc6hFast(format, texels, significance, options, out, decoded);
             return encodeBcRows(format, texels, significance, options, out, decoded);
         case PixelFormat::Astc4x4Hdr:
         case PixelFormat::Astc6x6Hdr:
