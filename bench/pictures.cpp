@@ -210,7 +210,8 @@ formats::Image<glm::vec4> texelsFor(const Picture& picture, formats::PixelFormat
     formats::Image<glm::vec4> texels = picture.texels.copy();
     if (formats::info(format).isFloat) return texels;
     for (glm::vec4& texel : texels.texels()) {
-        for (int c = 0; c < 3; ++c) texel[c] = std::pow(texel[c] / (1 + texel[c]), 1 / 2.2f);
+        // Bands of spherical harmonics, which formats with a sign get to see, keep theirs.
+        for (int c = 0; c < 3; ++c) texel[c] = std::copysign(std::pow(std::abs(texel[c]) / (1 + std::abs(texel[c])), 1 / 2.2f), texel[c]);
         texel.a = 1 - (texel.r + 2 * texel.g + texel.b) / 4;
     }
     return texels;

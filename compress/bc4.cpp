@@ -1,4 +1,4 @@
-// BC4, BC5, and the alpha of BC3: one channel on a line between two bytes, in 8 steps, or in 6 with 0 and 1 exact.
+// BC4, BC5 (of either sign), and the alpha of BC3: one channel on a line between two bytes, in 8 steps, or in 6 with the extremes exact.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -15,10 +15,10 @@ HWY_BEFORE_NAMESPACE();
 namespace compress {
 namespace HWY_NAMESPACE {
 
-void fitBc4(std::span<const Block* const> blocks, std::size_t channel, const Bc4Search& search, Bc4Result* found) {
+void fitBc4(std::span<const Block* const> blocks, std::size_t channel, const Bc4Search& search, const Bc4Codes& codes, Bc4Result* found) {
     using D = hn::ScalableTag<float>;
     constexpr std::size_t kLanes = hn::MaxLanes(D());
-    Bc4Fit<D> fit(search);
+    Bc4Fit<D> fit(search, codes);
     std::array<const Block*, kLanes> lanes;
     std::array<Bc4Result, kLanes> results;
     for (std::size_t first = 0; first < blocks.size(); first += kLanes) {
@@ -39,8 +39,9 @@ namespace {
 
 HWY_EXPORT(fitBc4);
 
-/// One channel of a block, in units of a code (0 .. 255).
+/// One channel of a block, in units of a code.
 struct Channel {
+    float largest;  ///< code: they begin at 0
     alignas(64) std::array<float, kTexelCount> value;
     alignas(64) std::array<float, kTexelCount> weight;
 };
@@ -69,7 +70,7 @@ float errorOf(const Channel& channel, int low, int high, bool sixSteps) {
         const float difference = base + nearest * unit - value;
         float error = difference * difference;
         if (sixSteps) {
-            const float fromZero = value * value, fromOne = (255 - value) * (255 - value);
+            const float fromZero = value * value, fromOne = (channel.largest - value) * (channel.largest - value);
             error = fromZero < error ? fromZero : error;
             error = fromOne < error ? fromOne : error;
         }
@@ -79,7 +80,7 @@ float errorOf(const Channel& channel, int low, int high, bool sixSteps) {
 }
 
 bool improve(const Channel& channel, int low, int high, bool sixSteps, Candidate& best) {
-    if (low < 0 || high > 255 || low > high || (!sixSteps && low == high)) return false;
+    if (low < 0 || high > static_cast<int>(channel.largest) || low > high || (!sixSteps && low == high)) return false;
     const float error = errorOf(channel, low, high, sixSteps);
     if (!(error < best.error)) return false;
     best = {.low = low, .high = high, .sixSteps = sixSteps, .error = error};
@@ -88,16 +89,17 @@ bool improve(const Channel& channel, int low, int high, bool sixSteps, Candidate
 
 /// Every pair of ends that could still win. A pair whose ends leave the extremes of the texels outside loses at least that much there.
 void searchAll(const Channel& channel, Candidate& best) {
-    float lowest = 255, highest = 0, lowestWeight = 0, highestWeight = 0;
+    const int largest = static_cast<int>(channel.largest);
+    float lowest = channel.largest, highest = 0, lowestWeight = 0, highestWeight = 0;
     for (std::size_t t = 0; t < kTexelCount; ++t) {
         if (!(channel.weight[t] > 0)) continue;
         if (channel.value[t] < lowest) lowest = channel.value[t], lowestWeight = channel.weight[t];
         if (channel.value[t] > highest) highest = channel.value[t], highestWeight = channel.weight[t];
     }
-    for (int low = 0; low <= 255 && best.error > 0; ++low) {
+    for (int low = 0; low <= largest && best.error > 0; ++low) {
         const float under = std::max(0.0f, static_cast<float>(low) - lowest);
         const bool lowHopeless = under * under * lowestWeight > best.error;
-        for (int high = 255; high >= low; --high) {
+        for (int high = largest; high >= low; --high) {
             const float over = std::max(0.0f, highest - static_cast<float>(high));
             if (!lowHopeless && !(over * over * highestWeight > best.error)) improve(channel, low, high, false, best);
             improve(channel, low, high, true, best);
@@ -111,26 +113,32 @@ Candidate fitConstant(const Channel& channel, float value) {
     best.error = INFINITY;
     for (const bool sixSteps : {false, true}) {
         const int steps = sixSteps ? 5 : 7;
-        const int low = std::min(static_cast<int>(std::nearbyint(value * static_cast<float>(steps))) / steps, 254);
+        const int low =
+            std::min(static_cast<int>(std::nearbyint(value * static_cast<float>(steps))) / steps, static_cast<int>(channel.largest) - 1);
         improve(channel, low, low + 1, sixSteps, best);
     }
     return best;
 }
 
+/// The byte of a code: two's complement where there is a sign. The signed formats' other -1, byte -128, is never written.
+std::uint32_t byteOf(int code, const Bc4Codes& codes) {
+    return static_cast<std::uint32_t>(code - static_cast<int>(codes.offset)) & 0xff;
+}
+
 /// Bytes of a block whose indices are known.
-void packKnown(const Candidate& fitted, std::byte* out) {
-    const auto first = static_cast<std::uint64_t>(fitted.sixSteps ? fitted.low : fitted.high);
-    const auto second = static_cast<std::uint64_t>(fitted.sixSteps ? fitted.high : fitted.low);
+void packKnown(const Candidate& fitted, const Bc4Codes& codes, std::byte* out) {
+    const auto first = byteOf(fitted.sixSteps ? fitted.low : fitted.high, codes);
+    const auto second = static_cast<std::uint64_t>(byteOf(fitted.sixSteps ? fitted.high : fitted.low, codes));
     const std::uint64_t bits = first | second << 8 | fitted.indices << 16;
     for (int i = 0; i < 8; ++i) out[i] = static_cast<std::byte>(bits >> (8 * i));
 }
 
-void pack(const Channel& channel, const Candidate& fitted, std::byte* out) {
+void pack(const Channel& channel, const Candidate& fitted, const Bc4Codes& codes, std::byte* out) {
     BitWriter bits;
     // The order of the ends tells the layout: falling for 8 values, rising (or equal) for 6.
     const int first = fitted.sixSteps ? fitted.low : fitted.high, second = fitted.sixSteps ? fitted.high : fitted.low;
-    bits.put(static_cast<std::uint32_t>(first), 8);
-    bits.put(static_cast<std::uint32_t>(second), 8);
+    bits.put(byteOf(first, codes), 8);
+    bits.put(byteOf(second, codes), 8);
     const int steps = fitted.sixSteps ? 5 : 7;
     for (std::size_t t = 0; t < kTexelCount; ++t) {
         const float value = channel.value[t];
@@ -141,23 +149,24 @@ void pack(const Channel& channel, const Candidate& fitted, std::byte* out) {
         if (fitted.sixSteps) {
             const float miss = std::abs(static_cast<float>(first) + static_cast<float>(nearest) * range / 5 - value);
             if (value < miss) index = 6;
-            if (255 - value < miss && 255 - value < value) index = 7;
+            if (channel.largest - value < miss && channel.largest - value < value) index = 7;
         }
         bits.put(static_cast<std::uint32_t>(index), 3);
     }
     bits.store(out, 8);
 }
 
-Channel channelOf(const Block& block, std::size_t channelIndex) {
+Channel channelOf(const Block& block, std::size_t channelIndex, const Bc4Codes& codes) {
     Channel channel;
-    for (std::size_t t = 0; t < kTexelCount; ++t) channel.value[t] = block.channel[channelIndex][t] * 255;
+    channel.largest = codes.largest;
+    for (std::size_t t = 0; t < kTexelCount; ++t) channel.value[t] = block.channel[channelIndex][t] * codes.scale + codes.offset;
     channel.weight = block.significance;
     return channel;
 }
 
 /// The value that all texels have which count, or -1.
 float constantOf(const Channel& channel) {
-    float lowest = 255, highest = 0;
+    float lowest = channel.largest, highest = 0;
     for (std::size_t t = 0; t < kTexelCount; ++t) {
         lowest = channel.weight[t] > 0 ? std::min(lowest, channel.value[t]) : lowest;
         highest = channel.weight[t] > 0 ? std::max(highest, channel.value[t]) : highest;
@@ -181,13 +190,16 @@ const Bc4Search& bc4SearchOf(int effort) {
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
 
-void encodeBc4Channel(std::span<const Block> blocks, std::size_t channelIndex, int effort, std::byte* out, std::size_t stride) {
+namespace {
+
+void encodeChannel(std::span<const Block> blocks, std::size_t channelIndex, int effort, const Bc4Codes& codes, std::byte* out,
+                   std::size_t stride) {
     std::vector<Bc4Result> results(blocks.size());
     std::vector<const Block*> varied, insignificant;
     for (const Block& block : blocks) (block.insignificant ? insignificant : varied).push_back(&block);
     const auto run = [&](const std::vector<const Block*>& list, int listEffort) {
         std::vector<Bc4Result> found(list.size());
-        HWY_DYNAMIC_DISPATCH(fitBc4)(list, channelIndex, bc4SearchOf(listEffort), found.data());
+        HWY_DYNAMIC_DISPATCH(fitBc4)(list, channelIndex, bc4SearchOf(listEffort), codes, found.data());
         for (std::size_t i = 0; i < list.size(); ++i) results[static_cast<std::size_t>(list[i] - blocks.data())] = found[i];
     };
     run(varied, effort);
@@ -195,25 +207,31 @@ void encodeBc4Channel(std::span<const Block> blocks, std::size_t channelIndex, i
     for (std::size_t i = 0; i < blocks.size(); ++i) {
         const bool search = bc4SearchOf(effort).exhaustive && !blocks[i].insignificant && results[i].error > 0;
         if (!results[i].isConstant && !search) {
-            packKnown(results[i], out + i * stride);
+            packKnown(results[i], codes, out + i * stride);
             continue;
         }
-        const Channel channel = channelOf(blocks[i], channelIndex);
+        const Channel channel = channelOf(blocks[i], channelIndex, codes);
         if (results[i].isConstant)
             results[i] = fitConstant(channel, constantOf(channel));
         else
             searchAll(channel, results[i]);
-        pack(channel, results[i], out + i * stride);
+        pack(channel, results[i], codes, out + i * stride);
     }
 }
 
-void encodeBc4(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out) {
-    encodeBc4Channel(blocks, 0, options.effort, out, 8);
+}  // namespace
+
+void encodeBc4Channel(std::span<const Block> blocks, std::size_t channelIndex, int effort, std::byte* out, std::size_t stride) {
+    encodeChannel(blocks, channelIndex, effort, kBc4Unorm, out, stride);
 }
 
-void encodeBc5(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out) {
-    encodeBc4Channel(blocks, 0, options.effort, out, 16);
-    encodeBc4Channel(blocks, 1, options.effort, out + 8, 16);
+void encodeBc4(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out) {
+    encodeChannel(blocks, 0, options.effort, isSigned ? kBc4Snorm : kBc4Unorm, out, 8);
+}
+
+void encodeBc5(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out) {
+    for (const std::size_t channel : {0u, 1u})
+        encodeChannel(blocks, channel, options.effort, isSigned ? kBc4Snorm : kBc4Unorm, out + 8 * channel, 16);
 }
 
 }  // namespace compress

@@ -1,5 +1,6 @@
 // The kernel of BC4, BC5 and BC3's alpha: one channel on a line between two bytes, as many blocks as a vector has lanes side by side.
-// No lane ever meets another, and every step is a plain IEEE operation: the same bits at any width. Values are in codes, 0 .. 255.
+// No lane ever meets another, and every step is a plain IEEE operation: the same bits at any width. Values are in codes, 0 ..
+// codes_.largest.
 #if defined(LIGHTCOOK_COMPRESS_BC4_FIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC4_FIT_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC4_FIT_INL_H_
@@ -26,7 +27,7 @@ class Bc4Fit {
     using M = hn::Mask<D>;
 
 public:
-    explicit Bc4Fit(const Bc4Search& search) : search_(search) {}
+    explicit Bc4Fit(const Bc4Search& search, const Bc4Codes& codes = kBc4Unorm) : search_(search), codes_(codes) {}
 
     void run(const Block* const* blocks, std::size_t channel, Bc4Result* found) {
         load(blocks, channel);
@@ -44,7 +45,8 @@ private:
     };
     static HWY_INLINE F set(float value) { return hn::Set(D(), value); }
     static HWY_INLINE F clamp(F value, F low, F high) { return hn::Min(hn::Max(value, low), high); }
-    static Candidate nothing() { return {set(1e30f), set(0.0f), set(255.0f)}; }
+    HWY_INLINE F largest() const { return set(codes_.largest); }
+    Candidate nothing() const { return {set(1e30f), set(0.0f), largest()}; }
     static HWY_INLINE Candidate choose(M first, const Candidate& a, const Candidate& b) {
         return {hn::IfThenElse(first, a.error, b.error), hn::IfThenElse(first, a.low, b.low), hn::IfThenElse(first, a.high, b.high)};
     }
@@ -52,20 +54,20 @@ private:
     void load(const Block* const* blocks, std::size_t channel) {
         const D d;
         HWY_ALIGN float buffer[hn::MaxLanes(D())];
-        lowest_ = innerLowest_ = set(255.0f);
+        lowest_ = innerLowest_ = largest();
         highest_ = innerHighest_ = set(0.0f);
         total_ = set(1e-30f);
         for (std::size_t t = 0; t < kTexelCount; ++t) {
             for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) buffer[lane] = blocks[lane]->channel[channel][t];
-            value_[t] = hn::Load(d, buffer) * set(255.0f);
+            value_[t] = hn::Load(d, buffer) * set(codes_.scale) + set(codes_.offset);
             for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) buffer[lane] = blocks[lane]->significance[t];
             weight_[t] = hn::Load(d, buffer);
             total_ = total_ + weight_[t];
-            nearEnd_[t] = hn::Min(value_[t], set(255.0f) - value_[t]);
+            nearEnd_[t] = hn::Min(value_[t], largest() - value_[t]);
             const M counts = weight_[t] > set(0.0f);
             lowest_ = hn::IfThenElse(counts, hn::Min(lowest_, value_[t]), lowest_);
             highest_ = hn::IfThenElse(counts, hn::Max(highest_, value_[t]), highest_);
-            const M offZero = hn::And(counts, value_[t] >= set(0.5f)), offOne = hn::And(counts, value_[t] <= set(254.5f));
+            const M offZero = hn::And(counts, value_[t] >= set(0.5f)), offOne = hn::And(counts, value_[t] <= largest() - set(0.5f));
             innerLowest_ = hn::IfThenElse(offZero, hn::Min(innerLowest_, value_[t]), innerLowest_);
             innerHighest_ = hn::IfThenElse(offOne, hn::Max(innerHighest_, value_[t]), innerHighest_);
         }
@@ -101,7 +103,7 @@ private:
     /// Takes the ends where they are better. Eight steps need two different ends, or the bytes would mean the other layout.
     template <bool kSix>
     HWY_INLINE M take(F low, F high, F error, Candidate& best) const {
-        const M possible = hn::And(hn::And(low >= set(0.0f), high <= set(255.0f)), kSix ? low <= high : low < high);
+        const M possible = hn::And(hn::And(low >= set(0.0f), high <= largest()), kSix ? low <= high : low < high);
         const M better = hn::And(error < best.error, possible);
         best = choose(better, {error, low, high}, best);
         return better;
@@ -140,8 +142,8 @@ private:
         const F kk = hn::NegMulAdd(meanK, sumK, sumKk), kv = hn::NegMulAdd(meanK, sumV, sumKv);
         const M solvable = kk > total * set(1e-4f);
         const F slope = kv / hn::Max(kk, set(1e-35f)), base = hn::NegMulAdd(slope, meanK, low + meanV);
-        low = hn::IfThenElse(solvable, hn::Round(clamp(base, set(0.0f), set(255.0f))), low);
-        high = hn::IfThenElse(solvable, hn::Round(clamp(hn::MulAdd(slope, set(steps<kSix>()), base), set(0.0f), set(255.0f))), high);
+        low = hn::IfThenElse(solvable, hn::Round(clamp(base, set(0.0f), largest())), low);
+        high = hn::IfThenElse(solvable, hn::Round(clamp(hn::MulAdd(slope, set(steps<kSix>()), base), set(0.0f), largest())), high);
     }
 
     /// Texels that scatter have many local optima, by how the steps fall on them: from each group of starts the best goes on.
@@ -159,8 +161,8 @@ private:
             const int end = std::min(start + search_.startsPerDescent, search_.starts);
             for (; start < end; ++start) {
                 const F in = set(kBc4Starts[static_cast<std::size_t>(start)][0]), out = set(kBc4Starts[static_cast<std::size_t>(start)][1]);
-                F low = hn::Max(hn::Min(hn::Round(hn::MulAdd(range, in, from)), set(254.0f)), set(0.0f));
-                F high = hn::Min(hn::Max(hn::Round(hn::NegMulAdd(range, out, to)), low + set(1.0f)), set(255.0f));
+                F low = hn::Max(hn::Min(hn::Round(hn::MulAdd(range, in, from)), largest() - set(1.0f)), set(0.0f));
+                F high = hn::Min(hn::Max(hn::Round(hn::NegMulAdd(range, out, to)), low + set(1.0f)), largest());
                 for (int i = 0; i < search_.refits; ++i) improveAndRefit<kSix>(low, high, candidate);
                 improve<kSix>(low, high, candidate);
             }
@@ -192,7 +194,7 @@ private:
         for (std::size_t t = first + kTexelCount / 2; t-- > first;) {
             const F above = value_[t] - best.low;
             const F step = hn::Round(clamp(above * scale, set(0.0f), steps));
-            const F miss = hn::Abs(hn::NegMulAdd(step, unit, above)), fromOne = set(255.0f) - value_[t];
+            const F miss = hn::Abs(hn::NegMulAdd(step, unit, above)), fromOne = largest() - value_[t];
             const F fromFirst = hn::IfThenElse(six, step, steps - step);
             F index =
                 hn::IfThenElse(fromFirst == set(0.0f), fromFirst, hn::IfThenElse(fromFirst == steps, set(1.0f), fromFirst + set(1.0f)));
@@ -222,8 +224,9 @@ private:
     }
 
     const Bc4Search& search_;
+    const Bc4Codes codes_;
     F value_[kTexelCount], weight_[kTexelCount];
-    F nearEnd_[kTexelCount];        ///< distance to the nearer of 0 and 1
+    F nearEnd_[kTexelCount];        ///< distance to the nearer of the least and the largest code
     F total_;                       ///< weight
     F lowest_, highest_;            ///< of the texels that count
     F innerLowest_, innerHighest_;  ///< of those that 0, or 1, does not already serve

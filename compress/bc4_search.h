@@ -12,13 +12,20 @@ struct Bc4Search {
     int refits;            ///< least-squares steps from each
     int passes;            ///< of neighbours, at most
     int reach;             ///< how far a neighbour is [codes]
-    bool sixSteps;         ///< also the layout with 0 and 1 exact
+    bool sixSteps;         ///< also the layout with the least and the largest value exact
     bool exhaustive;       ///< every pair of ends in the end
 };
 
+/// What a texel's value is in codes: value * scale + offset, from 0 to the largest. The signed formats' bytes -127 .. 127 count from 0 too:
+/// interpolation is linear, so whatever lies between two ends lies there still.
+struct Bc4Codes {
+    float scale, offset, largest;
+};
+inline constexpr Bc4Codes kBc4Unorm = {255, 0, 255}, kBc4Snorm = {127, 127, 254};
+
 struct Bc4Result {
     int low = 0, high = 0;      ///< low <= high
-    bool sixSteps = false;      ///< 6 values between them, and 0 and 255
+    bool sixSteps = false;      ///< 6 values between them, and the least and the largest code
     float error = 0;            ///< squared, in codes
     std::uint64_t indices = 0;  ///< of the sixteen texels, three bits each, for these ends
     bool isConstant = false;    ///< all texels that count are alike

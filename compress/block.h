@@ -71,10 +71,11 @@ struct BlockSorter {
 // The encoders, block by block into consecutive places of out.
 void encodeBc1(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);
 void encodeBc3(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);
-void encodeBc4(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);
-/// One channel of each block into 8 bytes, stride bytes apart: BC4, half of BC5, the alpha of BC3.
+/// Channels are in [0, 1], or in [-1, 1] where signed.
+void encodeBc4(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out);
+/// One channel of each block into 8 bytes, stride bytes apart: unsigned BC4, half of BC5, the alpha of BC3.
 void encodeBc4Channel(std::span<const Block> blocks, std::size_t channel, int effort, std::byte* out, std::size_t stride);
-void encodeBc5(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);
+void encodeBc5(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out);
 /// Channels are finite and in the format's range.
 void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out);
 void encodeBc7(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);

@@ -1,4 +1,5 @@
 // BC1, BC3, BC4 and BC5 as Direct3D 11 and Khronos' Data Format Specification define them, interpolated in real numbers.
+#include <algorithm>
 #include <glm/vec3.hpp>
 
 #include "compress/decode.h"
@@ -28,21 +29,38 @@ void decodeBc1(const std::byte* block, bool alwaysFourColours, DecodedBlock& out
     for (glm::vec4& texel : out) texel = glm::vec4(palette[bits.get(2)], 1);
 }
 
+namespace {
+
+/// Eight values from two ends, the byte of the first beyond that of the second or not, and the index of each texel.
+std::array<float, kTexelCount> interpolated(BitReader& bits, float first, float second, bool falls, float least, float largest) {
+    std::array<float, 8> palette = {first, second};
+    const int steps = falls ? 7 : 5;
+    for (int i = 1; i < steps; ++i)
+        palette[static_cast<std::size_t>(i + 1)] =
+            (static_cast<float>(steps - i) * first + static_cast<float>(i) * second) / static_cast<float>(steps);
+    if (!falls) {
+        palette[6] = least;
+        palette[7] = largest;
+    }
+    std::array<float, kTexelCount> out;
+    for (float& value : out) value = palette[bits.get(3)] / largest;
+    return out;
+}
+
+/// -128 means -127; which layout a block has its bytes tell as they are.
+std::array<float, kTexelCount> decodeSnormChannel(const std::byte* block) {
+    BitReader bits(block, 8);
+    const int first = static_cast<std::int8_t>(bits.get(8)), second = static_cast<std::int8_t>(bits.get(8));
+    return interpolated(bits, static_cast<float>(std::max(first, -127)), static_cast<float>(std::max(second, -127)), first > second, -127,
+                        127);
+}
+
+}  // namespace
+
 std::array<float, kTexelCount> decodeBc4Channel(const std::byte* block) {
     BitReader bits(block, 8);
     const std::uint32_t first = bits.get(8), second = bits.get(8);
-    std::array<float, 8> palette = {static_cast<float>(first), static_cast<float>(second)};
-    const int steps = first > second ? 7 : 5;
-    for (int i = 1; i < steps; ++i)
-        palette[static_cast<std::size_t>(i + 1)] =
-            (static_cast<float>(steps - i) * palette[0] + static_cast<float>(i) * palette[1]) / static_cast<float>(steps);
-    if (steps == 5) {
-        palette[6] = 0;
-        palette[7] = 255;
-    }
-    std::array<float, kTexelCount> out;
-    for (float& value : out) value = palette[bits.get(3)] / 255;
-    return out;
+    return interpolated(bits, static_cast<float>(first), static_cast<float>(second), first > second, 0, 255);
 }
 
 void decodeBc3(const std::byte* block, DecodedBlock& out) {
@@ -58,6 +76,16 @@ void decodeBc4(const std::byte* block, DecodedBlock& out) {
 
 void decodeBc5(const std::byte* block, DecodedBlock& out) {
     const auto red = decodeBc4Channel(block), green = decodeBc4Channel(block + 8);
+    for (std::size_t t = 0; t < kTexelCount; ++t) out[t] = glm::vec4(red[t], green[t], 0, 1);
+}
+
+void decodeBc4Snorm(const std::byte* block, DecodedBlock& out) {
+    const auto red = decodeSnormChannel(block);
+    for (std::size_t t = 0; t < kTexelCount; ++t) out[t] = glm::vec4(red[t], 0, 0, 1);
+}
+
+void decodeBc5Snorm(const std::byte* block, DecodedBlock& out) {
+    const auto red = decodeSnormChannel(block), green = decodeSnormChannel(block + 8);
     for (std::size_t t = 0; t < kTexelCount; ++t) out[t] = glm::vec4(red[t], green[t], 0, 1);
 }
 

@@ -113,9 +113,13 @@ void encodeBlocks(PixelFormat format, std::span<const Block> blocks, const Encod
         case PixelFormat::Bc3:
             return encodeBc3(blocks, options, out);
         case PixelFormat::Bc4:
-            return encodeBc4(blocks, options, out);
+            return encodeBc4(blocks, false, options, out);
+        case PixelFormat::Bc4Snorm:
+            return encodeBc4(blocks, true, options, out);
         case PixelFormat::Bc5:
-            return encodeBc5(blocks, options, out);
+            return encodeBc5(blocks, false, options, out);
+        case PixelFormat::Bc5Snorm:
+            return encodeBc5(blocks, true, options, out);
         case PixelFormat::Bc6hUf16:
             return encodeBc6h(blocks, false, options, out);
         case PixelFormat::Bc6hSf16:
@@ -135,8 +139,12 @@ void decodeOne(PixelFormat format, const std::byte* block, DecodedBlock& out) {
             return decodeBc3(block, out);
         case PixelFormat::Bc4:
             return decodeBc4(block, out);
+        case PixelFormat::Bc4Snorm:
+            return decodeBc4Snorm(block, out);
         case PixelFormat::Bc5:
             return decodeBc5(block, out);
+        case PixelFormat::Bc5Snorm:
+            return decodeBc5Snorm(block, out);
         case PixelFormat::Bc6hUf16:
             return decodeBc6h(block, false, out);
         case PixelFormat::Bc6hSf16:
@@ -274,7 +282,9 @@ EncodeReport encodeRows(PixelFormat format, ImageView<const glm::vec4> texels, I
         case PixelFormat::Bc1:
         case PixelFormat::Bc3:
         case PixelFormat::Bc4:
+        case PixelFormat::Bc4Snorm:
         case PixelFormat::Bc5:
+        case PixelFormat::Bc5Snorm:
         case PixelFormat::Bc7:
             return encodeBcRows(format, texels, significance, options, out, decoded);
         case PixelFormat::Bc6hUf16:

@@ -29,7 +29,7 @@ struct EncodeOptions {
 
 /// What had to be changed so that the format can hold it: never silently. Texels without significance are not counted.
 struct EncodeReport {
-    std::int64_t clampedHigh = 0;      ///< channel values above the format's largest
+    std::int64_t clampedHigh = 0;      ///< channel values above the format's largest, or below minus that in a signed format
     std::int64_t clampedNegative = 0;  ///< negative channel values in an unsigned format
     void add(const EncodeReport& other) {
         clampedHigh += other.clampedHigh;
@@ -38,7 +38,8 @@ struct EncodeReport {
 };
 
 /// Encodes rows of blocks.
-/// texels        finite; scene-linear for float formats, in [0, 1] for unorm ones; channels the format has not are ignored.
+/// texels        finite; scene-linear for float formats, in [0, 1] for unorm ones, in [-1, 1] for snorm ones; channels the format has not
+/// are ignored.
 ///               Width and height need not be multiples of the block: missing texels repeat the edge and weigh nothing
 /// significance  weight >= 0 of each texel, same extent; a view without texels counts every texel as 1. Where a whole block weighs
 ///               nothing it is encoded as if all its texels weighed 1

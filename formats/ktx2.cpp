@@ -44,6 +44,10 @@ constexpr std::uint32_t kOne = std::bit_cast<std::uint32_t>(1.0f), kMinusOne = s
 Sample blockSample(int bitOffset, int bitCount, std::uint8_t channel) {
     return {bitOffset, bitCount, channel, 0, 0xffffffffu};
 }
+/// The same for values that have a sign.
+Sample signedBlockSample(int bitOffset, int bitCount, std::uint8_t channel) {
+    return {bitOffset, bitCount, static_cast<std::uint8_t>(channel | kSigned), 0x80000000u, 0x7fffffffu};
+}
 Sample unsignedFloat(int bitOffset, int bitCount, std::uint8_t channel) {
     return {bitOffset, bitCount, static_cast<std::uint8_t>(channel | kFloat), 0, kOne};
 }
@@ -90,8 +94,12 @@ Description describe(PixelFormat format) {
             return {kBc3, 1, {blockSample(0, 64, kAlpha), blockSample(64, 64, kWholeBlock)}};
         case PixelFormat::Bc4:
             return {kBc4, 1, {blockSample(0, 64, kWholeBlock)}};
+        case PixelFormat::Bc4Snorm:
+            return {kBc4, 1, {signedBlockSample(0, 64, kWholeBlock)}};
         case PixelFormat::Bc5:
             return {kBc5, 1, {blockSample(0, 64, kRed), blockSample(64, 64, kGreen)}};
+        case PixelFormat::Bc5Snorm:
+            return {kBc5, 1, {signedBlockSample(0, 64, kRed), signedBlockSample(64, 64, kGreen)}};
         case PixelFormat::Bc6hUf16:
             return {kBc6h, 1, {unsignedFloat(0, 128, kWholeBlock)}};
         case PixelFormat::Bc6hSf16:

@@ -13,7 +13,9 @@ enum class PixelFormat : std::uint8_t {
     Bc1,
     Bc3,
     Bc4,
+    Bc4Snorm,
     Bc5,
+    Bc5Snorm,
     Bc6hUf16,
     Bc6hSf16,
     Bc7,
@@ -39,7 +41,7 @@ struct PixelFormatInfo {
     int blockHeight;           ///< [texels]
     int bytesPerBlock;         ///< a texel of formats without blocks
     int channelCount;          ///< that a decoder gives back: BC1 as RGB 3, BC3 4, BC4 1, BC5 2, BC6H 3, BC7 4, ASTC 4
-    bool isFloat;              ///< decodes to floating point rather than to [0, 1]
+    bool isFloat;              ///< decodes to floating point rather than to [0, 1], or [-1, 1]
     bool isSigned;             ///< can hold negative values
     std::uint32_t vkFormat;    ///< Vulkan's VkFormat, as KTX2 stores it
     std::uint32_t dxgiFormat;  ///< DXGI_FORMAT, as DDS stores it; 0 where DXGI has none

@@ -257,7 +257,8 @@ void addEncode(CLI::App& app, Common& common, std::function<int()>& command) {
     auto weights = std::make_shared<std::vector<float>>();
     sub->add_option("input", options->input, "EXR, HDR or any image")->required();
     sub->add_option("output", options->output, ".ktx2 or .dds")->required();
-    sub->add_option("--format", options->format, "bc1 bc3 bc4 bc5 bc6h-uf16 bc6h-sf16 bc7 astc-4x4-hdr ... rgba8-srgb")->required();
+    sub->add_option("--format", options->format, "bc1 bc3 bc4 bc4-snorm bc5 bc5-snorm bc6h-uf16 bc6h-sf16 bc7 astc-4x4-hdr ... rgba8-srgb")
+        ->required();
     sub->add_option("--effort", options->effort, "0 (fastest) to 9 (best)")->check(CLI::Range(0, 9));
     sub->add_option("--json", *json, "write what was done as JSON");
     sub->add_flag("--cube", options->cube, "the input is a vertical strip of six cube faces");

@@ -22,6 +22,10 @@ void decodeBc1(Block8 block, Texels4x4 out);
 void decodeBc3(Block16 block, Texels4x4 out);
 void decodeBc4(Block8 block, Texels4x4 out);
 void decodeBc5(Block16 block, Texels4x4 out);
+/// The signed ones: bytes over 127, where -128 means -1 as -127 does. Which of the two layouts a block has is told by its bytes as they
+/// stand (EXT_texture_compression_rgtc leaves ends of -127 and -128 open; hardware may differ there).
+void decodeBc4Snorm(Block8 block, Texels4x4 out);
+void decodeBc5Snorm(Block16 block, Texels4x4 out);
 
 /// Exact half floats as floats. Reserved modes give (0, 0, 0, 1).
 void decodeBc6h(Block16 block, bool isSigned, Texels4x4 out);

@@ -48,6 +48,28 @@ std::array<float, 16> decodeScalars(Block8 block) {
     return values;
 }
 
+/// The signed block. Its bytes put in order by a flipped sign bit, the layout is found by comparing them unsigned.
+std::array<float, 16> decodeSignedScalars(Block8 block) {
+    const std::uint64_t bits = load(block);
+    const auto valueOf = [](std::uint64_t byte) {
+        const int value = static_cast<int>(byte) - (byte >= 0x80 ? 0x100 : 0);
+        return value == -0x80 ? -1.0f : static_cast<float>(value) / 127.0f;
+    };
+    const float a = valueOf(bits & 0xff), b = valueOf(bits >> 8 & 0xff);
+    const bool isEight = ((bits & 0xff) ^ 0x80) > ((bits >> 8 & 0xff) ^ 0x80);
+    std::array<float, 16> values;
+    for (std::size_t texel = 0; texel < 16; ++texel) {
+        const std::uint64_t index = bits >> (16 + 3 * texel) & 7;
+        if (index < 2)
+            values[texel] = index == 0 ? a : b;
+        else if (!isEight && index >= 6)
+            values[texel] = index == 6 ? -1.0f : 1.0f;
+        else
+            values[texel] = a + (b - a) * (static_cast<float>(index - 1) / (isEight ? 7.0f : 5.0f));
+    }
+    return values;
+}
+
 }  // namespace
 
 void decodeBc1(Block8 block, Texels4x4 out) {
@@ -67,6 +89,16 @@ void decodeBc4(Block8 block, Texels4x4 out) {
 
 void decodeBc5(Block16 block, Texels4x4 out) {
     const std::array<float, 16> red = decodeScalars(block.first<8>()), green = decodeScalars(block.last<8>());
+    for (std::size_t texel = 0; texel < 16; ++texel) out[texel] = {red[texel], green[texel], 0.0f, 1.0f};
+}
+
+void decodeBc4Snorm(Block8 block, Texels4x4 out) {
+    const std::array<float, 16> red = decodeSignedScalars(block);
+    for (std::size_t texel = 0; texel < 16; ++texel) out[texel] = {red[texel], 0.0f, 0.0f, 1.0f};
+}
+
+void decodeBc5Snorm(Block16 block, Texels4x4 out) {
+    const std::array<float, 16> red = decodeSignedScalars(block.first<8>()), green = decodeSignedScalars(block.last<8>());
     for (std::size_t texel = 0; texel < 16; ++texel) out[texel] = {red[texel], green[texel], 0.0f, 1.0f};
 }
 

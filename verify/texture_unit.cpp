@@ -99,8 +99,12 @@ void decodeBlock(PixelFormat format, std::span<const std::byte> block, std::span
             return decodeBc3(fixed<16>(block), texels4x4(out));
         case PixelFormat::Bc4:
             return decodeBc4(fixed<8>(block), texels4x4(out));
+        case PixelFormat::Bc4Snorm:
+            return decodeBc4Snorm(fixed<8>(block), texels4x4(out));
         case PixelFormat::Bc5:
             return decodeBc5(fixed<16>(block), texels4x4(out));
+        case PixelFormat::Bc5Snorm:
+            return decodeBc5Snorm(fixed<16>(block), texels4x4(out));
         case PixelFormat::Bc6hUf16:
             return decodeBc6h(fixed<16>(block), false, texels4x4(out));
         case PixelFormat::Bc6hSf16:

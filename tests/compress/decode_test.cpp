@@ -49,6 +49,8 @@ TEST(Decode, AnyBytesOfBc1ToBc5AgreeToRounding) {
     expectAgreement(PixelFormat::Bc3, 1e-6, decodeBc3);
     expectAgreement(PixelFormat::Bc4, 1e-6, decodeBc4);
     expectAgreement(PixelFormat::Bc5, 1e-6, decodeBc5);
+    expectAgreement(PixelFormat::Bc4Snorm, 1e-6, decodeBc4Snorm);
+    expectAgreement(PixelFormat::Bc5Snorm, 1e-6, decodeBc5Snorm);
 }
 
 }  // namespace

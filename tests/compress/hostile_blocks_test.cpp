@@ -30,7 +30,8 @@ std::string nameOf(const testing::TestParamInfo<PixelFormat>& instance) {
     std::replace(name.begin(), name.end(), '-', '_');
     return name;
 }
-constexpr auto kBlockFormats = {PixelFormat::Bc1,      PixelFormat::Bc3,      PixelFormat::Bc4, PixelFormat::Bc5,
+constexpr auto kBlockFormats = {PixelFormat::Bc1,      PixelFormat::Bc3,      PixelFormat::Bc4,
+                                PixelFormat::Bc5,      PixelFormat::Bc4Snorm, PixelFormat::Bc5Snorm,
                                 PixelFormat::Bc6hUf16, PixelFormat::Bc6hSf16, PixelFormat::Bc7};
 
 TEST_P(HostileFormat, AMillionOverAllFormatsAreSoundAtCheapEfforts) {

@@ -112,8 +112,8 @@ TEST(Lanes, EveryInstructionSetGivesTheSameBytes) {
     const std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
     if (targets.size() < 2) GTEST_SKIP() << "this machine has one instruction set";
     const std::vector<NamedImage> unit = unitImages(), light = lightImages();
-    for (const PixelFormat format :
-         {PixelFormat::Bc1, PixelFormat::Bc3, PixelFormat::Bc5, PixelFormat::Bc7, PixelFormat::Bc6hUf16, PixelFormat::Bc6hSf16})
+    for (const PixelFormat format : {PixelFormat::Bc1, PixelFormat::Bc3, PixelFormat::Bc5, PixelFormat::Bc4Snorm, PixelFormat::Bc5Snorm,
+                                     PixelFormat::Bc7, PixelFormat::Bc6hUf16, PixelFormat::Bc6hSf16})
         for (const NamedImage& named : formats::info(format).isFloat ? light : unit) {
             std::vector<std::byte> first;
             for (const std::int64_t target : targets) {

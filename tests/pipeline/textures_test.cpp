@@ -88,6 +88,32 @@ TEST(EncodeTexture, WhatAFormatCannotMeanIsRefusedWithItsPlaceOrRepaired) {
     }
 }
 
+TEST(EncodeTexture, SignedBlocksComeBackFromBothContainers) {
+    const formats::TemporaryFolder folder;
+    Image<glm::vec4> image(32, 24);
+    for (int y = 0; y < 24; ++y)
+        for (int x = 0; x < 32; ++x) image.at(x, y) = glm::vec4(-static_cast<float>(x) / 31, static_cast<float>(y) / 11.5f - 1, 0, 1);
+    image.at(3, 4) = glm::vec4(-2, 2, 0, 1);
+    ASSERT_TRUE(formats::writeExr(folder / "in.exr", image.view(), 3).has_value());
+    for (const char* container : {"out.ktx2", "out.dds"})
+        for (const auto& [format, channels] : std::initializer_list<std::pair<const char*, int>>{{"bc4-snorm", 1}, {"bc5-snorm", 2}}) {
+            const auto facts = encodeTexture({folder / "in.exr", folder / container, format}, 1);
+            ASSERT_TRUE(facts.has_value()) << facts.error().line();
+            EXPECT_EQ(facts->at("clamped_high"), channels) << format;
+            const auto described = describeFile(folder / container);
+            ASSERT_TRUE(described.has_value()) << described.error().line();
+            EXPECT_EQ(described->at("format"), format);
+            ASSERT_TRUE(decodeTexture({folder / container, folder / "back.exr", 0, 0}).has_value());
+            const auto back = formats::readImage(folder / "back.exr");
+            ASSERT_TRUE(back.has_value()) << back.error().line();
+            for (int y = 0; y < 24; ++y)
+                for (int x = 0; x < 32; ++x)
+                    for (int c = 0; c < channels; ++c)
+                        ASSERT_NEAR(back->texels.at(x, y)[c], std::clamp(image.at(x, y)[c], -1.0f, 1.0f), 0.05f)
+                            << format << ' ' << x << ' ' << y;
+        }
+}
+
 TEST(EncodeTexture, WhatIsTooLargeIsClampedAndCounted) {
     const formats::TemporaryFolder folder;
     Image<glm::vec4> image = ramp(8, 8);
