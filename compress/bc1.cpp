@@ -102,6 +102,79 @@ Bc1Result fitConstant(const std::array<float, 3>& colour, const EncodeOptions& o
     return best;
 }
 
+/// The colours of a block that has no more than two where it counts, and what they weigh.
+struct TwoColours {
+    std::array<std::array<float, 3>, 2> colour{};
+    std::array<double, 2> weight{};
+};
+bool hasTwoColours(const Block& block, TwoColours& two) {
+    std::size_t count = 0;
+    for (std::size_t t = 0; t < kTexelCount; ++t) {
+        if (!(block.significance[t] > 0)) continue;
+        const std::array<float, 3> colour = {block.channel[0][t], block.channel[1][t], block.channel[2][t]};
+        std::size_t i = 0;
+        while (i < count && two.colour[i] != colour) ++i;
+        if (i == 2) return false;
+        if (i == count) two.colour[count++] = colour;
+        two.weight[i] += static_cast<double>(block.significance[t]);
+    }
+    return count == 2;
+}
+
+/// The two whole ends, 0 .. largest, that come nearest to the targets at these shares of the way; returns the error.
+double bestEnds(const std::array<double, 2>& target, const std::array<double, 2>& weight, const std::array<double, 2>& share, int largest,
+                std::uint8_t& first, std::uint8_t& second) {
+    double best = INFINITY;
+    for (int a = 0; a <= largest; ++a) {
+        double along = 0, squares = 0;
+        for (std::size_t i = 0; i < 2; ++i) {
+            along += weight[i] * share[i] * (target[i] - (1 - share[i]) * a);
+            squares += weight[i] * share[i] * share[i];
+        }
+        const int below = static_cast<int>(std::clamp(squares > 0 ? along / squares : 0.0, 0.0, static_cast<double>(largest)));
+        for (const int b : {below, std::min(below + 1, largest)}) {
+            double error = 0;
+            for (std::size_t i = 0; i < 2; ++i) {
+                const double miss = (1 - share[i]) * a + share[i] * b - target[i];
+                error += weight[i] * miss * miss;
+            }
+            if (error >= best) continue;
+            best = error;
+            first = static_cast<std::uint8_t>(a);
+            second = static_cast<std::uint8_t>(b);
+        }
+    }
+    return best;
+}
+
+/// A block of two colours: ends for every pair of places that they may take on the line. Channels have nothing to do with one another once
+/// the places are chosen, and for a first end the best second one lies beside the minimum of a parabola.
+Bc1Result fitTwoColours(const TwoColours& two, const EncodeOptions& options, bool mayUseThree) {
+    Bc1Result best;
+    double bestError = INFINITY;
+    for (const int steps : {3, 2}) {
+        if (steps == 2 && !mayUseThree) continue;
+        // A pair that falls is one that rises, seen from the other end.
+        for (int i = 0; i <= steps; ++i)
+            for (int j = i; j <= steps; ++j) {
+                Bc1Result trial;
+                trial.threeColours = steps == 2;
+                double error = 0;
+                for (std::size_t c = 0; c < 3 && error < bestError; ++c) {
+                    const double unit = kLargestCode[c], weight = static_cast<double>(options.channelWeights[c]) / (unit * unit);
+                    const std::array<double, 2> target = {static_cast<double>(two.colour[0][c]) * unit,
+                                                          static_cast<double>(two.colour[1][c]) * unit};
+                    error += weight * bestEnds(target, two.weight, {double(i) / steps, double(j) / steps}, kLargestCode[c], trial.first[c],
+                                               trial.second[c]);
+                }
+                if (error >= bestError) continue;
+                bestError = error;
+                best = trial;
+            }
+    }
+    return best;
+}
+
 std::uint32_t packed565(const std::array<std::uint8_t, 3>& code) {
     return static_cast<std::uint32_t>(code[0] << 11 | code[1] << 5 | code[2]);
 }
@@ -135,7 +208,11 @@ void encodeColours(std::span<const Block> blocks, const EncodeOptions& options, 
     const auto run = [&](const std::vector<const Block*>& list, int effort) {
         std::vector<Bc1Result> found(list.size());
         HWY_DYNAMIC_DISPATCH(fitBc1)(list, bc1SearchOf(effort), options, isBc1, found.data());
-        for (std::size_t i = 0; i < list.size(); ++i) pack(*list[i], options, found[i], false, isBc1, at(list[i]));
+        for (std::size_t i = 0; i < list.size(); ++i) {
+            TwoColours two;
+            if (bc1SearchOf(effort).twoColours && hasTwoColours(*list[i], two)) found[i] = fitTwoColours(two, options, isBc1);
+            pack(*list[i], options, found[i], false, isBc1, at(list[i]));
+        }
     };
     run(sorted.varied, options.effort);
     run(sorted.insignificant, 0);
@@ -153,16 +230,16 @@ void encodeColours(std::span<const Block> blocks, const EncodeOptions& options, 
 }  // namespace
 
 const Bc1Search& bc1SearchOf(int effort) {
-    static constexpr std::array<Bc1Search, 10> kSearches = {{{0, 1, 0, false, false},
-                                                             {1, 1, 0, false, false},
-                                                             {2, 1, 0, false, false},
-                                                             {2, 1, 1, false, false},
-                                                             {2, 1, 1, true, false},
-                                                             {2, 1, 3, true, true},
-                                                             {2, 2, 4, true, true},
-                                                             {2, 4, 6, true, true},
-                                                             {2, 6, 8, true, true},
-                                                             {4, 6, 24, true, true}}};
+    static constexpr std::array<Bc1Search, 10> kSearches = {{{0, 1, 0, false, false, false},
+                                                             {1, 1, 0, false, false, false},
+                                                             {2, 1, 0, false, false, false},
+                                                             {2, 1, 1, false, false, false},
+                                                             {2, 1, 1, true, false, false},
+                                                             {2, 1, 3, true, true, false},
+                                                             {2, 2, 4, true, true, false},
+                                                             {2, 4, 6, true, true, false},
+                                                             {2, 6, 8, true, true, false},
+                                                             {4, 6, 24, true, true, true}}};
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
 

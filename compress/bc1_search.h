@@ -12,6 +12,7 @@ struct Bc1Search {
     int passes;         ///< of neighbours, at most
     bool threeColours;  ///< also the layout with the value half-way, where the format has it
     bool diagonals;     ///< neighbours that move both ends of a channel
+    bool twoColours;    ///< blocks of two colours get the best ends there are
 };
 
 struct Bc1Result {

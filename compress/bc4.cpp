@@ -9,6 +9,7 @@
 #define HWY_TARGET_INCLUDE "compress/bc4.cpp"
 #include <hwy/foreach_target.h>
 // After foreach_target, so that each target gets its own.
+#include "compress/bc4_exact-inl.h"
 #include "compress/bc4_fit-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -29,6 +30,10 @@ void fitBc4(std::span<const Block* const> blocks, std::size_t channel, const Bc4
     }
 }
 
+void searchBc4(const Block& block, std::size_t channel, const Bc4Codes& codes, Bc4Result& found) {
+    Bc4Exact<hn::ScalableTag<float>>(codes).run(block, channel, found);
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace compress
 HWY_AFTER_NAMESPACE();
@@ -38,6 +43,7 @@ namespace compress {
 namespace {
 
 HWY_EXPORT(fitBc4);
+HWY_EXPORT(searchBc4);
 
 /// One channel of a block, in units of a code.
 struct Channel {
@@ -85,26 +91,6 @@ bool improve(const Channel& channel, int low, int high, bool sixSteps, Candidate
     if (!(error < best.error)) return false;
     best = {.low = low, .high = high, .sixSteps = sixSteps, .error = error};
     return true;
-}
-
-/// Every pair of ends that could still win. A pair whose ends leave the extremes of the texels outside loses at least that much there.
-void searchAll(const Channel& channel, Candidate& best) {
-    const int largest = static_cast<int>(channel.largest);
-    float lowest = channel.largest, highest = 0, lowestWeight = 0, highestWeight = 0;
-    for (std::size_t t = 0; t < kTexelCount; ++t) {
-        if (!(channel.weight[t] > 0)) continue;
-        if (channel.value[t] < lowest) lowest = channel.value[t], lowestWeight = channel.weight[t];
-        if (channel.value[t] > highest) highest = channel.value[t], highestWeight = channel.weight[t];
-    }
-    for (int low = 0; low <= largest && best.error > 0; ++low) {
-        const float under = std::max(0.0f, static_cast<float>(low) - lowest);
-        const bool lowHopeless = under * under * lowestWeight > best.error;
-        for (int high = largest; high >= low; --high) {
-            const float over = std::max(0.0f, highest - static_cast<float>(high));
-            if (!lowHopeless && !(over * over * highestWeight > best.error)) improve(channel, low, high, false, best);
-            improve(channel, low, high, true, best);
-        }
-    }
 }
 
 /// A single value: ends side by side reach every seventh of a code, and every fifth.
@@ -186,7 +172,7 @@ const Bc4Search& bc4SearchOf(int effort) {
                                                              {16, 4, 2, 3, 2, true, false},
                                                              {24, 4, 2, 6, 2, true, false},
                                                              {24, 1, 2, 6, 2, true, false},
-                                                             {24, 1, 2, 6, 2, true, true}}};
+                                                             {16, 4, 2, 3, 2, true, true}}};
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
 
@@ -214,7 +200,7 @@ void encodeChannel(std::span<const Block> blocks, std::size_t channelIndex, int 
         if (results[i].isConstant)
             results[i] = fitConstant(channel, constantOf(channel));
         else
-            searchAll(channel, results[i]);
+            HWY_DYNAMIC_DISPATCH(searchBc4)(blocks[i], channelIndex, codes, results[i]);
         pack(channel, results[i], codes, out + i * stride);
     }
 }
