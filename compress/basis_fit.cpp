@@ -48,10 +48,7 @@ public:
     BasisFitter(const LightMapPlan& plan, const BasisShape& shape, const LightMapSamples& samples, const EncodeOptions& options)
         : plan_(plan), samples_(samples), options_(options) {
         model_.shape = shape;
-        samplePlan_ = plan;
-        samplePlan_.width = samples.texels().sh.width();
-        samplePlan_.height = kChartBlock;
-        source_ = rows::makeSource(samplePlan_, samples.texels(), 0, kChartBlock);
+        source_ = sourceOf(plan, samples);
     }
 
     BasisModel run(const std::vector<int>& charts, int blocksAcross, int clusterCount) {
@@ -72,6 +69,31 @@ public:
     }
 
 private:
+    /// The blocks of the samples' strip without what surrounds them.
+    template <class T>
+    static Image<T> withoutMargin(const Image<T>& strip) {
+        Image<T> blocks(strip.width() / LightMapSamples::kSide * kChartBlock, kChartBlock);
+        for (int y = 0; y < kChartBlock; ++y)
+            for (int x = 0; x < blocks.width(); ++x)
+                blocks.at(x, y) = strip.at(x / kChartBlock * LightMapSamples::kSide + LightMapSamples::kMargin + x % kChartBlock,
+                                           LightMapSamples::kMargin + y);
+        return blocks;
+    }
+    /// The chosen blocks side by side, padded as they are in the map.
+    static rows::Source sourceOf(const LightMapPlan& plan, const LightMapSamples& samples) {
+        LightMapPlan strip = plan;
+        strip.width = samples.texels().sh.width();
+        strip.height = LightMapSamples::kSide;
+        rows::Source wide = rows::makeSource(strip, samples.texels(), 0, strip.height);
+        for (Image<glm::vec3>& values : wide.values) values = withoutMargin(values);
+        wide.coverage = withoutMargin(wide.coverage);
+        wide.importance = withoutMargin(wide.importance);
+        wide.owner = withoutMargin(wide.owner);
+        wide.width = wide.coverage.width();
+        wide.height = kChartBlock;
+        return wide;
+    }
+
     /// The covered texels, as ratios to what BC6H (or its like) makes of coefficient 0.
     void collect() {
         const float range = rows::constant(plan_, "range", 0);
@@ -82,7 +104,7 @@ private:
         glm::vec3 lastNormal(0);
         for (int x = 0; x < source_.width; ++x)
             for (int y = 0; y < kChartBlock; ++y) {
-                if (samples_.texels().covered.at(x, y) == 0) continue;
+                if (source_.coverage.at(x, y) < 1) continue;
                 Texel texel{x, y};
                 const float block = samples_.choices()[static_cast<std::size_t>(x / kChartBlock)].weight;
                 texel.weight = block * std::sqrt(source_.importance.at(x, y));
@@ -93,7 +115,8 @@ private:
                         texel.ratio[c][i] = dc > 0 ? std::clamp(source_.values[i].at(x, y)[static_cast<int>(c)] / dc, -4.0f, 4.0f) : 0;
                     if (!(dc > 0)) texel.ratio[c][0] = 1;
                 }
-                const glm::vec3& normal = samples_.texels().normal.at(x, y);
+                const glm::ivec2 owner = source_.owner.at(x, y);
+                const glm::vec3& normal = samples_.texels().normal.at(owner.x, owner.y);
                 if (metrics_.empty() || normal != lastNormal) metrics_.push_back(metric.at(normal));
                 lastNormal = normal;
                 texel.metric = metrics_.size() - 1;
@@ -436,7 +459,6 @@ private:
     const LightMapPlan& plan_;
     const LightMapSamples& samples_;
     const EncodeOptions& options_;
-    LightMapPlan samplePlan_;
     rows::Source source_;
     BasisModel model_;
     std::vector<Texel> texels_;

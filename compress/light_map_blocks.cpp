@@ -143,21 +143,22 @@ std::vector<LightMapBlocks::Choice> LightMapBlocks::choose(const std::vector<int
 }
 
 LightMapSamples::LightMapSamples(std::vector<LightMapBlocks::Choice> choices, int across) : across_(across), choices_(std::move(choices)) {
-    const int width = kChartBlock * static_cast<int>(choices_.size());
-    texels_.sh = formats::Image<lighting::ShRgb>(width, kChartBlock, lighting::ShRgb{});
-    texels_.covered = formats::Image<std::uint8_t>(width, kChartBlock, 0);
-    texels_.normal = formats::Image<glm::vec3>(width, kChartBlock, glm::vec3(0, 0, 1));
+    const int width = kSide * static_cast<int>(choices_.size());
+    texels_.sh = formats::Image<lighting::ShRgb>(width, kSide, lighting::ShRgb{});
+    texels_.covered = formats::Image<std::uint8_t>(width, kSide, 0);
+    texels_.normal = formats::Image<glm::vec3>(width, kSide, glm::vec3(0, 0, 1));
 }
 
 void LightMapSamples::add(const LightMapBand& band, int firstRow, int rowCount) {
     const int firstBlock = firstRow / kChartBlock * across_;
     auto chosen = std::ranges::lower_bound(choices_, firstBlock, {}, &LightMapBlocks::Choice::block);
     for (; chosen != choices_.end(); ++chosen) {
-        const int top = chosen->block / across_ * kChartBlock, left = chosen->block % across_ * kChartBlock;
-        if (top >= firstRow + rowCount) break;
-        const int place = kChartBlock * static_cast<int>(chosen - choices_.begin());
-        for (int y = top; y < std::min(top + kChartBlock, firstRow + rowCount); ++y)
-            for (int x = left; x < std::min(left + kChartBlock, band.sh.width()); ++x) {
+        const int top = chosen->block / across_ * kChartBlock - kMargin, left = chosen->block % across_ * kChartBlock - kMargin;
+        if (top + kMargin >= firstRow + rowCount) break;
+        const int place = kSide * static_cast<int>(chosen - choices_.begin());
+        const int bottom = std::min(top + kSide, band.firstRow + band.sh.height()), right = std::min(left + kSide, band.sh.width());
+        for (int y = std::max(top, band.firstRow); y < bottom; ++y)
+            for (int x = std::max(left, 0); x < right; ++x) {
                 texels_.sh.at(place + x - left, y - top) = band.sh.at(x, y - band.firstRow);
                 texels_.covered.at(place + x - left, y - top) = band.covered.at(x, y - band.firstRow);
                 texels_.normal.at(place + x - left, y - top) = band.normal.at(x, y - band.firstRow);

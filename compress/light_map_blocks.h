@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "compress/light_map.h"
 #include "formats/light_map.h"
 
 namespace compress {
@@ -40,16 +41,19 @@ private:
     std::vector<double> light_;           ///< sum of squared coefficient 0
 };
 
-/// The texels of chosen blocks, side by side in a band that is one block high.
+/// Chosen blocks with their surroundings, side by side in a band of their own: what lies beside a block's texels decides how it is padded.
 class LightMapSamples {
 public:
     LightMapSamples() = default;
     LightMapSamples(std::vector<LightMapBlocks::Choice> choices, int across);
-    /// Takes what rows [firstRow, firstRow + rowCount) of the map hold of the chosen blocks. As LightMapBlocks::add.
+    /// Takes the chosen blocks of rows [firstRow, firstRow + rowCount) of the map, whole blocks but at its end. The band must hold those
+    /// rows and kLightMapPaddingRows more on either side where the map has them. Different rows may be added from several threads.
     void add(const formats::LightMapBand& band, int firstRow, int rowCount);
 
     const std::vector<LightMapBlocks::Choice>& choices() const { return choices_; }
+    /// kSide rows; the texels of choice i are rows and columns [kMargin, kMargin + kChartBlock) of its columns, kSide i and on.
     const formats::LightMapBand& texels() const { return texels_; }
+    static constexpr int kMargin = kLightMapPaddingRows, kSide = kChartBlock + 2 * kMargin;
 
 private:
     int across_ = 0;

@@ -152,22 +152,28 @@ Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& name) {
 
 /// Charts from the coverage, then the blocks worth looking at.
 Result<void> LightMapPlanner::gather() {
-    const auto walk = [&](const char* what, auto& learner) -> Result<void> {
-        const auto walked = forEachBand<int>(source_.bandCount(), context_, fmt::format("{} {}", what, context_.action.asset),
-                                             [&](int index) -> Result<int> {
-                                                 const auto band = source_.band(index);
-                                                 if (!band) return tl::make_unexpected(band.error());
-                                                 learner.add(**band, (*band)->firstRow, source_.bandRows(index));
-                                                 return 0;
-                                             });
+    const auto walk = [&](const char* what, auto&& visit) -> Result<void> {
+        const auto walked = forEachBand<int>(source_.bandCount(), context_, fmt::format("{} {}", what, context_.action.asset), visit);
         if (!walked) return tl::make_unexpected(walked.error());
         return {};
     };
     blocks_ = compress::LightMapBlocks(source_.width(), source_.height());
-    if (auto walked = walk("survey the charts of", blocks_); !walked) return walked;
+    const auto surveyed = walk("survey the charts of", [&](int index) -> Result<int> {
+        const auto band = source_.band(index);
+        if (!band) return tl::make_unexpected(band.error());
+        blocks_.add(**band, (*band)->firstRow, source_.bandRows(index));
+        return 0;
+    });
+    if (!surveyed) return surveyed;
     charts_ = blocks_.charts();
     compress::LightMapSamples samples(blocks_.choose(charts_, compress::learningBlocks(options_.effort)), blocks_.across());
-    if (auto walked = walk("sample", samples); !walked) return walked;
+    const auto sampled = walk("sample", [&](int index) -> Result<int> {
+        const auto band = source_.bandWithMargin(index, compress::LightMapSamples::kMargin, compress::LightMapSamples::kMargin);
+        if (!band) return tl::make_unexpected(band.error());
+        samples.add(*band, index * kBandRows, source_.bandRows(index));
+        return 0;
+    });
+    if (!sampled) return sampled;
     samples_ = std::move(samples);
     return {};
 }

@@ -108,22 +108,25 @@ TEST(LightMapBlocks, TheOneBrightBlockOfADarkChartIsChosen) {
     EXPECT_TRUE(found);
 }
 
-TEST(LightMapSamples, HoldTheTexelsOfTheirBlocksHoweverTheMapIsCut) {
+TEST(LightMapSamples, HoldTheirBlocksAndWhatLiesBesideThemHoweverTheMapIsCut) {
+    using compress::LightMapSamples;
     constexpr int kWidth = 61, kHeight = 50;
     const formats::LightMapBand band = synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight);
     compress::LightMapBlocks blocks(kWidth, kHeight);
     blocks.add(band, 0, kHeight);
-    compress::LightMapSamples samples(blocks.choose(blocks.charts(), 40), blocks.across());
-    for (const int row : {32, 0, 16, 48})
-        samples.add(synthetic::makeBand(synthetic::Kind::Gradient, kWidth, row, std::min(16, kHeight - row)), row,
-                    std::min(16, kHeight - row));
+    LightMapSamples samples(blocks.choose(blocks.charts(), 40), blocks.across());
+    for (const int row : {32, 0, 16, 48}) {
+        const int first = std::max(row - LightMapSamples::kMargin, 0), end = std::min(row + 16 + LightMapSamples::kMargin, kHeight);
+        samples.add(synthetic::makeBand(synthetic::Kind::Gradient, kWidth, first, end - first), row, std::min(16, kHeight - row));
+    }
+    ASSERT_EQ(samples.texels().sh.width(), static_cast<int>(samples.choices().size()) * LightMapSamples::kSide);
     for (std::size_t i = 0; i < samples.choices().size(); ++i)
-        for (int y = 0; y < kChartBlock; ++y)
-            for (int x = 0; x < kChartBlock; ++x) {
-                const int mapX = samples.choices()[i].block % blocks.across() * kChartBlock + x;
-                const int mapY = samples.choices()[i].block / blocks.across() * kChartBlock + y;
-                const int place = static_cast<int>(i) * kChartBlock + x;
-                const bool inside = mapX < kWidth && mapY < kHeight;
+        for (int y = 0; y < LightMapSamples::kSide; ++y)
+            for (int x = 0; x < LightMapSamples::kSide; ++x) {
+                const int mapX = samples.choices()[i].block % blocks.across() * kChartBlock + x - LightMapSamples::kMargin;
+                const int mapY = samples.choices()[i].block / blocks.across() * kChartBlock + y - LightMapSamples::kMargin;
+                const int place = static_cast<int>(i) * LightMapSamples::kSide + x;
+                const bool inside = 0 <= mapX && mapX < kWidth && 0 <= mapY && mapY < kHeight;
                 ASSERT_EQ(samples.texels().covered.at(place, y), inside ? band.covered.at(mapX, mapY) : 0);
                 if (!inside || band.covered.at(mapX, mapY) == 0) continue;
                 EXPECT_EQ(samples.texels().sh.at(place, y), band.sh.at(mapX, mapY));
