@@ -147,20 +147,28 @@ Bc6hResult singleColour(const Block& block, std::size_t texel, bool isSigned) {
     return result;
 }
 
+/// The error of a block whose texels are off by so many octaves in each channel. Metrics that know no octaves have no such error.
+float errorOf(const Block& block, const EncodeOptions& options, float octaves) {
+    if (options.hdrMetric != HdrMetric::Log) return INFINITY;
+    float sum = 0;
+    for (const float weight : block.significance) sum += weight;
+    return sum * (options.channelWeights[0] + options.channelWeights[1] + options.channelWeights[2]) * octaves * octaves;
+}
+
 }  // namespace
 
 const Bc6hSearch& bc6hSearchOf(int effort) {
     static constexpr std::array<Bc6hSearch, 10> kSearches = {{
-        {1e9f, 0, 0, 0, 0, false, 0, 0, 1.0f / 16},
-        {0.025f, 1, 0, 1, 0, false, 0, 0, 1.0f / 16},
-        {0.008f, 3, 0, 2, 0, false, 0, 1, 1.0f / 16},
-        {0, 2, 0, 2, 0, false, 0, 0, 1.0f / 16},
-        {0, 3, 0, 2, 0, false, 0, 1, 1.0f / 16},
-        {0, 4, 0, 2, 1, false, 0, 1, 1.0f / 16},
-        {0, 4, 0, 2, 1, false, 2, 2, 1.0f / 16},
-        {0, 4, 0, 2, 2, true, 3, 3, 1.0f / 16},
-        {0, 6, 0, 2, 4, true, 6, 6, 1.0f / 16},
-        {0, 32, 0, 4, 16, true, 32, 32, 1.0f / 16},
+        {1e9f, 0, 0, 1, 0, false, 0, 0, 0, 1.0f / 16},
+        {0.025f, 1, 0, 1, 0, false, 0, 0, 0, 1.0f / 16},
+        {0.008f, 3, 0, 2, 0, false, 0, 1, 0, 1.0f / 16},
+        {0, 2, 0, 2, 0, false, 0, 0, 0.008f, 1.0f / 16},
+        {0, 3, 0, 2, 0, false, 0, 1, 0, 1.0f / 16},
+        {0, 4, 0, 2, 1, false, 0, 1, 0, 1.0f / 16},
+        {0, 4, 0, 2, 1, false, 2, 2, 0, 1.0f / 16},
+        {0, 4, 0, 2, 2, true, 3, 3, 0, 1.0f / 16},
+        {0, 6, 0, 2, 4, true, 6, 6, 0, 1.0f / 16},
+        {0, 32, 0, 4, 16, true, 32, 32, 0, 1.0f / 16},
     }};
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
@@ -173,14 +181,26 @@ bool encodeBc6hRows(const Bc6hRows& rows, bool isSigned, const EncodeOptions& op
 void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out) {
     const BlockSorter sorted(blocks, 3);
     std::vector<Bc6hResult> found(blocks.size());
-    const auto run = [&](const std::vector<const Block*>& list, int effort) {
+    const auto fit = [&](const std::vector<const Block*>& list, const Bc6hSearch& search) {
         std::vector<Bc6hResult> results(list.size());
-        const Bc6hSearch& search = bc6hSearchOf(effort);
         if (isSigned)
             HWY_DYNAMIC_DISPATCH(fitSigned)(list, search, options, results.data());
         else
             HWY_DYNAMIC_DISPATCH(fitUnsigned)(list, search, options, results.data());
-        for (std::size_t i = 0; i < list.size(); ++i) found[static_cast<std::size_t>(list[i] - blocks.data())] = results[i];
+        return results;
+    };
+    const auto run = [&](const std::vector<const Block*>& list, int effort) {
+        const Bc6hSearch& search = bc6hSearchOf(effort);
+        const auto at = [&](const Block* block) -> Bc6hResult& { return found[static_cast<std::size_t>(block - blocks.data())]; };
+        std::vector<const Block*> poor;
+        const std::vector<Bc6hResult> results = fit(list, search);
+        for (std::size_t i = 0; i < list.size(); ++i) {
+            at(list[i]) = results[i];
+            if (search.deeperAbove > 0 && results[i].error > errorOf(*list[i], options, search.deeperAbove)) poor.push_back(list[i]);
+        }
+        const std::vector<Bc6hResult> deeper = fit(poor, bc6hSearchOf(effort + 1));
+        for (std::size_t i = 0; i < poor.size(); ++i)
+            if (deeper[i].error < at(poor[i]).error) at(poor[i]) = deeper[i];
     };
     for (const auto& [block, texel] : sorted.constant)
         found[static_cast<std::size_t>(block - blocks.data())] = singleColour(*block, texel, isSigned);

@@ -9,6 +9,8 @@
 
 #include <hwy/highway.h>
 
+#include <limits>
+
 #include "compress/bc6h_values-inl.h"
 #include "compress/block.h"
 #include "compress/principal_axis-inl.h"
@@ -28,6 +30,8 @@ class Bc6hFast {
     using M = hn::Mask<D>;
     using Values = Bc6hValues<D, kSigned>;
     static constexpr std::size_t kLanes = hn::MaxLanes(D());
+    /// In octaves of v, where all of a half's denormals are one: what a channel may span within a block, and in the dark.
+    static constexpr float kWide = 4, kWideElsewhere = 1, kDark = 2, kDarkRange = 1.0f / 64;
 
 public:
     explicit Bc6hFast(const EncodeOptions& options) : options_(options), isLinear_(options.hdrMetric == HdrMetric::Linear) {}
@@ -36,7 +40,8 @@ public:
     /// texels   four rows of 4 Lanes(d) texels of four floats
     /// weights  four rows of significance, or null for 1 everywhere
     /// out      four words a block
-    /// errors   receives the mean square error that each block is left with, about in octaves, or is null
+    /// errors   receives the mean square error that each block is left with, about in octaves, or is null. Infinity where it cannot
+    ///          be told: see errorLeft
     /// Returns whether a value lay outside the format's range, and was clamped.
     bool run(const std::array<const float*, 4>& texels, const std::array<const float*, 4>* weights, std::uint32_t* out, float* errors) {
         const bool clamped = load(texels);
@@ -281,18 +286,31 @@ private:
         chooseIndices();
     }
 
-    /// Mean square of what the indices miss, about in octaves; 0 of blocks that weigh nothing.
+    /// Mean square of what the indices miss, about in octaves; 0 of blocks that weigh nothing. Infinity, of any block, where slopes
+    /// of the metric tell nothing, and where one colour would miss less.
     F errorLeft() const {
-        F error = zero(), total = zero();
-        for (int t = 0; t < kTexelCount; ++t) {
-            total = total + significance_[t];
-            for (int c = 0; c < 3; ++c) {
+        F error = zero(), oneColour = zero(), range = zero(), darkest = set(Values::kLargest), total = zero();
+        for (const F& s : significance_) total = total + s;
+        for (int c = 0; c < 3; ++c) {
+            F sum = zero(), squares = zero(), weights = set(1e-30f);
+            for (int t = 0; t < kTexelCount; ++t) {
                 const F away = hn::NegMulAdd(d_[c], index_[t] * set(1.0f / 15), v_[c][t] - a_[c]);
                 error = hn::MulAdd(weight_[c][t] * away, away, error);
+                const F beside = v_[c][t] - low_[c], weighted = weight_[c][t] * beside;
+                weights = weights + weight_[c][t];
+                sum = sum + weighted;
+                squares = hn::MulAdd(weighted, beside, squares);
             }
+            oneColour = oneColour + hn::NegMulAdd(sum, sum / weights, squares);
+            range = hn::Max(range, high_[c] - low_[c]);
+            darkest = hn::Min(darkest, low_[c]);
         }
         constexpr float kOctave = 1024 * Values::kPerHalf;
-        return hn::IfThenZeroElse(nothing_, error / (total * set(3 * kOctave * kOctave)));
+        const M dark = hn::And(darkest<set(kDark * kOctave), range> set(kDarkRange * kOctave));
+        const float wide = (options_.hdrMetric == HdrMetric::Log ? kWide : kWideElsewhere) * kOctave;
+        const M doubtful = hn::Or(hn::Or(dark, range > set(wide)), hn::And(error > oneColour, range > zero()));
+        error = hn::IfThenZeroElse(nothing_, error / (total * set(3 * kOctave * kOctave)));
+        return select(doubtful, set(std::numeric_limits<float>::infinity()), error);
     }
 
     /// A code's bits go up; those of the first end's that do not fit its ten bits lie in the second's field, highest first.

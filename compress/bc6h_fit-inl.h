@@ -44,6 +44,7 @@ public:
         tryRegions(OneRegion(), hn::Zero(DI()), search_.everyMode > 0);
         if (search_.partitions > 0) tryTwoRegions();
         descend();
+        tryOneColour();
         store(found);
     }
 
@@ -118,6 +119,22 @@ private:
             Codes::clampDeltas(regions, other, code);
             tryCodes(regions, partition, other, code, index);
         }
+    }
+
+    /// Where everything else is worse than one colour, which mode 14 holds as finely as halves are: lamps beside black are no line in v.
+    void tryOneColour() {
+        F mean[3], code[4][3];
+        const M worse = texels_.oneColourError(mean) < best_.error;
+        if (hn::AllFalse(D(), worse)) return;
+        for (int c = 0; c < 3; ++c) code[0][c] = code[1][c] = texels_.wholeVOf(mean[c]);
+        const ModeLanes mode = Codes::modeLanes(13);
+        const OneRegion regions;
+        Line whole[2];
+        Texels index;
+        Codes::linesOf(regions, code, mode, whole);
+        for (F& i : index) i = zero();
+        const F error = texels_.errorOf(regions, whole, index, std::false_type());
+        keepWhere<OneRegion>(hn::And(worse, error < best_.error), error, hn::Zero(DI()), mode, code, index);
     }
 
     void tryTwoRegions() {
@@ -223,6 +240,9 @@ private:
                 each(hn::ConvertTo(di, best_.code[e][c]), [e, c](Bc6hResult& r, std::int32_t v) { r.code[e][c] = v; });
         for (std::size_t t = 0; t < kTexelCount; ++t)
             each(hn::ConvertTo(di, best_.index[t]), [t](Bc6hResult& r, std::int32_t v) { r.index[t] = static_cast<std::uint8_t>(v); });
+        HWY_ALIGN float error[hn::MaxLanes(D())];
+        hn::Store(best_.error, d, error);
+        for (std::size_t lane = 0; lane < lanes; ++lane) found[lane].error = error[lane];
     }
 
     const Bc6hSearch& search_;

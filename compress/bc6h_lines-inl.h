@@ -140,6 +140,37 @@ public:
         return error;
     }
 
+    /// Error of one colour for all texels, the weighted mean in the metric. mean receives it.
+    F oneColourError(F (&mean)[3]) const {
+        F error = zero();
+        for (int c = 0; c < 3; ++c) {
+            F total = set(1e-30f), sum = zero();
+            for (int t = 0; t < kTexelCount; ++t) {
+                total = total + errorWeight_[c][t];
+                sum = sum + errorWeight_[c][t] * value_[c][t];
+            }
+            mean[c] = sum / total;
+            for (int t = 0; t < kTexelCount; ++t) {
+                const F miss = value_[c][t] - mean[c];
+                error = error + errorWeight_[c][t] * miss * miss;
+            }
+        }
+        return error;
+    }
+
+    /// The whole v whose light is nearest to a value in the metric, by halving what is left.
+    F wholeVOf(F value) const {
+        F low = set(Values::kSmallest), high = set(Values::kLargest);
+        for (int i = 0; i < 17; ++i) {
+            const F middle = hn::Floor((low + high) * set(0.5f));
+            const M above = values_.metric(Values::lightOf(middle)) > value;
+            low = select(above, low, middle);
+            high = select(above, middle, high);
+        }
+        const F under = value - values_.metric(Values::lightOf(low)), over = values_.metric(Values::lightOf(high)) - value;
+        return select(hn::Abs(under) <= hn::Abs(over), low, high);
+    }
+
 private:
     static constexpr float kNear = 64.0f;
     static constexpr float kOctave = 1.0f;

@@ -12,15 +12,16 @@ namespace compress {
 
 /// Parameters of the search: what each point on the curve of time against error buys.
 struct Bc6hSearch {
-    float careAbove;   ///< root mean square error, about in octaves, that the fast kernel may leave a block with; 0: it is not asked at all
-    int partitions;    ///< two-region shapes tried in full, of 32; 0: one region only
-    int freeRefits;    ///< least-squares steps before anything is rounded
-    int codedRefits;   ///< the same, against rounded ends
-    int descents;      ///< passes of single steps of each code of the best
-    bool pairs;        ///< of both ends of a channel as well
-    int polished;      ///< two-region shapes that are each stepped on their own
-    int everyMode;     ///< two-region shapes, and one region, for which not only the finest mode is tried whose deltas hold
-    float slopeReach;  ///< share of the block's range across which the metric's slope is taken
+    float careAbove;  ///< root mean square error, about in octaves, that the fast kernel may leave a block with; 0: it is not asked at all
+    int partitions;   ///< two-region shapes tried in full, of 32; 0: one region only
+    int freeRefits;   ///< least-squares steps before anything is rounded
+    int codedRefits;  ///< the same, against rounded ends
+    int descents;     ///< passes of single steps of each code of the best
+    bool pairs;       ///< of both ends of a channel as well
+    int polished;     ///< two-region shapes that are each stepped on their own
+    int everyMode;    ///< two-region shapes, and one region, for which not only the finest mode is tried whose deltas hold
+    float deeperAbove;  ///< error, measured likewise, above which a block gets the next effort's search as well; 0: none does
+    float slopeReach;   ///< share of the block's range across which the metric's slope is taken
 };
 
 /// A block before its bits are packed. Codes are signed in signed formats; region 1 only where the mode has it.
@@ -29,6 +30,7 @@ struct Bc6hResult {
     int partition = 0;
     std::array<std::array<std::int32_t, 3>, 4> code{};
     std::array<std::uint8_t, kTexelCount> index{};
+    float error = 0;  ///< sum over texels and channels, weighed, in the metric
 };
 
 const Bc6hSearch& bc6hSearchOf(int effort);

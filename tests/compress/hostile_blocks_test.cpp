@@ -90,6 +90,57 @@ TEST(HostileBlocks, NoBlockOfUnormFormatsIsWorseThanOneColour) {
         }
 }
 
+/// The same of BC6H: one colour is the weighted mean in the metric, a half in each channel (mode 14 holds any), errors are in the metric.
+AgainstOneColour againstOneLight(PixelFormat format, const HostileImage& image, const TexelImage& decoded, int left, int top) {
+    AgainstOneColour found;
+    const auto scale = static_cast<double>(image.options.hdrScale);
+    const bool isLog = image.options.hdrMetric == HdrMetric::Log;
+    const auto metric = [&](double x) { return isLog ? std::copysign(std::log2(1 + std::abs(x) / scale), x) : x; };
+    const double least = formats::info(format).isSigned ? -65504 : 0;
+    for (int c = 0; c < 3; ++c) {
+        double weights = 0, sum = 0, squares = 0, misses = 0;
+        for (int t = 0; t < kTexelCount; ++t) {
+            const int x = left + t % 4, y = top + t / 4;
+            const double value = std::clamp(static_cast<double>(image.texels.at(x, y)[c]), least, 65504.0), m = metric(value);
+            double weight = static_cast<double>(image.significance.at(x, y));
+            if (image.options.hdrMetric == HdrMetric::Relative) weight /= std::pow(std::abs(value) + scale, 2);
+            weights += weight;
+            sum += weight * m;
+            squares += weight * m * m;
+            misses += weight * std::pow(metric(static_cast<double>(decoded.at(x, y)[c])) - m, 2);
+        }
+        if (!(weights > 0)) return {};
+        const auto channelWeight = static_cast<double>(image.options.channelWeights[static_cast<std::size_t>(c)]);
+        // A half is off by 2^-12 of itself, or by 2^-25.
+        const double mean = sum / weights, half = isLog ? (std::exp2(std::abs(mean)) - 1) * scale : std::abs(mean);
+        // The kernels' logarithms hold what is next to nothing to 1e-6.
+        const double away = metric(half + std::max(half * 0x1p-11, 0x1p-24)) - metric(half) + (isLog ? 1e-6 : 0.0);
+        found.error += channelWeight * misses;
+        found.oneColour += channelWeight * (std::max(0.0, squares - sum * mean) + weights * away * away);
+    }
+    return found;
+}
+
+TEST(HostileBlocks, NoBlockOfBc6hIsWorseThanOneColour) {
+    for (const PixelFormat format : {PixelFormat::Bc6hUf16, PixelFormat::Bc6hSf16})
+        for (const int level : {0, 1, 2, 3, 5, 7})
+            for (int round = 0; round < 6; ++round) {
+                Random random(static_cast<std::uint64_t>(level + 10 * round) + 7);
+                HostileImage image = makeHostileImage(random, 1024, level);
+                for (float& weight : image.significance.texels()) weight = static_cast<float>(random.below(4)) / 3;
+                const Encoded result = encode(format, image.texels, image.options, image.significance.view());
+                int worse = 0;
+                for (int y = 0; y < image.texels.height(); y += 4)
+                    for (int x = 0; x < image.texels.width(); x += 4) {
+                        const AgainstOneColour found = againstOneLight(format, image, result.decoded, x, y);
+                        if (found.error > 1.02 * found.oneColour && worse++ == 0)
+                            ADD_FAILURE() << found.error << " where one colour has " << found.oneColour << "; "
+                                          << describeBlock(image, format, x, y);
+                    }
+                EXPECT_EQ(worse, 0) << formats::info(format).name << " effort " << level << " round " << round;
+            }
+}
+
 /// Lanes of a vector share every decision that the code takes once for all of them: opaque blocks beside others, hostile ones beside tame.
 TEST(HostileBlocks, NeighboursDoNotChangeABlock) {
     for (const PixelFormat format : kBlockFormats)
