@@ -209,5 +209,58 @@ TEST(OptimalBc4, HostileBlocksOfAnyWeightEqualEveryPairOfEnds) {
     }
 }
 
+// ---- BC6H ---------------------------------------------------------------------------------------------------------------------------
+
+/// A block of one colour decodes to halves, so the least error of a channel is that of the nearest half: no more than half a step. The
+/// kernel of efforts 0 to 2 rounds in floats of a half's bits and so may take the other of two halves that are as near to a 256th of a
+/// step.
+TEST(OneColour, Bc6hIsTheNearestHalfAtEveryEffort) {
+    Random random(96);
+    for (int i = 0; i < 300; ++i) {
+        glm::vec4 colour(0, 0, 0, 1);
+        for (int c = 0; c < 3; ++c) colour[c] = std::min(65504.0f, std::exp2(random.unit() * 44 - 28));
+        if (i % 7 == 0) colour[i % 3] = 0;
+        for (const PixelFormat format : {PixelFormat::Bc6hUf16, PixelFormat::Bc6hSf16}) {
+            const float sign = formats::info(format).isSigned && i % 2 ? -1.0f : 1.0f;
+            const TexelImage image = imageOf(4, 4, [&](int, int) { return glm::vec4(sign * glm::vec3(colour), 1); });
+            for (int level = 0; level <= 9; ++level) {
+                const TexelImage decoded = encode(format, image, effort(level)).decoded;
+                for (const glm::vec4& texel : decoded.texels())
+                    for (int c = 0; c < 3; ++c) {
+                        double least = INFINITY, halfStep = 0;
+                        for (int exponent = -24; exponent <= 5; ++exponent) {
+                            // Halves are whole multiples of a power of two, 2^-24 at the least, of at most eleven bits.
+                            const double step = std::exp2(exponent), steps = std::nearbyint(static_cast<double>(colour[c]) / step);
+                            if (steps >= 2048) continue;
+                            least = std::min(least, std::abs(steps * step - static_cast<double>(colour[c])));
+                            halfStep = halfStep > 0 ? halfStep : step / 2;
+                        }
+                        ASSERT_LE(std::abs(static_cast<double>(texel[c]) - static_cast<double>(sign * colour[c])),
+                                  level < 3 ? least + halfStep / 256 : least)
+                            << formats::info(format).name << " effort " << level << ' ' << colour[c];
+                    }
+            }
+        }
+    }
+}
+
+// ---- BC7 ----------------------------------------------------------------------------------------------------------------------------
+
+/// BC7 decodes to whole bytes in every mode, so nothing is nearer than the nearest byte of each channel.
+TEST(OneColour, Bc7IsTheNearestByteAtEveryEffort) {
+    Random random(97);
+    for (int i = 0; i < 300; ++i) {
+        FewColours block = twoUnitColours(random, i);
+        block.colour[1] = block.colour[0];
+        block.paint();
+        double least = 0;
+        const double weight = block.weightOf(0) + block.weightOf(1);
+        for (int c = 0; c < 4; ++c) least += weight * std::pow(std::nearbyint(block.colour[0][c] * 255) / 255 - block.colour[0][c], 2);
+        for (int level = 0; level <= 9; ++level)
+            ASSERT_LE(weightedError(block, decodedOf(PixelFormat::Bc7, block, level), 0, 4), least + roundingOf(least, 4 * weight, 2e-7))
+                << i << " effort " << level;
+    }
+}
+
 }  // namespace
 }  // namespace compress::test
