@@ -163,16 +163,16 @@ float constantOf(const Channel& channel) {
 }  // namespace
 
 const Bc4Search& bc4SearchOf(int effort) {
-    static constexpr std::array<Bc4Search, 10> kSearches = {{{1, 1, 1, 0, 0, false, false},
-                                                             {2, 2, 1, 0, 0, true, false},
-                                                             {4, 4, 1, 1, 1, true, false},
-                                                             {8, 4, 1, 2, 1, true, false},
-                                                             {12, 4, 1, 3, 1, true, false},
-                                                             {16, 4, 1, 3, 1, true, false},
-                                                             {16, 4, 2, 3, 2, true, false},
-                                                             {24, 4, 2, 6, 2, true, false},
-                                                             {24, 1, 2, 6, 2, true, false},
-                                                             {16, 4, 2, 3, 2, true, true}}};
+    static constexpr std::array<Bc4Search, 10> kSearches = {{{1, 0, 1, 1, 0, 0, false, false},
+                                                             {2, 1, 2, 1, 0, 0, true, false},
+                                                             {8, 4, 8, 1, 1, 1, true, false},
+                                                             {8, 4, 4, 1, 2, 1, true, false},
+                                                             {12, 4, 4, 1, 3, 1, true, false},
+                                                             {16, 6, 4, 1, 3, 1, true, false},
+                                                             {16, 6, 4, 2, 3, 2, true, false},
+                                                             {24, 8, 4, 2, 6, 2, true, false},
+                                                             {24, 8, 1, 2, 6, 2, true, false},
+                                                             {16, 6, 4, 2, 3, 2, true, true}}};
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
 

@@ -40,6 +40,8 @@ public:
     }
 
 private:
+    static constexpr float kNear = 12.0f;  ///< codes from an extreme
+
     struct Candidate {
         F error, low, high;
     };
@@ -54,8 +56,8 @@ private:
     void load(const Block* const* blocks, std::size_t channel) {
         const D d;
         HWY_ALIGN float buffer[hn::MaxLanes(D())];
-        lowest_ = innerLowest_ = largest();
-        highest_ = innerHighest_ = set(0.0f);
+        lowest_ = largest();
+        highest_ = set(0.0f);
         total_ = set(1e-30f);
         for (std::size_t t = 0; t < kTexelCount; ++t) {
             for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) buffer[lane] = blocks[lane]->channel[channel][t];
@@ -67,9 +69,6 @@ private:
             const M counts = weight_[t] > set(0.0f);
             lowest_ = hn::IfThenElse(counts, hn::Min(lowest_, value_[t]), lowest_);
             highest_ = hn::IfThenElse(counts, hn::Max(highest_, value_[t]), highest_);
-            const M offZero = hn::And(counts, value_[t] >= set(0.5f)), offOne = hn::And(counts, value_[t] <= largest() - set(0.5f));
-            innerLowest_ = hn::IfThenElse(offZero, hn::Min(innerLowest_, value_[t]), innerLowest_);
-            innerHighest_ = hn::IfThenElse(offOne, hn::Max(innerHighest_, value_[t]), innerHighest_);
         }
     }
 
@@ -146,19 +145,46 @@ private:
         high = hn::IfThenElse(solvable, hn::Round(clamp(hn::MulAdd(slope, set(steps<kSix>()), base), set(0.0f), largest())), high);
     }
 
-    /// Texels that scatter have many local optima, by how the steps fall on them: from each group of starts the best goes on.
+    /// What lies between the texels that the least or the largest code serves to within so many codes, or all where nothing does.
+    HWY_INLINE void rangeWithin(float near, F& from, F& to) const {
+        F low = largest(), high = set(0.0f);
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            const M counts = weight_[t] > set(0.0f);
+            const M offZero = hn::And(counts, value_[t] >= set(near)), offOne = hn::And(counts, value_[t] <= largest() - set(near));
+            low = hn::IfThenElse(offZero, hn::Min(low, value_[t]), low);
+            high = hn::IfThenElse(offOne, hn::Max(high, value_[t]), high);
+        }
+        const M some = low <= high;
+        from = hn::IfThenElse(some, low, lowest_);
+        to = hn::IfThenElse(some, high, highest_);
+    }
+
     template <bool kSix>
     void fit(Candidate& best) const {
-        F from = lowest_, to = highest_;
-        if constexpr (kSix) {
-            const M some = innerLowest_ <= innerHighest_;
-            from = hn::IfThenElse(some, innerLowest_, from);
-            to = hn::IfThenElse(some, innerHighest_, to);
+        if constexpr (!kSix) {
+            fitBetween<false>(lowest_, highest_, search_.starts, best);
+        } else {
+            F from, to, nearFrom, nearTo;
+            rangeWithin(0.5f, from, to);
+            fitBetween<true>(from, to, search_.starts, best);
+            if (search_.nearStarts == 0) return;
+            // Texels near the extremes may be left to them, off as they are, so that the others have the steps for themselves.
+            rangeWithin(kNear, nearFrom, nearTo);
+            const M differs = hn::Or(nearFrom != from, nearTo != to);
+            if (hn::AllFalse(D(), differs)) return;
+            Candidate other = nothing();
+            fitBetween<true>(nearFrom, nearTo, search_.nearStarts, other);
+            best = choose(hn::And(differs, other.error < best.error), other, best);
         }
+    }
+
+    /// Texels that scatter have many local optima, by how the steps fall on them: from each group of starts the best goes on.
+    template <bool kSix>
+    void fitBetween(F from, F to, int starts, Candidate& best) const {
         const F range = to - from;
-        for (int start = 0; start < search_.starts;) {
+        for (int start = 0; start < starts;) {
             Candidate candidate = nothing();
-            const int end = std::min(start + search_.startsPerDescent, search_.starts);
+            const int end = std::min(start + search_.startsPerDescent, starts);
             for (; start < end; ++start) {
                 const F in = set(kBc4Starts[static_cast<std::size_t>(start)][0]), out = set(kBc4Starts[static_cast<std::size_t>(start)][1]);
                 F low = hn::Max(hn::Min(hn::Round(hn::MulAdd(range, in, from)), largest() - set(1.0f)), set(0.0f));
@@ -226,10 +252,9 @@ private:
     const Bc4Search& search_;
     const Bc4Codes codes_;
     F value_[kTexelCount], weight_[kTexelCount];
-    F nearEnd_[kTexelCount];        ///< distance to the nearer of the least and the largest code
-    F total_;                       ///< weight
-    F lowest_, highest_;            ///< of the texels that count
-    F innerLowest_, innerHighest_;  ///< of those that 0, or 1, does not already serve
+    F nearEnd_[kTexelCount];  ///< distance to the nearer of the least and the largest code
+    F total_;                 ///< weight
+    F lowest_, highest_;      ///< of the texels that count
 };
 
 }  // namespace HWY_NAMESPACE

@@ -8,6 +8,7 @@ namespace compress {
 
 struct Bc4Search {
     int starts;            ///< of kBc4Starts
+    int nearStarts;        ///< the same between texels that are not near an extreme, of the second layout
     int startsPerDescent;  ///< of so many, the best alone tries its neighbours
     int refits;            ///< least-squares steps from each
     int passes;            ///< of neighbours, at most
