@@ -23,5 +23,7 @@ void decodeBc4Snorm(const std::byte* block, DecodedBlock& out);
 void decodeBc5Snorm(const std::byte* block, DecodedBlock& out);
 void decodeBc6h(const std::byte* block, bool isSigned, DecodedBlock& out);
 void decodeBc7(const std::byte* block, DecodedBlock& out);
+/// A block of any of these formats, BC1 with its three-colour form.
+void decodeBlock(formats::PixelFormat format, const std::byte* block, DecodedBlock& out);
 
 }  // namespace compress

@@ -89,4 +89,30 @@ void decodeBc5Snorm(const std::byte* block, DecodedBlock& out) {
     for (std::size_t t = 0; t < kTexelCount; ++t) out[t] = glm::vec4(red[t], green[t], 0, 1);
 }
 
+void decodeBlock(formats::PixelFormat format, const std::byte* block, DecodedBlock& out) {
+    using formats::PixelFormat;
+    switch (format) {
+        case PixelFormat::Bc1:
+            return decodeBc1(block, false, out);
+        case PixelFormat::Bc3:
+            return decodeBc3(block, out);
+        case PixelFormat::Bc4:
+            return decodeBc4(block, out);
+        case PixelFormat::Bc4Snorm:
+            return decodeBc4Snorm(block, out);
+        case PixelFormat::Bc5:
+            return decodeBc5(block, out);
+        case PixelFormat::Bc5Snorm:
+            return decodeBc5Snorm(block, out);
+        case PixelFormat::Bc6hUf16:
+            return decodeBc6h(block, false, out);
+        case PixelFormat::Bc6hSf16:
+            return decodeBc6h(block, true, out);
+        case PixelFormat::Bc7:
+            return decodeBc7(block, out);
+        default:
+            assert(false && "not a format of 4x4 BC blocks");
+    }
+}
+
 }  // namespace compress

@@ -11,6 +11,7 @@
 #include "compress/block.h"
 #include "compress/decode.h"
 #include "compress/packed_texels.h"
+#include "compress/rdo.h"
 
 namespace compress {
 namespace {
@@ -25,12 +26,8 @@ constexpr int kBatch = 64;
 /// What a format can hold, and how often a texel had to be changed for it.
 class RangeClamp {
 public:
-    explicit RangeClamp(PixelFormat format) : channelCount_(formats::info(format).channelCount) {
-        for (int c = 0; c < 4; ++c) high_[c] = largestValue(format, c);
-        low_ = formats::info(format).isSigned ? -high_ : glm::vec4(0);
-        // Halves keep their sign.
-        if (format == PixelFormat::Rgba16f || format == PixelFormat::Rgb16f) low_ = -high_;
-    }
+    explicit RangeClamp(PixelFormat format)
+        : channelCount_(formats::info(format).channelCount), low_(rangeOf(format).low), high_(rangeOf(format).high) {}
 
     glm::vec4 operator()(const glm::vec4& texel, bool counts) {
         glm::vec4 clamped = texel;
@@ -131,31 +128,6 @@ void encodeBlocks(PixelFormat format, std::span<const Block> blocks, const Encod
     }
 }
 
-void decodeOne(PixelFormat format, const std::byte* block, DecodedBlock& out) {
-    switch (format) {
-        case PixelFormat::Bc1:
-            return decodeBc1(block, false, out);
-        case PixelFormat::Bc3:
-            return decodeBc3(block, out);
-        case PixelFormat::Bc4:
-            return decodeBc4(block, out);
-        case PixelFormat::Bc4Snorm:
-            return decodeBc4Snorm(block, out);
-        case PixelFormat::Bc5:
-            return decodeBc5(block, out);
-        case PixelFormat::Bc5Snorm:
-            return decodeBc5Snorm(block, out);
-        case PixelFormat::Bc6hUf16:
-            return decodeBc6h(block, false, out);
-        case PixelFormat::Bc6hSf16:
-            return decodeBc6h(block, true, out);
-        case PixelFormat::Bc7:
-            return decodeBc7(block, out);
-        default:
-            assert(false && "not a format of 4x4 BC blocks");
-    }
-}
-
 void place(const DecodedBlock& block, int left, int top, ImageView<glm::vec4> out) {
     for (int t = 0; t < kTexelCount; ++t)
         if (left + t % kBlockSide < out.width && top + t / kBlockSide < out.height)
@@ -167,18 +139,17 @@ void decodeRows(PixelFormat format, std::span<const std::byte> blocks, ImageView
     DecodedBlock block;
     for (int top = 0; top < out.height; top += kBlockSide)
         for (int left = 0; left < out.width; left += kBlockSide, next += formats::info(format).bytesPerBlock) {
-            decodeOne(format, next, block);
+            decodeBlock(format, next, block);
             place(block, left, top, out);
         }
 }
 
 EncodeReport encodeBcRows(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
-                          const EncodeOptions& options, std::span<std::byte> out, ImageView<glm::vec4> decoded) {
+                          const EncodeOptions& options, std::span<std::byte> out) {
     const int across = formats::blocksAcross(format, texels.width), down = formats::blocksDown(format, texels.height);
     const auto bytesPerBlock = static_cast<std::size_t>(formats::info(format).bytesPerBlock);
     RangeClamp clamp(format);
     std::vector<Block> batch(kBatch);
-    DecodedBlock block;
     const int blockCount = across * down;
     for (int first = 0; first < blockCount; first += kBatch) {
         const int count = std::min(kBatch, blockCount - first);
@@ -186,11 +157,6 @@ EncodeReport encodeBcRows(PixelFormat format, ImageView<const glm::vec4> texels,
             gather(texels, significance, (first + i) % across, (first + i) / across, clamp, batch[static_cast<std::size_t>(i)]);
         std::byte* target = out.data() + static_cast<std::size_t>(first) * bytesPerBlock;
         encodeBlocks(format, {batch.data(), static_cast<std::size_t>(count)}, options, target);
-        if (!decoded.texels) continue;
-        for (int i = 0; i < count; ++i) {
-            decodeOne(format, target + static_cast<std::size_t>(i) * bytesPerBlock, block);
-            place(block, (first + i) % across * kBlockSide, (first + i) / across * kBlockSide, decoded);
-        }
     }
     return clamp.report();
 }
@@ -214,7 +180,7 @@ void encodeAnew(PixelFormat format, ImageView<const glm::vec4> texels, ImageView
 
 /// BC6H at low effort: a kernel that reads rows and no blocks, and the slower one for the blocks that it leaves poor.
 EncodeReport encodeBc6hFast(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
-                            const EncodeOptions& options, std::span<std::byte> out, ImageView<glm::vec4> decoded) {
+                            const EncodeOptions& options, std::span<std::byte> out) {
     const Bc6hRows rows{&texels.texels->x, 4 * texels.rowStride, significance.texels, significance.rowStride, texels.width, texels.height};
     const float careAbove = bc6hSearchOf(options.effort).careAbove;
     std::vector<float> errors(out.size() / 16);
@@ -226,8 +192,24 @@ EncodeReport encodeBc6hFast(PixelFormat format, ImageView<const glm::vec4> texel
     for (std::size_t i = 0; i < errors.size(); ++i)
         if (errors[i] > careAbove * careAbove) poor.push_back(static_cast<int>(i));
     encodeAnew(format, texels, significance, options, poor, out);
-    if (decoded.texels) decodeRows(format, out, decoded);
     return clamp.report();
+}
+
+/// Every BC format: blocks, repeated where that is asked for, and what they decode to.
+EncodeReport encodeBlockRows(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
+                             const EncodeOptions& options, std::span<std::byte> out, ImageView<glm::vec4> decoded) {
+    const bool isBc6h = format == PixelFormat::Bc6hUf16 || format == PixelFormat::Bc6hSf16;
+    const bool isFast = isBc6h && bc6hSearchOf(options.effort).careAbove > 0;
+    const EncodeReport report =
+        isFast ? encodeBc6hFast(format, texels, significance, options, out) : encodeBcRows(format, texels, significance, options, out);
+    const std::size_t rowBytes = formats::bytesPerBlockRow(format, texels.width);
+    for (int top = 0; options.rdo > 0 && top < texels.height; top += kBlockSide) {
+        const int count = std::min(kBlockSide, texels.height - top);
+        reduceRow(format, texels.rows(top, count), significance.texels ? significance.rows(top, count) : significance, options,
+                  out.subspan(static_cast<std::size_t>(top / kBlockSide) * rowBytes, rowBytes));
+    }
+    if (decoded.texels) decodeRows(format, out, decoded);
+    return report;
 }
 
 EncodeReport encodeTexelRows(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
@@ -278,19 +260,8 @@ EncodeReport encodeRows(PixelFormat format, ImageView<const glm::vec4> texels, I
     assert(!significance.texels || (significance.width == texels.width && significance.height == texels.height));
     assert(!decoded.texels || (decoded.width == texels.width && decoded.height == texels.height));
     if (texels.width == 0 || texels.height == 0) return {};
+    if (canReduce(format)) return encodeBlockRows(format, texels, significance, options, out, decoded);
     switch (format) {
-        case PixelFormat::Bc1:
-        case PixelFormat::Bc3:
-        case PixelFormat::Bc4:
-        case PixelFormat::Bc4Snorm:
-        case PixelFormat::Bc5:
-        case PixelFormat::Bc5Snorm:
-        case PixelFormat::Bc7:
-            return encodeBcRows(format, texels, significance, options, out, decoded);
-        case PixelFormat::Bc6hUf16:
-        case PixelFormat::Bc6hSf16:
-            if (bc6hSearchOf(options.effort).careAbove > 0) return encodeBc6hFast(format, texels, significance, options, out, decoded);
-            return encodeBcRows(format, texels, significance, options, out, decoded);
         case PixelFormat::Astc4x4Hdr:
         case PixelFormat::Astc6x6Hdr:
         case PixelFormat::Astc8x8Hdr:

@@ -25,6 +25,9 @@ struct EncodeOptions {
     HdrMetric hdrMetric = HdrMetric::Log;
     float hdrScale = 1.0f;  ///< see HdrMetric
     std::array<float, 4> channelWeights = {1, 1, 1, 1};
+    /// BC formats (others have nothing to repeat): the share by which the root of each row of blocks' weighted squared error may grow so
+    /// that blocks repeat and the file compresses better
+    float rdo = 0;
 };
 
 /// What had to be changed so that the format can hold it: never silently. Texels without significance are not counted.

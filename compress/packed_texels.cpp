@@ -136,6 +136,22 @@ glm::vec4 encodeSrgb(const glm::vec4& texel, std::byte* out) {
     return decoded;
 }
 
+/// Of a channel, that the format holds.
+float largestValue(PixelFormat format, int channel) {
+    switch (format) {
+        case PixelFormat::Rgb9e5:
+            return 65408.0f;  // 511/512 * 2^16
+        case PixelFormat::R11g11b10f:
+            return channel == 2 ? 64512.0f : 65024.0f;  // (2 - 2^-5) and (2 - 2^-6) * 2^15
+        case PixelFormat::Astc4x4Hdr:
+        case PixelFormat::Astc6x6Hdr:
+        case PixelFormat::Astc8x8Hdr:
+            return channel == 3 ? 1.0f : kLargestHalf;
+        default:
+            return formats::info(format).isFloat ? kLargestHalf : 1.0f;
+    }
+}
+
 }  // namespace
 
 glm::vec4 encodeTexel(PixelFormat format, const glm::vec4& texel, const EncodeOptions& options, std::byte* out) {
@@ -164,19 +180,13 @@ glm::vec4 encodeTexel(PixelFormat format, const glm::vec4& texel, const EncodeOp
     }
 }
 
-float largestValue(PixelFormat format, int channel) {
-    switch (format) {
-        case PixelFormat::Rgb9e5:
-            return 65408.0f;  // 511/512 * 2^16
-        case PixelFormat::R11g11b10f:
-            return channel == 2 ? 64512.0f : 65024.0f;  // (2 - 2^-5) and (2 - 2^-6) * 2^15
-        case PixelFormat::Astc4x4Hdr:
-        case PixelFormat::Astc6x6Hdr:
-        case PixelFormat::Astc8x8Hdr:
-            return channel == 3 ? 1.0f : kLargestHalf;
-        default:
-            return formats::info(format).isFloat ? kLargestHalf : 1.0f;
-    }
+ChannelRange rangeOf(PixelFormat format) {
+    ChannelRange range;
+    for (int c = 0; c < 4; ++c) range.high[c] = largestValue(format, c);
+    // Halves keep their sign.
+    const bool isSigned = formats::info(format).isSigned || format == PixelFormat::Rgba16f || format == PixelFormat::Rgb16f;
+    range.low = isSigned ? -range.high : glm::vec4(0);
+    return range;
 }
 
 }  // namespace compress

@@ -13,7 +13,10 @@ namespace compress {
 /// format  one of the formats without blocks
 glm::vec4 encodeTexel(formats::PixelFormat format, const glm::vec4& texel, const EncodeOptions& options, std::byte* out);
 
-/// Largest value of a channel that the format holds.
-float largestValue(formats::PixelFormat format, int channel);
+/// Least and largest value that the format holds, by channel.
+struct ChannelRange {
+    glm::vec4 low, high;
+};
+ChannelRange rangeOf(formats::PixelFormat format);
 
 }  // namespace compress

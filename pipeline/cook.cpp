@@ -43,6 +43,7 @@ void applyOverrides(const CookOptions& options, OutputSettings& output) {
     if (options.container) output.container = *options.container;
     if (options.zstd) output.zstd = *options.zstd;
     if (options.effort) output.effort = *options.effort;
+    if (options.rdo) output.rdo = *options.rdo;
 }
 
 /// Verdicts and budgets as the errors that decide the exit code.
@@ -106,6 +107,8 @@ private:
         if (scene_.output.zstd && scene_.output.container == formats::Container::Dds)
             return failure(ErrorCode::InvalidRequest, "--container dds",
                            "found zstd asked for as well, expected --container ktx2: DDS has no supercompression");
+        if (scene_.output.rdo > 0 && scene_.output.target != Target::Bc)
+            return failure(ErrorCode::InvalidRequest, "--rdo", "found a target other than bc, expected --target bc: only BC blocks repeat");
         outcome_.output = options_.output.empty() ? std::filesystem::path(scene_.name + ".cooked") : options_.output;
         std::error_code code;
         if (std::filesystem::exists(outcome_.output, code) && !std::filesystem::is_directory(outcome_.output, code))

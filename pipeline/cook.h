@@ -23,6 +23,7 @@ struct CookOptions {
     std::optional<formats::Container> container;
     std::optional<bool> zstd;
     std::optional<int> effort;
+    std::optional<double> rdo;
     std::optional<std::filesystem::path> depfile;
     std::optional<std::string> only;      ///< a name: see PlanOptions
     std::optional<std::string> onlyKind;  ///< a kind: see PlanOptions

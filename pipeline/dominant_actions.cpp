@@ -116,20 +116,20 @@ struct Outputs {
 };
 
 compress::EncodeReport encodeInto(Output& output, formats::ImageView<const glm::vec4> texels, formats::ImageView<const float> significance,
-                                  int effort, std::vector<std::byte>& bytes, formats::ImageView<glm::vec4> decoded) {
-    compress::EncodeOptions options;
-    options.effort = effort;
+                                  const compress::EncodeOptions& options, std::vector<std::byte>& bytes,
+                                  formats::ImageView<glm::vec4> decoded) {
     const PixelFormat format = output.shape.format;
     bytes.resize(formats::bytesPerBlockRow(format, texels.width) * static_cast<std::size_t>(formats::blocksDown(format, texels.height)));
     return compress::encodeRows(format, texels, significance, options, bytes, decoded);
 }
 
 /// Encodes and writes the rows from firstRow on of every texture.
-Result<compress::EncodeReport> writeRows(DominantRows& rows, int firstRow, const Stored& stored, int effort, Outputs& outputs) {
+Result<compress::EncodeReport> writeRows(DominantRows& rows, int firstRow, const Stored& stored, const compress::EncodeOptions& options,
+                                         Outputs& outputs) {
     compress::EncodeReport report;
     std::vector<std::byte> bytes;
     const auto write = [&](Output& output, formats::ImageView<const glm::vec4> texels, formats::ImageView<glm::vec4> decoded) {
-        report.add(encodeInto(output, texels, rows.significance.view(), effort, bytes, decoded));
+        report.add(encodeInto(output, texels, rows.significance.view(), options, bytes, decoded));
         return output.writer.writeBlockRows({}, firstRow / formats::info(output.shape.format).blockHeight, bytes);
     };
     for (glm::vec4& value : rows.intensity.texels()) value /= stored.intensityRange;
@@ -146,14 +146,14 @@ Result<compress::EncodeReport> writeRows(DominantRows& rows, int firstRow, const
 }
 
 Result<compress::EncodeReport> encodeBands(LightMapSource& source, const fit::DominantLightOptions& fitOptions, const Stored& stored,
-                                           int effort, Outputs& outputs, const ActionContext& context) {
+                                           const compress::EncodeOptions& options, Outputs& outputs, const ActionContext& context) {
     using Report = compress::EncodeReport;
     const auto reports =
         forEachBand<Report>(source.bandCount(), context, "encode " + context.action.asset, [&](int index) -> Result<Report> {
             const auto band = source.bandWithMargin(index, kPaddingRows, kPaddingRows);
             if (!band) return tl::make_unexpected(band.error());
             DominantRows rows = fitRows(*band, index * kBandRows, source.bandRows(index), fitOptions);
-            return writeRows(rows, index * kBandRows, stored, effort, outputs);
+            return writeRows(rows, index * kBandRows, stored, options, outputs);
         });
     if (!reports) return tl::make_unexpected(reports.error());
     Report total;
@@ -200,7 +200,7 @@ Result<ActionOutcome> cookDominant(const ActionContext& context) {
                             {"intensity_range", stored.intensityRange}};
     auto outputs = createOutputs(pixelFormats, **source, settings, constants, context);
     if (!outputs) return tl::make_unexpected(outputs.error());
-    const auto report = encodeBands(**source, fitOptions, stored, settings.effort, *outputs, context);
+    const auto report = encodeBands(**source, fitOptions, stored, settings.encodeOptions(), *outputs, context);
     if (!report) return tl::make_unexpected(report.error());
 
     ActionOutcome outcome;

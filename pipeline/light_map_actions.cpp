@@ -44,8 +44,7 @@ std::map<std::string, std::string> textureMetadata(const compress::LightMapPlan&
 
 Result<compress::EncodeReport> encodeBands(LightMapSource& source, const compress::LightMapPlan& plan, const TextureSettings& settings,
                                            std::vector<formats::TextureWriter>& writers, const ActionContext& context) {
-    compress::EncodeOptions options;
-    options.effort = settings.effort;
+    const compress::EncodeOptions options = settings.encodeOptions();
     using Report = compress::EncodeReport;
     auto reports = forEachBand<Report>(source.bandCount(), context, "encode " + context.action.asset, [&](int index) -> Result<Report> {
         const auto band = source.bandWithMargin(index, compress::kLightMapPaddingRows, compress::kLightMapPaddingRows);

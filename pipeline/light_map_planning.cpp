@@ -138,7 +138,7 @@ Result<MeasuredLightMap> measureLightMap(LightMapSource& source, const ActionCon
 LightMapPlanner::LightMapPlanner(LightMapSource& source, const Json& parameters, const compress::LightMapMeasure& measure,
                                  const ActionContext& context)
     : source_(source), measure_(measure), context_(context), target_(targetOf(parameters.at("target").get<std::string>())) {
-    options_.effort = TextureSettings::fromJson(parameters.at("textures")).effort;
+    options_ = TextureSettings::fromJson(parameters.at("textures")).encodeOptions();
 }
 
 Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& name) {
@@ -186,8 +186,7 @@ Result<ActionOutcome> tryLightMap(const ActionContext& context) {
     if (!measured) return tl::make_unexpected(measured.error());
     LightMapPlanner planner(**source, parameters, measured->measure, context);
     const std::vector<int> bands = trialBands(**source);
-    compress::EncodeOptions options;
-    options.effort = TextureSettings::fromJson(parameters.at("textures")).effort;
+    const compress::EncodeOptions options = TextureSettings::fromJson(parameters.at("textures")).encodeOptions();
     std::vector<Json> candidates;
     std::optional<compress::LightMapPlan> plan;
     std::vector<verify::StageError> stages;

@@ -100,6 +100,7 @@ struct OutputOptions {
     std::string target, layout, container, budget;
     double maxError = 0;
     int effort = -1;
+    std::optional<double> rdo;
     bool zstd = false;
 
     void add(CLI::App& app) {
@@ -112,6 +113,8 @@ struct OutputOptions {
         app.add_option("--max-error", maxError, "bound on rel_rms of diffuse and specular, as a fraction")->check(CLI::PositiveNumber);
         app.add_option("--budget", budget, "GPU memory of the whole scene, such as \"2 MiB\"");
         app.add_option("--effort", effort, "of block encoders, 0 (fastest) to 9 (best)")->check(CLI::Range(0, 9));
+        app.add_option("--rdo", rdo, "share by which the error of a row of BC blocks may grow for smaller files, such as 0.02")
+            ->check(CLI::Range(0.0, kLargestRdo));
         app.add_flag("--zstd", zstd, "Zstandard supercompression inside KTX2");
     }
     Result<void> apply(CookOptions& options) const {
@@ -120,6 +123,7 @@ struct OutputOptions {
         if (!container.empty()) options.container = container == "dds" ? formats::Container::Dds : formats::Container::Ktx2;
         if (maxError > 0) options.maxError = maxError;
         if (effort >= 0) options.effort = effort;
+        options.rdo = rdo;
         if (zstd) options.zstd = true;
         if (budget.empty()) return {};
         const auto bytes = parseByteCount(budget, "--budget");
@@ -260,6 +264,8 @@ void addEncode(CLI::App& app, Common& common, std::function<int()>& command) {
     sub->add_option("--format", options->format, "bc1 bc3 bc4 bc4-snorm bc5 bc5-snorm bc6h-uf16 bc6h-sf16 bc7 astc-4x4-hdr ... rgba8-srgb")
         ->required();
     sub->add_option("--effort", options->effort, "0 (fastest) to 9 (best)")->check(CLI::Range(0, 9));
+    sub->add_option("--rdo", options->rdo, "share by which the error of a row of BC blocks may grow so that Zstandard finds more to match")
+        ->check(CLI::Range(0.0, kLargestRdo));
     sub->add_option("--json", *json, "write what was done as JSON");
     sub->add_flag("--cube", options->cube, "the input is a vertical strip of six cube faces");
     sub->add_flag("--zstd", options->zstd, "Zstandard supercompression inside KTX2");

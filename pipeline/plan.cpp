@@ -54,7 +54,7 @@ std::vector<std::string> fileNames(const std::string& asset, const std::string& 
 class Planner {
 public:
     Planner(const Scene& scene, const Needs& needs, const PlanOptions& options) : scene_(scene), needs_(needs), options_(options) {
-        textures_ = TextureSettings{scene.output.container, scene.output.zstd, scene.output.effort}.toJson();
+        textures_ = TextureSettings{scene.output.container, scene.output.zstd, scene.output.effort, scene.output.rdo}.toJson();
         shading_.specular = needs.specular;
         // A mirror (m = 0) has no area specular to shade: the verifier's smallest lobe stands for it.
         shading_.m = samplesOf({std::max(needs.m.low, kSmallestShadedM), std::max(needs.m.high, kSmallestShadedM)}, shading_.m);

@@ -142,8 +142,7 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     shape.width = shape.height = options.size;
     shape.mipCount = filter->mipCount();
     shape.faceCount = 6;
-    compress::EncodeOptions encodeOptions;
-    encodeOptions.effort = settings.effort;
+    const compress::EncodeOptions encodeOptions = settings.encodeOptions();
     compress::EncodeReport report;
     std::vector<std::vector<std::byte>> images;
     for (const Image<glm::vec3>& level : levels) {

@@ -196,6 +196,13 @@ OutputSettings readOutput(TableReader reader) {
             reader.fail(reader.node("effort"), fmt::format("found {} for output.effort, expected an integer from 0 to 9", *effort));
         output.effort = static_cast<int>(*effort);
     }
+    if (const auto rdo = reader.optional<double>("rdo", "a fraction from 0 to 1")) {
+        if (!(*rdo >= 0 && *rdo <= kLargestRdo))
+            reader.fail(reader.node("rdo"), fmt::format("found {} for output.rdo, expected a fraction from 0 to {}", *rdo, kLargestRdo));
+        if (*rdo > 0 && output.target != Target::Bc)
+            reader.fail(reader.node("rdo"), fmt::format("found output.rdo with target = \"{}\", expected target = \"bc\"", target));
+        output.rdo = *rdo;
+    }
     output.draco = reader.optional<bool>("draco", "true or false").value_or(true);
     reader.close();
     return output;

@@ -37,8 +37,11 @@ struct OutputSettings {
     formats::Container container = formats::Container::Ktx2;
     bool zstd = false;
     int effort = 5;     ///< of block encoders, 0 .. 9
+    double rdo = 0;     ///< share of error for blocks that repeat, 0 .. kLargestRdo; target bc alone
     bool draco = true;  ///< meshes as Draco inside glTF
 };
+
+inline constexpr double kLargestRdo = 1;
 
 /// The layout that these settings ask for: the one named; else "auto" where an error or a budget is, and "ratio" where nothing is.
 std::string layoutAsked(const OutputSettings& output);

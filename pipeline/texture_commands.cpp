@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "compress/rdo.h"
 #include "formats/environment.h"
 #include "formats/mesh.h"
 #include "formats/nearest.h"
@@ -118,6 +119,12 @@ Result<compress::EncodeOptions> optionsOf(const EncodeCommand& command, const fo
                                    fmt::join(command.channelWeights, ","), format.channelCount, format.name));
     for (std::size_t c = 0; c < 4; ++c)
         options.channelWeights[c] = static_cast<int>(c) < format.channelCount ? command.channelWeights[c] / largest : 1.0f;
+    if (!(command.rdo >= 0 && command.rdo <= kLargestRdo))
+        return failure(ErrorCode::InvalidRequest, "--rdo", fmt::format("found {}, expected 0 to {}", command.rdo, kLargestRdo));
+    if (command.rdo > 0 && !compress::canReduce(format.format))
+        return failure(ErrorCode::InvalidRequest, "--rdo",
+                       fmt::format("found format {}, expected one of BC1 to BC7: only their blocks repeat", format.name));
+    options.rdo = static_cast<float>(command.rdo);
     return options;
 }
 

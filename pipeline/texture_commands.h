@@ -23,6 +23,7 @@ struct EncodeCommand {
     compress::HdrMetric metric = compress::HdrMetric::Log;
     float metricScale = 1;                               ///< 1e-6 .. 65504; see HdrMetric
     std::array<float, 4> channelWeights = {1, 1, 1, 1};  ///< finite, >= 0, one of the format's channels above 0; only ratios count
+    double rdo = 0;                                      ///< see compress::EncodeOptions; BC formats alone
     std::filesystem::path significance = {};             ///< an image whose first channel weighs the texels; none: all alike
 };
 /// Returns product.md's facts: {"width","height","mips","layers","faces","format","bytes","encode_seconds","threads"}, and what was

@@ -20,12 +20,19 @@ constexpr int kBlockRowsPerTask = 8;
 }  // namespace
 
 Json TextureSettings::toJson() const {
-    return {{"container", container == formats::Container::Dds ? "dds" : "ktx2"}, {"zstd", zstd}, {"effort", effort}};
+    return {{"container", container == formats::Container::Dds ? "dds" : "ktx2"}, {"zstd", zstd}, {"effort", effort}, {"rdo", rdo}};
 }
 
 TextureSettings TextureSettings::fromJson(const Json& json) {
     return {json.at("container") == "dds" ? formats::Container::Dds : formats::Container::Ktx2, json.at("zstd").get<bool>(),
-            json.at("effort").get<int>()};
+            json.at("effort").get<int>(), json.at("rdo").get<double>()};
+}
+
+compress::EncodeOptions TextureSettings::encodeOptions() const {
+    compress::EncodeOptions options;
+    options.effort = effort;
+    options.rdo = static_cast<float>(rdo);
+    return options;
 }
 
 Json textureEntry(const std::string& role, const std::string& file, const formats::TextureShape& shape, std::size_t fileBytes,

@@ -19,6 +19,9 @@ struct TextureSettings {
     formats::Container container = formats::Container::Ktx2;
     bool zstd = false;
     int effort = 5;
+    double rdo = 0;  ///< see compress::EncodeOptions
+
+    compress::EncodeOptions encodeOptions() const;
 
     Json toJson() const;
     static TextureSettings fromJson(const Json& json);

@@ -169,7 +169,7 @@ inline const char* wrongWith(formats::PixelFormat format, int channel, float our
     const formats::PixelFormatInfo& info = formats::info(format);
     if (!std::isfinite(ours) || !std::isfinite(theirs)) return "not finite";
     if (channel < info.channelCount) {
-        const float largest = largestValue(format, channel), least = info.isSigned ? -largest : 0.0f;
+        const float largest = rangeOf(format).high[channel], least = info.isSigned ? -largest : 0.0f;
         if (theirs < least || theirs > largest) return "out of the format's range";
     }
     const bool isAstc = info.name.starts_with("astc");

@@ -27,7 +27,7 @@ std::vector<Block> blocksOf(const HostileImage& image, PixelFormat format, Rando
             for (std::size_t t = 0; t < kTexelCount; ++t) {
                 block.significance[t] = static_cast<float>(random.below(3)) / 2;
                 for (std::size_t c = 0; c < 4; ++c) {
-                    const float largest = largestValue(format, static_cast<int>(c)),
+                    const float largest = rangeOf(format).high[static_cast<int>(c)],
                                 least = formats::info(format).isSigned ? -largest : 0.0f;
                     const float value = image.texels.at(x + static_cast<int>(t) % 4, y + static_cast<int>(t) / 4)[static_cast<int>(c)];
                     block.channel[c][t] = std::clamp(value, least, largest) + 0.0f;

@@ -235,6 +235,25 @@ TEST_F(EncodeOptionsOfTheCommand, SignificanceServesTheTexelsThatCount) {
     }
 }
 
+TEST_F(EncodeOptionsOfTheCommand, MoreErrorInRepeatedBlocksMakesSmallerFiles) {
+    // Rows long enough to find something to repeat.
+    Image<glm::vec4> image = light(512, 32);
+    for (glm::vec4& texel : image.texels()) texel /= 256;
+    ASSERT_TRUE(formats::writeExr(folder_ / "in.exr", image.view(), 4).has_value());
+    for (const char* format : {"bc1", "bc3", "bc4", "bc5", "bc7", "bc6h-uf16"}) {
+        double lastBytes = 1e9;
+        for (const double rdo : {0.0, 0.05, 0.5}) {
+            EncodeCommand each = command(format);
+            each.zstd = true;
+            each.rdo = rdo;
+            ASSERT_TRUE(encodeTexture(each, 1).has_value());
+            const auto bytes = static_cast<double>(std::filesystem::file_size(each.output));
+            EXPECT_LT(bytes, 0.99 * lastBytes) << format << ' ' << rdo;
+            lastBytes = bytes;
+        }
+    }
+}
+
 TEST_F(EncodeOptionsOfTheCommand, ImpossibleOnesAreRefused) {
     const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
     EncodeCommand each = command("bc6h-uf16");
@@ -247,6 +266,14 @@ TEST_F(EncodeOptionsOfTheCommand, ImpossibleOnesAreRefused) {
         each.channelWeights = weights;
         expectRefused(each, ErrorCode::InvalidRequest, "--weights");
     }
+    each = command("bc7");
+    for (const double rdo : {-0.1, 1.5, static_cast<double>(nan)}) {
+        each.rdo = rdo;
+        expectRefused(each, ErrorCode::InvalidRequest, "--rdo");
+    }
+    each = command("astc-4x4-hdr");
+    each.rdo = 0.1;
+    expectRefused(each, ErrorCode::InvalidRequest, "found format astc-4x4-hdr, expected one of BC1 to BC7");
     each = command("bc6h-uf16");
     each.significance = folder_ / "weights.exr";
     expectRefused(each, ErrorCode::FileUnreadable, "weights.exr");
