@@ -64,6 +64,7 @@ public:
         }
     }
     const EncodeReport& report() const { return report_; }
+    int channelCount() const { return channelCount_; }
 
 private:
     int channelCount_;
@@ -80,8 +81,10 @@ void normalize(std::array<float, kTexelCount>& significance) {
     for (float& weight : significance) weight = std::ldexp(weight, exponent);
 }
 
-/// The 4x4 texels at (4 blockX, 4 blockY); those beyond the edge repeat it and weigh nothing.
-void gather(ImageView<const glm::vec4> texels, ImageView<const float> significance, int blockX, int blockY, RangeClamp& clamp, Block& out) {
+/// The 4x4 texels at (4 blockX, 4 blockY), as many channels as the format has; those beyond the edge repeat it and weigh nothing.
+template <int kChannels>
+void gatherChannels(ImageView<const glm::vec4> texels, ImageView<const float> significance, int blockX, int blockY, RangeClamp& clamp,
+                    Block& out) {
     const int left = blockX * kBlockSide, top = blockY * kBlockSide;
     const bool whole = left + kBlockSide <= texels.width && top + kBlockSide <= texels.height;
     float total = 0;
@@ -90,7 +93,7 @@ void gather(ImageView<const glm::vec4> texels, ImageView<const float> significan
         const bool inside = whole || (x < texels.width && y < texels.height);
         const glm::vec4& texel = texels.row(inside ? y : std::min(y, texels.height - 1))[inside ? x : std::min(x, texels.width - 1)];
         const auto t = static_cast<std::size_t>(i);
-        for (int c = 0; c < 4; ++c) out.channel[static_cast<std::size_t>(c)][t] = texel[c];
+        for (int c = 0; c < kChannels; ++c) out.channel[static_cast<std::size_t>(c)][t] = texel[c];
         const float weight = !inside ? 0.0f : significance.texels ? significance.row(y)[x] : 1.0f;
         out.significance[t] = weight;
         total += weight;
@@ -101,6 +104,19 @@ void gather(ImageView<const glm::vec4> texels, ImageView<const float> significan
         out.significance.fill(1.0f);
     else
         normalize(out.significance);
+}
+
+void gather(ImageView<const glm::vec4> texels, ImageView<const float> significance, int blockX, int blockY, RangeClamp& clamp, Block& out) {
+    switch (clamp.channelCount()) {
+        case 1:
+            return gatherChannels<1>(texels, significance, blockX, blockY, clamp, out);
+        case 2:
+            return gatherChannels<2>(texels, significance, blockX, blockY, clamp, out);
+        case 3:
+            return gatherChannels<3>(texels, significance, blockX, blockY, clamp, out);
+        default:
+            return gatherChannels<4>(texels, significance, blockX, blockY, clamp, out);
+    }
 }
 
 void encodeBlocks(PixelFormat format, std::span<const Block> blocks, const EncodeOptions& options, std::byte* out) {
