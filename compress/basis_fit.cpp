@@ -20,7 +20,7 @@ constexpr std::size_t kCount = lighting::kShCount;
 constexpr double kCodeNoise = 0.006;
 /// Times that the sample goes through the block encoder and the decode is fitted to it.
 constexpr int kEncodeRounds = 2;
-constexpr std::size_t kSeeds = 16;
+constexpr std::size_t kSeeds = 16;  ///< of each of two kinds
 /// Rounds of "decode for these codes, codes for this decode".
 constexpr int kRounds = 6;
 /// Codes start this many to a standard deviation, in a box of [0, 1].
@@ -352,7 +352,8 @@ private:
     }
     const CodeTable& tableOf(const Texel& texel) const { return model_.code[static_cast<std::size_t>(texel.cluster)]; }
 
-    /// Codes of each cluster that lie far apart: each next one is the farthest from all before it.
+    /// Codes of each cluster to start a search from: some that lie far apart, each next one the farthest from all before it, and as many
+    /// spread evenly over the sample, which lie where most texels do.
     void chooseSeeds() {
         model_.seeds.resize(byCluster_.size());
         for (std::size_t cluster = 0; cluster < byCluster_.size(); ++cluster) {
@@ -368,6 +369,7 @@ private:
                     distance[i] = std::min(distance[i], glm::dot(apart, apart));
                 }
             }
+            for (std::size_t i = 0; i < kSeeds && members.size() > kSeeds; ++i) seeds.push_back(members[i * members.size() / kSeeds]->code);
         }
     }
 

@@ -62,13 +62,6 @@ std::array<lighting::ShDouble, kCount> localFactor() {
 using Quartet = Eigen::Matrix<float, 4, 4>;
 using Four = Eigen::Matrix<float, 4, 1>;
 
-/// M restricted to coefficients 1 to 8, times a vector of them.
-std::array<float, 8> timesHigher(const Metric& metric, const std::array<float, 8>& v) {
-    std::array<float, 8> out{};
-    for (std::size_t j = 0; j < 8; ++j)
-        for (std::size_t i = 0; i < 8; ++i) out[i] += metric[j + 1][i + 1] * v[j];
-    return out;
-}
 std::array<float, kCount> timesAll(const Metric& metric, const std::array<float, kCount>& v) {
     std::array<float, kCount> out{};
     for (std::size_t j = 0; j < kCount; ++j)
@@ -116,35 +109,105 @@ Jacobian jacobianOf(const CodeTable& t, int codeChannels, const glm::vec4& u) {
     return j;
 }
 
-/// What the code leaves of coefficients 1 to 8, and what that costs.
-struct Left {
-    HigherByChannel ratio;
-    float error = 0;
-};
-Left leftOf(const CodeTable& table, const BasisShape& shape, const BasisTarget& target, const glm::vec4& code) {
-    Left left{evaluateCode(table, shape.monomialCount(), code), 0};
-    for (std::size_t c = 0; c < 3; ++c) {
-        for (std::size_t i = 0; i < 8; ++i) left.ratio[c][i] = target.ratio[c][i + 1] - left.ratio[c][i];
-        left.error += target.weight[c] * dot(left.ratio[c], timesHigher(*target.metric, left.ratio[c]));
-    }
-    return left;
+float sumOf(const std::array<float, 8>& values) {
+    float sum = 0;
+    for (const float value : values) sum += value;
+    return sum;
 }
 
-struct Normal {
-    Quartet matrix = Quartet::Zero();
-    Four right = Four::Zero();
-};
-Normal normalEquations(const Jacobian& j, const BasisTarget& target, const HigherByChannel& left) {
-    Normal normal;
-    for (std::size_t c = 0; c < 3; ++c)
-        for (int k = 0; k < 4; ++k) {
-            std::array<float, 8> weighted = timesHigher(*target.metric, j[static_cast<std::size_t>(k)][c]);
-            for (float& value : weighted) value *= target.weight[c];
-            normal.right(k) += dot(weighted, left[c]);
-            for (int l = 0; l <= k; ++l) normal.matrix(k, l) += dot(weighted, j[static_cast<std::size_t>(l)][c]);
+/// A texel's problem in the space where squared differences are costs: the root of its metric and of its weights go through the table and
+/// the target once, and no step has to know them.
+class CodeProblem {
+public:
+    CodeProblem(const CodeTable& table, const BasisShape& shape, const BasisTarget& target) : shape_(shape) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            std::array<float, 8> ratio;
+            std::copy(target.ratio[c].begin() + 1, target.ratio[c].end(), ratio.begin());
+            const float root = std::sqrt(target.weight[c]);
+            wanted_[c] = turned(*target.metric, root, ratio);
+            for (std::size_t m = 0; m < static_cast<std::size_t>(shape.monomialCount()); ++m)
+                table_[m][c] = turned(*target.metric, root, table[m][c]);
         }
-    normal.matrix.triangularView<Eigen::StrictlyUpper>() = normal.matrix.transpose();
-    return normal;
+    }
+
+    struct Left {
+        HigherByChannel values;
+        float error;
+    };
+    Left leftOf(const glm::vec4& code) const {
+        Left left{evaluateCode(table_, shape_.monomialCount(), code), 0};
+        std::array<float, 8> squares{};
+        for (std::size_t c = 0; c < 3; ++c)
+            for (std::size_t i = 0; i < 8; ++i) {
+                left.values[c][i] = wanted_[c][i] - left.values[c][i];
+                squares[i] += left.values[c][i] * left.values[c][i];
+            }
+        left.error = sumOf(squares);
+        return left;
+    }
+
+    struct Normal {
+        Quartet matrix;
+        Four right;
+    };
+    Normal normalEquations(const glm::vec4& code, const HigherByChannel& left) const {
+        const Jacobian j = jacobianOf(table_, shape_.codeChannels, code);
+        Normal normal;
+        for (int k = 0; k < 4; ++k) {
+            const HigherByChannel& row = j[static_cast<std::size_t>(k)];
+            normal.right(k) = product(row, left);
+            for (int l = 0; l <= k; ++l) normal.matrix(k, l) = normal.matrix(l, k) = product(row, j[static_cast<std::size_t>(l)]);
+        }
+        return normal;
+    }
+
+private:
+    static std::array<float, 8> turned(const Metric& metric, float root, const std::array<float, 8>& v) {
+        std::array<float, 8> out{};
+        for (std::size_t j = 0; j < 8; ++j)
+            for (std::size_t i = 0; i < 8; ++i) out[i] += metric.higherRoot[j][i] * v[j];
+        for (float& value : out) value *= root;
+        return out;
+    }
+    static float product(const HigherByChannel& a, const HigherByChannel& b) {
+        std::array<float, 8> sums{};
+        for (std::size_t c = 0; c < 3; ++c)
+            for (std::size_t i = 0; i < 8; ++i) sums[i] += a[c][i] * b[c][i];
+        return sumOf(sums);
+    }
+
+    BasisShape shape_;
+    CodeTable table_;
+    HigherByChannel wanted_;
+};
+
+SolvedCode solve(const CodeProblem& problem, const BasisShape& shape, const glm::vec4& start) {
+    constexpr int kSteps = 8;
+    constexpr float kEnough = 1e-4f;
+    glm::vec4 code = start;
+    CodeProblem::Left left = problem.leftOf(code);
+    float damping = 1e-3f;
+    for (int step = 0; step < kSteps && left.error > 0; ++step) {
+        CodeProblem::Normal normal = problem.normalEquations(code, left.values);
+        const float mean = normal.matrix.trace() / 4 + 1e-30f;
+        for (int k = 0; k < 4; ++k) normal.matrix(k, k) += damping * mean + 1e-30f;
+        const Four delta = normal.matrix.ldlt().solve(normal.right);
+        if (!delta.allFinite()) break;
+        glm::vec4 next = glm::clamp(code + glm::vec4(delta(0), delta(1), delta(2), delta(3)), 0.0f, 1.0f);
+        if (shape.codeChannels == 3) next.w = 1;
+        const CodeProblem::Left tried = problem.leftOf(next);
+        if (tried.error < left.error) {
+            const bool isEnough = left.error - tried.error < kEnough * left.error;
+            code = next;
+            left = tried;
+            damping *= 0.2f;
+            if (isEnough) break;
+        } else {
+            damping *= 10;
+            if (damping > 1e3f) break;
+        }
+    }
+    return {code, left.error};
 }
 
 }  // namespace
@@ -163,8 +226,14 @@ const Metric& ShadingMetric::at(const glm::vec3& normal) {
     for (const lighting::ShDouble& column : factor) {
         const lighting::ShDouble world = turn.apply(column);
         for (std::size_t i = 0; i < kCount; ++i)
-            for (std::size_t j = 0; j < kCount; ++j) metric_[i][j] += static_cast<float>(world[i] * world[j]);
+            for (std::size_t j = 0; j < kCount; ++j) metric_.matrix[i][j] += static_cast<float>(world[i] * world[j]);
     }
+    Eigen::Matrix<float, 8, 8> higher;
+    for (int i = 0; i < 8; ++i)
+        for (int j = 0; j < 8; ++j) higher(i, j) = metric_[static_cast<std::size_t>(i) + 1][static_cast<std::size_t>(j) + 1];
+    const Eigen::Matrix<float, 8, 8> root = higher.llt().matrixU();
+    for (int i = 0; i < 8; ++i)
+        for (int j = 0; j < 8; ++j) metric_.higherRoot[static_cast<std::size_t>(j)][static_cast<std::size_t>(i)] = root(i, j);
     return metric_;
 }
 
@@ -185,62 +254,38 @@ void addResidual(const ResidualTable& table, const glm::vec4& texel, ByChannel& 
 }
 
 SolvedCode solveCode(const CodeTable& table, const BasisShape& shape, const BasisTarget& target, const glm::vec4& start) {
-    constexpr int kSteps = 8;
-    constexpr float kEnough = 1e-4f;
-    glm::vec4 code = start;
-    Left left = leftOf(table, shape, target, code);
-    float damping = 1e-3f;
-    for (int step = 0; step < kSteps && left.error > 0; ++step) {
-        Normal normal = normalEquations(jacobianOf(table, shape.codeChannels, code), target, left.ratio);
-        const float mean = normal.matrix.trace() / 4 + 1e-30f;
-        for (int k = 0; k < 4; ++k) normal.matrix(k, k) += damping * mean + 1e-30f;
-        const Four delta = normal.matrix.ldlt().solve(normal.right);
-        if (!delta.allFinite()) break;
-        glm::vec4 next = glm::clamp(code + glm::vec4(delta(0), delta(1), delta(2), delta(3)), 0.0f, 1.0f);
-        if (shape.codeChannels == 3) next.w = 1;
-        const Left tried = leftOf(table, shape, target, next);
-        if (tried.error < left.error) {
-            const bool isEnough = left.error - tried.error < kEnough * left.error;
-            code = next;
-            left = tried;
-            damping *= 0.2f;
-            if (isEnough) break;
-        } else {
-            damping *= 10;
-            if (damping > 1e3f) break;
-        }
-    }
-    return {code, left.error};
+    return solve(CodeProblem(table, shape, target), shape, start);
 }
 
 SolvedCode searchCode(const BasisModel& model, std::size_t cluster, const BasisTarget& target) {
-    const CodeTable& table = model.code[cluster];
+    const CodeProblem problem(model.code[cluster], model.shape, target);
     SolvedCode best{glm::vec4(0.5f, 0.5f, 0.5f, model.shape.codeChannels == 3 ? 1.0f : 0.5f), 0};
-    best.error = leftOf(table, model.shape, target, best.code).error;
+    best.error = problem.leftOf(best.code).error;
     for (const glm::vec4& seed : model.seeds[cluster])
-        if (const float error = leftOf(table, model.shape, target, seed).error; error < best.error) best = {seed, error};
-    return solveCode(table, model.shape, target, best.code);
+        if (const float error = problem.leftOf(seed).error; error < best.error) best = {seed, error};
+    return solve(problem, model.shape, best.code);
 }
 
 glm::vec4 solveResidual(const ResidualTable& table, const BasisTarget& target) {
-    Normal normal;
+    Quartet matrix = Quartet::Zero();
+    Four right = Four::Zero();
     for (std::size_t c = 0; c < 3; ++c)
         for (int k = 0; k < 4; ++k) {
             std::array<float, kCount> weighted = timesAll(*target.metric, table[static_cast<std::size_t>(k)][c]);
             for (float& value : weighted) value *= target.weight[c];
-            normal.right(k) += dot(weighted, target.ratio[c]);
-            for (int l = 0; l <= k; ++l) normal.matrix(k, l) += dot(weighted, table[static_cast<std::size_t>(l)][c]);
+            right(k) += dot(weighted, target.ratio[c]);
+            for (int l = 0; l <= k; ++l) matrix(k, l) += dot(weighted, table[static_cast<std::size_t>(l)][c]);
         }
-    normal.matrix.triangularView<Eigen::StrictlyUpper>() = normal.matrix.transpose();
-    const float mean = normal.matrix.trace() / 4 + 1e-30f;
-    for (int k = 0; k < 4; ++k) normal.matrix(k, k) += 1e-5f * mean;
-    const Four found = normal.matrix.ldlt().solve(normal.right);
+    matrix.triangularView<Eigen::StrictlyUpper>() = matrix.transpose();
+    const float mean = matrix.trace() / 4 + 1e-30f;
+    for (int k = 0; k < 4; ++k) matrix(k, k) += 1e-5f * mean;
+    const Four found = matrix.ldlt().solve(right);
     if (!found.allFinite()) return glm::vec4(kResidualNeutral);
     return glm::clamp(glm::vec4(found(0), found(1), found(2), found(3)) + kResidualNeutral, 0.0f, 1.0f);
 }
 
 glm::vec4 codeSensitivity(const CodeTable& table, const BasisShape& shape, const BasisTarget& target, const glm::vec4& code) {
-    const Normal normal = normalEquations(jacobianOf(table, shape.codeChannels, code), target, HigherByChannel{});
+    const CodeProblem::Normal normal = CodeProblem(table, shape, target).normalEquations(code, HigherByChannel{});
     return glm::vec4(normal.matrix(0, 0), normal.matrix(1, 1), normal.matrix(2, 2), normal.matrix(3, 3));
 }
 

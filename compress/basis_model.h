@@ -52,7 +52,13 @@ struct BasisModel {
 
 /// What an error of the nine coefficients costs: mean squares of exit radiance over normals of the hemisphere and of area specular over
 /// views and materials, each over its value for a constant light. A symmetric matrix in world coordinates.
-using Metric = std::array<std::array<float, lighting::kShCount>, lighting::kShCount>;
+struct Metric {
+    std::array<std::array<float, lighting::kShCount>, lighting::kShCount> matrix{};
+    /// Columns of the upper triangle U whose U'U is the matrix of coefficients 1 to 8: |U e|^2 is what their error costs.
+    std::array<std::array<float, 8>, 8> higherRoot{};
+
+    const std::array<float, lighting::kShCount>& operator[](std::size_t row) const { return matrix[row]; }
+};
 class ShadingMetric {
 public:
     /// Around a unit normal. Remembers the last one: charts are mostly flat.
