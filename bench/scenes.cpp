@@ -29,7 +29,7 @@ using Json = nlohmann::json;
 
 struct Options {
     fs::path data = LIGHTCOOK_SHARED_DATA;
-    std::vector<std::string> layouts = {"ratio", "luvw"};
+    std::vector<std::string> layouts = {"basis-4", "basis-8", "ratio", "luvw"};
     std::string scene;  ///< only scenes whose name holds this
     fs::path json;      ///< where to leave the rows for machines
     int runs = 1;
