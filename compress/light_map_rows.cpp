@@ -16,6 +16,10 @@ using formats::PixelFormat;
 /// Texels next to charts: sane values at chart edges are worth something, but never at the cost of a texel inside.
 constexpr float kPaddingSignificance = 1.0f / 256;
 
+/// Where errors begin to count by their ratio, of the key. A learned decode serves all light levels with the same tables, and would leave
+/// the dark to chance.
+constexpr float kLearnedKnee = 0.1f;
+
 /// Values of one texel of the band: what the layout stores.
 void texelValues(const formats::LightMapBand& band, bool isFlat, int x, int y, std::span<glm::vec3> out) {
     const lighting::ShRgb& sh = band.sh.at(x, y);
@@ -73,7 +77,7 @@ Source makeSource(const LightMapPlan& plan, const formats::LightMapBand& band, i
     source.coverage = Image<float>(plan.width, rowCount, 0);
     source.importance = Image<float>(plan.width, rowCount, 0);
     source.owner = Image<glm::ivec2>(plan.width, rowCount, glm::ivec2(-1));
-    const float floor = std::max(static_cast<float>(plan.key), 1e-12f);
+    const float floor = std::max((isLearned(plan.layout) ? kLearnedKnee : 1.0f) * static_cast<float>(plan.key), 1e-12f);
     std::array<glm::vec3, lighting::kShCount> texel;
     const auto values = std::span(texel).first(valueCount);
     for (int y = 0; y < rowCount; ++y) {

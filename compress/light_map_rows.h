@@ -14,7 +14,7 @@ struct Source {
     int width = 0, height = 0;
     std::vector<formats::Image<glm::vec3>> values;  ///< nine coefficients, or one exit radiance
     formats::Image<float> coverage;                 ///< 1 inside charts, 1/256 beside them, 0 elsewhere
-    formats::Image<float> importance;               ///< what a squared absolute error weighs: coverage over (exit radiance + key) squared
+    formats::Image<float> importance;               ///< what a squared absolute error weighs: coverage over (exit radiance + knee) squared
     formats::Image<glm::ivec2> owner;               ///< texel of the map that this one takes after: itself, or the nearest
 };
 Source makeSource(const LightMapPlan& plan, const formats::LightMapBand& band, int firstRow, int rowCount);
