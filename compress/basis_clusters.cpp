@@ -10,17 +10,31 @@ namespace compress {
 
 namespace {
 
-/// What each point costs under a subspace.
-Eigen::VectorXf costs(const ChartPoints& points, const Subspace& subspace) {
-    const Eigen::MatrixXf centred = points.points.colwise() - subspace.mean;
-    const Eigen::VectorXf missed = centred.colwise().squaredNorm() - (subspace.directions.transpose() * centred).colwise().squaredNorm();
+/// What each point costs under a subspace: |p - mean|^2 less what the directions take of it, by one product with all points.
+Eigen::VectorXf costs(const ChartPoints& points, const Eigen::VectorXf& squaredNorms, const Subspace& subspace) {
+    Eigen::MatrixXf rows(subspace.directions.cols() + 1, points.points.rows());
+    rows << subspace.mean.transpose(), subspace.directions.transpose();
+    const Eigen::MatrixXf products = rows * points.points;
+    const Eigen::VectorXf offsets = subspace.directions.transpose() * subspace.mean;
+    Eigen::VectorXf missed = squaredNorms - 2 * products.row(0).transpose();
+    missed.array() += subspace.mean.squaredNorm();
+    missed -= (products.bottomRows(offsets.size()).colwise() - offsets).colwise().squaredNorm().transpose();
     return missed.cwiseMax(0.0f).cwiseProduct(points.weights);
+}
+
+/// Around their mean, so that the squares above are of differences.
+ChartPoints aroundTheirMean(const ChartPoints& points) {
+    ChartPoints centred = points;
+    const float weight = points.weights.sum();
+    if (weight > 0) centred.points.colwise() -= Eigen::VectorXf(points.points * points.weights / weight);
+    return centred;
 }
 
 class Clusters {
 public:
     Clusters(const ChartPoints& points, int dimension)
-        : points_(points),
+        : points_(aroundTheirMean(points)),
+          squaredNorms_(points_.points.colwise().squaredNorm().transpose()),
           dimension_(dimension),
           clusterOf_(static_cast<std::size_t>(points.chartCount), 0),
           ownCosts_(clusterOf_.size(), -1),
@@ -84,7 +98,7 @@ private:
         ChartPoints own;
         own.points = points_.points(Eigen::all, members);
         own.weights = points_.weights(members);
-        known = static_cast<double>(costs(own, fitSubspace(own.points, own.weights, dimension_, true)).sum());
+        known = static_cast<double>(costs(own, squaredNorms_(members), fitSubspace(own.points, own.weights, dimension_, true)).sum());
         return known;
     }
 
@@ -102,7 +116,7 @@ private:
         if (members.empty()) return;
         const Eigen::MatrixXf own = points_.points(Eigen::all, members);
         const Eigen::VectorXf weights = points_.weights(members);
-        const Eigen::VectorXf missed = costs(points_, fitSubspace(own, weights, dimension_, true));
+        const Eigen::VectorXf missed = costs(points_, squaredNorms_, fitSubspace(own, weights, dimension_, true));
         std::ranges::fill(chartCosts_[cluster], 0.0);
         for (std::size_t i = 0; i < points_.chartOf.size(); ++i)
             chartCosts_[cluster][static_cast<std::size_t>(points_.chartOf[i])] += static_cast<double>(missed(static_cast<Eigen::Index>(i)));
@@ -129,7 +143,8 @@ private:
         return any;
     }
 
-    const ChartPoints& points_;
+    ChartPoints points_;
+    Eigen::VectorXf squaredNorms_;  ///< [point]
     int dimension_;
     std::vector<int> clusterOf_;
     std::vector<std::vector<double>> chartCosts_;  ///< [cluster][chart]
