@@ -7,6 +7,7 @@
 
 #include "compress/basis_model.h"
 #include "compress/light_map_rows.h"
+#include "compress/light_map_zonal.h"
 #include "lighting/radiometry.h"
 
 namespace compress {
@@ -18,8 +19,8 @@ using rows::halfRange;
 using rows::hdrFormat;
 using rows::ldrFormat;
 
-constexpr std::array<std::string_view, 9> kLayoutNames = {"raw",     "flat",    "luvw",     "ratio",   "basis-3",
-                                                          "basis-4", "basis-8", "basis-12", "basis-16"};
+constexpr std::array<std::string_view, 11> kLayoutNames = {"raw",     "flat",    "luvw",    "luvw-linear", "ratio",   "zh3",
+                                                           "basis-3", "basis-4", "basis-8", "basis-12",    "basis-16"};
 /// Ratios beyond 1.25 times the bound of non-negative light are noise of texels that are almost black.
 constexpr float kRatioAllowance = 1.25f;
 constexpr double kLogUnits = 1 << 24;
@@ -34,9 +35,15 @@ constexpr float kLuvwSpan = 0.125f;
 /// Where light of the key would be fewer codes than this in 8 bits of L, both alphas hold its square root.
 constexpr double kLuvwFewCodes = 4;
 
-void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure) {
+std::vector<float> listOf(const glm::vec3& v) {
+    return {v.x, v.y, v.z};
+}
+
+/// largest: of each value that is stored
+void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure, const std::vector<float>& largest) {
     const PixelFormat format = ldrFormat(plan.target, PixelFormat::Bc3);
-    plan.textures = {{"luvw_first", format, 9}, {"luvw_second", format, 9}};
+    const int count = static_cast<int>(largest.size());
+    plan.textures = {{"luvw_first", format, count}, {"luvw_second", format, count}};
     plan.decodeDegree = 3;
     // Neutral a1 is 4/5, so that the second texture can lift what the first one rounded down; 204/255 is exact in 8 bits. The centre of
     // rgb1 is the code nearest to 1/2 that 5 and 6 bits hold exactly: a texel without residual costs nothing.
@@ -46,20 +53,41 @@ void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure) {
                                      : std::vector<float>{128.0f / 255, 128.0f / 255, 128.0f / 255, neutral};
     const double dcOfKey = measure.key() / 0.28209479;
     plan.constants["root"] = {255 * dcOfKey < kLuvwFewCodes * static_cast<double>(measure.maximumAbsolute(0)) ? 1.0f : 0.0f};
-    for (int i = 0; i < lighting::kShCount; ++i) {
-        plan.constants["range"].push_back(std::min(measure.maximumAbsolute(i), neutral * std::numeric_limits<float>::max()) / neutral);
+    for (const float each : largest) {
+        plan.constants["range"].push_back(std::min(each, neutral * std::numeric_limits<float>::max()) / neutral);
         plan.constants["span"].push_back(kLuvwSpan);
     }
 }
 
-void planRatio(LightMapPlan& plan, const LightMapMeasure& measure) {
-    plan.textures = {{"l0", hdrFormat(plan.target), 1}, {"ratio", ldrFormat(plan.target, PixelFormat::Bc7), 8}};
+/// Of the first `count` coefficients.
+std::vector<float> largestCoefficients(const LightMapMeasure& measure, int count) {
+    std::vector<float> largest;
+    for (int i = 0; i < count; ++i) largest.push_back(measure.maximumAbsolute(i));
+    return largest;
+}
+
+void planLuvwLinear(LightMapPlan& plan, const LightMapMeasure& measure) {
+    std::vector<float> largest = largestCoefficients(measure, 4);
+    largest.push_back(measure.maximumIntensity());
+    planLuvw(plan, measure, largest);
+    plan.constants["luminance"] = listOf(measure.luminanceWeights());
+}
+
+/// ratios: how many of the coefficients after the first go into texture "ratio", before the zonal one of zh3
+void planRatio(LightMapPlan& plan, const LightMapMeasure& measure, int ratios) {
     plan.decodeDegree = 2;
     plan.constants["range"] = {halfRange(measure.maximumAbsolute(0))};
-    for (int i = 1; i < lighting::kShCount; ++i) {
-        plan.constants["scale"].push_back(measure.maximumRatio(i) - measure.minimumRatio(i));
-        plan.constants["bias"].push_back(measure.minimumRatio(i));
+    const auto add = [&](float minimum, float maximum) {
+        plan.constants["scale"].push_back(maximum - minimum);
+        plan.constants["bias"].push_back(minimum);
+    };
+    for (int i = 1; i <= ratios; ++i) add(measure.minimumRatio(i), measure.maximumRatio(i));
+    if (plan.layout == LightMapLayout::Zh3) {
+        add(measure.minimumZonal(), measure.maximumZonal());
+        plan.constants["luminance"] = listOf(measure.luminanceWeights());
     }
+    const int layers = static_cast<int>(plan.constants.at("scale").size());
+    plan.textures = {{"l0", hdrFormat(plan.target), 1}, {"ratio", ldrFormat(plan.target, PixelFormat::Bc7), layers}};
 }
 
 }  // namespace
@@ -146,6 +174,20 @@ void LightMapMeasure::addTexel(const lighting::ShRgb& sh, const glm::vec3& norma
         const float limit = 1.001f * std::max(dc, 0.0f);
         if (std::sqrt(squared[1]) > limit * kRatioBound[1] || std::sqrt(squared[2]) > limit * kRatioBound[2]) ++beyondPositiveBounds_;
     }
+    addZonal(sh);
+}
+
+void LightMapMeasure::addZonal(const lighting::ShRgb& sh) {
+    const glm::vec3 axis = rows::linearAxis(sh[1], sh[2], sh[3], luminanceWeights_);
+    maximumIntensity_ = std::max(maximumIntensity_, largestAbsolute(rows::intensityAlong(sh, axis)));
+    const glm::vec3 zonal = rows::zonalAlong(sh, axis);
+    const float bound = kRatioAllowance * kRatioBound[2];
+    for (int channel = 0; channel < 3; ++channel) {
+        if (!(sh[0][channel] > 0)) continue;
+        const float ratio = std::clamp(zonal[channel] / sh[0][channel], -bound, bound);
+        minimumZonal_ = std::min(minimumZonal_, ratio);
+        maximumZonal_ = std::max(maximumZonal_, ratio);
+    }
 }
 
 void LightMapMeasure::merge(const LightMapMeasure& other) {
@@ -153,6 +195,9 @@ void LightMapMeasure::merge(const LightMapMeasure& other) {
     beyondPositiveBounds_ += other.beyondPositiveBounds_;
     logLuminanceSum_ += other.logLuminanceSum_;
     maximumExit_ = std::max(maximumExit_, other.maximumExit_);
+    maximumIntensity_ = std::max(maximumIntensity_, other.maximumIntensity_);
+    minimumZonal_ = std::min(minimumZonal_, other.minimumZonal_);
+    maximumZonal_ = std::max(maximumZonal_, other.maximumZonal_);
     for (std::size_t i = 0; i < maximumAbsolute_.size(); ++i) {
         maximumAbsolute_[i] = std::max(maximumAbsolute_[i], other.maximumAbsolute_[i]);
         minimumRatio_[i] = std::min(minimumRatio_[i], other.minimumRatio_[i]);
@@ -219,10 +264,16 @@ LightMapPlan planLightMap(LightMapLayout layout, LightMapTarget target, int widt
             plan.constants["range"] = {halfRange(measure.maximumExit())};
             break;
         case LightMapLayout::Luvw:
-            planLuvw(plan, measure);
+            planLuvw(plan, measure, largestCoefficients(measure, lighting::kShCount));
+            break;
+        case LightMapLayout::LuvwLinear:
+            planLuvwLinear(plan, measure);
             break;
         case LightMapLayout::Ratio:
-            planRatio(plan, measure);
+            planRatio(plan, measure, 8);
+            break;
+        case LightMapLayout::Zh3:
+            planRatio(plan, measure, 3);
             break;
         case LightMapLayout::Basis3:
         case LightMapLayout::Basis4:

@@ -7,6 +7,11 @@
 //   luvw    "luvw_first" (9), "luvw_second" (9): rgb, a              lambda_i = range_i a0 a1 (uvw0 + uvw1)          3
 //   ratio   "l0" (1: rgb), "ratio" (8: rgb, i = 1..8)                lambda_0 = range l0,
 //                                                                    lambda_i = lambda_0 (scale_i ratio_i + bias_i)  2
+//   luvw-linear: "luvw_first" (5), "luvw_second" (5): rgb, a         the same for i = 0..3 and an intensity I;       not a
+//                                                                    lambda_i = I Y_i(axis of band 1) for i = 4..8   polynomial
+//   zh3     "l0" (1: rgb), "ratio" (4: rgb, i = 1..4)                lambda_0 and lambda_1..3 as ratio has them;     not a
+//                                                                    lambda_2m = lambda_0 (scale_4 ratio_4 + bias_4) polynomial
+//                                                                    sqrt(4 pi / 5) Y_2m(axis of band 1)
 //   basis-3 "l0" (1: rgb), "code" (1: rgb)                           lambda_i = lambda_0 P_i(code), P quadratic,     3
 //   basis-4 "l0" (1: rgb), "code" (1: rgba)                          learned for each cluster of charts
 //   basis-8, -12, -16: and "residual" (1, 2, 3: rgba)                + lambda_0 sum_k (residual_k - neutral) R_ki    3
@@ -35,11 +40,11 @@
 
 namespace compress {
 
-enum class LightMapLayout { Raw, Flat, Luvw, Ratio, Basis3, Basis4, Basis8, Basis12, Basis16 };
+enum class LightMapLayout { Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis3, Basis4, Basis8, Basis12, Basis16 };
 /// Which family of formats. Bc: BC6H, BC7, BC3. Astc: 4x4 HDR and LDR. Float: half and 16-bit unorm, no blocks.
 enum class LightMapTarget { Bc, Astc, Float };
 
-/// "raw" "flat" "luvw" "ratio" "basis-3" "basis-4" "basis-8" "basis-12" "basis-16"; nothing for other names.
+/// "raw" "flat" "luvw" "luvw-linear" "ratio" "zh3" "basis-3" "basis-4" "basis-8" "basis-12" "basis-16"; nothing for other names.
 std::optional<LightMapLayout> lightMapLayoutFromName(std::string_view name);
 std::string_view lightMapLayoutName(LightMapLayout layout);
 /// Whether the layout's decode is learned from the map (planLearnedLightMap).
@@ -64,6 +69,12 @@ public:
     /// ratio is noise over almost nothing.
     float minimumRatio(int coefficient) const { return minimumRatio_[static_cast<std::size_t>(coefficient)]; }
     float maximumRatio(int coefficient) const { return maximumRatio_[static_cast<std::size_t>(coefficient)]; }
+    /// What layouts "luvw-linear" and "zh3" store of band 2, about the axis of the map's own band 1: the largest intensity, and the
+    /// extremes of the zonal coefficient over lambda_0, bounded as the ratios of band 2 are.
+    float maximumIntensity() const { return maximumIntensity_; }
+    float minimumZonal() const { return minimumZonal_; }
+    float maximumZonal() const { return maximumZonal_; }
+    const glm::vec3& luminanceWeights() const { return luminanceWeights_; }
     /// Largest channel of the exit radiance at the texel's own normal.
     float maximumExit() const { return maximumExit_; }
     /// Covered texels and channels where |band 1| > sqrt 3 lambda_0 or |band 2| > sqrt 5 lambda_0 (0.1 % spared for rounding): light that
@@ -72,11 +83,12 @@ public:
 
 private:
     void addTexel(const lighting::ShRgb& sh, const glm::vec3& normal);
+    void addZonal(const lighting::ShRgb& sh);
 
     glm::vec3 luminanceWeights_;
     std::int64_t coveredTexels_ = 0, beyondPositiveBounds_ = 0;
     std::int64_t logLuminanceSum_ = 0;  ///< in units of 2^-24: whole numbers add up to the same sum in any order
-    float maximumExit_ = 0;
+    float maximumExit_ = 0, maximumIntensity_ = 0, minimumZonal_ = 0, maximumZonal_ = 0;
     std::array<float, lighting::kShCount> maximumAbsolute_{}, minimumRatio_{}, maximumRatio_{};
 };
 
@@ -98,7 +110,8 @@ struct LightMapPlan {
     int width = 0, height = 0;  ///< [texels]
     std::vector<LightMapTexture> textures;
     std::map<std::string, std::vector<float>> constants;  ///< by the names of the members of the shader's constants
-    int decodeDegree = 1;                                 ///< of the decode as a polynomial of the filtered texels
+    /// of the decode as a polynomial of the filtered texels; where band 2 follows an axis, of what it follows from
+    int decodeDegree = 1;
     double key = 0;                           ///< of the measure: the encoders' errors are relative above 0.02 key and absolute below
     std::shared_ptr<const BasisModel> basis;  ///< of layouts that learn; constants hold the same
 

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "compress/light_map_rows.h"
+#include "compress/light_map_zonal.h"
 
 namespace compress {
 
@@ -30,52 +31,105 @@ EncodedLightMapRows encodeRaw(const LightMapPlan& plan, const Source& source, co
     return out;
 }
 
-EncodedLightMapRows encodeRatio(const LightMapPlan& plan, const Source& source, const EncodeOptions& options) {
-    EncodedLightMapRows out;
-    out.textures.resize(2);
-    const float range = constant(plan, "range", 0);
-    Layer l0 = encodeHdr(plan.textures[0].format, source, 0, range, static_cast<float>(plan.key), options, true, out.report);
-    out.textures[0].layers.push_back(std::move(l0.bytes));
-
-    // An error of a ratio is seen through the decoded L0 that it is multiplied with.
-    Image<float> significance(source.width, source.height, 0);
-    for (int y = 0; y < source.height; ++y)
-        for (int x = 0; x < source.width; ++x) {
-            const glm::vec3 dc = range * glm::vec3(l0.decoded.at(x, y));
-            const float unit = glm::dot(dc, dc) / static_cast<float>(plan.key * plan.key + 1e-24);
-            const float importance = source.importance.at(x, y);
-            significance.at(x, y) = importance > 0 ? std::max(importance * unit, 1e-6f * source.coverage.at(x, y)) : 0;
-        }
-    for (std::size_t i = 1; i < source.values.size(); ++i) {
-        const float scale = constant(plan, "scale", i - 1), bias = constant(plan, "bias", i - 1);
-        Image<glm::vec4> texels(source.width, source.height, glm::vec4(0, 0, 0, 1));
+/// Texture "l0", and the layers of texture "ratio" over what it decodes to.
+class RatioLayers {
+public:
+    RatioLayers(const LightMapPlan& plan, const Source& source, const EncodeOptions& options)
+        : plan_(plan), source_(source), options_(options), range_(constant(plan, "range", 0)) {
+        out_.textures.resize(2);
+        Layer l0 = encodeHdr(plan.textures[0].format, source, 0, range_, static_cast<float>(plan.key), options, true, out_.report);
+        out_.textures[0].layers.push_back(std::move(l0.bytes));
+        l0_ = std::move(l0.decoded);
+        significance_ = Image<float>(source.width, source.height, 0);
+        // An error of a ratio is seen through the decoded L0 that it is multiplied with.
         for (int y = 0; y < source.height; ++y)
             for (int x = 0; x < source.width; ++x) {
-                const glm::vec4& dc = l0.decoded.at(x, y);
+                const glm::vec3 dc = range_ * glm::vec3(l0_.at(x, y));
+                const float unit = glm::dot(dc, dc) / static_cast<float>(plan.key * plan.key + 1e-24);
+                const float importance = source.importance.at(x, y);
+                significance_.at(x, y) = importance > 0 ? std::max(importance * unit, 1e-6f * source.coverage.at(x, y)) : 0;
+            }
+    }
+
+    /// The next layer, of these values. Returns its decoded texels if they are wanted.
+    Image<glm::vec4> add(const Image<glm::vec3>& values, bool wantsDecoded) {
+        const std::size_t index = out_.textures[1].layers.size();
+        const float scale = constant(plan_, "scale", index), bias = constant(plan_, "bias", index);
+        Image<glm::vec4> texels(source_.width, source_.height, glm::vec4(0, 0, 0, 1));
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) {
+                const glm::vec4& dc = l0_.at(x, y);
                 for (int channel = 0; channel < 3; ++channel) {
-                    const float decoded = range * dc[channel];
+                    const float decoded = range_ * dc[channel];
                     // Where the decoded L0 is black the product is black: any ratio will do, and that of no light costs least.
-                    const float ratio = decoded > 0 ? source.values[i].at(x, y)[channel] / decoded : 0;
+                    const float ratio = decoded > 0 ? values.at(x, y)[channel] / decoded : 0;
                     const float unit = scale > 0 ? (ratio - bias) / scale : 0;
-                    if (source.coverage.at(x, y) == 1) {
-                        out.report.clampedHigh += unit > 1.0001f ? 1 : 0;
-                        out.report.clampedNegative += unit < -0.0001f ? 1 : 0;
+                    if (source_.coverage.at(x, y) == 1) {
+                        out_.report.clampedHigh += unit > 1.0001f ? 1 : 0;
+                        out_.report.clampedNegative += unit < -0.0001f ? 1 : 0;
                     }
                     texels.at(x, y)[channel] = std::clamp(unit, 0.0f, 1.0f);
                 }
             }
-        Layer layer = encodeLayer(plan.textures[1].format, texels, significance, options, false, out.report);
-        out.textures[1].layers.push_back(std::move(layer.bytes));
+        Layer layer = encodeLayer(plan_.textures[1].format, texels, significance_, options_, wantsDecoded, out_.report);
+        out_.textures[1].layers.push_back(std::move(layer.bytes));
+        return std::move(layer.decoded);
     }
+
+    /// Coefficient index + 1 as the shader sees it.
+    glm::vec3 decoded(const Image<glm::vec4>& ratio, std::size_t index, int x, int y) const {
+        return range_ * glm::vec3(l0_.at(x, y)) *
+               (constant(plan_, "scale", index) * glm::vec3(ratio.at(x, y)) + constant(plan_, "bias", index));
+    }
+    EncodedLightMapRows finish() && { return std::move(out_); }
+
+private:
+    const LightMapPlan& plan_;
+    const Source& source_;
+    const EncodeOptions& options_;
+    float range_;
+    Image<glm::vec4> l0_;
+    Image<float> significance_;
+    EncodedLightMapRows out_;
+};
+
+EncodedLightMapRows encodeRatio(const LightMapPlan& plan, const Source& source, const EncodeOptions& options) {
+    RatioLayers layers(plan, source, options);
+    for (std::size_t i = 1; i < source.values.size(); ++i) layers.add(source.values[i], false);
+    return std::move(layers).finish();
+}
+
+/// One number a texel and channel that `along` finds for the axis of a decoded band 1. band1(i, x, y): its coefficient i, 1 to 3.
+template <class Band1, class Along>
+Image<glm::vec3> alongAxis(const LightMapPlan& plan, const Source& source, Band1&& band1, Along&& along) {
+    const glm::vec3 luminance(constant(plan, "luminance", 0), constant(plan, "luminance", 1), constant(plan, "luminance", 2));
+    Image<glm::vec3> out(source.width, source.height, glm::vec3(0));
+    for (int y = 0; y < source.height; ++y)
+        for (int x = 0; x < source.width; ++x) {
+            if (!(source.coverage.at(x, y) > 0)) continue;
+            lighting::ShRgb sh;
+            for (std::size_t i = 0; i < sh.size(); ++i) sh[i] = source.values[i].at(x, y);
+            out.at(x, y) = along(sh, rows::linearAxis(band1(1, x, y), band1(2, x, y), band1(3, x, y), luminance));
+        }
     return out;
 }
 
-/// One coefficient on its way through the two textures of luvw.
+EncodedLightMapRows encodeZh3(const LightMapPlan& plan, const Source& source, const EncodeOptions& options) {
+    RatioLayers layers(plan, source, options);
+    std::array<Image<glm::vec4>, 3> linear;
+    for (std::size_t i = 0; i < linear.size(); ++i) linear[i] = layers.add(source.values[i + 1], true);
+    const auto band1 = [&](std::size_t i, int x, int y) { return layers.decoded(linear[i - 1], i - 1, x, y); };
+    layers.add(alongAxis(plan, source, band1, rows::zonalAlong), false);
+    return std::move(layers).finish();
+}
+
+/// One coefficient, or one intensity, on its way through the two textures of luvw.
 class LuvwCoefficient {
 public:
-    LuvwCoefficient(const LightMapPlan& plan, const Source& source, std::size_t index, const EncodeOptions& options, EncodeReport& report)
+    LuvwCoefficient(const LightMapPlan& plan, const Source& source, const Image<glm::vec3>& values, std::size_t index,
+                    const EncodeOptions& options, EncodeReport& report)
         : source_(source),
-          values_(source.values[index]),
+          values_(values),
           options_(options),
           report_(report),
           format_(plan.textures[0].format),
@@ -87,8 +141,16 @@ public:
 
     void encode(std::vector<std::byte>& first, std::vector<std::byte>& second) {
         Layer firstLayer = encodeFirst();
-        second = encodeSecond(firstLayer.decoded);
+        Layer secondLayer = encodeSecond(firstLayer.decoded);
+        second = std::move(secondLayer.bytes);
         first = std::move(firstLayer.bytes);
+        firstDecoded_ = std::move(firstLayer.decoded);
+        secondDecoded_ = std::move(secondLayer.decoded);
+    }
+    /// As the shader sees it, once it is encoded.
+    glm::vec3 decoded(int x, int y) const {
+        const glm::vec4 &first = firstDecoded_.at(x, y), &second = secondDecoded_.at(x, y);
+        return range_ * first.w * second.w * uvwOf(first, second);
     }
 
 private:
@@ -121,7 +183,7 @@ private:
         return encodeLayer(format_, texels, colorSignificance(), options_, true, report_);
     }
 
-    std::vector<std::byte> encodeSecond(const Image<glm::vec4>& first) {
+    Layer encodeSecond(const Image<glm::vec4>& first) {
         Image<glm::vec4> texels(source_.width, source_.height, neutral_);
         for (int y = 0; y < source_.height; ++y)
             for (int x = 0; x < source_.width; ++x) {
@@ -141,29 +203,34 @@ private:
                 texels.at(x, y).w = a0 > 0 ? bestLength(x, y, first.at(x, y), layer.decoded.at(x, y)) / (range_ * a0) : neutral_.w;
                 texels.at(x, y).w = std::clamp(texels.at(x, y).w, 0.0f, 1.0f);
             }
-        return encodeSecondAlpha(std::move(layer.bytes), texels, significance);
+        return encodeSecondAlpha(std::move(layer), texels, significance);
     }
 
     /// The L that brings L uvw nearest to the value, for the uvw that the two textures really give.
     float bestLength(int x, int y, const glm::vec4& first, const glm::vec4& second) const {
-        const glm::vec3 uvw = 2.0f * glm::vec3(first) - 1.0f + (2 * span_) * (glm::vec3(second) - glm::vec3(neutral_));
+        const glm::vec3 uvw = uvwOf(first, second);
         const float squared = glm::dot(uvw, uvw);
         return squared > 0.01f ? std::max(0.0f, glm::dot(uvw, values_.at(x, y)) / squared) : length(x, y);
     }
 
+    glm::vec3 uvwOf(const glm::vec4& first, const glm::vec4& second) const {
+        return 2.0f * glm::vec3(first) - 1.0f + (2 * span_) * (glm::vec3(second) - glm::vec3(neutral_));
+    }
+
     /// The two halves of a BC3 block know nothing of each other: alpha is put in after the colour it has to fit is known. Other formats
     /// are encoded again as a whole.
-    std::vector<std::byte> encodeSecondAlpha(std::vector<std::byte> colorBytes, Image<glm::vec4>& texels,
-                                             const Image<float>& significance) {
-        if (format_ != PixelFormat::Bc3) return encodeLayer(format_, texels, significance, options_, false, report_).bytes;
+    Layer encodeSecondAlpha(Layer color, Image<glm::vec4>& texels, const Image<float>& significance) {
+        if (format_ != PixelFormat::Bc3) return encodeLayer(format_, texels, significance, options_, true, report_);
         Image<glm::vec4> alpha(source_.width, source_.height);
         for (int y = 0; y < source_.height; ++y)
             for (int x = 0; x < source_.width; ++x) alpha.at(x, y) = glm::vec4(texels.at(x, y).w, 0, 0, 1);
-        const Layer layer = encodeLayer(PixelFormat::Bc4, alpha, significance, options_, false, report_);
+        const Layer layer = encodeLayer(PixelFormat::Bc4, alpha, significance, options_, true, report_);
         constexpr std::size_t half = 8;
         for (std::size_t block = 0; block * half < layer.bytes.size(); ++block)
-            std::memcpy(colorBytes.data() + 2 * half * block, layer.bytes.data() + half * block, half);
-        return colorBytes;
+            std::memcpy(color.bytes.data() + 2 * half * block, layer.bytes.data() + half * block, half);
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) color.decoded.at(x, y).w = layer.decoded.at(x, y).x;
+        return color;
     }
 
     const Source& source_;
@@ -174,6 +241,7 @@ private:
     float range_, span_;
     bool isRoot_;
     glm::vec4 neutral_;
+    Image<glm::vec4> firstDecoded_, secondDecoded_;
 };
 
 EncodedLightMapRows encodeLuvw(const LightMapPlan& plan, const Source& source, const EncodeOptions& options) {
@@ -181,7 +249,24 @@ EncodedLightMapRows encodeLuvw(const LightMapPlan& plan, const Source& source, c
     out.textures.resize(2);
     for (EncodedLightMapTexture& texture : out.textures) texture.layers.resize(source.values.size());
     for (std::size_t i = 0; i < source.values.size(); ++i)
-        LuvwCoefficient(plan, source, i, options, out.report).encode(out.textures[0].layers[i], out.textures[1].layers[i]);
+        LuvwCoefficient(plan, source, source.values[i], i, options, out.report)
+            .encode(out.textures[0].layers[i], out.textures[1].layers[i]);
+    return out;
+}
+
+EncodedLightMapRows encodeLuvwLinear(const LightMapPlan& plan, const Source& source, const EncodeOptions& options) {
+    EncodedLightMapRows out;
+    out.textures.resize(2);
+    for (EncodedLightMapTexture& texture : out.textures) texture.layers.resize(5);
+    const auto encode = [&](const Image<glm::vec3>& values, std::size_t i) {
+        LuvwCoefficient coefficient(plan, source, values, i, options, out.report);
+        coefficient.encode(out.textures[0].layers[i], out.textures[1].layers[i]);
+        return coefficient;
+    };
+    std::vector<LuvwCoefficient> linear;
+    for (std::size_t i = 0; i < 4; ++i) linear.push_back(encode(source.values[i], i));
+    const auto band1 = [&](std::size_t i, int x, int y) { return linear[i].decoded(x, y); };
+    encode(alongAxis(plan, source, band1, rows::intensityAlong), 4);
     return out;
 }
 
@@ -201,8 +286,12 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
             return encodeRaw(plan, source, options);
         case LightMapLayout::Luvw:
             return encodeLuvw(plan, source, options);
+        case LightMapLayout::LuvwLinear:
+            return encodeLuvwLinear(plan, source, options);
         case LightMapLayout::Ratio:
             return encodeRatio(plan, source, options);
+        case LightMapLayout::Zh3:
+            return encodeZh3(plan, source, options);
         case LightMapLayout::Basis3:
         case LightMapLayout::Basis4:
         case LightMapLayout::Basis8:

@@ -86,7 +86,9 @@ struct Trial {
 };
 constexpr std::array kTrials = {Trial{"raw", "raw", "total"},
                                 Trial{"luvw", "luvw", "total"},
+                                Trial{"luvw-linear", "luvw-linear", "total"},
                                 Trial{"ratio", "ratio", "total"},
+                                Trial{"zh3", "zh3", "total"},
                                 Trial{"basis-3", "basis-3", "total"},
                                 Trial{"basis-4", "basis-16", "code"},
                                 Trial{"basis-8", "basis-16", "residual 1"},

@@ -220,9 +220,9 @@ private:
     }
     /// Bits a texel of a layout under the scene's target: nine coefficients or one value, in blocks of 8 bits or halves of 64.
     double bitsOf(const std::string& layout) const {
-        static const std::map<std::string, double> kTextures = {{"flat", 1},      {"luvw", 18},    {"ratio", 9},   {"raw", 9},
-                                                                {"basis-3", 1.5}, {"basis-4", 2},  {"basis-8", 3}, {"basis-12", 4},
-                                                                {"basis-16", 5},  {kAutoLayout, 9}};
+        static const std::map<std::string, double> kTextures = {{"flat", 1},    {"luvw", 18},    {"luvw-linear", 10}, {"ratio", 9},
+                                                                {"zh3", 5},     {"raw", 9},      {"basis-3", 1.5},    {"basis-4", 2},
+                                                                {"basis-8", 3}, {"basis-12", 4}, {"basis-16", 5},     {kAutoLayout, 9}};
         const double textures = kTextures.at(layout);
         return textures * (scene_.output.target == Target::Float || layout == "raw" ? 64 : 8);
     }

@@ -347,7 +347,8 @@ std::string layoutAsked(const OutputSettings& output) {
 }
 
 const std::vector<std::string>& lightMapLayoutNames() {
-    static const std::vector<std::string> names = {"ratio", "luvw", "flat", "raw", "basis-3", "basis-4", "basis-8", "basis-12", "basis-16"};
+    static const std::vector<std::string> names = {"ratio",   "zh3",     "luvw",    "luvw-linear", "flat",    "raw",
+                                                   "basis-3", "basis-4", "basis-8", "basis-12",    "basis-16"};
     return names;
 }
 

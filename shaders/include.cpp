@@ -7,7 +7,7 @@
 namespace shaders {
 
 // Defined in sources.cpp, which the build writes from the .glsl files (embed.cmake).
-extern const std::array<ShaderSource, 10> kShaderSources;
+extern const std::array<ShaderSource, 11> kShaderSources;
 
 std::span<const ShaderSource> allSources() {
     return kShaderSources;
@@ -20,7 +20,7 @@ std::string shaderInclude(std::span<const std::string> layouts) {
         if (!name.starts_with(kLayoutPrefix)) return std::string_view{};
         return name.substr(kLayoutPrefix.size(), name.size() - kLayoutPrefix.size() - kSuffix.size());
     };
-    // A family of layouts has one source: "basis-4" is in light_map_basis.glsl.
+    // A family of layouts has one source: "basis-4" is in light_map_basis.glsl, "luvw-linear" in light_map_luvw.glsl.
     const auto familyOf = [](const std::string& layout) { return std::string_view(layout).substr(0, layout.find('-')); };
     for ([[maybe_unused]] const std::string& layout : layouts)
         assert(std::ranges::any_of(kShaderSources, [&](const ShaderSource& s) { return layoutOf(s.name) == familyOf(layout); }));

@@ -16,7 +16,7 @@ struct ShaderSource {
 /// Every shared source, in an order in which each needs only those before it.
 std::span<const ShaderSource> allSources();
 
-/// One file `lightcook.glsl` for the light-map layouts named ("raw", "flat", "luvw", "ratio", "basis-4"; unknown names are a broken
+/// One file `lightcook.glsl` for the light-map layouts named ("raw", "flat", "luvw", "ratio", "zh3", "basis-4"; unknown names are a broken
 /// promise) with the specular, environment and RSRM functions. The same layouts give the same text, in any order and however often named.
 std::string shaderInclude(std::span<const std::string> layouts);
 

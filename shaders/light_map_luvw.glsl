@@ -2,6 +2,8 @@
 //   L = range_i a0 a1,   uvw = (2 rgb0 - 1) + 2 span_i (rgb1 - centre)
 // The second texture codes what the first one left: rgb1 = centre says that nothing was left, and so does a1 = neutral (root = 0: a0 holds L) or
 // a1 = neutral a0 (root = 1: a0 and a1 hold its square root, which maps of great range need).
+// Layout "luvw-linear" has five layers each: coefficients 0 to 3, and the intensity I of a light from the axis of band 1 as luminance sees it, decoded
+// and filtered. Band 2 is that light's: lambda_i = I Y_i(axis). After the form that Halo 3 shipped.
 // After Hu 2008, Lightmap compression in Halo 3, whose form is span = 1, centre = 1/2, neutral = 1, root = 1.
 #ifndef LIGHTCOOK_LIGHT_MAP_LUVW_GLSL
 #define LIGHTCOOK_LIGHT_MAP_LUVW_GLSL
@@ -39,6 +41,45 @@ LC_FUNCTION LcSh lcLightMapLuvwFirst(LcLuvwTexels t, LcLuvwConstants k) {
         sh.c[i] = lcLuvw(t.first[i], vec4(centre.x, centre.y, centre.z, a1), k.range[i], k.span[i], centre);
     }
     return sh;
+}
+
+struct LcLuvwLinearTexels {
+    vec4 first[5];
+    vec4 second[5];
+};
+struct LcLuvwLinearConstants {
+    float range[5];
+    float span[5];
+    vec4 neutral;
+    float root;
+    vec3 luminance;  // weights of the working colour space
+};
+
+// What the textures say as it is: bands 0 and 1, and in c[4] what lcZonalBand2 makes band 2 of.
+LC_FUNCTION LcSh lcLuvwLinearBands(LcLuvwLinearTexels t, LcLuvwLinearConstants k) {
+    LcSh sh;
+    for (int i = 0; i < 5; ++i) {
+        sh.c[i] = lcLuvw(t.first[i], t.second[i], k.range[i], k.span[i], lcRgb(k.neutral));
+    }
+    // sqrt(5 / 4 pi): the length of Y_2(axis).
+    sh.c[4] = 0.63078313f * sh.c[4];
+    for (int i = 5; i < 9; ++i) {
+        sh.c[i] = lcGrey(0.0f);
+    }
+    return sh;
+}
+
+LC_FUNCTION LcSh lcLightMapLuvwLinear(LcLuvwLinearTexels t, LcLuvwLinearConstants k) {
+    LcSh bands = lcLuvwLinearBands(t, k);
+    return lcZonalBand2(bands, lcLinearAxis(bands, k.luminance));
+}
+
+// With the first texture alone, at half the memory and fetches.
+LC_FUNCTION LcSh lcLightMapLuvwLinearFirst(LcLuvwLinearTexels t, LcLuvwLinearConstants k) {
+    for (int i = 0; i < 5; ++i) {
+        t.second[i] = vec4(k.neutral.x, k.neutral.y, k.neutral.z, k.neutral.w * mix(1.0f, t.first[i].w, k.root));
+    }
+    return lcLightMapLuvwLinear(t, k);
 }
 
 #endif

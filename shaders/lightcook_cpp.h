@@ -35,6 +35,7 @@ using glm::vec4;
 #include "shaders/light_map_flat.glsl"
 #include "shaders/light_map_luvw.glsl"
 #include "shaders/light_map_ratio.glsl"
+#include "shaders/light_map_zh3.glsl"
 #include "shaders/light_map_basis.glsl"
 #include "shaders/specular.glsl"
 #include "shaders/environment.glsl"

@@ -49,6 +49,24 @@ LC_FUNCTION vec3 lcExitRadianceWrapped(LcSh sh, vec3 n, float wrap) {
     return lcZonal(sh, n, vec3(1.0f, (2.0f - wrap) / 3.0f, 0.25f * (1.0f - wrap) * (1.0f - wrap)));
 }
 
+// The axis of band 1 as luminance sees it: a unit vector in any unit of light, no vector (0) where band 1 is 0.
+LC_FUNCTION vec3 lcLinearAxis(LcSh sh, vec3 luminance) {
+    vec3 v = vec3(dot(luminance, sh.c[3]), dot(luminance, sh.c[1]), dot(luminance, sh.c[2]));
+    v = v / max(max(max(abs(v.x), abs(v.y)), abs(v.z)), 1e-30f);
+    return v * inversesqrt(max(dot(v, v), 1e-30f));
+}
+// Band 2 of light that is round about an axis (a unit vector or 0): sqrt(4 pi / 5) Y_2m(axis) times one number a channel, which c[4] holds before.
+LC_FUNCTION LcSh lcZonalBand2(LcSh bands, vec3 axis) {
+    LcSh r = bands;
+    vec3 zonal = bands.c[4];
+    r.c[4] = (1.73205081f * axis.x * axis.y) * zonal;
+    r.c[5] = (1.73205081f * axis.y * axis.z) * zonal;
+    r.c[6] = (axis.z * axis.z - 0.5f * (axis.x * axis.x + axis.y * axis.y)) * zonal;
+    r.c[7] = (1.73205081f * axis.x * axis.z) * zonal;
+    r.c[8] = (0.86602540f * (axis.x * axis.x - axis.y * axis.y)) * zonal;
+    return r;
+}
+
 // The coefficients of the same light seen from a local orthonormal frame: local direction (a, b, c) is the world's a x + b y + c z. Band 1 is a
 // vector, band 2 a symmetric matrix without trace: both are turned as such.
 LC_FUNCTION LcSh lcLocalSh(LcSh sh, vec3 x, vec3 y, vec3 z) {

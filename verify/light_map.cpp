@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <span>
 
 #include "lighting/radiometry.h"
@@ -24,6 +25,8 @@ constexpr double kLogUnits = 1 << 24;
 /// The control vectors come from float evaluations of the decode: conversion to Bernstein form magnifies their rounding by at most 6 an
 /// axis.
 constexpr double kRounding = 2e-5;
+/// What float sums of nine products may add to a sampled error, as a part of it.
+constexpr double kShadingRounding = 2e-6;
 
 using Channel = lighting::Sh;
 using Channels = std::array<Channel, kChannels>;
@@ -269,7 +272,7 @@ private:
         const Channels errors = channelsOf(error), references = channelsOf(reference);
         for (std::size_t c = 0; c < kChannels; ++c) {
             const std::array<ErrorPair, 1> pair = {ErrorPair{errors[c], references[c]}};
-            raise(worst_[stage], pair, 0);
+            raise(worst_[stage], pair, kShadingRounding * bandSum(bandNorms(pair[0].error), kExitNorm));
         }
     }
 
@@ -288,11 +291,18 @@ private:
         const std::array<const LcSh*, 4> references = {&above.reference[i], &above.reference[i + 1], &below.reference[i],
                                                        &below.reference[i + 1]};
         for (int sample = 0; sample < sampling_.positionsPerQuad; ++sample) magnified(texels, references, x, y, sample);
-        Controls errors, filtered;
-        for (int corner = 0; corner < 4; ++corner) {
-            if (!isNewDecode(x, y, corner)) continue;
-            evaluateControls(texels, references, x + corner % 2, y + corner / 2, errors, filtered);
-            boundQuad(errors, filtered);
+        if constexpr (layouts::Zonal<Layout>) {
+            boundZonal(texels, references, {}, 0);
+        } else {
+            Controls errors, filtered;
+            for (int corner = 0; corner < 4; ++corner) {
+                if (!isNewDecode(x, y, corner)) continue;
+                const auto error = [&](const LayerTexels& t, const LcSh& reference) {
+                    return difference(decoded(t, x + corner % 2, y + corner / 2), reference);
+                };
+                evaluateControls(texels, references, {}, error, errors, filtered);
+                boundQuad(pairsOf(errors, filtered), {});
+            }
         }
     }
     /// Whether no corner before this one has the same decode: a quad is bounded under each that a surface could bring along.
@@ -327,26 +337,31 @@ private:
         addErrors(worst_.size() - 1, difference(decoded(at.texels, x, y), at.reference));
     }
 
-    /// Error of the decode at the (degree + 1)^2 nodes of the quad, turned into Bernstein control vectors: the error at every position is a
-    /// mean of them. The filtered reference is bilinear: its form of the same degree has its values at the nodes themselves for controls.
-    /// (x, y): the texel whose decode it is.
-    void evaluateControls(const std::array<const LayerTexels*, 4>& texels, const std::array<const LcSh*, 4>& references, int x, int y,
-                          Controls& errors, Controls& filtered) const {
+    /// A square part of a quad.
+    struct Part {
+        float u = 0, v = 0, size = 1;
+    };
+    /// value(filtered texels, filtered reference) at the (degree + 1)^2 nodes of a part of the quad, turned into Bernstein control vectors:
+    /// its value at every position is a mean of them. The filtered reference is bilinear: its form of the same degree has its values at the
+    /// nodes themselves for controls.
+    template <class Value>
+    static void evaluateControls(const std::array<const LayerTexels*, 4>& texels, const std::array<const LcSh*, 4>& references,
+                                 const Part& part, Value&& value, Controls& values, Controls& filtered) {
         for (int v = 0; v < kNodes; ++v) {
-            const float fv = static_cast<float>(v) / Layout::kDegree;
+            const float fv = part.v + part.size * static_cast<float>(v) / Layout::kDegree;
             const LayerTexels left = blend(*texels[0], *texels[2], fv), right = blend(*texels[1], *texels[3], fv);
             const LcSh leftReference = blend(*references[0], *references[2], fv),
                        rightReference = blend(*references[1], *references[3], fv);
             for (int u = 0; u < kNodes; ++u) {
-                const float fu = static_cast<float>(u) / Layout::kDegree;
+                const float fu = part.u + part.size * static_cast<float>(u) / Layout::kDegree;
                 const auto node = static_cast<std::size_t>(v * kNodes + u);
                 filtered[node] = blend(leftReference, rightReference, fu);
-                errors[node] = difference(decoded(blend(left, right, fu), x, y), filtered[node]);
+                values[node] = value(blend(left, right, fu), filtered[node]);
             }
         }
         if constexpr (Layout::kDegree > 1) {
-            for (int line = 0; line < kNodes; ++line) convertLine(errors, line * kNodes, 1);
-            for (int line = 0; line < kNodes; ++line) convertLine(errors, line, kNodes);
+            for (int line = 0; line < kNodes; ++line) convertLine(values, line * kNodes, 1);
+            for (int line = 0; line < kNodes; ++line) convertLine(values, line, kNodes);
         }
     }
     static void convertLine(Controls& nodes, int first, int step) {
@@ -355,18 +370,85 @@ private:
         bernsteinFromNodes<Layout::kDegree>(line);
     }
 
-    void boundQuad(const Controls& errors, const Controls& filtered) {
-        std::array<std::array<ErrorPair, kControls>, kChannels> pairs;
+    using Pairs = std::array<std::array<ErrorPair, kControls>, kChannels>;
+    static Pairs pairsOf(const Controls& errors, const Controls& filtered) {
+        Pairs pairs;
         for (std::size_t k = 0; k < kControls; ++k) {
             const Channels error = channelsOf(errors[k]), reference = channelsOf(filtered[k]);
             for (std::size_t c = 0; c < kChannels; ++c) pairs[c][k] = {error[c], reference[c]};
         }
-        for (const std::array<ErrorPair, kControls>& channel : pairs) {
-            double magnitude = 0;
-            for (const ErrorPair& pair : channel)
-                magnitude = std::max(magnitude, bandSum(bandNorms(pair.error), kExitNorm) + bandSum(bandNorms(pair.reference), kExitNorm));
-            raise(worst_.back(), channel, kRounding * magnitude);
+        return pairs;
+    }
+
+    /// Largest of the pairs, as exit radiance.
+    static double magnitudeOf(std::span<const ErrorPair> pairs) {
+        double magnitude = 0;
+        for (const ErrorPair& pair : pairs)
+            magnitude = std::max(magnitude, bandSum(bandNorms(pair.error), kExitNorm) + bandSum(bandNorms(pair.reference), kExitNorm));
+        return magnitude;
+    }
+
+    /// missing: what each channel's error may have beyond its pairs, as exit radiance.
+    void boundQuad(const Pairs& pairs, const std::array<double, kChannels>& missing) {
+        for (std::size_t c = 0; c < kChannels; ++c) raise(worst_.back(), pairs[c], kRounding * magnitudeOf(pairs[c]) + missing[c]);
+    }
+
+    /// A layout whose band 2 is z(p) Y(a(p)), z a polynomial and a(p) the axis of another, is bounded as the polynomial z(p) Y(a0) with one
+    /// axis a0 for the part, and at most |z| |Y(a) - Y(a0)| beside it (axisCone). Where that is much of the error and could be the map's
+    /// worst, the part is looked at in quarters: axes turn less in them.
+    void boundZonal(const std::array<const LayerTexels*, 4>& texels, const std::array<const LcSh*, 4>& references, const Part& part,
+                    int depth) {
+        Controls bands, filtered;
+        // The vector of the axis lies in c[5], beside the zonal coefficient in c[4]: both are polynomials as well.
+        const auto value = [&](const LayerTexels& t, const LcSh&) {
+            LcSh sh = scaled(layout_.bands(t), perKey_);
+            const glm::vec3& weights = layout_.k.luminance;
+            sh.c[5] = {glm::dot(weights, sh.c[3]), glm::dot(weights, sh.c[1]), glm::dot(weights, sh.c[2])};
+            return sh;
+        };
+        evaluateControls(texels, references, part, value, bands, filtered);
+        const AxisCone cone = coneOf(bands);
+        std::array<double, kChannels> missing{};
+        for (LcSh& sh : bands)
+            for (std::size_t c = 0; c < kChannels; ++c)
+                missing[c] =
+                    std::max(missing[c], kExitNorm[2] * cone.deviation * static_cast<double>(std::abs(sh.c[4][static_cast<int>(c)])));
+        for (std::size_t k = 0; k < kControls; ++k) bands[k] = difference(shaders::lcZonalBand2(bands[k], cone.axis), filtered[k]);
+        const Pairs pairs = pairsOf(bands, filtered);
+        if (depth < kZonalDepth && isWorthSplitting(pairs, missing)) {
+            const float half = 0.5f * part.size;
+            for (const float v : {0.0f, half})
+                for (const float u : {0.0f, half}) boundZonal(texels, references, {part.u + u, part.v + v, half}, depth + 1);
+            return;
         }
+        boundQuad(pairs, missing);
+    }
+    static constexpr int kZonalDepth = 3;
+    static constexpr double kZonalShare = 0.05;
+
+    static AxisCone coneOf(const Controls& bands) {
+        std::array<glm::vec3, kControls> vectors;
+        double largest = 0;
+        for (std::size_t k = 0; k < kControls; ++k) {
+            vectors[k] = bands[k].c[5];
+            for (int i = 1; i < 4; ++i) largest = std::max(largest, static_cast<double>(glm::length(bands[k].c[i])));
+        }
+        return axisCone(vectors, kRounding * largest);
+    }
+
+    bool isWorthSplitting(const Pairs& pairs, const std::array<double, kChannels>& missing) const {
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            double error = 0, specular = 0;
+            for (const ErrorPair& pair : pairs[c]) {
+                error = std::max(error, bandSum(bandNorms(pair.error), kExitNorm));
+                specular = std::max(specular, bandSum(bandNorms(pair.error), specularSuprema_));
+            }
+            if (missing[c] <= kZonalShare * error) continue;
+            const double rounding = kRounding * magnitudeOf(pairs[c]) + missing[c];
+            if (specular_.count() > 0 && specular + 4 * rounding > kFloor * worst_.back().specular) return true;
+            if (!staysWithin(pairs[c], kFloor, rounding, worst_.back().diffuse)) return true;
+        }
+        return false;
     }
 
     const Layout& layout_;

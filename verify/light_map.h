@@ -24,7 +24,7 @@ namespace verify {
 
 /// A light map as its manifest describes it.
 struct CookedLightMap {
-    std::string layout;  ///< "raw" "flat" "luvw" "ratio" "basis-3" "basis-4" "basis-8" "basis-12" "basis-16"
+    std::string layout;  ///< "raw" "flat" "luvw" "luvw-linear" "ratio" "zh3" "basis-3" "basis-4" "basis-8" "basis-12" "basis-16"
     std::map<std::string, std::vector<float>> constants;  ///< as compress::LightMapPlan::constants
     int width = 0, height = 0;                            ///< [texels]
 };

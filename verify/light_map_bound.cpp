@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
+#include <numbers>
 
 #include "lighting/quadratic.h"
 #include "lighting/radiometry.h"
@@ -71,8 +73,11 @@ double raised(const ErrorPair& pair, double sign, double share, double floor, do
 }  // namespace
 
 lighting::ShBands bandNorms(const lighting::Sh& c) {
-    return {static_cast<double>(std::abs(c[0])), static_cast<double>(std::sqrt(c[1] * c[1] + c[2] * c[2] + c[3] * c[3])),
-            static_cast<double>(std::sqrt(c[4] * c[4] + c[5] * c[5] + c[6] * c[6] + c[7] * c[7] + c[8] * c[8]))};
+    // In double: squares of floats neither vanish nor overflow in it.
+    lighting::ShDouble k;
+    std::ranges::copy(c, k.begin());
+    return {std::abs(k[0]), std::sqrt(k[1] * k[1] + k[2] * k[2] + k[3] * k[3]),
+            std::sqrt(k[4] * k[4] + k[5] * k[5] + k[6] * k[6] + k[7] * k[7] + k[8] * k[8])};
 }
 
 double bandSum(const lighting::ShBands& norms, const lighting::ShBands& factors) {
@@ -89,6 +94,23 @@ double localErrorBound(std::span<const ErrorPair> pairs, double floor, double ro
         bound = std::min(bound, relative);
     }
     return bound;
+}
+
+AxisCone axisCone(std::span<const glm::vec3> vectors, double rounding) {
+    AxisCone cone{glm::vec3(0, 0, 1), std::numbers::sqrt3};
+    glm::dvec3 sum(0);
+    for (const glm::vec3& v : vectors) sum += glm::dvec3(v);
+    if (!(glm::length(sum) > 0)) return cone;
+    cone.axis = glm::vec3(glm::normalize(sum));
+    double slope = 0;
+    for (const glm::vec3& v : vectors) {
+        const double along = glm::dot(glm::dvec3(cone.axis), glm::dvec3(v));
+        const double across = glm::length(glm::dvec3(v) - along * glm::dvec3(cone.axis));
+        if (!(along > 2 * rounding)) return cone;
+        slope = std::max(slope, (across + 2 * rounding) / (along - 2 * rounding));
+    }
+    cone.deviation = std::numbers::sqrt3 * slope / std::sqrt(1 + slope * slope);
+    return cone;
 }
 
 bool staysWithin(std::span<const ErrorPair> pairs, double floor, double rounding, double limit) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <glm/vec3.hpp>
 #include <span>
 
 #include "lighting/sh.h"
@@ -29,6 +30,17 @@ double bandSum(const lighting::ShBands& norms, const lighting::ShBands& factors)
 /// condition is a quadratic on the sphere, whose maximum is known exactly; t is found by Dinkelbach's iteration (1967, On Nonlinear
 /// Fractional Programming). Share 1 is exact for a texel whose reference is nowhere negative, less serves light that rings below zero.
 double localErrorBound(std::span<const ErrorPair> pairs, double floor, double rounding);
+
+/// An axis, and how far the unit band 2 about any axis near it can be from the one about it.
+struct AxisCone {
+    glm::vec3 axis{0};     ///< unit
+    double deviation = 0;  ///< at most sqrt 3
+};
+/// Of every mean of these vectors, turned to unit length. Two unit band 2 (sqrt(4 pi / 5) Y_2m) about axes an angle a apart differ by a
+/// vector of squared length 2 - 2 P_2(cos a) = 3 sin^2 a, by the addition theorem. The axis of a mean stays in the narrowest cone around
+/// the vectors' own mean that holds them all, which is convex below a right angle; where there is none, or a vector is 0, sqrt 3 holds for
+/// every axis and for none. rounding  what may be missing from a vector's components
+AxisCone axisCone(std::span<const glm::vec3> vectors, double rounding);
 
 /// Quicker: whether that bound is proven not to exceed `limit`. False says nothing.
 bool staysWithin(std::span<const ErrorPair> pairs, double floor, double rounding, double limit);

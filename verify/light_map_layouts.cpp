@@ -23,22 +23,37 @@ std::optional<formats::Error> readConstant(const CookedLightMap& map, const std:
     return std::nullopt;
 }
 
+std::optional<formats::Error> readLuminance(const CookedLightMap& map, glm::vec3& out) {
+    std::array<float, 3> weights{};
+    if (auto error = readConstant(map, "luminance", weights)) return error;
+    out = glm::vec3(weights[0], weights[1], weights[2]);
+    return std::nullopt;
+}
+
+/// Luvw or LuvwLinear.
+template <class AnyLuvw>
 formats::Result<Layout> readLuvw(const CookedLightMap& map) {
-    Luvw luvw;
+    AnyLuvw luvw;
     std::array<float, 4> neutral{};
     if (auto error = readConstant(map, "range", luvw.k.range)) return tl::make_unexpected(*error);
     if (auto error = readConstant(map, "span", luvw.k.span)) return tl::make_unexpected(*error);
     if (auto error = readConstant(map, "neutral", neutral)) return tl::make_unexpected(*error);
     if (auto error = readConstant(map, "root", std::span(&luvw.k.root, 1))) return tl::make_unexpected(*error);
     luvw.k.neutral = glm::vec4(neutral[0], neutral[1], neutral[2], neutral[3]);
+    if constexpr (Zonal<AnyLuvw>)
+        if (auto error = readLuminance(map, luvw.k.luminance)) return tl::make_unexpected(*error);
     return luvw;
 }
 
+/// Ratio or Zh3.
+template <class AnyRatio>
 formats::Result<Layout> readRatio(const CookedLightMap& map) {
-    Ratio ratio;
+    AnyRatio ratio;
     if (auto error = readConstant(map, "range", std::span(&ratio.k.range, 1))) return tl::make_unexpected(*error);
     if (auto error = readConstant(map, "scale", ratio.k.scale)) return tl::make_unexpected(*error);
     if (auto error = readConstant(map, "bias", ratio.k.bias)) return tl::make_unexpected(*error);
+    if constexpr (Zonal<AnyRatio>)
+        if (auto error = readLuminance(map, ratio.k.luminance)) return tl::make_unexpected(*error);
     return ratio;
 }
 
@@ -111,8 +126,10 @@ formats::Result<Layout> readRangeOnly(const CookedLightMap& map) {
 formats::Result<Layout> layoutOf(const CookedLightMap& map) {
     if (map.layout == "raw") return readRangeOnly<Raw>(map);
     if (map.layout == "flat") return readRangeOnly<Flat>(map);
-    if (map.layout == "luvw") return readLuvw(map);
-    if (map.layout == "ratio") return readRatio(map);
+    if (map.layout == "luvw") return readLuvw<Luvw>(map);
+    if (map.layout == "luvw-linear") return readLuvw<LuvwLinear>(map);
+    if (map.layout == "ratio") return readRatio<Ratio>(map);
+    if (map.layout == "zh3") return readRatio<Zh3>(map);
     if (map.layout == "basis-3") return readBasis<3, 0>(map);
     if (map.layout == "basis-4") return readBasis<4, 0>(map);
     if (map.layout == "basis-8") return readBasis<4, 1>(map);
@@ -120,7 +137,7 @@ formats::Result<Layout> layoutOf(const CookedLightMap& map) {
     if (map.layout == "basis-16") return readBasis<4, 3>(map);
     return formats::failure(
         ErrorCode::WrongShape, "light map layout",
-        "found \"" + map.layout + "\", expected raw, flat, luvw, ratio, basis-3, basis-4, basis-8, basis-12 or basis-16");
+        "found \"" + map.layout + "\", expected raw, flat, luvw, luvw-linear, ratio, zh3, basis-3, basis-4, basis-8, basis-12 or basis-16");
 }
 
 std::vector<LightMapVerifier::TextureNeed> texturesOf(const Layout& layout) {
@@ -132,12 +149,16 @@ std::vector<LightMapVerifier::TextureNeed> texturesOf(const Layout& layout) {
         case 2:
             return {{"luvw_first", 9}, {"luvw_second", 9}};
         case 3:
-            return {{"l0", 1}, {"ratio", 8}};
+            return {{"luvw_first", 5}, {"luvw_second", 5}};
         case 4:
+            return {{"l0", 1}, {"ratio", 8}};
         case 5:
+            return {{"l0", 1}, {"ratio", 4}};
+        case 6:
+        case 7:
             return {{"l0", 1}, {"code", 1}};
         default:
-            return {{"l0", 1}, {"code", 1}, {"residual", static_cast<int>(layout.index()) - 5}};
+            return {{"l0", 1}, {"code", 1}, {"residual", static_cast<int>(layout.index()) - 7}};
     }
 }
 

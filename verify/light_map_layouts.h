@@ -86,6 +86,50 @@ struct Ratio {
     }
 };
 
+/// Layouts whose band 2 follows the axis of their filtered band 1 are not polynomials. bands() is what the textures say as it is, a
+/// polynomial of degree kDegree: bands 0 and 1, and the zonal coefficient in c[4]; decode is lcZonalBand2 of it.
+template <class Layout>
+concept Zonal = requires(const Layout& layout) {
+    layout.bands(Texels<Layout::kLayers>{});
+};
+
+struct LuvwLinear {
+    static constexpr std::size_t kLayers = 10;
+    static constexpr int kDegree = 3;
+    static constexpr std::array<const char*, 1> kEarlyStages = {"stage 1"};
+    static constexpr const char* kFinalStage = "stage 2";
+    shaders::LcLuvwLinearConstants k{};
+
+    shaders::LcSh decode(const Texels<kLayers>& t) const {
+        return shaders::lcLightMapLuvwLinear(shaderTexels<shaders::LcLuvwLinearTexels>(t), k);
+    }
+    shaders::LcSh bands(const Texels<kLayers>& t) const {
+        return shaders::lcLuvwLinearBands(shaderTexels<shaders::LcLuvwLinearTexels>(t), k);
+    }
+    /// What the first texture gives alone.
+    shaders::LcSh decodeEarly(std::size_t, const Texels<kLayers>& t, const shaders::LcSh&) const {
+        return shaders::lcLightMapLuvwLinearFirst(shaderTexels<shaders::LcLuvwLinearTexels>(t), k);
+    }
+};
+
+struct Zh3 {
+    static constexpr std::size_t kLayers = 5;
+    static constexpr int kDegree = 2;
+    static constexpr std::array<const char*, 2> kEarlyStages = {"l0", "ratio"};
+    static constexpr const char* kFinalStage = "zonal";
+    shaders::LcZh3Constants k{};
+
+    shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapZh3(shaderTexels<shaders::LcZh3Texels>(t), k); }
+    shaders::LcSh bands(const Texels<kLayers>& t) const { return shaders::lcZh3Bands(shaderTexels<shaders::LcZh3Texels>(t), k); }
+    /// The error of L0, then of L0 and band 1, by themselves: what is higher is the reference's.
+    shaders::LcSh decodeEarly(std::size_t stage, const Texels<kLayers>& t, const shaders::LcSh& reference) const {
+        const shaders::LcSh decoded = bands(t);
+        shaders::LcSh sh = reference;
+        for (int i = 0; i < (stage == 0 ? 1 : 4); ++i) sh.c[i] = decoded.c[i];
+        return sh;
+    }
+};
+
 /// Tables of layouts "basis-K", by cluster.
 struct BasisTables {
     std::vector<shaders::LcBasisFirst3> first3;                   ///< [cluster], or:
@@ -140,7 +184,7 @@ struct Basis {
     Decode at(int x, int y) const { return {tables.get(), tables->clusterAt(x, y)}; }
 };
 
-using Layout = std::variant<Raw, Flat, Luvw, Ratio, Basis<3, 0>, Basis<4, 0>, Basis<4, 1>, Basis<4, 2>, Basis<4, 3>>;
+using Layout = std::variant<Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis<3, 0>, Basis<4, 0>, Basis<4, 1>, Basis<4, 2>, Basis<4, 3>>;
 
 /// The decode of the texel at (x, y).
 template <class AnyLayout>

@@ -15,8 +15,8 @@ using compress::LightMapLayout;
 using compress::LightMapTarget;
 using synthetic::Kind;
 
-constexpr std::array kLayouts = {LightMapLayout::Raw,    LightMapLayout::Flat,    LightMapLayout::Luvw,
-                                 LightMapLayout::Ratio,  LightMapLayout::Basis3,  LightMapLayout::Basis4,
+constexpr std::array kLayouts = {LightMapLayout::Raw,    LightMapLayout::Flat,    LightMapLayout::Luvw,   LightMapLayout::LuvwLinear,
+                                 LightMapLayout::Ratio,  LightMapLayout::Zh3,     LightMapLayout::Basis3, LightMapLayout::Basis4,
                                  LightMapLayout::Basis8, LightMapLayout::Basis12, LightMapLayout::Basis16};
 constexpr int kWidth = 46, kHeight = 38;  // not multiples of a block
 
@@ -82,6 +82,10 @@ TEST(LightMapMeasure, DoesNotDependOnTheCutNorOnTexelsOutsideCharts) {
         EXPECT_EQ(merged.minimumRatio(i), whole.minimumRatio(i));
         EXPECT_EQ(merged.maximumRatio(i), whole.maximumRatio(i));
     }
+    EXPECT_EQ(merged.maximumIntensity(), whole.maximumIntensity());
+    EXPECT_EQ(merged.minimumZonal(), whole.minimumZonal());
+    EXPECT_EQ(merged.maximumZonal(), whole.maximumZonal());
+    EXPECT_GT(whole.maximumZonal(), 0);
 }
 
 TEST(LightMapMeasure, KeyIsTheLogAverageOfExitLuminance) {
@@ -116,6 +120,8 @@ TEST(LightMapPlan, SizesAreThoseOfTheLayouts) {
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Luvw, LightMapTarget::Bc).bitsPerTexel(), 144);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Ratio, LightMapTarget::Bc).bitsPerTexel(), 72);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Ratio, LightMapTarget::Astc).bitsPerTexel(), 72);
+    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::LuvwLinear, LightMapTarget::Bc).bitsPerTexel(), 80);
+    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Zh3, LightMapTarget::Bc).bitsPerTexel(), 40);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Flat, LightMapTarget::Bc).bitsPerTexel(), 8);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Raw, LightMapTarget::Float).bitsPerTexel(), 576);
     const compress::LightMapPlan ratio = planOf(Kind::Gradient, LightMapLayout::Ratio, LightMapTarget::Bc);

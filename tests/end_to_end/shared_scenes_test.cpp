@@ -77,7 +77,8 @@ INSTANTIATE_TEST_SUITE_P(Both, SharedScenes,
                                          Case{"outdoor", "luvw"}, Case{"interior", "ratio"}, Case{"interior", "luvw"},
                                          Case{"zdm2_sun", "ratio"}, Case{"zdm2_sun", "luvw"}, Case{"cornell", "basis-4", 0.016},
                                          Case{"outdoor", "basis-3", 0.025}, Case{"interior", "basis-12", 0.003},
-                                         Case{"zdm2_sun", "basis-8", 0.0105}),
+                                         Case{"zdm2_sun", "basis-8", 0.0105}, Case{"outdoor", "zh3", 0.08},
+                                         Case{"interior", "luvw-linear", 0.045}),
                          [](const auto& each) {
                              std::string name = std::string(each.param.scene) + "_" + each.param.layout;
                              std::ranges::replace(name, '-', '_');

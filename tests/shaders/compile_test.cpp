@@ -87,13 +87,25 @@ std::string useOf(const std::string& layout) {
                "(one, one, b, 2.0);\nsh = lcLightMapBasisAdd(sh, one, one, r, 2.0, 0.5);\nresult = lcExitRadiance(sh, vec3(0.0, 0.0, "
                "1.0));\n";
     }
-    const std::string type = layout == "raw" ? "Raw" : layout == "luvw" ? "Luvw" : "Ratio";
+    const std::string type = layout == "raw"           ? "Raw"
+                             : layout == "luvw"        ? "Luvw"
+                             : layout == "luvw-linear" ? "LuvwLinear"
+                             : layout == "zh3"         ? "Zh3"
+                                                       : "Ratio";
     std::string body = "Lc" + type + "Texels t;\nLc" + type + "Constants k;\n";
     const std::string one = "vec4(0.5, 0.5, 0.5, 1.0)";
     if (layout == "raw") body += "for (int i = 0; i < 9; ++i) { t.sh[i] = " + one + "; }\nk.range = 2.0;\n";
     if (layout == "luvw")
         body += "for (int i = 0; i < 9; ++i) { t.first[i] = " + one + "; t.second[i] = " + one +
                 "; k.range[i] = 2.0; k.span[i] = 0.25; }\nk.neutral = " + one + ";\nk.root = 1.0;\n";
+    if (layout == "luvw-linear")
+        body += "for (int i = 0; i < 5; ++i) { t.first[i] = " + one + "; t.second[i] = " + one +
+                "; k.range[i] = 2.0; k.span[i] = 0.25; }\nk.neutral = " + one +
+                ";\nk.root = 1.0;\nk.luminance = vec3(0.2, 0.7, 0.1);\nLcSh first = lcLightMapLuvwLinearFirst(t, k);\nt.first[0] = "
+                "vec4(first.c[8].x, 0.5, 0.5, 1.0);\n";
+    if (layout == "zh3")
+        body += "t.l0 = " + one + ";\nk.range = 2.0;\nfor (int i = 0; i < 4; ++i) { t.ratio[i] = " + one +
+                "; k.scale[i] = 2.0; k.bias[i] = -1.0; }\nk.luminance = vec3(0.2, 0.7, 0.1);\n";
     if (layout == "ratio")
         body += "t.l0 = " + one + ";\nk.range = 2.0;\nfor (int i = 0; i < 8; ++i) { t.ratio[i] = " + one +
                 "; k.scale[i] = 2.0; k.bias[i] = -1.0; }\n";
@@ -112,14 +124,14 @@ TEST_P(Compile, EachSourceWithOnlyThePreludeAndHarmonicsBeforeIt) {
 }
 
 TEST_P(Compile, TheIncludeOfEveryLayoutDecodesAndShades) {
-    for (const std::string layout : {"raw", "flat", "luvw", "ratio", "basis-3", "basis-8"}) {
+    for (const std::string layout : {"raw", "flat", "luvw", "luvw-linear", "ratio", "zh3", "basis-3", "basis-8"}) {
         const std::vector<std::string> layouts = {layout};
         EXPECT_EQ(errors(shaders::shaderInclude(layouts), useOf(layout)), "") << layout;
     }
 }
 
 TEST_P(Compile, TheIncludeOfAllLayoutsMayBeIncludedTwice) {
-    const std::vector<std::string> layouts = {"raw", "flat", "luvw", "ratio", "basis-3", "basis-4"};
+    const std::vector<std::string> layouts = {"raw", "flat", "luvw", "luvw-linear", "ratio", "zh3", "basis-3", "basis-4"};
     const std::string text = shaders::shaderInclude(layouts);
     EXPECT_EQ(errors(text + text, useOf("ratio")), "");
 }

@@ -154,6 +154,25 @@ TEST(ShaderSpecular, AreaSpecularIsTheSumOfTheKernel) {
     }
 }
 
+TEST(ShaderSh, TheZonalBand2IsThatOfALightAlongTheAxisInAnyUnit) {
+    Random random;
+    const vec3 weights(0.2f, 0.7f, 0.1f);
+    for (const float unit : {1e-38f, 1e-30f, 1e-6f, 1.0f, 1e30f, 3e37f})
+        for (int i = 0; i < 50; ++i) {
+            const vec3 n = random.direction(), color(random.number(0.1f, 1), random.number(0.1f, 1), random.number(0.1f, 1));
+            const lighting::ShRgb light = lighting::projectDirectional(n, color);
+            LcSh bands{};
+            for (std::size_t c = 0; c < 4; ++c) bands.c[c] = unit * light[c];
+            const vec3 axis = shaders::lcLinearAxis(bands, weights);
+            expectNear(axis, n, unit < 1e-37f ? 1e-5f : 1e-6f);
+            bands.c[4] = 0.63078313f * color;
+            const LcSh sh = shaders::lcZonalBand2(bands, axis);
+            for (std::size_t c = 4; c < 9; ++c) expectNear(sh.c[c], light[c], 1e-5f);
+        }
+    const LcSh none = shaders::lcZonalBand2(LcSh{}, shaders::lcLinearAxis(LcSh{}, weights));
+    for (const vec3& c : none.c) EXPECT_EQ(c, vec3(0));
+}
+
 TEST(ShaderLightMap, LuvwWithTheConstantsOfTheTalkIsItsFormula) {
     const glm::vec4 first(0.9f, 0.6f, 0.3f, 0.7f), second(0.5f, 0.8f, 0.4f, 0.6f);
     const vec3 value = shaders::lcLuvw(first, second, 3.0f, 1.0f, vec3(0.5f));

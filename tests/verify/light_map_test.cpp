@@ -12,10 +12,9 @@
 #include "lighting/brdf.h"
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
-#include "tests/compress/light_map_plan.h"
 #include "tests/compress/synthetic_light_map.h"
+#include "tests/verify/cooked_light_map.h"
 #include "verify/light_map_shading.h"
-#include "verify/texture_unit.h"
 
 namespace {
 
@@ -23,54 +22,20 @@ using compress::LightMapLayout;
 using compress::LightMapTarget;
 using synthetic::Kind;
 
-constexpr std::array kLayouts = {LightMapLayout::Raw,    LightMapLayout::Flat,    LightMapLayout::Luvw,
-                                 LightMapLayout::Ratio,  LightMapLayout::Basis3,  LightMapLayout::Basis4,
+constexpr std::array kLayouts = {LightMapLayout::Raw,    LightMapLayout::Flat,    LightMapLayout::Luvw,   LightMapLayout::LuvwLinear,
+                                 LightMapLayout::Ratio,  LightMapLayout::Zh3,     LightMapLayout::Basis3, LightMapLayout::Basis4,
                                  LightMapLayout::Basis8, LightMapLayout::Basis12, LightMapLayout::Basis16};
 constexpr int kWidth = 46, kHeight = 38;
 
-/// A map, cooked, and opened again from its bytes.
-struct Cooked {
-    formats::LightMapBand reference;
-    verify::CookedLightMap map;
-    verify::DecodedLightMapRows texels;
-    double key = 0;
+/// Whether band 2 follows the axis of band 1.
+bool isZonal(LightMapLayout layout) {
+    return layout == LightMapLayout::LuvwLinear || layout == LightMapLayout::Zh3;
+}
 
-    verify::LightMapVerifier verifier(const verify::LightMapShading& shading = {}, const verify::LightMapSampling& sampling = {}) const {
-        auto created = verify::LightMapVerifier::create(map, shading, sampling, key);
-        EXPECT_TRUE(created.has_value());
-        return std::move(*created);
-    }
-    std::vector<verify::StageError> stages(const verify::LightMapShading& shading = {},
-                                           const verify::LightMapSampling& sampling = {}) const {
-        return verifier(shading, sampling).verifyRows(texels, reference, 0, map.height).stages();
-    }
-    verify::StageError total() const { return stages().back(); }
-};
+using test::Cooked;
 
 Cooked cook(formats::LightMapBand reference, LightMapLayout layout, LightMapTarget target, bool halo3 = false) {
-    Cooked cooked;
-    const int width = reference.sh.width(), height = reference.sh.height();
-    compress::LightMapMeasure measure;
-    measure.add(reference);
-    compress::EncodeOptions options;
-    options.effort = 3;
-    compress::LightMapPlan plan = synthetic::planOf(layout, target, reference, options);
-    if (halo3) plan = compress::withHalo3Constants(plan);
-    const compress::EncodedLightMapRows rows = compress::encodeLightMapRows(plan, reference, 0, height, options);
-    for (std::size_t t = 0; t < rows.textures.size(); ++t) {
-        cooked.texels.textures.emplace_back();
-        for (const auto& bytes : rows.textures[t].layers) {
-            cooked.texels.textures.back().emplace_back(width, height);
-            verify::decodeRows(plan.textures[t].format, bytes, cooked.texels.textures.back().back().view());
-        }
-    }
-    verify::LightMapKey key;
-    key.add(reference, 0, height);
-    cooked.key = key.key();
-    EXPECT_EQ(cooked.key, measure.key());
-    cooked.map = {std::string(compress::lightMapLayoutName(layout)), plan.constants, width, height};
-    cooked.reference = std::move(reference);
-    return cooked;
+    return test::cook(std::move(reference), layout, target, 3, halo3);
 }
 Cooked cook(Kind kind, LightMapLayout layout, LightMapTarget target = LightMapTarget::Bc) {
     return cook(synthetic::makeBand(kind, kWidth, 0, kHeight), layout, target);
@@ -240,7 +205,8 @@ TEST(LightMapVerifier, NoSampledShadingExceedsTheBound) {
     std::normal_distribution<double> normal;
     constexpr int places = 4000, normals = 25;
     for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::NegativeBands, Kind::Night})
-        for (const LightMapLayout layout : {LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::Ratio}) {
+        for (const LightMapLayout layout :
+             {LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio, LightMapLayout::Zh3}) {
             const Cooked cooked = cook(kind, layout);
             const verify::StageError total = cooked.total();
             const Filtered filtered = filterAt(cooked, places, random);
@@ -408,9 +374,35 @@ TEST(LightMapVerifier, ConstantsOfHalo3AreDecodedByTheSameShader) {
 TEST(LightMapVerifier, FloatTargetsAreFarMoreExactThanBlocks) {
     for (const LightMapLayout layout : kLayouts) {
         const double floats = cook(Kind::Gradient, layout, LightMapTarget::Float).total().diffuse.relRms;
-        EXPECT_LT(floats, 1e-3) << compress::lightMapLayoutName(layout);
+        // Of two lamps and a sky band 2 is not round about an axis: that is the layout's error, whatever it is stored in.
+        if (!isZonal(layout)) {
+            EXPECT_LT(floats, 1e-3) << compress::lightMapLayoutName(layout);
+        }
         EXPECT_LE(floats, cook(Kind::Gradient, layout, LightMapTarget::Bc).total().diffuse.relRms);
     }
+}
+
+TEST(LightMapVerifier, ZonalLayoutsAreExactForOneLamp) {
+    formats::LightMapBand reference = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            const auto fx = static_cast<float>(x), fy = static_cast<float>(y);
+            const glm::vec3 towards = glm::normalize(glm::vec3(0.5f + 0.01f * fx, 0.7f, 0.2f - 0.02f * fy));
+            reference.sh.at(x, y) = lighting::projectDirectional(towards, (1 + 0.02f * fx) * glm::vec3(1.0f, 0.7f + 0.005f * fy, 0.4f));
+        }
+    for (const LightMapLayout layout : {LightMapLayout::LuvwLinear, LightMapLayout::Zh3})
+        for (const auto& [target, most] : {std::pair(LightMapTarget::Float, 1e-3), std::pair(LightMapTarget::Bc, 0.02)}) {
+            formats::LightMapBand copy = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+            copy.sh = reference.sh.copy();
+            std::ranges::fill(copy.normal.texels(), glm::normalize(glm::vec3(0.5f, 0.7f, 0.2f)));
+            const verify::StageError total = cook(std::move(copy), layout, target).total();
+            EXPECT_LT(total.diffuse.relRms, most) << compress::lightMapLayoutName(layout);
+            EXPECT_LT(total.specular.relRms, most) << compress::lightMapLayoutName(layout);
+            // The axis turns little in a quad; were nothing known of it, this would be above 1.
+            if (target == LightMapTarget::Float) {
+                EXPECT_LT(total.diffuse.maxBound, 0.2) << compress::lightMapLayoutName(layout);
+            }
+        }
 }
 
 TEST(LightMapVerifier, NightIsCookedAsWellAsDay) {

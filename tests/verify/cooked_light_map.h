@@ -1,0 +1,63 @@
+// A light map through the encoder of a layout and back, held whole: what tests of the verifier start from.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "compress/light_map.h"
+#include "tests/compress/light_map_plan.h"
+#include "verify/light_map.h"
+#include "verify/texture_unit.h"
+
+namespace test {
+
+/// A map, cooked, and opened again from its bytes.
+struct Cooked {
+    formats::LightMapBand reference;
+    verify::CookedLightMap map;
+    verify::DecodedLightMapRows texels;
+    double key = 0;
+
+    verify::LightMapVerifier verifier(const verify::LightMapShading& shading = {}, const verify::LightMapSampling& sampling = {}) const {
+        auto created = verify::LightMapVerifier::create(map, shading, sampling, key);
+        EXPECT_TRUE(created.has_value());
+        return std::move(*created);
+    }
+    std::vector<verify::StageError> stages(const verify::LightMapShading& shading = {},
+                                           const verify::LightMapSampling& sampling = {}) const {
+        return verifier(shading, sampling).verifyRows(texels, reference, 0, map.height).stages();
+    }
+    verify::StageError total() const { return stages().back(); }
+};
+
+inline Cooked cook(formats::LightMapBand reference, compress::LightMapLayout layout, compress::LightMapTarget target, int effort,
+                   bool halo3 = false) {
+    Cooked cooked;
+    const int width = reference.sh.width(), height = reference.sh.height();
+    compress::LightMapMeasure measure;
+    measure.add(reference);
+    compress::EncodeOptions options;
+    options.effort = effort;
+    compress::LightMapPlan plan = synthetic::planOf(layout, target, reference, options);
+    if (halo3) plan = compress::withHalo3Constants(plan);
+    const compress::EncodedLightMapRows rows = compress::encodeLightMapRows(plan, reference, 0, height, options);
+    for (std::size_t t = 0; t < rows.textures.size(); ++t) {
+        cooked.texels.textures.emplace_back();
+        for (const auto& bytes : rows.textures[t].layers) {
+            cooked.texels.textures.back().emplace_back(width, height);
+            verify::decodeRows(plan.textures[t].format, bytes, cooked.texels.textures.back().back().view());
+        }
+    }
+    verify::LightMapKey key;
+    key.add(reference, 0, height);
+    cooked.key = key.key();
+    EXPECT_EQ(cooked.key, measure.key());
+    cooked.map = {std::string(compress::lightMapLayoutName(layout)), plan.constants, width, height};
+    cooked.reference = std::move(reference);
+    return cooked;
+}
+
+}  // namespace test
