@@ -9,6 +9,7 @@
 
 #include "pipeline/html.h"
 #include "pipeline/report.h"
+#include "pipeline/report_curve.h"
 
 namespace pipeline {
 namespace {
@@ -455,22 +456,61 @@ Html notes(const Json& asset) {
     return rows.isEmpty() ? Html() : element("div", {{"class", "notes"}}, element("h3", word("Notes")) + element("dl", rows));
 }
 
-/// What else this map could have been, smallest first; the chosen one is marked.
+double relRms(const Json& candidate, const char* shading) {
+    return number(member(candidate, shading));
+}
+/// What a bound on both errors would ask of it.
+double worseError(const Json& candidate) {
+    return std::max(relRms(candidate, "diffuse"), relRms(candidate, "specular"));
+}
+
+/// Of the candidates: the chosen one, the best of the smaller, and the smallest of those that are better.
+struct Alternatives {
+    const Json *chosen = nullptr, *cheaper = nullptr, *better = nullptr;
+
+    Alternatives(const Json& candidates, const std::string& layout) {
+        const auto bytes = [](const Json* candidate) { return count(member(*candidate, "bytes_gpu")); };
+        for (const Json& each : candidates)
+            if (words(member(each, "layout")) == layout) chosen = &each;
+        if (chosen == nullptr) return;
+        for (const Json& each : candidates) {
+            if (bytes(&each) < bytes(chosen) && (cheaper == nullptr || worseError(each) < worseError(*cheaper))) cheaper = &each;
+            if (worseError(each) < worseError(*chosen) && (better == nullptr || bytes(&each) < bytes(better))) better = &each;
+        }
+    }
+    const char* roleOf(const Json& candidate) const {
+        return &candidate == chosen    ? " (chosen)"
+               : &candidate == cheaper ? " (next cheaper)"
+               : &candidate == better  ? " (next better)"
+                                       : "";
+    }
+};
+
+Html candidateCurve(const Json& asset) {
+    std::vector<CurvePoint> points;
+    for (const Json& each : list(asset, "trial_candidates"))
+        points.push_back({words(member(each, "layout")), number(member(each, "bits_per_texel")), relRms(each, "diffuse"),
+                          relRms(each, "specular"), words(member(each, "layout")) == words(member(asset, "layout"))});
+    return errorCurve(points, number(member(member(asset, "limit"), "value")));
+}
+
+/// What else this map could have been, smallest first.
 Html candidateTable(const Json& asset) {
     const Json& candidates = list(asset, "trial_candidates");
     if (candidates.empty()) return {};
+    const Alternatives alternatives(candidates, words(member(asset, "layout")));
     Html rows;
     for (const Json& each : candidates) {
-        const bool isChosen = words(member(each, "layout")) == words(member(asset, "layout"));
-        rows += element("tr", isChosen ? Attributes{{"class", "total"}} : Attributes{},
-                        element("th", {{"scope", "row"}}, text(words(member(each, "layout")) + (isChosen ? " (chosen)" : ""))) +
+        rows += element("tr", &each == alternatives.chosen ? Attributes{{"class", "total"}} : Attributes{},
+                        element("th", {{"scope", "row"}}, text(words(member(each, "layout")) + alternatives.roleOf(each))) +
                             numberCell(bytesMarkup(count(member(each, "bytes_gpu")))) +
                             numberCell(text(humanNumber(number(member(each, "bits_per_texel"))))) +
                             numberCell(figureMarkup(each, "diffuse")) + numberCell(figureMarkup(each, "specular")));
     }
     const Html head = headCell("Candidate") + headCell("GPU", "num") + headCell("Bits per texel", "num") +
                       headCell("Diffuse rel_rms", "num") + headCell("Specular rel_rms", "num");
-    return element("div", {{"class", "notes"}}, element("h3", word("Layouts tried")) + table("candidates", element("tr", head), rows));
+    return element("div", {{"class", "notes"}},
+                   element("h3", word("Layouts tried")) + candidateCurve(asset) + table("candidates", element("tr", head), rows));
 }
 
 Html assetFacts(const Json& asset) {

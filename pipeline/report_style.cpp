@@ -108,6 +108,21 @@ figcaption b { color: var(--ink); font-weight: 600; }
 .heat { flex: 0 1 130px; height: 9px; border-radius: 2px; border: 1px solid var(--line);
   background: linear-gradient(90deg, #000, #460f6e, #be284b, #f06e1e, #facd3c, #fff); }
 
+.curve { display: block; width: 100%; max-width: 760px; margin: 10px 0 14px; font-size: 11px; }
+.curve text { fill: var(--ink); }
+.curve .tick { fill: var(--soft); font-variant-numeric: tabular-nums; }
+.curve .end { text-anchor: end; }
+.curve .middle { text-anchor: middle; }
+.curve .grid { stroke: var(--line); }
+.curve line.limit { stroke: var(--bad); stroke-dasharray: 5 4; }
+.curve text.limit { fill: var(--bad); }
+.curve .stem { stroke: var(--meter); }
+.curve .dot { fill: var(--meter); }
+.curve .ring { fill: var(--card); stroke: var(--meter); stroke-width: 1.5; }
+.curve .chosen .dot { fill: var(--link); }
+.curve .chosen .ring, .curve .chosen .stem { stroke: var(--link); }
+.curve .chosen .name { fill: var(--link); font-weight: 650; }
+
 .notes h3 { margin: 0; padding-bottom: 6px; color: var(--soft); font-size: 12px; font-weight: 400; border-bottom: 1px solid var(--line); }
 .notes dl { margin: 0; }
 .notes div { display: flex; justify-content: space-between; gap: 24px; padding: 5px 0; border-top: 1px solid var(--line); }

@@ -208,6 +208,30 @@ TEST_F(ReportHtml, EscapesEverythingThatCameFromOutside) {
     EXPECT_THAT(page, HasSubstr("<title>&lt;script&gt;alert(&quot;x&quot;)&lt;/script&gt;&amp;&#39;: failed</title>"));
 }
 
+TEST_F(ReportHtml, ShowsWhatWasTriedAndWhatStandsBesideTheChosen) {
+    const auto candidate = [](const char* layout, int bytes, double bits, double diffuse, double specular) {
+        return Json{{"layout", layout}, {"bytes_gpu", bytes}, {"bits_per_texel", bits}, {"diffuse", diffuse}, {"specular", specular}};
+    };
+    Json asset = assetWith(figures(0.01), figures(0.015));
+    asset["trial_candidates"] = Json::array({candidate("tiny", 100, 8, 0.2, 0.3), candidate("small", 150, 12, 0.03, 0.05),
+                                             candidate("luvw", 200, 24, 0.01, 0.015), candidate("odd", 300, 40, 0.008, 0.02),
+                                             candidate("large", 400, 48, 0.002, 0.014), candidate("<b>&", 500, 72, 0.001, 0.002)});
+    const std::string page = render(reportOf(Json::array({asset})));
+    EXPECT_TRUE(isBalanced(page));
+    EXPECT_THAT(page, HasSubstr("luvw (chosen)"));
+    EXPECT_THAT(page, HasSubstr("small (next cheaper)"));
+    EXPECT_THAT(page, HasSubstr("large (next better)"));
+    EXPECT_EQ(occurrences(page, "(next"), 2u);
+    EXPECT_EQ(occurrences(page, "class=\"dot\""), 6u);
+    EXPECT_EQ(occurrences(page, "class=\"ring\""), 6u);
+    EXPECT_EQ(occurrences(page, "<g class=\"chosen\">"), 1u);
+    EXPECT_EQ(occurrences(page, "<line class=\"limit\""), 1u);
+    EXPECT_THAT(page, HasSubstr("&lt;b&gt;&amp;</text>"));
+    // What cannot be drawn is left out, and one point alone is no curve.
+    for (std::size_t i = 0; i < 5; ++i) asset["trial_candidates"][i]["diffuse"] = i % 2 == 0 ? Json(nullptr) : Json(kInfinity);
+    EXPECT_EQ(occurrences(render(reportOf(Json::array({asset}))), "<svg"), 0u);
+}
+
 TEST_F(ReportHtml, SaysNotFiniteForNullAndForNan) {
     Json report = reportOf(Json::array({assetWith(figures(kNan), figures(kInfinity))}));
     report["assets"][0]["passed"] = false;
