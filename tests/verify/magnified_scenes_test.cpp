@@ -126,7 +126,11 @@ void expectWithinTheBound(const std::string& scene, LightMapLayout layout, int e
     const Worst worst = sampled(cooked, shadings, kPlaces, random);
     verify::LightMapSampling sampling;
     sampling.positionsPerQuad = 0;
-    const verify::LightMapVerifier verifier = cooked.verifier({}, sampling);
+    // Bounds are of the whole ranges and of every view: what the verifier would sample itself is not asked for.
+    verify::LightMapShading shading;
+    shading.m = {0.1, 0.5};
+    shading.normalCount = shading.viewCount = 1;
+    const verify::LightMapVerifier verifier = cooked.verifier(shading, sampling);
     double nearest = 0;
     for (std::size_t strip = 0; strip < worst.diffuse.size(); ++strip) {
         const int firstRow = static_cast<int>(strip) * kStripRows, rowCount = std::min(kStripRows, cooked.map.height - firstRow);
@@ -135,8 +139,10 @@ void expectWithinTheBound(const std::string& scene, LightMapLayout layout, int e
         EXPECT_LE(worst.specular[strip], total.specular.maxBound) << scene << ' ' << cooked.map.layout << ", row " << firstRow;
         if (total.diffuse.maxBound > 0) nearest = std::max(nearest, worst.diffuse[strip] / total.diffuse.maxBound);
     }
-    // A bound that nothing comes near would hold anything.
-    EXPECT_GT(nearest, 0.1);
+    // A bound that nothing comes near would hold anything. Halfs of a bake in halfs (raw) have no error to come near with.
+    if (std::ranges::max(worst.diffuse) > 1e-6) {
+        EXPECT_GT(nearest, 0.1);
+    }
 }
 
 using SceneAndLayout = std::tuple<const char*, LightMapLayout>;
