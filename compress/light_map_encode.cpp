@@ -180,7 +180,11 @@ private:
                 const float a0 = std::min(1.0f, l / (range_ * neutral_.w));
                 texels.at(x, y) = glm::vec4(0.5f + (0.5f / l) * values_.at(x, y), isRoot_ ? std::sqrt(a0) : a0);
             }
-        return encodeLayer(format_, texels, colorSignificance(), options_, true, report_);
+        Layer layer = encodeLayer(format_, texels, colorSignificance(), options_, true, report_);
+        if (format_ != PixelFormat::Bc3) return layer;
+        // L itself, unlike uvw, is not seen through L: weighed so, dark texels beside bright ones became black, which no second texture
+        // mends.
+        return withAlpha(std::move(layer), texels, source_.importance);
     }
 
     Layer encodeSecond(const Image<glm::vec4>& first) {
@@ -203,7 +207,8 @@ private:
                 texels.at(x, y).w = a0 > 0 ? bestLength(x, y, first.at(x, y), layer.decoded.at(x, y)) / (range_ * a0) : neutral_.w;
                 texels.at(x, y).w = std::clamp(texels.at(x, y).w, 0.0f, 1.0f);
             }
-        return encodeSecondAlpha(std::move(layer), texels, significance);
+        if (format_ != PixelFormat::Bc3) return encodeLayer(format_, texels, significance, options_, true, report_);
+        return withAlpha(std::move(layer), texels, significance);
     }
 
     /// The L that brings L uvw nearest to the value, for the uvw that the two textures really give.
@@ -217,10 +222,9 @@ private:
         return 2.0f * glm::vec3(first) - 1.0f + (2 * span_) * (glm::vec3(second) - glm::vec3(neutral_));
     }
 
-    /// The two halves of a BC3 block know nothing of each other: alpha is put in after the colour it has to fit is known. Other formats
-    /// are encoded again as a whole.
-    Layer encodeSecondAlpha(Layer color, Image<glm::vec4>& texels, const Image<float>& significance) {
-        if (format_ != PixelFormat::Bc3) return encodeLayer(format_, texels, significance, options_, true, report_);
+    /// The two halves of a BC3 block know nothing of each other: alpha is put in with weights of its own, and after the colour that it may
+    /// have to fit is known.
+    Layer withAlpha(Layer color, const Image<glm::vec4>& texels, const Image<float>& significance) const {
         Image<glm::vec4> alpha(source_.width, source_.height);
         for (int y = 0; y < source_.height; ++y)
             for (int x = 0; x < source_.width; ++x) alpha.at(x, y) = glm::vec4(texels.at(x, y).w, 0, 0, 1);
