@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <optional>
 
 #include "compress/basis_clusters.h"
+#include "compress/basis_codes.h"
 #include "compress/half.h"
 #include "compress/light_map_rows.h"
 
@@ -247,36 +249,47 @@ private:
         }
     }
 
+    /// Monomials and their products, one of zeros added: whole registers.
+    static constexpr Eigen::Index kPadded = 16;
+    using Monomials = Eigen::Matrix<double, kPadded, 1>;
+    using Products = Eigen::Matrix<double, kPadded, kPadded>;
+
     /// Least squares for every cluster's polynomial, codes given. A little of each factor's square keeps thin clusters calm.
     void fitDecode() {
-        for (std::size_t cluster = 0; cluster < byCluster_.size(); ++cluster)
-            for (std::size_t c = 0; c < 3; ++c) fitChannel(byCluster_[cluster], c, model_.code[cluster]);
+        for (std::size_t cluster = 0; cluster < byCluster_.size(); ++cluster) fitTable(byCluster_[cluster], model_.code[cluster]);
     }
-    void fitChannel(const std::vector<Texel*>& members, std::size_t channel, CodeTable& table) const {
-        const Eigen::Index count = model_.shape.monomialCount();
-        Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kCodeMonomials, kCodeMonomials> normal =
-            Eigen::MatrixXd::Zero(count, count);
-        Eigen::Matrix<double, Eigen::Dynamic, 8, 0, kCodeMonomials, 8> right = Eigen::MatrixXd::Zero(count, 8);
-        for (const Texel* texel : members) {
-            Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kCodeMonomials, 1> m = monomialsOf(texel->code).head(count);
-            const double weight = static_cast<double>(texel->weight * texel->light[channel]);
-            normal.noalias() += weight * m * m.transpose();
-            addNoise(texel->code, weight * kCodeNoise * kCodeNoise, normal);
-            for (Eigen::Index i = 0; i < 8; ++i)
-                right.col(i) += (weight * static_cast<double>(texel->ratio[channel][static_cast<std::size_t>(i) + 1])) * m;
+    void fitTable(const std::vector<Texel*>& members, CodeTable& table) const {
+        std::array<Products, 3> normal;
+        std::array<Eigen::Matrix<double, kPadded, 8>, 3> right;
+        for (std::size_t c = 0; c < 3; ++c) {
+            normal[c].setZero();
+            right[c].setZero();
         }
-        const double ridge = 1e-7 * normal.trace() / static_cast<double>(count) + 1e-300;
-        normal.diagonal().array() += ridge;
-        const Eigen::MatrixXd solved = normal.ldlt().solve(right);
-        for (Eigen::Index m = 0; m < count; ++m)
-            for (Eigen::Index i = 0; i < 8; ++i)
-                table[static_cast<std::size_t>(m)][channel][static_cast<std::size_t>(i)] =
-                    std::isfinite(solved(m, i)) ? toHalf(solved(m, i)) : 0;
+        for (const Texel* texel : members) {
+            const Monomials m = monomialsOf(texel->code);
+            Products products = m * m.transpose();
+            addNoise(texel->code, products);
+            for (std::size_t c = 0; c < 3; ++c) {
+                const double weight = static_cast<double>(texel->weight * texel->light[c]);
+                normal[c] += weight * products;
+                for (Eigen::Index i = 0; i < 8; ++i)
+                    right[c].col(i) += (weight * static_cast<double>(texel->ratio[c][static_cast<std::size_t>(i) + 1])) * m;
+            }
+        }
+        const Eigen::Index count = model_.shape.monomialCount();
+        for (std::size_t c = 0; c < 3; ++c) {
+            Eigen::MatrixXd matrix = normal[c].topLeftCorner(count, count);
+            matrix.diagonal().array() += 1e-7 * matrix.trace() / static_cast<double>(count) + 1e-300;
+            const Eigen::MatrixXd solved = matrix.ldlt().solve(right[c].topRows(count));
+            for (Eigen::Index m = 0; m < count; ++m)
+                for (Eigen::Index i = 0; i < 8; ++i)
+                    table[static_cast<std::size_t>(m)][c][static_cast<std::size_t>(i)] =
+                        std::isfinite(solved(m, i)) ? toHalf(solved(m, i)) : 0;
+        }
     }
-    /// What the block encoder's noise adds on average: variance times the outer products of the monomials' derivatives. A decode that is
-    /// fitted with it does not rest on differences of codes that will not survive.
-    template <class Matrix>
-    void addNoise(const glm::vec4& code, double variance, Matrix& normal) const {
+    /// What the block encoder's noise adds on average: its variance times the outer products of the monomials' derivatives. A decode that
+    /// is fitted with it does not rest on differences of codes that will not survive.
+    void addNoise(const glm::vec4& code, Products& products) const {
         const glm::dvec4 u(code);
         // Pairs of (monomial, derivative) by each code.
         using Term = std::pair<int, double>;
@@ -288,19 +301,34 @@ private:
         for (std::size_t k = 0; k < static_cast<std::size_t>(model_.shape.codeChannels); ++k)
             for (std::size_t a = 0; a < terms; ++a)
                 for (std::size_t b = 0; b < terms; ++b)
-                    normal(derivatives[k][a].first, derivatives[k][b].first) +=
-                        variance * derivatives[k][a].second * derivatives[k][b].second;
+                    products(derivatives[k][a].first, derivatives[k][b].first) +=
+                        kCodeNoise * kCodeNoise * derivatives[k][a].second * derivatives[k][b].second;
     }
-    static Eigen::Matrix<double, kCodeMonomials, 1> monomialsOf(const glm::vec4& code) {
+    static Monomials monomialsOf(const glm::vec4& code) {
         const glm::dvec4 u(code);
-        Eigen::Matrix<double, kCodeMonomials, 1> m;
+        Monomials m;
         m << 1, u.x, u.y, u.z, u.x * u.x, u.x * u.y, u.x * u.z, u.y * u.y, u.y * u.z, u.z * u.z, u.w, u.x * u.w, u.y * u.w, u.z * u.w,
-            u.w * u.w;
+            u.w * u.w, 0;
         return m;
     }
 
+    /// visit(texel, its target, its cluster's decode as its metric sees it) for all, cluster by cluster.
+    template <class Visit>
+    void inTheirSpaces(Visit visit) {
+        for (std::size_t cluster = 0; cluster < byCluster_.size(); ++cluster) {
+            std::optional<CodeSpace> space;
+            std::size_t metric = 0;
+            for (Texel* texel : byCluster_[cluster]) {
+                if (!space || metric != texel->metric) space.emplace(model_.code[cluster], model_.shape, metrics_[texel->metric]);
+                metric = texel->metric;
+                visit(*texel, targetOf(*texel), *space);
+            }
+        }
+    }
+
     void solveCodes() {
-        for (Texel& texel : texels_) texel.code = solveCode(tableOf(texel), model_.shape, targetOf(texel), texel.code).code;
+        inTheirSpaces(
+            [](Texel& texel, const BasisTarget& target, const CodeSpace& space) { texel.code = space.solve(target, texel.code).code; });
     }
 
     /// Makes each cluster's codes fill the box.
@@ -331,9 +359,9 @@ private:
     void encodeCodes() {
         for (int round = 0;; ++round) {
             glm::dvec4 sensitivity(0);
-            for (const Texel& texel : texels_)
-                sensitivity += static_cast<double>(texel.weight) *
-                               glm::dvec4(codeSensitivity(tableOf(texel), model_.shape, targetOf(texel), texel.code));
+            inTheirSpaces([&](const Texel& texel, const BasisTarget& target, const CodeSpace& space) {
+                sensitivity += static_cast<double>(texel.weight) * glm::dvec4(space.sensitivity(target, texel.code));
+            });
             model_.codeWeights = normalised(sensitivity);
             const Image<glm::vec4> decoded = throughEncoder(plan_.textures[1].format, model_.codeWeights);
             for (Texel& texel : texels_) texel.code = decoded.at(texel.x, texel.y);

@@ -83,133 +83,6 @@ void accumulate(HigherByChannel& out, float factor, const HigherByChannel& in) {
         for (std::size_t i = 0; i < 8; ++i) out[c][i] += factor * in[c][i];
 }
 
-using Jacobian = std::array<HigherByChannel, 4>;
-
-/// dP / dcode. Monomials: 1 a b c aa ab ac bb bc cc d ad bd cd dd.
-Jacobian jacobianOf(const CodeTable& t, int codeChannels, const glm::vec4& u) {
-    Jacobian j = {t[1], t[2], t[3], HigherByChannel{}};
-    accumulate(j[0], 2 * u.x, t[4]);
-    accumulate(j[0], u.y, t[5]);
-    accumulate(j[0], u.z, t[6]);
-    accumulate(j[1], u.x, t[5]);
-    accumulate(j[1], 2 * u.y, t[7]);
-    accumulate(j[1], u.z, t[8]);
-    accumulate(j[2], u.x, t[6]);
-    accumulate(j[2], u.y, t[8]);
-    accumulate(j[2], 2 * u.z, t[9]);
-    if (codeChannels == 3) return j;
-    accumulate(j[0], u.w, t[11]);
-    accumulate(j[1], u.w, t[12]);
-    accumulate(j[2], u.w, t[13]);
-    j[3] = t[10];
-    accumulate(j[3], u.x, t[11]);
-    accumulate(j[3], u.y, t[12]);
-    accumulate(j[3], u.z, t[13]);
-    accumulate(j[3], 2 * u.w, t[14]);
-    return j;
-}
-
-float sumOf(const std::array<float, 8>& values) {
-    float sum = 0;
-    for (const float value : values) sum += value;
-    return sum;
-}
-
-/// A texel's problem in the space where squared differences are costs: the root of its metric and of its weights go through the table and
-/// the target once, and no step has to know them.
-class CodeProblem {
-public:
-    CodeProblem(const CodeTable& table, const BasisShape& shape, const BasisTarget& target) : shape_(shape) {
-        for (std::size_t c = 0; c < 3; ++c) {
-            std::array<float, 8> ratio;
-            std::copy(target.ratio[c].begin() + 1, target.ratio[c].end(), ratio.begin());
-            const float root = std::sqrt(target.weight[c]);
-            wanted_[c] = turned(*target.metric, root, ratio);
-            for (std::size_t m = 0; m < static_cast<std::size_t>(shape.monomialCount()); ++m)
-                table_[m][c] = turned(*target.metric, root, table[m][c]);
-        }
-    }
-
-    struct Left {
-        HigherByChannel values;
-        float error;
-    };
-    Left leftOf(const glm::vec4& code) const {
-        Left left{evaluateCode(table_, shape_.monomialCount(), code), 0};
-        std::array<float, 8> squares{};
-        for (std::size_t c = 0; c < 3; ++c)
-            for (std::size_t i = 0; i < 8; ++i) {
-                left.values[c][i] = wanted_[c][i] - left.values[c][i];
-                squares[i] += left.values[c][i] * left.values[c][i];
-            }
-        left.error = sumOf(squares);
-        return left;
-    }
-
-    struct Normal {
-        Quartet matrix;
-        Four right;
-    };
-    Normal normalEquations(const glm::vec4& code, const HigherByChannel& left) const {
-        const Jacobian j = jacobianOf(table_, shape_.codeChannels, code);
-        Normal normal;
-        for (int k = 0; k < 4; ++k) {
-            const HigherByChannel& row = j[static_cast<std::size_t>(k)];
-            normal.right(k) = product(row, left);
-            for (int l = 0; l <= k; ++l) normal.matrix(k, l) = normal.matrix(l, k) = product(row, j[static_cast<std::size_t>(l)]);
-        }
-        return normal;
-    }
-
-private:
-    static std::array<float, 8> turned(const Metric& metric, float root, const std::array<float, 8>& v) {
-        std::array<float, 8> out{};
-        for (std::size_t j = 0; j < 8; ++j)
-            for (std::size_t i = 0; i < 8; ++i) out[i] += metric.higherRoot[j][i] * v[j];
-        for (float& value : out) value *= root;
-        return out;
-    }
-    static float product(const HigherByChannel& a, const HigherByChannel& b) {
-        std::array<float, 8> sums{};
-        for (std::size_t c = 0; c < 3; ++c)
-            for (std::size_t i = 0; i < 8; ++i) sums[i] += a[c][i] * b[c][i];
-        return sumOf(sums);
-    }
-
-    BasisShape shape_;
-    CodeTable table_;
-    HigherByChannel wanted_;
-};
-
-SolvedCode solve(const CodeProblem& problem, const BasisShape& shape, const glm::vec4& start) {
-    constexpr int kSteps = 8;
-    constexpr float kEnough = 1e-4f;
-    glm::vec4 code = start;
-    CodeProblem::Left left = problem.leftOf(code);
-    float damping = 1e-3f;
-    for (int step = 0; step < kSteps && left.error > 0; ++step) {
-        CodeProblem::Normal normal = problem.normalEquations(code, left.values);
-        const float mean = normal.matrix.trace() / 4 + 1e-30f;
-        for (int k = 0; k < 4; ++k) normal.matrix(k, k) += damping * mean + 1e-30f;
-        const Four delta = normal.matrix.ldlt().solve(normal.right);
-        if (!delta.allFinite()) break;
-        glm::vec4 next = glm::clamp(code + glm::vec4(delta(0), delta(1), delta(2), delta(3)), 0.0f, 1.0f);
-        if (shape.codeChannels == 3) next.w = 1;
-        const CodeProblem::Left tried = problem.leftOf(next);
-        if (tried.error < left.error) {
-            const bool isEnough = left.error - tried.error < kEnough * left.error;
-            code = next;
-            left = tried;
-            damping *= 0.2f;
-            if (isEnough) break;
-        } else {
-            damping *= 10;
-            if (damping > 1e3f) break;
-        }
-    }
-    return {code, left.error};
-}
-
 }  // namespace
 
 std::size_t BasisModel::tableBytes() const {
@@ -253,19 +126,6 @@ void addResidual(const ResidualTable& table, const glm::vec4& texel, ByChannel& 
     }
 }
 
-SolvedCode solveCode(const CodeTable& table, const BasisShape& shape, const BasisTarget& target, const glm::vec4& start) {
-    return solve(CodeProblem(table, shape, target), shape, start);
-}
-
-SolvedCode searchCode(const BasisModel& model, std::size_t cluster, const BasisTarget& target) {
-    const CodeProblem problem(model.code[cluster], model.shape, target);
-    SolvedCode best{glm::vec4(0.5f, 0.5f, 0.5f, model.shape.codeChannels == 3 ? 1.0f : 0.5f), 0};
-    best.error = problem.leftOf(best.code).error;
-    for (const glm::vec4& seed : model.seeds[cluster])
-        if (const float error = problem.leftOf(seed).error; error < best.error) best = {seed, error};
-    return solve(problem, model.shape, best.code);
-}
-
 glm::vec4 solveResidual(const ResidualTable& table, const BasisTarget& target) {
     Quartet matrix = Quartet::Zero();
     Four right = Four::Zero();
@@ -282,11 +142,6 @@ glm::vec4 solveResidual(const ResidualTable& table, const BasisTarget& target) {
     const Four found = matrix.ldlt().solve(right);
     if (!found.allFinite()) return glm::vec4(kResidualNeutral);
     return glm::clamp(glm::vec4(found(0), found(1), found(2), found(3)) + kResidualNeutral, 0.0f, 1.0f);
-}
-
-glm::vec4 codeSensitivity(const CodeTable& table, const BasisShape& shape, const BasisTarget& target, const glm::vec4& code) {
-    const CodeProblem::Normal normal = CodeProblem(table, shape, target).normalEquations(code, HigherByChannel{});
-    return glm::vec4(normal.matrix(0, 0), normal.matrix(1, 1), normal.matrix(2, 2), normal.matrix(3, 3));
 }
 
 glm::vec4 residualSensitivity(const ResidualTable& table, const BasisTarget& target) {

@@ -1,6 +1,6 @@
-// The learned decode of layouts "basis-K", and how a texel's numbers are found for it. Coefficients 1 to 8 over the decoded coefficient 0
-// are a quadratic polynomial of three or four numbers in [0, 1]; each layer of the residual adds a linear basis of four more. Private to
-// compress/.
+// The learned decode of layouts "basis-K", and how a residual's numbers are found for it (those of the code: basis_codes.h).
+// Coefficients 1 to 8 over the decoded coefficient 0 are a quadratic polynomial of three or four numbers in [0, 1]; each layer of the
+// residual adds a linear basis of four more. Private to compress/.
 #pragma once
 
 #include <array>
@@ -81,19 +81,10 @@ HigherByChannel evaluateCode(const CodeTable& table, int monomialCount, const gl
 /// Adds sum_k (texel_k - neutral) R_k.
 void addResidual(const ResidualTable& table, const glm::vec4& texel, ByChannel& ratio);
 
-/// The code in [0, 1]^n of least error, from a start on (Levenberg and Marquardt).
-struct SolvedCode {
-    glm::vec4 code;
-    float error;
-};
-SolvedCode solveCode(const CodeTable& table, const BasisShape& shape, const BasisTarget& target, const glm::vec4& start);
-/// The same from the best of the cluster's seeds. A quadratic can be left by a wrong way.
-SolvedCode searchCode(const BasisModel& model, std::size_t cluster, const BasisTarget& target);
 /// The residual texel in [0, 1]^4 nearest to what `target.ratio` now holds: what is left.
 glm::vec4 solveResidual(const ResidualTable& table, const BasisTarget& target);
 
-/// How the error grows with each channel: diagonal of J' M J, summed over colours.
-glm::vec4 codeSensitivity(const CodeTable& table, const BasisShape& shape, const BasisTarget& target, const glm::vec4& code);
+/// How the error grows with each channel: the metric of its direction, summed over colours.
 glm::vec4 residualSensitivity(const ResidualTable& table, const BasisTarget& target);
 
 }  // namespace compress

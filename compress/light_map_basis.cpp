@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "compress/basis_codes.h"
 #include "compress/basis_fit.h"
 #include "compress/basis_model.h"
 #include "compress/light_map_blocks.h"
@@ -78,6 +79,7 @@ public:
           band_(band),
           source_(source),
           options_(options),
+          seen_(model_.clusterCount()),
           left_(source.width, source.height),
           significance_(source.width, source.height, 0) {}
 
@@ -114,10 +116,27 @@ private:
             }
     }
 
-    BasisTarget targetAt(int x, int y) {
+    /// What texels of a cluster share as long as their normal stays: rows cross many charts, and come back to each.
+    struct Seen {
+        glm::vec3 normal{0};
+        Metric metric;
+        std::optional<CodeSpace> space;
+    };
+    Seen& seenAt(int x, int y) {
         const glm::ivec2 owner = source_.owner.at(x, y);
+        const glm::vec3& normal = band_.normal.at(owner.x, owner.y - band_.firstRow);
+        const std::size_t cluster = clusterAt(x, y);
+        Seen& seen = seen_[cluster];
+        if (!seen.space || seen.normal != normal) {
+            seen.normal = normal;
+            seen.metric = metrics_.at(normal);
+            seen.space.emplace(model_.code[cluster], model_.shape, seen.metric, model_.seeds[cluster]);
+        }
+        return seen;
+    }
+    BasisTarget targetAt(int x, int y, const Seen& seen) const {
         const glm::vec3 dc(dc_.at(x, y));
-        return {left_.at(x, y), {dc.x * dc.x, dc.y * dc.y, dc.z * dc.z}, &metric_.at(band_.normal.at(owner.x, owner.y - band_.firstRow))};
+        return {left_.at(x, y), {dc.x * dc.x, dc.y * dc.y, dc.z * dc.z}, &seen.metric};
     }
     std::size_t clusterAt(int x, int y) const {
         const glm::ivec2 owner = source_.owner.at(x, y);
@@ -133,14 +152,15 @@ private:
             float leftShare = 0;  // what the left neighbour's code misses, of its light
             for (int x = 0; x < source_.width; ++x) {
                 if (!(source_.coverage.at(x, y) > 0)) continue;
-                const BasisTarget target = targetAt(x, y);
+                Seen& seen = seenAt(x, y);
+                const BasisTarget target = targetAt(x, y, seen);
                 const float light = target.weight[0] + target.weight[1] + target.weight[2] + 1e-30f;
                 const std::size_t cluster = clusterAt(x, y);
                 std::optional<SolvedCode> solved;
                 if (x > 0 && source_.coverage.at(x - 1, y) > 0 && clusterAt(x - 1, y) == cluster)
-                    solved = solveCode(model_.code[cluster], model_.shape, target, texels.at(x - 1, y));
+                    solved = seen.space->solve(target, texels.at(x - 1, y));
                 if (!solved || solved->error > kAsGood * leftShare * light) {
-                    const SolvedCode searched = searchCode(model_, cluster, target);
+                    const SolvedCode searched = seen.space->search(target);
                     if (!solved || searched.error < kWorthLeaving * solved->error) solved = searched;
                 }
                 texels.at(x, y) = solved->code;
@@ -165,7 +185,8 @@ private:
         Image<glm::vec4> texels(source_.width, source_.height, glm::vec4(kResidualNeutral));
         for (int y = 0; y < source_.height; ++y)
             for (int x = 0; x < source_.width; ++x)
-                if (source_.coverage.at(x, y) > 0) texels.at(x, y) = solveResidual(model_.residual[layer][clusterAt(x, y)], targetAt(x, y));
+                if (source_.coverage.at(x, y) > 0)
+                    texels.at(x, y) = solveResidual(model_.residual[layer][clusterAt(x, y)], targetAt(x, y, seenAt(x, y)));
         const Image<glm::vec4> decoded = encodeTexels(2, texels, model_.residualWeights[layer], !isLast);
         for (int y = 0; y < source_.height && !isLast; ++y)
             for (int x = 0; x < source_.width; ++x) {
@@ -191,9 +212,10 @@ private:
     const rows::Source& source_;
     const EncodeOptions& options_;
     EncodedLightMapRows out_;
-    ShadingMetric metric_;
-    Image<glm::vec4> dc_;    ///< decoded coefficient 0 over range
-    Image<ByChannel> left_;  ///< what is still to be coded, over it
+    ShadingMetric metrics_;
+    std::vector<Seen> seen_;  ///< [cluster]
+    Image<glm::vec4> dc_;     ///< decoded coefficient 0 over range
+    Image<ByChannel> left_;   ///< what is still to be coded, over it
     Image<float> significance_;
 };
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "compress/basis_clusters.h"
+#include "compress/basis_codes.h"
 #include "compress/basis_model.h"
 #include "lighting/sphere.h"
 #include "shaders/lightcook_cpp.h"
@@ -114,7 +115,7 @@ TEST_F(BasisTest, ACodeThatMadeTheTargetIsFoundFromNearby) {
         for (std::size_t c = 0; c < 3; ++c) std::copy(made[c].begin(), made[c].end(), target.ratio[c].begin() + 1);
         glm::vec4 start = glm::clamp(truth + 0.15f * (randomCode() - 0.5f), 0.0f, 1.0f);
         if (shape.codeChannels == 3) start.w = 1;
-        const compress::SolvedCode solved = compress::solveCode(table, shape, target, start);
+        const compress::SolvedCode solved = compress::CodeSpace(table, shape, metric).solve(target, start);
         EXPECT_LT(solved.error, 1e-5f);
         for (int k = 0; k < shape.codeChannels; ++k) EXPECT_NEAR(solved.code[k], truth[k], 2e-2f);
     }
