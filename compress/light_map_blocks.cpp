@@ -52,6 +52,26 @@ private:
     std::vector<int> parent_;
 };
 
+/// Numbers for the sets of blocks with covered texels, and for what else their sets hold. A set without any light takes the number of the
+/// block before it: an index that goes on is cheap.
+std::vector<int> numbered(Sets& sets, const std::vector<std::uint16_t>& covered, const std::vector<bool>& isHeld) {
+    const auto count = static_cast<int>(covered.size());
+    std::vector<int> ofSet(covered.size(), -1), charts(covered.size(), -1);
+    int next = 0;
+    for (int block = 0; block < count; ++block) {
+        int& chart = ofSet[static_cast<std::size_t>(sets.find(block))];
+        if (covered[static_cast<std::size_t>(block)] != 0 && chart < 0) chart = next++;
+    }
+    int last = 0;
+    for (int block = 0; block < count && next > 0; ++block) {
+        if (covered[static_cast<std::size_t>(block)] == 0 && !isHeld[static_cast<std::size_t>(block)]) continue;
+        int& chart = ofSet[static_cast<std::size_t>(sets.find(block))];
+        if (chart < 0) chart = last;
+        last = charts[static_cast<std::size_t>(block)] = chart;
+    }
+    return charts;
+}
+
 }  // namespace
 
 LightMapBlocks::LightMapBlocks(int width, int height)
@@ -75,7 +95,20 @@ void LightMapBlocks::add(const LightMapBand& band, int firstRow, int rowCount) {
     }
 }
 
-std::vector<int> LightMapBlocks::charts() const {
+template <class Visit>
+void LightMapBlocks::forEachBlock(const formats::IslandRun& run, Visit visit) const {
+    if (run.row < 0 || run.row >= height_) return;
+    const int begin = std::max(run.begin, 0), end = std::min(run.end, width_);
+    for (int x = begin; x < end; x = (x / kChartBlock + 1) * kChartBlock) {
+        const int block = run.row / kChartBlock * across_ + x / kChartBlock;
+        bool isTouched = run.isInside;
+        for (int column = x; column < std::min(end, (x / kChartBlock + 1) * kChartBlock); ++column)
+            isTouched = isTouched || holds(covered_[static_cast<std::size_t>(block)], column % kChartBlock, run.row % kChartBlock);
+        if (isTouched) visit(block);
+    }
+}
+
+std::vector<int> LightMapBlocks::charts(std::span<const formats::IslandRun> islands) const {
     Sets sets(count());
     const auto mask = [&](int block) { return covered_[static_cast<std::size_t>(block)]; };
     for (int block = 0; block < count(); ++block) {
@@ -86,14 +119,17 @@ std::vector<int> LightMapBlocks::charts() const {
         if (hasRight && hasBelow && touchesRight(mask(block), mask(block + across_ + 1), 1)) sets.join(block, block + across_ + 1);
         if (hasRight && block >= across_ && touchesRight(mask(block), mask(block - across_ + 1), -1)) sets.join(block, block - across_ + 1);
     }
-    std::vector<int> charts(covered_.size(), -1);
-    int next = 0;
-    for (int block = 0; block < count(); ++block) {
-        if (mask(block) == 0) continue;
-        const int first = sets.find(block);
-        charts[static_cast<std::size_t>(block)] = first == block ? next++ : charts[static_cast<std::size_t>(first)];
-    }
-    return charts;
+    std::vector<bool> isHeld(covered_.size(), false);
+    std::vector<int> firstOf;  // block of each island
+    for (const formats::IslandRun& run : islands)
+        forEachBlock(run, [&](int block) {
+            if (static_cast<std::size_t>(run.island) >= firstOf.size()) firstOf.resize(static_cast<std::size_t>(run.island) + 1, -1);
+            int& first = firstOf[static_cast<std::size_t>(run.island)];
+            if (first < 0) first = block;
+            sets.join(first, block);
+            isHeld[static_cast<std::size_t>(block)] = true;
+        });
+    return numbered(sets, covered_, isHeld);
 }
 
 std::vector<LightMapBlocks::Choice> LightMapBlocks::choose(const std::vector<int>& charts, int budget) const {

@@ -3,15 +3,17 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "compress/light_map.h"
+#include "formats/chart_clusters.h"
 #include "formats/light_map.h"
 
 namespace compress {
 
 /// Texels of a side of the blocks that charts are told apart by.
-inline constexpr int kChartBlock = 4;
+inline constexpr int kChartBlock = formats::kClusterBlock;
 
 class LightMapBlocks {
 public:
@@ -26,7 +28,9 @@ public:
     int count() const { return static_cast<int>(covered_.size()); }
     /// A chart for each block, numbered in the order of their first blocks; -1 without covered texels. Covered texels that touch, by a
     /// corner too, and texels of one block are one chart: no filter reaches from one into another.
-    std::vector<int> charts() const;
+    /// islands  of meshes that read the map: all blocks that one holds texel centres of, and all covered texels that it is filtered from,
+    ///          are one chart, however narrow what joins them. Blocks of texel centres have a chart although nothing in them is covered.
+    std::vector<int> charts(std::span<const formats::IslandRun> islands = {}) const;
     /// About `budget` blocks, ascending: a quarter of them by covered area, a quarter by light, half by charts, each after the root of its
     /// light; at least one of every chart, spread evenly over it. charts: of this map
     struct Choice {
@@ -36,6 +40,10 @@ public:
     std::vector<Choice> choose(const std::vector<int>& charts, int budget) const;
 
 private:
+    /// Calls visit(block) for blocks of a run: with a covered texel in it, or all where their centres lie inside the island.
+    template <class Visit>
+    void forEachBlock(const formats::IslandRun& run, Visit visit) const;
+
     int across_ = 0, width_ = 0, height_ = 0;
     std::vector<std::uint16_t> covered_;  ///< bit 4 y + x
     std::vector<double> light_;           ///< sum of squared coefficient 0

@@ -11,6 +11,7 @@
 #include <set>
 #include <utility>
 
+#include "formats/chart_clusters.h"
 #include "formats/draco_mesh.h"
 #include "formats/gltf_document.h"
 #include "formats/material_needs.h"
@@ -32,6 +33,7 @@ struct Primitive {
     bool isTriangles = false;
     bool canCompress = false;  ///< triangles without morph targets, whose vertices must keep their order
     std::optional<std::uint64_t> dracoView;
+    std::vector<std::uint32_t> usedVertices;  ///< of triangles: vertex of the accessors for each of the geometry's
 
     std::string place() const { return fmt::format("mesh {}, primitive {}", mesh, index); }
 };
@@ -84,8 +86,20 @@ private:
         check(attributes, primitive);
         primitive.vertexCount = primitive.geometry.vertexCount();
         // At once: scenes share one set of vertices between dozens of primitives.
-        if (primitive.isTriangles) primitive.geometry = withoutUnusedVertices(primitive.geometry);
+        if (primitive.isTriangles) {
+            primitive.usedVertices = usedVerticesOf(primitive.geometry);
+            primitive.geometry = withoutUnusedVertices(primitive.geometry);
+        }
         return primitive;
+    }
+
+    static std::vector<std::uint32_t> usedVerticesOf(const TriangleMesh& mesh) {
+        std::vector<bool> isUsed(mesh.vertexCount(), false);
+        for (const std::uint32_t index : mesh.indices) isUsed[index] = true;
+        std::vector<std::uint32_t> used;
+        for (std::uint32_t vertex = 0; vertex < isUsed.size(); ++vertex)
+            if (isUsed[vertex]) used.push_back(vertex);
+        return used;
     }
 
     MeshAttribute shared(const Json& attributes, const std::string& semantic, const std::string& place) {
@@ -218,14 +232,19 @@ std::optional<Quantization> quantizationOf(const MeshAttribute& attribute, const
 /// The scene on its way to a GLB: JSON whose buffer views are being replaced, and the bytes of the new ones.
 class GlbBuilder {
 public:
-    GlbBuilder(const GltfDocument& document, const std::vector<Primitive>& primitives)
-        : document_(document), primitives_(primitives), json_(document.json()) {}
+    GlbBuilder(const GltfDocument& document, const std::vector<Primitive>& primitives, const ClusterMap* clusters)
+        : document_(document), primitives_(primitives), clusters_(clusters), json_(document.json()) {}
 
-    MeshSize build(const DracoOptions& options, std::vector<std::byte>& glb) {
+    /// options  none: only primitives that are Draco streams already, and gain an attribute, are coded anew, bit for bit
+    MeshSize build(const DracoOptions* options, std::vector<std::byte>& glb) {
         const std::vector<std::optional<DracoMesh>> coded = encodeAll(options);
         findFreeAccessors(coded);
         for (std::size_t i = 0; i < primitives_.size(); ++i) {
-            if (coded[i]) replace(primitives_[i], *coded[i]);
+            if (coded[i]) {
+                replace(primitives_[i], *coded[i]);
+            } else if (clusters_ != nullptr && primitives_[i].isTriangles) {
+                addClusters(primitives_[i]);
+            }
         }
         if (std::any_of(coded.begin(), coded.end(), [](const auto& mesh) { return mesh.has_value(); })) declareDraco();
         embedImages();
@@ -248,7 +267,7 @@ public:
     }
 
 private:
-    std::vector<std::optional<DracoMesh>> encodeAll(const DracoOptions& options) const {
+    std::vector<std::optional<DracoMesh>> encodeAll(const DracoOptions* options) const {
         std::map<std::size_t, std::map<std::string, Bounds>> boundsOfMesh;
         for (const Primitive& primitive : primitives_) {
             for (const MeshAttribute& attribute : primitive.geometry.attributes) {
@@ -258,15 +277,56 @@ private:
         std::vector<std::optional<DracoMesh>> coded(primitives_.size());
         for (std::size_t i = 0; i < primitives_.size(); ++i) {
             if (!primitives_[i].canCompress || primitives_[i].geometry.indices.empty()) continue;
-            const TriangleMesh& mesh = primitives_[i].geometry;
+            if (options == nullptr && !(clusters_ != nullptr && primitives_[i].dracoView)) continue;
+            const TriangleMesh mesh = clusters_ != nullptr ? withClusters(primitives_[i]) : primitives_[i].geometry;
             std::vector<std::optional<Quantization>> quantization;
-            for (const MeshAttribute& attribute : mesh.attributes)
-                quantization.push_back(quantizationOf(attribute, options, boundsOfMesh[primitives_[i].mesh]));
-            auto encoded = encodeDraco(mesh, quantization, options.speed);
+            for (const MeshAttribute& attribute : mesh.attributes) {
+                quantization.emplace_back();
+                if (options != nullptr) quantization.back() = quantizationOf(attribute, *options, boundsOfMesh[primitives_[i].mesh]);
+            }
+            auto encoded = encodeDraco(mesh, quantization, (options != nullptr ? *options : DracoOptions{}).speed);
             if (encoded)
                 coded[i] = std::move(*encoded);  // what Draco cannot code, such as nothing but degenerate triangles, stays as it is
         }
         return coded;
+    }
+
+    std::vector<std::uint8_t> clustersOf(const Primitive& primitive) const {
+        auto found = clustersOfVertices(primitive.geometry, *clusters_);
+        if (!found) document_.fail(ErrorCode::WrongShape, primitive.place(), found.error());
+        return std::move(*found);
+    }
+
+    /// An attribute of that name which the scene brings along is of another cook.
+    TriangleMesh withClusters(const Primitive& primitive) const {
+        TriangleMesh mesh = primitive.geometry;
+        std::erase_if(mesh.attributes, [](const MeshAttribute& attribute) { return attribute.semantic == kBasisAttribute; });
+        MeshAttribute& added = mesh.attributes.emplace_back();
+        added.semantic = kBasisAttribute;
+        added.componentType = ComponentType::Uint8;
+        added.componentCount = 1;
+        for (const std::uint8_t cluster : clustersOf(primitive)) added.values.push_back(static_cast<std::byte>(cluster));
+        return mesh;
+    }
+
+    /// Beside vertices that stay where they are: one byte of four, as glTF wants vertices to lie.
+    void addClusters(const Primitive& primitive) {
+        if (primitive.dracoView)
+            document_.fail(
+                ErrorCode::FormatUnsupported, primitive.place(),
+                "found a Draco stream that cannot be coded anew, expected one without morph targets that can take a vertex attribute");
+        constexpr std::size_t kStride = 4;
+        const std::vector<std::uint8_t> clusters = clustersOf(primitive);
+        std::vector<std::byte> bytes(kStride * primitive.vertexCount);
+        for (std::size_t i = 0; i < clusters.size(); ++i) bytes[kStride * primitive.usedVertices[i]] = static_cast<std::byte>(clusters[i]);
+        constexpr int kArrayBuffer = 34962;
+        Json accessor = clusterAccessor(primitive.vertexCount);
+        accessor["bufferView"] = addView(std::move(bytes), {{"byteStride", kStride}, {"target", kArrayBuffer}});
+        jsonOf(primitive)["attributes"][kBasisAttribute] = addAccessor(std::move(accessor));
+    }
+
+    static Json clusterAccessor(std::size_t vertexCount) {
+        return {{"componentType", static_cast<int>(ComponentType::Uint8)}, {"count", vertexCount}, {"type", "SCALAR"}};
     }
 
     Json& jsonOf(const Primitive& primitive) { return json_["meshes"][primitive.mesh]["primitives"][primitive.index]; }
@@ -309,8 +369,12 @@ private:
         return slot;
     }
 
-    std::size_t addView(std::vector<std::byte> bytes) {
-        newViews_.push_back(std::move(bytes));
+    struct NewView {
+        std::vector<std::byte> bytes;
+        Json json;
+    };
+    std::size_t addView(std::vector<std::byte> bytes, Json json = Json::object()) {
+        newViews_.push_back({std::move(bytes), std::move(json)});
         return viewCount() + newViews_.size() - 1;
     }
     std::size_t viewCount() const { return document_.json().value("bufferViews", Json::array()).size(); }
@@ -319,8 +383,9 @@ private:
         Json attributes = Json::object(), ids = Json::object();
         for (std::size_t i = 0; i < coded.decoded.attributes.size(); ++i) {
             const MeshAttribute& attribute = coded.decoded.attributes[i];
-            const std::uint64_t before = jsonOf(primitive)["attributes"][attribute.semantic].get<std::uint64_t>();
-            Json accessor = document_.entry("accessors", before);
+            const bool isOurs = clusters_ != nullptr && attribute.semantic == kBasisAttribute;
+            Json accessor = isOurs ? clusterAccessor(0)
+                                   : document_.entry("accessors", jsonOf(primitive)["attributes"][attribute.semantic].get<std::uint64_t>());
             for (const char* gone : {"bufferView", "byteOffset", "sparse", "min", "max"}) accessor.erase(gone);
             accessor["count"] = attribute.vertexCount();
             if (attribute.semantic == "POSITION") addBounds(attribute, accessor);
@@ -390,9 +455,9 @@ private:
                                fmt::format("found a reference to entry {}, expected less than {}", old, viewCount()));
             }
             const bool isNew = old >= viewCount();
-            Json view = isNew ? Json::object() : document_.entry("bufferViews", old);
+            Json view = isNew ? newViews_[old - viewCount()].json : document_.entry("bufferViews", old);
             const std::span<const std::byte> bytes =
-                isNew ? std::span<const std::byte>(newViews_[old - viewCount()]) : document_.bufferView(old);
+                isNew ? std::span<const std::byte>(newViews_[old - viewCount()].bytes) : document_.bufferView(old);
             buffer.resize((buffer.size() + 3) / 4 * 4);
             view["buffer"] = 0;
             view["byteOffset"] = buffer.size();
@@ -412,9 +477,10 @@ private:
 
     const GltfDocument& document_;
     const std::vector<Primitive>& primitives_;
+    const ClusterMap* clusters_;  ///< none: vertices get no cluster
     Json json_;
     std::vector<std::uint64_t> freeAccessors_;
-    std::vector<std::vector<std::byte>> newViews_;
+    std::vector<NewView> newViews_;
 };
 
 Result<void> checkOptions(const DracoOptions& options) {
@@ -504,11 +570,26 @@ Result<GltfScene> GltfScene::load(const std::filesystem::path& file) {
     }
 }
 
-Result<MeshSize> GltfScene::writeDraco(const std::filesystem::path& file, const DracoOptions& options) const {
+std::vector<const TriangleMesh*> GltfScene::triangleMeshes() const {
+    std::vector<const TriangleMesh*> meshes;
+    for (const Primitive& primitive : state_->primitives)
+        if (primitive.isTriangles) meshes.push_back(&primitive.geometry);
+    return meshes;
+}
+
+Result<MeshSize> GltfScene::writeDraco(const std::filesystem::path& file, const DracoOptions& options, const ClusterMap* clusters) const {
     if (const auto good = checkOptions(options); !good) return tl::make_unexpected(good.error());
+    return write(file, &options, clusters);
+}
+
+Result<MeshSize> GltfScene::writePlain(const std::filesystem::path& file, const ClusterMap* clusters) const {
+    return write(file, nullptr, clusters);
+}
+
+Result<MeshSize> GltfScene::write(const std::filesystem::path& file, const DracoOptions* options, const ClusterMap* clusters) const {
     try {
         std::vector<std::byte> glb;
-        const MeshSize size = GlbBuilder(state_->document, state_->primitives).build(options, glb);
+        const MeshSize size = GlbBuilder(state_->document, state_->primitives, clusters).build(options, glb);
         if (glb.size() > std::numeric_limits<std::uint32_t>::max()) {
             return failure(ErrorCode::WrongShape, file.string(),
                            fmt::format("found {} bytes, expected less than 4 GiB in a GLB", glb.size()));

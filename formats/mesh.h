@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/chart_clusters.h"
 #include "formats/error.h"
 
 namespace formats {
@@ -62,7 +63,13 @@ public:
     /// kept, images beside the scene move in. float POSITION, NORMAL and TEXCOORD_n are quantized, on one lattice a mesh, so that borders
     /// between primitives stay shut; every other attribute is kept bit for bit. Primitives with morph targets (whose vertices must keep
     /// their order), lines and points stay as they are. Whole or absent.
-    Result<MeshSize> writeDraco(const std::filesystem::path& file, const DracoOptions& options) const;
+    /// clusters  where given, every triangle primitive gains kBasisAttribute, kept exact; see clustersOfVertices for what is refused
+    Result<MeshSize> writeDraco(const std::filesystem::path& file, const DracoOptions& options, const ClusterMap* clusters = nullptr) const;
+    /// The same scene as a GLB, values bit for bit: only kBasisAttribute comes in. Vertices and triangles stay where they are, but for
+    /// primitives that were Draco streams, which are coded anew without loss.
+    Result<MeshSize> writePlain(const std::filesystem::path& file, const ClusterMap* clusters) const;
+    /// Of the triangle primitives, in the order of the file; they live as long as the scene.
+    std::vector<const TriangleMesh*> triangleMeshes() const;
     /// Compares vertex by vertex with a scene that writeDraco made of this one. Draco reorders vertices and triangles, so triangles are
     /// matched one to one by how close their corners are (see matchTriangles); one without a counterpart is an ErrorCode::Verification.
     Result<MeshError> errorOf(const GltfScene& cooked) const;
@@ -70,6 +77,7 @@ public:
 private:
     struct State;
     explicit GltfScene(std::unique_ptr<State> state);
+    Result<MeshSize> write(const std::filesystem::path& file, const DracoOptions* options, const ClusterMap* clusters) const;
     std::unique_ptr<State> state_;
 };
 

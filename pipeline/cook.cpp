@@ -136,6 +136,7 @@ private:
         PlanOptions planOptions{options_.only, options_.onlyKind, options_.repair, options_.samples};
         auto plan = planScene(scene_, needs, planOptions);
         if (!plan) return tl::make_unexpected(plan.error());
+        meshBytes_ = mostMeshBytes(plan->undecided, materials);
 
         ExecutionResult result = execute(plan->actions, executeOptions, staging, cache_, *digests_, state_);
         if (!plan->undecided.empty() && (result.errors.empty() || options_.keepGoing) && !state_.interrupted) {
@@ -172,7 +173,7 @@ private:
         for (const std::string& map : open.undecided)
             if (const auto trial = result.records.find("trial/" + map); trial != result.records.end())
                 candidates[map] = candidatesOf(trial->second);
-        std::uint64_t otherBytes = 0;
+        std::uint64_t otherBytes = meshBytes_;
         for (const std::string& name : open.assets)
             if (const auto cooked = result.records.find("cook/" + name); cooked != result.records.end())
                 otherBytes += gpuBytesOf(cooked->second.result.at("asset"));
@@ -182,7 +183,8 @@ private:
             if (!plan) return plan;
             std::vector<Action> rest;
             for (const Action& action : plan->actions)
-                if (planOptions.layouts.contains(action.asset) && !result.records.contains(action.id)) rest.push_back(action);
+                if (planOptions.layouts.contains(lightMapOf(*plan, action.asset)) && !result.records.contains(action.id))
+                    rest.push_back(action);
             ExecutionResult chosen = execute(rest, executeOptions, staging, cache_, *digests_, state_);
             const std::vector<std::string> broken = brokenPromises(chosen, planOptions.layouts, candidates);
             if (broken.empty()) {
@@ -190,6 +192,23 @@ private:
                 return plan;
             }
         }
+    }
+
+    /// GPU memory that the meshes of light maps may take, at the most: those wait for the layouts.
+    std::uint64_t mostMeshBytes(const std::vector<std::string>& lightMaps, const ExecutionResult& materials) const {
+        std::uint64_t bytes = 0;
+        for (const LightMapEntry& entry : scene_.lightMaps) {
+            if (!entry.mesh || std::ranges::find(lightMaps, entry.name) == lightMaps.end()) continue;
+            const auto record = materials.records.find("materials/" + entry.mesh->string());
+            if (record != materials.records.end()) bytes += record->second.result.at("most_bytes_gpu").get<std::uint64_t>();
+        }
+        return bytes;
+    }
+
+    /// Of a mesh, the light map that it waits for; of others they themselves.
+    static const std::string& lightMapOf(const Plan& plan, const std::string& asset) {
+        const auto mesh = plan.meshes.find(asset);
+        return mesh == plan.meshes.end() ? asset : mesh->second;
     }
 
     std::map<std::string, std::string> choose(const LightMapCandidates& candidates, std::uint64_t otherBytes) const {
@@ -308,6 +327,7 @@ private:
     Cache cache_;
     std::optional<DigestMemo> digests_;
     Outcome outcome_;
+    std::uint64_t meshBytes_ = 0;  ///< see mostMeshBytes
 };
 
 /// Files of a cooked folder whose content is not what the manifest says.
@@ -391,7 +411,18 @@ private:
         if (options_.samples && parameters.contains("samples")) parameters["samples"] = *options_.samples;
         const std::string name = asset.at("name").get<std::string>();
         const Action action = verifyAction(name, asset.at("kind").get<std::string>(), *sources, parameters);
-        ActionRecord cooked, verified;
+        ActionRecord cooked, verified, lightMap;
+        std::vector<const ActionRecord*> upstream = {&cooked};
+        if (asset.contains("basis")) {
+            for (const Json& other : manifest.at("assets"))
+                if (other.at("name") == asset.at("basis").at("light_map") && other.at("kind") == "light-map")
+                    lightMap.result["asset"] = other;
+            if (!lightMap.result.contains("asset"))
+                return failure(ErrorCode::Verification, name,
+                               fmt::format("found no light map {} in the manifest, expected the one whose bases its vertices name",
+                                           asset.at("basis").at("light_map").dump()));
+            upstream.push_back(&lightMap);
+        }
         cooked.result = {{"asset", asset}, {"bytes_in", 0}};
         if (previous.is_object())
             for (const Json& row : previous.at("assets"))
@@ -400,7 +431,7 @@ private:
                     cooked.seconds = row.at("seconds").get<double>();
                 }
         const auto start = Clock::now();
-        auto outcome = actionFunction(action.kind)({action, scratch, options_.folder, {&cooked}, lightMaps_, state_});
+        auto outcome = actionFunction(action.kind)({action, scratch, options_.folder, upstream, lightMaps_, state_});
         if (!outcome) return tl::make_unexpected(outcome.error());
         verified.result = std::move(outcome->result);
         verified.result.erase("preview");  // drawn in a scratch folder

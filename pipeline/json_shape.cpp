@@ -142,6 +142,8 @@ void checkManifestAsset(const Place& asset) {
     }
     for (const char* key : {"bytes_gpu", "bytes_disk"})
         if (asset.has(key)) asset[key].bytes();
+    if (asset.has("basis"))
+        for (const char* key : {"attribute", "light_map"}) asset["basis"][key].text();
     checkVerifyParameters(asset["verify"]);
     asset["source"]["files"].eachMember([](const Place& source) {
         source["file"].text();

@@ -9,7 +9,8 @@
 
 namespace pipeline {
 
-/// "light-map". Input "source"; parameters: asset, description, layout, target, textures.
+/// "light-map". Input "source", and "mesh" where the layout learns and the map has one; parameters: asset, description, layout, target,
+/// textures.
 formats::Result<ActionOutcome> cookLightMap(const ActionContext& context);
 /// "verify-light-map". Input "source"; upstream: the cooked light map; parameters: max_error, shading, samples.
 formats::Result<ActionOutcome> verifyLightMap(const ActionContext& context);

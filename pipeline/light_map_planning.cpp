@@ -8,8 +8,10 @@
 #include <limits>
 #include <set>
 
+#include "formats/mesh.h"
 #include "pipeline/bands.h"
 #include "pipeline/light_map_actions.h"
+#include "pipeline/mesh_actions.h"
 #include "pipeline/scene.h"
 #include "pipeline/textures.h"
 #include "verify/texture_unit.h"
@@ -115,6 +117,16 @@ const LightMapCandidate& smallestOf(const std::vector<LightMapCandidate>& candid
     return *best;
 }
 
+/// Where the islands of the map's mesh lie, so that each vertex of it can name one basis. None without a mesh; nor of one that cannot be
+/// read, which its own action tells of.
+std::vector<formats::IslandRun> islandsOf(const Action& action, const LightMapSource& source) {
+    const auto mesh = action.inputs.find(kMeshRole);
+    if (mesh == action.inputs.end()) return {};
+    const auto scene = formats::GltfScene::load(mesh->second);
+    if (!scene) return {};
+    return formats::islandRuns(scene->triangleMeshes(), source.width(), source.height());
+}
+
 }  // namespace
 
 Result<MeasuredLightMap> measureLightMap(LightMapSource& source, const ActionContext& context) {
@@ -152,7 +164,7 @@ Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& name) {
                                          options_);
 }
 
-/// Charts from the coverage, then the blocks worth looking at.
+/// Charts from the coverage and the mesh, then the blocks worth looking at.
 Result<void> LightMapPlanner::gather() {
     const auto walk = [&](const char* what, auto&& visit) -> Result<void> {
         const auto walked = forEachBand<int>(source_.bandCount(), context_, fmt::format("{} {}", what, context_.action.asset), visit);
@@ -167,7 +179,7 @@ Result<void> LightMapPlanner::gather() {
         return 0;
     });
     if (!surveyed) return surveyed;
-    charts_ = blocks_.charts();
+    charts_ = blocks_.charts(islandsOf(context_.action, source_));
     compress::LightMapSamples samples(blocks_.choose(charts_, compress::learningBlocks(options_.effort)), blocks_.across());
     const auto sampled = walk("sample", [&](int index) -> Result<int> {
         const auto band = source_.bandWithMargin(index, compress::LightMapSamples::kMargin, compress::LightMapSamples::kMargin);

@@ -41,9 +41,9 @@ private:
     std::optional<compress::LightMapSamples> samples_;
 };
 
-/// "light-map-trial". Input "source"; parameters: description, target, textures, shading. Cooks the map, or evenly spread bands of a large
-/// one, under every layout that knows directions, and shades the texels: result "candidates" has layout, bytes_gpu, bits_per_texel,
-/// diffuse, specular (rel_rms) of each, in the order of bytes; "share" is how much of the map was tried.
+/// "light-map-trial". Inputs "source" and, of a map that has one, "mesh"; parameters: description, target, textures, shading. Cooks the
+/// map, or evenly spread bands of a large one, under every layout that knows directions, and shades the texels: result "candidates" has
+/// layout, bytes_gpu, bits_per_texel, diffuse, specular (rel_rms) of each, in the order of bytes; "share" is how much of the map was tried.
 formats::Result<ActionOutcome> tryLightMap(const ActionContext& context);
 
 /// A layout's price and worth for one map.

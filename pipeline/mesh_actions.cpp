@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <optional>
+
 #include "formats/mesh.h"
 #include "pipeline/bands.h"
 #include "pipeline/figures_json.h"
 #include "pipeline/light_map_actions.h"
+#include "verify/mesh_clusters.h"
 #include "verify/mesh_shift.h"
 
 namespace pipeline {
@@ -14,7 +18,8 @@ namespace {
 using formats::Result;
 
 /// Bytes of GPU memory that the light map asks of a vertex: two 16-bit UVs.
-constexpr std::int64_t kLightMapUvBytes = 4;
+constexpr std::int64_t kLightMapUvBytes = 4, kFloatUvBytes = 8;
+constexpr std::int64_t kBasisBytes = 4;  ///< one that counts, and what glTF pads it with
 
 Json toJson(const formats::MaterialNeeds& material) {
     return {{"name", material.name},
@@ -31,59 +36,120 @@ Json toJson(const formats::DracoOptions& options) {
             {"light_map_uv_bits", options.lightMapUvBits}};
 }
 
+/// The clusters of a light map with learned bases, from its manifest entry.
+Result<formats::ClusterMap> clusterMapOf(const Json& lightMap) {
+    const auto runs = lightMap.at("constants").at("index_runs").get<std::vector<float>>();
+    auto map = formats::ClusterMap::fromRuns(lightMap.at("width").get<int>(), lightMap.at("height").get<int>(), runs);
+    if (!map)
+        return formats::failure(formats::ErrorCode::Verification, lightMap.at("name").get<std::string>() + ", constant index_runs",
+                                map.error());
+    return std::move(*map);
+}
+
+/// What the manifest says of the cluster that each vertex bears; absent where the light map has no learned bases.
+Json basisEntry(const Json& lightMap) {
+    return {{"attribute", formats::kBasisAttribute}, {"light_map", lightMap.at("name")}};
+}
+
+Result<verify::CoveredTexels> coverageOf(LightMapSource& bake, const ActionContext& context) {
+    verify::CoveredTexels covered(bake.width(), bake.height());
+    const auto walked = forEachBand<int>(bake.bandCount(), context, "survey " + context.action.asset, [&](int index) -> Result<int> {
+        const auto band = bake.band(index);
+        if (!band) return tl::make_unexpected(band.error());
+        covered.add(**band, (*band)->firstRow, bake.bandRows(index));
+        return 0;
+    });
+    if (!walked) return tl::make_unexpected(walked.error());
+    return covered;
+}
+
+/// uvShift  how far quantization moved light-map UVs [UV units]
+Result<void> verifyClusters(const ActionContext& context, const formats::GltfScene& cooked, double uvShift, LightMapSource& bake) {
+    const Json& mesh = context.upstream.at(0)->result.at("asset");
+    const Json& lightMap = context.upstream.at(1)->result.at("asset");
+    if (lightMap.at("width") != bake.width() || lightMap.at("height") != bake.height())
+        return formats::failure(formats::ErrorCode::Verification, context.action.inputs.at("source").string(),
+                                fmt::format("found {} x {} texels, expected {} x {} as cooked", bake.width(), bake.height(),
+                                            lightMap.at("width").dump(), lightMap.at("height").dump()));
+    const auto map = clusterMapOf(lightMap);
+    if (!map) return tl::make_unexpected(map.error());
+    const auto covered = coverageOf(bake, context);
+    if (!covered) return tl::make_unexpected(covered.error());
+    constexpr double kRounding = 1e-2;  // of edges, beside what quantization moved
+    const double inset = uvShift * std::max(map->width, map->height) + kRounding;
+    for (const formats::TriangleMesh* primitive : cooked.triangleMeshes())
+        if (const auto mistake = verify::clusterMistake(*primitive, *map, *covered, inset))
+            return formats::failure(formats::ErrorCode::Verification, mesh.at("file").get<std::string>(), *mistake);
+    return {};
+}
+
 }  // namespace
 
 Result<ActionOutcome> readMaterials(const ActionContext& context) {
-    const auto scene = formats::GltfScene::load(context.action.inputs.at("mesh"));
+    const auto scene = formats::GltfScene::load(context.action.inputs.at(kMeshRole));
     if (!scene) return tl::make_unexpected(scene.error());
     ActionOutcome outcome;
+    std::size_t vertices = 0;
+    for (const formats::TriangleMesh* primitive : scene->triangleMeshes()) vertices += primitive->vertexCount();
+    outcome.result["most_bytes_gpu"] = static_cast<std::int64_t>(vertices) * (kFloatUvBytes + kBasisBytes);
     outcome.result["materials"] = Json::array();
     for (const formats::MaterialNeeds& material : scene->materials()) outcome.result["materials"].push_back(toJson(material));
     return outcome;
 }
 
 Result<ActionOutcome> cookMesh(const ActionContext& context) {
-    const auto& source = context.action.inputs.at("mesh");
+    const auto& source = context.action.inputs.at(kMeshRole);
     const auto scene = formats::GltfScene::load(source);
     if (!scene) return tl::make_unexpected(scene.error());
     if (!scene->hasLightMapUvs())
         return formats::failure(formats::ErrorCode::WrongShape, source.string(),
                                 "found a primitive without TEXCOORD_1, expected light-map UVs on every primitive");
+    std::optional<formats::ClusterMap> clusters;
+    if (!context.upstream.empty()) {
+        auto map = clusterMapOf(context.upstream[0]->result.at("asset"));
+        if (!map) return tl::make_unexpected(map.error());
+        clusters = std::move(*map);
+    }
     const formats::DracoOptions options;
+    const bool isDraco = context.action.parameters.at("draco").get<bool>();
     const std::string file = context.action.asset + ".glb";
-    const auto size = scene->writeDraco(context.folder / file, options);
+    const formats::ClusterMap* given = clusters ? &*clusters : nullptr;
+    const auto size = isDraco ? scene->writeDraco(context.folder / file, options, given) : scene->writePlain(context.folder / file, given);
     if (!size) return tl::make_unexpected(size.error());
     ActionOutcome outcome;
     outcome.files = {file};
-    outcome.result["asset"] = {{"name", context.action.asset},
-                               {"kind", "mesh"},
-                               {"layout", "glb-draco"},
-                               {"width", 0},
-                               {"height", 0},
-                               {"file", file},
-                               {"bytes_gpu", size->vertexCount * kLightMapUvBytes},
-                               {"bytes_disk", size->fileBytesOut},
-                               {"vertices", size->vertexCount},
-                               {"triangles", size->triangleCount},
-                               {"quantization", toJson(options)},
-                               {"textures", Json::array()},
-                               {"source", {{"description", context.action.parameters.at("description")}}}};
+    outcome.result["asset"] = {
+        {"name", context.action.asset},
+        {"kind", "mesh"},
+        {"layout", isDraco ? "glb-draco" : "glb"},
+        {"width", 0},
+        {"height", 0},
+        {"file", file},
+        {"bytes_gpu", size->vertexCount * ((isDraco ? kLightMapUvBytes : kFloatUvBytes) + (clusters ? kBasisBytes : 0))},
+        {"bytes_disk", size->fileBytesOut},
+        {"vertices", size->vertexCount},
+        {"triangles", size->triangleCount},
+        {"quantization", isDraco ? toJson(options) : Json::object()},
+        {"textures", Json::array()},
+        {"source", {{"description", context.action.parameters.at("description")}}}};
+    if (clusters) outcome.result["asset"]["basis"] = basisEntry(context.upstream[0]->result.at("asset"));
     outcome.result["bytes_in"] = size->fileBytesIn;
     return outcome;
 }
 
 Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     const Json& asset = context.upstream.at(0)->result.at("asset");
-    const auto source = formats::GltfScene::load(context.action.inputs.at("mesh"));
+    const auto source = formats::GltfScene::load(context.action.inputs.at(kMeshRole));
     if (!source) return tl::make_unexpected(source.error());
     const auto cooked = formats::GltfScene::load(context.upstreamFolder / asset.at("file").get<std::string>());
     if (!cooked) return tl::make_unexpected(cooked.error());
     const auto moved = source->errorOf(*cooked);
     if (!moved) return tl::make_unexpected(moved.error());
-
     const auto opened = openLightMap(context, asset.at("source").at("description"));
     if (!opened) return tl::make_unexpected(opened.error());
     LightMapSource& bake = **opened;
+    if (asset.contains("basis"))
+        if (auto same = verifyClusters(context, *cooked, moved->lightMapUv, bake); !same) return tl::make_unexpected(same.error());
     const auto surveyed = surveyKey(bake, context);
     if (!surveyed) return tl::make_unexpected(surveyed.error());
     const double key = *surveyed;

@@ -5,11 +5,15 @@
 
 namespace pipeline {
 
+/// Input of an action that reads a mesh.
+inline constexpr const char* kMeshRole = "mesh";
+
 /// "materials". Input "mesh": the needs of each material, as facts.
 formats::Result<ActionOutcome> readMaterials(const ActionContext& context);
-/// "mesh". Input "mesh"; parameters: file, draco options.
+/// "mesh". Input "mesh"; parameters: description, draco; upstream: the light map where its bases are learned, for the vertices' clusters.
 formats::Result<ActionOutcome> cookMesh(const ActionContext& context);
-/// "verify-mesh". Inputs "mesh" and "source" (the light map); upstream: the cooked mesh; parameters: max_error, description.
+/// "verify-mesh". Inputs "mesh" and "source" (the light map); upstream: the cooked mesh, and the light map again; parameters: max_error,
+/// description.
 formats::Result<ActionOutcome> verifyMesh(const ActionContext& context);
 
 }  // namespace pipeline

@@ -9,6 +9,7 @@
 #include "formats/nearest.h"
 #include "pipeline/light_map_actions.h"
 #include "pipeline/light_map_source.h"
+#include "pipeline/mesh_actions.h"
 #include "pipeline/probe_actions.h"
 #include "pipeline/textures.h"
 
@@ -24,7 +25,7 @@ using Inputs = std::map<std::string, std::filesystem::path>;
 
 /// The mesh and the buffers and images that lie beside it.
 Inputs meshInputs(const std::filesystem::path& mesh) {
-    Inputs inputs = {{"mesh", mesh}};
+    Inputs inputs = {{kMeshRole, mesh}};
     int index = 0;
     for (const std::filesystem::path& beside : formats::gltfFilesBeside(mesh)) inputs[fmt::format("mesh_file{}", index++)] = beside;
     return inputs;
@@ -109,7 +110,11 @@ private:
         const std::string target(nameOf(scene_.output.target));
         const bool isDecided = layout != kAutoLayout || options_.layouts.contains(entry.name);
         if (layout == kAutoLayout && isDecided) layout = options_.layouts.at(entry.name);
-        const bool isWanted = wanted(entry.name, "light-map", entry.name);
+        const bool mayBeLearned = !isDecided || hasLearnedBases(layout);
+        const bool hasMesh =
+            entry.mesh && (scene_.output.draco || mayBeLearned) && wanted(meshAssetName(scene_, entry), "mesh", entry.name);
+        // A mesh that bears the clusters of its light map is not cooked without it.
+        const bool isWanted = wanted(entry.name, "light-map", entry.name) || (hasMesh && mayBeLearned);
         if (isWanted && !isDecided) {
             plan_.undecided.push_back(entry.name);
             plan_.actions.push_back(
@@ -117,12 +122,12 @@ private:
                  "light-map-trial",
                  entry.name,
                  {{"description", toJson(description)}, {"target", target}, {"textures", textures_}, {"shading", toJson(shading_)}},
-                 sourceOf(entry.file),
+                 lightMapInputs(entry, mayBeLearned),
                  {}});
         } else if (isWanted) {
             add(entry.name, "light-map",
                 {{"description", toJson(description)}, {"layout", layout}, {"target", target}, {"textures", textures_}},
-                sourceOf(entry.file), {{"shading", toJson(shading_)}, {"samples", options_.samples}}, sourceOf(entry.file));
+                lightMapInputs(entry, mayBeLearned), {{"shading", toJson(shading_)}, {"samples", options_.samples}}, sourceOf(entry.file));
             if (layout == "flat" && layoutAsked(scene_.output) != "flat")
                 skip(fmt::format("directional light map '{}'", entry.name),
                      "no material has a normal map or is specular: a flat exit-radiance map is enough", entry.name,
@@ -136,15 +141,27 @@ private:
             else
                 skip("dominant light of '" + entry.name + "'", "no material is specular", entry.name, 2 * bitsOf("flat"));
         }
-        if (entry.mesh && scene_.output.draco && wanted(meshAssetName(scene_, entry), "mesh", entry.name))
-            addMesh(meshAssetName(scene_, entry), entry, description);
+        if (hasMesh && isDecided && (scene_.output.draco || hasLearnedBases(layout))) addMesh(entry, description, layout);
     }
 
-    void addMesh(const std::string& asset, const LightMapEntry& entry, const formats::LightMapDescription& description) {
+    /// Where bases are learned, no two may meet on an island of the mesh: it counts as an input, if it is there.
+    Inputs lightMapInputs(const LightMapEntry& entry, bool mayBeLearned) const {
+        Inputs inputs = sourceOf(entry.file);
+        std::error_code code;
+        if (mayBeLearned && entry.mesh && std::filesystem::exists(*entry.mesh, code)) inputs.merge(meshInputs(*entry.mesh));
+        return inputs;
+    }
+
+    void addMesh(const LightMapEntry& entry, const formats::LightMapDescription& description, const std::string& layout) {
+        const std::string asset = meshAssetName(scene_, entry);
         const Inputs inputs = meshInputs(*entry.mesh);
         Inputs verifyInputs = sourceOf(entry.file);
         verifyInputs.insert(inputs.begin(), inputs.end());
-        add(asset, "mesh", {{"description", toJson(description)}}, inputs, Json::object(), verifyInputs);
+        add(asset, "mesh", {{"description", toJson(description)}, {"draco", scene_.output.draco}}, inputs, Json::object(), verifyInputs);
+        plan_.meshes[asset] = entry.name;
+        if (!hasLearnedBases(layout)) return;
+        plan_.actions[plan_.actions.size() - 2].dependencies.push_back("cook/" + entry.name);
+        plan_.actions.back().dependencies.push_back("cook/" + entry.name);
     }
 
     void planProbe(const ProbeEntry& entry) {
@@ -254,6 +271,10 @@ std::vector<Action> planNeeds(const Scene& scene) {
     return actions;
 }
 
+bool hasLearnedBases(const std::string& layout) {
+    return layout.starts_with("basis-");
+}
+
 Action verifyAction(const std::string& asset, const std::string& kind, const std::map<std::string, std::filesystem::path>& sources,
                     Json parameters) {
     return {"verify/" + asset, "verify-" + kind, asset, std::move(parameters), sources, {"cook/" + asset}};
@@ -264,7 +285,7 @@ formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const Pl
     auto planned = std::move(planner).plan();
     if (!planned) return planned;
     const Plan& plan = *planned;
-    if (options.only && plan.assets.empty() && plan.skipped.empty())
+    if (options.only && plan.assets.empty() && plan.skipped.empty() && plan.undecided.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, "--only",
                                 fmt::format("found '{}', expected an asset of the scene; nearest is '{}'", *options.only,
                                             formats::nearestName(*options.only, planner.knownNames())));

@@ -3,7 +3,8 @@
 // factors were learned from the map, cluster by cluster of charts; each layer of the residual adds what a linear basis still can, to coefficient 0 too:
 //   lambda_i = l0 (P_i(c) + sum_k (r_k - neutral) R_ki),   P_0 = 1
 // A shader short of fetches may stop after the code, or after any layer of the residual.
-// The cluster is the chart's, the same wherever a filter reaches: a vertex attribute or a fetch without filtering from the index.
+// The cluster is the chart's, the same wherever a filter reaches: the cooked mesh's vertex attribute _LIGHTCOOK_BASIS, handed on flat, or a
+// fetch without filtering from the index.
 #ifndef LIGHTCOOK_LIGHT_MAP_BASIS_GLSL
 #define LIGHTCOOK_LIGHT_MAP_BASIS_GLSL
 

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <queue>
 #include <random>
 #include <set>
@@ -64,6 +66,76 @@ TEST(LightMapBlocks, ChartsAreThoseOfAFloodTexelByTexel) {
         compress::LightMapBlocks blocks(width, height);
         blocks.add(band, 0, height);
         EXPECT_EQ(blocks.charts(), floodedCharts(band)) << round;
+    }
+}
+
+/// Labels of blocks that go from neighbour to neighbour and along islands until nothing changes; -1 where nothing holds a block.
+std::vector<int> spreadLabels(const formats::LightMapBand& band, const std::vector<formats::IslandRun>& islands) {
+    const int width = band.sh.width(), height = band.sh.height(), across = (width + kChartBlock - 1) / kChartBlock;
+    std::vector<int> labels(static_cast<std::size_t>(across) * static_cast<std::size_t>((height + kChartBlock - 1) / kChartBlock), -1);
+    const auto at = [&](int x, int y) -> int& { return labels[static_cast<std::size_t>(y / kChartBlock * across + x / kChartBlock)]; };
+    const auto isRead = [&](const formats::IslandRun& run, int x) { return run.isInside || band.covered.at(x, run.row) != 0; };
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            if (band.covered.at(x, y) != 0) at(x, y) = y / kChartBlock * across + x / kChartBlock;
+    for (const formats::IslandRun& run : islands)
+        for (int x = run.begin; x < run.end; ++x)
+            if (isRead(run, x)) at(x, run.row) = run.row / kChartBlock * across + x / kChartBlock;
+    for (bool changed = true; changed;) {
+        changed = false;
+        const auto lower = [&](int& label, int to) {
+            changed = changed || to < label;
+            label = std::min(label, to);
+        };
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                for (int ny = std::max(y - 1, 0); ny <= std::min(y + 1, height - 1); ++ny)
+                    for (int nx = std::max(x - 1, 0); nx <= std::min(x + 1, width - 1); ++nx)
+                        if (band.covered.at(x, y) != 0 && band.covered.at(nx, ny) != 0) lower(at(x, y), at(nx, ny));
+        std::map<int, int> lowest;
+        for (const bool writes : {false, true})
+            for (const formats::IslandRun& run : islands)
+                for (int x = run.begin; x < run.end; ++x) {
+                    if (!isRead(run, x)) continue;
+                    int& least = lowest.try_emplace(run.island, at(x, run.row)).first->second;
+                    if (writes)
+                        lower(at(x, run.row), least);
+                    else
+                        least = std::min(least, at(x, run.row));
+                }
+    }
+    return labels;
+}
+
+TEST(LightMapBlocks, AnIslandOfAMeshIsOneChartHoweverItsTexelsLie) {
+    std::mt19937 random(8);
+    for (int round = 0; round < 200; ++round) {
+        const int width = 5 + static_cast<int>(random() % 50), height = 5 + static_cast<int>(random() % 50);
+        const unsigned share = random() % 12;  // of a hundred texels; none in some maps
+        formats::LightMapBand band = emptyBand(width, height);
+        for (std::uint8_t& covered : band.covered.texels()) covered = random() % 100 < share;
+        std::vector<formats::IslandRun> islands;
+        for (unsigned i = 0; i < random() % 20; ++i) {
+            const int begin = static_cast<int>(random() % static_cast<unsigned>(width));
+            islands.push_back({static_cast<int>(random() % 6), static_cast<int>(random() % static_cast<unsigned>(height)), begin,
+                               begin + 1 + static_cast<int>(random() % static_cast<unsigned>(width - begin)), random() % 3 == 0});
+        }
+        compress::LightMapBlocks blocks(width, height);
+        blocks.add(band, 0, height);
+        const std::vector<int> charts = blocks.charts(islands), truth = spreadLabels(band, islands), covered = blocks.charts();
+        const bool anyLight = std::ranges::any_of(covered, [](int chart) { return chart >= 0; });
+        std::map<int, int> chartOf, labelOf;  // labelOf: of sets with light
+        int next = 0;
+        for (std::size_t i = 0; i < charts.size(); ++i) {
+            ASSERT_EQ(charts[i] >= 0, truth[i] >= 0 && anyLight) << round;
+            if (charts[i] < 0) continue;
+            EXPECT_EQ(chartOf.try_emplace(truth[i], charts[i]).first->second, charts[i]) << round << ": one set, one chart";
+            if (covered[i] < 0) continue;
+            EXPECT_EQ(labelOf.try_emplace(charts[i], truth[i]).first->second, truth[i]) << round << ": one chart, one set with light";
+            EXPECT_LE(charts[i], next);
+            next = std::max(next, charts[i] + 1);
+        }
+        for (const int chart : charts) EXPECT_LT(chart, std::max(next, 1)) << "no chart without light";
     }
 }
 

@@ -259,6 +259,72 @@ TEST(GltfScene, AnotherReaderFindsTheSameCube) {
     }
 }
 
+/// The cube's faces lie in three by two cells of a map of 48 x 32 texels, each under a cluster of its own.
+ClusterMap mapOfCube(int firstCluster) {
+    ClusterMap map{48, 32, {}};
+    for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 12; ++x) map.ofBlock.push_back(static_cast<std::uint8_t>(firstCluster + x / 4 + 3 * (y / 4)));
+    return map;
+}
+
+void expectClusters(const GltfScene& scene, int firstCluster) {
+    std::size_t vertices = 0;
+    for (const TriangleMesh* mesh : scene.triangleMeshes()) {
+        const MeshAttribute *uv = mesh->find("TEXCOORD_1"), *cluster = mesh->find(kBasisAttribute);
+        ASSERT_TRUE(uv != nullptr && cluster != nullptr);
+        EXPECT_EQ(cluster->componentType, ComponentType::Uint8);
+        EXPECT_EQ(cluster->componentCount, 1);
+        EXPECT_FALSE(cluster->isNormalized);
+        ASSERT_EQ(cluster->vertexCount(), uv->vertexCount());
+        for (std::size_t i = 0; i < uv->vertexCount(); ++i, ++vertices)
+            EXPECT_EQ(cluster->at(i).x, firstCluster + std::floor(3 * uv->at(i).x) + 3 * std::floor(2 * uv->at(i).y));
+    }
+    EXPECT_EQ(vertices, 24u);
+}
+
+TEST(GltfScene, VerticesBearTheClusterOfTheirChartInDracoAndPlain) {
+    const TemporaryFolder folder;
+    cube().writeGlb(folder / "cube.glb");
+    const GltfScene scene = loaded(folder / "cube.glb");
+    const ClusterMap map = mapOfCube(250), other = mapOfCube(7);
+    ASSERT_TRUE(scene.writeDraco(folder / "draco.glb", {}, &map));
+    ASSERT_TRUE(scene.writePlain(folder / "plain.glb", &map));
+    for (const char* first : {"draco.glb", "plain.glb"}) {
+        SCOPED_TRACE(first);
+        const GltfScene once = loaded(folder / first);
+        expectClusters(once, 250);
+        const auto error = scene.errorOf(once);
+        ASSERT_TRUE(error) << error.error().line();
+        EXPECT_EQ(error->lightMapUv > 0, std::string(first) == "draco.glb") << "plain is bit for bit";
+        // The clusters of another cook are not kept beside the new ones.
+        ASSERT_TRUE(once.writeDraco(folder / "again.glb", {}, &other));
+        expectClusters(loaded(folder / "again.glb"), 7);
+        ASSERT_TRUE(once.writePlain(folder / "again.glb", &other));
+        expectClusters(loaded(folder / "again.glb"), 7);
+        EXPECT_EQ(once.errorOf(loaded(folder / "again.glb"))->lightMapUv, 0);
+    }
+    ASSERT_TRUE(scene.writeDraco(folder / "none.glb", {}));
+    for (const TriangleMesh* mesh : loaded(folder / "none.glb").triangleMeshes()) EXPECT_EQ(mesh->find(kBasisAttribute), nullptr);
+}
+
+TEST(GltfScene, VerticesOfUnknownOrderKeepItAndBearTheirCluster) {
+    const TemporaryFolder folder;
+    GltfMaker maker = cube();
+    const std::size_t moved = maker.floats(std::vector<float>(72, 0.125f), 3);
+    for (json& primitive : maker.primitives()) primitive["targets"] = json::array({{{"POSITION", moved}}});
+    maker.writeGlb(folder / "scene.glb");
+    const ClusterMap map = mapOfCube(0);
+    ASSERT_TRUE(loaded(folder / "scene.glb").writeDraco(folder / "cooked.glb", {}, &map));
+    expectClusters(loaded(folder / "cooked.glb"), 0);
+    const json after = jsonOf(folder / "cooked.glb");
+    for (const json& primitive : after["meshes"][0]["primitives"]) {
+        EXPECT_EQ(primitive["targets"][0]["POSITION"], moved);
+        const json& accessor = after["accessors"][primitive["attributes"][kBasisAttribute].get<std::size_t>()];
+        EXPECT_EQ(accessor["count"], 24) << "as many as the accessors beside it";
+        EXPECT_EQ(after["bufferViews"][accessor["bufferView"].get<std::size_t>()]["byteStride"], 4);
+    }
+}
+
 /// A bumpy sheet: many triangles, one primitive.
 GltfMaker sheet(int extent, unsigned seed) {
     std::mt19937 random(seed);

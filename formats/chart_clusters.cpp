@@ -1,0 +1,196 @@
+#include "formats/chart_clusters.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/vec2.hpp>
+#include <numeric>
+
+namespace formats {
+namespace {
+
+constexpr int kBlock = kClusterBlock;
+/// Of a filter; less is nothing.
+constexpr double kLeastWeight = 1e-3;
+
+int blocksOf(int texels) {
+    return (texels + kBlock - 1) / kBlock;
+}
+
+using Corners = std::array<glm::dvec2, 3>;  ///< [texels]
+
+/// How far a triangle spreads across between two heights; right < left where it does not reach there.
+struct Spread {
+    double left = HUGE_VAL, right = -HUGE_VAL;
+    void add(double x) {
+        left = std::min(left, x);
+        right = std::max(right, x);
+    }
+};
+Spread spreadBetween(const Corners& corners, double low, double high) {
+    Spread spread;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const glm::dvec2 &a = corners[i], &b = corners[(i + 1) % 3];
+        if (low <= a.y && a.y <= high) spread.add(a.x);
+        for (const double y : {low, high})
+            if (a.y != b.y && std::min(a.y, b.y) <= y && y <= std::max(a.y, b.y)) spread.add(a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y)));
+    }
+    return spread;
+}
+
+/// What a triangle does to a texel: hold its centre, or lie where a bilinear filter gives it weight, less than a texel away on each axis.
+enum class Touch { Inside, Filtered };
+
+/// Calls visit(row, begin, end) for the texels of the map that a triangle touches, row by row.
+template <class Visit>
+void forEachRun(const Corners& corners, int width, int height, Touch touch, Visit visit) {
+    const double reach = touch == Touch::Inside ? 0 : 1 - kLeastWeight;
+    const auto [low, high] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
+    const int first = static_cast<int>(std::clamp(std::ceil(low - 0.5 - reach), 0.0, static_cast<double>(height)));
+    const int last = static_cast<int>(std::clamp(std::floor(high - 0.5 + reach), -1.0, height - 1.0));
+    for (int y = first; y <= last; ++y) {
+        const Spread spread = spreadBetween(corners, y + 0.5 - reach, y + 0.5 + reach);
+        if (!(spread.left <= spread.right)) continue;
+        const int begin = static_cast<int>(std::clamp(std::ceil(spread.left - reach - 0.5), 0.0, static_cast<double>(width)));
+        const int end = static_cast<int>(std::clamp(std::floor(spread.right + reach - 0.5), -1.0, width - 1.0)) + 1;
+        if (begin < end) visit(y, begin, end);
+    }
+}
+
+/// Sets of vertices that triangles join; a set is known by its lowest vertex.
+class Islands {
+public:
+    explicit Islands(const TriangleMesh& mesh) : parent_(mesh.vertexCount()) {
+        std::iota(parent_.begin(), parent_.end(), 0u);
+        for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+            join(mesh.indices[i], mesh.indices[i + 1]);
+            join(mesh.indices[i], mesh.indices[i + 2]);
+        }
+    }
+    std::uint32_t find(std::uint32_t vertex) {
+        while (parent_[vertex] != vertex) {
+            parent_[vertex] = parent_[parent_[vertex]];
+            vertex = parent_[vertex];
+        }
+        return vertex;
+    }
+
+private:
+    void join(std::uint32_t a, std::uint32_t b) {
+        a = find(a);
+        b = find(b);
+        parent_[std::max(a, b)] = std::min(a, b);
+    }
+    std::vector<std::uint32_t> parent_;
+};
+
+constexpr int kUnknown = -1;
+
+Corners cornersOf(const TriangleMesh& mesh, const MeshAttribute& uv, std::size_t triangle, int width, int height) {
+    Corners corners;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const glm::dvec3 value = uv.at(mesh.indices[3 * triangle + i]);
+        corners[i] = {value.x * width, value.y * height};
+    }
+    return corners;
+}
+
+/// The texel that stands for a triangle without centres. Far outside the map there is no int for a place.
+glm::ivec2 texelAtCentroid(const Corners& corners, int width, int height) {
+    const auto texelOf = [](double place, int size) { return static_cast<int>(std::clamp(std::floor(place), 0.0, size - 1.0)); };
+    const glm::dvec2 centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
+    return {texelOf(centroid.x, width), texelOf(centroid.y, height)};
+}
+
+}  // namespace
+
+tl::expected<ClusterMap, std::string> ClusterMap::fromRuns(int width, int height, std::span<const float> runs) {
+    ClusterMap map{width, height, {}};
+    const std::size_t blocks = static_cast<std::size_t>(blocksOf(width)) * static_cast<std::size_t>(blocksOf(height));
+    const auto isWhole = [](float value, double largest) {
+        return value >= 0 && static_cast<double>(value) <= largest && value == std::floor(value);
+    };
+    for (std::size_t i = 0; i + 1 < runs.size(); i += 2) {
+        const std::size_t left = blocks - map.ofBlock.size();
+        if (!isWhole(runs[i], 255) || !isWhole(runs[i + 1], static_cast<double>(left)))
+            return tl::make_unexpected(
+                fmt::format("found a run of {} blocks of cluster {}, expected at most {} of one below 256", runs[i + 1], runs[i], left));
+        map.ofBlock.insert(map.ofBlock.end(), static_cast<std::size_t>(runs[i + 1]), static_cast<std::uint8_t>(runs[i]));
+    }
+    if (blocks == 0 || map.ofBlock.size() != blocks)
+        return tl::make_unexpected(fmt::format("found the clusters of {} blocks, expected {}", map.ofBlock.size(), blocks));
+    return map;
+}
+
+int ClusterMap::at(int x, int y) const {
+    const int column = std::clamp(x, 0, width - 1) / kBlock, row = std::clamp(y, 0, height - 1) / kBlock;
+    return ofBlock[static_cast<std::size_t>(row) * static_cast<std::size_t>(blocksOf(width)) + static_cast<std::size_t>(column)];
+}
+
+std::vector<IslandRun> islandRuns(std::span<const TriangleMesh* const> meshes, int width, int height) {
+    std::vector<IslandRun> runs;
+    int next = 0;
+    for (const TriangleMesh* mesh : meshes) {
+        const MeshAttribute* uv = mesh->find("TEXCOORD_1");
+        if (uv == nullptr) continue;
+        Islands islands(*mesh);
+        std::vector<int> nameOf(mesh->vertexCount(), kUnknown);  // of islands, at their lowest vertices
+        std::vector<bool> hasCentre(mesh->vertexCount(), false);
+        for (std::size_t triangle = 0; triangle < mesh->triangleCount(); ++triangle) {
+            const std::uint32_t island = islands.find(mesh->indices[3 * triangle]);
+            if (nameOf[island] == kUnknown) nameOf[island] = next++;
+            const Corners corners = cornersOf(*mesh, *uv, triangle, width, height);
+            forEachRun(corners, width, height, Touch::Inside, [&](int row, int begin, int end) {
+                runs.push_back({nameOf[island], row, begin, end, true});
+                hasCentre[island] = true;
+            });
+            forEachRun(corners, width, height, Touch::Filtered, [&](int row, int begin, int end) {
+                runs.push_back({nameOf[island], row, begin, end, false});
+            });
+        }
+        for (std::size_t triangle = 0; triangle < mesh->triangleCount(); ++triangle) {
+            const std::uint32_t island = islands.find(mesh->indices[3 * triangle]);
+            if (hasCentre[island]) continue;
+            hasCentre[island] = true;
+            const glm::ivec2 texel = texelAtCentroid(cornersOf(*mesh, *uv, triangle, width, height), width, height);
+            runs.push_back({nameOf[island], texel.y, texel.x, texel.x + 1, true});
+        }
+    }
+    return runs;
+}
+
+tl::expected<std::vector<std::uint8_t>, std::string> clustersOfVertices(const TriangleMesh& mesh, const ClusterMap& map) {
+    const MeshAttribute* uv = mesh.find("TEXCOORD_1");
+    if (uv == nullptr) return tl::make_unexpected(std::string("found no TEXCOORD_1, expected light-map UVs"));
+    Islands islands(mesh);
+    std::vector<int> clusters(mesh.vertexCount(), kUnknown);  // of islands, at their lowest vertices
+    for (std::size_t triangle = 0; triangle < mesh.triangleCount(); ++triangle) {
+        int& known = clusters[islands.find(mesh.indices[3 * triangle])];
+        std::string conflict;
+        forEachRun(
+            cornersOf(mesh, *uv, triangle, map.width, map.height), map.width, map.height, Touch::Inside, [&](int y, int begin, int end) {
+                for (int x = begin; x < end; ++x) {
+                    const int found = map.at(x, y);
+                    if (known == kUnknown) known = found;
+                    if (known != found && conflict.empty())
+                        conflict = fmt::format("found cluster {} at texel ({}, {}) of triangle {}, expected {} as elsewhere in its island",
+                                               found, x, y, triangle, known);
+                }
+            });
+        if (!conflict.empty()) return tl::make_unexpected(conflict);
+    }
+    for (std::size_t triangle = 0; triangle < mesh.triangleCount(); ++triangle) {
+        int& known = clusters[islands.find(mesh.indices[3 * triangle])];
+        if (known != kUnknown) continue;
+        const glm::ivec2 texel = texelAtCentroid(cornersOf(mesh, *uv, triangle, map.width, map.height), map.width, map.height);
+        known = map.at(texel.x, texel.y);
+    }
+    std::vector<std::uint8_t> result(mesh.vertexCount());
+    for (std::uint32_t vertex = 0; vertex < result.size(); ++vertex)
+        result[vertex] = static_cast<std::uint8_t>(std::max(clusters[islands.find(vertex)], 0));
+    return result;
+}
+
+}  // namespace formats
