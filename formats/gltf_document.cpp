@@ -143,14 +143,14 @@ std::filesystem::path GltfDocument::beside(const std::string& uri) const {
     return file_.parent_path() / percentDecoded(uri);
 }
 
-std::vector<std::filesystem::path> GltfDocument::filesBeside(const std::filesystem::path& file) {
+std::vector<std::filesystem::path> GltfDocument::filesBeside(const std::filesystem::path& file, std::span<const char* const> arrays) {
     GltfDocument document;
     document.file_ = file;
     const auto bytes = readWholeFile(file);
     if (!bytes) throw GltfFault(bytes.error());
     document.parse(*bytes);
     std::vector<std::filesystem::path> files;
-    for (const char* array : {"buffers", "images"})
+    for (const char* array : arrays)
         for (const Json& entry : document.json_.value(array, Json::array())) {
             const std::string uri = entry.value("uri", "");
             const std::filesystem::path path = document.beside(uri);

@@ -33,7 +33,8 @@ public:
     /// Throws GltfFault.
     explicit GltfDocument(const std::filesystem::path& file);
     /// See gltfFilesBeside; throws GltfFault.
-    static std::vector<std::filesystem::path> filesBeside(const std::filesystem::path& file);
+    /// arrays  of the document whose entries' files are meant: "buffers", "images"
+    static std::vector<std::filesystem::path> filesBeside(const std::filesystem::path& file, std::span<const char* const> arrays);
 
     const Json& json() const { return json_; }
     const std::filesystem::path& file() const { return file_; }

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "formats/chart_clusters.h"
@@ -549,9 +550,10 @@ std::int64_t GltfScene::triangleCount() const {
     return state_->triangleCount;
 }
 
-std::vector<std::filesystem::path> gltfFilesBeside(const std::filesystem::path& file) {
+std::vector<std::filesystem::path> gltfFilesBeside(const std::filesystem::path& file, GltfFiles which) {
+    constexpr std::array<const char*, 2> kArrays = {"buffers", "images"};
     try {
-        return GltfDocument::filesBeside(file);
+        return GltfDocument::filesBeside(file, std::span(kArrays).first(which == GltfFiles::All ? 2 : 1));
     } catch (const GltfFault&) {
         return {};
     } catch (const nlohmann::json::exception&) {

@@ -81,8 +81,9 @@ private:
     std::unique_ptr<State> state_;
 };
 
+enum class GltfFiles { All, Geometry };  ///< buffers and images, or buffers alone
 /// The files beside a glTF that it takes buffers and images from, those that exist, each once, in the order of the file: a change in one
 /// is a change of the scene. Empty for a scene that cannot be read; load() tells why.
-std::vector<std::filesystem::path> gltfFilesBeside(const std::filesystem::path& file);
+std::vector<std::filesystem::path> gltfFilesBeside(const std::filesystem::path& file, GltfFiles which = GltfFiles::All);
 
 }  // namespace formats

@@ -23,11 +23,11 @@ constexpr double kSmallestShadedM = 0.005;  ///< the smallest that verify::Light
 
 using Inputs = std::map<std::string, std::filesystem::path>;
 
-/// The mesh and the buffers and images that lie beside it.
-Inputs meshInputs(const std::filesystem::path& mesh) {
+/// The mesh and what lies beside it.
+Inputs meshInputs(const std::filesystem::path& mesh, formats::GltfFiles which = formats::GltfFiles::All) {
     Inputs inputs = {{kMeshRole, mesh}};
     int index = 0;
-    for (const std::filesystem::path& beside : formats::gltfFilesBeside(mesh)) inputs[fmt::format("mesh_file{}", index++)] = beside;
+    for (const std::filesystem::path& beside : formats::gltfFilesBeside(mesh, which)) inputs[fmt::format("mesh_file{}", index++)] = beside;
     return inputs;
 }
 
@@ -148,7 +148,8 @@ private:
     Inputs lightMapInputs(const LightMapEntry& entry, bool mayBeLearned) const {
         Inputs inputs = sourceOf(entry.file);
         std::error_code code;
-        if (mayBeLearned && entry.mesh && std::filesystem::exists(*entry.mesh, code)) inputs.merge(meshInputs(*entry.mesh));
+        if (mayBeLearned && entry.mesh && std::filesystem::exists(*entry.mesh, code))
+            inputs.merge(meshInputs(*entry.mesh, formats::GltfFiles::Geometry));
         return inputs;
     }
 

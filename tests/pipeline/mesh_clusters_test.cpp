@@ -75,6 +75,7 @@ protected:
               {{"bufferView", 1}, {"componentType", 5126}, {"count", count}, {"type", "VEC2"}},
               {{"bufferView", 2}, {"componentType", 5123}, {"count", indices.size()}, {"type", "SCALAR"}}}},
             {"meshes", {{{"primitives", {{{"attributes", {{"POSITION", 0}, {"TEXCOORD_1", 1}}}, {"indices", 2}}}}}}},
+            {"images", {{{"uri", "wood.png"}}}},
             {"nodes", {{{"mesh", 0}}}},
             {"scenes", {{{"nodes", {0}}}}},
             {"scene", 0}};
@@ -260,6 +261,8 @@ TEST_F(TwoSquares, TheMeshIsAnInputOfTheLightMapOnlyWhereBasesAreLearned) {
     expectCooksAndVerifies();
     EXPECT_EQ(again(Neck::Absent), 4) << "itself, the light map, and their verifications: its materials are known by now";
     EXPECT_EQ(cook().actionsRun, 0);
+    formats::writeContent(folder_ / "wood.png", "no picture, but one that the mesh names");
+    EXPECT_EQ(cook().actionsRun, 3) << "of a picture the light map knows nothing";
 }
 
 TEST_F(TwoSquares, AMeshAloneBringsTheLightMapThatItsVerticesSpeakOf) {
