@@ -484,6 +484,22 @@ private:
     std::vector<NewView> newViews_;
 };
 
+/// Which part of a scene beside its geometry a copy changed, if any. Buffer views are renumbered by writing.
+std::string otherThanGeometry(const Json& original, const Json& copy) {
+    for (const char* part : {"scene", "scenes", "nodes", "skins", "animations", "cameras", "materials", "textures", "samplers"}) {
+        Json ours = original.value(part, Json()), theirs = copy.value(part, Json());
+        for (Json* each : {&ours, &theirs}) visitBufferViews(*each, [](Json& reference) { reference = 0; });
+        if (ours != theirs) return part;
+    }
+    const Json ours = original.value("meshes", Json::array()), theirs = copy.value("meshes", Json::array());
+    for (std::size_t mesh = 0; mesh < ours.size(); ++mesh)
+        for (std::size_t i = 0; i < ours[mesh]["primitives"].size(); ++i)
+            if (mesh >= theirs.size() || i >= theirs[mesh]["primitives"].size() ||
+                ours[mesh]["primitives"][i].value("material", Json()) != theirs[mesh]["primitives"][i].value("material", Json()))
+                return "materials of a primitive";
+    return {};
+}
+
 Result<void> checkOptions(const DracoOptions& options) {
     const auto outside = [](int value, int low, int high) { return value < low || value > high; };
     for (const auto& [name, bits] : {std::pair{"position", options.positionBits},
@@ -613,7 +629,20 @@ Result<MeshError> GltfScene::errorOf(const GltfScene& cooked) const {
     if (ours.size() != theirs.size()) {
         return failure(ErrorCode::Verification, subject, fmt::format("found {} primitives, expected {}", theirs.size(), ours.size()));
     }
+    if (const std::string what = otherThanGeometry(state_->document.json(), cooked.state_->document.json()); !what.empty())
+        return failure(ErrorCode::Verification, subject, fmt::format("found other {}, expected those of the source", what));
     MeshError worst;
+    std::map<std::size_t, std::map<std::string, Bounds>> boundsOfMesh;
+    for (const Primitive& primitive : ours)
+        for (const MeshAttribute& attribute : primitive.geometry.attributes)
+            if (primitive.isTriangles && mustBeFinite(attribute)) boundsOfMesh[primitive.mesh][attribute.semantic].add(attribute);
+    for (const auto& [mesh, bounds] : boundsOfMesh)
+        for (const auto& [semantic, each] : bounds) {
+            if (semantic == "POSITION")
+                worst.positionExtent = std::max(worst.positionExtent, static_cast<double>(each.lattice(1, 3).range));
+            if (semantic == "TEXCOORD_1")
+                worst.lightMapUvExtent = std::max(worst.lightMapUvExtent, static_cast<double>(each.lattice(1, 2).range));
+        }
     for (std::size_t i = 0; i < ours.size(); ++i) {
         if (!ours[i].isTriangles) continue;
         double step = 0;

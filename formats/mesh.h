@@ -42,6 +42,8 @@ struct MeshError {
     double position = 0;  ///< [scene units]
     double normalRadians = 0;
     double lightMapUv = 0;  ///< [UV units]
+    /// Of the source: the longest side of any mesh's bounds, which the bits of its lattice divide.
+    double positionExtent = 0, lightMapUvExtent = 0;
 };
 
 /// A glTF or GLB file, Draco-compressed or not. Refused with file and accessor: missing buffers, indices out of range, TEXCOORD_1 missing
@@ -71,7 +73,8 @@ public:
     /// Of the triangle primitives, in the order of the file; they live as long as the scene.
     std::vector<const TriangleMesh*> triangleMeshes() const;
     /// Compares vertex by vertex with a scene that writeDraco made of this one. Draco reorders vertices and triangles, so triangles are
-    /// matched one to one by how close their corners are (see matchTriangles); one without a counterpart is an ErrorCode::Verification.
+    /// matched one to one by how close their corners are (see matchTriangles); one without a counterpart is an ErrorCode::Verification, and
+    /// so are nodes, materials or animations that are not those of this scene.
     Result<MeshError> errorOf(const GltfScene& cooked) const;
 
 private:

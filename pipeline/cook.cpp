@@ -14,6 +14,7 @@
 #include "pipeline/light_map_actions.h"
 #include "pipeline/light_map_planning.h"
 #include "pipeline/manifest.h"
+#include "pipeline/manifest_contract.h"
 #include "pipeline/needs.h"
 #include "pipeline/plan.h"
 #include "pipeline/report.h"
@@ -46,20 +47,31 @@ void applyOverrides(const CookOptions& options, OutputSettings& output) {
     if (options.rdo) output.rdo = *options.rdo;
 }
 
+/// An asset that did not pass: the limit that it exceeds, if it does, and each law that it breaks.
+void judgeAsset(const Json& asset, std::vector<Error>& errors) {
+    const std::string name = asset.at("name").get<std::string>();
+    const Json violations = asset.value("violations", Json::array());
+    for (const Json& each : violations)
+        errors.push_back(
+            {ErrorCode::Verification, fmt::format("{}, {}", name, each.at("place").get<std::string>()),
+             fmt::format("found {}, expected {}", each.at("found").get<std::string>(), each.at("expected").get<std::string>())});
+    const Json& stage = asset.at("stages").back();
+    const double limit = asset.at("limit").at("value").get<double>();
+    const auto relRms = [&](const char* kind) {
+        const Json& figure = stage.at("error").at(kind).at("rel_rms");
+        return figure.is_number() ? figure.get<double>() : std::nan("");
+    };
+    const bool isWithin = relRms("diffuse") <= limit && relRms("specular") <= limit;
+    if (isWithin && !violations.empty()) return;
+    errors.push_back({ErrorCode::Verification, fmt::format("{}, stage {}", name, stage.at("name").get<std::string>()),
+                      fmt::format("found rel_rms {:.4g} diffuse and {:.4g} specular, expected at most {:.4g} and every figure finite",
+                                  relRms("diffuse"), relRms("specular"), limit)});
+}
+
 /// Verdicts and budgets as the errors that decide the exit code.
 void judge(const Json& report, std::vector<Error>& errors) {
-    for (const Json& asset : report.at("assets")) {
-        if (asset.at("passed").get<bool>()) continue;
-        const Json& stage = asset.at("stages").back();
-        const auto relRms = [&](const char* kind) {
-            return stage.at("error").at(kind).at("rel_rms").is_number() ? stage.at("error").at(kind).at("rel_rms").get<double>()
-                                                                        : std::nan("");
-        };
-        errors.push_back({ErrorCode::Verification,
-                          fmt::format("{}, stage {}", asset.at("name").get<std::string>(), stage.at("name").get<std::string>()),
-                          fmt::format("found rel_rms {:.4g} diffuse and {:.4g} specular, expected at most {:.4g} and every figure finite",
-                                      relRms("diffuse"), relRms("specular"), asset.at("limit").at("value").get<double>())});
-    }
+    for (const Json& asset : report.at("assets"))
+        if (!asset.at("passed").get<bool>()) judgeAsset(asset, errors);
     if (!isWithinBudget(report))
         errors.push_back(
             {ErrorCode::OverBudget, "budget",
@@ -384,6 +396,7 @@ private:
         if (!manifest) return tl::make_unexpected(manifest.error());
         outcome_.errors = checkDigests(options_.folder, *manifest);
         if (!outcome_.errors.empty()) return {};
+        outcome_.errors = checkContract(options_.folder, *manifest);
         auto scratch = TemporaryFolder::create();
         if (!scratch) return tl::make_unexpected(scratch.error());
         const auto previous = readReport(options_.folder / kReportName);

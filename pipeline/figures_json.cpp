@@ -1,5 +1,8 @@
 #include "pipeline/figures_json.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 
 namespace pipeline {
@@ -22,15 +25,40 @@ Json toJson(const verify::StageError& stage) {
             {"error", {{"diffuse", toJson(stage.diffuse)}, {"specular", toJson(stage.specular)}}}};
 }
 
-Json verdict(const std::vector<verify::StageError>& stages, double maxError) {
+Json verdict(const std::vector<verify::StageError>& stages, double maxError, const std::vector<verify::Violation>& violations) {
     Json result = {{"stages", Json::array()}, {"limit", {{"metric", "rel_rms"}, {"value", maxError}}}, {"passed", false}};
     bool passed = !stages.empty();
     for (const verify::StageError& stage : stages) {
         result["stages"].push_back(toJson(stage));
         passed = passed && isFinite(stage.diffuse) && isFinite(stage.specular);
     }
-    result["passed"] = passed && stages.back().diffuse.relRms <= maxError && stages.back().specular.relRms <= maxError;
+    result["passed"] =
+        passed && violations.empty() && stages.back().diffuse.relRms <= maxError && stages.back().specular.relRms <= maxError;
+    for (const verify::Violation& each : violations)
+        result["violations"].push_back({{"place", each.place}, {"found", each.found}, {"expected", each.expected}});
     return result;
+}
+
+void checkBlocks(const verify::BlockErrors& blocks, const std::string& image, double maxError, std::vector<verify::Violation>& violations) {
+    const auto worst = blocks.worst();
+    const double allowed = verify::BlockErrors::allowed(maxError);
+    if (!worst || worst->error <= allowed) return;
+    violations.push_back({fmt::format("{}block of texel ({}, {})", image, worst->x, worst->y),
+                          fmt::format("an error of {:.3g} of its light", worst->error), fmt::format("at most {:.3g}", allowed)});
+}
+
+void checkStage(const std::vector<verify::StageError>& stages, const std::string& before, const std::string& after,
+                std::vector<verify::Violation>& violations) {
+    const auto first = std::ranges::find(stages, before, &verify::StageError::name);
+    const auto second = std::ranges::find(stages, after, &verify::StageError::name);
+    if (first == stages.end() || second == stages.end()) return;
+    // A first stage that is all but right may lose to the rounding of a second one.
+    constexpr double kSlack = 1.05, kLeast = 2e-4;
+    const double errorBefore = std::max(first->diffuse.relRms, first->specular.relRms);
+    const double errorAfter = std::max(second->diffuse.relRms, second->specular.relRms);
+    if (errorAfter <= kSlack * errorBefore + kLeast) return;
+    violations.push_back({"stage " + after, fmt::format("rel_rms {:.4g}", errorAfter),
+                          fmt::format("no more than without it ({:.4g}): it belongs to something else", errorBefore)});
 }
 
 }  // namespace pipeline

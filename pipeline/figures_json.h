@@ -2,7 +2,9 @@
 #pragma once
 
 #include "pipeline/action.h"
+#include "verify/block_errors.h"
 #include "verify/figures.h"
+#include "verify/violation.h"
 
 namespace pipeline {
 
@@ -10,8 +12,14 @@ Json toJson(const verify::ErrorFigures& figures);
 /// {"name", "seconds", "error": {"diffuse": {...}, "specular": {...}}}
 Json toJson(const verify::StageError& stage);
 
-/// A verdict: the last stage's rel_rms, of diffuse and of specular, within the limit, and every figure a finite number.
-/// {"stages": [...], "limit": {"metric", "value"}, "passed"}
-Json verdict(const std::vector<verify::StageError>& stages, double maxError);
+/// A verdict: the last stage's rel_rms, of diffuse and of specular, within the limit, every figure a finite number, and no law broken.
+/// {"stages": [...], "limit": {"metric", "value"}, "passed"}, and where there are some "violations": [{"place", "found", "expected"}]
+Json verdict(const std::vector<verify::StageError>& stages, double maxError, const std::vector<verify::Violation>& violations = {});
+
+/// Tells of the worst block of an image if it errs by more than a map with this limit may.
+void checkBlocks(const verify::BlockErrors& blocks, const std::string& image, double maxError, std::vector<verify::Violation>& violations);
+/// A stage that codes what the one before it left must not add to the error: `before` and `after` are names of stages.
+void checkStage(const std::vector<verify::StageError>& stages, const std::string& before, const std::string& after,
+                std::vector<verify::Violation>& violations);
 
 }  // namespace pipeline

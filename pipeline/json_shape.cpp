@@ -149,6 +149,13 @@ void checkManifestAsset(const Place& asset) {
         source["file"].text();
         source["digest"].text();
     });
+    // What the verification of each kind opens.
+    const std::string& kind = asset["kind"].text();
+    if (kind != "lut") asset["source"]["files"]["source"].object();
+    if (kind == "mesh") {
+        asset["source"]["files"]["mesh"].object();
+        asset["file"].file();
+    }
 }
 
 void checkReportAsset(const Place& asset) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <glm/geometric.hpp>
 
 #include "compress/light_map.h"
 #include "lighting/radiometry.h"
@@ -93,6 +94,30 @@ Json manifestEntry(const ActionContext& context, const compress::LightMapPlan& p
             textureEntry(texture.name, file, shapeOf(plan, texture), std::filesystem::file_size(context.folder / file), {}));
     }
     return asset;
+}
+
+/// Stages of light-map layouts that code what the one before left.
+constexpr std::pair<const char*, const char*> kResidualStages[] = {
+    {"stage 1", "stage 2"}, {"code", "residual 1"}, {"residual 1", "residual 2"}, {"residual 2", "residual 3"}};
+
+struct Squares {
+    double error = 0, reference = 0;
+    void add(const glm::vec3& truth, const glm::vec3& seen) {
+        const glm::dvec3 difference = glm::dvec3(seen) - glm::dvec3(truth);
+        error += glm::dot(difference, difference);
+        reference += glm::dot(glm::dvec3(truth), glm::dvec3(truth));
+    }
+};
+
+/// Of all nine coefficients; of a flat map, which has no others, of the exit radiance at the texel's own normal.
+Squares squaresOf(const lighting::ShRgb& reference, const lighting::ShRgb& seen, const glm::vec3& normal, bool isFlat) {
+    Squares squares;
+    const auto exit = [&](const lighting::ShRgb& sh) { return lighting::lambertExitRadiance(sh, normal, glm::vec3(1)).value; };
+    if (isFlat)
+        squares.add(exit(reference), exit(seen));
+    else
+        for (std::size_t i = 0; i < reference.size(); ++i) squares.add(reference[i], seen[i]);
+    return squares;
 }
 
 }  // namespace
@@ -213,6 +238,8 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
         CookedLightMapReader::open(context.upstreamFolder, asset, shadingFromJson(parameters.at("shading")), sampling, *key);
     if (!cooked) return tl::make_unexpected(cooked.error());
     Preview preview(bake.width(), bake.height(), *key);
+    verify::BlockErrors blocks(bake.width(), bake.height());
+    const bool isFlat = asset.at("layout") == "flat";
     using verify::LightMapErrors;
     const auto parts =
         forEachBand<LightMapErrors>(bake.bandCount(), context, "verify " + context.action.asset, [&](int index) -> Result<LightMapErrors> {
@@ -224,8 +251,11 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
             const auto seen = cooked->verifier().reconstruct(*texels, firstRow, rowCount);
             for (int y = 0; y < rowCount; ++y)
                 for (int x = 0; x < bake.width(); ++x) {
-                    if (!preview.shows(x, firstRow + y) || reference->covered.at(x, y) == 0) continue;
+                    if (reference->covered.at(x, y) == 0) continue;
                     const glm::vec3 normal = reference->normal.at(x, y);
+                    const Squares squares = squaresOf(reference->sh.at(x, y), seen.at(x, y), normal, isFlat);
+                    blocks.add(x, firstRow + y, squares.error, squares.reference);
+                    if (!preview.shows(x, firstRow + y)) continue;
                     preview.set(x, firstRow + y, lighting::lambertExitRadiance(reference->sh.at(x, y), normal, glm::vec3(1)).value,
                                 lighting::lambertExitRadiance(seen.at(x, y), normal, glm::vec3(1)).value);
                 }
@@ -237,8 +267,12 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
 
     std::vector<verify::StageError> stages = errors.stages();
     if (!stages.empty()) stages.back().seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double maxError = parameters.at("max_error").get<double>();
+    std::vector<verify::Violation> violations;
+    checkBlocks(blocks, "", maxError, violations);
+    for (const auto& [before, after] : kResidualStages) checkStage(stages, before, after, violations);
     ActionOutcome outcome;
-    outcome.result["verdict"] = verdict(stages, parameters.at("max_error").get<double>());
+    outcome.result["verdict"] = verdict(stages, maxError, violations);
     outcome.result["key"] = *key;
     if (auto written = preview.write(context.folder, context.action.asset, outcome); !written) return tl::make_unexpected(written.error());
     return outcome;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "formats/mesh.h"
@@ -81,6 +83,32 @@ Result<void> verifyClusters(const ActionContext& context, const formats::GltfSce
         if (const auto mistake = verify::clusterMistake(*primitive, *map, *covered, inset))
             return formats::failure(formats::ErrorCode::Verification, mesh.at("file").get<std::string>(), *mistake);
     return {};
+}
+
+/// Vertices lie no farther from their source than half a step of the lattice that the manifest names, where it names none not at all, and
+/// light-map UVs stay in their texel: beyond that another chart may begin, and the gradient that tells the error says nothing.
+std::vector<verify::Violation> brokenLaws(const formats::MeshError& moved, const verify::MeshShift& shift, const Json& quantization) {
+    std::vector<verify::Violation> violations;
+    const auto expect = [&](const char* place, const std::string& unit, double found, double allowed, const std::string& why) {
+        if (found > allowed)
+            violations.push_back(
+                {place, fmt::format("{:.4g} {} from the source", found, unit), fmt::format("at most {:.4g}{}", allowed, why)});
+    };
+    constexpr double kSlack = 1.01, kFloats = 1e-6;
+    // stepsAllowed  of a lattice that divides the extent
+    const auto expectWithinBits = [&](const char* place, const std::string& unit, double found, double extent, const char* bits,
+                                      double stepsAllowed) {
+        const int count = quantization.value(bits, 0);
+        const double share = count > 0 ? kSlack * stepsAllowed / (std::exp2(count) - 1) : 0;
+        expect(place, unit, found, extent * (share + kFloats), count > 0 ? fmt::format(" with {} bits", count) : ": not quantized");
+    };
+    expectWithinBits("positions", "scene units", moved.position, moved.positionExtent, "position_bits", 0.5 * std::sqrt(3.0));
+    expectWithinBits("light-map UVs", "of their range", moved.lightMapUv, moved.lightMapUvExtent, "light_map_uv_bits",
+                     0.5 * std::numbers::sqrt2);
+    // The octahedral map stretches the steps of its square unevenly: the public scenes stay under 4.2 of them.
+    expectWithinBits("normals", "radians", moved.normalRadians, 1, "normal_bits", 6);
+    expect("light-map UVs", "texels", std::max(shift.uTexels, shift.vTexels), 0.5, " texels");
+    return violations;
 }
 
 }  // namespace
@@ -170,7 +198,8 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     stage.name = "quantize";
     stage.diffuse = errors.figures();
     ActionOutcome outcome;
-    outcome.result["verdict"] = verdict({stage}, context.action.parameters.at("max_error").get<double>());
+    outcome.result["verdict"] =
+        verdict({stage}, context.action.parameters.at("max_error").get<double>(), brokenLaws(*moved, shift, asset.at("quantization")));
     outcome.result["mesh_error"] = {
         {"position", moved->position}, {"normal_radians", moved->normalRadians}, {"light_map_uv", moved->lightMapUv}};
     return outcome;

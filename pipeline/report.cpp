@@ -43,6 +43,7 @@ Json reportAsset(const Json& manifestAsset, const ActionRecord& cooked, const Ac
                 {"verify_seconds", verified.seconds}};
     const Json& verdict = verified.result.at("verdict");
     for (const char* key : {"stages", "limit", "passed"}) row[key] = verdict.at(key);
+    if (verdict.contains("violations")) row["violations"] = verdict.at("violations");
     row["textures"] = Json::array();
     for (const Json& texture : manifestAsset.at("textures"))
         row["textures"].push_back({{"role", texture.at("role")},

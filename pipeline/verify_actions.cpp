@@ -7,6 +7,7 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <optional>
@@ -20,6 +21,7 @@
 #include "pipeline/probe_actions.h"
 #include "pipeline/textures.h"
 #include "shaders/lightcook_cpp.h"
+#include "verify/block_errors.h"
 #include "verify/cubemap.h"
 #include "verify/dominant.h"
 #include "verify/rsrm.h"
@@ -38,6 +40,8 @@ using formats::Result;
 /// What the tables are shaded with: both ends of Fresnel's range, a dielectric and a metal.
 const std::vector<double> kTableF0 = {0.0, 0.04, 0.6, 1.0};
 constexpr int kRandomTableSamples = 48;
+/// Half a step of rounding, and what two integrations of a sharp lobe differ by.
+constexpr double kTableSteps = 4;
 
 class Stopwatch {
 public:
@@ -64,10 +68,15 @@ tl::unexpected<formats::Error> interrupted(const ActionContext& context) {
     return failure(ErrorCode::Interrupted, context.action.asset, "found an interrupt, expected to finish");
 }
 
-ActionOutcome outcomeOf(std::vector<verify::StageError> stages, const ActionContext& context, const Stopwatch& watch) {
+double maxErrorOf(const ActionContext& context) {
+    return context.action.parameters.at("max_error").get<double>();
+}
+
+ActionOutcome outcomeOf(std::vector<verify::StageError> stages, const ActionContext& context, const Stopwatch& watch,
+                        const std::vector<verify::Violation>& violations) {
     stages.back().seconds = watch.seconds();
     ActionOutcome outcome;
-    outcome.result["verdict"] = verdict(stages, context.action.parameters.at("max_error").get<double>());
+    outcome.result["verdict"] = verdict(stages, maxErrorOf(context), violations);
     return outcome;
 }
 
@@ -109,7 +118,11 @@ Result<verify::CookedCubemap> readCubemap(const ActionContext& context, const Js
 class CubemapPreview {
 public:
     CubemapPreview(const verify::CookedCubemap& map, const verify::CubemapReference& reference, double key)
-        : map_(map), reference_(reference), size_(sizeOf(0)), preview_(6 * size_, rowsOf(map), key) {}
+        : map_(map),
+          reference_(reference),
+          size_(sizeOf(0)),
+          preview_(6 * size_, rowsOf(map), key),
+          compared_(static_cast<std::size_t>(rowsOf(map))) {}
     int rowCount() const { return rowsOf(map_); }
     void fillRow(int y) {
         int mip = 0, row = y;
@@ -123,13 +136,22 @@ public:
             const glm::vec3 stored(level.faces[static_cast<std::size_t>(face)].at(x % size, row));
             const glm::dvec3 truth =
                 level.m > 0 ? reference_.prefiltered(direction, level.m, 1) : reference_.footprintMean(direction, size, kFootprintPlaces);
-            preview_.set(x, y, glm::vec3(truth), glm::vec3(verify::shadeCubemap(map_, mip, stored, direction)));
+            const glm::dvec3 seen = verify::shadeCubemap(map_, mip, stored, direction);
+            preview_.set(x, y, glm::vec3(truth), glm::vec3(seen));
+            compared_[static_cast<std::size_t>(y)].push_back({mip, face, x % size, row, truth, seen});
         }
     }
     const Preview& preview() const { return preview_; }
+    struct Compared {
+        int mip, face, x, y;
+        glm::dvec3 reference, cooked;
+    };
+    /// Every texel that is shown, row by row: some of every block of the levels that the picture has.
+    const std::vector<std::vector<Compared>>& compared() const { return compared_; }
+
+    static constexpr int kShownMips = 3;
 
 private:
-    static constexpr int kShownMips = 3;
     static constexpr int kFootprintPlaces = 8;  ///< enough for a picture
     int sizeOf(int mip) const { return map_.mips[static_cast<std::size_t>(mip)].faces[0].width(); }
     static int rowsOf(const verify::CookedCubemap& map) {
@@ -142,7 +164,46 @@ private:
     const verify::CubemapReference& reference_;
     int size_;
     Preview preview_;
+    std::vector<std::vector<Compared>> compared_;
 };
+
+/// The worst block of every level. The finer ones are met through the picture, the others through samples; both together cover all.
+std::vector<verify::Violation> brokenCubemapBlocks(const verify::CookedCubemap& map, const CubemapPreview& picture,
+                                                   const std::vector<verify::CubemapSample>& samples,
+                                                   const std::vector<verify::CubemapResult>& results, double maxError) {
+    std::vector<std::array<verify::BlockErrors, 6>> levels;
+    for (const verify::CookedCubemap::Mip& mip : map.mips) {
+        const int size = mip.faces[0].width();
+        const verify::BlockErrors face(size, size);
+        levels.push_back({face, face, face, face, face, face});
+    }
+    const auto add = [&](int mip, int face, int x, int y, const glm::dvec3& reference, const glm::dvec3& cooked) {
+        const glm::dvec3 error = cooked - reference;
+        levels[static_cast<std::size_t>(mip)][static_cast<std::size_t>(face)].add(x, y, glm::dot(error, error),
+                                                                                  glm::dot(reference, reference));
+    };
+    for (const auto& row : picture.compared())
+        for (const CubemapPreview::Compared& each : row) add(each.mip, each.face, each.x, each.y, each.reference, each.cooked);
+    for (std::size_t i = 0; i < samples.size(); ++i)
+        if (samples[i].isTexel && samples[i].mip >= CubemapPreview::kShownMips)
+            add(samples[i].mip, samples[i].face, samples[i].x, samples[i].y, results[i].reference, results[i].cooked);
+    std::vector<verify::Violation> violations;
+    for (std::size_t mip = 0; mip < levels.size(); ++mip)
+        for (std::size_t face = 0; face < 6; ++face)
+            checkBlocks(levels[mip][face], fmt::format("mip {}, face {}, ", mip, face), maxError, violations);
+    return violations;
+}
+
+void checkBands(const verify::CookedCubemap& map, std::vector<verify::Violation>& violations) {
+    for (std::size_t mip = 0; mip < map.mips.size(); ++mip) {
+        const lighting::ShBands &found = map.mips[mip].bands, expected = verify::kernelBands(map.mips[mip].m);
+        bool isRight = true;
+        for (std::size_t l = 0; l < 3; ++l) isRight = isRight && std::abs(found[l] - expected[l]) <= verify::kBandTolerance;
+        if (isRight) continue;
+        violations.push_back({fmt::format("mip {}, band factors", mip), fmt::format("{:.4f}, {:.4f}, {:.4f}", found[0], found[1], found[2]),
+                              fmt::format("{:.4f}, {:.4f}, {:.4f} of m {:.4f}", expected[0], expected[1], expected[2], map.mips[mip].m)});
+    }
+}
 
 verify::SpecularTableAxis axisFrom(const Json& json) {
     return {json.at("count").get<int>(), json.at("minimum").get<double>(), json.at("maximum").get<double>(), json.at("scale").get<float>(),
@@ -165,6 +226,32 @@ Result<Image<glm::vec4>> readRows(const formats::TextureReader& texture, int fir
 glm::vec3 litBy(const glm::vec3& direction, const glm::vec3& intensity, const glm::vec3& normal) {
     const float cosine = std::max(glm::dot(normal, shaders::lcDominantDirection(direction, normal)), 0.0f);
     return cosine / std::numbers::pi_v<float> * intensity;
+}
+
+/// Squared errors of direction vectors, without and with the second texture.
+struct ResidualGain {
+    double coarse = 0, fine = 0;
+    void add(const glm::dvec3& truth, const glm::dvec3& first, const glm::dvec3& both) {
+        coarse += glm::dot(first - truth, first - truth);
+        fine += glm::dot(both - truth, both - truth);
+    }
+    void merge(const ResidualGain& other) {
+        coarse += other.coarse;
+        fine += other.fine;
+    }
+};
+
+/// A light as three vectors, one a channel: intensity times direction.
+void addLight(const verify::DominantLightSample& truth, const verify::DominantLightSample& seen, int x, int y,
+              verify::BlockErrors& blocks) {
+    const auto unit = [](const glm::dvec3& v) { return glm::length(v) > 0 ? glm::normalize(v) : v; };
+    double error = 0, reference = 0;
+    for (int channel = 0; channel < 3; ++channel) {
+        const glm::dvec3 difference = seen.intensity[channel] * unit(seen.direction) - truth.intensity[channel] * unit(truth.direction);
+        error += glm::dot(difference, difference);
+        reference += truth.intensity[channel] * truth.intensity[channel];
+    }
+    blocks.add(x, y, error, reference);
 }
 
 }  // namespace
@@ -192,7 +279,10 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
             picture.fillRow(static_cast<int>(index - samples.size()));
     });
     if (!finished) return interrupted(context);
-    ActionOutcome outcome = outcomeOf(verify::cubemapStages(*map, reference, samples, results, colors->luminanceWeights), context, watch);
+    std::vector<verify::Violation> violations = brokenCubemapBlocks(*map, picture, samples, results, maxErrorOf(context));
+    checkBands(*map, violations);
+    ActionOutcome outcome =
+        outcomeOf(verify::cubemapStages(*map, reference, samples, results, colors->luminanceWeights), context, watch, violations);
     if (auto written = picture.preview().write(context.folder, context.action.asset, outcome); !written)
         return tl::make_unexpected(written.error());
     return outcome;
@@ -228,7 +318,13 @@ Result<ActionOutcome> verifyTables(const ActionContext& context) {
     std::vector<verify::SpecularTableResult> results(samples.size());
     if (!forEachPiece(samples.size(), context, [&](std::size_t i) { results[i] = verify::compareSpecularTables(tables, samples[i]); }))
         return interrupted(context);
-    return outcomeOf(verify::specularTableStages(samples, results, kTableF0), context, watch);
+    std::vector<verify::Violation> violations;
+    const verify::SpecularTableStepError off = verify::specularTableStepError(tables, samples, results);
+    if (off.steps > kTableSteps)
+        violations.push_back({fmt::format("texture {}, channel {}, texel of {} {:.4g} and m {:.4g}", roles[off.entry / 4], off.entry % 4,
+                                          viewAxis, off.view, off.m),
+                              fmt::format("an error of {:.4g} steps of 16 bits", off.steps), fmt::format("at most {}", kTableSteps)});
+    return outcomeOf(verify::specularTableStages(samples, results, kTableF0), context, watch, violations);
 }
 
 Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
@@ -254,7 +350,12 @@ Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
     std::vector<verify::RsrmRow> rows(map.exponents.size());
     const auto compare = [&](std::size_t row) { rows[row] = verify::compareRsrmRow(map, *gradient, static_cast<int>(row)); };
     if (!forEachPiece(rows.size(), context, compare)) return interrupted(context);
-    ActionOutcome outcome = outcomeOf(verify::rsrmStages(map, *gradient, rows, colors->luminanceWeights), context, watch);
+    std::vector<verify::Violation> violations;
+    const verify::RsrmCodeError off = verify::rsrmCodeError(map, *gradient, rows);
+    if (off.codes > 0)
+        violations.push_back({fmt::format("row {}, texel {}", off.row, off.column),
+                              fmt::format("an error of {:.3g} codes beyond rounding", off.codes), "at most half a code in all"});
+    ActionOutcome outcome = outcomeOf(verify::rsrmStages(map, *gradient, rows, colors->luminanceWeights), context, watch, violations);
     double banding = 0;
     for (const verify::RsrmRow& row : rows) banding = std::max(banding, row.bandingCodes);
     outcome.result["measures"] = {{"banding_codes", banding}};
@@ -293,6 +394,8 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     const verify::DominantShading shading{materials.m, materials.f0, materials.viewCount, verify::dominantStride(map.width, map.height)};
     const verify::DominantVerifier verifier(map, shading, bake.luminanceWeights(), *key);
     Preview preview(bake.width(), bake.height(), *key);
+    verify::BlockErrors blocks(bake.width(), bake.height());
+    std::vector<ResidualGain> gains(static_cast<std::size_t>(bake.bandCount()));
     using verify::DominantErrors;
     const auto parts =
         forEachBand<DominantErrors>(bake.bandCount(), context, "verify " + context.action.asset, [&](int index) -> Result<DominantErrors> {
@@ -301,6 +404,7 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
             if (!reference) return tl::make_unexpected(reference.error());
             auto directions = readRows(*direction, firstRow, rowCount + 1);
             if (!directions) return tl::make_unexpected(directions.error());
+            const std::vector<glm::vec4> coarse(directions->texels().begin(), directions->texels().end());
             if (residual) {
                 const auto left = readRows(*residual, firstRow, rowCount + 1);
                 if (!left) return tl::make_unexpected(left.error());
@@ -315,10 +419,16 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
             const verify::DecodedDominantRows rows{firstRow, std::move(*directions), std::move(*intensities)};
             for (int y = 0; y < rowCount; ++y)
                 for (int x = 0; x < map.width; ++x) {
-                    if (!preview.shows(x, firstRow + y) || reference->covered.at(x, y) == 0) continue;
+                    if (reference->covered.at(x, y) == 0) continue;
                     const glm::vec3 normal = reference->normal.at(x, y);
                     const auto truth = verify::dominantReference(reference->sh.at(x, y), glm::dvec3(normal), bake.luminanceWeights());
                     const auto seen = verifier.decode(rows, x, firstRow + y);
+                    addLight(truth, seen, x, firstRow + y, blocks);
+                    gains[static_cast<std::size_t>(index)].add(
+                        truth.direction,
+                        map.directionScale * glm::vec3(coarse[static_cast<std::size_t>(y * map.width + x)]) + map.directionBias,
+                        seen.direction);
+                    if (!preview.shows(x, firstRow + y)) continue;
                     preview.set(x, firstRow + y, litBy(glm::vec3(truth.direction), glm::vec3(truth.intensity), normal),
                                 litBy(glm::vec3(seen.direction), glm::vec3(seen.intensity), normal));
                 }
@@ -327,7 +437,14 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     if (!parts) return tl::make_unexpected(parts.error());
     DominantErrors errors(*key);
     for (const DominantErrors& part : *parts) errors.merge(part);
-    ActionOutcome outcome = outcomeOf(errors.stages(), context, watch);
+    std::vector<verify::Violation> violations;
+    checkBlocks(blocks, "", maxErrorOf(context), violations);
+    ResidualGain gain;
+    for (const ResidualGain& each : gains) gain.merge(each);
+    if (residual && gain.fine > 1.05 * gain.coarse)
+        violations.push_back({"texture residual", fmt::format("a squared error of directions of {:.3g}", gain.fine),
+                              fmt::format("no more than without it ({:.3g}): it belongs to something else", gain.coarse)});
+    ActionOutcome outcome = outcomeOf(errors.stages(), context, watch, violations);
     outcome.result["key"] = *key;
     outcome.result["measures"] = {{"direction_error_degrees_mean", errors.meanDirectionError()},
                                   {"direction_error_degrees_max", errors.maxDirectionError()},

@@ -394,13 +394,35 @@ std::vector<CubemapSample> cubemapSamples(const CookedCubemap& map, const Cubema
             const int face = index / (size * size), y = index / size % size, x = index % size;
             samples.push_back({mip, true, face, x, y, lighting::cubeTexelDirection(face, x, y, size)});
         };
+        const int blocksAcross = (size + 3) / 4, blockCount = 6 * blocksAcross * blocksAcross;
+        const auto inBlock = [&](int block) {
+            const auto place = [&](int first) { return 4 * first + random.below(std::min(4, size - 4 * first)); };
+            const int face = block / (blocksAcross * blocksAcross), x = place(block % blocksAcross);
+            return (face * size + place(block / blocksAcross % blocksAcross)) * size + x;
+        };
         if (count <= sampling.texelsPerMip)
             for (int index = 0; index < count; ++index) addTexel(index);
         else
-            for (int i = 0; i < sampling.texelsPerMip; ++i) addTexel(random.below(count));
+            // One out of each of as many even parts: where there are no more blocks than samples, each block is met.
+            for (int i = 0; i < sampling.texelsPerMip; ++i) addTexel(inBlock(i * blockCount / sampling.texelsPerMip));
         for (int i = 0; i < sampling.directionsPerMip; ++i) samples.push_back({mip, false, 0, 0, 0, random.direction()});
     }
     return samples;
+}
+
+lighting::ShBands kernelBands(double m) {
+    if (!(m > 0)) return {1, 1, 1};
+    constexpr int kSteps = 4096;
+    std::array<double, 3> sums{};
+    const double support = kernelSupport(m);
+    for (int i = 0; i < kSteps; ++i) {  // midpoints of the angle, so that a narrow lobe gets its share
+        const double angle = support * (i + 0.5) / kSteps, c = std::cos(angle);
+        const double weight = std::sin(angle) * kernelShape(c, 1 / (m * m));
+        sums[0] += weight;
+        sums[1] += weight * c;
+        sums[2] += weight * 0.5 * (3 * c * c - 1);
+    }
+    return {1, sums[1] / sums[0], sums[2] / sums[0]};
 }
 
 glm::dvec3 shadeCubemap(const CookedCubemap& map, int mip, const glm::vec3& stored, const glm::dvec3& direction) {

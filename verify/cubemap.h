@@ -96,6 +96,12 @@ struct CubemapSample {
 /// The same list for the same map and sampling, mip by mip.
 std::vector<CubemapSample> cubemapSamples(const CookedCubemap& map, const CubemapSampling& sampling);
 
+/// Band factors of Beckmann's kernel with n = v = r, by quadrature: the integrals of its product with the Legendre polynomials over its
+/// own. 1, 1, 1 for m = 0. What a mip's factors have to be, within kBandTolerance: with others, which divide and multiply just as well, a
+/// pixel would be given another energy than its own.
+lighting::ShBands kernelBands(double m);
+inline constexpr double kBandTolerance = 1e-3;
+
 /// What the shader shows of a stored value (as fetched) in a unit direction: radiance.
 glm::dvec3 shadeCubemap(const CookedCubemap& map, int mip, const glm::vec3& stored, const glm::dvec3& direction);
 

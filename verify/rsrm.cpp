@@ -209,6 +209,25 @@ RsrmRow compareRsrmRow(const CookedRsrm& map, const std::vector<glm::vec3>& grad
     return result;
 }
 
+RsrmCodeError rsrmCodeError(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, const std::vector<RsrmRow>& rows) {
+    const glm::dvec3 largest = endsOf(gradient).high;
+    RsrmCodeError worst;
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+        int column = 0;
+        for (const RsrmRow::Point& point : rows[row].points) {
+            if (!point.isCentre) continue;
+            for (int channel = 0; channel < 3; ++channel) {
+                const double code = std::abs(static_cast<double>(map.color[channel])) / 255;
+                const double slack = 0.501 * code + 2 * kQuadratureError * largest[channel] + 1e-30;
+                const double beyond = (std::abs(point.cooked[channel] - point.reference[channel]) - slack) / std::max(code, 1e-30);
+                if (beyond > worst.codes) worst = {beyond, static_cast<int>(row), column};
+            }
+            ++column;
+        }
+    }
+    return worst;
+}
+
 std::vector<StageError> rsrmStages(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, const std::vector<RsrmRow>& rows,
                                    const glm::vec3& luminanceWeights) {
     const double key = logAverage(rows, luminanceWeights);

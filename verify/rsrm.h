@@ -35,6 +35,14 @@ struct RsrmRow {
 /// Pure, safe on several threads.
 RsrmRow compareRsrmRow(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, int row, int between = 1);
 
+/// The largest error at a texel centre, in codes of 255 of the map's colour, beyond the half code that rounding takes and what the
+/// reference itself may be off.
+struct RsrmCodeError {
+    double codes = 0;
+    int row = 0, column = 0;
+};
+RsrmCodeError rsrmCodeError(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, const std::vector<RsrmRow>& rows);
+
 /// Stages "quantize" (texel centres) and "total" (between them too). The row of exponent 1 is diffuse, the others specular. Between rows a
 /// shader blends lobes: that is its choice and no error of the map. Key: log-average luminance of the references at texel centres.
 std::vector<StageError> rsrmStages(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, const std::vector<RsrmRow>& rows,

@@ -17,6 +17,9 @@ namespace {
 /// Tables are evaluated no nearer to grazing than this: below it shadowing ends in a fold narrower than any sample.
 constexpr double kSmallestNoV = 1e-3;
 constexpr int kLightCount = 12;
+/// Steps of 16 bits that two integrations at grazing view, where shadowing takes all but a fold of the lobe, may differ for one step
+/// elsewhere.
+constexpr double kGrazingSteps = 80;
 /// Which coefficient each entry of a kernel belongs to.
 constexpr std::array<std::size_t, 6> kCoefficients = {0, 2, 3, 6, 7, 8};
 
@@ -125,6 +128,24 @@ SpecularTableResult compareSpecularTables(const CookedSpecularTables& tables, co
     const auto kernel = lighting::integrateAreaSpecular(NoV, sample.m, lighting::NormalDistribution::Beckmann,
                                                         lighting::CookTorranceNormalization::Energy, sample.isNode ? 1024 : 512);
     return {entriesOf(kernel), entriesOf(fetch(tables, sample))};
+}
+
+SpecularTableStepError specularTableStepError(const CookedSpecularTables& tables, const std::vector<SpecularTableSample>& samples,
+                                              const std::vector<SpecularTableResult>& results) {
+    assert(samples.size() == results.size());
+    SpecularTableStepError worst;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        if (!samples[i].isNode) continue;
+        const bool isGrazing = tables.viewAxis == SpecularViewAxis::Sine ? samples[i].view > 1 - 1e-6 : samples[i].view < kSmallestNoV;
+        for (std::size_t k = 0; k < results[i].reference.size(); ++k) {
+            const double step = std::abs(static_cast<double>(tables.scale[k / 4][static_cast<int>(k % 4)])) / 65535;
+            // A NaN is an error too: the largest there is.
+            const double error = std::abs(results[i].cooked[k] - results[i].reference[k]);
+            const double steps = std::isnan(error) ? 65535.0 : error / std::max(step, 1e-9) / (isGrazing ? kGrazingSteps : 1.0);
+            if (steps > worst.steps) worst = {steps, k, samples[i].view, samples[i].m};
+        }
+    }
+    return worst;
 }
 
 std::vector<StageError> specularTableStages(const std::vector<SpecularTableSample>& samples,

@@ -49,6 +49,16 @@ struct SpecularTableResult {
 /// Pure, safe on several threads. Nodes are integrated with 1024 samples an axis, others with 512. NoV is at least 1e-3, as in the tables.
 SpecularTableResult compareSpecularTables(const CookedSpecularTables& tables, const SpecularTableSample& sample);
 
+/// The largest error of an entry at a node in steps of its channel's 16 bits, and where. At grazing view, where two
+/// integrations of a fold narrower than their samples differ by more, eighty steps count as one.
+struct SpecularTableStepError {
+    double steps = 0;
+    std::size_t entry = 0;  ///< of SpecularKernelEntries
+    double view = 0, m = 0;
+};
+SpecularTableStepError specularTableStepError(const CookedSpecularTables& tables, const std::vector<SpecularTableSample>& samples,
+                                              const std::vector<SpecularTableResult>& results);
+
 /// Stages "quantize" (kernel entries at nodes), "filter" (kernel entries between nodes) and "total": reflected radiance of representative
 /// light (a constant, and directional lights of the upper hemisphere) off nodes and between them, for each f0. All of it is specular.
 /// Keys: RMS of the kernel entries at nodes; for "total" the log-average of the positive references.

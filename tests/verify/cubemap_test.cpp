@@ -6,6 +6,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <set>
+#include <tuple>
 
 #include "lighting/cube.h"
 #include "lighting/sphere.h"
@@ -271,6 +273,38 @@ TEST(VerifyCubemap, ABlackProbeIsExact) {
     CookedCubemap map = ideal(reference, positiveSh());
     map.windowedSh = sh;
     for (const StageError& stage : verifyAll(map, reference)) EXPECT_EQ(stage.specular.maxSampled, 0);
+}
+
+TEST(VerifyCubemap, BandFactorsAreWhatTheKernelMakesOfHarmonics) {
+    const Environment environment =
+        panorama(256, [](const glm::dvec3& d) { return glm::vec3(glm::dvec3(1, 1 + d.y, 1 + 0.5 * (3 * d.y * d.y - 1))); });
+    const CubemapReference reference(environment);
+    for (const double m : {0.05, 0.2, 0.5, 1.0}) {
+        const lighting::ShBands bands = kernelBands(m);
+        const glm::dvec3 seen = reference.prefiltered({0, 1, 0}, m);
+        EXPECT_EQ(bands[0], 1);
+        EXPECT_NEAR(bands[1], seen.y - 1, 3e-4) << m;
+        EXPECT_NEAR(bands[2], seen.z - 1, 6e-4) << m;
+    }
+    EXPECT_EQ(kernelBands(0), (lighting::ShBands{1, 1, 1}));
+}
+
+TEST(VerifyCubemap, SamplesMeetEveryBlockWhereThereAreEnough) {
+    const Environment environment = panorama(16, smooth);
+    const CubemapReference reference(environment);
+    CookedCubemap map = ideal(reference, positiveSh());
+    std::set<std::tuple<int, int, int>> blocks;
+    for (const int size : {16, 10}) {  // 10: three blocks a side, the last of two texels
+        map.mips[0].faces.clear();
+        for (int face = 0; face < 6; ++face) map.mips[0].faces.emplace_back(size, size);
+        blocks.clear();
+        for (const CubemapSample& sample : cubemapSamples(map, {}))
+            if (sample.mip == 0 && sample.isTexel) {
+                ASSERT_TRUE(sample.x >= 0 && sample.x < size && sample.y >= 0 && sample.y < size);
+                blocks.insert({sample.face, sample.x / 4, sample.y / 4});
+            }
+        EXPECT_EQ(blocks.size(), size == 16 ? 96u : 54u);
+    }
 }
 
 TEST(VerifyCubemap, SamplesAreTheSameEveryTimeAndInsideTheMap) {

@@ -1,0 +1,633 @@
+// Does `verify` see what it is for? Deliberate faults, each put into a cooked scene of its own copy, each to be refused with the right code
+// and by its name. Loose ones leave the manifest's digests as they were, like a bad disk. Sealed ones go through CookedCopy::seal: every
+// digest, size and constant is what a cook with that fault would have written, so that nothing but the light itself, or the shader's
+// conventions, can tell.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "formats/light_map.h"
+#include "formats/mesh.h"
+#include "pipeline/terminal.h"
+#include "tests/end_to_end/cooked_copy.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace pipeline {
+namespace {
+
+using glm::vec3;
+using glm::vec4;
+using Images = std::vector<TexelImage>;
+
+/// A scene, cooked once for all faults of a test.
+class Cooked {
+public:
+    Cooked(const std::filesystem::path& scene, const std::string& layout, std::optional<std::string> onlyKind = {}) : scene_(scene) {
+        CookOptions options;
+        options.scene = scene;
+        options.output = folder_ / "out";
+        options.cache = folder_ / "cache";
+        options.lightMapLayout = layout;
+        options.onlyKind = std::move(onlyKind);
+        options.effort = 3;
+        options.maxError = 0.02;
+        const RunState state;
+        const Outcome outcome = cookScene(options, state);
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+    }
+    CookedCopy copyOf(const std::string& asset) const { return {folder_ / "out", scene_.parent_path(), asset}; }
+
+private:
+    std::filesystem::path scene_;
+    formats::TemporaryFolder folder_;
+};
+
+enum class Kind { Loose, Sealed };
+struct Fault {
+    const char* name;
+    const char* asset;
+    Kind kind;
+    int code;          ///< exit code of `verify`
+    const char* word;  ///< what some error has to say
+    std::function<void(CookedCopy&)> apply;
+};
+
+void expectCaught(const Cooked& cooked, const std::vector<Fault>& faults) {
+    std::set<std::string> assets;
+    for (const Fault& fault : faults) assets.insert(fault.asset);
+    for (const std::string& asset : assets)
+        for (const formats::Error& error : cooked.copyOf(asset).verify().errors) ADD_FAILURE() << "without any fault: " << error.line();
+    for (const Fault& fault : faults) {
+        SCOPED_TRACE(fault.name);
+        CookedCopy copy = cooked.copyOf(fault.asset);
+        fault.apply(copy);
+        if (fault.kind == Kind::Sealed) copy.seal();
+        const Outcome outcome = copy.verify();
+        if (outcome.errors.empty()) {
+            ADD_FAILURE() << "not caught; "
+                          << (outcome.report.is_object() ? outcome.report.at("assets")[0].at("stages").back().dump() : "");
+            continue;
+        }
+        EXPECT_EQ(exitCode(outcome.errors.front().code), fault.code) << outcome.errors.front().line();
+        std::string told;
+        for (const formats::Error& error : outcome.errors) told += error.line() + "\n";
+        EXPECT_THAT(told, testing::HasSubstr(fault.word));
+    }
+}
+
+// ---- ways to be wrong ----
+
+using Texels = std::function<vec4(const vec4& texel)>;
+/// Every texel of every image by itself.
+void changeTexels(CookedCopy& copy, const std::string& role, const Texels& change) {
+    copy.edit(role, [&](Images& images) {
+        for (TexelImage& image : images)
+            for (vec4& texel : image.texels()) texel = change(texel);
+    });
+}
+/// Texel (x, y) of every image comes from where `from` says.
+void moveTexels(CookedCopy& copy, const std::string& role, const std::function<glm::ivec2(int x, int y, int width, int height)>& from) {
+    copy.edit(role, [&](Images& images) {
+        for (TexelImage& image : images) {
+            const TexelImage before = image.copy();
+            for (int y = 0; y < image.height(); ++y)
+                for (int x = 0; x < image.width(); ++x) {
+                    const glm::ivec2 place = from(x, y, image.width(), image.height());
+                    image.at(x, y) = before.at(place.x, place.y);
+                }
+        }
+    });
+}
+void swapFiles(CookedCopy& copy, const char* a, const char* b) {
+    std::swap(copy.texture(a)["file"], copy.texture(b)["file"]);
+}
+void swapImages(Images& images, std::size_t a, std::size_t b) {
+    std::swap(images.at(a), images.at(b));
+}
+void multiply(Json& number, double factor) {
+    if (number.is_array())
+        for (Json& each : number) multiply(each, factor);
+    else
+        number = number.get<double>() * factor;
+}
+/// Changes one bit in the middle of a file.
+void flipBit(const std::filesystem::path& file) {
+    std::string content = formats::contentOf(file);
+    content[content.size() / 2] = static_cast<char>(content[content.size() / 2] ^ 1);
+    formats::writeContent(file, content);
+}
+void truncate(const std::filesystem::path& file) {
+    std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
+}
+
+/// SH coefficients of a "ratio" map, changed and stored again, with the constants that the changed map asks for.
+void changeSh(CookedCopy& copy, const std::function<lighting::ShRgb(const lighting::ShRgb& sh)>& change) {
+    Images l0 = copy.texels("l0"), ratio = copy.texels("ratio");
+    const auto range = copy.constants().at("range")[0].get<float>();
+    const auto scale = copy.constants().at("scale").get<std::vector<float>>(), bias = copy.constants().at("bias").get<std::vector<float>>();
+    for (std::size_t t = 0; t < l0[0].texels().size(); ++t) {
+        lighting::ShRgb sh;
+        sh[0] = range * vec3(l0[0].texels()[t]);
+        for (std::size_t i = 0; i < 8; ++i) sh[i + 1] = sh[0] * (scale[i] * vec3(ratio[i].texels()[t]) + bias[i]);
+        sh = change(sh);
+        l0[0].texels()[t] = vec4(sh[0] / range, 1);
+        for (std::size_t i = 0; i < 8; ++i) ratio[i].texels()[t] = vec4(sh[i + 1] / sh[0], 1);
+    }
+    for (std::size_t i = 0; i < 8; ++i) {
+        float low = 0, high = 1e-3f;
+        for (const vec4& t : ratio[i].texels()) low = std::min({low, t.x, t.y, t.z}), high = std::max({high, t.x, t.y, t.z});
+        for (vec4& t : ratio[i].texels()) t = vec4((vec3(t) - low) / (high - low), 1);
+        copy.constants()["scale"][i] = high - low;
+        copy.constants()["bias"][i] = low;
+    }
+    copy.setTexels("l0", l0);
+    copy.setTexels("ratio", ratio);
+}
+
+/// A block in the middle of a chart that is about as bright as the map is in the mean.
+glm::ivec2 averageBlock(CookedCopy& copy) {
+    const auto bake = valueOf(formats::LightMapReader::open(copy.sources() / "cornell_lightmap.exr", {}));
+    const auto band = valueOf(bake.read(0, bake.height()));
+    double squares = 0, count = 0;
+    std::vector<std::pair<double, glm::ivec2>> blocks;
+    for (int y = 0; y + 4 <= bake.height(); y += 4)
+        for (int x = 0; x + 4 <= bake.width(); x += 4) {
+            double sum = 0;
+            int covered = 0;
+            for (int i = 0; i < 16; ++i) {
+                const vec3 dc = band.sh.at(x + i % 4, y + i / 4)[0];
+                if (band.covered.at(x + i % 4, y + i / 4) == 0) continue;
+                sum += static_cast<double>(glm::dot(dc, dc));
+                ++covered;
+            }
+            squares += sum;
+            count += covered;
+            if (covered == 16) blocks.push_back({sum / 16, {x, y}});
+        }
+    return std::ranges::min_element(blocks, {}, [&](const auto& block) { return std::abs(block.first - squares / count); })->second;
+}
+
+constexpr double kPi = std::numbers::pi;
+
+// ---- light maps: what SH conventions, layers and blocks can suffer ----
+
+const std::vector<Fault>& ratioFaults() {
+    static const std::vector<Fault> kFaults = {
+        {"one bit of a texture", "map", Kind::Loose, 4, "map_l0.ktx2", [](CookedCopy& c) { flipBit(c.file("l0")); }},
+        {"a truncated texture", "map", Kind::Loose, 4, "map_ratio.ktx2", [](CookedCopy& c) { truncate(c.file("ratio")); }},
+        {"a texture gone", "map", Kind::Loose, 4, "map_l0.ktx2", [](CookedCopy& c) { std::filesystem::remove(c.file("l0")); }},
+        {"one bit of the shader", "map", Kind::Loose, 4, kShaderName, [](CookedCopy& c) { flipBit(c.folder() / kShaderName); }},
+        {"a manifest cut short", "map", Kind::Loose, 3, kManifestName, [](CookedCopy& c) { truncate(c.folder() / kManifestName); }},
+        {"a truncated texture, sealed", "map", Kind::Sealed, 3, "map_ratio.ktx2", [](CookedCopy& c) { truncate(c.file("ratio")); }},
+        {"red and blue swapped", "map", Kind::Sealed, 4, "rel_rms",
+         [](CookedCopy& c) { changeTexels(c, "l0", [](const vec4& t) { return vec4(t.z, t.y, t.x, t.w); }); }},
+        {"phase: coefficients 1, 3, 5, 7 negated", "map", Kind::Sealed, 4, "rel_rms",
+         [](CookedCopy& c) {
+             changeSh(c, [](lighting::ShRgb sh) {
+                 for (const std::size_t i : {1u, 3u, 5u, 7u}) sh[i] = -sh[i];
+                 return sh;
+             });
+         }},
+        {"x and y of band 1 swapped", "map", Kind::Sealed, 4, "rel_rms",
+         [](CookedCopy& c) {
+             changeSh(c, [](lighting::ShRgb sh) {
+                 std::swap(sh[1], sh[3]);
+                 return sh;
+             });
+         }},
+        {"m of band 2 reversed", "map", Kind::Sealed, 4, "rel_rms",
+         [](CookedCopy& c) {
+             changeSh(c, [](lighting::ShRgb sh) {
+                 std::reverse(sh.begin() + 4, sh.end());
+                 return sh;
+             });
+         }},
+        {"light turned by 90 degrees about z", "map", Kind::Sealed, 4, "rel_rms",
+         [](CookedCopy& c) {
+             changeSh(c, [](const lighting::ShRgb& sh) {  // x to y, y to -x
+                 return lighting::ShRgb{sh[0], sh[3], sh[2], -sh[1], -sh[4], sh[7], sh[6], -sh[5], -sh[8]};
+             });
+         }},
+        {"band 2 lost", "map", Kind::Sealed, 4, "rel_rms",
+         [](CookedCopy& c) {
+             changeSh(c, [](lighting::ShRgb sh) {
+                 std::fill(sh.begin() + 4, sh.end(), vec3(0));
+                 return sh;
+             });
+         }},
+        {"the division by pi twice", "map", Kind::Sealed, 4, "rel_rms", [](CookedCopy& c) { multiply(c.constants()["range"], 1 / kPi); }},
+        {"convolved with the cosine already", "map", Kind::Sealed, 4, "rel_rms",
+         [](CookedCopy& c) {
+             changeSh(c, [](lighting::ShRgb sh) {
+                 for (std::size_t i = 1; i < 9; ++i) sh[i] *= i < 4 ? 2.0f / 3 : 0.25f;
+                 return sh;
+             });
+         }},
+        {"the range of another map", "map", Kind::Sealed, 4, "rel_rms", [](CookedCopy& c) { multiply(c.constants()["range"], 2); }},
+        {"one scale of eight wrong", "map", Kind::Sealed, 4, "rel_rms", [](CookedCopy& c) { multiply(c.constants()["scale"][1], 1.25); }},
+        {"a bias that is not finite", "map", Kind::Sealed, 3, "number",
+         [](CookedCopy& c) { c.constants()["bias"][3] = std::numeric_limits<float>::infinity(); }},
+        {"a scale missing", "map", Kind::Sealed, 3, "scale", [](CookedCopy& c) { c.constants()["scale"].erase(7); }},
+        {"upside down", "map", Kind::Sealed, 4, "rel_rms",
+         [](CookedCopy& c) { moveTexels(c, "l0", [](int x, int y, int, int h) { return glm::ivec2(x, h - 1 - y); }); }},
+        {"the sRGB curve on linear data", "map", Kind::Sealed, 4, "rel_rms",
+         [](CookedCopy& c) { changeTexels(c, "ratio", [](const vec4& t) { return vec4(glm::pow(vec3(t), vec3(1 / 2.2f)), t.w); }); }},
+        {"called by another layout's name", "map", Kind::Sealed, 3, "zh3", [](CookedCopy& c) { c.asset()["layout"] = "zh3"; }},
+        {"called by no layout's name", "map", Kind::Sealed, 3, "ratios", [](CookedCopy& c) { c.asset()["layout"] = "ratios"; }},
+        {"another size in the manifest", "map", Kind::Sealed, 4, "44", [](CookedCopy& c) { c.asset()["width"] = 44; }},
+        {"no source to hold it against", "map", Kind::Sealed, 3, "source",
+         [](CookedCopy& c) { c.asset()["source"]["files"].erase("source"); }},
+    };
+    return kFaults;
+}
+
+TEST(Mutation, OfALightMapIsCaught) {
+    const SmallScene scene(SmallScene::Parts::LightMap);
+    expectCaught(Cooked(scene.sceneFile(), "ratio", "light-map"), ratioFaults());
+}
+
+TEST(Mutation, OfALightMapOfTwoStagesIsCaught) {
+    const SmallScene scene(SmallScene::Parts::LightMap), other(SmallScene::Parts::LightMap, grey);
+    const Cooked cooked(scene.sceneFile(), "luvw", "light-map");
+    const Cooked stranger(other.sceneFile(), "luvw", "light-map");
+    expectCaught(
+        cooked,
+        {{"first and second texture swapped", "map", Kind::Sealed, 4, "rel_rms",
+          [](CookedCopy& c) { swapFiles(c, "luvw_first", "luvw_second"); }},
+         {"the second stage of a map upside down", "map", Kind::Sealed, 4, "without it",
+          [](CookedCopy& c) { moveTexels(c, "luvw_second", [](int x, int y, int, int h) { return glm::ivec2(x, h - 1 - y); }); }},
+         {"the second stage's sign", "map", Kind::Sealed, 4, "without it", [](CookedCopy& c) { multiply(c.constants()["span"], -1); }},
+         {"a stale texture", "map", Kind::Loose, 4, "luvw_first",
+          [&](CookedCopy& c) {
+              CookedCopy old = stranger.copyOf("map");
+              std::filesystem::copy_file(old.file("luvw_first"), c.file("luvw_first"), std::filesystem::copy_options::overwrite_existing);
+          }},
+         {"the source baked again", "map", Kind::Loose, 4, "the source changed", [&](CookedCopy&) {
+              std::filesystem::copy_file(other / "map.exr", scene / "map.exr", std::filesystem::copy_options::overwrite_existing);
+          }}});
+}
+
+TEST(Mutation, OfAFlatLightMapIsCaught) {
+    const SmallScene scene(SmallScene::Parts::LightMap);
+    expectCaught(Cooked(scene.sceneFile(), "flat", "light-map"),
+                 {{"not divided by pi", "map", Kind::Sealed, 4, "rel_rms", [](CookedCopy& c) { multiply(c.constants()["range"], kPi); }},
+                  {"left and right", "map", Kind::Sealed, 4, "rel_rms",
+                   [](CookedCopy& c) { moveTexels(c, "exit", [](int x, int y, int w, int) { return glm::ivec2(w - 1 - x, y); }); }}});
+}
+
+// ---- the scene that ships with the program: learned layouts, dominant light, probe, sky, tables, mesh ----
+
+/// The runs of a learned layout's index, block by block and back.
+void changeClusters(CookedCopy& copy, const std::function<void(std::vector<int>& clusters)>& change) {
+    const auto runs = copy.constants().at("index_runs").get<std::vector<int>>();
+    std::vector<int> clusters;
+    for (std::size_t i = 0; i < runs.size(); i += 2) clusters.insert(clusters.end(), static_cast<std::size_t>(runs[i + 1]), runs[i]);
+    change(clusters);
+    Json again = Json::array();
+    for (std::size_t i = 0; i < clusters.size();) {
+        std::size_t end = i;
+        while (end < clusters.size() && clusters[end] == clusters[i]) ++end;
+        again.push_back(clusters[i]);
+        again.push_back(end - i);
+        i = end;
+    }
+    copy.constants()["index_runs"] = again;
+}
+
+const std::vector<Fault>& basisFaults() {
+    static const std::vector<Fault> kFaults = {
+        {"one block black", "lightmap", Kind::Sealed, 4, "block",
+         [](CookedCopy& c) {
+             const glm::ivec2 at = averageBlock(c);
+             c.setBlock("l0", at.x, at.y, std::byte{0});
+         }},
+        {"one block of a reserved mode", "lightmap", Kind::Sealed, 4, "block",
+         [](CookedCopy& c) {
+             const glm::ivec2 at = averageBlock(c);
+             c.setBlock("l0", at.x, at.y, std::byte{0x5b});
+         }},
+        {"one row off", "lightmap", Kind::Sealed, 4, "rel_rms",
+         [](CookedCopy& c) {
+             for (const char* role : {"l0", "code", "residual"})
+                 moveTexels(c, role, [](int x, int y, int, int) { return glm::ivec2(x, std::max(y - 1, 0)); });
+         }},
+        {"every cluster the next one", "lightmap", Kind::Sealed, 4, "rel_rms",
+         [](CookedCopy& c) {
+             const int count = c.constants().at("clusters")[0].get<int>();
+             changeClusters(c, [&](std::vector<int>& clusters) {
+                 for (int& cluster : clusters) cluster = (cluster + 1) % count;
+             });
+         }},
+        {"the index one block off", "lightmap", Kind::Sealed, 4, "found",
+         [](CookedCopy& c) {
+             changeClusters(c, [](std::vector<int>& clusters) { std::rotate(clusters.begin(), clusters.begin() + 1, clusters.end()); });
+         }},
+        {"one run too long", "lightmap", Kind::Sealed, 3, "index_runs", [](CookedCopy& c) { multiply(c.constants()["index_runs"][1], 2); }},
+        {"a cluster that is not there", "lightmap", Kind::Sealed, 3, "index_runs",
+         [](CookedCopy& c) { c.constants()["index_runs"][0] = 255; }},
+        {"the tables of two clusters swapped", "lightmap", Kind::Sealed, 4, "found",
+         [](CookedCopy& c) {
+             Json& code = c.constants()["code"];
+             const std::size_t size = code.size() / static_cast<std::size_t>(c.constants().at("clusters")[0].get<int>());
+             for (std::size_t i = 0; i < size; ++i) std::swap(code[i], code[size + i]);
+         }},
+        {"the table by coefficients instead of monomials", "lightmap", Kind::Sealed, 4, "rel_rms",
+         [](CookedCopy& c) {
+             const Json before = c.constants().at("code");
+             constexpr std::size_t kMonomials = 15, kCoefficients = 8, kSize = 3 * kMonomials * kCoefficients;
+             for (std::size_t i = 0; i < before.size(); ++i) {
+                 const std::size_t table = i / kSize, channel = i % 3, monomial = i % kSize / 3 / kCoefficients,
+                                   coefficient = i / 3 % kCoefficients;
+                 c.constants()["code"][table * kSize + 3 * (coefficient * kMonomials + monomial) + channel] = before[i];
+             }
+         }},
+        {"code and residual swapped", "lightmap", Kind::Sealed, 4, "rel_rms", [](CookedCopy& c) { swapFiles(c, "code", "residual"); }},
+        {"the residual's tables negated", "lightmap", Kind::Sealed, 4, "without it",
+         [](CookedCopy& c) { multiply(c.constants()["residual"], -1); }},
+        {"a neutral code a quarter too small", "lightmap", Kind::Sealed, 4, "found",
+         [](CookedCopy& c) { multiply(c.constants()["neutral"], 0.75); }},
+    };
+    return kFaults;
+}
+
+const std::vector<Fault>& dominantFaults() {
+    static const std::vector<Fault> kFaults = {
+        {"the dominant direction negated", "lightmap_dominant", Kind::Sealed, 4, "block",
+         [](CookedCopy& c) {
+             multiply(c.constants()["direction_scale"], -1);
+             multiply(c.constants()["direction_bias"], -1);
+             multiply(c.constants()["residual_scale"], 1);
+         }},
+        {"the direction's axes turned", "lightmap_dominant", Kind::Sealed, 4, "block",
+         [](CookedCopy& c) { changeTexels(c, "direction", [](const vec4& t) { return vec4(t.y, t.z, t.x, t.w); }); }},
+        {"a direction of unsigned range", "lightmap_dominant", Kind::Sealed, 4, "block",
+         [](CookedCopy& c) {
+             c.constants()["direction_scale"] = 1.0;
+             c.constants()["direction_bias"] = 0.0;
+         }},
+        {"an intensity multiplied by pi", "lightmap_dominant", Kind::Sealed, 4, "block",
+         [](CookedCopy& c) { multiply(c.constants()["intensity_range"], kPi); }},
+        {"direction and residual swapped", "lightmap_dominant", Kind::Sealed, 4, "block",
+         [](CookedCopy& c) { swapFiles(c, "direction", "residual"); }},
+        {"the residual of a map seen in a mirror", "lightmap_dominant", Kind::Sealed, 4, "without it",
+         [](CookedCopy& c) { moveTexels(c, "residual", [](int x, int y, int w, int) { return glm::ivec2(w - 1 - x, y); }); }},
+        {"the residual's sign", "lightmap_dominant", Kind::Sealed, 4, "without it",
+         [](CookedCopy& c) { multiply(c.constants()["residual_scale"], -1); }},
+        {"one black block of intensity", "lightmap_dominant", Kind::Sealed, 4, "block",
+         [](CookedCopy& c) {
+             const glm::ivec2 at = averageBlock(c);
+             c.setBlock("intensity", at.x, at.y, std::byte{0});
+         }},
+        {"one block of direction", "lightmap_dominant", Kind::Sealed, 4, "block",
+         [](CookedCopy& c) {
+             const glm::ivec2 at = averageBlock(c);
+             c.setBlock("direction", at.x, at.y, std::byte{0xff});
+         }},
+    };
+    return kFaults;
+}
+
+const std::vector<Fault>& probeFaults() {
+    static const std::vector<Fault> kFaults = {
+        {"a face in a mirror", "probe0", Kind::Sealed, 4, "block",
+         [](CookedCopy& c) {
+             c.edit("cubemap", [](Images& images) {
+                 for (std::size_t mip = 0; mip < images.size(); mip += 6)
+                     for (int y = 0; y < images[mip].height(); ++y)
+                         std::ranges::reverse(std::span(&images[mip].at(0, y), static_cast<std::size_t>(images[mip].width())));
+             });
+         }},
+        {"faces +X and -X swapped", "probe0", Kind::Sealed, 4, "block",
+         [](CookedCopy& c) {
+             c.edit("cubemap", [](Images& images) {
+                 for (std::size_t mip = 0; mip < images.size(); mip += 6) swapImages(images, mip, mip + 1);
+             });
+         }},
+        {"every mip filtered as the one before it", "probe0", Kind::Sealed, 4, "found",
+         [](CookedCopy& c) {
+             c.edit("cubemap", [](Images& images) {
+                 for (std::size_t i = images.size() - 1; i >= 6; --i)
+                     for (int y = 0; y < images[i].height(); ++y)
+                         for (int x = 0; x < images[i].width(); ++x) {
+                             vec4 sum(0);
+                             for (int part = 0; part < 4; ++part) sum += images[i - 6].at(2 * x + part % 2, 2 * y + part / 2);
+                             images[i].at(x, y) = 0.25f * sum;
+                         }
+             });
+         }},
+        {"not divided by its own area specular", "probe0", Kind::Sealed, 4, "rel_rms",
+         [](CookedCopy& c) {
+             for (std::size_t i = 1; i < 9; ++i) c.constants()["windowed_sh"][i] = {0, 0, 0};
+         }},
+        {"the phase of the divisor", "probe0", Kind::Sealed, 4, "rel_rms",
+         [](CookedCopy& c) {
+             for (const int i : {1, 3, 5, 7}) multiply(c.constants()["windowed_sh"][static_cast<std::size_t>(i)], -1);
+         }},
+        {"a divisor that is negative somewhere", "probe0", Kind::Sealed, 4, "rel_rms",
+         [](CookedCopy& c) {
+             for (std::size_t i = 1; i < 9; ++i) multiply(c.constants()["windowed_sh"][i], 8);
+         }},
+        {"the band factors of the next mip", "probe0", Kind::Sealed, 4, "found",
+         [](CookedCopy& c) {
+             Json& mips = c.constants()["mips"];
+             for (std::size_t i = 0; i + 1 < mips.size(); ++i) mips[i]["bands"] = Json(mips[i + 1]["bands"]);
+         }},
+        {"roughness not squared", "probe0", Kind::Sealed, 4, "perceptual_roughness",
+         [](CookedCopy& c) {
+             for (Json& mip : c.constants()["mips"]) mip["perceptual_roughness"] = mip["m"];
+         }},
+        {"one block of 6144", "probe0", Kind::Sealed, 4, "mip 0, face 0, block",
+         [](CookedCopy& c) { c.setBlock("cubemap", 56, 72, std::byte{0}); }},
+        {"the range of another probe", "probe0", Kind::Sealed, 4, "rel_rms", [](CookedCopy& c) { multiply(c.constants()["range"], 0.5); }},
+    };
+    return kFaults;
+}
+
+const std::vector<Fault>& skyAndTableFaults() {
+    static const std::vector<Fault> kFaults = {
+        {"rows one exponent up", "sky", Kind::Sealed, 4, "row",
+         [](CookedCopy& c) { moveTexels(c, "rsrm", [](int x, int y, int, int h) { return glm::ivec2(x, std::min(y + 1, h - 1)); }); }},
+        {"south for north", "sky", Kind::Sealed, 4, "row",
+         [](CookedCopy& c) { moveTexels(c, "rsrm", [](int x, int y, int w, int) { return glm::ivec2(w - 1 - x, y); }); }},
+        {"half a zone off", "sky", Kind::Sealed, 4, "row",
+         [](CookedCopy& c) {
+             c.edit("rsrm", [](Images& images) {
+                 for (int y = 0; y < images[0].height(); ++y)
+                     for (int x = 0; x + 1 < images[0].width(); ++x)
+                         images[0].at(x, y) = 0.5f * (images[0].at(x, y) + images[0].at(x + 1, y));
+             });
+         }},
+        {"one texel two codes off", "sky", Kind::Sealed, 4, "row 3, texel 100",
+         [](CookedCopy& c) {
+             c.edit("rsrm", [](Images& images) { images[0].at(100, 3).y += images[0].at(100, 3).y < 0.5f ? 0.01f : -0.01f; });
+         }},
+        {"the colour over pi", "sky", Kind::Sealed, 4, "row", [](CookedCopy& c) { multiply(c.constants()["color"], 1 / kPi); }},
+        {"exponents that were not used", "sky", Kind::Sealed, 4, "row",
+         [](CookedCopy& c) { multiply(c.constants()["exponents"][2], 1.1); }},
+        {"a row missing", "sky", Kind::Sealed, 4, "rows", [](CookedCopy& c) { c.constants()["exponents"].erase(7); }},
+        {"view and roughness swapped", "specular", Kind::Sealed, 4, "texture",
+         [](CookedCopy& c) {
+             for (const char* role : {"c0236", "d0236", "cd78"})
+                 moveTexels(c, role, [](int x, int y, int, int) { return glm::ivec2(y, x); });
+         }},
+        {"grazing for facing", "specular", Kind::Sealed, 4, "texture",
+         [](CookedCopy& c) {
+             for (const char* role : {"c0236", "d0236", "cd78"})
+                 moveTexels(c, role, [](int x, int y, int w, int) { return glm::ivec2(w - 1 - x, y); });
+         }},
+        {"C and D swapped", "specular", Kind::Sealed, 4, "texture", [](CookedCopy& c) { swapFiles(c, "c0236", "d0236"); }},
+        {"four times the light, as Halo 3 has it", "specular", Kind::Sealed, 4, "texture",
+         [](CookedCopy& c) {
+             for (const char* role : {"c0236", "d0236", "cd78"})
+                 for (const char* part : {"_scale", "_bias"}) multiply(c.constants()[role + std::string(part)], 4);
+         }},
+        {"one texel of 64", "specular", Kind::Sealed, 4, "texture c0236, channel 1",
+         [](CookedCopy& c) { c.edit("c0236", [](Images& images) { images[0].at(4, 3).y += 0.001f; }); }},
+        {"an axis scaled for texel edges", "specular", Kind::Sealed, 4, "texture",
+         [](CookedCopy& c) {
+             c.constants()["view"]["scale"] = 1.0;
+             c.constants()["view"]["offset"] = 0.0;
+         }},
+        {"the cosine axis called a sine", "specular", Kind::Sealed, 4, "texture",
+         [](CookedCopy& c) { c.constants()["view"]["of"] = "sin(theta_v)"; }},
+    };
+    return kFaults;
+}
+
+/// The example's mesh written anew into the copy.
+void writeMesh(CookedCopy& copy, const std::filesystem::path& source, const formats::DracoOptions& options) {
+    const auto scene = valueOf(formats::GltfScene::load(source));
+    (void)valueOf(scene.writeDraco(copy.folder() / copy.asset().at("file").get<std::string>(), options));
+}
+/// The same, of a source whose JSON or buffer was changed first. The buffer begins where the GLB's second chunk does.
+void writeMeshOf(CookedCopy& copy, const std::function<void(Json& json, std::span<float> buffer)>& change) {
+    const std::string glb = formats::contentOf(copy.sources() / "cornell.glb");
+    std::uint32_t jsonSize = 0, binarySize = 0;
+    std::memcpy(&jsonSize, glb.data() + 12, 4);
+    std::memcpy(&binarySize, glb.data() + 20 + jsonSize, 4);
+    Json json = Json::parse(glb.substr(20, jsonSize));
+    std::vector<float> buffer(binarySize / 4);
+    std::memcpy(buffer.data(), glb.data() + 28 + jsonSize, buffer.size() * 4);
+    change(json, buffer);
+    std::string text = json.dump();
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    std::string changed = "glTF" + std::string(16, '\0') + text + std::string(8, '\0');
+    const std::uint32_t sizes[] = {2, static_cast<std::uint32_t>(28 + text.size() + 4 * buffer.size()),
+                                   static_cast<std::uint32_t>(text.size()), 0x4E4F534A};
+    std::memcpy(changed.data() + 4, sizes, 16);
+    const std::uint32_t binary[] = {static_cast<std::uint32_t>(4 * buffer.size()), 0x004E4942};
+    std::memcpy(changed.data() + 20 + text.size(), binary, 8);
+    changed.append(reinterpret_cast<const char*>(buffer.data()), 4 * buffer.size());
+    formats::writeContent(copy.folder() / "changed.glb", changed);
+    writeMesh(copy, copy.folder() / "changed.glb", {});
+}
+/// Calls change(values of a vertex) for every vertex of an attribute of every primitive.
+void changeAttribute(Json& json, std::span<float> buffer, const char* semantic, int components, const std::function<void(float*)>& change) {
+    std::set<std::uint64_t> done;
+    for (const Json& mesh : json.at("meshes"))
+        for (const Json& primitive : mesh.at("primitives")) {
+            const auto index = primitive.at("attributes").at(semantic).get<std::uint64_t>();
+            if (!done.insert(index).second) continue;
+            const Json& accessor = json.at("accessors")[index];
+            const Json& view = json.at("bufferViews")[accessor.at("bufferView").get<std::size_t>()];
+            const std::size_t stride = view.value("byteStride", std::size_t{0}) / 4;
+            const std::size_t first = (view.value("byteOffset", std::size_t{0}) + accessor.value("byteOffset", std::size_t{0})) / 4;
+            for (std::size_t i = 0; i < accessor.at("count").get<std::size_t>(); ++i)
+                change(&buffer[first + i * (stride > 0 ? stride : static_cast<std::size_t>(components))]);
+        }
+}
+
+const std::vector<Fault>& meshFaults() {
+    static const std::vector<Fault> kFaults = {
+        {"one bit of the mesh", "cornell_mesh", Kind::Loose, 4, "cornell_mesh.glb",
+         [](CookedCopy& c) { flipBit(c.folder() / "cornell_mesh.glb"); }},
+        {"light-map UVs one texel off", "cornell_mesh", Kind::Sealed, 4, "light-map UVs",
+         [](CookedCopy& c) {
+             writeMeshOf(c, [](Json& json, std::span<float> buffer) {
+                 changeAttribute(json, buffer, "TEXCOORD_1", 2, [](float* uv) { uv[0] += 1.0f / 256; });
+             });
+         }},
+        {"V from below", "cornell_mesh", Kind::Sealed, 4, "light-map UVs",
+         [](CookedCopy& c) {
+             writeMeshOf(c, [](Json& json, std::span<float> buffer) {
+                 changeAttribute(json, buffer, "TEXCOORD_1", 2, [](float* uv) { uv[1] = 1 - uv[1]; });
+             });
+         }},
+        {"Draco with 8 bits of light-map UV", "cornell_mesh", Kind::Sealed, 4, "light-map UVs",
+         [](CookedCopy& c) { writeMesh(c, c.sources() / "cornell.glb", {.lightMapUvBits = 8}); }},
+        {"Draco with 6 bits of position", "cornell_mesh", Kind::Sealed, 4, "positions",
+         [](CookedCopy& c) { writeMesh(c, c.sources() / "cornell.glb", {.positionBits = 6}); }},
+        {"the axes of normals turned", "cornell_mesh", Kind::Sealed, 4, "normals",
+         [](CookedCopy& c) {
+             writeMeshOf(c, [](Json& json, std::span<float> buffer) {
+                 changeAttribute(json, buffer, "NORMAL", 3, [](float* n) { std::swap(n[0], n[1]), std::swap(n[1], n[2]); });
+             });
+         }},
+        {"the normals' frame turned: a rotated node", "cornell_mesh", Kind::Sealed, 4, "nodes",
+         [](CookedCopy& c) { writeMeshOf(c, [](Json& json, std::span<float>) {
+                                 json["nodes"][0]["rotation"] = {0.5, 0.5, 0.5, 0.5};
+                             }); }},
+        {"a material that wants other light", "cornell_mesh", Kind::Sealed, 4, "materials",
+         [](CookedCopy& c) {
+             writeMeshOf(c, [](Json& json, std::span<float>) { json["materials"][0]["pbrMetallicRoughness"]["roughnessFactor"] = 0.1; });
+         }},
+        {"winding reversed", "cornell_mesh", Kind::Sealed, 4, "cornell_mesh.glb",
+         [](CookedCopy& c) {
+             writeMeshOf(c, [](Json& json, std::span<float> buffer) {
+                 changeAttribute(json, buffer, "POSITION", 3, [](float* p) { p[0] = -p[0]; });
+             });
+         }},
+        {"an honest manifest of a coarse mesh", "cornell_mesh", Kind::Sealed, 4, "texels",
+         [](CookedCopy& c) {
+             writeMesh(c, c.sources() / "cornell.glb", {.lightMapUvBits = 6});
+             c.asset()["quantization"]["light_map_uv_bits"] = 6;
+         }},
+    };
+    return kFaults;
+}
+
+/// Right texels, and a manifest or a shader that makes an engine shade them wrongly.
+const std::vector<Fault>& contractFaults() {
+    static const std::vector<Fault> kFaults = {
+        {"a shader without its division by pi", "sky", Kind::Sealed, 4, kShaderName,
+         [](CookedCopy& c) {
+             std::string text = formats::contentOf(c.folder() / kShaderName);
+             const std::string bands = "vec3(1.0f, 0.66666667f, 0.25f)";
+             formats::writeContent(c.folder() / kShaderName, text.replace(text.find(bands), bands.size(), "vec3(3.1f, 2.1f, 0.78f)"));
+         }},
+        {"the other phase in the manifest", "probe0", Kind::Sealed, 4, "phase",
+         [](CookedCopy& c) { c.asset()["phase"] = "condon-shortley"; }},
+        {"game units in the manifest", "lightmap_dominant", Kind::Sealed, 4, "units", [](CookedCopy& c) { c.asset()["units"] = "game"; }},
+        {"a sampler that repeats", "lightmap_dominant", Kind::Sealed, 4, "sampler",
+         [](CookedCopy& c) { c.texture("direction")["sampler"]["wrap"] = "repeat"; }},
+        {"a smaller size for the budget", "sky", Kind::Sealed, 4, "bytes_gpu", [](CookedCopy& c) { c.texture("rsrm")["bytes_gpu"] = 512; }},
+        {"another working space", "sky", Kind::Sealed, 4, "color", [](CookedCopy& c) { c.manifest()["color"]["working"] = "acescg"; }},
+        {"tables said to be Halo 3's", "specular", Kind::Sealed, 4, "normalization",
+         [](CookedCopy& c) { c.asset()["normalization"] = "halo3"; }},
+    };
+    return kFaults;
+}
+
+const std::filesystem::path kShippedScene = std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell/scene.toml";
+
+TEST(Mutation, OfAMeshIsCaught) {
+    expectCaught(Cooked(kShippedScene, "ratio", "mesh"), meshFaults());
+}
+
+TEST(Mutation, OfTheSceneThatShipsIsCaught) {
+    const Cooked cooked(kShippedScene, "basis-8");
+    for (const auto* faults : {&basisFaults(), &dominantFaults(), &probeFaults(), &skyAndTableFaults(), &contractFaults()})
+        expectCaught(cooked, *faults);
+    // Constants inside a texture that another manifest had: the one fault that must not be sealed in full.
+    CookedCopy copy = cooked.copyOf("sky");
+    multiply(copy.constants()["color"], 1.0001);
+    copy.seal(false);
+    const Outcome outcome = copy.verify();
+    ASSERT_FALSE(outcome.errors.empty());
+    EXPECT_THAT(outcome.errors.front().line(), testing::HasSubstr("metadata constants/color"));
+}
+
+}  // namespace
+}  // namespace pipeline

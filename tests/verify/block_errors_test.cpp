@@ -1,0 +1,64 @@
+#include "verify/block_errors.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace verify {
+namespace {
+
+constexpr int kWidth = 22, kHeight = 10;  ///< no whole number of blocks
+
+/// Light of 1 everywhere, an error of 1 % everywhere, and more of it in one texel.
+BlockErrors blocksWith(int x, int y, double error, double light = 1) {
+    BlockErrors blocks(kWidth, kHeight);
+    for (int row = 0; row < kHeight; ++row)
+        for (int column = 0; column < kWidth; ++column) {
+            const bool isHere = column / 4 == x / 4 && row / 4 == y / 4;
+            const double reference = isHere ? light : 1, wrong = isHere ? error * light : 0.01;
+            blocks.add(column, row, wrong * wrong, reference * reference);
+        }
+    return blocks;
+}
+
+TEST(BlockErrors, FindsTheOneBlockThatIsAllWrong) {
+    for (const auto& [x, y] : {std::pair{0, 0}, std::pair{9, 5}, std::pair{21, 9}}) {
+        const auto worst = blocksWith(x, y, 1).worst();
+        ASSERT_TRUE(worst.has_value());
+        EXPECT_EQ(worst->x, x / 4 * 4);
+        EXPECT_EQ(worst->y, y / 4 * 4);
+    }
+    EXPECT_NEAR(blocksWith(9, 5, 1).worst()->error, 1 / std::sqrt(1.1), 1e-12);
+    EXPECT_GT(blocksWith(9, 5, 1).worst()->error, BlockErrors::allowed(0.02));
+    // The corner block has 2 x 2 texels of the map: a quarter of the light that the fullest one has.
+    EXPECT_NEAR(blocksWith(21, 9, 1).worst()->error, std::sqrt(4 / (4 + 1.6)), 1e-12);
+}
+
+TEST(BlockErrors, AMapThatErrsEvenlyIsNotToldOf) {
+    EXPECT_NEAR(blocksWith(9, 5, 0.01).worst()->error, 0.01 / std::sqrt(1.1), 1e-12);
+}
+
+TEST(BlockErrors, InTheDarkAnErrorCountsLessAndLightOutOfDarknessCountsInFull) {
+    EXPECT_LT(blocksWith(9, 5, 1, 0.28).worst()->error, BlockErrors::allowed(0.02));
+    EXPECT_GT(blocksWith(9, 5, 1, 0.34).worst()->error, BlockErrors::allowed(0.02));
+    EXPECT_GT(blocksWith(9, 5, 1000, 0.01).worst()->error, 10);
+}
+
+TEST(BlockErrors, WhatIsNotFiniteIsTheLargestError) {
+    for (const double error : {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+        const auto worst = blocksWith(9, 5, error).worst();
+        EXPECT_EQ(worst->error, std::numeric_limits<double>::max());
+        EXPECT_EQ(worst->x, 8);
+    }
+}
+
+TEST(BlockErrors, WithoutLightThereIsNothingToTell) {
+    BlockErrors black(8, 8);
+    EXPECT_FALSE(black.worst().has_value());
+    black.add(3, 3, 1, 0);
+    EXPECT_FALSE(black.worst().has_value());
+}
+
+}  // namespace
+}  // namespace verify
