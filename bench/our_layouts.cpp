@@ -84,7 +84,7 @@ compress::LightMapPlan uncodedPlan(const Bake& bake, const std::string& name, in
     compress::LightMapBlocks blocks(width, height);
     blocks.add(bake.band, 0, height);
     const std::vector<int> charts = blocks.charts();
-    compress::LightMapSamples samples(blocks.choose(charts, compress::learningBlocks(effort)), blocks.across());
+    compress::LightMapSamples samples(blocks.choose(charts, compress::learningBlocks(effort, width, height)), blocks.across());
     samples.add(bake.band, 0, height);
     compress::EncodeOptions options;
     options.effort = effort;

@@ -132,8 +132,8 @@ LightMapPlan planLightMap(LightMapLayout layout, LightMapTarget target, int widt
 LightMapPlan planLearnedLightMap(LightMapLayout layout, LightMapTarget target, int width, int height, const LightMapMeasure& measure,
                                  const LightMapBlocks& blocks, const std::vector<int>& charts, const LightMapSamples& samples, int clusters,
                                  const EncodeOptions& options);
-/// Blocks worth learning from, for LightMapBlocks::choose.
-int learningBlocks(int effort);
+/// Blocks worth learning from, for LightMapBlocks::choose: more for maps of more than a megapixel, up to four times as many.
+int learningBlocks(int effort, int width, int height);
 
 /// The same luvw plan with the constants of Halo 3 (residual span 1, square roots, no headroom): the yardstick that the default is measured
 /// against. Decoders need nothing new. luvw: a plan of layout Luvw.

@@ -230,8 +230,9 @@ std::size_t LightMapPlan::gpuBytesAs(LightMapLayout shorter) const {
                                                              basis->clusterCount() * BasisModel::kResidualTableBytes);
 }
 
-int learningBlocks(int effort) {
-    return 1000 + 500 * effort;
+int learningBlocks(int effort, int width, int height) {
+    const double megapixels = static_cast<double>(width) * height / (1 << 20);
+    return static_cast<int>((1000 + 500 * effort) * std::clamp(megapixels, 1.0, 4.0));
 }
 
 LightMapPlan planLearnedLightMap(LightMapLayout layout, LightMapTarget target, int width, int height, const LightMapMeasure& measure,

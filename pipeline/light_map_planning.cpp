@@ -180,7 +180,8 @@ Result<void> LightMapPlanner::gather() {
     });
     if (!surveyed) return surveyed;
     charts_ = blocks_.charts(islandsOf(context_.action, source_));
-    compress::LightMapSamples samples(blocks_.choose(charts_, compress::learningBlocks(options_.effort)), blocks_.across());
+    compress::LightMapSamples samples(blocks_.choose(charts_, compress::learningBlocks(options_.effort, source_.width(), source_.height())),
+                                      blocks_.across());
     const auto sampled = walk("sample", [&](int index) -> Result<int> {
         const auto band = source_.bandWithMargin(index, compress::LightMapSamples::kMargin, compress::LightMapSamples::kMargin);
         if (!band) return tl::make_unexpected(band.error());

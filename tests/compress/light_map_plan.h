@@ -15,7 +15,7 @@ inline compress::LightMapPlan planOf(compress::LightMapLayout layout, compress::
     compress::LightMapBlocks blocks(width, height);
     blocks.add(map, 0, height);
     const std::vector<int> charts = blocks.charts();
-    compress::LightMapSamples samples(blocks.choose(charts, compress::learningBlocks(options.effort)), blocks.across());
+    compress::LightMapSamples samples(blocks.choose(charts, compress::learningBlocks(options.effort, width, height)), blocks.across());
     samples.add(map, 0, height);
     return compress::planLearnedLightMap(layout, target, width, height, measure, blocks, charts, samples, clusters, options);
 }
