@@ -71,29 +71,54 @@ public:
     }
 
 private:
-    /// The blocks of the samples' strip without what surrounds them.
-    template <class T>
-    static Image<T> withoutMargin(const Image<T>& strip) {
-        Image<T> blocks(strip.width() / LightMapSamples::kSide * kChartBlock, kChartBlock);
-        for (int y = 0; y < kChartBlock; ++y)
-            for (int x = 0; x < blocks.width(); ++x)
-                blocks.at(x, y) = strip.at(x / kChartBlock * LightMapSamples::kSide + LightMapSamples::kMargin + x % kChartBlock,
-                                           LightMapSamples::kMargin + y);
-        return blocks;
-    }
-    /// The chosen blocks side by side, padded as they are in the map.
+    /// The chosen blocks side by side, padded as they are in the map. Some at a time, since what surrounds them takes three times their
+    /// room.
     static rows::Source sourceOf(const LightMapPlan& plan, const LightMapSamples& samples) {
-        LightMapPlan strip = plan;
-        strip.width = samples.texels().sh.width();
-        strip.height = LightMapSamples::kSide;
-        rows::Source wide = rows::makeSource(strip, samples.texels(), 0, strip.height);
-        for (Image<glm::vec3>& values : wide.values) values = withoutMargin(values);
-        wide.coverage = withoutMargin(wide.coverage);
-        wide.importance = withoutMargin(wide.importance);
-        wide.owner = withoutMargin(wide.owner);
-        wide.width = wide.coverage.width();
-        wide.height = kChartBlock;
-        return wide;
+        constexpr int kAtATime = 256;
+        const int count = static_cast<int>(samples.choices().size());
+        rows::Source all;
+        all.width = count * kChartBlock;
+        all.height = kChartBlock;
+        all.coverage = Image<float>(all.width, all.height);
+        all.importance = Image<float>(all.width, all.height);
+        all.owner = Image<glm::ivec2>(all.width, all.height);
+        for (int first = 0; first < count; first += kAtATime) {
+            const int end = std::min(first + kAtATime, count);
+            LightMapPlan part = plan;
+            part.width = (end - first) * LightMapSamples::kSide;
+            part.height = LightMapSamples::kSide;
+            rows::Source wide =
+                rows::makeSource(part, columnsOf(samples.texels(), first * LightMapSamples::kSide, part.width), 0, part.height);
+            for (glm::ivec2& owner : wide.owner.texels()) owner.x += first * LightMapSamples::kSide;
+            while (all.values.size() < wide.values.size()) all.values.emplace_back(all.width, all.height);
+            for (std::size_t i = 0; i < wide.values.size(); ++i) copyBlocks(wide.values[i], all.values[i], first);
+            copyBlocks(wide.coverage, all.coverage, first);
+            copyBlocks(wide.importance, all.importance, first);
+            copyBlocks(wide.owner, all.owner, first);
+        }
+        return all;
+    }
+    template <class T>
+    static Image<T> columnsOf(const Image<T>& image, int first, int count) {
+        Image<T> out(count, image.height());
+        for (int y = 0; y < image.height(); ++y)
+            for (int x = 0; x < count; ++x) out.at(x, y) = image.at(first + x, y);
+        return out;
+    }
+    static formats::LightMapBand columnsOf(const formats::LightMapBand& band, int first, int count) {
+        formats::LightMapBand out;
+        out.sh = columnsOf(band.sh, first, count);
+        out.covered = columnsOf(band.covered, first, count);
+        out.normal = columnsOf(band.normal, first, count);
+        return out;
+    }
+    /// The blocks of a strip of samples, without what surrounds them, from block `first` of `out` on.
+    template <class T>
+    static void copyBlocks(const Image<T>& strip, Image<T>& out, int first) {
+        constexpr int kSide = LightMapSamples::kSide, kMargin = LightMapSamples::kMargin;
+        for (int y = 0; y < kChartBlock; ++y)
+            for (int x = 0; x < strip.width() / kSide * kChartBlock; ++x)
+                out.at(first * kChartBlock + x, y) = strip.at(x / kChartBlock * kSide + kMargin + x % kChartBlock, kMargin + y);
     }
 
     /// The covered texels, as ratios to what BC6H (or its like) makes of coefficient 0.

@@ -149,11 +149,11 @@ Result<compress::EncodeReport> encodeBands(LightMapSource& source, const fit::Do
                                            const compress::EncodeOptions& options, Outputs& outputs, const ActionContext& context) {
     using Report = compress::EncodeReport;
     const auto reports =
-        forEachBand<Report>(source.bandCount(), context, "encode " + context.action.asset, [&](int index) -> Result<Report> {
-            const auto band = source.bandWithMargin(index, kPaddingRows, kPaddingRows);
+        forEachBand<Report>(source.stripCount(), context, "encode " + context.action.asset, [&](int index) -> Result<Report> {
+            const auto band = source.stripWithMargin(index, kPaddingRows, kPaddingRows);
             if (!band) return tl::make_unexpected(band.error());
-            DominantRows rows = fitRows(*band, index * kBandRows, source.bandRows(index), fitOptions);
-            return writeRows(rows, index * kBandRows, stored, options, outputs);
+            DominantRows rows = fitRows(*band, source.stripFirstRow(index), source.stripRows(index), fitOptions);
+            return writeRows(rows, source.stripFirstRow(index), stored, options, outputs);
         });
     if (!reports) return tl::make_unexpected(reports.error());
     Report total;

@@ -47,11 +47,12 @@ Result<compress::EncodeReport> encodeBands(LightMapSource& source, const compres
                                            std::vector<formats::TextureWriter>& writers, const ActionContext& context) {
     const compress::EncodeOptions options = settings.encodeOptions();
     using Report = compress::EncodeReport;
-    auto reports = forEachBand<Report>(source.bandCount(), context, "encode " + context.action.asset, [&](int index) -> Result<Report> {
-        const auto band = source.bandWithMargin(index, compress::kLightMapPaddingRows, compress::kLightMapPaddingRows);
+    Report total;
+    const auto encode = [&](int index) -> Result<Report> {
+        const auto band = source.stripWithMargin(index, compress::kLightMapPaddingRows, compress::kLightMapPaddingRows);
         if (!band) return tl::make_unexpected(band.error());
-        const int firstRow = index * kBandRows;
-        const auto rows = compress::encodeLightMapRows(plan, *band, firstRow, source.bandRows(index), options);
+        const int firstRow = source.stripFirstRow(index);
+        const auto rows = compress::encodeLightMapRows(plan, *band, firstRow, source.stripRows(index), options);
         for (std::size_t texture = 0; texture < writers.size(); ++texture) {
             const int firstBlockRow = firstRow / formats::info(plan.textures[texture].format).blockHeight;
             for (std::size_t layer = 0; layer < rows.textures[texture].layers.size(); ++layer)
@@ -61,10 +62,10 @@ Result<compress::EncodeReport> encodeBands(LightMapSource& source, const compres
                     return tl::make_unexpected(written.error());
         }
         return rows.report;
-    });
-    if (!reports) return tl::make_unexpected(reports.error());
-    Report total;
-    for (const Report& each : *reports) total.add(each);
+    };
+    const auto encoded = foldBands<Report>(source.stripCount(), context, "encode " + context.action.asset, encode,
+                                           [&](const Report& report) { total.add(report); });
+    if (!encoded) return tl::make_unexpected(encoded.error());
     return total;
 }
 
@@ -129,8 +130,8 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     if (!source) return tl::make_unexpected(source.error());
     const auto measured = measureLightMap(**source, context);
     if (!measured) return tl::make_unexpected(measured.error());
-    LightMapPlanner planner(**source, parameters, measured->measure, context);
-    const auto planned = planner.plan(parameters.at("layout").get<std::string>());
+    // The planner's sample goes before the first band is encoded.
+    const auto planned = LightMapPlanner(**source, parameters, measured->measure, context).plan(parameters.at("layout").get<std::string>());
     if (!planned) return tl::make_unexpected(planned.error());
     const compress::LightMapPlan& plan = *planned;
     ActionOutcome outcome;
@@ -238,13 +239,20 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
         CookedLightMapReader::open(context.upstreamFolder, asset, shadingFromJson(parameters.at("shading")), sampling, *key);
     if (!cooked) return tl::make_unexpected(cooked.error());
     Preview preview(bake.width(), bake.height(), *key);
-    verify::BlockErrors blocks(bake.width(), bake.height());
+    verify::BlockErrors blocks(bake.width(), 0);
     const bool isFlat = asset.at("layout") == "flat";
     using verify::LightMapErrors;
-    const auto parts =
-        forEachBand<LightMapErrors>(bake.bandCount(), context, "verify " + context.action.asset, [&](int index) -> Result<LightMapErrors> {
-            const int firstRow = index * kBandRows, rowCount = bake.bandRows(index);
-            const auto reference = bake.bandWithMargin(index, 0, 1);
+    LightMapErrors errors = cooked->verifier().noErrors();
+    struct Part {
+        LightMapErrors errors;
+        verify::BlockErrors blocks;
+    };
+    const auto verified = foldBands<Part>(
+        bake.stripCount(), context, "verify " + context.action.asset,
+        [&](int index) -> Result<Part> {
+            const int firstRow = bake.stripFirstRow(index), rowCount = bake.stripRows(index);
+            verify::BlockErrors partBlocks(bake.width(), rowCount, firstRow);
+            const auto reference = bake.stripWithMargin(index, 0, 1);
             if (!reference) return tl::make_unexpected(reference.error());
             const auto texels = cooked->read(firstRow, rowCount + 1);
             if (!texels) return tl::make_unexpected(texels.error());
@@ -254,16 +262,18 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
                     if (reference->covered.at(x, y) == 0) continue;
                     const glm::vec3 normal = reference->normal.at(x, y);
                     const Squares squares = squaresOf(reference->sh.at(x, y), seen.at(x, y), normal, isFlat);
-                    blocks.add(x, firstRow + y, squares.error, squares.reference);
+                    partBlocks.add(x, firstRow + y, squares.error, squares.reference);
                     if (!preview.shows(x, firstRow + y)) continue;
                     preview.set(x, firstRow + y, lighting::lambertExitRadiance(reference->sh.at(x, y), normal, glm::vec3(1)).value,
                                 lighting::lambertExitRadiance(seen.at(x, y), normal, glm::vec3(1)).value);
                 }
-            return cooked->verifier().verifyRows(*texels, *reference, firstRow, rowCount);
+            return Part{cooked->verifier().verifyRows(*texels, *reference, firstRow, rowCount), std::move(partBlocks)};
+        },
+        [&](const Part& part) {
+            errors.merge(part.errors);
+            blocks.merge(part.blocks);
         });
-    if (!parts) return tl::make_unexpected(parts.error());
-    LightMapErrors errors = cooked->verifier().noErrors();
-    for (const LightMapErrors& part : *parts) errors.merge(part);
+    if (!verified) return tl::make_unexpected(verified.error());
 
     std::vector<verify::StageError> stages = errors.stages();
     if (!stages.empty()) stages.back().seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

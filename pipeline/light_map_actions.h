@@ -27,7 +27,7 @@ public:
     const verify::LightMapVerifier& verifier() const { return verifier_; }
     int width() const { return width_; }
     int height() const { return height_; }
-    /// Decoded texels from firstRow (a multiple of kBandRows) on: at least rowCount rows, as far as the map has them.
+    /// Decoded texels from firstRow (a multiple of 16) on: at least rowCount rows, as far as the map has them.
     formats::Result<verify::DecodedLightMapRows> read(int firstRow, int rowCount) const;
 
 private:

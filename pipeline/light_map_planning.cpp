@@ -29,16 +29,16 @@ compress::LightMapTarget targetOf(const std::string& name) {
     return name == "float" ? compress::LightMapTarget::Float : compress::LightMapTarget::Bc;
 }
 
-/// Every n-th band, from the middle of the first n on.
-std::vector<int> trialBands(const LightMapSource& source) {
+/// Every n-th strip, from the middle of the first n on.
+std::vector<int> trialStrips(const LightMapSource& source) {
     const std::int64_t texels = static_cast<std::int64_t>(source.width()) * source.height();
     const int step = static_cast<int>(std::max<std::int64_t>(1, (texels + kTrialTexels - 1) / kTrialTexels));
-    std::vector<int> bands;
-    for (int band = (step - 1) / 2; band < source.bandCount(); band += step) bands.push_back(band);
-    return bands;
+    std::vector<int> strips;
+    for (int strip = (step - 1) / 2; strip < source.stripCount(); strip += step) strips.push_back(strip);
+    return strips;
 }
 
-/// A band through the encoder and back through the verifier's own decoders.
+/// A strip through the encoder and back through the verifier's own decoders.
 verify::DecodedLightMapRows decodedRows(const compress::LightMapPlan& plan, const compress::EncodedLightMapRows& rows, int firstRow,
                                         int rowCount) {
     verify::DecodedLightMapRows out;
@@ -53,8 +53,8 @@ verify::DecodedLightMapRows decodedRows(const compress::LightMapPlan& plan, cons
     return out;
 }
 
-/// Errors at the texel centres of some bands under one plan.
-Result<std::vector<verify::StageError>> tryPlan(LightMapSource& source, const compress::LightMapPlan& plan, const std::vector<int>& bands,
+/// Errors at the texel centres of some strips under one plan.
+Result<std::vector<verify::StageError>> tryPlan(LightMapSource& source, const compress::LightMapPlan& plan, const std::vector<int>& strips,
                                                 const compress::EncodeOptions& options, const verify::LightMapShading& shading,
                                                 const ActionContext& context) {
     const std::string layout(compress::lightMapLayoutName(plan.layout));
@@ -63,19 +63,19 @@ Result<std::vector<verify::StageError>> tryPlan(LightMapSource& source, const co
     sampling.bounds = false;
     const auto verifier = verify::LightMapVerifier::create({layout, plan.constants, plan.width, plan.height}, shading, sampling, plan.key);
     if (!verifier) return tl::make_unexpected(verifier.error());
-    const auto parts = forEachBand<verify::LightMapErrors>(
-        static_cast<int>(bands.size()), context, fmt::format("try {} on {}", layout, context.action.asset),
+    verify::LightMapErrors errors = verifier->noErrors();
+    const auto verified = foldBands<verify::LightMapErrors>(
+        static_cast<int>(strips.size()), context, fmt::format("try {} on {}", layout, context.action.asset),
         [&](int index) -> Result<verify::LightMapErrors> {
-            const int bandIndex = bands[static_cast<std::size_t>(index)], firstRow = bandIndex * kBandRows,
-                      rowCount = source.bandRows(bandIndex);
-            const auto band = source.bandWithMargin(bandIndex, compress::kLightMapPaddingRows, compress::kLightMapPaddingRows);
+            const int strip = strips[static_cast<std::size_t>(index)], firstRow = source.stripFirstRow(strip),
+                      rowCount = source.stripRows(strip);
+            const auto band = source.stripWithMargin(strip, compress::kLightMapPaddingRows, compress::kLightMapPaddingRows);
             if (!band) return tl::make_unexpected(band.error());
             const auto rows = compress::encodeLightMapRows(plan, *band, firstRow, rowCount, options);
             return verifier->verifyRows(decodedRows(plan, rows, firstRow, rowCount), *band, firstRow, rowCount);
-        });
-    if (!parts) return tl::make_unexpected(parts.error());
-    verify::LightMapErrors errors = verifier->noErrors();
-    for (const verify::LightMapErrors& part : *parts) errors.merge(part);
+        },
+        [&](const verify::LightMapErrors& part) { errors.merge(part); });
+    if (!verified) return tl::make_unexpected(verified.error());
     return errors.stages();
 }
 
@@ -166,13 +166,13 @@ Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& name) {
 
 /// Charts from the coverage and the mesh, then the blocks worth looking at.
 Result<void> LightMapPlanner::gather() {
-    const auto walk = [&](const char* what, auto&& visit) -> Result<void> {
-        const auto walked = forEachBand<int>(source_.bandCount(), context_, fmt::format("{} {}", what, context_.action.asset), visit);
+    const auto walk = [&](const char* what, int count, auto&& visit) -> Result<void> {
+        const auto walked = forEachBand<int>(count, context_, fmt::format("{} {}", what, context_.action.asset), visit);
         if (!walked) return tl::make_unexpected(walked.error());
         return {};
     };
     blocks_ = compress::LightMapBlocks(source_.width(), source_.height());
-    const auto surveyed = walk("survey the charts of", [&](int index) -> Result<int> {
+    const auto surveyed = walk("survey the charts of", source_.bandCount(), [&](int index) -> Result<int> {
         const auto band = source_.band(index);
         if (!band) return tl::make_unexpected(band.error());
         blocks_.add(**band, (*band)->firstRow, source_.bandRows(index));
@@ -182,10 +182,10 @@ Result<void> LightMapPlanner::gather() {
     charts_ = blocks_.charts(islandsOf(context_.action, source_));
     compress::LightMapSamples samples(blocks_.choose(charts_, compress::learningBlocks(options_.effort, source_.width(), source_.height())),
                                       blocks_.across());
-    const auto sampled = walk("sample", [&](int index) -> Result<int> {
-        const auto band = source_.bandWithMargin(index, compress::LightMapSamples::kMargin, compress::LightMapSamples::kMargin);
+    const auto sampled = walk("sample", source_.stripCount(), [&](int index) -> Result<int> {
+        const auto band = source_.stripWithMargin(index, compress::LightMapSamples::kMargin, compress::LightMapSamples::kMargin);
         if (!band) return tl::make_unexpected(band.error());
-        samples.add(*band, index * kBandRows, source_.bandRows(index));
+        samples.add(*band, source_.stripFirstRow(index), source_.stripRows(index));
         return 0;
     });
     if (!sampled) return sampled;
@@ -200,7 +200,7 @@ Result<ActionOutcome> tryLightMap(const ActionContext& context) {
     const auto measured = measureLightMap(**source, context);
     if (!measured) return tl::make_unexpected(measured.error());
     LightMapPlanner planner(**source, parameters, measured->measure, context);
-    const std::vector<int> bands = trialBands(**source);
+    const std::vector<int> strips = trialStrips(**source);
     const compress::EncodeOptions options = TextureSettings::fromJson(parameters.at("textures")).encodeOptions();
     std::vector<Json> candidates;
     std::optional<compress::LightMapPlan> plan;
@@ -210,7 +210,7 @@ Result<ActionOutcome> tryLightMap(const ActionContext& context) {
             auto planned = planner.plan(trial.tried);
             if (!planned) return tl::make_unexpected(planned.error());
             plan = std::move(*planned);
-            auto tried = tryPlan(**source, *plan, bands, options, shadingFromJson(parameters.at("shading")), context);
+            auto tried = tryPlan(**source, *plan, strips, options, shadingFromJson(parameters.at("shading")), context);
             if (!tried) return tl::make_unexpected(tried.error());
             stages = std::move(*tried);
         }
@@ -225,7 +225,7 @@ Result<ActionOutcome> tryLightMap(const ActionContext& context) {
     std::ranges::stable_sort(candidates, {}, [](const Json& each) { return each.at("bytes_gpu").get<std::uint64_t>(); });
     ActionOutcome outcome;
     outcome.result["candidates"] = candidates;
-    outcome.result["share"] = static_cast<double>(bands.size()) / (*source)->bandCount();
+    outcome.result["share"] = static_cast<double>(strips.size()) / (*source)->stripCount();
     return outcome;
 }
 

@@ -87,9 +87,9 @@ Result<std::shared_ptr<const LightMapBand>> LightMapSource::band(int index) {
     return slot->band;
 }
 
-Result<LightMapBand> LightMapSource::bandWithMargin(int index, int above, int below) {
-    const int first = std::max(0, index * kBandRows - above);
-    const int end = std::min(height(), index * kBandRows + bandRows(index) + below);
+Result<LightMapBand> LightMapSource::stripWithMargin(int index, int above, int below) {
+    const int first = std::max(0, stripFirstRow(index) - above);
+    const int end = std::min(height(), stripFirstRow(index) + stripRows(index) + below);
     LightMapBand result;
     result.firstRow = first;
     result.sh = formats::Image<lighting::ShRgb>(width(), end - first);

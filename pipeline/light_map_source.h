@@ -13,8 +13,10 @@
 
 namespace pipeline {
 
-/// Rows that are read and worked on together: one row of the usual tiles, and a whole number of blocks of every format.
+/// Rows that are read together: one row of the usual tiles, and a whole number of blocks of every format.
 inline constexpr int kBandRows = 64;
+/// Texels that are worked on together, at most: maps too wide for it are worked on in strips, parts of a band.
+inline constexpr int kStripTexels = 1 << 18;
 
 class LightMapSources;
 
@@ -28,13 +30,23 @@ public:
 
     /// Band `index`, rows [index * kBandRows, ...).
     formats::Result<std::shared_ptr<const formats::LightMapBand>> band(int index);
-    /// The rows of band `index` and up to `above` and `below` more, as far as the map has them.
-    formats::Result<formats::LightMapBand> bandWithMargin(int index, int above, int below);
     int bandRows(int index) const { return std::min(kBandRows, height() - index * kBandRows); }
+
+    /// Strips have 64, 32 or 16 rows, by the map's width: encoding and verifying take several times what a texel takes as it was read.
+    int stripCount() const { return (height() + stripHeight() - 1) / stripHeight(); }
+    int stripFirstRow(int index) const { return index * stripHeight(); }
+    int stripRows(int index) const { return std::min(stripHeight(), height() - stripFirstRow(index)); }
+    /// The rows of strip `index` and up to `above` and `below` more, as far as the map has them.
+    formats::Result<formats::LightMapBand> stripWithMargin(int index, int above, int below);
 
 private:
     friend class LightMapSources;
     LightMapSource(LightMapSources& owner, formats::LightMapReader reader) : owner_(owner), reader_(std::move(reader)) {}
+    int stripHeight() const {
+        int rows = kBandRows;
+        while (rows > 16 && rows * width() > kStripTexels) rows /= 2;
+        return rows;
+    }
     struct Slot {
         std::mutex mutex;
         std::shared_ptr<const formats::LightMapBand> band;

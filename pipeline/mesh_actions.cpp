@@ -183,17 +183,18 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     const double key = *surveyed;
     const verify::MeshShift shift{moved->lightMapUv * bake.width(), moved->lightMapUv * bake.height(), moved->normalRadians};
     using verify::ErrorAccumulator;
-    const auto parts = forEachBand<ErrorAccumulator>(
-        bake.bandCount(), context, "verify " + context.action.asset, [&](int index) -> Result<ErrorAccumulator> {
-            const auto band = bake.bandWithMargin(index, 0, 1);
+    ErrorAccumulator errors(key);
+    const auto verified = foldBands<ErrorAccumulator>(
+        bake.stripCount(), context, "verify " + context.action.asset,
+        [&](int index) -> Result<ErrorAccumulator> {
+            const auto band = bake.stripWithMargin(index, 0, 1);
             if (!band) return tl::make_unexpected(band.error());
             ErrorAccumulator part(key);
-            verify::addMeshShiftErrors(*band, index * kBandRows, bake.bandRows(index), shift, key, part);
+            verify::addMeshShiftErrors(*band, bake.stripFirstRow(index), bake.stripRows(index), shift, key, part);
             return part;
-        });
-    if (!parts) return tl::make_unexpected(parts.error());
-    ErrorAccumulator errors(key);
-    for (const ErrorAccumulator& part : *parts) errors.merge(part);
+        },
+        [&](const ErrorAccumulator& part) { errors.merge(part); });
+    if (!verified) return tl::make_unexpected(verified.error());
     verify::StageError stage;
     stage.name = "quantize";
     stage.diffuse = errors.figures();

@@ -394,13 +394,18 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     const verify::DominantShading shading{materials.m, materials.f0, materials.viewCount, verify::dominantStride(map.width, map.height)};
     const verify::DominantVerifier verifier(map, shading, bake.luminanceWeights(), *key);
     Preview preview(bake.width(), bake.height(), *key);
-    verify::BlockErrors blocks(bake.width(), bake.height());
-    std::vector<ResidualGain> gains(static_cast<std::size_t>(bake.bandCount()));
-    using verify::DominantErrors;
-    const auto parts =
-        forEachBand<DominantErrors>(bake.bandCount(), context, "verify " + context.action.asset, [&](int index) -> Result<DominantErrors> {
-            const int firstRow = index * kBandRows, rowCount = bake.bandRows(index);
-            const auto reference = bake.bandWithMargin(index, 0, 1);
+    struct Part {
+        verify::DominantErrors errors;
+        verify::BlockErrors blocks;
+        ResidualGain gain;
+    };
+    Part whole{verify::DominantErrors(*key), verify::BlockErrors(bake.width(), 0), {}};
+    const auto verified = foldBands<Part>(
+        bake.stripCount(), context, "verify " + context.action.asset,
+        [&](int index) -> Result<Part> {
+            const int firstRow = bake.stripFirstRow(index), rowCount = bake.stripRows(index);
+            Part part{verify::DominantErrors(*key), verify::BlockErrors(bake.width(), rowCount, firstRow), {}};
+            const auto reference = bake.stripWithMargin(index, 0, 1);
             if (!reference) return tl::make_unexpected(reference.error());
             auto directions = readRows(*direction, firstRow, rowCount + 1);
             if (!directions) return tl::make_unexpected(directions.error());
@@ -423,31 +428,33 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
                     const glm::vec3 normal = reference->normal.at(x, y);
                     const auto truth = verify::dominantReference(reference->sh.at(x, y), glm::dvec3(normal), bake.luminanceWeights());
                     const auto seen = verifier.decode(rows, x, firstRow + y);
-                    addLight(truth, seen, x, firstRow + y, blocks);
-                    gains[static_cast<std::size_t>(index)].add(
-                        truth.direction,
-                        map.directionScale * glm::vec3(coarse[static_cast<std::size_t>(y * map.width + x)]) + map.directionBias,
-                        seen.direction);
+                    addLight(truth, seen, x, firstRow + y, part.blocks);
+                    part.gain.add(truth.direction,
+                                  map.directionScale * glm::vec3(coarse[static_cast<std::size_t>(y * map.width + x)]) + map.directionBias,
+                                  seen.direction);
                     if (!preview.shows(x, firstRow + y)) continue;
                     preview.set(x, firstRow + y, litBy(glm::vec3(truth.direction), glm::vec3(truth.intensity), normal),
                                 litBy(glm::vec3(seen.direction), glm::vec3(seen.intensity), normal));
                 }
-            return verifier.verifyRows(rows, *reference, firstRow, rowCount);
+            part.errors = verifier.verifyRows(rows, *reference, firstRow, rowCount);
+            return part;
+        },
+        [&](const Part& part) {
+            whole.errors.merge(part.errors);
+            whole.blocks.merge(part.blocks);
+            whole.gain.merge(part.gain);
         });
-    if (!parts) return tl::make_unexpected(parts.error());
-    DominantErrors errors(*key);
-    for (const DominantErrors& part : *parts) errors.merge(part);
+    if (!verified) return tl::make_unexpected(verified.error());
     std::vector<verify::Violation> violations;
-    checkBlocks(blocks, "", maxErrorOf(context), violations);
-    ResidualGain gain;
-    for (const ResidualGain& each : gains) gain.merge(each);
+    checkBlocks(whole.blocks, "", maxErrorOf(context), violations);
+    const ResidualGain& gain = whole.gain;
     if (residual && gain.fine > 1.05 * gain.coarse)
         violations.push_back({"texture residual", fmt::format("a squared error of directions of {:.3g}", gain.fine),
                               fmt::format("no more than without it ({:.3g}): it belongs to something else", gain.coarse)});
-    ActionOutcome outcome = outcomeOf(errors.stages(), context, watch, violations);
+    ActionOutcome outcome = outcomeOf(whole.errors.stages(), context, watch, violations);
     outcome.result["key"] = *key;
-    outcome.result["measures"] = {{"direction_error_degrees_mean", errors.meanDirectionError()},
-                                  {"direction_error_degrees_max", errors.maxDirectionError()},
+    outcome.result["measures"] = {{"direction_error_degrees_mean", whole.errors.meanDirectionError()},
+                                  {"direction_error_degrees_max", whole.errors.maxDirectionError()},
                                   {"shaded_every_texels", shading.stride}};
     if (auto written = preview.write(context.folder, context.action.asset, outcome); !written) return tl::make_unexpected(written.error());
     return outcome;

@@ -1,6 +1,7 @@
 #include "verify/block_errors.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -13,34 +14,57 @@ constexpr double kMeanShare = 0.1;
 
 }  // namespace
 
-BlockErrors::BlockErrors(int width, int height)
+BlockErrors::BlockErrors(int width, int rowCount, int firstRow)
     : across_((width + kSize - 1) / kSize),
-      blocks_(static_cast<std::size_t>(across_) * static_cast<std::size_t>((height + kSize - 1) / kSize)) {}
+      firstRow_(firstRow),
+      blocks_(static_cast<std::size_t>(across_) * static_cast<std::size_t>((rowCount + kSize - 1) / kSize)) {
+    assert(firstRow % kSize == 0);
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+        const int index = static_cast<int>(i);
+        blocks_[i].x = index % across_ * kSize;
+        blocks_[i].y = firstRow + index / across_ * kSize;
+    }
+}
 
 void BlockErrors::add(int x, int y, double squaredError, double squaredReference) {
-    Sums& sums = blocks_[static_cast<std::size_t>(y / kSize) * static_cast<std::size_t>(across_) + static_cast<std::size_t>(x / kSize)];
-    sums.error += squaredError;
+    Sums& sums = blocks_[static_cast<std::size_t>((y - firstRow_) / kSize) * static_cast<std::size_t>(across_) +
+                         static_cast<std::size_t>(x / kSize)];
+    sums.error += std::isfinite(squaredError) ? squaredError : std::numeric_limits<double>::infinity();
     sums.reference += squaredReference;
     ++sums.texelCount;
 }
 
+void BlockErrors::count(const Sums& block) {
+    reference_ += block.reference;
+    texels_ += block.texelCount;
+    fullest_ = std::max(fullest_, block.texelCount);
+}
+
+void BlockErrors::merge(const BlockErrors& rows) {
+    for (const Sums& block : rows.blocks_) count(block);
+    reference_ += rows.reference_;
+    texels_ += rows.texels_;
+    fullest_ = std::max(fullest_, rows.fullest_);
+    std::vector<Sums> all = std::move(candidates_);
+    all.insert(all.end(), rows.candidates_.begin(), rows.candidates_.end());
+    all.insert(all.end(), rows.blocks_.begin(), rows.blocks_.end());
+    // Whatever is added to every reference: a block with no more error and no less light than another is not the worst.
+    std::ranges::stable_sort(
+        all, [](const Sums& a, const Sums& b) { return a.error != b.error ? a.error > b.error : a.reference < b.reference; });
+    candidates_.clear();
+    for (const Sums& block : all)
+        if (candidates_.empty() || block.reference < candidates_.back().reference) candidates_.push_back(block);
+}
+
 std::optional<BlockErrors::Block> BlockErrors::worst() const {
-    double reference = 0, texels = 0;
-    int fullest = 0;
-    for (const Sums& sums : blocks_) {
-        reference += sums.reference;
-        texels += sums.texelCount;
-        fullest = std::max(fullest, sums.texelCount);
-    }
-    if (!(reference > 0)) return std::nullopt;
-    const double floor = kMeanShare * reference / texels * fullest;
+    BlockErrors whole(across_ * kSize, 0);
+    whole.merge(*this);
+    if (!(whole.reference_ > 0)) return std::nullopt;
+    const double floor = kMeanShare * whole.reference_ / whole.texels_ * whole.fullest_;
     Block worst;
-    for (std::size_t i = 0; i < blocks_.size(); ++i) {
-        const double relative = std::sqrt(blocks_[i].error / (blocks_[i].reference + floor));
-        if (relative <= worst.error) continue;
-        const int index = static_cast<int>(i);
-        worst = {index % across_ * kSize, index / across_ * kSize, std::min(relative, std::numeric_limits<double>::max())};
-        if (std::isnan(relative)) worst.error = std::numeric_limits<double>::max();
+    for (const Sums& block : whole.candidates_) {
+        const double relative = std::sqrt(block.error / (block.reference + floor));
+        if (relative > worst.error) worst = {block.x, block.y, std::min(relative, std::numeric_limits<double>::max())};
     }
     return worst;
 }

@@ -7,14 +7,17 @@
 
 namespace verify {
 
-/// Sums of squared error and squared reference by 4 x 4 blocks. Blocks of different rows may be filled from different threads.
+/// Sums of squared error and squared reference by 4 x 4 blocks, of an image or of some rows of it.
 class BlockErrors {
 public:
     static constexpr int kSize = 4;
 
-    BlockErrors(int width, int height);
-    /// One texel: squares of whatever is compared, summed over channels and coefficients.
+    /// Rows [firstRow, firstRow + rowCount) of the image, whole blocks but at its end; none for one that only takes others in.
+    BlockErrors(int width, int rowCount, int firstRow = 0);
+    /// One texel of the image: squares of whatever is compared, summed over channels and coefficients.
     void add(int x, int y, double squaredError, double squaredReference);
+    /// Takes in other rows of the same image. Of their blocks only those are kept that could still be the worst.
+    void merge(const BlockErrors& rows);
 
     struct Block {
         int x = 0, y = 0;  ///< its first texel
@@ -31,10 +34,15 @@ public:
 private:
     struct Sums {
         double error = 0, reference = 0;
-        int texelCount = 0;
+        int x = 0, y = 0, texelCount = 0;
     };
-    int across_;
-    std::vector<Sums> blocks_;
+    void count(const Sums& block);
+
+    int across_, firstRow_;
+    std::vector<Sums> blocks_;           ///< of the rows, one after the other
+    std::vector<Sums> candidates_;       ///< of rows taken in: less error and less reference from one to the next
+    double reference_ = 0, texels_ = 0;  ///< of rows taken in
+    int fullest_ = 0;
 };
 
 }  // namespace verify

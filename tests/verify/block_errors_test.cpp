@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 
 namespace verify {
 namespace {
@@ -43,6 +44,28 @@ TEST(BlockErrors, InTheDarkAnErrorCountsLessAndLightOutOfDarknessCountsInFull) {
     EXPECT_LT(blocksWith(9, 5, 1, 0.28).worst()->error, BlockErrors::allowed(0.02));
     EXPECT_GT(blocksWith(9, 5, 1, 0.34).worst()->error, BlockErrors::allowed(0.02));
     EXPECT_GT(blocksWith(9, 5, 1000, 0.01).worst()->error, 10);
+}
+
+TEST(BlockErrors, RowsTakenInTellWhatTheWholeTells) {
+    std::mt19937 random(5);
+    for (int round = 0; round < 200; ++round) {
+        BlockErrors whole(kWidth, kHeight), merged(kWidth, 0);
+        std::uniform_real_distribution<double> exponent(-6, 2);
+        for (int row = 0; row < kHeight; row += 4) {
+            const int count = std::min(4, kHeight - row);
+            BlockErrors rows(kWidth, count, row);
+            for (int y = row; y < row + count; ++y)
+                for (int x = 0; x < kWidth; ++x) {
+                    const double error = std::pow(10, exponent(random)), reference = std::pow(10, exponent(random));
+                    whole.add(x, y, error, reference);
+                    rows.add(x, y, error, reference);
+                }
+            merged.merge(rows);
+        }
+        EXPECT_EQ(merged.worst()->x, whole.worst()->x);
+        EXPECT_EQ(merged.worst()->y, whole.worst()->y);
+        EXPECT_NEAR(merged.worst()->error, whole.worst()->error, 1e-12 * whole.worst()->error);
+    }
 }
 
 TEST(BlockErrors, WhatIsNotFiniteIsTheLargestError) {
