@@ -1,0 +1,489 @@
+// Cooked assets as an engine would use them: the files that the cook wrote, the include that lies beside them, on a GPU's sampler; against
+// the verifier's texture unit and the same source as C++.
+#include <gmock/gmock.h>
+
+#include "lighting/cube.h"
+#include "pipeline/manifest.h"
+#include "pipeline/textures.h"
+#include "shaders/lightcook_cpp.h"
+#include "tests/pipeline/small_scene.h"
+#include "tests/samplers/second_opinion.h"
+#include "verify/light_map_layouts.h"
+#include "verify/texture_unit.h"
+
+namespace samplers {
+namespace {
+
+using glm::vec3;
+using glm::vec4;
+using pipeline::Json;
+using pipeline::SmallScene;
+using Image = formats::Image<vec4>;
+
+/// A cooked folder, and whatever it was cooked from as long as it is needed.
+class CookedScene {
+public:
+    CookedScene(SmallScene::Parts parts, const std::string& target, const std::string& layout)
+        : small_(std::make_unique<SmallScene>(parts)) {
+        small_->writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"", target, layout),
+                               layout == "flat" ? "[[material]]\nname = \"*\"\nnormal_map = false\nspecular = false\n" : "");
+        cook(small_->options());
+    }
+    CookedScene(const std::filesystem::path& scene, const std::string& layout, std::optional<std::string> onlyKind = {}) {
+        pipeline::CookOptions options;
+        options.scene = scene;
+        options.cache = own_ / "cache";
+        options.lightMapLayout = layout;
+        options.onlyKind = std::move(onlyKind);
+        options.maxError = 0.1;
+        options.effort = 3;
+        cook(options);
+    }
+    std::filesystem::path folder() const { return own_ / "out"; }
+    std::string shader() const { return formats::contentOf(folder() / pipeline::kShaderName); }
+    const Json& assets() const { return manifest_.at("assets"); }
+    const Json& asset(const std::string& name) const {
+        for (const Json& each : assets())
+            if (each.at("name") == name) return each;
+        throw std::runtime_error("no asset " + name);
+    }
+    Ktx2 ktx2(const Json& texture) const { return readKtx2(folder() / texture.at("file").get<std::string>()); }
+    /// The same texture through formats/, decoded by verify/: mip by mip, layer by layer, face by face.
+    std::vector<Image> decoded(const Json& asset, const std::string& role) const {
+        const auto reader = valueOf(pipeline::openTexture(folder(), asset, role));
+        std::vector<Image> images;
+        for (int mip = 0; mip < reader.shape().mipCount; ++mip)
+            for (int layer = 0; layer < reader.shape().layerCount; ++layer)
+                for (int face = 0; face < reader.shape().faceCount; ++face)
+                    images.push_back(valueOf(verify::decodeImage(reader, {mip, layer, face})));
+        return images;
+    }
+
+private:
+    void cook(pipeline::CookOptions options) {
+        options.output = folder();
+        const pipeline::RunState state;
+        const pipeline::Outcome outcome = pipeline::cookScene(options, state);
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        manifest_ = valueOf(pipeline::readManifest(folder()));
+    }
+
+    std::unique_ptr<SmallScene> small_;
+    formats::TemporaryFolder own_;
+    Json manifest_;
+};
+
+// ---- light maps ----
+
+std::string glslFloat(double value) {
+    const std::string text = fmt::format("{:.9g}", value);
+    return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
+}
+std::string glslVector(const std::vector<float>& values, std::size_t first, int count) {
+    std::string text = fmt::format("vec{}(", count);
+    for (int i = 0; i < count; ++i)
+        text += (i > 0 ? ", " : "") + glslFloat(static_cast<double>(values[first + static_cast<std::size_t>(i)]));
+    return text + ")";
+}
+
+/// The body of a shader that decodes one place of a map into `LcSh sh`: the manifest's constants as text, the fetches, the layout's
+/// function.
+class LayoutGlsl {
+public:
+    explicit LayoutGlsl(const Json& asset)
+        : layout_(asset.at("layout").get<std::string>()),
+          constants_(asset.at("constants").get<std::map<std::string, std::vector<float>>>()) {
+        for (const Json& texture : asset.at("textures")) units_.push_back(texture.at("role").get<std::string>());
+    }
+    std::string samplers() const {
+        std::string text;
+        for (std::size_t unit = 0; unit < units_.size(); ++unit)
+            text += fmt::format("layout(binding = {}) uniform sampler2DArray t_{};\n", unit, units_[unit]);
+        return text;
+    }
+    std::string decode() const {
+        if (layout_ == "flat")
+            return constant("LcFlatConstants", {{"range", 0}}) + result(fmt::format("lcLightMapFlat({}, k)", fetch("exit", "0")));
+        if (layout_ == "raw")
+            return constant("LcRawConstants", {{"range", 0}}) + texels("LcRawTexels", {{"sh", "sh", 9}}) + sh("lcLightMapRaw(t, k)");
+        if (layout_ == "ratio" || layout_ == "zh3") {
+            const bool isZonal = layout_ == "zh3";
+            const int count = isZonal ? 4 : 8;
+            const std::string name = isZonal ? "Zh3" : "Ratio";
+            return constant("Lc" + name + "Constants",
+                            {{"range", 0}, {"scale", count}, {"bias", count}, {"luminance", isZonal ? -3 : 1000}}) +
+                   texels("Lc" + name + "Texels", {{"ratio", "ratio", count}}) + "t.l0 = " + fetch("l0", "0") + ";\n" +
+                   sh("lcLightMap" + name + "(t, k)");
+        }
+        if (layout_ == "luvw" || layout_ == "luvw-linear") {
+            const bool isLinear = layout_ != "luvw";
+            const int count = isLinear ? 5 : 9;
+            const std::string name = isLinear ? "LuvwLinear" : "Luvw";
+            return constant("Lc" + name + "Constants",
+                            {{"range", count}, {"span", count}, {"neutral", -4}, {"root", 0}, {"luminance", isLinear ? -3 : 1000}}) +
+                   texels("Lc" + name + "Texels", {{"first", "luvw_first", count}, {"second", "luvw_second", count}}) +
+                   sh("lcLightMap" + name + "(t, k)");
+        }
+        return decodeBasis();
+    }
+
+private:
+    struct Constant {
+        const char* name;
+        int count;  ///< 0: a number, n: an array of them, -n: a vector, 1000: not there
+    };
+    struct Array {
+        const char *member, *role;
+        int count;
+    };
+    std::string constant(const std::string& type, const std::vector<Constant>& members) const {
+        std::string text = type + " k;\n";
+        for (const Constant& each : members) {
+            if (each.count == 1000) continue;
+            const std::vector<float>& values = constants_.at(each.name);
+            if (each.count <= 0)
+                text += fmt::format("k.{} = {};\n", each.name,
+                                    each.count == 0 ? glslFloat(static_cast<double>(values[0])) : glslVector(values, 0, -each.count));
+            for (int i = 0; i < each.count; ++i)
+                text += fmt::format("k.{}[{}] = {};\n", each.name, i, glslFloat(static_cast<double>(values[static_cast<std::size_t>(i)])));
+        }
+        return text;
+    }
+    static std::string fetch(const std::string& role, const std::string& layer) {
+        return fmt::format("textureLod(t_{}, vec3(place.xy, {}), 0.0)", role, layer);
+    }
+    static std::string texels(const std::string& type, const std::vector<Array>& arrays) {
+        std::string text = type + " t;\n";
+        for (const Array& each : arrays)
+            text += fmt::format("for (int i = 0; i < {}; ++i) t.{}[i] = {};\n", each.count, each.member, fetch(each.role, "i"));
+        return text;
+    }
+    /// place.z is the cluster.
+    std::string decodeBasis() const {
+        const bool isFirst3 = layout_ == "basis-3";
+        const auto clusters = static_cast<std::size_t>(constants_.at("clusters")[0]);
+        const std::string type = isFirst3 ? "LcBasisFirst3" : "LcBasisFirst4",
+                          range = glslFloat(static_cast<double>(constants_.at("range")[0])),
+                          neutral = glslFloat(static_cast<double>(constants_.at("neutral")[0]));
+        std::string text = type + " first;\n" + table("first", constants_.at("code"), clusters, isFirst3 ? 80 : 120, 0);
+        text +=
+            fmt::format("LcSh sh = lcLightMapBasis{}({}, {}, first, {});\n", isFirst3 ? 3 : 4, fetch("l0", "0"), fetch("code", "0"), range);
+        const std::size_t layers = constants_.at("residual").size() / (clusters * 108);
+        for (std::size_t layer = 0; layer < layers; ++layer) {
+            const std::string name = fmt::format("residual{}", layer);
+            text += "LcBasisResidual " + name + ";\n" + table(name, constants_.at("residual"), clusters, 36, layer * clusters);
+            text += fmt::format("sh = lcLightMapBasisAdd(sh, {}, {}, {}, {}, {});\n", fetch("l0", "0"),
+                                fetch("residual", std::to_string(layer)), name, range, neutral);
+        }
+        return text;
+    }
+    static std::string table(const std::string& name, const std::vector<float>& values, std::size_t clusters, std::size_t size,
+                             std::size_t firstTable) {
+        std::string text;
+        for (std::size_t cluster = 0; cluster < clusters; ++cluster) {
+            text += fmt::format("if (int(place.z) == {}) {{\n", cluster);
+            for (std::size_t i = 0; i < size; ++i)
+                text += fmt::format("{}.v[{}] = {};\n", name, i, glslVector(values, 3 * ((firstTable + cluster) * size + i), 3));
+            text += "}\n";
+        }
+        return text;
+    }
+    static std::string sh(const std::string& call) { return "LcSh sh = " + call + ";\n"; }
+    static std::string result(const std::string& call) {
+        return "LcSh sh;\nfor (int i = 0; i < 9; ++i) sh.c[i] = lcGrey(0.0);\nsh.c[0] = " + call + " / 0.28209479;\n";
+    }
+
+    std::string layout_;
+    std::map<std::string, std::vector<float>> constants_;
+    std::vector<std::string> units_;
+};
+
+struct LightMapCase {
+    const char* target;
+    const char* layout;
+};
+
+class LightMaps : public Samplers, public testing::WithParamInterface<LightMapCase> {};
+
+/// What a texel of a texture may be off beside the filter's fractions: see formats_test.cpp.
+float texelSlack(const std::string& format) {
+    if (format == "bc1" || format == "bc3") return 4.0f / 255;
+    return format == "bc7" || format == "rgba8-unorm" ? 2.0f / 255 : 0.0f;
+}
+
+TEST_P(LightMaps, ShadeAsOursBetweenTexels) {
+    const CookedScene scene(SmallScene::Parts::LightMap, GetParam().target, GetParam().layout);
+    const Json& asset = scene.asset("map");
+    verify::CookedLightMap map;
+    map.layout = asset.at("layout").get<std::string>();
+    map.constants = asset.at("constants").get<std::map<std::string, std::vector<float>>>();
+    map.width = asset.at("width").get<int>();
+    map.height = asset.at("height").get<int>();
+    const auto layout = valueOf(verify::layouts::layoutOf(map));
+    std::vector<Image> layers;
+    std::vector<float> slack;
+    int unit = 0;
+    for (const Json& texture : asset.at("textures")) {
+        ASSERT_TRUE(gl_->upload(unit++, scene.ktx2(texture)));
+        for (Image& image : scene.decoded(asset, texture.at("role").get<std::string>())) {
+            layers.push_back(std::move(image));
+            slack.push_back(texelSlack(texture.at("format").get<std::string>()));
+        }
+    }
+    const auto clusterAt = [&](const glm::dvec2& uv) {
+        const auto at = [](double coordinate, int size) { return std::clamp(static_cast<int>(coordinate * size), 0, size - 1); };
+        return std::visit(
+            [&](const auto& each) -> std::size_t {
+                if constexpr (requires { each.tables; }) return each.tables->clusterAt(at(uv.x, map.width), at(uv.y, map.height));
+                return 0;
+            },
+            layout);
+    };
+    std::vector<vec4> places, normals;
+    for (int i = 0; i < 3000; ++i) {
+        const glm::dvec2 uv = i % 4 == 0 ? glm::dvec2((i * 7 % map.width + 0.5) / map.width, (i * 11 % map.height + 0.5) / map.height)
+                                         : glm::dvec2(uniform(0, 1), uniform(0, 1));
+        places.emplace_back(static_cast<float>(uv.x), static_cast<float>(uv.y), static_cast<float>(clusterAt(uv)), 0);
+        normals.emplace_back(vec3(direction()), 0);
+    }
+    const LayoutGlsl glsl(asset);
+    const auto shaded = gl_->run(scene.shader() + glsl.samplers(), glsl.decode() + "result = vec4(lcExitRadiance(sh, direction.xyz), 1.0);",
+                                 places, normals);
+
+    Agreement agreement;
+    double squares = 0, errors = 0;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const glm::dvec2 uv(places[i]);
+        const glm::ivec2 texel(static_cast<int>(uv.x * map.width), static_cast<int>(uv.y * map.height));
+        std::visit(
+            [&](const auto& each) {
+                using Texels = verify::layouts::Texels<std::decay_t<decltype(each)>::kLayers>;
+                const auto shade = [&](const Texels& texels) {
+                    return shaders::lcExitRadiance(verify::layouts::decodeAt(each, texel.x, texel.y).decode(texels), vec3(normals[i]));
+                };
+                Texels texels{};
+                std::array<vec4, std::tuple_size_v<Texels>> off{};
+                for (std::size_t layer = 0; layer < texels.size(); ++layer) {
+                    const auto sample = [&](const glm::dvec2& at) { return verify::sampleBilinear(layers[layer].view(), at); };
+                    texels[layer] = sample(uv);
+                    off[layer] = filterSlack(sample, uv, {1.0 / map.width, 1.0 / map.height}) + slack[layer];
+                }
+                const vec3 ours = shade(texels);
+                // To first order what each channel of each texel can do by itself, added up; half more for products of two of them.
+                vec3 allowed = 1e-5f * glm::abs(ours) + 1e-7f;
+                for (std::size_t layer = 0; layer < texels.size(); ++layer)
+                    for (int channel = 0; channel < 4; ++channel) {
+                        Texels moved = texels;
+                        moved[layer][channel] += off[layer][channel];
+                        allowed += 1.5f * glm::abs(shade(moved) - ours);
+                    }
+                for (int channel = 0; channel < 3; ++channel) {
+                    agreement.add(ours[channel], shaded[i][channel], static_cast<double>(allowed[channel]),
+                                  fmt::format("place ({}, {}), channel {}", uv.x * map.width, uv.y * map.height, channel));
+                    squares += static_cast<double>(ours[channel]) * static_cast<double>(ours[channel]);
+                    const double error = static_cast<double>(ours[channel]) - static_cast<double>(shaded[i][channel]);
+                    errors += error * error;
+                }
+            },
+            layout);
+    }
+    std::printf("figures %-5s %-12s rms of the difference %.3g %%, largest %.3g, %.2f of what is allowed\n", GetParam().target,
+                GetParam().layout, 100 * std::sqrt(errors / squares), agreement.difference, agreement.part);
+    EXPECT_LE(agreement.part, 1) << agreement.worst;
+    // As a whole they see the same light. Both alphas of luvw are BC3's, in which this device works with 8 bits and cuts: the product of
+    // two is off by more than the layout itself (docs/experiments.md).
+    const bool isBc3 = std::string(GetParam().layout).starts_with("luvw") && std::string(GetParam().target) == "bc";
+    EXPECT_LE(std::sqrt(errors / squares), isBc3 ? 0.01 : 0.002);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, LightMaps,
+                         testing::Values(LightMapCase{"bc", "flat"}, LightMapCase{"bc", "raw"}, LightMapCase{"bc", "ratio"},
+                                         LightMapCase{"bc", "zh3"}, LightMapCase{"bc", "luvw"}, LightMapCase{"bc", "luvw-linear"},
+                                         LightMapCase{"bc", "basis-3"}, LightMapCase{"bc", "basis-4"}, LightMapCase{"bc", "basis-8"},
+                                         LightMapCase{"bc", "basis-12"}, LightMapCase{"bc", "basis-16"}, LightMapCase{"float", "ratio"},
+                                         LightMapCase{"float", "luvw"}, LightMapCase{"float", "basis-8"}),
+                         [](const auto& each) {
+                             std::string name = fmt::format("{}_{}", each.param.target, each.param.layout);
+                             std::ranges::replace(name, '-', '_');
+                             return name;
+                         });
+
+// ---- cubemap, reflection map, every texture ----
+
+class Converters : public Samplers {
+protected:
+    void expectCubemapAsOurs(const CookedScene& scene, const std::string& name);
+    /// Fetched at texel centres, and filtered between them.
+    void expectTextureAsOurs(const CookedScene& scene, const Json& asset, const Json& texture);
+    void expectEveryTextureAsOurs(const CookedScene& scene) {
+        for (const Json& asset : scene.assets())
+            for (const Json& texture : asset.at("textures"))
+                if (asset.at("kind") == "cubemap")
+                    expectCubemapAsOurs(scene, asset.at("name"));
+                else
+                    expectTextureAsOurs(scene, asset, texture);
+    }
+};
+
+/// Across faces and mips, and shaded.
+void Converters::expectCubemapAsOurs(const CookedScene& scene, const std::string& name) {
+    const Json& asset = scene.asset(name);
+    const Json& constants = asset.at("constants");
+    ASSERT_TRUE(gl_->upload(0, scene.ktx2(asset.at("textures")[0])));
+    const std::vector<Image> images = scene.decoded(asset, "cubemap");
+    const int mipCount = static_cast<int>(images.size()) / 6;
+    const auto facesOf = [&](int mip) { return std::span(images).subspan(6 * static_cast<std::size_t>(mip), 6); };
+    shaders::LcSh sh;
+    std::string declarations = scene.shader() + "layout(binding = 0) uniform samplerCube probe;\n", body = "LcSh sh;\n";
+    const auto range = constants.at("range").get<float>();
+    for (std::size_t i = 0; i < 9; ++i) {
+        const auto values = constants.at("windowed_sh")[i].get<std::vector<float>>();
+        sh.c[i] = vec3(values[0], values[1], values[2]);
+        body += fmt::format("sh.c[{}] = {};\n", i, glslVector(values, 0, 3));
+    }
+    const auto bands = constants.at("mips")[0].at("bands").get<std::vector<float>>();
+    body += fmt::format("vec3 S = lcZonalSpecular(sh, normalize(direction.xyz), {});\n", glslVector(bands, 0, 3)) +
+            fmt::format("result = vec4(lcEnvironment({} * textureLod(probe, direction.xyz, place.x).xyz, S), 1.0);",
+                        glslFloat(static_cast<double>(range)));
+
+    std::vector<vec4> places, directions;
+    for (int i = 0; i < 12000; ++i) {
+        glm::dvec3 d = direction();
+        if (i % 3 == 0) d /= std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
+        if (i % 3 == 0)
+            d[i / 3 % 3] = (d[i / 3 % 3] < 0 ? -1 : 1) * (1 - 1e-3 * static_cast<double>(uniform()));  // beside an edge or a corner
+        const int mip = i % mipCount;
+        places.emplace_back(i % 2 == 0 || mip + 1 == mipCount ? mip : static_cast<float>(mip) + uniform(), 0, 0, 0);
+        directions.emplace_back(vec3(d), 0);
+    }
+    const auto shaded = gl_->run(declarations, body, places, directions);
+
+    Agreement agreement;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const vec3 d(directions[i]);
+        const vec3 s = shaders::lcZonalSpecular(sh, glm::normalize(d), vec3(bands[0], bands[1], bands[2]));
+        const int mip = static_cast<int>(places[i].x);
+        const float fraction = places[i].x - static_cast<float>(mip);
+        vec4 value(0), allowed(0);
+        std::array<vec4, 2> levels{};
+        for (int level = 0; level < (fraction > 0 ? 2 : 1); ++level) {
+            const auto faces = facesOf(mip + level);
+            const auto sample = [&](const glm::dvec3& at) { return verify::sampleCube(faces, at); };
+            // Steps of 1/256 texel in the plane of the face, both axes at once.
+            const glm::dvec3 direct(d), major = glm::abs(direct);
+            const int axis = major.x >= major.y && major.x >= major.z ? 0 : major.y >= major.z ? 1 : 2;
+            const double step = 2 * kFraction / faces[0].width() * major[axis];
+            const vec4 here = sample(direct);
+            vec4 slack(0);
+            for (const double u : {-step, step})
+                for (const double v : {-step, step}) {
+                    glm::dvec3 moved = direct;
+                    moved[(axis + 1) % 3] += u;
+                    moved[(axis + 2) % 3] += v;
+                    slack = glm::max(slack, glm::abs(sample(moved) - here));
+                }
+            levels[static_cast<std::size_t>(level)] = here;
+            const float weight = level == 0 ? 1 - fraction : fraction;
+            value += weight * here;
+            allowed += weight * slack;
+        }
+        if (fraction > 0) allowed += static_cast<float>(kFraction) * glm::abs(levels[1] - levels[0]);
+        const vec3 ours = shaders::lcEnvironment(range * vec3(value), s);
+        for (int channel = 0; channel < 3; ++channel)
+            agreement.add(ours[channel], shaded[i][channel],
+                          static_cast<double>(range * allowed[channel] * s[channel] + 1e-5f * std::abs(ours[channel])),
+                          fmt::format("({}, {}, {}), level {}, channel {}", d.x, d.y, d.z, places[i].x, channel));
+    }
+    std::printf("figures %-26s largest difference %.3g, %.2f of what is allowed\n", name.c_str(), agreement.difference, agreement.part);
+    EXPECT_LE(agreement.part, 1) << agreement.worst;
+}
+
+void Converters::expectTextureAsOurs(const CookedScene& scene, const Json& asset, const Json& texture) {
+    const std::string file = texture.at("file").get<std::string>();
+    if (!gl_->upload(0, scene.ktx2(texture))) {
+        ADD_FAILURE() << file << ": " << gl_->name() << " does not take its format";
+        return;
+    }
+    const std::vector<Image> layers = scene.decoded(asset, texture.at("role"));
+    const int width = layers[0].width(), height = layers[0].height(), count = static_cast<int>(layers.size());
+    std::vector<vec4> places;
+    for (int i = 0; i < 30000; ++i) {
+        const int x = static_cast<int>(uniform() * static_cast<float>(width)), y = static_cast<int>(uniform() * static_cast<float>(height));
+        const bool isCentre = i % 3 == 0;
+        places.emplace_back((static_cast<float>(x) + (isCentre ? 0.5f : uniform())) / static_cast<float>(width),
+                            (static_cast<float>(y) + (isCentre ? 0.5f : uniform())) / static_cast<float>(height), i % count, 0);
+    }
+    const auto sampled =
+        gl_->run("layout(binding = 0) uniform sampler2DArray layers;\n", "result = textureLod(layers, place.xyz, 0.0);", places);
+    const auto format = *formats::pixelFormatFromName(texture.at("format").get<std::string>());
+    const double slack = static_cast<double>(texelSlack(texture.at("format").get<std::string>()));
+    Agreement agreement;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const Image& image = layers[static_cast<std::size_t>(places[i].z)];
+        const auto sample = [&](const glm::dvec2& at) { return verify::sampleBilinear(image.view(), at); };
+        const glm::dvec2 uv(places[i]);
+        const vec4 ours = sample(uv), allowed = filterSlack(sample, uv, {1.0 / width, 1.0 / height});
+        for (int channel = 0; channel < formats::info(format).channelCount; ++channel)
+            agreement.add(ours[channel], sampled[i][channel],
+                          static_cast<double>(allowed[channel]) + slack + 1e-6 * static_cast<double>(std::abs(ours[channel])),
+                          fmt::format("{} at ({}, {}), layer {}, channel {}", file, uv.x * width, uv.y * height, places[i].z, channel));
+    }
+    std::printf("figures %-26s largest difference %.3g, %.2f of what is allowed\n", file.c_str(), agreement.difference, agreement.part);
+    EXPECT_LE(agreement.part, 1) << agreement.worst;
+}
+
+TEST_F(Converters, TheReflectionMapIsFetchedAsOursAndTheSmallCubemapIsFiltered) {
+    const CookedScene scene(SmallScene::Parts::All, "bc", "ratio");
+    expectCubemapAsOurs(scene, "probe");
+    const Json& asset = scene.asset("sky");
+    ASSERT_TRUE(gl_->upload(0, scene.ktx2(asset.at("textures")[0])));
+    const Image image = std::move(scene.decoded(asset, "rsrm")[0]);
+    const auto color = asset.at("constants").at("color").get<std::vector<float>>();
+    std::vector<vec4> places, directions;
+    for (int i = 0; i < 4000; ++i) {
+        places.emplace_back(uniform(0, static_cast<double>(image.height() - 1)), 0, 0, 0);
+        directions.emplace_back(vec3(direction()), 0);
+    }
+    const auto shaded = gl_->run(scene.shader() + "layout(binding = 0) uniform sampler2DArray sky;\n",
+                                 fmt::format("vec2 uv = lcRsrmUv(direction.xyz, vec3(0.0, 0.0, 1.0), place.x, {}.0);\n"
+                                             "result = vec4(lcRsrm(textureLod(sky, vec3(uv, 0.0), 0.0).xyz, {}), 1.0);",
+                                             image.height(), glslVector(color, 0, 3)),
+                                 places, directions);
+    Agreement agreement;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const glm::dvec2 uv(shaders::lcRsrmUv(vec3(directions[i]), vec3(0, 0, 1), places[i].x, static_cast<float>(image.height())));
+        const auto sample = [&](const glm::dvec2& at) { return verify::sampleBilinear(image.view(), at); };
+        const vec3 hdr(color[0], color[1], color[2]), ours = shaders::lcRsrm(vec3(sample(uv)), hdr);
+        const vec3 allowed = hdr * (vec3(filterSlack(sample, uv, {1.0 / image.width(), 1.0 / image.height()})) + 2.0f / 255);
+        for (int channel = 0; channel < 3; ++channel)
+            agreement.add(ours[channel], shaded[i][channel], static_cast<double>(allowed[channel]), fmt::format("row {}", places[i].x));
+    }
+    std::printf("figures reflection map     largest difference %.3g, %.2f of what is allowed\n", agreement.difference, agreement.part);
+    EXPECT_LE(agreement.part, 1) << agreement.worst;
+}
+
+TEST_F(Converters, EveryTextureOfTheSceneThatShipsIsSampledAsOurs) {
+    expectEveryTextureAsOurs(CookedScene(std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell/scene.toml", "basis-8"));
+}
+
+/// The public scenes, where they are.
+class SamplersSoak : public Converters, public testing::WithParamInterface<const char*> {};
+
+TEST_P(SamplersSoak, EveryTextureOfAPublicSceneIsSampledAsOurs) {
+    const std::filesystem::path data = std::filesystem::absolute(LIGHTCOOK_SHARED_DATA) / "scenes";
+    const std::string scene = GetParam();
+    if (!std::filesystem::exists(data / (scene + "_lightmap.exr"))) GTEST_SKIP() << "no shared data at " << data;
+    const formats::TemporaryFolder folder;
+    formats::writeContent(folder / "scene.toml",
+                          fmt::format("schema = 1\nname = \"{1}\"\n[[light_map]]\nname = \"lightmap\"\nfile = \"{0}/{1}_lightmap.exr\"\n"
+                                      "[[probe]]\nname = \"probe\"\nfile = \"{0}/{1}_probe0.exr\"\n"
+                                      "[[material]]\nname = \"*\"\nnormal_map = true\nspecular = true\nm = [0.1, 0.5]\n",
+                                      data.string(), scene));
+    expectEveryTextureAsOurs(CookedScene(folder / "scene.toml", "basis-16"));
+    for (const char* layout : {"ratio", "luvw", "raw"}) expectEveryTextureAsOurs(CookedScene(folder / "scene.toml", layout, "light-map"));
+}
+INSTANTIATE_TEST_SUITE_P(Public, SamplersSoak, testing::Values("cornell", "interior", "outdoor", "zdm2_sun"),
+                         [](const auto& each) { return std::string(each.param); });
+
+}  // namespace
+}  // namespace samplers

@@ -1,0 +1,82 @@
+// What the tests of this folder share: the device, places to look at, and how far two samplers may differ.
+//
+// A sampler's fractions have at least 8 bits (OpenGL and Direct3D ask for no more), rounded or cut, so that a filtered value is that of a
+// place up to 1/256 texel away along each axis; formats that decode to 8 bits are rounded to them, before and after the filter.
+#pragma once
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <random>
+#include <stdexcept>
+
+#include "formats/error.h"
+#include "tests/samplers/gl_device.h"
+
+namespace samplers {
+
+inline constexpr double kFraction = 1.0 / 256;  ///< [texels] that a sampler's 8-bit fractions may be off
+
+/// One context for all tests of a process.
+inline GlDevice* device(std::string& whyNot) {
+    static std::string reason;
+    static const std::unique_ptr<GlDevice> kDevice = GlDevice::create(reason);
+    whyNot = reason;
+    return kDevice.get();
+}
+
+class Samplers : public testing::Test {
+protected:
+    void SetUp() override {
+        std::string whyNot;
+        gl_ = device(whyNot);
+        if (gl_ == nullptr) GTEST_SKIP() << "no second opinion: " << whyNot;
+    }
+    GlDevice* gl_ = nullptr;
+    std::mt19937 random_{7};
+    float uniform(double low = 0, double high = 1) {
+        return static_cast<float>(std::uniform_real_distribution<double>(low, high)(random_));
+    }
+    glm::dvec3 direction() {
+        std::normal_distribution<double> normal;
+        return glm::normalize(glm::dvec3(normal(random_), normal(random_), normal(random_)));
+    }
+};
+
+/// Largest difference, and largest part of what was allowed.
+struct Agreement {
+    double difference = 0, part = 0;
+    std::string worst;
+    void add(double ours, double theirs, double allowed, const std::string& where) {
+        const double d = std::abs(ours - theirs);
+        const double p = std::isfinite(d) ? (d == 0 ? 0 : d / std::max(allowed, 1e-30)) : 1e30;
+        difference = std::max(difference, d);
+        if (p > part) worst = fmt::format("{}: ours {:.9g}, theirs {:.9g}, allowed {:.3g}", where, ours, theirs, allowed);
+        part = std::max(part, p);
+    }
+};
+
+template <class T>
+T valueOf(formats::Result<T> result) {
+    if (!result) throw std::runtime_error(result.error().line());
+    return std::move(*result);
+}
+
+/// How far the filter's fractions can take a bilinear sample at uv: the corners of the square that the true place lies in.
+template <class Sample>
+glm::vec4 filterSlack(const Sample& sample, const glm::dvec2& uv, const glm::dvec2& texel) {
+    const glm::vec4 middle = sample(uv);
+    glm::vec4 slack(0);
+    for (const double x : {-kFraction, kFraction})
+        for (const double y : {-kFraction, kFraction}) slack = glm::max(slack, glm::abs(sample(uv + glm::dvec2(x, y) * texel) - middle));
+    return slack;
+}
+
+}  // namespace samplers
