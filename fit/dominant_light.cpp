@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
+
+#include "fit/light_search.h"
 
 namespace fit {
 namespace {
@@ -32,6 +35,30 @@ glm::dvec3 linearDirection(const lighting::ShRgb& incident, const glm::dvec3& we
     return length > 1 ? vector / length : vector;
 }
 
+/// The linear direction turned to that of the best light, unless the closed form is provably as good.
+struct Turned {
+    glm::dvec3 direction;
+    bool isSearched = false;
+};
+Turned turnedToBestLight(const lighting::ShRgb& incident, const glm::dvec3& linear, const DominantLightOptions& options) {
+    const double length = glm::length(linear);
+    if (!(length > 0)) return {linear};
+    const bool hasAmbient = options.fit == DominantFit::RefinedAmbient;
+    const glm::dvec3 closed = linear / length;
+    const double left = lightTowards(incident, closed, hasAmbient).unexplained, least = leastUnexplained(incident, hasAmbient);
+    if (std::sqrt(left) - std::sqrt(least) <= static_cast<double>(options.tolerance)) return {linear};
+    return {length * bestLight(incident, closed, hasAmbient).direction, true};
+}
+
+/// Least squares for a unit direction, times `fade`.
+glm::dvec3 intensityFrom(const lighting::ShRgb& incident, const glm::dvec3& direction, double fade, DominantFit fit) {
+    if (fit == DominantFit::RefinedAmbient) return fade * lightTowards(incident, direction, true).intensity;
+    const lighting::ShDouble basis = lighting::evaluateBasis(direction);
+    glm::dvec3 sum(0);
+    for (std::size_t i = 0; i < basis.size(); ++i) sum += basis[i] * glm::dvec3(incident[i]);
+    return glm::max(fade * 4 * std::numbers::pi / lighting::kShCount * sum, glm::dvec3(0));
+}
+
 }  // namespace
 
 DominantLight dominantLight(const lighting::ShRgb& incident, const glm::vec3& normal, const DominantLightOptions& options) {
@@ -43,7 +70,9 @@ DominantLight dominantLight(const lighting::ShRgb& incident, const glm::vec3& no
 
     const double fade = smoothStep(options.fadeStart, options.fadeEnd, directionality);
     const double floorLength = options.fadeEnd;
-    glm::dvec3 stored = fade * linear + (1 - fade) * floorLength * unitNormal;
+    Turned turned{linear};
+    if (options.fit != DominantFit::Closed && fade > 0) turned = turnedToBestLight(incident, linear, options);
+    glm::dvec3 stored = fade * turned.direction + (1 - fade) * floorLength * unitNormal;
     // Light from straight behind the normal (leaks, negative lobes) can cancel the two parts: the normal alone is then as good as any.
     double storedLength = glm::length(stored);
     if (storedLength < 1e-3 * floorLength) {
@@ -54,26 +83,41 @@ DominantLight dominantLight(const lighting::ShRgb& incident, const glm::vec3& no
     DominantLight light;
     light.direction = glm::vec3(stored);
     light.directionality = static_cast<float>(directionality);
+    light.isSearched = turned.isSearched;
     if (fade == 0) return light;
-    const lighting::ShDouble basis = lighting::evaluateBasis(stored / storedLength);
-    glm::dvec3 sum(0);
-    for (std::size_t i = 0; i < basis.size(); ++i) sum += basis[i] * glm::dvec3(incident[i]);
-    const double scale = fade * 4 * std::numbers::pi / lighting::kShCount;
-    for (int channel = 0; channel < 3; ++channel) light.intensity[channel] = toFiniteFloat(std::max(0.0, scale * sum[channel]));
+    const glm::dvec3 intensity = intensityFrom(incident, stored / storedLength, fade, options.fit);
+    for (int channel = 0; channel < 3; ++channel) light.intensity[channel] = toFiniteFloat(intensity[channel]);
     return light;
 }
 
-void dominantLight(formats::ImageView<const lighting::ShRgb> sh, formats::ImageView<const std::uint8_t> covered,
-                   formats::ImageView<const glm::vec3> normal, const DominantLightOptions& options, formats::ImageView<glm::vec3> direction,
-                   formats::ImageView<glm::vec3> intensity) {
+DominantCounts dominantLight(formats::ImageView<const lighting::ShRgb> sh, formats::ImageView<const std::uint8_t> covered,
+                             formats::ImageView<const glm::vec3> normal, const DominantLightOptions& options,
+                             formats::ImageView<glm::vec3> direction, formats::ImageView<glm::vec3> intensity) {
+    DominantCounts counts;
     for (int y = 0; y < sh.height; ++y) {
         for (int x = 0; x < sh.width; ++x) {
             const bool inside = covered.at(x, y) != 0;
             const DominantLight light = inside ? dominantLight(sh.at(x, y), normal.at(x, y), options) : DominantLight{};
             direction.at(x, y) = light.direction;
             intensity.at(x, y) = light.intensity;
+            if (inside) ++(light.isSearched ? counts.refined : counts.skipped);
         }
     }
+    return counts;
+}
+
+float largestIntensity(const lighting::ShRgb& incident) {
+    double largest = 0;
+    for (int channel = 0; channel < 3; ++channel) {
+        double squared[3] = {};
+        for (std::size_t i = 0; i < incident.size(); ++i)
+            squared[lighting::kShBand[i]] += static_cast<double>(incident[i][channel]) * static_cast<double>(incident[i][channel]);
+        // Beside ambient light the others alone count, but for more: 4pi / 9 and pi / 2, times the norms sqrt((2l + 1) / 4pi) of Y_l.
+        const double above = std::sqrt(3 * squared[1]) + std::sqrt(5 * squared[2]);
+        const double whole = (std::sqrt(squared[0]) + above) * 2 / 9, withoutDc = above / 4;
+        largest = std::max(largest, std::sqrt(std::numbers::pi) * std::max(whole, withoutDc));
+    }
+    return toFiniteFloat(largest);
 }
 
 }  // namespace fit

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "fit/light_search.h"
 #include "tests/fit/brute_force.h"
 
 namespace {
@@ -143,6 +145,106 @@ TEST(DominantLight, ImagesHoldWhatTheTexelsGiveAndZeroOutsideCharts) {
     }
 }
 
+fit::DominantLightOptions refinedOptions(bool hasAmbient) {
+    fit::DominantLightOptions options;
+    options.fit = hasAmbient ? fit::DominantFit::RefinedAmbient : fit::DominantFit::Refined;
+    return options;
+}
+
+TEST(RefinedDominantLight, AnyFiniteInputGivesAFiniteLightInsideTheBall) {
+    truth::Random random(5);
+    const double magnitudes[] = {0, 1e-45, 1e-38, 1e-10, 1, 1e10, 1e30, 3e38};
+    for (int trial = 0; trial < 1000000; ++trial) {
+        lighting::ShRgb sh = randomSh(random, magnitudes[random.below(8)]);
+        if (trial % 3 != 0) sh[0] = glm::abs(sh[0]);
+        const glm::vec3 normal = trial % 5 == 0 ? glm::vec3(0) : glm::vec3(random.direction());
+        const auto light = fit::dominantLight(sh, normal, refinedOptions(trial % 2 == 0));
+        ASSERT_TRUE(isFinite(light.direction) && isFinite(light.intensity) && std::isfinite(light.directionality));
+        ASSERT_LE(glm::length(glm::dvec3(light.direction)), 1 + 1e-6);
+        ASSERT_GT(glm::length(glm::dvec3(light.direction)), 1e-5);
+        for (int channel = 0; channel < 3; ++channel) ASSERT_GE(light.intensity[channel], 0);
+        const float most = fit::largestIntensity(sh);
+        ASSERT_TRUE(std::isfinite(most));
+        for (int channel = 0; channel < 3; ++channel) ASSERT_LE(light.intensity[channel], most * 1.000001f);
+    }
+}
+
+TEST(RefinedDominantLight, IsNeverWorseThanTheClosedForm) {
+    truth::Random random(6);
+    int skipped = 0;
+    for (int trial = 0; trial < 200000; ++trial) {
+        lighting::ShRgb sh = randomSh(random, trial % 4 == 0 ? 1e-3 : 1);
+        const lighting::ShRgb lamp = lighting::projectDirectional(glm::vec3(random.direction()), glm::vec3(3, 2, 1));
+        for (std::size_t i = 0; i < sh.size(); ++i) sh[i] += lamp[i];
+        sh[0] += glm::vec3(1);
+        const bool hasAmbient = trial % 2 == 0;
+        fit::DominantLightOptions options = refinedOptions(hasAmbient), closedOptions;
+        options.fadeStart = closedOptions.fadeStart = 0;
+        options.fadeEnd = closedOptions.fadeEnd = 1e-6f;
+        const auto refined = fit::dominantLight(sh, glm::vec3(0, 0, 1), options),
+                   closed = fit::dominantLight(sh, glm::vec3(0, 0, 1), closedOptions);
+        const auto left = [&](const fit::DominantLight& light) {
+            return fit::lightTowards(sh, glm::normalize(glm::dvec3(light.direction)), hasAmbient).unexplained;
+        };
+        ASSERT_LE(left(refined), left(closed) + 1e-9) << trial;
+        EXPECT_EQ(refined.directionality, closed.directionality);
+        EXPECT_NEAR(glm::length(refined.direction), glm::length(closed.direction), 1e-6);
+        if (!refined.isSearched) {
+            ++skipped;
+            EXPECT_EQ(refined.direction, closed.direction);
+            const double best = fit::bestLight(sh, {0, 0, 1}, hasAmbient).unexplained;
+            EXPECT_LT(std::sqrt(left(refined)), std::sqrt(best) + 1e-3 + 1e-6) << "left alone though it was worth a search";
+        }
+    }
+    EXPECT_GT(skipped, 1000);
+    EXPECT_LT(skipped, 60000);
+}
+
+TEST(RefinedDominantLight, FindsTheLampThatBand1Misses) {
+    // A lamp and dimmer light from the side: band 1 points between the two, the best light at the lamp.
+    const glm::vec3 direction(0, 0, 1);
+    lighting::ShRgb sh = lighting::projectDirectional(direction, glm::vec3(4));
+    const lighting::ShRgb side = lighting::projectDirectional(glm::vec3(1, 0, 0), glm::vec3(2));
+    for (std::size_t i = 0; i < sh.size(); ++i) sh[i] += side[i];
+    const auto closed = fit::dominantLight(sh, direction, {});
+    const auto refined = fit::dominantLight(sh, direction, refinedOptions(false));
+    EXPECT_LT(glm::dot(glm::normalize(closed.direction), direction), 0.92f);
+    EXPECT_GT(glm::dot(glm::normalize(refined.direction), direction), 0.98f);
+    EXPECT_TRUE(refined.isSearched);
+}
+
+TEST(RefinedDominantLight, AmbientLightIsLeftOutOfTheIntensity) {
+    lighting::ShRgb sh = lighting::projectDirectional(glm::vec3(0, 1, 0), glm::vec3(1, 2, 3));
+    sh[0] += glm::vec3(2);
+    const auto light = fit::dominantLight(sh, glm::vec3(0, 1, 0), refinedOptions(true));
+    EXPECT_LT(glm::distance(light.intensity, glm::vec3(1, 2, 3)), 1e-5f);
+}
+
+TEST(RefinedDominantLight, ImagesCountWhatWasSearched) {
+    truth::Random random(7);
+    const int width = 9, height = 8;
+    formats::Image<lighting::ShRgb> sh(width, height);
+    formats::Image<std::uint8_t> covered(width, height, 1);
+    formats::Image<glm::vec3> normal(width, height, glm::vec3(0, 0, 1)), direction(width, height), intensity(width, height);
+    for (int x = 0; x < width; ++x)
+        for (int y = 0; y < height; ++y) {
+            sh.at(x, y) = lighting::projectDirectional(glm::vec3(random.direction()), glm::vec3(1));  // row 0 and 1: one light
+            if (y == 1) sh.at(x, y) = {};
+            if (y < 2) continue;
+            const auto other = lighting::projectDirectional(glm::vec3(random.direction()), glm::vec3(0.5f, 0.9f, 0.4f));
+            for (std::size_t i = 0; i < other.size(); ++i) sh.at(x, y)[i] += other[i];
+            covered.at(x, y) = y < 7;
+        }
+    const auto counts =
+        fit::dominantLight(sh.view(), covered.view(), normal.view(), refinedOptions(false), direction.view(), intensity.view());
+    EXPECT_EQ(counts.skipped, 2 * width);
+    EXPECT_EQ(counts.refined, 5 * width);
+    EXPECT_EQ(direction.at(3, 7), glm::vec3(0));
+    const auto closed = fit::dominantLight(sh.view(), covered.view(), normal.view(), {}, direction.view(), intensity.view());
+    EXPECT_EQ(closed.refined, 0);
+    EXPECT_EQ(closed.skipped, 7 * width);
+}
+
 TEST(DominantLight, FigureOfAMegapixel) {
     truth::Random random(8);
     const int size = 512;
@@ -153,11 +255,19 @@ TEST(DominantLight, FigureOfAMegapixel) {
     }
     formats::Image<std::uint8_t> covered(size, size, 1);
     formats::Image<glm::vec3> normal(size, size, glm::vec3(0, 0, 1)), direction(size, size), intensity(size, size);
-    const std::clock_t begin = std::clock();
-    fit::dominantLight(sh.view(), covered.view(), normal.view(), {}, direction.view(), intensity.view());
-    const double seconds = 4 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
-    std::printf("[ figures  ] dominant light, 1024 x 1024 texels: %.3f CPU s\n", seconds);
-    EXPECT_LT(seconds, 2);
+    for (const fit::DominantFit which : {fit::DominantFit::Closed, fit::DominantFit::Refined, fit::DominantFit::RefinedAmbient}) {
+        fit::DominantLightOptions options;
+        options.fit = which;
+        const std::clock_t begin = std::clock();
+        fit::dominantLight(sh.view(), covered.view(), normal.view(), options, direction.view(), intensity.view());
+        const double seconds = 4 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+        std::printf("[ figures  ] dominant light, 1024 x 1024 texels, %s: %.3f CPU s\n",
+                    which == fit::DominantFit::Closed    ? "closed form"
+                    : which == fit::DominantFit::Refined ? "refined"
+                                                         : "refined with ambient",
+                    seconds);
+        EXPECT_LT(seconds, which == fit::DominantFit::Closed ? 2 : 30);
+    }
 }
 
 }  // namespace
