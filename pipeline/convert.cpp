@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "pipeline/dominant_report.h"
 #include "pipeline/files.h"
 #include "pipeline/manifest.h"
 
@@ -19,6 +20,15 @@ std::string assetName(const ConvertOptions& options) {
     return name.empty() || name.front() == '.' ? options.converter : name;
 }
 
+formats::LightMapDescription descriptionOf(const ConvertOptions& options) {
+    formats::LightMapDescription description;
+    description.phase = options.phase == "none" ? formats::ShPhase::None : formats::ShPhase::CondonShortley;
+    description.frame = options.frame == "world" ? formats::ShFrame::World : formats::ShFrame::Tangent;
+    description.quantity = options.quantity == "radiance" ? formats::ShQuantity::Radiance : formats::ShQuantity::Irradiance;
+    description.lightUnits = options.lightUnits == "radiometric" ? formats::LightUnits::Radiometric : formats::LightUnits::Game;
+    return description;
+}
+
 Scene sceneOf(const ConvertOptions& options, const std::string& name) {
     Scene scene;
     scene.name = name;
@@ -27,10 +37,8 @@ Scene sceneOf(const ConvertOptions& options, const std::string& name) {
         LightMapEntry entry;
         entry.name = name;
         entry.file = options.input;
-        entry.description.phase = options.phase == "none" ? formats::ShPhase::None : formats::ShPhase::CondonShortley;
-        entry.description.frame = options.frame == "world" ? formats::ShFrame::World : formats::ShFrame::Tangent;
-        entry.description.quantity = options.quantity == "radiance" ? formats::ShQuantity::Radiance : formats::ShQuantity::Irradiance;
-        entry.description.lightUnits = options.lightUnits == "radiometric" ? formats::LightUnits::Radiometric : formats::LightUnits::Game;
+        entry.description = descriptionOf(options);
+        entry.dominantFit = options.fit;
         scene.lightMaps.push_back(entry);
     } else if (options.converter == "cubemap") {
         scene.probes.push_back({name, options.input, options.sh.empty() ? std::nullopt : std::optional(options.sh)});
@@ -66,6 +74,12 @@ Outcome keepTexture(Outcome outcome, const std::filesystem::path& output) {
 }
 
 }  // namespace
+
+formats::Result<Json> explain(const ConvertOptions& options, const RunState& state) {
+    formats::LightMapDescription description = descriptionOf(options);
+    description.repair = options.repair;
+    return explainDominant(options.input, description, options.fit == "refined-ambient", state);
+}
 
 Outcome convert(const ConvertOptions& options, const RunState& state) {
     if (options.m.size() == 2 && !(0 <= options.m[0] && options.m[0] <= options.m[1] && options.m[1] <= 1))

@@ -12,11 +12,15 @@ namespace pipeline {
 struct ConvertOptions {
     std::string converter;  ///< lightmap, dominant, cubemap, lut or rsrm
     std::filesystem::path input, output, sh;
-    std::string phase = "none", frame = "world", quantity = "radiance", lightUnits = "radiometric";
+    std::string phase = "none", frame = "world", quantity = "radiance", lightUnits = "radiometric", fit = "closed";
     std::vector<double> exponents, m;
     bool repair = false;
-    CookOptions cook;  ///< what lies over [output]
+    bool explain = false;  ///< dominant: also where one light cannot say what the map holds
+    CookOptions cook;      ///< what lies over [output]
 };
+
+/// explainDominant of the input, as the options describe it.
+formats::Result<Json> explain(const ConvertOptions& options, const RunState& state);
 
 /// output: a folder as `cook` leaves it; or a .ktx2 or .dds file, where the asset is one texture.
 Outcome convert(const ConvertOptions& options, const RunState& state);

@@ -29,34 +29,47 @@ struct DominantRows {
     formats::Image<float> significance;
 };
 
-DominantRows fitRows(const LightMapBand& band, int firstRow, int rowCount, const fit::DominantLightOptions& options) {
-    const int width = band.sh.width();
+/// counts: of the rows themselves, not of those around them that only pad.
+DominantRows fitRows(const LightMapBand& band, int firstRow, int rowCount, const fit::DominantLightOptions& options,
+                     fit::DominantCounts& counts) {
+    const int width = band.sh.width(), above = firstRow - band.firstRow;
+    formats::Image<glm::vec3> direction(width, band.sh.height()), intensity(width, band.sh.height());
+    const auto fit = [&](int first, int count) {
+        return fit::dominantLight(band.sh.view().rows(first, count), band.covered.view().rows(first, count),
+                                  band.normal.view().rows(first, count), options, direction.view().rows(first, count),
+                                  intensity.view().rows(first, count));
+    };
+    fit(0, above);
+    counts = fit(above, rowCount);
+    fit(above + rowCount, band.sh.height() - above - rowCount);
     DominantRows rows{formats::Image<glm::vec4>(width, rowCount), formats::Image<glm::vec4>(width, rowCount),
                       formats::Image<float>(width, rowCount)};
     for (int y = 0; y < rowCount; ++y) {
-        const int bandY = firstRow + y - band.firstRow;
+        const int bandY = above + y;
         for (int x = 0; x < width; ++x) {
-            fit::DominantLight light;
-            bool known = band.covered.at(x, bandY) != 0;
-            if (known) {
-                light = fit::dominantLight(band.sh.at(x, bandY), band.normal.at(x, bandY), options);
-            } else {
+            glm::vec3 towards = direction.at(x, bandY), light = intensity.at(x, bandY);
+            const bool known = band.covered.at(x, bandY) != 0;
+            if (!known) {
                 const int count = formats::visitNearestCovered(band.covered.view(), x, bandY, kPaddingRows, [&](int nearX, int nearY) {
-                    const fit::DominantLight near = fit::dominantLight(band.sh.at(nearX, nearY), band.normal.at(nearX, nearY), options);
-                    light.direction += near.direction;
-                    light.intensity += near.intensity;
+                    towards += direction.at(nearX, nearY);
+                    light += intensity.at(nearX, nearY);
                 });
                 if (count > 0) {
-                    light.direction /= static_cast<float>(count);
-                    light.intensity /= static_cast<float>(count);
+                    towards /= static_cast<float>(count);
+                    light /= static_cast<float>(count);
                 }
             }
-            rows.direction.at(x, y) = glm::vec4(light.direction, 1.0f);
-            rows.intensity.at(x, y) = glm::vec4(light.intensity, 1.0f);
+            rows.direction.at(x, y) = glm::vec4(towards, 1.0f);
+            rows.intensity.at(x, y) = glm::vec4(light, 1.0f);
             rows.significance.at(x, y) = known ? 1.0f : 0.0f;
         }
     }
     return rows;
+}
+
+fit::DominantFit fitFromName(const std::string& name) {
+    if (name == "refined") return fit::DominantFit::Refined;
+    return name == "refined-ambient" ? fit::DominantFit::RefinedAmbient : fit::DominantFit::Closed;
 }
 
 struct Formats {
@@ -70,12 +83,18 @@ Formats formatsOf(const std::string& target) {
     return {PixelFormat::Bc7, PixelFormat::Bc6hUf16, true};
 }
 
+/// The largest intensity, or of a refined fit what none can exceed: it only sets a range, and is not worth a second search.
 Result<float> brightestIntensity(LightMapSource& source, const fit::DominantLightOptions& options, const ActionContext& context) {
     const auto parts = forEachBand<float>(source.bandCount(), context, "measure " + context.action.asset, [&](int index) -> Result<float> {
         const auto band = source.band(index);
         if (!band) return tl::make_unexpected(band.error());
-        const DominantRows rows = fitRows(**band, (*band)->firstRow, source.bandRows(index), options);
         float largest = 0;
+        if (options.fit != fit::DominantFit::Closed) {
+            for (const lighting::ShRgb& sh : (*band)->sh.texels()) largest = std::max(largest, fit::largestIntensity(sh));
+            return largest;
+        }
+        fit::DominantCounts counts;
+        const DominantRows rows = fitRows(**band, (*band)->firstRow, source.bandRows(index), options, counts);
         for (const glm::vec4& value : rows.intensity.texels()) largest = std::max({largest, value.x, value.y, value.z});
         return largest;
     });
@@ -145,19 +164,32 @@ Result<compress::EncodeReport> writeRows(DominantRows& rows, int firstRow, const
     return report;
 }
 
-Result<compress::EncodeReport> encodeBands(LightMapSource& source, const fit::DominantLightOptions& fitOptions, const Stored& stored,
-                                           const compress::EncodeOptions& options, Outputs& outputs, const ActionContext& context) {
-    using Report = compress::EncodeReport;
+struct BandReport {
+    compress::EncodeReport encoded;
+    fit::DominantCounts fitted;
+    void add(const BandReport& other) {
+        encoded.add(other.encoded);
+        fitted.refined += other.fitted.refined;
+        fitted.skipped += other.fitted.skipped;
+    }
+};
+
+Result<BandReport> encodeBands(LightMapSource& source, const fit::DominantLightOptions& fitOptions, const Stored& stored,
+                               const compress::EncodeOptions& options, Outputs& outputs, const ActionContext& context) {
     const auto reports =
-        forEachBand<Report>(source.stripCount(), context, "encode " + context.action.asset, [&](int index) -> Result<Report> {
+        forEachBand<BandReport>(source.stripCount(), context, "encode " + context.action.asset, [&](int index) -> Result<BandReport> {
             const auto band = source.stripWithMargin(index, kPaddingRows, kPaddingRows);
             if (!band) return tl::make_unexpected(band.error());
-            DominantRows rows = fitRows(*band, source.stripFirstRow(index), source.stripRows(index), fitOptions);
-            return writeRows(rows, source.stripFirstRow(index), stored, options, outputs);
+            BandReport report;
+            DominantRows rows = fitRows(*band, source.stripFirstRow(index), source.stripRows(index), fitOptions, report.fitted);
+            const auto encoded = writeRows(rows, source.stripFirstRow(index), stored, options, outputs);
+            if (!encoded) return tl::make_unexpected(encoded.error());
+            report.encoded = *encoded;
+            return report;
         });
     if (!reports) return tl::make_unexpected(reports.error());
-    Report total;
-    for (const Report& each : *reports) total.add(each);
+    BandReport total;
+    for (const BandReport& each : *reports) total.add(each);
     return total;
 }
 
@@ -188,6 +220,8 @@ Result<ActionOutcome> cookDominant(const ActionContext& context) {
     if (!source) return tl::make_unexpected(source.error());
     fit::DominantLightOptions fitOptions;
     fitOptions.luminanceWeights = (*source)->luminanceWeights();
+    const std::string fitName = parameters.at("fit").get<std::string>();
+    fitOptions.fit = fitFromName(fitName);
     const auto brightest = brightestIntensity(**source, fitOptions, context);
     if (!brightest) return tl::make_unexpected(brightest.error());
 
@@ -214,6 +248,7 @@ Result<ActionOutcome> cookDominant(const ActionContext& context) {
     outcome.result["asset"] = {{"name", context.action.asset},
                                {"kind", "dominant"},
                                {"layout", "direction-intensity"},
+                               {"fit", fitName},
                                {"width", (*source)->width()},
                                {"height", (*source)->height()},
                                {"quantity", "incident radiance, a delta from the direction"},
@@ -223,7 +258,14 @@ Result<ActionOutcome> cookDominant(const ActionContext& context) {
                                {"textures", textures},
                                {"source", {{"description", parameters.at("description")}}}};
     outcome.result["bytes_in"] = std::filesystem::file_size(context.action.inputs.at("source"));
-    outcome.result["notes"] = {{"clamped_high", report->clampedHigh}, {"clamped_negative", report->clampedNegative}};
+    Json notes = {{"fit", fitName}};
+    if (fitOptions.fit != fit::DominantFit::Closed) {
+        notes["refined"] = report->fitted.refined;
+        notes["skipped"] = report->fitted.skipped;
+    }
+    notes["clamped_high"] = report->encoded.clampedHigh;
+    notes["clamped_negative"] = report->encoded.clampedNegative;
+    outcome.result["notes"] = notes;
     return outcome;
 }
 

@@ -5,7 +5,7 @@
 
 namespace pipeline {
 
-/// "dominant". Input "source"; parameters: description, target, textures.
+/// "dominant". Input "source"; parameters: description, fit, target, textures.
 formats::Result<ActionOutcome> cookDominant(const ActionContext& context);
 /// "verify-dominant". Input "source"; upstream: the cooked textures; parameters: max_error, shading.
 formats::Result<ActionOutcome> verifyDominant(const ActionContext& context);

@@ -18,6 +18,7 @@
 #include "pipeline/ci_report.h"
 #include "pipeline/convert.h"
 #include "pipeline/cook.h"
+#include "pipeline/dominant_report.h"
 #include "pipeline/files.h"
 #include "pipeline/json_shape.h"
 #include "pipeline/report.h"
@@ -384,6 +385,12 @@ void addConverter(CLI::App& app, const std::string& name, const std::string& wha
         sub->add_option("--quantity", options->quantity, "radiance or irradiance")->check(CLI::IsMember({"radiance", "irradiance"}));
         sub->add_option("--light-units", options->lightUnits, "radiometric or game")->check(CLI::IsMember({"radiometric", "game"}));
     }
+    if (name == "dominant") {
+        sub->add_flag("--report", options->explain, "tell where one light cannot say what the map holds, and what a second would give");
+        sub->add_option("--fit", options->fit,
+                        "closed: direction of band 1; refined: the best direction; refined-ambient: beside ambient light")
+            ->check(CLI::IsMember(kDominantFitNames));
+    }
     if (name == "cubemap") sub->add_option("--sh", options->sh, "JSON with the probe's SH");
     if (name == "rsrm") sub->add_option("--exponents", options->exponents, "Phong exponents, one row each")->delimiter(',');
     if (name == "lut") sub->add_option("--m", options->m, "roughness range: low,high")->delimiter(',')->expected(2);
@@ -393,7 +400,14 @@ void addConverter(CLI::App& app, const std::string& name, const std::string& wha
             if (auto applied = output->apply(options->cook); !applied) return session.finish(applied);
             const Outcome outcome = convert(*options, session.state);
             if (session.terminal.isInteractive() && outcome.report.is_object()) sayReport(session.terminal, outcome.report);
-            return session.finish(outcome.errors);
+            if (!options->explain || !outcome.errors.empty()) return session.finish(outcome.errors);
+            const auto explained = explain(*options, session.state);
+            if (!explained) return session.finish(explained);
+            if (common.log == LogFormat::JsonLines)
+                session.terminal.say(explained->dump());
+            else
+                for (const std::string& line : linesOf(*explained)) session.terminal.say(line);
+            return 0;
         };
     });
 }

@@ -136,7 +136,8 @@ private:
         const std::string dominant = entry.name + "_dominant";
         if (wanted(dominant, "dominant", entry.name)) {
             if (needs_.specular)
-                add(dominant, "dominant", {{"description", toJson(description)}, {"target", target}, {"textures", textures_}},
+                add(dominant, "dominant",
+                    {{"description", toJson(description)}, {"fit", entry.dominantFit}, {"target", target}, {"textures", textures_}},
                     sourceOf(entry.file), {{"shading", toJson(shading_)}}, sourceOf(entry.file));
             else
                 skip("dominant light of '" + entry.name + "'", "no material is specular", entry.name, 2 * bitsOf("flat"));

@@ -46,11 +46,15 @@ inline constexpr double kLargestRdo = 1;
 /// The layout that these settings ask for: the one named; else "auto" where an error or a budget is, and "ratio" where nothing is.
 std::string layoutAsked(const OutputSettings& output);
 
+/// How a light map's dominant light is fitted, as `dominant_fit` and `dominant --fit` take it.
+inline const std::vector<std::string> kDominantFitNames = {"closed", "refined", "refined-ambient"};
+
 struct LightMapEntry {
     std::string name;
     std::filesystem::path file;
     formats::LightMapDescription description;
     std::optional<std::filesystem::path> mesh;
+    std::string dominantFit = "closed";  ///< one of kDominantFitNames
 };
 struct ProbeEntry {
     std::string name;

@@ -12,9 +12,6 @@
 namespace verify {
 namespace {
 
-/// Directionality below which a direction is noise, and above which it counts in full.
-constexpr double kFadeStart = 0.02f, kFadeEnd = 0.08f;
-
 /// Largest value of Beckmann's distribution over all angles: at the peak for smooth surfaces, on a ring around it for m^2 > 1/2. It falls
 /// with m, so that the smallest m of a range bounds the range.
 double largestBeckmann(double m) {
@@ -47,30 +44,15 @@ int dominantStride(int width, int height) {
     return std::max(1, static_cast<int>(std::ceil(std::sqrt(texels / kTexels))));
 }
 
-DominantLightSample dominantReference(const lighting::ShRgb& incident, const glm::dvec3& normal, const glm::vec3& luminanceWeights) {
-    const auto luminance = [&](std::size_t i) { return luminanceOf(glm::dvec3(incident[i]), luminanceWeights); };
-    const double dc = luminance(0);
-    glm::dvec3 vector(0);
-    if (dc > 0) vector = glm::dvec3(luminance(3), luminance(1), luminance(2)) / (std::numbers::sqrt3 * dc);
-    double length = glm::length(vector);
-    if (!std::isfinite(length)) vector = glm::dvec3(0), length = 0;
-    if (length > 1) vector /= length, length = 1;
-    const double x = std::clamp((length - kFadeStart) / (kFadeEnd - kFadeStart), 0.0, 1.0), fade = x * x * (3 - 2 * x);
-    DominantLightSample result;
-    result.direction = fade * vector + (1 - fade) * kFadeEnd * normal;
-    if (glm::length(result.direction) < 1e-3 * kFadeEnd) result.direction = kFadeEnd * normal;  // both parts cancel
-    const lighting::ShDouble basis = lighting::evaluateBasis(glm::normalize(result.direction));
-    for (std::size_t i = 0; i < basis.size(); ++i) result.intensity += basis[i] * glm::dvec3(incident[i]);
-    result.intensity = glm::max(fade * 4 * std::numbers::pi / lighting::kShCount * result.intensity, glm::dvec3(0));
-    return result;
-}
-
 void DominantErrors::merge(const DominantErrors& other) {
     centres_.merge(other.centres_);
     between_.merge(other.between_);
     angleSum_ += other.angleSum_;
     weightSum_ += other.weightSum_;
     largestAngle_ = std::max(largestAngle_, other.largestAngle_);
+    storedError_ += other.storedError_;
+    referenceError_ += other.referenceError_;
+    energy_ += other.energy_;
 }
 
 std::vector<StageError> DominantErrors::stages() const {
@@ -119,49 +101,58 @@ void DominantVerifier::shade(const Place& place, ErrorAccumulator& errors) const
     }
 }
 
-DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, const formats::LightMapBand& reference, int firstRow,
+DominantLightSample DominantVerifier::reference(const lighting::ShRgb& incident, const glm::dvec3& normal,
+                                                const DominantLightSample& seen) const {
+    if (map_.fit == DominantFit::Closed) return dominantReference(incident, normal, luminanceWeights_);
+    return refinedReference(incident, normal, luminanceWeights_, map_.fit == DominantFit::RefinedAmbient, seen.direction);
+}
+
+void DominantVerifier::addTexel(const Place& place, const lighting::ShRgb& incident, DominantErrors& errors) const {
+    shade(place, errors.centres_);
+    const bool hasAmbient = map_.fit == DominantFit::RefinedAmbient;
+    const Unexplained stored = unexplainedBy(incident, place.seen, hasAmbient);
+    errors.storedError_ += stored.error;
+    errors.referenceError_ += unexplainedBy(incident, place.reference, hasAmbient).error;
+    errors.energy_ += stored.energy;
+    const double weight = luminanceOf(place.reference.intensity, luminanceWeights_);
+    const double length = glm::length(place.seen.direction);
+    if (!(weight > 0) || !(length > 0)) return;
+    const glm::dvec3 a = place.seen.direction / length, b = glm::normalize(place.reference.direction);
+    const double angle = std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180 / std::numbers::pi;
+    errors.angleSum_ += weight * angle;
+    errors.weightSum_ += weight;
+    errors.largestAngle_ = std::max(errors.largestAngle_, angle);
+}
+
+DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, const formats::LightMapBand& band, int firstRow,
                                             int rowCount) const {
     DominantErrors errors(key_);
-    const auto covered = [&](int x, int y) { return reference.covered.at(x, y - reference.firstRow) != 0; };
+    const auto covered = [&](int x, int y) { return band.covered.at(x, y - band.firstRow) != 0; };
+    const auto shAt = [&](int x, int y) -> const lighting::ShRgb& { return band.sh.at(x, y - band.firstRow); };
+    const auto normalAt = [&](int x, int y) { return glm::dvec3(band.normal.at(x, y - band.firstRow)); };
     for (int y = firstRow; y < firstRow + rowCount; ++y) {
         if (y % shading_.stride != 0) continue;
         for (int x = 0; x < map_.width; x += shading_.stride) {
             if (!covered(x, y)) continue;
-            const auto placeOf = [&](int texelX, int texelY) {
-                Place place;
-                const int row = texelY - reference.firstRow;
-                place.normal = glm::dvec3(reference.normal.at(texelX, row));
-                place.reference = dominantReference(reference.sh.at(texelX, row), place.normal, luminanceWeights_);
-                place.seen = decode(texels, texelX, texelY);
-                return place;
-            };
-            const Place place = placeOf(x, y);
-            shade(place, errors.centres_);
-            const double weight = luminanceOf(place.reference.intensity, luminanceWeights_);
-            const double length = glm::length(place.seen.direction);
-            if (weight > 0 && length > 0) {
-                const glm::dvec3 a = place.seen.direction / length, b = glm::normalize(place.reference.direction);
-                const double angle = std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180 / std::numbers::pi;
-                errors.angleSum_ += weight * angle;
-                errors.weightSum_ += weight;
-                errors.largestAngle_ = std::max(errors.largestAngle_, angle);
-            }
+            Place place{normalAt(x, y), {}, decode(texels, x, y)};
+            place.reference = reference(shAt(x, y), place.normal, place.seen);
+            addTexel(place, shAt(x, y), errors);
             if (x + 1 >= map_.width || y + 1 >= map_.height || !covered(x + 1, y) || !covered(x, y + 1) || !covered(x + 1, y + 1)) continue;
             Place middle;
             middle.normal = glm::dvec3(0);
             lighting::ShRgb sh{};
             for (int corner = 0; corner < 4; ++corner) {
                 const int cornerX = x + corner % 2, cornerY = y + corner / 2;
-                const Place at = placeOf(cornerX, cornerY);
-                middle.normal += at.normal;
-                middle.seen.direction += 0.25 * at.seen.direction;
-                middle.seen.intensity += 0.25 * at.seen.intensity;
-                for (std::size_t i = 0; i < sh.size(); ++i) sh[i] += 0.25f * reference.sh.at(cornerX, cornerY - reference.firstRow)[i];
+                const DominantLightSample seen = decode(texels, cornerX, cornerY);
+                middle.normal += normalAt(cornerX, cornerY);
+                middle.seen.direction += 0.25 * seen.direction;
+                middle.seen.intensity += 0.25 * seen.intensity;
+                for (std::size_t i = 0; i < sh.size(); ++i) sh[i] += 0.25f * shAt(cornerX, cornerY)[i];
             }
-            const double length4 = glm::length(middle.normal);
-            if (length4 < 1e-3) continue;  // charts that touch back to back have no surface between them
-            middle.normal /= length4;
-            middle.reference = dominantReference(sh, middle.normal, luminanceWeights_);
+            const double length = glm::length(middle.normal);
+            if (length < 1e-3) continue;  // charts that touch back to back have no surface between them
+            middle.normal /= length;
+            middle.reference = reference(sh, middle.normal, middle.seen);
             shade(middle, errors.between_);
         }
     }

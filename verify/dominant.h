@@ -1,5 +1,5 @@
 // What a cooked dominant light is worth: the specular light that the shipped shader makes of direction and intensity as a sampler fetches
-// them, against the closed form computed here from the float coefficients.
+// them, against the fit computed here from the float coefficients.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -8,6 +8,7 @@
 
 #include "formats/image.h"
 #include "formats/light_map.h"
+#include "verify/dominant_reference.h"
 #include "verify/figures.h"
 
 namespace verify {
@@ -16,6 +17,7 @@ namespace verify {
 struct CookedDominant {
     float directionScale = 1, directionBias = 0, intensityRange = 1;
     int width = 0, height = 0;  ///< [texels]
+    DominantFit fit = DominantFit::Closed;
 };
 
 struct DominantShading {
@@ -26,14 +28,6 @@ struct DominantShading {
 };
 /// The stride that keeps a map at about fifty thousand shaded texels.
 int dominantStride(int width, int height);
-
-/// A light as it is meant to be: direction in the unit ball, radiometric delta intensity.
-struct DominantLightSample {
-    glm::dvec3 direction{0}, intensity{0};
-};
-/// Closed form of Chen and Liu 1.4.1 with lighting-math section 3: v = band 1 / (sqrt(3) lambda_0) of the luminance, inside the unit ball;
-/// t = smoothstep(0.02, 0.08, |v|); direction t v + (1 - t) 0.08 n; intensity t (4pi / 9) sum lambda_i Y_i(direction), clamped at 0.
-DominantLightSample dominantReference(const lighting::ShRgb& incident, const glm::dvec3& normal, const glm::vec3& luminanceWeights);
 
 /// Rows of both textures as decodeRows gives them.
 struct DecodedDominantRows {
@@ -46,18 +40,23 @@ class DominantErrors {
 public:
     explicit DominantErrors(double key = 0) : centres_(key), between_(key) {}
     void merge(const DominantErrors& other);
-    /// "magnified" (middles of quads of covered texels, against the closed form of the four texels' mean) and "total" (texel centres).
+    /// "magnified" (middles of quads of covered texels, against the fit of the four texels' mean) and "total" (texel centres).
     /// All of it is specular. maxBound of each covers every view, every f0 and every m of the shading's range at the places that were
     /// sampled; it is sound and far off, because a microfacet lobe seen at grazing incidence has no bound but 1 / NoL.
     std::vector<StageError> stages() const;
     /// Angle between the stored and the true direction, weighted by the luminance of the true intensity [degrees].
     double meanDirectionError() const;
     double maxDirectionError() const;  ///< [degrees], of texels that are not black
+    /// Squared error of the light over the squares of all coefficients: what one light cannot say, and quantization. Of the stored lights,
+    /// and of those that the float coefficients ask for.
+    double unexplainedStored() const { return energy_ > 0 ? storedError_ / energy_ : 0; }
+    double unexplainedReference() const { return energy_ > 0 ? referenceError_ / energy_ : 0; }
 
 private:
     friend class DominantVerifier;
     ErrorAccumulator centres_, between_;
     double angleSum_ = 0, weightSum_ = 0, largestAngle_ = 0;
+    double storedError_ = 0, referenceError_ = 0, energy_ = 0;
 };
 
 class DominantVerifier {
@@ -66,12 +65,16 @@ public:
         : map_(map), shading_(shading), luminanceWeights_(luminanceWeights), key_(key) {}
     /// The light that a texel holds, as the shader fetches it.
     DominantLightSample decode(const DecodedDominantRows& texels, int x, int y) const;
-    /// Rows [firstRow, firstRow + rowCount) and the quads that begin in them: texels and reference must also hold the row below, where the
+    /// Rows [firstRow, firstRow + rowCount) and the quads that begin in them: texels and band must also hold the row below, where the
     /// map has one. Pure; safe on several threads.
-    DominantErrors verifyRows(const DecodedDominantRows& texels, const formats::LightMapBand& reference, int firstRow, int rowCount) const;
+    DominantErrors verifyRows(const DecodedDominantRows& texels, const formats::LightMapBand& band, int firstRow, int rowCount) const;
+
+    /// What the texel should hold; seen: what it holds, which settles ties.
+    DominantLightSample reference(const lighting::ShRgb& incident, const glm::dvec3& normal, const DominantLightSample& seen) const;
 
 private:
     struct Place;
+    void addTexel(const Place& place, const lighting::ShRgb& incident, DominantErrors& errors) const;
     void shade(const Place& place, ErrorAccumulator& errors) const;
 
     CookedDominant map_;

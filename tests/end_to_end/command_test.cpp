@@ -221,6 +221,16 @@ TEST_F(Command, EachConverterStandsAlone) {
     EXPECT_EQ(run("lightmap map.exr raw.ktx2 --layout raw").code, 0);
     EXPECT_TRUE(std::filesystem::exists(scene_ / "raw.ktx2"));
     EXPECT_EQ(run("dominant map.exr dom").code, 0);
+    EXPECT_EQ(run("dominant map.exr dom2 --fit better").code, 2);
+    const Ended explained = run("--log json dominant map.exr dom2 --fit refined --report");
+    EXPECT_EQ(explained.code, 0);
+    const auto explanation = nlohmann::json::parse(explained.out);
+    EXPECT_GT(explanation.at("texels").get<int>(), 0);
+    const auto left = [&](const char* fit) { return explanation.at(fit).at("unexplained_energy").get<double>(); };
+    EXPECT_LE(left("best_light"), left("closed_form"));
+    EXPECT_LT(left("two_lights"), left("best_light"));
+    EXPECT_FALSE(explanation.at("worst_texels").empty());
+    EXPECT_THAT(run("dominant map.exr dom2 --fit refined --report").out, testing::AllOf(HasSubstr("best light"), HasSubstr("texel ")));
     EXPECT_EQ(run("cubemap probe.exr probe.ktx2").code, 0);
     EXPECT_THAT(run("info probe.ktx2").out, HasSubstr("faces: 6"));
     EXPECT_EQ(run("rsrm sky.exr sky.dds --exponents 1,8").code, 0);
@@ -228,6 +238,20 @@ TEST_F(Command, EachConverterStandsAlone) {
     EXPECT_EQ(run("lut tables --m 0.3,0.6").code, 0);
     EXPECT_TRUE(std::filesystem::exists(scene_ / "tables" / "specular_c0236.ktx2"));
     EXPECT_EQ(run("lut tables.ktx2").code, 2) << "three textures do not fit one file";
+}
+
+TEST_F(Command, ARefinedFitIsTheSameBytesOnAnyNumberOfThreads) {
+    std::map<std::string, std::string> first;
+    for (const char* threads : {"1", "3"}) {
+        std::filesystem::remove_all(scene_ / "cache");
+        ASSERT_EQ(run(fmt::format("-j {} dominant map.exr dom --fit refined-ambient", threads)).code, 0);
+        std::map<std::string, std::string> contents;
+        for (const auto& entry : std::filesystem::directory_iterator(scene_ / "dom"))
+            if (entry.path().extension() == ".ktx2") contents[entry.path().filename().string()] = contentOf(entry.path());
+        EXPECT_EQ(contents.size(), 3u);
+        if (first.empty()) first = contents;
+        EXPECT_EQ(contents, first);
+    }
 }
 
 TEST_F(Command, ThreadsAndInstructionSetsDoNotChangeAByte) {

@@ -63,6 +63,47 @@ TEST(CookScene, EveryLayoutAndTargetPassesAndIsDescribedInFull) {
         }
 }
 
+/// Two lamps and a sky: where band 1 points there is no light.
+glm::vec3 twoLamps(const glm::dvec3& direction, const glm::dvec2& place) {
+    const auto lamp = [&](const glm::dvec3& towards) { return std::pow(std::max(0.0, glm::dot(direction, glm::normalize(towards))), 40); };
+    const double first = 9 * lamp({0.7, 0.1, 0.7}), second = (3 + 4 * place.x) * lamp({-0.8, 0.2, 0.4});
+    return glm::vec3(first * glm::dvec3(1, 0.9, 0.7) + second * glm::dvec3(0.6, 0.8, 1) + glm::dvec3(0.05, 0.06, 0.08) * (1 + place.y));
+}
+
+const Json& assetNamed(const Json& report, const std::string& name) {
+    for (const Json& asset : report.at("assets"))
+        if (asset.at("name") == name) return asset;
+    throw std::out_of_range(name);
+}
+
+TEST(CookScene, RefinedDominantLightsExplainMoreAndAreHeldAgainstTheBestLight) {
+    const SmallScene scene(Parts::LightMap, twoLamps);
+    std::map<std::string, double> unexplained;
+    for (const std::string fit : {"closed", "refined", "refined-ambient"}) {
+        SCOPED_TRACE(fit);
+        formats::writeContent(scene.sceneFile(), fmt::format("schema = 1\nname = \"small\"\n[output]\nlight_map_layout = \"raw\"\n"
+                                                             "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\ndominant_fit = \"{}\"\n",
+                                                             fit));
+        const Outcome outcome = cook(scene.options());
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        const Json& asset = assetNamed(outcome.report, "map_dominant");
+        const Json& notes = asset.at("notes");
+        EXPECT_EQ(notes.at("fit"), fit);
+        EXPECT_EQ(notes.contains("refined"), fit != "closed");
+        if (fit != "closed") {
+            EXPECT_GT(notes.at("refined").get<int>(), 100);
+            EXPECT_GE(notes.at("skipped").get<int>(), 0);
+        }
+        unexplained[fit] = asset.at("measures").at("unexplained_energy_stored").get<double>();
+        EXPECT_NEAR(unexplained[fit], asset.at("measures").at("unexplained_energy_reference").get<double>(), 5e-3);
+        const auto manifest = readManifest(scene / "out");
+        ASSERT_TRUE(manifest.has_value());
+        EXPECT_EQ(assetNamed(*manifest, "map_dominant").at("fit"), fit);
+    }
+    EXPECT_LT(unexplained["refined"], 0.9 * unexplained["closed"]);
+    EXPECT_LT(unexplained["refined-ambient"], unexplained["refined"]);
+}
+
 TEST(CookScene, TheReportHoldsWhatTheProductPromises) {
     const SmallScene scene(Parts::All);
     const Outcome outcome = cook(scene.options());

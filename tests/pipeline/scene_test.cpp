@@ -47,6 +47,7 @@ frame = "tangent"
 quantity = "irradiance"
 light_units = "game"
 mesh = "a.glb"
+dominant_fit = "refined-ambient"
 [[probe]]
 name = "probe0"
 file = "p.exr"
@@ -74,6 +75,7 @@ f0 = [0.04, 0.6]
     EXPECT_EQ(scene->lightMaps[0].description.lightUnits, formats::LightUnits::Game);
     EXPECT_EQ(scene->lightMaps[0].description.colors.source, "acescg");
     EXPECT_EQ(scene->lightMaps[0].mesh, scene->directory / "a.glb");
+    EXPECT_EQ(scene->lightMaps[0].dominantFit, "refined-ambient");
     EXPECT_EQ(scene->probes[0].sh, scene->directory / "p.json");
     EXPECT_EQ(scene->gradients[0].exponents, (std::vector<double>{1, 4, 16}));
     EXPECT_EQ(scene->materials[0].specular, false);
@@ -88,6 +90,8 @@ TEST(ReadScene, AnUnknownKeyIsRefusedWithItsPlaceAndTheNearestKnownOne) {
 }
 
 TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
+    expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\ndominant_fit = \"best\"\n",
+                  "6:", "expected one of: closed, refined, refined-ambient");
     expectRefused("schema = 2\nname = \"s\"\n", "1:", "found schema 2, expected 1");
     expectRefused("name = \"s\"\n", "1:", "found no key 'schema'");
     expectRefused(kHead + "[output]\ntarget = \"etc2\"\n", "4:10", "found 'etc2' for output.target, expected one of: bc, astc, float");

@@ -83,6 +83,84 @@ TEST(DominantReference, FindsALoneLampAndGivesUpWithoutOne) {
     EXPECT_EQ(dominantReference({}, {0, 0, 1}, lighting::kRec709Luminance).intensity, glm::dvec3(0));
 }
 
+lighting::ShRgb lampsOverAmbient(std::mt19937& random) {
+    std::uniform_real_distribution<float> uniform;
+    const auto color = [&] { return glm::vec3(uniform(random), uniform(random), uniform(random)); };
+    lighting::ShRgb sh{};
+    const int lamps = 1 + static_cast<int>(random() % 4);
+    for (int lamp = 0; lamp < lamps; ++lamp) {
+        const auto one =
+            lighting::projectDirectional(glm::vec3(lighting::fibonacciSphere(static_cast<int>(random() % 1000), 1000)), color());
+        for (std::size_t i = 0; i < sh.size(); ++i) sh[i] += one[i];
+    }
+    sh[0] += 2.0f * color();
+    return sh;
+}
+
+double residualOf(const lighting::ShRgb& sh, const DominantLightSample& light, bool hasAmbient) {
+    const Unexplained unexplained = unexplainedBy(sh, light, hasAmbient);
+    return std::sqrt(unexplained.error / unexplained.energy);
+}
+
+TEST(RefinedReference, IsTheLightThatTheFitPromises) {
+    std::mt19937 random(6);
+    int other = 0;
+    for (int i = 0; i < 4000; ++i) {
+        const lighting::ShRgb sh = lampsOverAmbient(random);
+        const glm::dvec3 normal = lighting::fibonacciSphere(i % 50, 50);
+        const bool hasAmbient = i % 2 == 0;
+        fit::DominantLightOptions options;
+        options.fit = hasAmbient ? fit::DominantFit::RefinedAmbient : fit::DominantFit::Refined;
+        options.tolerance = 0;
+        const fit::DominantLight fitted = fit::dominantLight(sh, glm::vec3(normal), options);
+        const DominantLightSample promised{glm::dvec3(fitted.direction), glm::dvec3(fitted.intensity)};
+        const auto found = refinedReference(sh, normal, lighting::kRec709Luminance, hasAmbient, promised.direction);
+        const bool isFaded = fitted.directionality < 0.08f;  // what is stored points between the light and the normal
+        EXPECT_NEAR(residualOf(sh, found, hasAmbient), residualOf(sh, promised, hasAmbient), isFaded ? 2e-3 : 1e-5) << i;
+        if (glm::distance(found.direction, promised.direction) > 1e-3 ||
+            glm::distance(found.intensity, promised.intensity) > 1e-3 * glm::length(promised.intensity))
+            ++other;
+    }
+    EXPECT_LE(other, 20);  // ridges: directions that leave the same
+}
+
+TEST(RefinedReference, IsNotTalkedIntoAWorseLight) {
+    std::mt19937 random(7);
+    int missed = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const lighting::ShRgb sh = lampsOverAmbient(random);
+        const bool hasAmbient = i % 2 == 0;
+        const glm::dvec3 normal(0, 0, 1);
+        if (fit::dominantLight(sh, glm::vec3(normal), {}).directionality < 0.08f) continue;  // mixed with the normal
+        double least = 2;
+        for (int j = 0; j < 20; ++j)
+            least = std::min(
+                least,
+                residualOf(sh, refinedReference(sh, normal, lighting::kRec709Luminance, hasAmbient, lighting::fibonacciSphere(j, 20)),
+                           hasAmbient));
+        const auto unseen = refinedReference(sh, normal, lighting::kRec709Luminance, hasAmbient, glm::dvec3(0));
+        const auto seen = refinedReference(sh, normal, lighting::kRec709Luminance, hasAmbient, lighting::fibonacciSphere(i % 97, 97));
+        const double most = std::max(residualOf(sh, unseen, hasAmbient), residualOf(sh, seen, hasAmbient));
+        if (most > least + 2e-3) ++missed;
+        EXPECT_LT(most, least + 1e-2) << i;
+    }
+    EXPECT_LE(missed, 2);  // third hills, as high as the others
+}
+
+TEST(RefinedReference, StaysFinite) {
+    for (const float value : {0.0f, 1e-45f, 1e30f, -1e30f, 3e38f})
+        for (const bool hasAmbient : {false, true}) {
+            lighting::ShRgb sh;
+            sh.fill(glm::vec3(value));
+            sh[0] = glm::abs(sh[0]);
+            const auto light = refinedReference(sh, {0, 0, 1}, lighting::kRec709Luminance, hasAmbient, {1, 0, 0});
+            for (int channel = 0; channel < 3; ++channel) {
+                EXPECT_TRUE(std::isfinite(light.intensity[channel]) && light.intensity[channel] >= 0) << value;
+                EXPECT_TRUE(std::isfinite(light.direction[channel])) << value;
+            }
+        }
+}
+
 TEST(VerifyDominant, LosslessTexturesHaveNoErrorAtTexels) {
     const auto band = bake();
     const DominantErrors errors = verifier().verifyRows(exact(band), band, 0, kHeight);
@@ -144,6 +222,35 @@ TEST(VerifyDominant, BandsMergeToTheWholeAndTheBoundCoversOtherViews) {
     const auto manyViews = dense.verifyRows(rows, band, 0, kHeight).stages();
     EXPECT_GE(whole[1].specular.maxBound, manyViews[1].specular.maxSampled);
     EXPECT_GE(whole[0].specular.maxBound, manyViews[0].specular.maxSampled);
+}
+
+TEST(VerifyDominant, HoldsARefinedFitAgainstTheBestLight) {
+    auto band = bake();
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            const auto side = lighting::projectDirectional(glm::vec3(1, 0, 0), glm::vec3(1.5f, 1, 0.5f));
+            for (std::size_t i = 0; i < side.size(); ++i) band.sh.at(x, y)[i] += side[i];
+        }
+    const DecodedDominantRows closed = exact(band);
+    DecodedDominantRows refined = exact(band);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            fit::DominantLightOptions options;
+            options.fit = fit::DominantFit::Refined;
+            const auto light = fit::dominantLight(band.sh.at(x, y), band.normal.at(x, y), options);
+            refined.direction.at(x, y) = glm::vec4(0.5f * light.direction + 0.5f, 1);
+            refined.intensity.at(x, y) = glm::vec4(light.intensity / 4.0f, 1);
+        }
+    CookedDominant map = description();
+    map.fit = DominantFit::Refined;
+    const DominantVerifier strict(map, {{0.1, 0.5}, {0.04, 0.6}, 8, 1}, lighting::kRec709Luminance, kKey);
+    const DominantErrors good = strict.verifyRows(refined, band, 0, kHeight), bad = strict.verifyRows(closed, band, 0, kHeight);
+    EXPECT_LT(good.stages()[1].specular.relRms, 2e-3);
+    EXPECT_GT(bad.stages()[1].specular.relRms, 0.2) << "the closed form is not what was promised";
+    EXPECT_GT(verifier().verifyRows(refined, band, 0, kHeight).stages()[1].specular.relRms, 0.2);
+    EXPECT_LT(good.unexplainedStored(), bad.unexplainedStored());
+    EXPECT_NEAR(good.unexplainedStored(), good.unexplainedReference(), 1e-6);
+    EXPECT_NEAR(good.unexplainedReference(), bad.unexplainedReference(), 1e-6);
 }
 
 TEST(DominantStride, KeepsLargeMapsAffordable) {
