@@ -269,6 +269,7 @@ private:
     }
 
     void boundCentre(std::size_t stage, const LcSh& error, const LcSh& reference) {
+        if (isCertainlyWithin(worst_[stage], {&error, 1}, kShadingRounding, {})) return;
         const Channels errors = channelsOf(error), references = channelsOf(reference);
         for (std::size_t c = 0; c < kChannels; ++c) {
             const std::array<ErrorPair, 1> pair = {ErrorPair{errors[c], references[c]}};
@@ -301,7 +302,7 @@ private:
                     return difference(decoded(t, x + corner % 2, y + corner / 2), reference);
                 };
                 evaluateControls(texels, references, {}, error, errors, filtered);
-                boundQuad(pairsOf(errors, filtered), {});
+                if (!isCertainlyWithin(worst_.back(), errors, kRounding, filtered)) boundQuad(pairsOf(errors, filtered), {});
             }
         }
     }
@@ -386,6 +387,38 @@ private:
         for (const ErrorPair& pair : pairs)
             magnitude = std::max(magnitude, bandSum(bandNorms(pair.error), kExitNorm) + bandSum(bandNorms(pair.reference), kExitNorm));
         return magnitude;
+    }
+
+    /// The largest squared norm of each band and channel among control vectors.
+    static std::array<glm::vec3, 3> largestSquares(std::span<const LcSh> controls) {
+        std::array<glm::vec3, 3> largest{};
+        for (const LcSh& control : controls) {
+            std::array<glm::vec3, 3> sums{};
+            for (std::size_t i = 0; i < kCount; ++i) sums[static_cast<std::size_t>(lighting::kShBand[i])] += control.c[i] * control.c[i];
+            for (std::size_t l = 0; l < 3; ++l) largest[l] = glm::max(largest[l], sums[l]);
+        }
+        return largest;
+    }
+    /// A cheap yes, for most texels and quads: the largest norms of each band together, whichever controls they come from, are under the
+    /// worst so far. rounding: of errors and references, as a part of them.
+    bool isCertainlyWithin(const Worst& worst, std::span<const LcSh> errors, double rounding, std::span<const LcSh> references) const {
+        // Sums of squares of floats, a few units in the last place, and what squares lose under the smallest float.
+        constexpr double kSlack = 1 + 1e-5, kTiny = 1e-18;
+        const std::array<glm::vec3, 3> error = largestSquares(errors), reference = largestSquares(references);
+        const auto norms = [&](const std::array<glm::vec3, 3>& squares, std::size_t channel) {
+            lighting::ShBands out{};
+            for (std::size_t l = 0; l < 3; ++l)
+                out[l] = kSlack * std::sqrt(static_cast<double>(squares[l][static_cast<int>(channel)])) + kTiny;
+            return out;
+        };
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            const lighting::ShBands own = norms(error, c);
+            const double diffuse = bandSum(own, kExitNorm), missing = rounding * (diffuse + bandSum(norms(reference, c), kExitNorm));
+            // Not "greater": what is not a number has to be looked at.
+            if (!(diffuse + missing <= kFloor * worst.diffuse)) return false;
+            if (specular_.count() > 0 && !(bandSum(own, specularSuprema_) + 4 * missing <= kFloor * worst.specular)) return false;
+        }
+        return true;
     }
 
     /// missing: what each channel's error may have beyond its pairs, as exit radiance.
