@@ -218,12 +218,13 @@ bool GlDevice::upload(int unit, const Ktx2& texture) {
 }
 
 std::vector<glm::vec4> GlDevice::run(const std::string& declarations, const std::string& body, std::span<const glm::vec4> places,
-                                     std::span<const glm::vec4> directions) {
+                                     std::span<const glm::vec4> directions, std::span<const float> table) {
     Gl& gl = *state_->gl;
     const std::string text = "#version 450\nlayout(local_size_x = " + std::to_string(kGroupSize) +
                              ") in;\nlayout(std430, binding = 0) readonly buffer Places { vec4 places[]; };\n"
                              "layout(std430, binding = 1) readonly buffer Directions { vec4 directions[]; };\n"
-                             "layout(std430, binding = 2) writeonly buffer Results { vec4 results[]; };\n" +
+                             "layout(std430, binding = 2) writeonly buffer Results { vec4 results[]; };\n"
+                             "layout(std430, binding = 3) readonly buffer Table { float table[]; };\n" +
                              declarations +
                              "\nvoid main() {\nuint index = gl_GlobalInvocationID.x;\nif (index >= uint(places.length())) return;\n"
                              "vec4 place = places[index];\nvec4 direction = directions[min(index, uint(directions.length()) - 1u)];\n"
@@ -246,23 +247,26 @@ std::vector<glm::vec4> GlDevice::run(const std::string& declarations, const std:
     if (good == 0) throw std::runtime_error(words.data());
 
     const std::vector<glm::vec4> none(1);
+    const std::vector<float> noTable(1);
     if (directions.empty()) directions = none;
+    if (table.empty()) table = noTable;
     std::vector<glm::vec4> results(places.size());
-    std::array<GLuint, 3> buffers{};
-    gl.GenBuffers(3, buffers.data());
-    const auto fill = [&](GLuint index, const void* data, std::size_t count) {
+    std::array<GLuint, 4> buffers{};
+    gl.GenBuffers(4, buffers.data());
+    const auto fill = [&](GLuint index, const void* data, std::size_t bytes) {
         gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, index, buffers[index]);
-        gl.BufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(count * sizeof(glm::vec4)), data, GL_STATIC_DRAW);
+        gl.BufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(bytes), data, GL_STATIC_DRAW);
     };
-    fill(0, places.data(), places.size());
-    fill(1, directions.data(), directions.size());
-    fill(2, results.data(), results.size());
+    fill(0, places.data(), places.size_bytes());
+    fill(1, directions.data(), directions.size_bytes());
+    fill(3, table.data(), table.size_bytes());
+    fill(2, results.data(), results.size() * sizeof(glm::vec4));  // last: it stays bound, to be read
     gl.UseProgram(program);
     gl.DispatchCompute(static_cast<GLuint>((places.size() + kGroupSize - 1) / kGroupSize), 1, 1);
     gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     gl.GetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(results.size() * sizeof(glm::vec4)), results.data());
     const GLenum error = gl.GetError();
-    gl.DeleteBuffers(3, buffers.data());
+    gl.DeleteBuffers(4, buffers.data());
     gl.DeleteProgram(program);
     gl.DeleteShader(shader);
     if (error != GL_NO_ERROR) throw std::runtime_error("OpenGL error " + std::to_string(error));

@@ -33,11 +33,11 @@ public:
     /// Linear magnification, trilinear where there are mips, seamless cubemaps, clamped. The unit that the shader finds it under is `unit`;
     /// textures are sampler2DArray, cubemaps samplerCube. False where the format is none of this device's.
     bool upload(int unit, const Ktx2& texture);
-    /// Runs `body` for every place. In it: `vec4 place`, `vec4 direction`, and what it has to set: `vec4 result`.
+    /// Runs `body` for every place. In it: `vec4 place`, `vec4 direction`, `float table[]`, and what it has to set: `vec4 result`.
     /// declarations  global GLSL text: samplers, constants, functions
     /// Throws std::runtime_error with the compiler's words.
     std::vector<glm::vec4> run(const std::string& declarations, const std::string& body, std::span<const glm::vec4> places,
-                               std::span<const glm::vec4> directions = {});
+                               std::span<const glm::vec4> directions = {}, std::span<const float> table = {});
 
 private:
     struct State;
