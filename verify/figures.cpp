@@ -88,7 +88,9 @@ ErrorFigures ErrorAccumulator::figures() const {
     figures.maxSampled = maxSampled_;
     figures.maxBound = maxBound_;  // not raised to maxSampled: a sample above its bound is a fault that has to show
     if (sampleCount_ == 0) return figures;
-    figures.relRms = squaredError_ == 0 ? 0 : finiteOrLargest(std::sqrt(squaredError_ / squaredReference_));
+    // Light beyond all numbers has no error that could be told.
+    if (squaredError_ != 0)
+        figures.relRms = squaredReference_ <= kLargest ? finiteOrLargest(std::sqrt(squaredError_ / squaredReference_)) : kLargest;
     // The smallest value that at least 99 % of the samples do not exceed.
     std::int64_t left = sampleCount_ - sampleCount_ / 100;
     std::size_t bin = 0;

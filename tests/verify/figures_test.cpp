@@ -84,6 +84,17 @@ TEST(ErrorAccumulator, NothingAndNoErrorAreZero) {
 }
 
 /// A figure that is NaN would be under every limit.
+TEST(ErrorAccumulator, LightBeyondAllNumbersIsOverEveryLimit) {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    ErrorAccumulator errors(1);
+    const std::vector<float> references = {1.0f, kInfinity}, wrong = {0.01f, std::numeric_limits<float>::quiet_NaN()};
+    errors.addErrors(references, wrong);
+    EXPECT_EQ(errors.figures().relRms, std::numeric_limits<double>::max());
+    ErrorAccumulator lost(1);
+    lost.addErrors(std::vector<float>{kInfinity}, std::vector<float>{1.0f});
+    EXPECT_EQ(lost.figures().relRms, std::numeric_limits<double>::max());
+}
+
 TEST(ErrorAccumulator, WhatIsNotFiniteIsOverEveryLimit) {
     for (const double wrong : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
         ErrorAccumulator single(1), batch(1);
