@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <vector>
 
 #include "compress/highway_targets.h"
@@ -104,6 +105,7 @@ bool fitRowsSigned(const Bc6hRows& rows, const EncodeOptions& options, std::byte
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include "compress/bc6h_two_colours.h"
 #include "compress/half.h"
 namespace compress {
 namespace {
@@ -159,16 +161,16 @@ float errorOf(const Block& block, const EncodeOptions& options, float octaves) {
 
 const Bc6hSearch& bc6hSearchOf(int effort) {
     static constexpr std::array<Bc6hSearch, 10> kSearches = {{
-        {1e9f, 0, 0, 1, 0, false, 0, 0, 0, 1.0f / 16},
-        {0.025f, 1, 0, 1, 0, false, 0, 0, 0, 1.0f / 16},
-        {0.008f, 3, 0, 2, 0, false, 0, 1, 0, 1.0f / 16},
-        {0, 2, 0, 2, 0, false, 0, 0, 0.008f, 1.0f / 16},
-        {0, 3, 0, 2, 0, false, 0, 1, 0, 1.0f / 16},
-        {0, 4, 0, 2, 1, false, 0, 1, 0, 1.0f / 16},
-        {0, 4, 0, 2, 1, false, 2, 2, 0, 1.0f / 16},
-        {0, 4, 0, 2, 2, true, 3, 3, 0, 1.0f / 16},
-        {0, 6, 0, 2, 4, true, 6, 6, 0, 1.0f / 16},
-        {0, 32, 0, 4, 16, true, 32, 32, 0, 1.0f / 16},
+        {1e9f, 0, 0, 1, 0, false, 0, 0, 0, 1.0f / 16, false},
+        {0.025f, 1, 0, 1, 0, false, 0, 0, 0, 1.0f / 16, false},
+        {0.008f, 3, 0, 2, 0, false, 0, 1, 0, 1.0f / 16, false},
+        {0, 2, 0, 2, 0, false, 0, 0, 0.008f, 1.0f / 16, false},
+        {0, 3, 0, 2, 0, false, 0, 1, 0, 1.0f / 16, false},
+        {0, 4, 0, 2, 1, false, 0, 1, 0, 1.0f / 16, false},
+        {0, 4, 0, 2, 1, false, 2, 2, 0, 1.0f / 16, false},
+        {0, 4, 0, 2, 2, true, 3, 3, 0, 1.0f / 16, false},
+        {0, 6, 0, 2, 4, true, 6, 6, 0, 1.0f / 16, false},
+        {0, 32, 0, 4, 16, true, 32, 32, 0, 1.0f / 16, true},
     }};
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
@@ -179,7 +181,7 @@ bool encodeBc6hRows(const Bc6hRows& rows, bool isSigned, const EncodeOptions& op
 }
 
 void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out) {
-    const BlockSorter sorted(blocks, 3);
+    BlockSorter sorted(blocks, 3);
     std::vector<Bc6hResult> found(blocks.size());
     const auto fit = [&](const std::vector<const Block*>& list, const Bc6hSearch& search) {
         std::vector<Bc6hResult> results(list.size());
@@ -204,6 +206,16 @@ void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOption
     };
     for (const auto& [block, texel] : sorted.constant)
         found[static_cast<std::size_t>(block - blocks.data())] = singleColour(*block, texel, isSigned);
+    if (bc6hSearchOf(options.effort).twoColours) {
+        std::optional<Bc6hTwoColours> exact;
+        std::erase_if(sorted.varied, [&](const Block* block) {
+            TwoColours two;
+            if (!hasTwoColours(*block, 3, two)) return false;
+            if (!exact) exact.emplace(isSigned, options);
+            found[static_cast<std::size_t>(block - blocks.data())] = exact->fit(*block, two);
+            return true;
+        });
+    }
     run(sorted.varied, options.effort);
     run(sorted.insignificant, 0);
     for (const Bc6hResult& result : found) {

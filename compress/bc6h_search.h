@@ -22,6 +22,7 @@ struct Bc6hSearch {
     int everyMode;    ///< two-region shapes, and one region, for which not only the finest mode is tried whose deltas hold
     float deeperAbove;  ///< error, measured likewise, above which a block gets the next effort's search as well; 0: none does
     float slopeReach;   ///< share of the block's range across which the metric's slope is taken
+    bool twoColours;    ///< blocks of two colours get the least error there is
 };
 
 /// A block before its bits are packed. Codes are signed in signed formats; region 1 only where the mode has it.

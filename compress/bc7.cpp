@@ -35,6 +35,7 @@ void fitBc7(std::span<const Block* const> blocks, const Bc7Search& search, const
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include "compress/bc7_two_colours.h"
 namespace compress {
 namespace {
 
@@ -124,16 +125,16 @@ void pack(Bc7Result result, std::byte* out) {
 
 const Bc7Search& bc7SearchOf(int effort) {
     static constexpr std::array<Bc7Search, 10> kSearches = {{
-        {0, 0, 0, 0, false, 0, 0, false, 0},
-        {0, 0, 0, 0, false, 0, 1, false, 0},
-        {0, 0, 0, 1, false, 0, 1, true, 0},
-        {16, 1, 0, 4, false, 0, 1, true, 0},
-        {32, 1, 0, 4, true, 0, 1, true, 0},
-        {64, 3, 0, 4, true, 1, 1, true, 0},
-        {64, 4, 1, 4, true, 1, 1, true, 1},
-        {64, 8, 4, 4, true, 1, 2, true, 2},
-        {64, 16, 16, 4, true, 1, 3, true, 4},
-        {64, 64, 64, 4, true, 2, 4, true, 8},
+        {0, 0, 0, 0, false, 0, 0, false, 0, false},
+        {0, 0, 0, 0, false, 0, 1, false, 0, false},
+        {0, 0, 0, 1, false, 0, 1, true, 0, false},
+        {16, 1, 0, 4, false, 0, 1, true, 0, false},
+        {32, 1, 0, 4, true, 0, 1, true, 0, false},
+        {64, 3, 0, 4, true, 1, 1, true, 0, false},
+        {64, 4, 1, 4, true, 1, 1, true, 1, false},
+        {64, 8, 4, 4, true, 1, 2, true, 2, false},
+        {64, 16, 16, 4, true, 1, 3, true, 4, false},
+        {64, 64, 64, 4, true, 2, 4, true, 8, true},
     }};
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
@@ -147,6 +148,15 @@ void encodeBc7(std::span<const Block> blocks, const EncodeOptions& options, std:
         for (std::size_t i = 0; i < list.size(); ++i) found[static_cast<std::size_t>(list[i] - blocks.data())] = results[i];
     };
     for (const auto& [block, texel] : sorted.constant) found[static_cast<std::size_t>(block - blocks.data())] = singleColour(*block, texel);
+    if (bc7SearchOf(options.effort).twoColours) {
+        Bc7TwoColours exact(options);
+        std::erase_if(sorted.varied, [&](const Block* block) {
+            TwoColours two;
+            if (!hasTwoColours(*block, 4, two)) return false;
+            found[static_cast<std::size_t>(block - blocks.data())] = exact.fit(*block, two);
+            return true;
+        });
+    }
     run(sorted.varied, options.effort);
     run(sorted.insignificant, 0);
     for (const Bc7Result& result : found) {

@@ -19,6 +19,7 @@ struct Bc7Search {
     int codedRefits;   ///< the same, against rounded ends
     bool everyLowBit;  ///< all combinations of shared low bits, in place of the nearest
     int descents;      ///< passes of single steps of each code
+    bool twoColours;   ///< blocks of two colours get the least error there is
 };
 
 /// A block before its bits are packed.
