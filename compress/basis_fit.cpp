@@ -56,6 +56,7 @@ public:
     BasisModel run(const std::vector<int>& charts, int blocksAcross, int clusterCount) {
         model_.blocksAcross = blocksAcross;
         collect();
+        weighSquaresToo();
         cluster(charts, clusterCount);
         startCodes();
         for (int round = 0; round < kRounds; ++round) {
@@ -133,8 +134,7 @@ private:
             for (int y = 0; y < kChartBlock; ++y) {
                 if (source_.coverage.at(x, y) < 1) continue;
                 Texel texel{x, y};
-                const float block = samples_.choices()[static_cast<std::size_t>(x / kChartBlock)].weight;
-                texel.weight = block * std::sqrt(source_.importance.at(x, y));
+                texel.weight = blockWeight(texel) * std::sqrt(source_.importance.at(x, y));
                 for (std::size_t c = 0; c < 3; ++c) {
                     const float stored = l0.decoded.at(x, y)[static_cast<int>(c)], dc = range * stored;
                     texel.light[c] = stored * stored;
@@ -151,7 +151,23 @@ private:
             }
     }
 
-    float totalWeight(const Texel& texel) const { return texel.weight * (texel.light[0] + texel.light[1] + texel.light[2]); }
+    /// Texels weigh by what a player sees, their ratio, and by what rel_rms counts, their squares: half of the sum each. The second changes
+    /// little but where a few texels of a lamp are nearly all of a map's light, which the first alone would not look at.
+    void weighSquaresToo() {
+        double seen = 0, squares = 0;
+        for (const Texel& texel : texels_) {
+            seen += static_cast<double>(totalWeight(texel));
+            squares += static_cast<double>(blockWeight(texel) * lightOf(texel));
+        }
+        if (!(squares > 0)) return;
+        const auto unit = static_cast<float>(seen / squares);
+        for (Texel& texel : texels_) texel.weight += unit * blockWeight(texel);
+    }
+    /// How many blocks of the map a texel's own one stands for.
+    float blockWeight(const Texel& texel) const { return samples_.choices()[static_cast<std::size_t>(texel.x / kChartBlock)].weight; }
+    static float lightOf(const Texel& texel) { return texel.light[0] + texel.light[1] + texel.light[2]; }
+
+    float totalWeight(const Texel& texel) const { return texel.weight * lightOf(texel); }
     BasisTarget targetOf(const Texel& texel) const { return {texel.ratio, texel.light, &metrics_[texel.metric]}; }
 
     /// A space in which squared distances are about what errors of the ratios cost: the mean metric's root, channel by channel.
