@@ -83,7 +83,7 @@ TEST(ErrorAccumulator, NothingAndNoErrorAreZero) {
     EXPECT_EQ(black.figures().maxSampled, 0);
 }
 
-/// A figure that is NaN would be under every limit.
+/// A reference that overflows would make every relative error zero.
 TEST(ErrorAccumulator, LightBeyondAllNumbersIsOverEveryLimit) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     ErrorAccumulator errors(1);
@@ -95,6 +95,7 @@ TEST(ErrorAccumulator, LightBeyondAllNumbersIsOverEveryLimit) {
     EXPECT_EQ(lost.figures().relRms, std::numeric_limits<double>::max());
 }
 
+/// A figure that is NaN would be under every limit.
 TEST(ErrorAccumulator, WhatIsNotFiniteIsOverEveryLimit) {
     for (const double wrong : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
         ErrorAccumulator single(1), batch(1);
