@@ -10,6 +10,7 @@
 #include "lighting/radiometry.h"
 #include "pipeline/bands.h"
 #include "pipeline/figures_json.h"
+#include "pipeline/ground_truth.h"
 #include "pipeline/light_map_planning.h"
 #include "pipeline/preview.h"
 #include "pipeline/textures.h"
@@ -238,14 +239,18 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     const auto cooked =
         CookedLightMapReader::open(context.upstreamFolder, asset, shadingFromJson(parameters.at("shading")), sampling, *key);
     if (!cooked) return tl::make_unexpected(cooked.error());
+    const auto truth = GroundTruth::open(context, bake, asset.at("source").at("description"));
+    if (!truth) return tl::make_unexpected(truth.error());
     Preview preview(bake.width(), bake.height(), *key);
     verify::BlockErrors blocks(bake.width(), 0);
+    std::vector<verify::LightMapTruthPlace> truthPlaces;
     const bool isFlat = asset.at("layout") == "flat";
     using verify::LightMapErrors;
     LightMapErrors errors = cooked->verifier().noErrors();
     struct Part {
         LightMapErrors errors;
         verify::BlockErrors blocks;
+        std::vector<verify::LightMapTruthPlace> truthPlaces;
     };
     const auto verified = foldBands<Part>(
         bake.stripCount(), context, "verify " + context.action.asset,
@@ -267,11 +272,15 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
                     preview.set(x, firstRow + y, lighting::lambertExitRadiance(reference->sh.at(x, y), normal, glm::vec3(1)).value,
                                 lighting::lambertExitRadiance(seen.at(x, y), normal, glm::vec3(1)).value);
                 }
-            return Part{cooked->verifier().verifyRows(*texels, *reference, firstRow, rowCount), std::move(partBlocks)};
+            const auto traced = truth->within(*reference, firstRow, rowCount);
+            if (!traced) return tl::make_unexpected(traced.error());
+            return Part{cooked->verifier().verifyRows(*texels, *reference, firstRow, rowCount), std::move(partBlocks),
+                        lightMapPlaces(*traced, *reference, seen, firstRow)};
         },
         [&](const Part& part) {
             errors.merge(part.errors);
             blocks.merge(part.blocks);
+            truthPlaces.insert(truthPlaces.end(), part.truthPlaces.begin(), part.truthPlaces.end());
         });
     if (!verified) return tl::make_unexpected(verified.error());
 
@@ -284,6 +293,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     ActionOutcome outcome;
     outcome.result["verdict"] = verdict(stages, maxError, violations);
     outcome.result["key"] = *key;
+    if (!truth->isEmpty()) outcome.result["ground_truth"] = toJson(verify::lightMapTruth(truthPlaces));
     if (auto written = preview.write(context.folder, context.action.asset, outcome); !written) return tl::make_unexpected(written.error());
     return outcome;
 }

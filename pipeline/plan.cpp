@@ -7,6 +7,7 @@
 
 #include "formats/mesh.h"
 #include "formats/nearest.h"
+#include "pipeline/ground_truth.h"
 #include "pipeline/light_map_actions.h"
 #include "pipeline/light_map_source.h"
 #include "pipeline/mesh_actions.h"
@@ -127,7 +128,7 @@ private:
         } else if (isWanted) {
             add(entry.name, "light-map",
                 {{"description", toJson(description)}, {"layout", layout}, {"target", target}, {"textures", textures_}},
-                lightMapInputs(entry, mayBeLearned), {{"shading", toJson(shading_)}, {"samples", options_.samples}}, sourceOf(entry.file));
+                lightMapInputs(entry, mayBeLearned), {{"shading", toJson(shading_)}, {"samples", options_.samples}}, verifyInputs(entry));
             if (layout == "flat" && layoutAsked(scene_.output) != "flat")
                 skip(fmt::format("directional light map '{}'", entry.name),
                      "no material has a normal map or is specular: a flat exit-radiance map is enough", entry.name,
@@ -138,7 +139,7 @@ private:
             if (needs_.specular)
                 add(dominant, "dominant",
                     {{"description", toJson(description)}, {"fit", entry.dominantFit}, {"target", target}, {"textures", textures_}},
-                    sourceOf(entry.file), {{"shading", toJson(shading_)}}, sourceOf(entry.file));
+                    sourceOf(entry.file), {{"shading", toJson(shading_)}}, verifyInputs(entry));
             else
                 skip("dominant light of '" + entry.name + "'", "no material is specular", entry.name, 2 * bitsOf("flat"));
         }
@@ -151,6 +152,13 @@ private:
         std::error_code code;
         if (mayBeLearned && entry.mesh && std::filesystem::exists(*entry.mesh, code))
             inputs.merge(meshInputs(*entry.mesh, formats::GltfFiles::Geometry));
+        return inputs;
+    }
+
+    /// Traced light is looked at by the verifier alone.
+    Inputs verifyInputs(const LightMapEntry& entry) const {
+        Inputs inputs = sourceOf(entry.file);
+        if (entry.groundTruth) inputs[kGroundTruthRole] = *entry.groundTruth;
         return inputs;
     }
 

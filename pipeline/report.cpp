@@ -52,7 +52,7 @@ Json reportAsset(const Json& manifestAsset, const ActionRecord& cooked, const Ac
                                    {"bytes_gpu", texture.at("bytes_gpu")}});
     for (const char* key : {"notes"})
         if (cooked.result.contains(key)) row[key] = cooked.result.at(key);
-    for (const char* key : {"key", "mesh_error", "preview", "measures"})
+    for (const char* key : {"key", "mesh_error", "preview", "measures", "ground_truth"})
         if (verified.result.contains(key)) row[key] = verified.result.at(key);
     return row;
 }

@@ -513,6 +513,44 @@ Html candidateTable(const Json& asset) {
                    element("h3", word("Layouts tried")) + candidateCurve(asset) + table("candidates", element("tr", head), rows));
 }
 
+constexpr std::array kTruthParts = {"truncation", "fit", "quantization", "total", "two_lights"};
+
+Html truthRow(const std::string& name, const Json& errors) {
+    Html cells = element("th", {{"scope", "row"}}, text(name));
+    for (const char* part : kTruthParts) cells += numberCell(errors.contains(part) ? figureMarkup(errors, part) : text(kDash));
+    return element("tr", cells);
+}
+
+/// Of one way to shade: all values, and those of each roughness.
+Html truthRows(const std::string& name, const Json& errors) {
+    if (!errors.is_object()) return {};
+    Html rows = truthRow(name, errors);
+    for (const Json& each : list(errors, "by_m"))
+        if (each.is_object()) rows += truthRow("m " + humanNumber(number(member(each, "m"))), each);
+    return rows;
+}
+
+/// Traced light, and whose the difference is.
+Html groundTruth(const Json& asset) {
+    const Json& truth = member(asset, "ground_truth");
+    const Html rows = truthRows("Lambert", member(truth, "lambert")) +
+                      truthRows("Area specular of the nine coefficients", member(truth, "area_specular")) +
+                      truthRows("Specular of the dominant light", member(truth, "specular"));
+    if (rows.isEmpty()) return {};
+    const Html head = headCell("Against traced light, rel_rms") + headCell("Nine coefficients", "num") + headCell("One light", "num") +
+                      headCell("Cooking", "num") + headCell("Total", "num") + headCell("Two lights", "num");
+    const Json &specular = member(truth, "specular"), &isFit = member(truth, "fit_is_largest");
+    Html told;
+    if (isFit.is_boolean() && isFit.get<bool>())
+        told = element(
+            "p", text(fmt::format("One light cannot explain this scene: its fit is the largest of the three parts. A second light "
+                                  "would take it from {} to {}.",
+                                  humanPercent(number(member(specular, "fit"))), humanPercent(number(member(specular, "two_lights"))))));
+    return element("div", {{"class", "notes"}},
+                   element("h3", text(fmt::format("Ground truth: {} values", groupedCount(count(member(truth, "values")))))) +
+                       table("truth", element("tr", head), rows) + told);
+}
+
 Html assetFacts(const Json& asset) {
     const std::string size = sizeWords(asset);
     const double bits = number(member(asset, "bits_per_texel"));
@@ -533,7 +571,7 @@ Html assetSection(const std::filesystem::path& folder, const Json& asset, std::s
     const Html title = element("div", {{"class", "title"}}, element("h2", text(words(member(asset, "name")))) + verdictChip(passed(asset)));
     const Html lists = textureTable(asset) + notes(asset);
     return element("section", {{"class", "card asset"}, {"id", assetAnchor(index)}},
-                   title + assetFacts(asset) + pictures(folder, asset) + stageTable(asset) + candidateTable(asset) +
+                   title + assetFacts(asset) + pictures(folder, asset) + stageTable(asset) + groundTruth(asset) + candidateTable(asset) +
                        (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
 }
 

@@ -244,6 +244,7 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
                                        : formats::LightUnits::Game;
     entry.description.colors = colors;
     entry.mesh = reader.optionalPath("mesh");
+    entry.groundTruth = reader.optionalPath("ground_truth");
     entry.dominantFit = reader.oneOf("dominant_fit", kDominantFitNames, entry.dominantFit);
     reader.close();
     return entry;

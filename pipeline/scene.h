@@ -55,6 +55,7 @@ struct LightMapEntry {
     formats::LightMapDescription description;
     std::optional<std::filesystem::path> mesh;
     std::string dominantFit = "closed";  ///< one of kDominantFitNames
+    std::optional<std::filesystem::path> groundTruth;  ///< traced light at texels of the map (formats::readShadingValues)
 };
 struct ProbeEntry {
     std::string name;

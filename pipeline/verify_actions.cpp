@@ -16,6 +16,7 @@
 #include "pipeline/bands.h"
 #include "pipeline/dominant_actions.h"
 #include "pipeline/figures_json.h"
+#include "pipeline/ground_truth.h"
 #include "pipeline/light_map_actions.h"
 #include "pipeline/preview.h"
 #include "pipeline/probe_actions.h"
@@ -403,6 +404,8 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     const verify::LightMapShading materials = shadingFromJson(context.action.parameters.at("shading"));
     const verify::DominantShading shading{materials.m, materials.f0, materials.viewCount, verify::dominantStride(map.width, map.height)};
     const verify::DominantVerifier verifier(map, shading, bake.luminanceWeights(), *key);
+    const auto groundTruth = GroundTruth::open(context, bake, asset.at("source").at("description"));
+    if (!groundTruth) return tl::make_unexpected(groundTruth.error());
     Preview preview(bake.width(), bake.height(), *key);
     // A search a texel is dear: four of a block's sixteen tell its faults.
     const int every = map.fit == verify::DominantFit::Closed ? 1 : 2;
@@ -410,13 +413,14 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
         verify::DominantErrors errors;
         verify::BlockErrors blocks;
         ResidualGain gain;
+        std::vector<verify::DominantTruthPlace> truthPlaces;
     };
-    Part whole{verify::DominantErrors(*key), verify::BlockErrors(bake.width(), 0), {}};
+    Part whole{verify::DominantErrors(*key), verify::BlockErrors(bake.width(), 0), {}, {}};
     const auto verified = foldBands<Part>(
         bake.stripCount(), context, "verify " + context.action.asset,
         [&](int index) -> Result<Part> {
             const int firstRow = bake.stripFirstRow(index), rowCount = bake.stripRows(index);
-            Part part{verify::DominantErrors(*key), verify::BlockErrors(bake.width(), rowCount, firstRow), {}};
+            Part part{verify::DominantErrors(*key), verify::BlockErrors(bake.width(), rowCount, firstRow), {}, {}};
             const auto reference = bake.stripWithMargin(index, 0, 1);
             if (!reference) return tl::make_unexpected(reference.error());
             auto directions = readRows(*direction, firstRow, rowCount + 1);
@@ -451,12 +455,16 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
                                 litBy(glm::vec3(seen.direction), glm::vec3(seen.intensity), normal));
                 }
             part.errors = verifier.verifyRows(rows, *reference, firstRow, rowCount);
+            const auto traced = groundTruth->within(*reference, firstRow, rowCount);
+            if (!traced) return tl::make_unexpected(traced.error());
+            part.truthPlaces = dominantPlaces(*traced, *reference, verifier, rows, map.fit == verify::DominantFit::RefinedAmbient);
             return part;
         },
         [&](const Part& part) {
             whole.errors.merge(part.errors);
             whole.blocks.merge(part.blocks);
             whole.gain.merge(part.gain);
+            whole.truthPlaces.insert(whole.truthPlaces.end(), part.truthPlaces.begin(), part.truthPlaces.end());
         });
     if (!verified) return tl::make_unexpected(verified.error());
     std::vector<verify::Violation> violations;
@@ -467,6 +475,7 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
                               fmt::format("no more than without it ({:.3g}): it belongs to something else", gain.coarse)});
     ActionOutcome outcome = outcomeOf(whole.errors.stages(), context, watch, violations);
     outcome.result["key"] = *key;
+    if (!whole.truthPlaces.empty()) outcome.result["ground_truth"] = toJson(verify::dominantTruth(whole.truthPlaces));
     outcome.result["measures"] = {{"direction_error_degrees_mean", whole.errors.meanDirectionError()},
                                   {"direction_error_degrees_max", whole.errors.maxDirectionError()},
                                   {"unexplained_energy_stored", whole.errors.unexplainedStored()},

@@ -86,6 +86,57 @@ INSTANTIATE_TEST_SUITE_P(Both, SharedScenes,
                              return name;
                          });
 
+/// Traced light: what cooking adds to the truncation to nine coefficients is at most a fifth of it, and the whole is what a program that
+/// shares no line with ours finds.
+class SharedTruth : public testing::TestWithParam<const char*> {};
+
+TEST_P(SharedTruth, CookingIsAFifthOfTruncationAtMost) {
+    const std::filesystem::path data = std::filesystem::absolute(LIGHTCOOK_SHARED_DATA), scenes = data / "scenes";
+    const std::string scene = GetParam(), bake = (scenes / (scene + "_lightmap.exr")).string(),
+                      traced = (scenes / (scene + "_reference_a.csv")).string();
+    if (!std::filesystem::exists(traced)) GTEST_SKIP() << "no shared data at " << scenes;
+    const formats::TemporaryFolder folder;
+    formats::writeContent(
+        folder / "scene.toml",
+        "schema = 1\nname = \"shared\"\n[output]\nlight_map_layout = \"luvw\"\n[[light_map]]\nname = \"lightmap\"\nfile = \"" + bake +
+            "\"\nground_truth = \"" + traced +
+            "\"\n[[material]]\nname = \"*\"\nnormal_map = true\nspecular = true\nm = [0.1, 0.5]\nf0 = [0.04, 0.6]\n");
+    CookOptions options;
+    options.scene = folder / "scene.toml";
+    options.output = folder / "out";
+    options.cache = folder / "cache";
+    const RunState state;
+    const Outcome cooked = cookScene(options, state);
+    for (const formats::Error& error : cooked.errors) ADD_FAILURE() << error.line();
+    ASSERT_TRUE(cooked.report.is_object());
+    for (const Json& asset : cooked.report.at("assets")) {
+        if (asset.at("kind") != "light-map" && asset.at("kind") != "dominant") continue;
+        ASSERT_TRUE(asset.contains("ground_truth"));
+        const Json& truth = asset.at("ground_truth");
+        if (asset.at("kind") == "dominant") {
+            EXPECT_EQ(truth.at("values"), 18000);
+            EXPECT_LT(truth.at("specular").at("quantization").get<double>(), 0.2 * truth.at("specular").at("fit").get<double>());
+            continue;
+        }
+        const Json& lambert = truth.at("lambert");
+        EXPECT_LE(lambert.at("quantization").get<double>(), 0.2 * lambert.at("truncation").get<double>());
+        EXPECT_LE(truth.at("area_specular").at("quantization").get<double>(),
+                  0.2 * truth.at("area_specular").at("truncation").get<double>());
+        ASSERT_TRUE(reconstructLightMap(folder / "out", "lightmap", folder / "back.exr", state).has_value());
+        const std::string command = "/usr/bin/python3 -B '" + (data.parent_path() / "tools" / "score_ground_truth.py").string() + "' '" +
+                                    bake + "' '" + (folder / "back.exr").string() + "' '" + traced + "' > '" +
+                                    (folder / "score.txt").string() + "' 2>/dev/null";
+        if (std::system(command.c_str()) != 0)
+            GTEST_SKIP() << "cooked and verified; no score without python3-numpy and python3-openimageio";
+        const std::string score = formats::contentOf(folder / "score.txt");
+        ASSERT_TRUE(score.starts_with("lambert ")) << score;
+        EXPECT_NEAR(100 * lambert.at("total").get<double>(), std::stod(score.substr(8)), 0.0051) << "two digits of a percent are printed";
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Every, SharedTruth, testing::Values("cornell", "interior", "outdoor", "zdm2_sun"),
+                         [](const auto& each) { return std::string(each.param); });
+
 /// With the mesh: islands of the real scenes have necks that no texel covers, and lie two texels apart.
 class SharedMeshes : public testing::TestWithParam<const char*> {};
 

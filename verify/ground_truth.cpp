@@ -1,0 +1,134 @@
+#include "verify/ground_truth.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "lighting/brdf.h"
+#include "lighting/radiometry.h"
+#include "shaders/lightcook_cpp.h"
+
+namespace verify {
+namespace {
+
+using Kind = formats::ShadingValue::Kind;
+
+shaders::LcSh shaderSh(const lighting::ShRgb& sh) {
+    shaders::LcSh out;
+    for (std::size_t i = 0; i < sh.size(); ++i) out.c[i] = sh[i];
+    return out;
+}
+
+glm::dvec3 floatIrradiance(const lighting::ShRgb& sh, const glm::dvec3& normal) {
+    const lighting::ShDouble basis = lighting::evaluateBasis(normal);
+    glm::dvec3 sum(0);
+    for (std::size_t i = 0; i < basis.size(); ++i)
+        sum += lighting::kIrradianceBands[static_cast<std::size_t>(lighting::kShBand[i])] * basis[i] * glm::dvec3(sh[i]);
+    return sum;
+}
+
+glm::dvec3 shaderIrradiance(const lighting::ShRgb& sh, const glm::dvec3& normal) {
+    return std::numbers::pi * glm::dvec3(shaders::lcExitRadiance(shaderSh(sh), glm::vec3(normal)));
+}
+
+/// Kernels of the views and roughness that values come with: files repeat a few of each.
+class Kernels {
+public:
+    const lighting::AreaSpecularKernel& at(double NoV, double m) {
+        constexpr int kSamples = 256;
+        const auto [kernel, isNew] = kernels_.try_emplace({std::lround(NoV / kStep), m});
+        if (isNew)
+            kernel->second =
+                lighting::integrateAreaSpecular(static_cast<double>(kernel->first.first) * kStep, m, lighting::NormalDistribution::Beckmann,
+                                                lighting::CookTorranceNormalization::Energy, kSamples);
+        return kernel->second;
+    }
+
+private:
+    static constexpr double kStep = 1e-3;  ///< of NoV
+    std::map<std::pair<long, double>, lighting::AreaSpecularKernel> kernels_;
+};
+
+glm::dvec3 areaSpecular(const lighting::ShRgb& sh, const formats::ShadingValue& value, const glm::dvec3& normal, Kernels& kernels) {
+    const double NoV = glm::dot(normal, value.direction);
+    if (NoV <= 0) return glm::dvec3(0);
+    const shaders::LcFrame frame = shaders::lcViewFrame(glm::vec3(normal), glm::vec3(value.direction));
+    const shaders::LcSh local = shaders::lcLocalSh(shaderSh(sh), frame.x, frame.y, frame.z);
+    const lighting::AreaSpecularKernel& kernel = kernels.at(NoV, value.m);
+    glm::dvec3 sum(0);
+    for (std::size_t i = 0; i < lighting::kShCount; ++i)
+        sum += (value.f0 * kernel.c[i] + (1 - value.f0) * kernel.d[i]) * glm::dvec3(local.c[i]);
+    return sum;
+}
+
+glm::dvec3 analyticSpecular(const DominantLightSample& light, const formats::ShadingValue& value, const glm::dvec3& normal) {
+    return glm::dvec3(shaders::lcDominantSpecular(glm::vec3(value.direction), glm::vec3(light.direction), glm::vec3(light.intensity),
+                                                  glm::vec3(normal), static_cast<float>(value.m), glm::vec3(static_cast<float>(value.f0))));
+}
+
+}  // namespace
+
+void TruthSums::add(const glm::dvec3& truth, const glm::dvec3& fromFloats, const glm::dvec3& fromCooked) {
+    const auto square = [](const glm::dvec3& v) { return glm::dot(v, v); };
+    ++count_;
+    truth_ += square(truth);
+    model_ += square(fromFloats - truth);
+    cooking_ += square(fromCooked - fromFloats);
+    total_ += square(fromCooked - truth);
+}
+
+void TruthSums::merge(const TruthSums& other) {
+    count_ += other.count_;
+    truth_ += other.truth_;
+    model_ += other.model_;
+    cooking_ += other.cooking_;
+    total_ += other.total_;
+}
+
+TruthErrors TruthSums::errors() const {
+    const auto relative = [&](double squares) {
+        constexpr double kLargest = std::numeric_limits<double>::max();
+        const double error = squares == 0 ? 0 : std::sqrt(squares / truth_);
+        return error <= kLargest ? error : kLargest;
+    };
+    return {relative(model_), relative(cooking_), relative(total_)};
+}
+
+LightMapTruth lightMapTruth(std::span<const LightMapTruthPlace> places) {
+    LightMapTruth truth;
+    Kernels kernels;
+    for (const LightMapTruthPlace& place : places) {
+        const formats::ShadingValue& value = place.value;
+        if (value.kind == Kind::Lambert)
+            truth.lambert.add(value.value, floatIrradiance(place.baked, value.direction), shaderIrradiance(place.cooked, value.direction));
+        else
+            truth.areaSpecular[value.m].add(value.value, areaSpecular(place.baked, value, place.normal, kernels),
+                                            areaSpecular(place.cooked, value, place.normal, kernels));
+    }
+    return truth;
+}
+
+DominantTruth dominantTruth(std::span<const DominantTruthPlace> places) {
+    DominantTruth truth;
+    Kernels kernels;
+    for (const DominantTruthPlace& place : places) {
+        const formats::ShadingValue& value = place.value;
+        const glm::dvec3 one = analyticSpecular(place.fitted, value, place.normal);
+        const glm::dvec3 two = analyticSpecular(place.two[0], value, place.normal) + analyticSpecular(place.two[1], value, place.normal);
+        const glm::dvec3 area = areaSpecular(place.baked, value, place.normal, kernels);
+        truth.oneLight[value.m].add(value.value, one, analyticSpecular(place.cooked, value, place.normal));
+        truth.twoLights[value.m].add(value.value, one, two);
+        truth.areaSpecular[value.m].add(value.value, area, area);
+    }
+    return truth;
+}
+
+TruthSums sumOf(const std::map<double, TruthSums>& byM) {
+    TruthSums sum;
+    for (const auto& [m, sums] : byM) sum.merge(sums);
+    return sum;
+}
+
+}  // namespace verify
