@@ -224,7 +224,7 @@ std::vector<glm::vec4> GlDevice::run(const std::string& declarations, const std:
                              ") in;\nlayout(std430, binding = 0) readonly buffer Places { vec4 places[]; };\n"
                              "layout(std430, binding = 1) readonly buffer Directions { vec4 directions[]; };\n"
                              "layout(std430, binding = 2) writeonly buffer Results { vec4 results[]; };\n"
-                             "layout(std430, binding = 3) readonly buffer Table { float table[]; };\n" +
+                             "layout(std430, binding = 3) readonly buffer Table { float table[]; };\n#define TABLE(at) table[at]\n" +
                              declarations +
                              "\nvoid main() {\nuint index = gl_GlobalInvocationID.x;\nif (index >= uint(places.length())) return;\n"
                              "vec4 place = places[index];\nvec4 direction = directions[min(index, uint(directions.length()) - 1u)];\n"

@@ -18,16 +18,18 @@
 #include <stdexcept>
 
 #include "formats/error.h"
+#include "tests/samplers/browser_device.h"
 #include "tests/samplers/gl_device.h"
 
 namespace samplers {
 
 inline constexpr double kFraction = 1.0 / 256;  ///< [texels] that a sampler's 8-bit fractions may be off
 
-/// One context for all tests of a process.
-inline GlDevice* device(std::string& whyNot) {
+/// One of each kind for all tests of a process.
+template <class Kind>
+Device* device(std::string& whyNot) {
     static std::string reason;
-    static const std::unique_ptr<GlDevice> kDevice = GlDevice::create(reason);
+    static const std::unique_ptr<Kind> kDevice = Kind::create(reason);
     whyNot = reason;
     return kDevice.get();
 }
@@ -36,10 +38,13 @@ class Samplers : public testing::Test {
 protected:
     void SetUp() override {
         std::string whyNot;
-        gl_ = device(whyNot);
+        gl_ = open(whyNot);
         if (gl_ == nullptr) GTEST_SKIP() << "no second opinion: " << whyNot;
     }
-    GlDevice* gl_ = nullptr;
+    virtual Device* open(std::string& whyNot) const { return device<GlDevice>(whyNot); }
+    /// A format of ours that the device need not have.
+    virtual bool mayLack(const std::string&) const { return false; }
+    Device* gl_ = nullptr;
     std::mt19937 random_{7};
     float uniform(double low = 0, double high = 1) {
         return static_cast<float>(std::uniform_real_distribution<double>(low, high)(random_));
@@ -48,6 +53,15 @@ protected:
         std::normal_distribution<double> normal;
         return glm::normalize(glm::dvec3(normal(random_), normal(random_), normal(random_)));
     }
+};
+
+/// The same tests, asked of a browser.
+template <class Tests>
+class InABrowser : public Tests {
+protected:
+    Device* open(std::string& whyNot) const override { return device<BrowserDevice>(whyNot); }
+    /// EXT_texture_norm16 is not SwiftShader's.
+    bool mayLack(const std::string& format) const override { return format.ends_with("16-unorm"); }
 };
 
 /// Largest difference, and largest part of what was allowed.
