@@ -268,9 +268,12 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
                     const glm::vec3 normal = reference->normal.at(x, y);
                     const Squares squares = squaresOf(reference->sh.at(x, y), seen.at(x, y), normal, isFlat);
                     partBlocks.add(x, firstRow + y, squares.error, squares.reference);
-                    if (!preview.shows(x, firstRow + y)) continue;
-                    preview.set(x, firstRow + y, lighting::lambertExitRadiance(reference->sh.at(x, y), normal, glm::vec3(1)).value,
-                                lighting::lambertExitRadiance(seen.at(x, y), normal, glm::vec3(1)).value);
+                    const glm::vec3 lit = lighting::lambertExitRadiance(reference->sh.at(x, y), normal, glm::vec3(1)).value;
+                    const glm::vec3 found = lighting::lambertExitRadiance(seen.at(x, y), normal, glm::vec3(1)).value;
+                    if (preview.shows(x, firstRow + y))
+                        preview.set(x, firstRow + y, lit, found);
+                    else
+                        preview.compare(x, firstRow + y, lit, found);
                 }
             const auto traced = truth->within(*reference, firstRow, rowCount);
             if (!traced) return tl::make_unexpected(traced.error());

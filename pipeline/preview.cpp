@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <glm/common.hpp>
 
@@ -25,7 +26,7 @@ Preview::Preview(int width, int height, double key)
     const int across = (width + stride_ - 1) / stride_, down = (height + stride_ - 1) / stride_;
     reference_ = formats::Image<glm::u8vec3>(across, down);
     cooked_ = formats::Image<glm::u8vec3>(across, down);
-    difference_ = formats::Image<glm::u8vec3>(across, down);
+    worst_ = formats::Image<float>(across, down);
 }
 
 glm::u8vec3 Preview::toneMapped(const glm::vec3& radiance) const {
@@ -37,14 +38,20 @@ glm::u8vec3 Preview::toneMapped(const glm::vec3& radiance) const {
     return pixel;
 }
 
-glm::u8vec3 Preview::heat(const glm::vec3& reference, const glm::vec3& cooked) const {
-    double worst = 0;
+void Preview::compare(int x, int y, const glm::vec3& reference, const glm::vec3& cooked) {
+    float worst = 0;
     for (int channel = 0; channel < 3; ++channel) {
-        const double allowed = std::abs(static_cast<double>(reference[channel])) + 0.02 * key_;
-        const double error = std::abs(static_cast<double>(cooked[channel]) - static_cast<double>(reference[channel]));
-        worst = std::max(worst, allowed > 0 ? error / allowed : 0.0);
+        const float allowed = std::abs(reference[channel]) + static_cast<float>(0.02 * key_);
+        worst = std::max(worst, allowed > 0 ? std::abs(cooked[channel] - reference[channel]) / allowed : 0.0f);
     }
-    const double place = std::min(worst / kHeatRange, 1.0) * (kHeatRamp.size() - 1);
+    // Threads may share a pixel. The largest of them all is the same in any order.
+    const std::atomic_ref<float> pixel(worst_.at(x / stride_, y / stride_));
+    for (float seen = pixel.load(); worst > seen && !pixel.compare_exchange_weak(seen, worst);) {
+    }
+}
+
+glm::u8vec3 Preview::heat(float worst) {
+    const double place = std::min(static_cast<double>(worst) / kHeatRange, 1.0) * (kHeatRamp.size() - 1);
     const std::size_t low = std::min(static_cast<std::size_t>(place), kHeatRamp.size() - 2);
     const double fraction = place - static_cast<double>(low);
     glm::u8vec3 pixel(0);
@@ -58,12 +65,14 @@ glm::u8vec3 Preview::heat(const glm::vec3& reference, const glm::vec3& cooked) c
 void Preview::set(int x, int y, const glm::vec3& reference, const glm::vec3& cooked) {
     reference_.at(x / stride_, y / stride_) = toneMapped(reference);
     cooked_.at(x / stride_, y / stride_) = toneMapped(cooked);
-    difference_.at(x / stride_, y / stride_) = heat(reference, cooked);
+    compare(x, y, reference, cooked);
 }
 
 formats::Result<void> Preview::write(const std::filesystem::path& folder, const std::string& name, ActionOutcome& outcome) const {
+    formats::Image<glm::u8vec3> difference(worst_.width(), worst_.height());
+    std::ranges::transform(worst_.texels(), difference.texels().begin(), heat);
     const std::pair<const char*, const formats::Image<glm::u8vec3>*> pictures[] = {
-        {"reference", &reference_}, {"cooked", &cooked_}, {"difference", &difference_}};
+        {"reference", &reference_}, {"cooked", &cooked_}, {"difference", &difference}};
     for (const auto& [suffix, picture] : pictures) {
         const std::string file = "preview/" + name + "_" + suffix + ".png";
         const auto png = formats::encodePng(picture->view());

@@ -9,7 +9,8 @@
 
 namespace pipeline {
 
-/// Three pictures of one asset, filled texel by texel from any thread, each texel by one of them.
+/// Three pictures of one asset, filled texel by texel from any thread, each texel by one of them. Those of the reference and of what was
+/// cooked are points; no error hides between them: the difference is the worst local relative error of all texels under a pixel.
 class Preview {
 public:
     /// Shows every stride-th texel of width x height, so that the longer side has at most kLongestSide pixels.
@@ -20,7 +21,9 @@ public:
     bool shows(int x, int y) const {
         return x % stride_ == 0 && y % stride_ == 0 && x / stride_ < reference_.width() && y / stride_ < reference_.height();
     }
-    /// Exit radiance or radiance at texel (x, y), which has to be one that shows().
+    /// Exit radiance or radiance at any texel: the picture of the difference shows the worst of those that share a pixel.
+    void compare(int x, int y, const glm::vec3& reference, const glm::vec3& cooked);
+    /// The same at a texel that shows(), for all three pictures.
     void set(int x, int y, const glm::vec3& reference, const glm::vec3& cooked);
 
     /// Writes <name>_reference.png, <name>_cooked.png, <name>_difference.png under `folder`/preview and names them in `outcome`.
@@ -30,11 +33,12 @@ public:
 
 private:
     glm::u8vec3 toneMapped(const glm::vec3& radiance) const;
-    glm::u8vec3 heat(const glm::vec3& reference, const glm::vec3& cooked) const;
+    static glm::u8vec3 heat(float worst);
 
     double key_;
     int stride_;
-    formats::Image<glm::u8vec3> reference_, cooked_, difference_;
+    formats::Image<glm::u8vec3> reference_, cooked_;
+    formats::Image<float> worst_;  ///< local relative error
 };
 
 }  // namespace pipeline

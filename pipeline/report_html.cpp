@@ -361,7 +361,7 @@ Html pictures(const std::filesystem::path& folder, const Json& asset) {
     // The ramp of this scale is that of preview.cpp.
     const Html ramp = word("0") + element("span", {{"class", "heat"}}, {}) + word("10 % or more");
     const Html differenceCaption =
-        element("b", word("Difference")) + word(": local relative error") + element("span", {{"class", "scale"}}, ramp);
+        element("b", word("Difference")) + word(": local relative error, the worst under each pixel") + element("span", {{"class", "scale"}}, ramp);
     return element("div", {{"class", "pictures"}},
                    pictureFigure(folder, preview, "reference", element("b", word("Reference")) + word(": the float bake")) +
                        pictureFigure(folder, preview, "cooked", element("b", word("Cooked")) + word(": as the shader reads it")) +

@@ -450,9 +450,12 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
                     part.gain.add(truth.direction,
                                   map.directionScale * glm::vec3(coarse[static_cast<std::size_t>(y * map.width + x)]) + map.directionBias,
                                   seen.direction);
-                    if (!isShown) continue;
-                    preview.set(x, firstRow + y, litBy(glm::vec3(truth.direction), glm::vec3(truth.intensity), normal),
-                                litBy(glm::vec3(seen.direction), glm::vec3(seen.intensity), normal));
+                    const glm::vec3 lit = litBy(glm::vec3(truth.direction), glm::vec3(truth.intensity), normal);
+                    const glm::vec3 litAsSeen = litBy(glm::vec3(seen.direction), glm::vec3(seen.intensity), normal);
+                    if (isShown)
+                        preview.set(x, firstRow + y, lit, litAsSeen);
+                    else
+                        preview.compare(x, firstRow + y, lit, litAsSeen);
                 }
             part.errors = verifier.verifyRows(rows, *reference, firstRow, rowCount);
             const auto traced = groundTruth->within(*reference, firstRow, rowCount);
