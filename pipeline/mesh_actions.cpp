@@ -85,6 +85,69 @@ Result<void> verifyClusters(const ActionContext& context, const formats::GltfSce
     return {};
 }
 
+/// Of a lattice with so many bits a component.
+double latticeSteps(int bits) {
+    return std::exp2(bits) - 1;
+}
+/// How far quantization moves at most, in steps of the lattice: half a step of each component, and rounding. The octahedral map stretches
+/// the steps of its square unevenly: normals of the public scenes stay under 4.2 of them [radians].
+constexpr double kSlack = 1.01, kUvSteps = kSlack * 0.5 * std::numbers::sqrt2, kNormalSteps = kSlack * 6;
+
+/// How much of the scene's limit a mesh may use up: its error comes on top of the light map's.
+constexpr double kShareOfLimit = 0.1;
+/// Light-map UVs stay well inside their texel.
+constexpr double kMostTexels = 0.25;
+
+struct ChosenBits {
+    formats::DracoOptions options;
+    double bound = 0;  ///< of rel_rms
+};
+
+/// The least bits whose bound keeps the limit, UVs and normals weighed alike; the finest if none does.
+ChosenBits chooseBits(const verify::MeshShiftBound& bound, double uvExtent, double texels, double limit) {
+    constexpr int kFewestUv = 8, kMostUv = 16, kFewestNormal = 6, kMostNormal = 14;
+    ChosenBits chosen;
+    int fewest = kMostUv + kMostNormal + 1;
+    const auto shiftOf = [&](int uvBits, int normalBits) {
+        const double uv = uvExtent * texels * kUvSteps / latticeSteps(uvBits);
+        return verify::MeshShift{uv, uv, kNormalSteps / latticeSteps(normalBits)};
+    };
+    for (int uv = kFewestUv; uv <= kMostUv; ++uv)
+        for (int normal = kFewestNormal; normal <= kMostNormal; ++normal) {
+            const verify::MeshShift shift = shiftOf(uv, normal);
+            const double found = bound.relRms(shift);
+            const bool isFinest = uv == kMostUv && normal == kMostNormal && fewest > kMostUv + kMostNormal;
+            const bool isBetter = uv + normal < fewest || (uv + normal == fewest && found < chosen.bound);
+            if (!isFinest && (found > limit || shift.uTexels > kMostTexels || !isBetter)) continue;
+            fewest = uv + normal;
+            chosen.options.lightMapUvBits = uv;
+            chosen.options.normalBits = normal;
+            chosen.bound = found;
+        }
+    return chosen;
+}
+
+Result<ChosenBits> bitsFor(const formats::GltfScene& scene, const ActionContext& context) {
+    const Json& parameters = context.action.parameters;
+    const auto bake = openLightMap(context, parameters.at("description"));
+    if (!bake) return tl::make_unexpected(bake.error());
+    const auto extent = scene.errorOf(scene);
+    if (!extent) return tl::make_unexpected(extent.error());
+    verify::MeshShiftBound bound;
+    const auto surveyed = foldBands<verify::MeshShiftBound>((*bake)->stripCount(), context, "survey " + context.action.asset,
+                                                            [&](int index) -> Result<verify::MeshShiftBound> {
+                                                                const auto band = (*bake)->stripWithMargin(index, 0, 1);
+                                                                if (!band) return tl::make_unexpected(band.error());
+                                                                verify::MeshShiftBound part;
+                                                                part.add(*band, (*bake)->stripFirstRow(index), (*bake)->stripRows(index));
+                                                                return part;
+                                                            },
+                                                            [&](const verify::MeshShiftBound& part) { bound.merge(part); });
+    if (!surveyed) return tl::make_unexpected(surveyed.error());
+    return chooseBits(bound, extent->lightMapUvExtent, std::max((*bake)->width(), (*bake)->height()),
+                      kShareOfLimit * parameters.at("max_error").get<double>());
+}
+
 /// Vertices lie no farther from their source than half a step of the lattice that the manifest names, where it names none not at all, and
 /// light-map UVs stay in their texel: beyond that another chart may begin, and the gradient that tells the error says nothing.
 std::vector<verify::Violation> brokenLaws(const formats::MeshError& moved, const verify::MeshShift& shift, const Json& quantization) {
@@ -94,19 +157,17 @@ std::vector<verify::Violation> brokenLaws(const formats::MeshError& moved, const
             violations.push_back(
                 {place, fmt::format("{:.4g} {} from the source", found, unit), fmt::format("at most {:.4g}{}", allowed, why)});
     };
-    constexpr double kSlack = 1.01, kFloats = 1e-6;
+    constexpr double kFloats = 1e-6;
     // stepsAllowed  of a lattice that divides the extent
     const auto expectWithinBits = [&](const char* place, const std::string& unit, double found, double extent, const char* bits,
                                       double stepsAllowed) {
         const int count = quantization.value(bits, 0);
-        const double share = count > 0 ? kSlack * stepsAllowed / (std::exp2(count) - 1) : 0;
+        const double share = count > 0 ? stepsAllowed / latticeSteps(count) : 0;
         expect(place, unit, found, extent * (share + kFloats), count > 0 ? fmt::format(" with {} bits", count) : ": not quantized");
     };
-    expectWithinBits("positions", "scene units", moved.position, moved.positionExtent, "position_bits", 0.5 * std::sqrt(3.0));
-    expectWithinBits("light-map UVs", "of their range", moved.lightMapUv, moved.lightMapUvExtent, "light_map_uv_bits",
-                     0.5 * std::numbers::sqrt2);
-    // The octahedral map stretches the steps of its square unevenly: the public scenes stay under 4.2 of them.
-    expectWithinBits("normals", "radians", moved.normalRadians, 1, "normal_bits", 6);
+    expectWithinBits("positions", "scene units", moved.position, moved.positionExtent, "position_bits", kSlack * 0.5 * std::sqrt(3.0));
+    expectWithinBits("light-map UVs", "of their range", moved.lightMapUv, moved.lightMapUvExtent, "light_map_uv_bits", kUvSteps);
+    expectWithinBits("normals", "radians", moved.normalRadians, 1, "normal_bits", kNormalSteps);
     expect("light-map UVs", "texels", std::max(shift.uTexels, shift.vTexels), 0.5, " texels");
     return violations;
 }
@@ -138,11 +199,17 @@ Result<ActionOutcome> cookMesh(const ActionContext& context) {
         if (!map) return tl::make_unexpected(map.error());
         clusters = std::move(*map);
     }
-    const formats::DracoOptions options;
     const bool isDraco = context.action.parameters.at("draco").get<bool>();
+    ChosenBits bits;
+    if (isDraco) {
+        const auto chosen = bitsFor(*scene, context);
+        if (!chosen) return tl::make_unexpected(chosen.error());
+        bits = *chosen;
+    }
     const std::string file = context.action.asset + ".glb";
     const formats::ClusterMap* given = clusters ? &*clusters : nullptr;
-    const auto size = isDraco ? scene->writeDraco(context.folder / file, options, given) : scene->writePlain(context.folder / file, given);
+    const auto size =
+        isDraco ? scene->writeDraco(context.folder / file, bits.options, given) : scene->writePlain(context.folder / file, given);
     if (!size) return tl::make_unexpected(size.error());
     ActionOutcome outcome;
     outcome.files = {file};
@@ -157,11 +224,14 @@ Result<ActionOutcome> cookMesh(const ActionContext& context) {
         {"bytes_disk", size->fileBytesOut},
         {"vertices", size->vertexCount},
         {"triangles", size->triangleCount},
-        {"quantization", isDraco ? toJson(options) : Json::object()},
+        {"quantization", isDraco ? toJson(bits.options) : Json::object()},
         {"textures", Json::array()},
         {"source", {{"description", context.action.parameters.at("description")}}}};
     if (clusters) outcome.result["asset"]["basis"] = basisEntry(context.upstream[0]->result.at("asset"));
     outcome.result["bytes_in"] = size->fileBytesIn;
+    if (isDraco)
+        outcome.result["notes"] = {
+            {"light_map_uv_bits", bits.options.lightMapUvBits}, {"normal_bits", bits.options.normalBits}, {"bound_of_rel_rms", bits.bound}};
     return outcome;
 }
 

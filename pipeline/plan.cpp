@@ -128,7 +128,7 @@ private:
         } else if (isWanted) {
             add(entry.name, "light-map",
                 {{"description", toJson(description)}, {"layout", layout}, {"target", target}, {"textures", textures_}},
-                lightMapInputs(entry, mayBeLearned), {{"shading", toJson(shading_)}, {"samples", options_.samples}}, verifyInputs(entry));
+                lightMapInputs(entry, mayBeLearned), {{"shading", toJson(shading_)}, {"samples", options_.samples}}, tracedInputs(entry));
             if (layout == "flat" && layoutAsked(scene_.output) != "flat")
                 skip(fmt::format("directional light map '{}'", entry.name),
                      "no material has a normal map or is specular: a flat exit-radiance map is enough", entry.name,
@@ -139,7 +139,7 @@ private:
             if (needs_.specular)
                 add(dominant, "dominant",
                     {{"description", toJson(description)}, {"fit", entry.dominantFit}, {"target", target}, {"textures", textures_}},
-                    sourceOf(entry.file), {{"shading", toJson(shading_)}}, verifyInputs(entry));
+                    sourceOf(entry.file), {{"shading", toJson(shading_)}}, tracedInputs(entry));
             else
                 skip("dominant light of '" + entry.name + "'", "no material is specular", entry.name, 2 * bitsOf("flat"));
         }
@@ -156,7 +156,7 @@ private:
     }
 
     /// Traced light is looked at by the verifier alone.
-    Inputs verifyInputs(const LightMapEntry& entry) const {
+    Inputs tracedInputs(const LightMapEntry& entry) const {
         Inputs inputs = sourceOf(entry.file);
         if (entry.groundTruth) inputs[kGroundTruthRole] = *entry.groundTruth;
         return inputs;
@@ -167,7 +167,8 @@ private:
         const Inputs inputs = meshInputs(*entry.mesh);
         Inputs verifyInputs = sourceOf(entry.file);
         verifyInputs.insert(inputs.begin(), inputs.end());
-        add(asset, "mesh", {{"description", toJson(description)}, {"draco", scene_.output.draco}}, inputs, Json::object(), verifyInputs);
+        add(asset, "mesh", {{"description", toJson(description)}, {"draco", scene_.output.draco}, {"max_error", scene_.output.maxError}},
+            scene_.output.draco ? verifyInputs : inputs, Json::object(), verifyInputs);
         plan_.meshes[asset] = entry.name;
         if (!hasLearnedBases(layout)) return;
         plan_.actions[plan_.actions.size() - 2].dependencies.push_back("cook/" + entry.name);

@@ -53,46 +53,93 @@ lighting::ShBands gradientFactors() {
     return factors;
 }
 
-double boundOf(const Quad& quad, int channel, const MeshShift& shift, double key) {
+/// What a channel of a quad changes by at most: per texel across, per texel down, per radian.
+struct Slopes {
+    double across = 0, down = 0, turn = 0;
+};
+Slopes slopesOf(const Quad& quad, int channel) {
     static const lighting::ShBands value = valueFactors(), gradient = gradientFactors();
     const auto difference = [&](std::size_t a, std::size_t b) {
         ShRgb result;
         for (std::size_t i = 0; i < lighting::kShCount; ++i) result[i] = (*quad.corners[a])[i] - (*quad.corners[b])[i];
         return bandSum(result, channel, value);
     };
-    const double across = std::max(difference(1, 0), difference(3, 2)), down = std::max(difference(2, 0), difference(3, 1));
-    double steepest = 0;
-    for (const ShRgb* corner : quad.corners) steepest = std::max(steepest, bandSum(*corner, channel, gradient));
-    const double largest = shift.uTexels * across + shift.vTexels * down + shift.normalRadians * steepest;
+    Slopes slopes{std::max(difference(1, 0), difference(3, 2)), std::max(difference(2, 0), difference(3, 1)), 0};
+    for (const ShRgb* corner : quad.corners) slopes.turn = std::max(slopes.turn, bandSum(*corner, channel, gradient));
+    return slopes;
+}
+
+double boundOf(const Quad& quad, int channel, const MeshShift& shift, double key) {
+    const Slopes slopes = slopesOf(quad, channel);
+    const double largest = shift.uTexels * slopes.across + shift.vTexels * slopes.down + shift.normalRadians * slopes.turn;
     return largest > 0 ? largest / (0.02 * key) : 0.0;
+}
+
+/// visit(quad, the normal of its first texel) where all four texels are covered.
+template <class Visit>
+void forEachQuad(const formats::LightMapBand& band, int firstRow, int rowCount, Visit visit) {
+    const int lastRow = std::min(firstRow + rowCount, band.firstRow + band.sh.height() - 1);
+    for (int row = firstRow; row < lastRow; ++row) {
+        const int y = row - band.firstRow;
+        for (int x = 0; x + 1 < band.sh.width(); ++x) {
+            if (!(band.covered.at(x, y) && band.covered.at(x + 1, y) && band.covered.at(x, y + 1) && band.covered.at(x + 1, y + 1)))
+                continue;
+            visit(Quad{{&band.sh.at(x, y), &band.sh.at(x + 1, y), &band.sh.at(x, y + 1), &band.sh.at(x + 1, y + 1)}},
+                  glm::dvec3(band.normal.at(x, y)));
+        }
+    }
 }
 
 }  // namespace
 
 void addMeshShiftErrors(const formats::LightMapBand& band, int firstRow, int rowCount, const MeshShift& shift, double key,
                         ErrorAccumulator& errors) {
-    const int lastRow = std::min(firstRow + rowCount, band.firstRow + band.sh.height() - 1);
     const double s = std::min(shift.uTexels, 0.5), t = std::min(shift.vTexels, 0.5);
-    for (int row = firstRow; row < lastRow; ++row) {
-        const int y = row - band.firstRow;
-        for (int x = 0; x + 1 < band.sh.width(); ++x) {
-            if (!(band.covered.at(x, y) && band.covered.at(x + 1, y) && band.covered.at(x, y + 1) && band.covered.at(x + 1, y + 1)))
-                continue;
-            const Quad quad{{&band.sh.at(x, y), &band.sh.at(x + 1, y), &band.sh.at(x, y + 1), &band.sh.at(x + 1, y + 1)}};
-            const glm::dvec3 normal(band.normal.at(x, y));
-            const glm::dmat3 frame = lighting::worldFromTangentFrame(normal);
-            const glm::vec3 reference = exitRadiance(quad.at(0.5, 0.5), glm::vec3(normal));
-            for (int corner = 0; corner < 4; ++corner) {
-                const double signS = corner % 2 == 0 ? -1 : 1, signT = corner < 2 ? -1 : 1;
-                const glm::dvec3 turned =
-                    glm::normalize(normal + std::tan(shift.normalRadians) * (signS * frame[0] + signT * frame[1]) / std::numbers::sqrt2);
-                const glm::vec3 result = exitRadiance(quad.at(0.5 + signS * s, 0.5 + signT * t), glm::vec3(turned));
-                for (int channel = 0; channel < 3; ++channel)
-                    errors.add(static_cast<double>(reference[channel]), static_cast<double>(result[channel]));
-            }
-            for (int channel = 0; channel < 3; ++channel) errors.addBound(boundOf(quad, channel, shift, key));
+    forEachQuad(band, firstRow, rowCount, [&](const Quad& quad, const glm::dvec3& normal) {
+        const glm::dmat3 frame = lighting::worldFromTangentFrame(normal);
+        const glm::vec3 reference = exitRadiance(quad.at(0.5, 0.5), glm::vec3(normal));
+        for (int corner = 0; corner < 4; ++corner) {
+            const double signS = corner % 2 == 0 ? -1 : 1, signT = corner < 2 ? -1 : 1;
+            const glm::dvec3 turned =
+                glm::normalize(normal + std::tan(shift.normalRadians) * (signS * frame[0] + signT * frame[1]) / std::numbers::sqrt2);
+            const glm::vec3 result = exitRadiance(quad.at(0.5 + signS * s, 0.5 + signT * t), glm::vec3(turned));
+            for (int channel = 0; channel < 3; ++channel)
+                errors.add(static_cast<double>(reference[channel]), static_cast<double>(result[channel]));
         }
-    }
+        for (int channel = 0; channel < 3; ++channel) errors.addBound(boundOf(quad, channel, shift, key));
+    });
+}
+
+void MeshShiftBound::add(const formats::LightMapBand& band, int firstRow, int rowCount) {
+    forEachQuad(band, firstRow, rowCount, [&](const Quad& quad, const glm::dvec3& normal) {
+        const glm::dvec3 reference(exitRadiance(quad.at(0.5, 0.5), glm::vec3(normal)));
+        reference_ += glm::dot(reference, reference);
+        for (int channel = 0; channel < 3; ++channel) {
+            const Slopes slopes = slopesOf(quad, channel);
+            uu_ += slopes.across * slopes.across;
+            vv_ += slopes.down * slopes.down;
+            nn_ += slopes.turn * slopes.turn;
+            uv_ += slopes.across * slopes.down;
+            un_ += slopes.across * slopes.turn;
+            vn_ += slopes.down * slopes.turn;
+        }
+    });
+}
+
+void MeshShiftBound::merge(const MeshShiftBound& other) {
+    uu_ += other.uu_;
+    vv_ += other.vv_;
+    nn_ += other.nn_;
+    uv_ += other.uv_;
+    un_ += other.un_;
+    vn_ += other.vn_;
+    reference_ += other.reference_;
+}
+
+double MeshShiftBound::relRms(const MeshShift& shift) const {
+    const double u = shift.uTexels, v = shift.vTexels, n = shift.normalRadians;
+    const double squares = u * u * uu_ + v * v * vv_ + n * n * nn_ + 2 * (u * v * uv_ + u * n * un_ + v * n * vn_);
+    return squares > 0 && reference_ > 0 ? std::sqrt(squares / reference_) : 0;
 }
 
 }  // namespace verify

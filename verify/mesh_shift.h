@@ -21,4 +21,19 @@ struct MeshShift {
 void addMeshShiftErrors(const formats::LightMapBand& band, int firstRow, int rowCount, const MeshShift& shift, double key,
                         ErrorAccumulator& errors);
 
+/// The same bound as an RMS over the map, for any shift at once: a quad's bound is linear in the three parts of a shift, so that six sums
+/// of products tell the RMS of all quads.
+class MeshShiftBound {
+public:
+    /// Quads that begin in rows [firstRow, firstRow + rowCount) of the band, which also holds the row below.
+    void add(const formats::LightMapBand& band, int firstRow, int rowCount);
+    void merge(const MeshShiftBound& other);
+    /// RMS of the bounds over the RMS of the exit radiance at the quads' centres; valid for shifts of at most half a texel. 0 without
+    /// quads or without light.
+    double relRms(const MeshShift& shift) const;
+
+private:
+    double uu_ = 0, vv_ = 0, nn_ = 0, uv_ = 0, un_ = 0, vn_ = 0, reference_ = 0;
+};
+
 }  // namespace verify

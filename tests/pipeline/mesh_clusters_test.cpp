@@ -164,6 +164,35 @@ TEST_F(TwoSquares, TheirClustersDifferUnlessAnIslandJoinsThem) {
     EXPECT_EQ(clusterMap().ofBlock, apart.ofBlock) << "no mesh, no island";
 }
 
+/// A looser limit takes fewer bits, a tighter one more; what the chosen ones do stays under what was promised of them.
+TEST_F(TwoSquares, BitsAreTheLeastThatKeepATenthOfTheLimit) {
+    writeMesh(Neck::Absent);
+    int bitsBefore = 0;
+    for (const double limit : {0.9, 0.3, 0.05}) {
+        SCOPED_TRACE(limit);
+        writeScene(fmt::format("light_map_layout = \"raw\"\nmax_error = {}", limit));
+        const RunState state;
+        CookOptions options;
+        options.scene = folder_ / "scene.toml";
+        options.output = folder_ / "out";
+        options.cache = folder_ / "cache";
+        const Outcome outcome = cookScene(options, state);
+        ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+        for (const Json& row : outcome.report.at("assets")) {
+            if (row.at("kind") != "mesh") continue;
+            const Json& notes = row.at("notes");
+            const int bits = notes.at("light_map_uv_bits").get<int>() + notes.at("normal_bits").get<int>();
+            EXPECT_GT(bits, bitsBefore);
+            bitsBefore = bits;
+            const double bound = notes.at("bound_of_rel_rms").get<double>();
+            EXPECT_LE(bound, 0.1 * limit);
+            EXPECT_LE(row.at("stages").back().at("error").at("diffuse").at("rel_rms").get<double>(), bound);
+            EXPECT_EQ(asset("room_mesh").at("quantization").at("normal_bits"), notes.at("normal_bits"));
+        }
+    }
+    EXPECT_GT(bitsBefore, 0);
+}
+
 TEST_F(TwoSquares, EveryVertexBearsTheClusterOfItsSquareInDracoAndPlain) {
     writeMesh(Neck::Absent);
     for (const char* draco : {"true", "false"}) {

@@ -80,5 +80,41 @@ TEST(MeshShift, QuadsThatLeaveTheirChartAreNotMeasured) {
     EXPECT_EQ(errors.sampleCount(), 0);
 }
 
+/// What the map's bound promises for a shift holds for that shift's errors, and is not far off; the six sums are exactly the quads' bounds.
+TEST(MeshShiftBound, HoldsForEveryShift) {
+    const LightMapBand band = noise(24, 20);
+    MeshShiftBound whole, upper, lower;
+    whole.add(band, 0, 20);
+    upper.add(band, 0, 7);
+    lower.add(band, 7, 13);
+    upper.merge(lower);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> texels(0, 0.5), angle(0, 0.05);
+    for (int i = 0; i < 200; ++i) {
+        const MeshShift shift{texels(random), texels(random), angle(random)};
+        const double bound = whole.relRms(shift);
+        EXPECT_GE(bound, figuresOf(band, shift).relRms);
+        EXPECT_LE(bound, 12 * figuresOf(band, shift).relRms) << "norms of noise, against signs that happen";
+        EXPECT_NEAR(upper.relRms(shift), bound, 1e-12 * bound);
+        EXPECT_NEAR(whole.relRms({2 * shift.uTexels, 2 * shift.vTexels, 2 * shift.normalRadians}), 2 * bound, 1e-9 * bound);
+    }
+    EXPECT_EQ(whole.relRms({}), 0);
+    EXPECT_EQ(MeshShiftBound().relRms({0.1, 0.1, 0.1}), 0) << "nothing to move";
+}
+
+/// One quad by hand: coefficient 0 of 1, 3 across, 2 down; a band's value factor is 1 * sqrt(1 / 4 pi).
+TEST(MeshShiftBound, OfOneQuadIsItsSlopes) {
+    LightMapBand band = bandOf(2, 2, {});
+    band.sh.at(0, 0)[0] = glm::vec3(1);
+    band.sh.at(1, 0)[0] = glm::vec3(4);
+    band.sh.at(0, 1)[0] = glm::vec3(3);
+    band.sh.at(1, 1)[0] = glm::vec3(6);
+    MeshShiftBound bound;
+    bound.add(band, 0, 2);
+    EXPECT_NEAR(bound.relRms({0.1, 0, 0}), 0.3 / 3.5, 1e-6);
+    EXPECT_NEAR(bound.relRms({0, 0.1, 0}), 0.2 / 3.5, 1e-6);
+    EXPECT_NEAR(bound.relRms({0.1, 0.1, 0.2}), 0.5 / 3.5, 1e-6) << "light from everywhere does not turn";
+}
+
 }  // namespace
 }  // namespace verify
