@@ -1,6 +1,7 @@
 // BC4, BC5 (of either sign), and the alpha of BC3: one channel on a line between two bytes, in 8 steps, or in 6 with the extremes exact.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include "compress/highway_targets.h"
@@ -11,6 +12,7 @@
 // After foreach_target, so that each target gets its own.
 #include "compress/bc4_exact-inl.h"
 #include "compress/bc4_fit-inl.h"
+#include "compress/bc4_rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace compress {
@@ -30,6 +32,27 @@ void fitBc4(std::span<const Block* const> blocks, std::size_t channel, const Bc4
     }
 }
 
+template <int kChannels>
+bool fitRows(const TexelRows& rows, const Bc4Search& search, const Bc4Codes& codes, std::byte* out) {
+    using D = hn::ScalableTag<float>;
+    constexpr std::size_t kBytes = 8 * kChannels;
+    Bc4Rows<D, kChannels> fit(search, codes);
+    HWY_ALIGN std::uint32_t words[2 * kChannels * hn::MaxLanes(D())];
+    bool clamped = false;
+    forEachVector<D>(rows, [&](const auto& texels, const auto* weights, std::size_t count) {
+        clamped |= fit.run(texels, weights, words);
+        std::memcpy(out, words, kBytes * count);
+        out += kBytes * count;
+    });
+    return clamped;
+}
+bool fitBc4Rows(const TexelRows& rows, const Bc4Search& search, const Bc4Codes& codes, std::byte* out) {
+    return fitRows<1>(rows, search, codes, out);
+}
+bool fitBc5Rows(const TexelRows& rows, const Bc4Search& search, const Bc4Codes& codes, std::byte* out) {
+    return fitRows<2>(rows, search, codes, out);
+}
+
 void searchBc4(const Block& block, std::size_t channel, const Bc4Codes& codes, Bc4Result& found) {
     Bc4Exact<hn::ScalableTag<float>>(codes).run(block, channel, found);
 }
@@ -43,68 +66,17 @@ namespace compress {
 namespace {
 
 HWY_EXPORT(fitBc4);
+HWY_EXPORT(fitBc4Rows);
+HWY_EXPORT(fitBc5Rows);
 HWY_EXPORT(searchBc4);
 
 /// One channel of a block, in units of a code.
 struct Channel {
     float largest;  ///< code: they begin at 0
     alignas(64) std::array<float, kTexelCount> value;
-    alignas(64) std::array<float, kTexelCount> weight;
 };
 
 using Candidate = Bc4Result;
-
-/// Sum of the sixteen in one order, whatever the machine.
-float sum16(const float* terms) {
-    float partial[8];
-    for (int i = 0; i < 8; ++i) partial[i] = terms[i] + terms[i + 8];
-    return ((partial[0] + partial[4]) + (partial[2] + partial[6])) + ((partial[1] + partial[5]) + (partial[3] + partial[7]));
-}
-
-/// Error of the channel with these ends, every texel at its nearest value.
-float errorOf(const Channel& channel, int low, int high, bool sixSteps) {
-    alignas(64) float terms[kTexelCount];
-    const float base = static_cast<float>(low), range = static_cast<float>(high - low);
-    const float steps = sixSteps ? 5.0f : 7.0f;
-    const float scale = high > low ? steps / range : 0.0f, unit = range / steps;
-    for (std::size_t t = 0; t < kTexelCount; ++t) {
-        const float value = channel.value[t];
-        float position = (value - base) * scale;
-        position = position < 0 ? 0 : position;
-        position = position > steps ? steps : position;
-        const float nearest = static_cast<float>(static_cast<int>(position + 0.5f));
-        const float difference = base + nearest * unit - value;
-        float error = difference * difference;
-        if (sixSteps) {
-            const float fromZero = value * value, fromOne = (channel.largest - value) * (channel.largest - value);
-            error = fromZero < error ? fromZero : error;
-            error = fromOne < error ? fromOne : error;
-        }
-        terms[t] = channel.weight[t] * error;
-    }
-    return sum16(terms);
-}
-
-bool improve(const Channel& channel, int low, int high, bool sixSteps, Candidate& best) {
-    if (low < 0 || high > static_cast<int>(channel.largest) || low > high || (!sixSteps && low == high)) return false;
-    const float error = errorOf(channel, low, high, sixSteps);
-    if (!(error < best.error)) return false;
-    best = {.low = low, .high = high, .sixSteps = sixSteps, .error = error};
-    return true;
-}
-
-/// A single value: ends side by side reach every seventh of a code, and every fifth.
-Candidate fitConstant(const Channel& channel, float value) {
-    Candidate best;
-    best.error = INFINITY;
-    for (const bool sixSteps : {false, true}) {
-        const int steps = sixSteps ? 5 : 7;
-        const int low =
-            std::min(static_cast<int>(std::nearbyint(value * static_cast<float>(steps))) / steps, static_cast<int>(channel.largest) - 1);
-        improve(channel, low, low + 1, sixSteps, best);
-    }
-    return best;
-}
 
 /// The byte of a code: two's complement where there is a sign. The signed formats' other -1, byte -128, is never written.
 std::uint32_t byteOf(int code, const Bc4Codes& codes) {
@@ -146,33 +118,22 @@ Channel channelOf(const Block& block, std::size_t channelIndex, const Bc4Codes& 
     Channel channel;
     channel.largest = codes.largest;
     for (std::size_t t = 0; t < kTexelCount; ++t) channel.value[t] = block.channel[channelIndex][t] * codes.scale + codes.offset;
-    channel.weight = block.significance;
     return channel;
-}
-
-/// The value that all texels have which count, or -1.
-float constantOf(const Channel& channel) {
-    float lowest = channel.largest, highest = 0;
-    for (std::size_t t = 0; t < kTexelCount; ++t) {
-        lowest = channel.weight[t] > 0 ? std::min(lowest, channel.value[t]) : lowest;
-        highest = channel.weight[t] > 0 ? std::max(highest, channel.value[t]) : highest;
-    }
-    return lowest == highest ? lowest : -1;
 }
 
 }  // namespace
 
 const Bc4Search& bc4SearchOf(int effort) {
-    static constexpr std::array<Bc4Search, 10> kSearches = {{{1, 0, 1, 1, 0, 0, false, false},
-                                                             {2, 1, 2, 1, 0, 0, true, false},
-                                                             {8, 4, 8, 1, 1, 1, true, false},
-                                                             {8, 4, 4, 1, 2, 1, true, false},
-                                                             {12, 4, 4, 1, 3, 1, true, false},
-                                                             {16, 6, 4, 1, 3, 1, true, false},
-                                                             {16, 6, 4, 2, 3, 2, true, false},
-                                                             {24, 8, 4, 2, 6, 2, true, false},
-                                                             {24, 8, 1, 2, 6, 2, true, false},
-                                                             {16, 6, 4, 2, 3, 2, true, true}}};
+    static constexpr std::array<Bc4Search, 10> kSearches = {{{3, 0, 0, 0, 3, 0, 0, 0, false, false, false},
+                                                             {8, 4, 3, 4, 8, 0, 0, 0, false, true, false},
+                                                             {12, 8, 3, 6, 12, 0, 1, 1, false, true, false},
+                                                             {16, 16, 4, 8, 16, 0, 2, 1, false, true, false},
+                                                             {16, 16, 4, 8, 8, 1, 3, 1, true, true, false},
+                                                             {16, 12, 4, 6, 4, 1, 4, 1, true, true, false},
+                                                             {16, 16, 4, 8, 4, 2, 4, 2, true, true, false},
+                                                             {24, 24, 4, 12, 4, 2, 6, 2, true, true, false},
+                                                             {24, 24, 4, 16, 2, 2, 6, 2, true, true, false},
+                                                             {16, 6, 4, 4, 4, 2, 3, 2, true, true, true}}};
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
 
@@ -191,17 +152,13 @@ void encodeChannel(std::span<const Block> blocks, std::size_t channelIndex, int 
     run(varied, effort);
     run(insignificant, 0);
     for (std::size_t i = 0; i < blocks.size(); ++i) {
-        const bool search = bc4SearchOf(effort).exhaustive && !blocks[i].insignificant && results[i].error > 0;
-        if (!results[i].isConstant && !search) {
+        const bool search = bc4SearchOf(effort).exhaustive && !blocks[i].insignificant && !results[i].isConstant && results[i].error > 0;
+        if (!search) {
             packKnown(results[i], codes, out + i * stride);
             continue;
         }
-        const Channel channel = channelOf(blocks[i], channelIndex, codes);
-        if (results[i].isConstant)
-            results[i] = fitConstant(channel, constantOf(channel));
-        else
-            HWY_DYNAMIC_DISPATCH(searchBc4)(blocks[i], channelIndex, codes, results[i]);
-        pack(channel, results[i], codes, out + i * stride);
+        HWY_DYNAMIC_DISPATCH(searchBc4)(blocks[i], channelIndex, codes, results[i]);
+        pack(channelOf(blocks[i], channelIndex, codes), results[i], codes, out + i * stride);
     }
 }
 
@@ -218,6 +175,13 @@ void encodeBc4(std::span<const Block> blocks, bool isSigned, const EncodeOptions
 void encodeBc5(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out) {
     for (const std::size_t channel : {0u, 1u})
         encodeChannel(blocks, channel, options.effort, isSigned ? kBc4Snorm : kBc4Unorm, out + 8 * channel, 16);
+}
+
+bool encodeBc4Rows(const TexelRows& rows, int channelCount, bool isSigned, int effort, std::byte* out) {
+    const Bc4Search& search = bc4SearchOf(effort);
+    const Bc4Codes& codes = isSigned ? kBc4Snorm : kBc4Unorm;
+    if (channelCount == 1) return HWY_DYNAMIC_DISPATCH(fitBc4Rows)(rows, search, codes, out);
+    return HWY_DYNAMIC_DISPATCH(fitBc5Rows)(rows, search, codes, out);
 }
 
 }  // namespace compress

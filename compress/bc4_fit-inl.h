@@ -24,6 +24,8 @@ template <class D>
 class Bc4Fit {
     using F = hn::Vec<D>;
     using DI = hn::RebindToSigned<D>;
+    using DU = hn::RebindToUnsigned<D>;
+    using U = hn::Vec<DU>;
     using M = hn::Mask<D>;
 
 public:
@@ -31,19 +33,28 @@ public:
 
     void run(const Block* const* blocks, std::size_t channel, Bc4Result* found) {
         load(blocks, channel);
-        Candidate eight = nothing(), six = nothing();
-        fit<false>(eight);
-        if (search_.sixSteps) fit<true>(six);
-        const M sixIsBetter = six.error < eight.error;
-        const Candidate best = choose(sixIsBetter, six, eight);
-        store(best, sixIsBetter, found);
+        const Candidate best = search();
+        store(best, found);
+    }
+
+    /// Blocks that lie in lanes already: their values in the format's own range, what each counts, at least one above 0 in each lane.
+    /// Returns the low and the high word of each block.
+    void run(const F (&value)[kTexelCount], const F (&weight)[kTexelCount], U& lowWord, U& highWord) {
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            value_[t] = value[t] * set(codes_.scale) + set(codes_.offset);
+            weight_[t] = weight[t];
+        }
+        pack(search(), lowWord, highWord);
     }
 
 private:
-    static constexpr float kNear = 12.0f;  ///< codes from an extreme
-
     struct Candidate {
         F error, low, high;
+    };
+    /// Sums over the texels that the steps have to serve; values count from the block's lowest.
+    struct Moments {
+        F total, perTotal, meanV, vv;  ///< vv about the mean
+        F left;                        ///< error of the texels that the least and the largest code serve
     };
     static HWY_INLINE F set(float value) { return hn::Set(D(), value); }
     static HWY_INLINE F clamp(F value, F low, F high) { return hn::Min(hn::Max(value, low), high); }
@@ -56,20 +67,46 @@ private:
     void load(const Block* const* blocks, std::size_t channel) {
         const D d;
         HWY_ALIGN float buffer[hn::MaxLanes(D())];
-        lowest_ = largest();
-        highest_ = set(0.0f);
-        total_ = set(1e-30f);
         for (std::size_t t = 0; t < kTexelCount; ++t) {
             for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) buffer[lane] = blocks[lane]->channel[channel][t];
             value_[t] = hn::Load(d, buffer) * set(codes_.scale) + set(codes_.offset);
             for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) buffer[lane] = blocks[lane]->significance[t];
             weight_[t] = hn::Load(d, buffer);
-            total_ = total_ + weight_[t];
-            nearEnd_[t] = hn::Min(value_[t], largest() - value_[t]);
+        }
+    }
+
+    void measure() {
+        lowest_ = largest();
+        highest_ = set(0.0f);
+        leastNear_ = set(1e30f);
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
             const M counts = weight_[t] > set(0.0f);
+            nearEnd_[t] = hn::Min(value_[t], largest() - value_[t]);
             lowest_ = hn::IfThenElse(counts, hn::Min(lowest_, value_[t]), lowest_);
             highest_ = hn::IfThenElse(counts, hn::Max(highest_, value_[t]), highest_);
+            leastNear_ = hn::IfThenElse(counts, hn::Min(leastNear_, weight_[t] * nearEnd_[t] * nearEnd_[t]), leastNear_);
         }
+        M isOne = lowest_ == lowest_;
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            above_[t] = value_[t] - lowest_;
+            isOne = hn::And(isOne, weight_[t] == set(1.0f));
+        }
+        isUniform_ = hn::AllTrue(D(), isOne);
+    }
+
+    Candidate search() {
+        measure();
+        all_ = momentsOf(weight_);
+        Candidate eight = nothing(), six = nothing();
+        const M isConstant = lowest_ >= highest_;
+        if (!hn::AllFalse(D(), isConstant)) {
+            fitConstant<false>(isConstant, eight);
+            fitConstant<true>(isConstant, six);
+        }
+        fitBetween<false>(weight_, all_, lowest_, highest_, search_.starts, eight);
+        if (search_.sixSteps) fitSix(eight.error, six);
+        isSix_ = six.error < eight.error;
+        return choose(isSix_, six, eight);
     }
 
     template <bool kSix>
@@ -86,17 +123,33 @@ private:
         return step;
     }
 
+    /// A texel's weight times x. Most blocks weigh all texels alike: Ones saves them the product, and every bit is the same.
+    struct Ones {
+        HWY_INLINE F times(std::size_t, F x) const { return x; }
+    };
+    struct Weights {
+        const F* weight;
+        HWY_INLINE F times(std::size_t t, F x) const { return weight[t] * x; }
+    };
+
     template <bool kSix>
     HWY_INLINE F errorOf(F low, F high) const {
-        const F range = high - low, scale = set(steps<kSix>()) / hn::Max(range, set(0.5f)), unit = range * set(1.0f / steps<kSix>());
+        return isUniform_ ? errorWith<kSix>(Ones{}, low, high) : errorWith<kSix>(Weights{weight_}, low, high);
+    }
+    /// Distances are in steps until the end.
+    template <bool kSix, class W>
+    HWY_INLINE F errorWith(const W& weights, F low, F high) const {
+        constexpr float kSteps = steps<kSix>();
+        const F range = hn::Max(high - low, set(0x1p-20f)), scale = set(kSteps) / range, unit = range * set(1 / kSteps);
+        const F offset = (lowest_ - low) * scale;
         F error = set(0.0f);
         for (std::size_t t = 0; t < kTexelCount; ++t) {
-            F miss;
-            place<kSix>(low, unit, scale, t, miss);
-            if constexpr (kSix) miss = hn::Min(hn::Abs(miss), nearEnd_[t]);
-            error = hn::MulAdd(weight_[t] * miss, miss, error);
+            const F at = hn::MulAdd(above_[t], scale, offset);
+            F miss = at - hn::Round(clamp(at, set(0.0f), set(kSteps)));
+            if constexpr (kSix) miss = hn::Min(hn::Abs(miss), nearEnd_[t] * scale);
+            error = hn::MulAdd(weights.times(t, miss), miss, error);
         }
-        return error;
+        return error * unit * unit;
     }
 
     /// Takes the ends where they are better. Eight steps need two different ends, or the bytes would mean the other layout.
@@ -113,36 +166,74 @@ private:
         return take<kSix>(low, high, errorOf<kSix>(low, high), best);
     }
 
-    /// Takes the ends where they are better, and moves them to the least-squares ends for the steps that texels have at them;
-    /// texels that 0 or 1 serve better are left out.
+    /// Of a single value: ends side by side reach every seventh of a code, and every fifth.
     template <bool kSix>
-    HWY_INLINE void improveAndRefit(F& low, F& high, Candidate& best) const {
-        const F range = high - low, scale = set(steps<kSix>()) / hn::Max(range, set(0.5f)), unit = range * set(1.0f / steps<kSix>());
-        F error = set(0.0f), total = kSix ? set(1e-30f) : total_;
-        F sumK = set(0.0f), sumV = set(0.0f), sumKk = set(0.0f), sumKv = set(0.0f);
+    void fitConstant(M isConstant, Candidate& best) const {
+        const F low = hn::Min(hn::Floor(hn::Round(lowest_ * set(steps<kSix>())) / set(steps<kSix>())), largest() - set(1.0f));
+        const F error = errorOf<kSix>(low, low + set(1.0f));
+        best = choose(isConstant, {error, low, low + set(1.0f)}, best);
+    }
+
+    Moments momentsOf(const F* weight) const {
+        Moments m = {set(1e-30f), set(0.0f), set(0.0f), set(0.0f), set(0.0f)};
         for (std::size_t t = 0; t < kTexelCount; ++t) {
-            F miss, weight = weight_[t];
-            const F k = place<kSix>(low, unit, scale, t, miss), v = value_[t] - low;
-            if constexpr (kSix) {
-                miss = hn::Abs(miss);
-                weight = hn::IfThenElseZero(miss <= nearEnd_[t], weight);
-                total = total + weight;
-                miss = hn::Min(miss, nearEnd_[t]);
-            }
-            error = hn::MulAdd(weight_[t] * miss, miss, error);
-            const F weighted = weight * k;
-            sumK = sumK + weighted;
-            sumV = hn::MulAdd(weight, v, sumV);
-            sumKk = hn::MulAdd(weighted, k, sumKk);
-            sumKv = hn::MulAdd(weighted, v, sumKv);
+            m.total = m.total + weight[t];
+            m.meanV = hn::MulAdd(weight[t], above_[t], m.meanV);
         }
-        take<kSix>(low, high, error, best);
-        const F share = set(1.0f) / total, meanK = sumK * share, meanV = sumV * share;
-        const F kk = hn::NegMulAdd(meanK, sumK, sumKk), kv = hn::NegMulAdd(meanK, sumV, sumKv);
-        const M solvable = kk > total * set(1e-4f);
-        const F slope = kv / hn::Max(kk, set(1e-35f)), base = hn::NegMulAdd(slope, meanK, low + meanV);
-        low = hn::IfThenElse(solvable, hn::Round(clamp(base, set(0.0f), largest())), low);
-        high = hn::IfThenElse(solvable, hn::Round(clamp(hn::MulAdd(slope, set(steps<kSix>()), base), set(0.0f), largest())), high);
+        m.perTotal = set(1.0f) / m.total;
+        m.meanV = m.meanV * m.perTotal;
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            const F v = above_[t] - m.meanV;
+            m.vv = hn::MulAdd(weight[t] * v, v, m.vv);
+        }
+        return m;
+    }
+
+    /// Of each texel's step k between two ends, and its value v above the lowest.
+    template <bool kSix, class W>
+    HWY_INLINE void sumSteps(const W& weights, F from, F to, F& sumK, F& sumKk, F& sumKv) const {
+        const F scale = set(steps<kSix>()) / hn::Max(to - from, set(0.0625f)), offset = (lowest_ - from) * scale;
+        sumK = sumKk = sumKv = set(0.0f);
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            const F k = hn::Round(clamp(hn::MulAdd(above_[t], scale, offset), set(0.0f), set(steps<kSix>())));
+            const F weighted = weights.times(t, k);
+            sumK = sumK + weighted;
+            sumKk = hn::MulAdd(weighted, k, sumKk);
+            sumKv = hn::MulAdd(weighted, above_[t], sumKv);
+        }
+    }
+
+    /// Gives each texel its step between two ends, which need not be codes, and takes the codes that serve those steps best where their
+    /// error is less. Texels may be nearer to another step of the new ends: the error is at most what is reckoned here.
+    template <bool kSix>
+    HWY_INLINE void propose(const F* weight, const Moments& m, F from, F to, Candidate& best) const {
+        constexpr float kSteps = steps<kSix>();
+        F sumK, sumKk, sumKv;
+        if (isUniform_ && weight == weight_)
+            sumSteps<kSix>(Ones{}, from, to, sumK, sumKk, sumKv);
+        else
+            sumSteps<kSix>(Weights{weight}, from, to, sumK, sumKk, sumKv);
+        const F kk = hn::NegMulAdd(sumK * m.perTotal, sumK, sumKk), kv = hn::NegMulAdd(sumK, m.meanV, sumKv);
+        const M solvable = kk > m.total * set(1e-4f);
+        const F slope = hn::IfThenElseZero(solvable, kv / hn::Max(kk, set(1e-35f)));
+        const F lowBest = hn::NegMulAdd(slope, sumK * m.perTotal, m.meanV + lowest_), highBest = hn::MulAdd(slope, set(kSteps), lowBest);
+        // Error of ends off by (x, y) from these: a x^2 + 2 b x y + c y^2 more. One end is rounded, the other follows before it is rounded
+        // too.
+        const F c = sumKk * set(1 / (kSteps * kSteps)), b = hn::MulSub(sumK, set(1 / kSteps), c), a = m.total - b - b - c;
+        F low = hn::Round(clamp(lowBest, set(0.0f), largest()));
+        F high = hn::Round(clamp(hn::NegMulAdd(b / hn::Max(c, set(1e-35f)), low - lowBest, highBest), set(0.0f), largest()));
+        if constexpr (!kSix) {
+            high = hn::IfThenElse(high > low, high, low + set(1.0f));
+            const M beyond = high > largest();
+            low = hn::IfThenElse(beyond, largest() - set(1.0f), low);
+            high = hn::IfThenElse(beyond, largest(), high);
+        } else {
+            high = hn::Max(high, low);
+        }
+        const F x = low - lowBest, y = high - highBest;
+        const F more = hn::MulAdd(hn::MulAdd(a, x, b * y + b * y), x, c * y * y);
+        const F error = hn::NegMulAdd(slope, kv, m.vv) + m.left + more;
+        best = choose(error < best.error, {error, low, high}, best);
     }
 
     /// What lies between the texels that the least or the largest code serves to within so many codes, or all where nothing does.
@@ -159,43 +250,71 @@ private:
         to = hn::IfThenElse(some, high, highest_);
     }
 
-    template <bool kSix>
-    void fit(Candidate& best) const {
-        if constexpr (!kSix) {
-            fitBetween<false>(lowest_, highest_, search_.starts, best);
-        } else {
-            F from, to, nearFrom, nearTo;
-            rangeWithin(0.5f, from, to);
-            fitBetween<true>(from, to, search_.starts, best);
-            if (search_.nearStarts == 0) return;
-            // Texels near the extremes may be left to them, off as they are, so that the others have the steps for themselves.
-            rangeWithin(kNear, nearFrom, nearTo);
-            const M differs = hn::Or(nearFrom != from, nearTo != to);
-            if (hn::AllFalse(D(), differs)) return;
-            Candidate other = nothing();
-            fitBetween<true>(nearFrom, nearTo, search_.nearStarts, other);
-            best = choose(hn::And(differs, other.error < best.error), other, best);
+    /// Six steps alone serve some blocks better than eight. The least and the largest code can only be of use where a texel is nearer to
+    /// one of them than all texels together are to the eight; other lanes keep what they have, whatever their neighbours do.
+    void fitSix(F errorOfEight, Candidate& best) const {
+        Candidate found = nothing();
+        fitBetween<true>(weight_, all_, lowest_, highest_, search_.plainStarts, found);
+        const M hasExtremes = leastNear_ < errorOfEight;
+        if (!hn::AllFalse(D(), hasExtremes)) {
+            const Candidate plain = found;
+            for (int i = 0; i < search_.nears; ++i) {
+                // Texels near the extremes are left to them, off as they are, so that the others have the steps for themselves.
+                F from, to, weight[kTexelCount];
+                rangeWithin(kBc4Nears[static_cast<std::size_t>(i)], from, to);
+                for (std::size_t t = 0; t < kTexelCount; ++t)
+                    weight[t] = hn::IfThenElseZero(hn::And(value_[t] >= from, value_[t] <= to), weight_[t]);
+                Moments moments = momentsOf(weight);
+                for (std::size_t t = 0; t < kTexelCount; ++t)
+                    moments.left = hn::MulAdd((weight_[t] - weight[t]) * nearEnd_[t], nearEnd_[t], moments.left);
+                fitBetween<true>(weight, moments, from, to, search_.nearStarts, found);
+            }
+            found = choose(hasExtremes, found, plain);
         }
+        if (!search_.polishEach) polish<true>(found);
+        best = choose(found.error < best.error, found, best);
     }
 
     /// Texels that scatter have many local optima, by how the steps fall on them: from each group of starts the best goes on.
     template <bool kSix>
-    void fitBetween(F from, F to, int starts, Candidate& best) const {
+    void fitBetween(const F* weight, const Moments& moments, F from, F to, int starts, Candidate& best) const {
         const F range = to - from;
         for (int start = 0; start < starts;) {
-            Candidate candidate = nothing();
-            const int end = std::min(start + search_.startsPerDescent, starts);
-            for (; start < end; ++start) {
+            Candidate proposed = nothing();
+            for (const int end = std::min(start + search_.startsPerDescent, starts); start < end; ++start) {
                 const F in = set(kBc4Starts[static_cast<std::size_t>(start)][0]), out = set(kBc4Starts[static_cast<std::size_t>(start)][1]);
-                F low = hn::Max(hn::Min(hn::Round(hn::MulAdd(range, in, from)), largest() - set(1.0f)), set(0.0f));
-                F high = hn::Min(hn::Max(hn::Round(hn::NegMulAdd(range, out, to)), low + set(1.0f)), largest());
-                for (int i = 0; i < search_.refits; ++i) improveAndRefit<kSix>(low, high, candidate);
-                improve<kSix>(low, high, candidate);
+                propose<kSix>(weight, moments, hn::MulAdd(range, in, from), hn::NegMulAdd(range, out, to), proposed);
             }
-            for (int pass = 0; pass < search_.passes; ++pass)
-                if (!descend<kSix>(candidate)) break;
+            Candidate candidate = {errorOf<kSix>(proposed.low, proposed.high), proposed.low, proposed.high};
+            if (!kSix || search_.polishEach) polish<kSix>(candidate);
             best = choose(candidate.error < best.error, candidate, best);
         }
+    }
+
+    template <bool kSix>
+    void polish(Candidate& candidate) const {
+        for (int i = 0; i < search_.refits; ++i) refit<kSix>(candidate);
+        for (int pass = 0; pass < search_.passes; ++pass)
+            if (!descend<kSix>(candidate)) break;
+    }
+
+    /// The codes that serve best the steps that texels have now, where they are better.
+    template <bool kSix>
+    void refit(Candidate& best) const {
+        Candidate proposed = nothing();
+        if constexpr (kSix) {
+            const F range = best.high - best.low, scale = set(5.0f) / hn::Max(range, set(0.5f)), unit = range * set(1.0f / 5);
+            F weight[kTexelCount];
+            for (std::size_t t = 0; t < kTexelCount; ++t) {
+                F miss;
+                place<true>(best.low, unit, scale, t, miss);
+                weight[t] = hn::IfThenElseZero(hn::Abs(miss) <= nearEnd_[t], weight_[t]);
+            }
+            propose<true>(weight, momentsOf(weight), best.low, best.high, proposed);
+        } else {
+            propose<false>(weight_, all_, best.low, best.high, proposed);
+        }
+        improve<kSix>(proposed.low, proposed.high, best);
     }
 
     /// The best of the neighbours within reach, at both ends. False when no lane found one.
@@ -209,6 +328,18 @@ private:
                     improved |= !hn::AllFalse(
                         D(), improve<kSix>(from.low + set(static_cast<float>(low)), from.high + set(static_cast<float>(high)), best));
         return improved;
+    }
+
+    /// A block's bytes: the ends, whose order tells the layout, and 48 bits of indices.
+    void pack(const Candidate& best, U& lowWord, U& highWord) const {
+        const DI di;
+        const DU du;
+        const auto byteOf = [&](F code) { return hn::And(hn::ConvertTo(di, code - set(codes_.offset)), hn::Set(di, 0xff)); };
+        const F first = hn::IfThenElse(isSix_, best.low, best.high), second = hn::IfThenElse(isSix_, best.high, best.low);
+        const auto ends = hn::Or(byteOf(first), hn::ShiftLeft<8>(byteOf(second)));
+        const auto front = indicesOf(best, isSix_, 0), back = indicesOf(best, isSix_, kTexelCount / 2);
+        lowWord = hn::BitCast(du, hn::Or(ends, hn::ShiftLeft<16>(front)));
+        highWord = hn::BitCast(du, hn::Or(hn::ShiftRight<16>(front), hn::ShiftLeft<8>(back)));
     }
 
     /// Indices of half a block, three bits each. Places rise from low to high; the order of the ends tells the layout: falling for eight.
@@ -231,7 +362,7 @@ private:
         return bits;
     }
 
-    void store(const Candidate& best, M six, Bc4Result* found) const {
+    void store(const Candidate& best, Bc4Result* found) const {
         const D d;
         const DI di;
         HWY_ALIGN float error[hn::MaxLanes(D())];
@@ -239,10 +370,10 @@ private:
         hn::Store(best.error, d, error);
         hn::Store(hn::ConvertTo(di, best.low), di, words[0]);
         hn::Store(hn::ConvertTo(di, best.high), di, words[1]);
-        hn::Store(hn::ConvertTo(di, hn::IfThenElseZero(six, set(1.0f))), di, words[2]);
+        hn::Store(hn::ConvertTo(di, hn::IfThenElseZero(isSix_, set(1.0f))), di, words[2]);
         hn::Store(hn::ConvertTo(di, hn::IfThenElseZero(lowest_ >= highest_, set(1.0f))), di, words[3]);
-        hn::Store(indicesOf(best, six, 0), di, words[4]);
-        hn::Store(indicesOf(best, six, kTexelCount / 2), di, words[5]);
+        hn::Store(indicesOf(best, isSix_, 0), di, words[4]);
+        hn::Store(indicesOf(best, isSix_, kTexelCount / 2), di, words[5]);
         for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
             const auto half = [&](std::size_t which) { return static_cast<std::uint64_t>(words[which][lane]); };
             found[lane] = {words[0][lane], words[1][lane], words[2][lane] != 0, error[lane], half(4) | half(5) << 24, words[3][lane] != 0};
@@ -252,9 +383,13 @@ private:
     const Bc4Search& search_;
     const Bc4Codes codes_;
     F value_[kTexelCount], weight_[kTexelCount];
+    F above_[kTexelCount];    ///< the lowest
     F nearEnd_[kTexelCount];  ///< distance to the nearer of the least and the largest code
-    F total_;                 ///< weight
     F lowest_, highest_;      ///< of the texels that count
+    F leastNear_;             ///< error of the one that the least or the largest code serves best
+    Moments all_;             ///< of all texels
+    bool isUniform_;          ///< every weight is 1
+    M isSix_;                 ///< what was found has the layout of six steps
 };
 
 }  // namespace HWY_NAMESPACE

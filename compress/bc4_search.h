@@ -7,12 +7,15 @@
 namespace compress {
 
 struct Bc4Search {
-    int starts;            ///< of kBc4Starts
-    int nearStarts;        ///< the same between texels that are not near an extreme, of the second layout
-    int startsPerDescent;  ///< of so many, the best alone tries its neighbours
-    int refits;            ///< least-squares steps from each
+    int starts;            ///< of kBc4Starts, for the layout of eight steps
+    int plainStarts;       ///< the same for that of six
+    int nears;             ///< of kBc4Nears
+    int nearStarts;        ///< the same between texels that are not near an extreme, for each of these
+    int startsPerDescent;  ///< of so many, the best alone goes on
+    int refits;            ///< least-squares steps from there
     int passes;            ///< of neighbours, at most
     int reach;             ///< how far a neighbour is [codes]
+    bool polishEach;       ///< the last three for each group of the second layout, and not for the best of them alone
     bool sixSteps;         ///< also the layout with the least and the largest value exact
     bool exhaustive;       ///< every pair of ends in the end
 };
@@ -38,6 +41,9 @@ inline constexpr std::array<std::array<float, 2>, 24> kBc4Starts = {
     {{0, 0},           {0.04f, 0.04f}, {-0.15f, 0.04f}, {0.08f, 0},       {0, 0.08f},    {0.04f, -0.15f}, {0.22f, 0.08f}, {-0.05f, 0},
      {0.08f, 0.22f},   {0, -0.05f},    {0.12f, 0.3f},   {0.08f, 0.08f},   {0.3f, 0.08f}, {0.04f, 0},      {0.3f, 0.22f},  {-0.1f, -0.05f},
      {-0.05f, -0.05f}, {-0.12f, 0},    {0, -0.12f},     {-0.15f, -0.15f}, {0.2f, 0.2f},  {0.2f, 0},       {0, 0.2f},      {0.12f, 0.12f}}};
+
+/// How far from the least and the largest code texels may be that are left to them in the second layout [codes].
+inline constexpr std::array<float, 4> kBc4Nears = {0.5f, 12, 4, 24};
 
 const Bc4Search& bc4SearchOf(int effort);
 

@@ -13,6 +13,7 @@
 // After foreach_target, so that each target gets its own.
 #include "compress/bc6h_fast-inl.h"
 #include "compress/bc6h_fit-inl.h"
+#include "compress/texel_rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace compress {
@@ -40,63 +41,26 @@ void fitSigned(std::span<const Block* const> blocks, const Bc6hSearch& search, c
     fitBlocks<true>(blocks, search, options, found);
 }
 
-/// As many blocks as there are lanes, those beyond the edge of the image repeating it and weighing nothing.
-template <std::size_t kLanes>
-struct Bc6hEdge {
-    HWY_ALIGN float texels[4][16 * kLanes];
-    HWY_ALIGN float weights[4][4 * kLanes];
-    Bc6hEdge(const Bc6hRows& rows, int left, int top) {
-        for (int y = 0; y < 4; ++y)
-            for (int x = 0; x < 4 * static_cast<int>(kLanes); ++x) {
-                const bool inside = left + x < rows.width && top + y < rows.height;
-                const int fromX = std::min(left + x, rows.width - 1), fromY = std::min(top + y, rows.height - 1);
-                const float* from = rows.texels + fromY * rows.rowStride + 4 * fromX;
-                std::copy_n(from, 4, texels[y] + 4 * x);
-                const float weight = rows.significance ? rows.significance[fromY * rows.significanceStride + fromX] : 1.0f;
-                weights[y][x] = inside ? weight : 0.0f;
-            }
-    }
-};
-
 template <bool kSigned>
-bool fitRows(const Bc6hRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
+bool fitRows(const TexelRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
     using D = hn::ScalableTag<float>;
-    constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
+    constexpr std::size_t kLanes = hn::MaxLanes(D());
     Bc6hFast<D, kSigned> fit(options);
     HWY_ALIGN std::uint32_t words[4 * kLanes];
     HWY_ALIGN float errorLeft[kLanes];
     bool clamped = false;
-    const int across = (rows.width + 3) / 4;
-    for (int top = 0; top < rows.height; top += 4)
-        for (int block = 0; block < across; block += kLanes) {
-            const int left = 4 * block;
-            std::array<const float*, 4> texels, weights;
-            if (top + 4 <= rows.height && left + 4 * kLanes <= rows.width) {
-                for (int y = 0; y < 4; ++y) {
-                    texels[static_cast<std::size_t>(y)] = rows.texels + (top + y) * rows.rowStride + 4 * left;
-                    weights[static_cast<std::size_t>(y)] =
-                        rows.significance ? rows.significance + (top + y) * rows.significanceStride + left : nullptr;
-                }
-                clamped |= fit.run(texels, rows.significance ? &weights : nullptr, words, errors ? errorLeft : nullptr);
-            } else {
-                const Bc6hEdge<kLanes> edge(rows, left, top);
-                for (std::size_t y = 0; y < 4; ++y) {
-                    texels[y] = edge.texels[y];
-                    weights[y] = edge.weights[y];
-                }
-                clamped |= fit.run(texels, &weights, words, errors ? errorLeft : nullptr);
-            }
-            const auto count = static_cast<std::size_t>(std::min(kLanes, across - block));
-            std::memcpy(out, words, 16 * count);
-            out += 16 * count;
-            if (errors) errors = std::copy_n(errorLeft, count, errors);
-        }
+    forEachVector<D>(rows, [&](const auto& texels, const auto* weights, std::size_t count) {
+        clamped |= fit.run(texels, weights, words, errors ? errorLeft : nullptr);
+        std::memcpy(out, words, 16 * count);
+        out += 16 * count;
+        if (errors) errors = std::copy_n(errorLeft, count, errors);
+    });
     return clamped;
 }
-bool fitRowsUnsigned(const Bc6hRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
+bool fitRowsUnsigned(const TexelRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
     return fitRows<false>(rows, options, out, errors);
 }
-bool fitRowsSigned(const Bc6hRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
+bool fitRowsSigned(const TexelRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
     return fitRows<true>(rows, options, out, errors);
 }
 
@@ -175,7 +139,7 @@ const Bc6hSearch& bc6hSearchOf(int effort) {
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
 
-bool encodeBc6hRows(const Bc6hRows& rows, bool isSigned, const EncodeOptions& options, std::byte* out, float* errors) {
+bool encodeBc6hRows(const TexelRows& rows, bool isSigned, const EncodeOptions& options, std::byte* out, float* errors) {
     if (isSigned) return HWY_DYNAMIC_DISPATCH(fitRowsSigned)(rows, options, out, errors);
     return HWY_DYNAMIC_DISPATCH(fitRowsUnsigned)(rows, options, out, errors);
 }

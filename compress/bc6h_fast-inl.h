@@ -14,6 +14,7 @@
 #include "compress/bc6h_values-inl.h"
 #include "compress/block.h"
 #include "compress/principal_axis-inl.h"
+#include "compress/texel_rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace compress {
@@ -106,23 +107,9 @@ private:
     }
     /// Texels that weigh nothing take the place of one that counts; blocks that weigh nothing count throughout.
     void loadSignificance(const std::array<const float*, 4>& weights) {
-        F largest = zero();
-        for (std::size_t y = 0; y < 4; ++y) {
-            F* s = significance_ + 4 * y;
-            byFours(weights[y], s[0], s[1], s[2], s[3]);
-            largest = hn::Max(largest, hn::Max(hn::Max(s[0], s[1]), hn::Max(s[2], s[3])));
-        }
-        nothing_ = hn::Not(largest > zero());
-        // Weights far from 1 are brought there by a power of two: sums of squares would leave a float's range.
-        const DI di;
-        const I exponent = hn::And(bitsOf(largest), hn::Set(di, 0x7F800000));
-        const F power = floatOf(hn::Max(hn::Set(di, 0x7F000000) - exponent, hn::Set(di, 0x00800000)));
-        const F scale = select(hn::Or(largest<set(0x1p-10f), largest> set(0x1p10f)), power, set(1.0f));
+        loadWeights<D>(weights, significance_, nothing_);
         M all = zero() == zero();
-        for (F& s : significance_) {
-            s = select(nothing_, set(1.0f), s * scale);
-            all = hn::And(all, s > zero());
-        }
+        for (const F& s : significance_) all = hn::And(all, s > zero());
         if (hn::AllTrue(D(), all)) return;
         F stand[3] = {zero(), zero(), zero()};
         for (int t = 0; t < kTexelCount; ++t)

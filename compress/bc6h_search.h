@@ -36,18 +36,9 @@ struct Bc6hResult {
 
 const Bc6hSearch& bc6hSearchOf(int effort);
 
-/// Rows of blocks as the fast kernel reads them.
-struct Bc6hRows {
-    const float* texels;                ///< four a texel
-    std::ptrdiff_t rowStride;           ///< [floats]
-    const float* significance;          ///< one a texel, or null: 1 everywhere
-    std::ptrdiff_t significanceStride;  ///< [floats]
-    int width, height;                  ///< [texels]
-};
-
 /// Whole rows of blocks by the fast kernel; returns whether a value was clamped into the format's range.
 /// errors  receives the mean square error that each block is left with, about in octaves, or is null
-bool encodeBc6hRows(const Bc6hRows& rows, bool isSigned, const EncodeOptions& options, std::byte* out, float* errors);
+bool encodeBc6hRows(const TexelRows& rows, bool isSigned, const EncodeOptions& options, std::byte* out, float* errors);
 
 /// m p(m), p of these coefficients from m^0 up, is log2(1 + m) on [0, 1] to 2e-5, exact at both ends (minimax by Lawson's iteration).
 inline constexpr std::array<float, 5> kBc6hLog2 = {1.4419170f, -0.7090964f, 0.4156059f, -0.1935755f, 0.0451490f};

@@ -21,6 +21,15 @@ struct Block {
     bool insignificant = false;                               ///< nothing counted: significance was set to 1, any cheap coding will do
 };
 
+/// Rows of texels as the kernels read them that need no blocks.
+struct TexelRows {
+    const float* texels;                ///< four a texel
+    std::ptrdiff_t rowStride;           ///< [floats]
+    const float* significance;          ///< one a texel, or null: 1 everywhere
+    std::ptrdiff_t significanceStride;  ///< [floats]
+    int width, height;                  ///< [texels]
+};
+
 /// Packs fields of a block from its lowest bit upwards.
 class BitWriter {
 public:
@@ -76,6 +85,8 @@ void encodeBc4(std::span<const Block> blocks, bool isSigned, const EncodeOptions
 /// One channel of each block into 8 bytes, stride bytes apart: unsigned BC4, half of BC5, the alpha of BC3.
 void encodeBc4Channel(std::span<const Block> blocks, std::size_t channel, int effort, std::byte* out, std::size_t stride);
 void encodeBc5(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out);
+/// Whole rows of blocks of BC4 or BC5 at any effort but the exact 9; returns whether a value was clamped into the format's range.
+bool encodeBc4Rows(const TexelRows& rows, int channelCount, bool isSigned, int effort, std::byte* out);
 /// Channels are finite and in the format's range.
 void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out);
 void encodeBc7(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);

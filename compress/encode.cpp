@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "compress/astc.h"
+#include "compress/bc4_search.h"
 #include "compress/bc6h_search.h"
 #include "compress/block.h"
 #include "compress/decode.h"
@@ -62,6 +63,11 @@ public:
             const glm::vec4 clamped = (*this)(texel, block.significance[t] > 0);
             for (int c = 0; c < 4; ++c) block.channel[static_cast<std::size_t>(c)][t] = clamped[c];
         }
+    }
+    /// Only for the report.
+    void count(ImageView<const glm::vec4> texels, ImageView<const float> significance) {
+        for (int y = 0; y < texels.height; ++y)
+            for (int x = 0; x < texels.width; ++x) (*this)(texels.at(x, y), !significance.texels || significance.at(x, y) > 0);
     }
     const EncodeReport& report() const { return report_; }
     int channelCount() const { return channelCount_; }
@@ -194,16 +200,28 @@ void encodeAnew(PixelFormat format, ImageView<const glm::vec4> texels, ImageView
     }
 }
 
+TexelRows rowsOf(ImageView<const glm::vec4> texels, ImageView<const float> significance) {
+    return {&texels.texels->x, 4 * texels.rowStride, significance.texels, significance.rowStride, texels.width, texels.height};
+}
+
+/// BC4 and BC5 but for their exact effort.
+EncodeReport encodeBc4Fast(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
+                           const EncodeOptions& options, std::span<std::byte> out) {
+    const formats::PixelFormatInfo& info = formats::info(format);
+    RangeClamp clamp(format);
+    if (encodeBc4Rows(rowsOf(texels, significance), info.channelCount, info.isSigned, options.effort, out.data()))
+        clamp.count(texels, significance);
+    return clamp.report();
+}
+
 /// BC6H at low effort: a kernel that reads rows and no blocks, and the slower one for the blocks that it leaves poor.
 EncodeReport encodeBc6hFast(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
                             const EncodeOptions& options, std::span<std::byte> out) {
-    const Bc6hRows rows{&texels.texels->x, 4 * texels.rowStride, significance.texels, significance.rowStride, texels.width, texels.height};
+    const TexelRows rows = rowsOf(texels, significance);
     const float careAbove = bc6hSearchOf(options.effort).careAbove;
     std::vector<float> errors(out.size() / 16);
     RangeClamp clamp(format);
-    if (encodeBc6hRows(rows, format == PixelFormat::Bc6hSf16, options, out.data(), errors.data()))
-        for (int y = 0; y < texels.height; ++y)
-            for (int x = 0; x < texels.width; ++x) clamp(texels.at(x, y), !significance.texels || significance.at(x, y) > 0);
+    if (encodeBc6hRows(rows, format == PixelFormat::Bc6hSf16, options, out.data(), errors.data())) clamp.count(texels, significance);
     std::vector<int> poor;
     for (std::size_t i = 0; i < errors.size(); ++i)
         if (errors[i] > careAbove * careAbove) poor.push_back(static_cast<int>(i));
@@ -211,13 +229,20 @@ EncodeReport encodeBc6hFast(PixelFormat format, ImageView<const glm::vec4> texel
     return clamp.report();
 }
 
+/// What encodes rows of a format: kernels that read rows, where there are such, or blocks.
+auto fastest(PixelFormat format, int effort) {
+    const bool isBc6h = format == PixelFormat::Bc6hUf16 || format == PixelFormat::Bc6hSf16;
+    if (isBc6h && bc6hSearchOf(effort).careAbove > 0) return encodeBc6hFast;
+    const bool isBc4 = format == PixelFormat::Bc4 || format == PixelFormat::Bc4Snorm;
+    const bool isBc5 = format == PixelFormat::Bc5 || format == PixelFormat::Bc5Snorm;
+    if ((isBc4 || isBc5) && !bc4SearchOf(effort).exhaustive) return encodeBc4Fast;
+    return encodeBcRows;
+}
+
 /// Every BC format: blocks, repeated where that is asked for, and what they decode to.
 EncodeReport encodeBlockRows(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
                              const EncodeOptions& options, std::span<std::byte> out, ImageView<glm::vec4> decoded) {
-    const bool isBc6h = format == PixelFormat::Bc6hUf16 || format == PixelFormat::Bc6hSf16;
-    const bool isFast = isBc6h && bc6hSearchOf(options.effort).careAbove > 0;
-    const EncodeReport report =
-        isFast ? encodeBc6hFast(format, texels, significance, options, out) : encodeBcRows(format, texels, significance, options, out);
+    const EncodeReport report = fastest(format, options.effort)(format, texels, significance, options, out);
     const std::size_t rowBytes = formats::bytesPerBlockRow(format, texels.width);
     for (int top = 0; options.rdo > 0 && top < texels.height; top += kBlockSide) {
         const int count = std::min(kBlockSide, texels.height - top);

@@ -107,5 +107,29 @@ TEST(Bc5, ChannelsAreThoseOfTwoBc4) {
         }
 }
 
+/// Two ways to the same kernel: rows of texels (BC4), and blocks gathered one by one (the alpha of BC3).
+TEST(Bc4, RowsGiveTheBytesOfBlocks) {
+    Random random(25);
+    std::vector<std::array<double, 16>> blocks(81);
+    for (auto& codes : blocks) codes = randomCodes(random);
+    blocks[7].fill(blocks[7][0]);
+    const auto image = imageOf(4 * 27 - 2, 4 * 3 - 1, [&](int x, int y) {
+        const auto& codes = blocks[static_cast<std::size_t>(y / 4 * 27 + x / 4)];
+        const float value = static_cast<float>(codes[static_cast<std::size_t>(y % 4 * 4 + x % 4)] / 255);
+        return glm::vec4(value, value, value, value);
+    });
+    formats::Image<float> significance(image.width(), image.height());
+    for (float& weight : significance.texels()) weight = 0.25f * static_cast<float>(1 + random.below(4));
+    for (const bool isWeighed : {false, true})
+        for (int level = 0; level < 9; ++level) {
+            formats::ImageView<const float> weights;
+            if (isWeighed) weights = significance.view();
+            const Encoded rows = encode(PixelFormat::Bc4, image, effort(level), weights);
+            const Encoded gathered = encode(PixelFormat::Bc3, image, effort(level), weights);
+            for (std::size_t i = 0; i < rows.bytes.size(); ++i)
+                ASSERT_EQ(rows.bytes[i], gathered.bytes[i / 8 * 16 + i % 8]) << "effort " << level << ", block " << i / 8;
+        }
+}
+
 }  // namespace
 }  // namespace compress::test
