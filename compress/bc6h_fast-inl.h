@@ -290,7 +290,10 @@ private:
             }
             oneColour = oneColour + hn::NegMulAdd(sum, sum / weights, squares);
             range = hn::Max(range, high_[c] - low_[c]);
-            darkest = hn::Min(darkest, low_[c]);
+            // How near to 0 the channel comes: 0 itself where signs differ. Where time is not all that counts, what is negative is left to
+            // the slower kernel too, which is better at it by 0.1 dB.
+            const F nearest = hn::Max(hn::Max(low_[c], zero() - high_[c]), zero());
+            darkest = hn::Min(darkest, kSigned && options_.effort == 0 ? nearest : low_[c]);
         }
         constexpr float kOctave = 1024 * Values::kPerHalf;
         const M dark = hn::And(darkest<set(kDark * kOctave), range> set(kDarkRange * kOctave));
