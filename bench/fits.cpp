@@ -17,6 +17,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "bench/fit_rsrm.h"
 #include "fit/dominant_light.h"
 #include "fit/light_search.h"
 #include "formats/light_map.h"
@@ -378,6 +379,7 @@ int main(int argc, char** argv) {
         const bool hasReference =
             std::any_of(maps.begin(), maps.end(), [](const auto& map) { return std::filesystem::exists(map.reference); });
         if (hasReference) bench::benchSpecular(maps);
+        bench::benchRsrm(options.data, options.csv, options.runs);
     } catch (const std::exception& fault) {
         fmt::print(stderr, "{}\n", fault.what());
         return 1;

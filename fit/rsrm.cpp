@@ -1,9 +1,12 @@
 #include "fit/rsrm.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <string>
 
 namespace fit {
@@ -101,6 +104,23 @@ void clampToSource(const std::vector<glm::vec3>& gradient, formats::Image<glm::d
     }
 }
 
+/// So that no code is cut at 255, denormal colours included.
+float floatNotBelow(double value) {
+    const float nearest = static_cast<float>(value);
+    return static_cast<double>(nearest) < value ? std::nextafter(nearest, std::numeric_limits<float>::infinity()) : nearest;
+}
+
+/// One channel of a row. color: above 0, and no value above it, so what is carried stays within half a code.
+void quantizeRow(const glm::dvec3* values, int width, int channel, float color, bool dither, glm::u8vec3* codes) {
+    double carried = 0;
+    for (int x = 0; x < width; ++x) {
+        const double wanted = values[x][channel] / static_cast<double>(color) * 255 + carried;
+        const double code = std::clamp(std::floor(wanted + 0.5), 0.0, 255.0);
+        codes[x][channel] = static_cast<std::uint8_t>(code);
+        if (dither) carried = wanted - code;
+    }
+}
+
 }  // namespace
 
 formats::Result<void> checkRsrm(const std::vector<glm::vec3>& gradient, const RsrmOptions& options) {
@@ -112,7 +132,7 @@ formats::Result<void> checkRsrm(const std::vector<glm::vec3>& gradient, const Rs
             if (std::isfinite(value) && value >= 0) continue;
             return formats::failure(std::isfinite(value) ? ErrorCode::ValueOutOfRange : ErrorCode::ValueNotFinite,
                                     "gradient, zone " + std::to_string(zone) + ", channel " + std::string(1, "RGB"[channel]),
-                                    "found " + std::to_string(value) + ", expected a finite value of at least 0");
+                                    fmt::format("found {}, expected a finite value of at least 0", value));
         }
     }
     if (options.width < 1 || options.width > 65536) {
@@ -170,17 +190,42 @@ Rsrm makeRsrm(const std::vector<glm::vec3>& gradient, const RsrmOptions& options
     for (const glm::dvec3& value : map.values.texels()) {
         for (int channel = 0; channel < 3; ++channel) largest[channel] = std::max(largest[channel], value[channel]);
     }
-    map.color = glm::vec3(largest);
     map.codes = formats::Image<glm::u8vec3>(map.values.width(), map.values.height(), glm::u8vec3(0));
-    for (std::size_t texel = 0; texel < map.codes.texels().size(); ++texel) {
-        for (int channel = 0; channel < 3; ++channel) {
-            const double color = map.color[channel];  // as a shader reads it: rounded to float
-            if (color == 0) continue;
-            const double code = std::floor(map.values.texels()[texel][channel] / color * 255 + 0.5);
-            map.codes.texels()[texel][channel] = static_cast<std::uint8_t>(std::clamp(code, 0.0, 255.0));
-        }
+    for (int channel = 0; channel < 3; ++channel) {
+        map.color[channel] = floatNotBelow(largest[channel]);
+        if (map.color[channel] == 0) continue;
+        for (int row = 0; row < map.values.height(); ++row)
+            quantizeRow(map.values.view().row(row), map.values.width(), channel, map.color[channel], options.dither,
+                        map.codes.view().row(row));
     }
     return map;
+}
+
+formats::Image<glm::vec3> scaledValues(const Rsrm& map) {
+    formats::Image<glm::vec3> scaled(map.values.width(), map.values.height(), glm::vec3(0));
+    for (std::size_t texel = 0; texel < scaled.texels().size(); ++texel)
+        for (int channel = 0; channel < 3; ++channel)
+            if (map.color[channel] > 0)
+                scaled.texels()[texel][channel] =
+                    std::min(1.0f, static_cast<float>(map.values.texels()[texel][channel] / static_cast<double>(map.color[channel])));
+    return scaled;
+}
+
+std::optional<std::size_t> firstZoneOfAnotherHue(const std::vector<glm::vec3>& gradient) {
+    constexpr double kTolerance = 1e-4;
+    glm::dvec3 largest(0);
+    for (const glm::vec3& zone : gradient)
+        for (int channel = 0; channel < 3; ++channel) largest[channel] = std::max(largest[channel], static_cast<double>(zone[channel]));
+    for (std::size_t zone = 0; zone < gradient.size(); ++zone) {
+        double low = 1, high = 0;
+        for (int channel = 0; channel < 3; ++channel) {
+            if (!(largest[channel] > 0)) continue;
+            const double share = static_cast<double>(gradient[zone][channel]) / largest[channel];
+            low = std::min(low, share), high = std::max(high, share);
+        }
+        if (high - low > kTolerance) return zone;
+    }
+    return std::nullopt;
 }
 
 }  // namespace fit

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -96,13 +97,48 @@ Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, con
     return loaded;
 }
 
+namespace {
+
+bool isPictureFile(const std::filesystem::path& file) {
+    std::string extension = file.extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    for (const char* each : {".png", ".jpg", ".jpeg", ".tga", ".bmp"})
+        if (extension == each) return true;
+    return false;
+}
+
+/// Through the sRGB curve (IEC 61966-2-1), texel by texel. What is not finite or negative stays for makeCanonical.
+Result<void> linearize(Image<glm::vec3>& texels, const std::filesystem::path& file) {
+    for (int x = 0; x < texels.width(); ++x)
+        for (int channel = 0; channel < 3; ++channel) {
+            float& value = texels.at(x, 0)[channel];
+            if (!(value > 0) || !std::isfinite(value)) continue;
+            if (value > 1)
+                return failure(ErrorCode::ValueOutOfRange, fmt::format("{}, channel {}, texel ({}, 0)", file.string(), "RGB"[channel], x),
+                               fmt::format("found {}, expected 0 to 1 under the sRGB curve, or encoding = \"linear\"", value));
+            const double encoded = value;
+            value = static_cast<float>(encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4));
+        }
+    return {};
+}
+
+}  // namespace
+
 Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, const EnvironmentOptions& options) {
+    return loadGradient(file, options, GradientEncoding::Linear);
+}
+
+Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, const EnvironmentOptions& options,
+                                            GradientEncoding encoding) {
     Result<Image<glm::vec3>> texels = readRgb(file);
     if (!texels) return tl::make_unexpected(texels.error());
     if (texels->height() != 1) {
         return failure(ErrorCode::WrongShape, file.string(),
-                       fmt::format("found {} x {} texels, expected N x 1", texels->width(), texels->height()));
+                       fmt::format("found {} x {} texels, expected N x 1 (an environment needs an axis to be averaged around)",
+                                   texels->width(), texels->height()));
     }
+    if (encoding == GradientEncoding::Srgb || (encoding == GradientEncoding::Auto && isPictureFile(file)))
+        if (const auto linear = linearize(*texels, file); !linear) return tl::make_unexpected(linear.error());
     const Result<std::int64_t> repaired = makeCanonical(*texels, file, options);
     if (!repaired) return tl::make_unexpected(repaired.error());
     return std::move(texels->texels());

@@ -40,6 +40,13 @@ Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, con
 /// N x 1 texels of equal solid angle, north to south: texel i covers z in [1 - 2(i + 1)/N, 1 - 2i/N].
 Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, const EnvironmentOptions& options);
 
+/// How a painted gradient's numbers mean light. Auto: sRGB where the file's kind is for pictures (PNG, JPEG, TGA, BMP), else linear.
+enum class GradientEncoding { Auto, Linear, Srgb };
+/// The same of painted files. Under the sRGB curve (which says nothing of primaries: those are of options.colors.source) values lie in
+/// [0, 1]; others are refused.
+Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, const EnvironmentOptions& options,
+                                            GradientEncoding encoding);
+
 /// The SH that a probes.json of ../shared/data keeps for the probe whose "file" has this name: nine RGB, canonical phase, radiance.
 Result<lighting::ShRgb> loadProbeSh(const std::filesystem::path& json, const std::string& probeFileName);
 

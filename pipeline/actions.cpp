@@ -7,6 +7,7 @@
 #include "pipeline/light_map_planning.h"
 #include "pipeline/mesh_actions.h"
 #include "pipeline/probe_actions.h"
+#include "pipeline/rsrm_actions.h"
 
 namespace pipeline {
 

@@ -45,6 +45,11 @@ Scene sceneOf(const ConvertOptions& options, const std::string& name) {
     } else if (options.converter == "rsrm") {
         GradientEntry entry{name, options.input};
         if (!options.exponents.empty()) entry.exponents = options.exponents;
+        entry.encoding = options.encoding;
+        if (options.axis.size() == 3) entry.axis = glm::dvec3(options.axis[0], options.axis[1], options.axis[2]);
+        entry.zones = options.zones;
+        entry.format = options.rsrmFormat;
+        entry.dither = options.dither;
         scene.gradients.push_back(entry);
     } else {
         MaterialEntry material;

@@ -13,7 +13,10 @@ struct ConvertOptions {
     std::string converter;  ///< lightmap, dominant, cubemap, lut or rsrm
     std::filesystem::path input, output, sh;
     std::string phase = "none", frame = "world", quantity = "radiance", lightUnits = "radiometric", fit = "closed";
-    std::vector<double> exponents, m;
+    std::vector<double> exponents, m, axis;
+    std::string encoding = "auto", rsrmFormat = "rgba8";
+    int zones = 256;
+    bool dither = false;
     bool repair = false;
     bool explain = false;  ///< dominant: also where one light cannot say what the map holds
     CookOptions cook;      ///< what lies over [output]

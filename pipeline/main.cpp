@@ -370,6 +370,17 @@ void addInfo(CLI::App& app, Common& common, std::function<int()>& command) {
     });
 }
 
+/// What a gradient averaged around an axis lost of its environment.
+void sayAsymmetry(Terminal& terminal, const Json& report, LogFormat log) {
+    if (!report.is_object() || report.at("assets").empty()) return;
+    const Json measures = report.at("assets").at(0).value("measures", Json::object());
+    if (!measures.contains("asymmetric_energy")) return;
+    const double share = measures.at("asymmetric_energy").get<double>();
+    terminal.say(log == LogFormat::JsonLines
+                     ? Json({{"asymmetric_energy", share}}).dump()
+                     : fmt::format("{:.3g} % of the light's energy was not symmetric around the axis", 100 * share));
+}
+
 void addConverter(CLI::App& app, const std::string& name, const std::string& what, Common& common, std::function<int()>& command) {
     auto* sub = app.add_subcommand(name, what);
     auto options = std::make_shared<ConvertOptions>();
@@ -392,7 +403,18 @@ void addConverter(CLI::App& app, const std::string& name, const std::string& wha
             ->check(CLI::IsMember(kDominantFitNames));
     }
     if (name == "cubemap") sub->add_option("--sh", options->sh, "JSON with the probe's SH");
-    if (name == "rsrm") sub->add_option("--exponents", options->exponents, "Phong exponents, one row each")->delimiter(',');
+    if (name == "rsrm") {
+        sub->add_option("--exponents", options->exponents, "Phong exponents, one row each")->delimiter(',');
+        sub->add_option("--encoding", options->encoding, "of a painted gradient: linear, srgb, or auto (PNG, JPEG, TGA, BMP are sRGB)")
+            ->check(CLI::IsMember(kGradientEncodings));
+        auto* axis = sub->add_option("--axis", options->axis, "X,Y,Z: the input is an environment, averaged around this direction")
+                         ->delimiter(',')
+                         ->expected(3);
+        sub->add_option("--zones", options->zones, "zones of such an average")->check(CLI::Range(1, kMostGradientZones))->needs(axis);
+        sub->add_option("--format", options->rsrmFormat, "rgba8, bc7, or bc4 (gradients of one colour)")
+            ->check(CLI::IsMember(kRsrmFormats));
+        sub->add_flag("--dither", options->dither, "carry what rounding leaves along each row (rgba8)");
+    }
     if (name == "lut") sub->add_option("--m", options->m, "roughness range: low,high")->delimiter(',')->expected(2);
     sub->callback([=, &common, &command] {
         command = [=, &common] {
@@ -400,6 +422,7 @@ void addConverter(CLI::App& app, const std::string& name, const std::string& wha
             if (auto applied = output->apply(options->cook); !applied) return session.finish(applied);
             const Outcome outcome = convert(*options, session.state);
             if (session.terminal.isInteractive() && outcome.report.is_object()) sayReport(session.terminal, outcome.report);
+            if (outcome.errors.empty() && !options->axis.empty()) sayAsymmetry(session.terminal, outcome.report, common.log);
             if (!options->explain || !outcome.errors.empty()) return session.finish(outcome.errors);
             const auto explained = explain(*options, session.state);
             if (!explained) return session.finish(explained);

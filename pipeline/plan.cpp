@@ -73,6 +73,7 @@ public:
             return formats::failure(
                 formats::ErrorCode::InvalidRequest, scene_.file.string(),
                 fmt::format("found two assets that would both write '{}', expected names that keep their files apart", takenName_));
+        if (mistake_) return tl::make_unexpected(*mistake_);
         return std::move(plan_);
     }
 
@@ -195,6 +196,11 @@ private:
         add(entry.name, "cubemap", std::move(parameters), inputs, Json::object(), sourceOf(entry.file));
     }
 
+    static std::uint64_t rsrmBytes(const GradientEntry& entry, std::size_t rows) {
+        const std::size_t blockRows = (rows + 3) / 4;
+        return entry.format == "rgba8" ? rows * kRsrmWidth * 4 : blockRows * (kRsrmWidth / 4) * (entry.format == "bc7" ? 16 : 8);
+    }
+
     void planGradient(const GradientEntry& entry) {
         if (!wanted(entry.name, "rsrm", entry.name)) return;
         std::vector<double> exponents = entry.exponents;
@@ -202,20 +208,25 @@ private:
             std::erase_if(exponents, [](double exponent) { return exponent != 1; });
             if (exponents.empty()) {
                 skip("RSRM '" + entry.name + "'", "no material is specular, and no row of exponent 1 was asked for",
-                     entry.exponents.size() * kRsrmWidth * 4, 0);
+                     rsrmBytes(entry, entry.exponents.size()), 0);
                 return;
             }
             if (exponents.size() < entry.exponents.size())
-                skip("specular rows of RSRM '" + entry.name + "'", "no material is specular", (entry.exponents.size() - 1) * kRsrmWidth * 4,
-                     0);
+                skip("specular rows of RSRM '" + entry.name + "'", "no material is specular",
+                     rsrmBytes(entry, entry.exponents.size()) - rsrmBytes(entry, exponents.size()), 0);
         }
-        add(entry.name, "rsrm",
-            {{"colors", toJson(scene_.colors)},
-             {"exponents", exponents},
-             {"width", kRsrmWidth},
-             {"textures", textures_},
-             {"repair", options_.repair}},
-            sourceOf(entry.file), Json::object(), sourceOf(entry.file));
+        if (const std::string why = whyNotRsrm(entry, scene_.output.target); !why.empty() && !mistake_)
+            mistake_ = {formats::ErrorCode::InvalidRequest, fmt::format("gradient '{}'", entry.name), why};
+        Json parameters = {{"colors", toJson(scene_.colors)}, {"exponents", exponents}, {"width", kRsrmWidth},
+                           {"format", entry.format},          {"dither", entry.dither}, {"textures", textures_},
+                           {"repair", options_.repair}};
+        if (entry.axis) {
+            parameters["axis"] = {entry.axis->x, entry.axis->y, entry.axis->z};
+            parameters["zones"] = entry.zones;
+        } else {
+            parameters["encoding"] = entry.encoding;
+        }
+        add(entry.name, "rsrm", std::move(parameters), sourceOf(entry.file), Json::object(), sourceOf(entry.file));
     }
 
     void planTables() {
@@ -263,7 +274,8 @@ private:
     Plan plan_;
     std::vector<std::string> knownNames_;
     std::set<std::string> fileNames_;
-    std::string takenName_;  ///< the first that two assets would use
+    std::string takenName_;                  ///< the first that two assets would use
+    std::optional<formats::Error> mistake_;  ///< the first thing asked for that cannot be
 };
 
 }  // namespace

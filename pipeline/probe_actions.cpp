@@ -8,7 +8,6 @@
 
 #include "fit/cubemap.h"
 #include "fit/pre_divide.h"
-#include "fit/rsrm.h"
 #include "fit/specular_tables.h"
 #include "pipeline/light_map_source.h"
 #include "pipeline/textures.h"
@@ -229,52 +228,6 @@ Result<ActionOutcome> cookTables(const ActionContext& context) {
                                {"constants", constants},
                                {"textures", textures}};
     outcome.result["bytes_in"] = 0;
-    return outcome;
-}
-
-Result<ActionOutcome> cookRsrm(const ActionContext& context) {
-    const Json& parameters = context.action.parameters;
-    const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
-    const auto& source = context.action.inputs.at("source");
-    const auto gradient = formats::loadGradient(source, environmentOptions(parameters, context.action));
-    if (!gradient) return tl::make_unexpected(gradient.error());
-    fit::RsrmOptions options;
-    options.width = parameters.at("width").get<int>();
-    options.exponents = parameters.at("exponents").get<std::vector<double>>();
-    if (auto usable = fit::checkRsrm(*gradient, options); !usable) {
-        formats::Error error = usable.error();
-        error.subject = source.string() + ", " + error.subject;
-        return tl::make_unexpected(error);
-    }
-    const fit::Rsrm map = fit::makeRsrm(*gradient, options);
-
-    formats::TextureShape shape;
-    shape.format = PixelFormat::Rgba8Unorm;
-    shape.width = options.width;
-    shape.height = static_cast<int>(options.exponents.size());
-    Image<glm::u8vec4> texels(shape.width, shape.height);
-    for (int y = 0; y < shape.height; ++y)
-        for (int x = 0; x < shape.width; ++x) texels.at(x, y) = glm::u8vec4(map.codes.at(x, y), 255);
-    const Json constants = {{"color", {map.color.x, map.color.y, map.color.z}}, {"exponents", options.exponents}};
-    const std::string file = context.action.asset + std::string(settings.extension());
-    const std::map<std::string, std::string> metadata = {{"io.lightcook", Json({{"layout", "rsrm"}, {"constants", constants}}).dump()}};
-    if (auto written = writeTexture(context.folder / file, shape, settings, metadata, {bytesOf(texels)}); !written)
-        return tl::make_unexpected(written.error());
-
-    ActionOutcome outcome;
-    outcome.files = {file};
-    outcome.result["asset"] = {
-        {"name", context.action.asset},
-        {"kind", "rsrm"},
-        {"layout", "rsrm"},
-        {"width", shape.width},
-        {"height", shape.height},
-        {"quantity", "exit radiance by Phong exponent (rows) over the angle to the axis (columns, north to south)"},
-        {"units", "radiometric"},
-        {"constants", constants},
-        {"textures", Json::array({textureEntry("rsrm", file, shape, std::filesystem::file_size(context.folder / file), {})})},
-        {"source", {{"colors", parameters.at("colors")}, {"repair", parameters.at("repair")}}}};
-    outcome.result["bytes_in"] = std::filesystem::file_size(source);
     return outcome;
 }
 

@@ -1,4 +1,4 @@
-// Environment probes as pre-divided, prefiltered cubemaps; gradients as radially symmetric reflection maps; the Cook-Torrance tables.
+// Environment probes as pre-divided, prefiltered cubemaps; the Cook-Torrance tables.
 #pragma once
 
 #include "formats/environment.h"
@@ -10,13 +10,10 @@ namespace pipeline {
 formats::Result<ActionOutcome> cookCubemap(const ActionContext& context);
 /// "lut". No input; parameters: distribution, normalization, view_count, m_rows, textures.
 formats::Result<ActionOutcome> cookTables(const ActionContext& context);
-/// "rsrm". Input "source"; parameters: colors, exponents, width, textures, repair.
-formats::Result<ActionOutcome> cookRsrm(const ActionContext& context);
 
-/// "verify-cubemap", "verify-lut", "verify-rsrm": upstream the cooked asset; parameters: max_error.
+/// "verify-cubemap", "verify-lut": upstream the cooked asset; parameters: max_error.
 formats::Result<ActionOutcome> verifyCubemap(const ActionContext& context);
 formats::Result<ActionOutcome> verifyTables(const ActionContext& context);
-formats::Result<ActionOutcome> verifyRsrm(const ActionContext& context);
 
 Json toJson(const formats::ColorSpaces& colors);
 /// How an action reads its source. json   with members colors and repair

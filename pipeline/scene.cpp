@@ -4,6 +4,7 @@
 
 #include <toml++/toml.h>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <initializer_list>
 #include <set>
 
@@ -259,6 +260,11 @@ ProbeEntry readProbe(TableReader reader) {
     return entry;
 }
 
+bool isUsableAxis(const glm::dvec3& axis) {
+    const double length = glm::length(axis);
+    return length > 0 && std::isfinite(length);
+}
+
 GradientEntry readGradient(TableReader reader) {
     GradientEntry entry;
     entry.name = readName(reader);
@@ -273,6 +279,24 @@ GradientEntry readGradient(TableReader reader) {
             reader.fail(reader.node("exponents"),
                         fmt::format("found [{}] for gradient.exponents, expected {}", fmt::join(*exponents, ", "), kExpected));
     }
+    entry.encoding = reader.oneOf("encoding", kGradientEncodings, entry.encoding);
+    constexpr const char* kAxis = "a direction [x, y, z] other than zero";
+    if (const auto axis = reader.numbers("axis", kAxis)) {
+        const bool isDirection = axis->size() == 3 && isUsableAxis({(*axis)[0], (*axis)[1], (*axis)[2]});
+        if (!isDirection)
+            reader.fail(reader.node("axis"), fmt::format("found [{}] for gradient.axis, expected {}", fmt::join(*axis, ", "), kAxis));
+        entry.axis = glm::dvec3((*axis)[0], (*axis)[1], (*axis)[2]);
+        if (reader.has("encoding") && entry.encoding != "auto")
+            reader.fail(reader.node("encoding"), "found gradient.encoding beside an axis, expected it for painted gradients alone");
+    }
+    if (const auto zones = reader.optional<std::int64_t>("zones", "an integer from 1 to 4096")) {
+        if (*zones < 1 || *zones > kMostGradientZones)
+            reader.fail(reader.node("zones"), fmt::format("found {} for gradient.zones, expected 1 to {}", *zones, kMostGradientZones));
+        if (!entry.axis) reader.fail(reader.node("zones"), "found gradient.zones without an axis, expected the axis to average around");
+        entry.zones = static_cast<int>(*zones);
+    }
+    entry.format = reader.oneOf("format", kRsrmFormats, entry.format);
+    entry.dither = reader.optional<bool>("dither", "true or false").value_or(false);
     reader.close();
     return entry;
 }
@@ -335,6 +359,15 @@ std::string_view nameOf(Target target) {
             return "float";
     }
     return "bc";
+}
+
+std::string whyNotRsrm(const GradientEntry& entry, Target target) {
+    if (entry.format != "rgba8" && target != Target::Bc)
+        return fmt::format("found format \"{}\" with target \"{}\", expected target \"bc\" or format \"rgba8\"", entry.format,
+                           nameOf(target));
+    if (entry.format != "rgba8" && entry.dither)
+        return fmt::format("found dither with format \"{}\", expected format \"rgba8\": blocks round a pattern away", entry.format);
+    return "";
 }
 
 Result<Target> targetFromName(std::string_view name, const std::string& subject) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <glm/vec3.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -54,7 +55,7 @@ struct LightMapEntry {
     std::filesystem::path file;
     formats::LightMapDescription description;
     std::optional<std::filesystem::path> mesh;
-    std::string dominantFit = "closed";  ///< one of kDominantFitNames
+    std::string dominantFit = "closed";                ///< one of kDominantFitNames
     std::optional<std::filesystem::path> groundTruth;  ///< traced light at texels of the map (formats::readShadingValues)
 };
 struct ProbeEntry {
@@ -62,11 +63,23 @@ struct ProbeEntry {
     std::filesystem::path file;
     std::optional<std::filesystem::path> sh;  ///< JSON that holds the probe's SH; projected from the image without it
 };
+/// As `encoding` and `format` of a gradient, and the options of `rsrm`, take them.
+inline const std::vector<std::string> kGradientEncodings = {"auto", "linear", "srgb"};
+inline const std::vector<std::string> kRsrmFormats = {"rgba8", "bc7", "bc4"};
+inline constexpr int kMostGradientZones = 4096;
+
 struct GradientEntry {
     std::string name;
     std::filesystem::path file;
     std::vector<double> exponents = {1, 4, 16, 64, 256, 1024, 4096, 16384};
+    std::string encoding = "auto";        ///< of a painted gradient: one of kGradientEncodings
+    std::optional<glm::dvec3> axis = {};  ///< the file is an environment, averaged around this world direction
+    int zones = 256;                      ///< of such an average
+    std::string format = "rgba8";         ///< one of kRsrmFormats
+    bool dither = false;                  ///< rgba8 alone
 };
+/// Why a format, or its dithering, cannot be under a target; empty where it can.
+std::string whyNotRsrm(const GradientEntry& entry, Target target);
 struct Range {
     double low = 0, high = 0;
 };

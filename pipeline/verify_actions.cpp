@@ -1,4 +1,4 @@
-// Verification of what the converters made: cubemaps, Cook-Torrance tables, reflection maps, dominant lights. Each reads the files that the
+// Verification of what the converters made: cubemaps, Cook-Torrance tables, dominant lights. Each reads the files that the
 // cook left and the source itself; pieces of work are spread over the threads and put together in one order.
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -25,7 +25,6 @@
 #include "verify/block_errors.h"
 #include "verify/cubemap.h"
 #include "verify/dominant.h"
-#include "verify/rsrm.h"
 #include "verify/specular_tables.h"
 #include "verify/texture_unit.h"
 
@@ -332,41 +331,6 @@ Result<ActionOutcome> verifyTables(const ActionContext& context) {
                                           viewAxis, off.view, off.m),
                               fmt::format("an error of {:.4g} steps of 16 bits", off.steps), fmt::format("at most {}", kTableSteps)});
     return outcomeOf(verify::specularTableStages(samples, results, kTableF0), context, watch, violations);
-}
-
-Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
-    const Stopwatch watch;
-    const Json& asset = context.upstream.at(0)->result.at("asset");
-    const formats::EnvironmentOptions options = environmentOptions(asset.at("source"), context.action);
-    const auto gradient = formats::loadGradient(context.action.inputs.at("source"), options);
-    if (!gradient) return tl::make_unexpected(gradient.error());
-    const auto colors = formats::linearConversion(options.colors);
-    if (!colors) return tl::make_unexpected(colors.error());
-    const auto texture = openTexture(context.upstreamFolder, asset, "rsrm");
-    if (!texture) return tl::make_unexpected(texture.error());
-    auto image = verify::decodeImage(*texture, {});
-    if (!image) return tl::make_unexpected(image.error());
-    verify::CookedRsrm map;
-    map.color = vec3From(asset.at("constants").at("color"));
-    map.exponents = asset.at("constants").at("exponents").get<std::vector<double>>();
-    map.texels = std::move(*image);
-    if (map.texels.height() != static_cast<int>(map.exponents.size()))
-        return failure(ErrorCode::Verification, context.action.asset,
-                       fmt::format("found {} rows, expected {} as there are exponents", map.texels.height(), map.exponents.size()));
-
-    std::vector<verify::RsrmRow> rows(map.exponents.size());
-    const auto compare = [&](std::size_t row) { rows[row] = verify::compareRsrmRow(map, *gradient, static_cast<int>(row)); };
-    if (!forEachPiece(rows.size(), context, compare)) return interrupted(context);
-    std::vector<verify::Violation> violations;
-    const verify::RsrmCodeError off = verify::rsrmCodeError(map, *gradient, rows);
-    if (off.codes > 0)
-        violations.push_back({fmt::format("row {}, texel {}", off.row, off.column),
-                              fmt::format("an error of {:.3g} codes beyond rounding", off.codes), "at most half a code in all"});
-    ActionOutcome outcome = outcomeOf(verify::rsrmStages(map, *gradient, rows, colors->luminanceWeights), context, watch, violations);
-    double banding = 0;
-    for (const verify::RsrmRow& row : rows) banding = std::max(banding, row.bandingCodes);
-    outcome.result["measures"] = {{"banding_codes", banding}};
-    return outcome;
 }
 
 Result<ActionOutcome> verifyDominant(const ActionContext& context) {

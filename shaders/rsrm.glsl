@@ -17,6 +17,10 @@ LC_FUNCTION vec2 lcRsrmUv(vec3 reflection, vec3 axis, float row, float rowCount)
 LC_FUNCTION vec3 lcRsrm(vec3 texel, vec3 color) {
     return texel * color;
 }
+// The same of a map of one channel.
+LC_FUNCTION vec3 lcRsrmGrey(float texel, vec3 color) {
+    return texel * color;
+}
 // Two maps (two places, two times of day), decoded first.
 LC_FUNCTION vec3 lcRsrmBlend(vec3 first, vec3 second, float weight) {
     return mix(first, second, clamp(weight, 0.0f, 1.0f));

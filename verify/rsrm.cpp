@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "lighting/sh.h"
 #include "shaders/lightcook_cpp.h"
 #include "verify/texture_unit.h"
 
@@ -16,6 +17,8 @@ namespace {
 constexpr int kRingCount = 256;
 /// What the rings leave undone, as a part of the gradient's largest value (docstring of convolvePhong).
 constexpr double kQuadratureError = 2e-4;
+/// Codes under this are no light: a shader's floats may flush what they stand for.
+constexpr double kLeastCode = 1e-30;
 
 /// Height of the upper edge of a zone.
 double edgeHeight(std::size_t edge, std::size_t zoneCount) {
@@ -103,18 +106,23 @@ glm::dvec3 fetch(const CookedRsrm& map, int row, double z) {
     const glm::vec3 reflection(glm::dvec3(std::sqrt(std::max(0.0, 1 - z * z)), 0, z));
     const glm::vec2 uv =
         shaders::lcRsrmUv(reflection, glm::vec3(0, 0, 1), static_cast<float>(row), static_cast<float>(map.texels.height()));
-    return glm::dvec3(shaders::lcRsrm(glm::vec3(sampleBilinear(map.texels.view(), glm::dvec2(uv))), map.color));
+    const glm::vec4 texel = sampleBilinear(map.texels.view(), glm::dvec2(uv));
+    return glm::dvec3(map.isGrey ? shaders::lcRsrmGrey(texel.x, map.color) : shaders::lcRsrm(glm::vec3(texel), map.color));
 }
 
+/// Between what values the source lies, and what a reference from it may be off by.
 struct Ends {
-    glm::dvec3 low, high;
+    glm::dvec3 low, high, slack;
 };
-Ends endsOf(const std::vector<glm::vec3>& gradient) {
-    Ends ends{glm::dvec3(gradient[0]), glm::dvec3(gradient[0])};
-    for (const glm::vec3& zone : gradient) {
+Ends endsOf(const RsrmSource& source) {
+    Ends ends{glm::dvec3(source.gradient[0]), glm::dvec3(source.gradient[0]), {}};
+    for (const glm::vec3& zone : source.gradient) {
         ends.low = glm::min(ends.low, glm::dvec3(zone));
         ends.high = glm::max(ends.high, glm::dvec3(zone));
     }
+    ends.low = glm::max(ends.low - source.uncertainty, glm::dvec3(0));
+    ends.high += source.uncertainty;
+    ends.slack = kQuadratureError * ends.high + source.uncertainty;
     return ends;
 }
 
@@ -140,7 +148,7 @@ double boundBetween(const RsrmRow::Point& a, const RsrmRow::Point& b, double arc
     for (int channel = 0; channel < 3; ++channel) {
         const double slope = 0.5 * (ends.high[channel] - ends.low[channel]) * std::sqrt(2 * (exponent + 1) / std::numbers::pi);
         const double middle = 0.5 * (a.reference[channel] + b.reference[channel]);
-        const double reach = (&a == &b ? 1.0 : 0.5) * slope * arc + kQuadratureError * ends.high[channel];
+        const double reach = (&a == &b ? 1.0 : 0.5) * slope * arc + ends.slack[channel];
         const double low = std::max(ends.low[channel], middle - reach), high = std::min(ends.high[channel], middle + reach);
         // A fraction of a code for the rounding of the fetch's own coordinate.
         const double slack = 1e-4 * std::abs(a.cooked[channel] - b.cooked[channel]) + 1e-6 * std::abs(a.cooked[channel]);
@@ -165,7 +173,7 @@ void addRow(const RsrmRow& row, double exponent, const Ends& ends, double key, R
             if (!point.isCentre) continue;
             errors.quantize.add(reference, cooked);
             // Every texel is met: what is left is the error of the reference itself.
-            const double slack = kQuadratureError * ends.high[channel];
+            const double slack = ends.slack[channel];
             const double scale = std::max(reference - slack, 0.0) + 0.02 * key, error = std::abs(cooked - reference);
             errors.quantize.addBound(error == 0 ? 0 : (error + slack) / scale);
         }
@@ -179,47 +187,49 @@ void addRow(const RsrmRow& row, double exponent, const Ends& ends, double key, R
         boundBetween(*centres.back(), *centres.back(), std::numbers::pi - std::acos(centres.back()->z), exponent, ends, key));
 }
 
+/// Calls place(z, isCentre) north to south: at both poles, at texel centres, and `between` times from each to the next.
+template <class Place>
+void forEachPlace(int width, int between, const Place& place) {
+    const auto at = [&](double position, bool isCentre) { place(1 - 2 * position / width, isCentre); };  // in texels, from the north pole
+    at(0, false);
+    for (int i = 0; i < between; ++i) at(0.5 * (i + 1) / (between + 1), false);
+    for (int x = 0; x < width; ++x) {
+        at(x + 0.5, true);
+        const double gap = x + 1 < width ? 1.0 : 0.5;
+        for (int i = 0; i < between; ++i) at(x + 0.5 + gap * (i + 1) / (between + 1), false);
+    }
+    at(width, false);
+}
+
 }  // namespace
 
 glm::dvec3 convolvePhong(const std::vector<glm::vec3>& gradient, double exponent, double z) {
     return convolve(gradient, Rings(exponent), exponent, z);
 }
 
-RsrmRow compareRsrmRow(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, int row, int between) {
-    const int width = map.texels.width();
+RsrmRow compareRsrmRow(const CookedRsrm& map, const RsrmSource& source, int row, int between) {
     const double exponent = map.exponents[static_cast<std::size_t>(row)];
     const Rings rings(exponent);
     RsrmRow result;
-    const auto add = [&](double position, bool isCentre) {  // in texels, from the north pole
-        const double z = 1 - 2 * position / width;
-        result.points.push_back({z, isCentre, convolve(gradient, rings, exponent, z), fetch(map, row, z)});
-    };
-    add(0, false);
-    for (int i = 0; i < between; ++i) add(0.5 * (i + 1) / (between + 1), false);
-    for (int x = 0; x < width; ++x) {
-        add(x + 0.5, true);
-        const double gap = x + 1 < width ? 1.0 : 0.5;
-        for (int i = 0; i < between; ++i) add(x + 0.5 + gap * (i + 1) / (between + 1), false);
-        if (x == 0) continue;
-        for (int channel = 0; channel < 3; ++channel)
-            result.bandingCodes =
-                std::max(result.bandingCodes, 255.0 * std::abs(map.texels.at(x, row)[channel] - map.texels.at(x - 1, row)[channel]));
-    }
-    add(width, false);
+    forEachPlace(map.texels.width(), between, [&](double z, bool isCentre) {
+        result.points.push_back({z, isCentre, convolve(source.gradient, rings, exponent, z), fetch(map, row, z)});
+    });
     return result;
 }
 
-RsrmCodeError rsrmCodeError(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, const std::vector<RsrmRow>& rows) {
-    const glm::dvec3 largest = endsOf(gradient).high;
-    RsrmCodeError worst;
+RsrmCodeError rsrmCodeError(const CookedRsrm& map, const RsrmSource& source, const std::vector<RsrmRow>& rows) {
+    RsrmCodeError worst{-1, 0, 0};
+    if (map.codes == RsrmCodes::Blocks) return worst;
+    const double allowed = map.codes == RsrmCodes::Dithered ? 1.001 : 0.501;
+    const glm::dvec3 off = 2.0 * endsOf(source).slack;
     for (std::size_t row = 0; row < rows.size(); ++row) {
         int column = 0;
         for (const RsrmRow::Point& point : rows[row].points) {
             if (!point.isCentre) continue;
             for (int channel = 0; channel < 3; ++channel) {
                 const double code = std::abs(static_cast<double>(map.color[channel])) / 255;
-                const double slack = 0.501 * code + 2 * kQuadratureError * largest[channel] + 1e-30;
-                const double beyond = (std::abs(point.cooked[channel] - point.reference[channel]) - slack) / std::max(code, 1e-30);
+                const double slack = allowed * code + off[channel] + kLeastCode;
+                const double beyond = (std::abs(point.cooked[channel] - point.reference[channel]) - slack) / std::max(code, kLeastCode);
                 if (beyond > worst.codes) worst = {beyond, static_cast<int>(row), column};
             }
             ++column;
@@ -228,10 +238,74 @@ RsrmCodeError rsrmCodeError(const CookedRsrm& map, const std::vector<glm::vec3>&
     return worst;
 }
 
-std::vector<StageError> rsrmStages(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, const std::vector<RsrmRow>& rows,
+RsrmBanding rsrmBanding(const CookedRsrm& map, const std::vector<RsrmRow>& rows, const glm::vec3& luminanceWeights) {
+    const double key = logAverage(rows, luminanceWeights);
+    RsrmBanding banding;
+    for (const RsrmRow& row : rows)
+        for (int channel = 0; channel < 3; ++channel) {
+            const double code = std::abs(static_cast<double>(map.color[channel])) / 255;
+            if (!(code > kLeastCode)) continue;
+            std::vector<double> errors;
+            double window = 0, referenceBefore = 0, cookedBefore = 0;
+            for (const RsrmRow::Point& point : row.points) {
+                if (!point.isCentre) continue;
+                const double reference = point.reference[channel], cooked = point.cooked[channel];
+                errors.push_back(cooked - reference);
+                banding.codeError = std::max(banding.codeError, std::abs(errors.back()) / code);
+                window += errors.back();
+                const std::size_t count = errors.size();
+                if (count > RsrmBanding::kWindow) window -= errors[count - RsrmBanding::kWindow - 1];
+                if (count >= RsrmBanding::kWindow)
+                    banding.bandCodes = std::max(banding.bandCodes, std::abs(window) / RsrmBanding::kWindow / code);
+                if (count > 1) {
+                    const double step = std::abs(errors.back() - errors[count - 2]);
+                    banding.stepCodes = std::max(banding.stepCodes, step / code);
+                    const double light = std::max({reference, referenceBefore, cooked, cookedBefore});
+                    if (light + key > 0) banding.stepContrast = std::max(banding.stepContrast, step / (light + 0.02 * key));
+                }
+                referenceBefore = reference, cookedBefore = cooked;
+            }
+        }
+    return banding;
+}
+
+RsrmBlend compareRsrmBlend(const CookedRsrm& first, const std::vector<glm::vec3>& firstGradient, const CookedRsrm& second,
+                           const std::vector<glm::vec3>& secondGradient, double weight, int between) {
+    std::vector<glm::vec3> blended;
+    for (std::size_t zone = 0; zone < firstGradient.size(); ++zone)
+        blended.emplace_back((1 - weight) * glm::dvec3(firstGradient[zone]) + weight * glm::dvec3(secondGradient[zone]));
+    RsrmBlend result;
+    std::vector<RsrmRow> rows;
+    for (std::size_t index = 0; index < first.exponents.size(); ++index) {
+        const int row = static_cast<int>(index);
+        const Rings rings(first.exponents[index]);
+        RsrmRow& compared = rows.emplace_back();
+        forEachPlace(first.texels.width(), between, [&](double z, bool isCentre) {
+            const glm::vec3 cooked =
+                shaders::lcRsrmBlend(glm::vec3(fetch(first, row, z)), glm::vec3(fetch(second, row, z)), static_cast<float>(weight));
+            const glm::dvec3 reference = convolve(blended, rings, first.exponents[index], z);
+            compared.points.push_back({z, isCentre, reference, glm::dvec3(cooked)});
+            for (int channel = 0; isCentre && channel < 3; ++channel) {
+                const double code =
+                    ((1 - weight) * static_cast<double>(first.color[channel]) + weight * static_cast<double>(second.color[channel])) / 255;
+                if (code > 0)
+                    result.codeError =
+                        std::max(result.codeError, std::abs(compared.points.back().cooked[channel] - reference[channel]) / code);
+            }
+        });
+    }
+    ErrorAccumulator errors(logAverage(rows, lighting::kRec709Luminance));
+    for (const RsrmRow& row : rows)
+        for (const RsrmRow::Point& point : row.points)
+            for (int channel = 0; channel < 3; ++channel) errors.add(point.reference[channel], point.cooked[channel]);
+    result.figures = errors.figures();
+    return result;
+}
+
+std::vector<StageError> rsrmStages(const CookedRsrm& map, const RsrmSource& source, const std::vector<RsrmRow>& rows,
                                    const glm::vec3& luminanceWeights) {
     const double key = logAverage(rows, luminanceWeights);
-    const Ends ends = endsOf(gradient);
+    const Ends ends = endsOf(source);
     RowErrors diffuse{ErrorAccumulator(key), ErrorAccumulator(key)}, specular{ErrorAccumulator(key), ErrorAccumulator(key)};
     for (std::size_t row = 0; row < rows.size(); ++row)
         addRow(rows[row], map.exponents[row], ends, key, map.exponents[row] == 1 ? diffuse : specular);

@@ -26,17 +26,28 @@ bool isFinite(const glm::vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-TEST(DominantLight, OneDirectionalLightIsRecoveredExactly) {
-    truth::Random random(1);
-    for (int trial = 0; trial < 2000; ++trial) {
+/// One light, of any magnitude that leaves float room for its coefficients.
+void checkOneLight(std::uint64_t seed, std::int64_t count) {
+    truth::Random random(seed);
+    for (std::int64_t trial = 0; trial < count; ++trial) {
         const glm::vec3 direction(random.direction());
-        const glm::vec3 intensity(static_cast<float>(random.uniform()), static_cast<float>(100 * random.uniform()), 0.25f);
+        const double magnitude = random.below(4) == 0 ? std::pow(10, 60 * random.uniform() - 30) : 1;
+        const glm::vec3 intensity(static_cast<float>(magnitude * random.uniform()), static_cast<float>(100 * magnitude * random.uniform()),
+                                  static_cast<float>(0.25 * magnitude));
         const auto light = fit::dominantLight(lighting::projectDirectional(direction, intensity), glm::vec3(0, 0, 1), {});
-        EXPECT_NEAR(glm::length(light.direction), 1, 1e-6);
-        EXPECT_LT(glm::distance(light.direction, direction), 2e-6);
-        EXPECT_LT(glm::distance(light.intensity, intensity), 1e-6 * glm::length(intensity));
-        EXPECT_NEAR(light.directionality, 1, 1e-6);
+        ASSERT_NEAR(glm::length(glm::dvec3(light.direction)), 1, 1e-6) << trial << " of seed " << seed;
+        ASSERT_LT(glm::distance(light.direction, direction), 2e-6) << trial << " of seed " << seed;
+        ASSERT_LT(glm::length(glm::dvec3(light.intensity) - glm::dvec3(intensity)), 1e-6 * glm::length(glm::dvec3(intensity)));
+        ASSERT_NEAR(light.directionality, 1, 1e-6);
     }
+}
+
+TEST(DominantLight, OneDirectionalLightIsRecoveredExactlyAMillionTimes) {
+    checkOneLight(1, 1000000);
+}
+
+TEST(DominantLightSoak, OneDirectionalLightIsRecoveredExactlyAHundredMillionTimes) {
+    checkOneLight(101, 100000000);
 }
 
 TEST(DominantLight, IntensityIsTheLeastSquaresFitForItsDirection) {
@@ -90,20 +101,43 @@ TEST(DominantLight, FadeHasNoJump) {
     EXPECT_LT(std::abs(previous.direction.z), 1e-6);
 }
 
-TEST(DominantLight, AnyFiniteInputGivesAFiniteLightInsideTheBall) {
-    truth::Random random(3);
-    const double magnitudes[] = {0, 1e-45, 1e-38, 1e-10, 1, 1e10, 3e38};
-    for (int trial = 0; trial < 100000; ++trial) {
-        const lighting::ShRgb sh = randomSh(random, magnitudes[random.below(7)]);
+/// Zeros, denormals, the ends of float, single bands and single coefficients, either sign.
+void checkClosedForm(std::uint64_t seed, std::int64_t count) {
+    truth::Random random(seed);
+    const double magnitudes[] = {0, 1e-45, 1e-40, 1e-38, 1e-10, 1, 1e10, 1e30, 3e38};
+    for (std::int64_t trial = 0; trial < count; ++trial) {
+        lighting::ShRgb sh = randomSh(random, magnitudes[random.below(9)]);
+        const int kind = random.below(4), band = random.below(3), coefficient = random.below(9);
+        for (int i = 0; i < 9; ++i) {
+            const int own = i == 0 ? 0 : i < 4 ? 1 : 2;
+            if ((kind == 1 && own != band) || (kind == 2 && i != coefficient)) sh[static_cast<std::size_t>(i)] = glm::vec3(0);
+        }
+        if (kind == 3) sh[static_cast<std::size_t>(coefficient)] = glm::vec3(static_cast<float>(magnitudes[random.below(9)]));
         const glm::vec3 normal = trial % 5 == 0 ? glm::vec3(0) : glm::vec3(random.direction());
         const auto light = fit::dominantLight(sh, normal, {});
-        ASSERT_TRUE(isFinite(light.direction) && isFinite(light.intensity) && std::isfinite(light.directionality));
-        ASSERT_LE(glm::length(glm::dvec3(light.direction)), 1 + 1e-6);
-        ASSERT_GT(glm::length(glm::dvec3(light.direction)), 1e-5);
-        for (int channel = 0; channel < 3; ++channel) ASSERT_GE(light.intensity[channel], 0);
-        ASSERT_GE(light.directionality, 0);
-        ASSERT_LE(light.directionality, 1);
+        ASSERT_TRUE(isFinite(light.direction) && isFinite(light.intensity) && std::isfinite(light.directionality)) << trial;
+        const double length = glm::length(glm::dvec3(light.direction));
+        ASSERT_LE(length, 1 + 1e-6) << trial;
+        ASSERT_GT(length, 1e-5) << trial << ": a shader could not make it unit";
+        const float most = fit::largestIntensity(sh);
+        for (int channel = 0; channel < 3; ++channel) {
+            ASSERT_GE(light.intensity[channel], 0) << trial;
+            ASSERT_LE(light.intensity[channel], most * 1.000001f) << trial;
+        }
+        ASSERT_TRUE(light.directionality >= 0 && light.directionality <= 1) << trial;
+        // Without band 1, or without light, there is no direction, and so no light.
+        if (kind == 1 && band != 1) {
+            ASSERT_EQ(light.intensity, glm::vec3(0)) << trial;
+        }
     }
+}
+
+TEST(DominantLight, AnyFiniteInputGivesAFiniteLightInsideTheBallAMillionTimes) {
+    checkClosedForm(3, 1000000);
+}
+
+TEST(DominantLightSoak, AnyFiniteInputGivesAFiniteLightInsideTheBallAHundredMillionTimes) {
+    checkClosedForm(103, 100000000);
 }
 
 TEST(DominantLight, NegativeChannelIsClampedWithoutTouchingTheOthers) {
@@ -151,10 +185,10 @@ fit::DominantLightOptions refinedOptions(bool hasAmbient) {
     return options;
 }
 
-TEST(RefinedDominantLight, AnyFiniteInputGivesAFiniteLightInsideTheBall) {
-    truth::Random random(5);
+void checkRefined(std::uint64_t seed, std::int64_t count) {
+    truth::Random random(seed);
     const double magnitudes[] = {0, 1e-45, 1e-38, 1e-10, 1, 1e10, 1e30, 3e38};
-    for (int trial = 0; trial < 1000000; ++trial) {
+    for (std::int64_t trial = 0; trial < count; ++trial) {
         lighting::ShRgb sh = randomSh(random, magnitudes[random.below(8)]);
         if (trial % 3 != 0) sh[0] = glm::abs(sh[0]);
         const glm::vec3 normal = trial % 5 == 0 ? glm::vec3(0) : glm::vec3(random.direction());
@@ -167,6 +201,14 @@ TEST(RefinedDominantLight, AnyFiniteInputGivesAFiniteLightInsideTheBall) {
         ASSERT_TRUE(std::isfinite(most));
         for (int channel = 0; channel < 3; ++channel) ASSERT_LE(light.intensity[channel], most * 1.000001f);
     }
+}
+
+TEST(RefinedDominantLight, AnyFiniteInputGivesAFiniteLightInsideTheBallAMillionTimes) {
+    checkRefined(5, 1000000);
+}
+
+TEST(RefinedDominantLightSoak, AnyFiniteInputGivesAFiniteLightInsideTheBallAHundredMillionTimes) {
+    checkRefined(105, 100000000);
 }
 
 TEST(RefinedDominantLight, IsNeverWorseThanTheClosedForm) {

@@ -101,6 +101,13 @@ TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
     expectRefused(kHead + "[output]\neffort = 10\n", "4:", "found 10 for output.effort");
     expectRefused(kHead + "[output]\ncontainer = \"dds\"\nzstd = true\n", "5:", "DDS has no supercompression");
     expectRefused(kHead + "[[material]]\nname = \"*\"\nm = [0.5, 0.1]\n", "5:", "expected [low, high]");
+    expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\naxis = [0, 0, 0]\n",
+                  "6:", "a direction [x, y, z] other than zero");
+    expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\nzones = 64\n", "6:", "zones without an axis");
+    expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\naxis = [0, 1, 0]\nzones = 5000\n", "7:", "expected 1 to 4096");
+    expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\naxis = [0, 1, 0]\nencoding = \"srgb\"\n",
+                  "7:", "painted gradients alone");
+    expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\nformat = \"bc5\"\n", "6:", "rgba8, bc7, bc4");
     expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\nexponents = [0.5]\n", "6:", "increasing Phong exponents");
     expectRefused(kHead + "[[probe]]\nname = \"../p\"\nfile = \"p.exr\"\n", "4:", "found the name '../p'");
     expectRefused(kHead + "[[probe]]\nname = \"p\"\nfile = 3\n", "5:", "found the integer 3 for probe.file, expected a path");

@@ -60,8 +60,8 @@ CookedRsrm quantized(const std::vector<glm::vec3>& gradient, int width, std::vec
 
 std::vector<StageError> verifyAll(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, int between = 1) {
     std::vector<RsrmRow> rows;
-    for (int row = 0; row < map.texels.height(); ++row) rows.push_back(compareRsrmRow(map, gradient, row, between));
-    return rsrmStages(map, gradient, rows, lighting::kRec709Luminance);
+    for (int row = 0; row < map.texels.height(); ++row) rows.push_back(compareRsrmRow(map, {gradient}, row, between));
+    return rsrmStages(map, {gradient}, rows, lighting::kRec709Luminance);
 }
 
 TEST(ConvolvePhong, AgreesWithASumOverTheSphere) {
@@ -127,12 +127,86 @@ TEST(VerifyRsrm, FindsAWrongColourAndAMapUpsideDown) {
     EXPECT_LT(stages.back().diffuse.relRms, 0.01);  // row 0 was left as it was
 }
 
-TEST(VerifyRsrm, BandingIsTheLargestStepInCodes) {
+std::vector<RsrmRow> rowsOf(const CookedRsrm& map, const std::vector<glm::vec3>& gradient) {
+    std::vector<RsrmRow> rows;
+    for (int row = 0; row < map.texels.height(); ++row) rows.push_back(compareRsrmRow(map, {gradient}, row));
+    return rows;
+}
+
+TEST(VerifyRsrm, BandingTellsStepsThatTheLightHasNot) {
     const auto gradient = sky(64);
-    CookedRsrm map = quantized(gradient, 64, {1});
-    for (glm::vec4& texel : map.texels.texels()) texel = glm::vec4(0.5f);
-    map.texels.at(30, 0).y = 0.5f + 17.0f / 255;
-    EXPECT_NEAR(compareRsrmRow(map, gradient, 0).bandingCodes, 17, 1e-4);
+    CookedRsrm map = quantized(gradient, 64, {1, 16});
+    const RsrmBanding honest = rsrmBanding(map, rowsOf(map, gradient), lighting::kRec709Luminance);
+    EXPECT_LT(honest.codeError, 0.56);  // and what the reference is off
+    EXPECT_LT(honest.stepCodes, 1.11);
+    EXPECT_LT(honest.bandCodes, 0.56);
+    EXPECT_GT(honest.stepContrast, 0);
+    map.texels.at(30, 0).y += 17.0f / 255;
+    const RsrmBanding stepped = rsrmBanding(map, rowsOf(map, gradient), lighting::kRec709Luminance);
+    EXPECT_NEAR(stepped.codeError, 17, 0.56);
+    EXPECT_NEAR(stepped.stepCodes, 17, 1.11);
+    EXPECT_GE(stepped.stepContrast, honest.stepContrast);
+}
+
+TEST(VerifyRsrm, ABandIsWhatEightTexelsHaveInCommon) {
+    // Light that hardly changes, of a value between two codes: rounded it is off by what is left, all along.
+    std::vector<glm::vec3> gradient(64, glm::vec3(100.4f / 255));
+    gradient[63] = glm::vec3(1);
+    CookedRsrm map;
+    map.color = glm::vec3(1);
+    map.exponents = {65536};
+    map.texels = formats::Image<glm::vec4>(64, 1, glm::vec4(100.0f / 255));
+    map.texels.at(63, 0) = glm::vec4(1);
+    EXPECT_NEAR(rsrmBanding(map, rowsOf(map, gradient), lighting::kRec709Luminance).bandCodes, 0.4, 0.01);
+    for (int x = 0; x < 63; x += 5) map.texels.at(x, 0) = map.texels.at(x + 2, 0) = glm::vec4(101.0f / 255);  // two of five
+    const RsrmBanding dithered = rsrmBanding(map, rowsOf(map, gradient), lighting::kRec709Luminance);
+    EXPECT_LT(dithered.bandCodes, 0.13);
+    EXPECT_NEAR(dithered.stepContrast, 1 / (101 + 0.02 * 102), 1e-4) << "a step of one code, the light there 101 codes";
+}
+
+TEST(VerifyRsrm, KindsOfCodesMayBeOffByAsMuchAsTheySay) {
+    const auto gradient = sky(64);
+    CookedRsrm map = quantized(gradient, 64, {1, 16});
+    EXPECT_LE(rsrmCodeError(map, {gradient}, rowsOf(map, gradient)).codes, 0);
+    map.texels.at(9, 1).y += 1.2f / 255;
+    const RsrmCodeError off = rsrmCodeError(map, {gradient}, rowsOf(map, gradient));
+    EXPECT_GT(off.codes, 0);
+    EXPECT_EQ(off.row, 1);
+    EXPECT_EQ(off.column, 9);
+    map.texels.at(9, 1).y += 0.9f / 255;
+    map.codes = RsrmCodes::Dithered;
+    EXPECT_GT(rsrmCodeError(map, {gradient}, rowsOf(map, gradient)).codes, 0);
+    EXPECT_LE(rsrmCodeError(map, {gradient, glm::dvec3(0.01)}, rowsOf(map, gradient)).codes, 0) << "an uncertain gradient";
+    map.codes = RsrmCodes::Blocks;
+    EXPECT_LE(rsrmCodeError(map, {gradient}, rowsOf(map, gradient)).codes, 0);
+}
+
+TEST(VerifyRsrm, AGreyMapIsReadByItsFirstChannel) {
+    std::vector<glm::vec3> gradient;
+    for (int i = 0; i < 32; ++i) gradient.push_back(static_cast<float>(i) / 31.0f * glm::vec3(4, 2, 0.5f));
+    CookedRsrm map = quantized(gradient, 64, {1, 16});
+    for (glm::vec4& texel : map.texels.texels()) texel = glm::vec4(texel.x, 0, 0, 1);
+    EXPECT_GT(rsrmCodeError(map, {gradient}, rowsOf(map, gradient)).codes, 100);
+    map.isGrey = true;
+    EXPECT_LE(rsrmCodeError(map, {gradient}, rowsOf(map, gradient)).codes, 0);
+}
+
+TEST(VerifyRsrm, TwoMapsBlendAsTheirLightDoes) {
+    const auto day = sky(64);
+    std::vector<glm::vec3> night;
+    for (int i = 0; i < 64; ++i) night.emplace_back(0.01f * static_cast<float>(i % 7), 0.002f, 0.03f);
+    const CookedRsrm first = quantized(day, 96, {1, 8, 128}), second = quantized(night, 96, {1, 8, 128});
+    double before = 1;
+    for (const double weight : {0.0, 0.25, 0.5, 0.99, 1.0}) {
+        const RsrmBlend blend = compareRsrmBlend(first, day, second, night, weight);
+        EXPECT_LT(blend.codeError, 0.56) << weight;  // half a code of both, and what the references are off
+        EXPECT_LT(blend.figures.relRms, 0.05) << weight;
+        before = blend.figures.relRms;
+    }
+    EXPECT_GT(before, 0);
+    CookedRsrm wrong = quantized(night, 96, {1, 8, 128});
+    wrong.color *= 1.5f;
+    EXPECT_GT(compareRsrmBlend(first, day, wrong, night, 0.9).codeError, 3);
 }
 
 TEST(VerifyRsrm, BlackIsExact) {

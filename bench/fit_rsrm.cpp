@@ -1,0 +1,205 @@
+#include "bench/fit_rsrm.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <ctime>
+#include <fstream>
+#include <functional>
+#include <glm/common.hpp>
+#include <numbers>
+#include <vector>
+
+#include "fit/azimuthal_average.h"
+#include "fit/quadrature.h"
+#include "fit/rsrm.h"
+#include "formats/environment.h"
+
+namespace bench {
+namespace {
+
+namespace fs = std::filesystem;
+using Gradient = std::vector<glm::vec3>;
+using std::numbers::pi;
+
+double cpuSeconds(int runs, const std::function<void()>& work) {
+    double best = 1e30;
+    for (int run = 0; run < runs; ++run) {
+        const std::clock_t begin = std::clock();
+        work();
+        best = std::min(best, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    }
+    return best;
+}
+
+/// Texels of the map that the truth is worked out for.
+constexpr int kEvery = 17;
+
+/// Mean of max(0, r.l)^s over the azimuth, at height z around a reflection vector at height zo.
+double azimuthMean(double z, double zo, double exponent) {
+    static const fit::GaussRule<20> rule = fit::gaussLegendre<20>();
+    const double level = z * zo, swing = std::sqrt(std::max(0.0, (1 - z * z) * (1 - zo * zo)));
+    if (level + swing <= 0) return 0;
+    const double least = (level + swing) * std::pow(1e-17, 1 / exponent);
+    const double reach = swing == 0 || (least - level) / swing <= -1 ? pi : std::acos(std::min(1.0, (least - level) / swing));
+    constexpr int kPieces = 3;
+    double sum = 0;
+    for (int piece = 0; piece < kPieces; ++piece)
+        for (std::size_t i = 0; i < 20; ++i) {
+            const double phi = reach * (piece + rule.point[i]) / kPieces;
+            sum += rule.weight[i] / kPieces * std::pow(std::max(0.0, level + swing * std::cos(phi)), exponent);
+        }
+    return sum * reach / pi;
+}
+
+/// The definition by quadrature, cut at zones' edges and where the integrand bends.
+glm::dvec3 truth(const Gradient& gradient, double zo, double exponent) {
+    static const fit::GaussRule<20> rule = fit::gaussLegendre<20>();
+    const int count = static_cast<int>(gradient.size());
+    const double reach = std::acos(std::pow(1e-16, 1 / exponent)), theta = std::acos(zo);
+    const double high = std::cos(std::max(0.0, theta - reach)), low = std::cos(std::min(pi, theta + reach)), bend = std::sqrt(1 - zo * zo);
+    std::vector<double> cuts = {low, high, zo, bend, -bend};
+    for (int zone = 0; zone <= count; ++zone) cuts.push_back(1 - 2.0 * zone / count);
+    for (int piece = 1; piece < 16; ++piece) cuts.push_back(low + (high - low) * piece / 16);
+    std::sort(cuts.begin(), cuts.end());
+    glm::dvec3 sum(0);
+    for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
+        const double from = std::max(low, cuts[i]), to = std::min(high, cuts[i + 1]);
+        if (to <= from) continue;
+        const int zone = std::clamp(static_cast<int>((1 - 0.5 * (from + to)) / 2 * count), 0, count - 1);
+        double weight = 0;
+        for (std::size_t k = 0; k < 20; ++k) weight += rule.weight[k] * azimuthMean(from + (to - from) * rule.point[k], zo, exponent);
+        sum += (exponent + 1) * (to - from) * weight * glm::dvec3(gradient[static_cast<std::size_t>(zone)]);
+    }
+    return sum;
+}
+
+/// Equation 1 of the paper with its errata: one sample a zone and azimuth, r.l clamped at zero, azimuths over half a turn.
+formats::Image<glm::dvec3> papersSum(const Gradient& gradient, const fit::RsrmOptions& options, int azimuths) {
+    formats::Image<glm::dvec3> values(options.width, static_cast<int>(options.exponents.size()), glm::dvec3(0));
+    const double zones = static_cast<double>(gradient.size());
+    for (int row = 0; row < values.height(); ++row)
+        for (int x = 0; x < options.width; ++x) {
+            const double exponent = options.exponents[static_cast<std::size_t>(row)], zo = 1 - (2.0 * x + 1) / options.width;
+            for (std::size_t zone = 0; zone < gradient.size(); ++zone) {
+                const double z = 1 - (2.0 * static_cast<double>(zone) + 1) / zones;
+                const double level = z * zo, swing = std::sqrt((1 - z * z) * (1 - zo * zo));
+                double lobe = 0;
+                for (int k = 0; k < azimuths; ++k)
+                    lobe += std::pow(std::max(0.0, level + swing * std::cos(pi * (k + 0.5) / azimuths)), exponent);
+                values.at(x, row) += (exponent + 1) * 2 / zones * lobe / azimuths * glm::dvec3(gradient[zone]);
+            }
+        }
+    return values;
+}
+
+struct Truths {
+    std::vector<glm::ivec2> places;
+    std::vector<glm::dvec3> values;
+    glm::dvec3 largest{0};  ///< of the whole map, which codes are parts of
+};
+Truths truthsOf(const Gradient& gradient, const fit::RsrmOptions& options) {
+    Truths truths;
+    for (std::size_t row = 0; row < options.exponents.size(); ++row)
+        for (int x = static_cast<int>(row) % kEvery; x < options.width; x += kEvery) {
+            truths.places.emplace_back(x, static_cast<int>(row));
+            truths.values.push_back(truth(gradient, 1 - (2.0 * x + 1) / options.width, options.exponents[row]));
+        }
+    const auto whole = fit::convolveGradient(gradient, options);
+    for (const glm::dvec3& value : whole.texels()) truths.largest = glm::max(truths.largest, value);
+    return truths;
+}
+
+struct Error {
+    double relative = 0;  ///< largest of |error| / (value + 1e-3 of the channel's largest)
+    double codes = 0;     ///< largest, in codes of 255
+};
+Error errorOf(const Truths& truths, const std::function<glm::dvec3(int x, int y)>& value) {
+    Error error;
+    for (std::size_t i = 0; i < truths.places.size(); ++i) {
+        const glm::dvec3 off = glm::abs(value(truths.places[i].x, truths.places[i].y) - truths.values[i]);
+        for (int channel = 0; channel < 3; ++channel) {
+            if (!(truths.largest[channel] > 0)) continue;
+            error.relative = std::max(error.relative, off[channel] / (truths.values[i][channel] + 1e-3 * truths.largest[channel]));
+            error.codes = std::max(error.codes, 255 * off[channel] / truths.largest[channel]);
+        }
+    }
+    return error;
+}
+
+class Table {
+public:
+    explicit Table(const fs::path& csv) {
+        if (!csv.empty()) {
+            csv_.open(csv.parent_path() / (csv.stem().string() + "_rsrm.csv"));
+            csv_ << "gradient,way,cpu_seconds,largest_relative_error,largest_error_codes\n";
+        }
+        fmt::print(
+            "\nReflection maps, 256 x 8 texels, exponents 1 to 16384. CPU seconds of one thread; error at {} texels a row: relative to "
+            "value "
+            "and 0.001 of the largest, and in codes of 255.\n\n| gradient | way | ms | relative error | codes "
+            "|\n|---|---|---:|---:|---:|\n",
+            256 / kEvery);
+    }
+    void add(const std::string& gradient, const std::string& way, double seconds, const Error& error) {
+        fmt::print("| {} | {} | {:.2f} | {:.1e} | {:.3g} |\n", gradient, way, 1e3 * seconds, error.relative, error.codes);
+        std::fflush(stdout);
+        if (csv_.is_open()) csv_ << fmt::format("{},{},{},{},{}\n", gradient, way, seconds, error.relative, error.codes);
+    }
+
+private:
+    std::ofstream csv_;
+};
+
+void benchGradient(const std::string& name, const Gradient& gradient, int runs, Table& table) {
+    const fit::RsrmOptions options;
+    const Truths truths = truthsOf(gradient, options);
+    for (const bool dither : {false, true}) {
+        fit::RsrmOptions each = options;
+        each.dither = dither;
+        fit::Rsrm map;
+        const double seconds = cpuSeconds(runs, [&] { map = fit::makeRsrm(gradient, each); });
+        if (!dither) table.add(name, "Legendre series", seconds, errorOf(truths, [&](int x, int y) { return map.values.at(x, y); }));
+        table.add(name, dither ? "series at 8 bits dithered" : "series at 8 bits", seconds,
+                  errorOf(truths, [&](int x, int y) { return glm::dvec3(map.codes.at(x, y)) / 255.0 * glm::dvec3(map.color); }));
+    }
+    for (const int azimuths : {8, 32, 128}) {
+        formats::Image<glm::dvec3> values;
+        const double seconds = cpuSeconds(1, [&] { values = papersSum(gradient, options, azimuths); });
+        table.add(name, fmt::format("paper's sum of {} azimuths", azimuths), seconds,
+                  errorOf(truths, [&](int x, int y) { return values.at(x, y); }));
+    }
+}
+
+Gradient madeGradient() {
+    Gradient gradient;
+    for (int i = 0; i < 256; ++i) {
+        const float z = 1 - (2 * static_cast<float>(i) + 1) / 256;
+        gradient.emplace_back(0.5f + 0.4f * z, std::abs(z), i == 40 ? 20.0f : 0.1f);
+    }
+    return gradient;
+}
+
+}  // namespace
+
+void benchRsrm(const fs::path& data, const fs::path& csv, int runs) {
+    Table table(csv);
+    benchGradient("made", madeGradient(), runs, table);
+    for (const char* name : {"clear_sky_256x1", "sun_glow_256x1"})
+        if (const auto gradient = formats::loadGradient(data / "gradients" / (std::string(name) + ".exr"), {}))
+            benchGradient(name, *gradient, runs, table);
+    fmt::print("\nAveraging a panorama around an axis, 256 zones.\n\n| panorama | axis | s | energy lost % |\n|---|---|---:|---:|\n");
+    for (const char* name : {"kiara_1_dawn_1k", "potsdamer_platz_1k", "rooitou_park_1k", "st_fagans_interior_1k"}) {
+        const auto loaded = formats::loadEnvironment(data / "env" / (std::string(name) + ".hdr"), {});
+        if (!loaded) continue;
+        for (const glm::dvec3& axis : {glm::dvec3(0, 1, 0), glm::dvec3(0.3, 0.8, 0.2)}) {
+            fit::AzimuthalAverage average;
+            const double seconds = cpuSeconds(runs, [&] { average = fit::averageAroundAxis(loaded->environment, axis, 256); });
+            fmt::print("| {} | {}, {}, {} | {:.3f} | {:.1f} |\n", name, axis.x, axis.y, axis.z, seconds, 100 * average.asymmetricEnergy);
+        }
+    }
+}
+
+}  // namespace bench
