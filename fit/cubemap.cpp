@@ -19,10 +19,14 @@ namespace {
 constexpr int kBlock = 4;  // texels a side that share one list of cells
 /// Narrowest kernel that is worth an integral, over the width of a texel: under it the texel's own footprint is the wider filter.
 constexpr double kNarrowestKernel = 0.25;
-/// Widest piece of a source texel over the narrowest kernel's width: what a texel's own extent may cost, 1/12 of the square.
-constexpr double kPiecePerKernelWidth = 0.2;
-/// A cell whose light lies farther from its middle than this part of its size is entered twice: its area here, its light there.
-constexpr double kSplitDistance = 0.1;
+/// Widest piece of a source texel over the narrowest kernel's width. Cells soften the kernel by what their pieces spread, but GGX's does
+/// not soften: there a piece costs 1/12 of the square.
+constexpr double kPiecePerKernelWidth = 0.25, kPiecePerGgxWidth = 0.2;
+/// A cell whose light lies farther from its middle than this part of its size is entered twice: its area here, its light there. Near a
+/// sun all centroids of light lean towards it; areas that went there with them weighed 0.4 % too much at 0.1 of the size.
+constexpr double kSplitDistance = 0.02;
+/// [chord^2 over the kernel's width^2] Only so far from the lobe's centre: what is beyond weighs a hundredth.
+constexpr double kSplitReach = 9, kSplitDistanceInTail = 0.1;
 /// Errors over the environment's mean that a bright cell may cause before it is opened further.
 constexpr double kSpreadError = 1e-4, kHorizonError = 2e-5;
 
@@ -50,7 +54,7 @@ struct Eight {
 /// So many entries are summed in float before the sum moves to double: 64 roundings stay under 1e-6, thousands do not.
 constexpr std::size_t kEntriesPerPartialSum = 64;
 
-template <PrefilterKernel kKernel>
+template <PrefilterKernel kKernel, bool kNarrow>
 Eight sumCells(const CellList& list, const KernelScale& scale, Float8 x, Float8 y, Float8 z) {
     Eight sum;
     for (std::size_t first = 0; first < list.x.size(); first += kEntriesPerPartialSum) {
@@ -58,7 +62,7 @@ Eight sumCells(const CellList& list, const KernelScale& scale, Float8 x, Float8 
         Float8 weight{}, red{}, green{}, blue{};
         for (std::size_t i = first; i < end; ++i) {
             const Float8 dx = x - list.x[i], dy = y - list.y[i], dz = z - list.z[i];
-            const Float8 shape = kernelShape<kKernel>(dx * dx + dy * dy + dz * dz, list.sharpness[i], scale);
+            const Float8 shape = kernelShape<kKernel, kNarrow>(dx * dx + dy * dy + dz * dz, list.sharpness[i], scale);
             weight += shape * list.solidAngle[i];
             red += shape * list.red[i];
             green += shape * list.green[i];
@@ -70,6 +74,11 @@ Eight sumCells(const CellList& list, const KernelScale& scale, Float8 x, Float8 
         sum.blue += __builtin_convertvector(blue, Double8);
     }
     return sum;
+}
+
+template <PrefilterKernel kKernel>
+Eight sumCells(const CellList& list, const KernelScale& scale, Float8 x, Float8 y, Float8 z) {
+    return scale.isNarrow ? sumCells<kKernel, true>(list, scale, x, y, z) : sumCells<kKernel, false>(list, scale, x, y, z);
 }
 
 Eight sumCells(const CellList& list, const KernelScale& scale, Float8 x, Float8 y, Float8 z) {
@@ -111,7 +120,7 @@ private:
         const double allowed = widthToSize_ * widthToSize_ * scale_.widthSquaredAt(distance);
         const bool finest = levelIndex + 1 == tree_.levels.size();
         if (finest || (level.size * level.size <= allowed && !isTooBright(cell, centre, distance, radius + level.radius))) {
-            emit(cell, level.size, out);
+            emit(cell, level.size, distance * distance < kSplitReach * scale_.widthSquared ? kSplitDistance : kSplitDistanceInTail, out);
             return;
         }
         for (int child = 0; child < 4; ++child) visit(levelIndex + 1, face, 2 * x + child % 2, 2 * y + child / 2, centre, radius, out);
@@ -130,9 +139,9 @@ private:
         const bool acrossHorizon = std::abs(glm::dot(centre, cell.fluxCentroid)) < reach;
         return acrossHorizon && brightness * std::sqrt(spread) * scale_.horizonSlope > brightHorizonLimit_;
     }
-    void emit(const Cell& cell, double size, CellList& out) const {
+    void emit(const Cell& cell, double size, double splitDistance, CellList& out) const {
         const KernelScale::Softened fluxKernel = scale_.softened(cell.fluxSpread);
-        if (glm::distance(cell.areaCentroid, cell.fluxCentroid) > kSplitDistance * size) {
+        if (glm::distance(cell.areaCentroid, cell.fluxCentroid) > splitDistance * size) {
             out.add(cell.areaCentroid, scale_.softened(cell.areaSpread), cell.solidAngle, glm::vec3(0));
             out.add(cell.fluxCentroid, fluxKernel, 0, cell.flux);
         } else {
@@ -195,6 +204,28 @@ std::vector<MipKernel> chain(const CubemapOptions& options) {
     return mips;
 }
 
+/// Adds what a channel's mean lacks, as CubemapPrefilter::keepMean says. Where the level has so much too much that this could make values
+/// negative (a narrow lobe on very few texels), all are scaled.
+void keepChannelMean(int channel, double mean, double brightest, const std::vector<double>& solidAngles,
+                     formats::ImageView<glm::vec3> strip) {
+    const auto sumOf = [&](auto&& share) {
+        double sum = 0;
+        for (int y = 0; y < strip.height; ++y)
+            for (int x = 0; x < strip.width; ++x)
+                sum += solidAngles[static_cast<std::size_t>(y % strip.width * strip.width + x)] * share(strip.at(x, y)[channel]);
+        return sum / (4 * std::numbers::pi);
+    };
+    const double found = sumOf([](double value) { return value; });
+    if (!(found > 0)) return;
+    const auto share = [&](double value) { return value * std::min(value / found, 1.0); };
+    const double lack = mean - found, gain = lack / sumOf(share);
+    for (int y = 0; y < strip.height; ++y)
+        for (int x = 0; x < strip.width; ++x) {
+            const double value = strip.at(x, y)[channel], kept = gain > -0.5 ? value + gain * share(value) : value * mean / found;
+            strip.at(x, y)[channel] = static_cast<float>(std::min(kept, brightest));
+        }
+}
+
 }  // namespace
 
 struct CubemapPrefilter::State {
@@ -214,7 +245,18 @@ struct CubemapPrefilter::State {
             mip.bands = prefilterKernelBands(options.kernel, mip.m);
             narrowest = std::min(narrowest, width);
         }
-        tree = buildCellTree(environment, narrowest / options.cellsPerKernelWidth, narrowest * kPiecePerKernelWidth);
+        buildTree(environment, options, narrowest);
+    }
+
+    void buildTree(const formats::Environment& environment, const CubemapOptions& options, double narrowest) {
+        tree = buildCellTree(environment, narrowest / options.cellsPerKernelWidth,
+                             narrowest * (options.kernel == PrefilterKernel::Ggx ? kPiecePerGgxWidth : kPiecePerKernelWidth));
+        double solidAngle = 0;
+        for (const Cell& cell : tree.levels.front().cells) {
+            mean += glm::dvec3(cell.flux);
+            solidAngle += cell.solidAngle;
+        }
+        mean *= tree.brightest / solidAngle;
     }
 
     void filterBlock(int mip, int face, int blockX, int blockY, int firstRow, formats::ImageView<glm::vec3> out, CellList& list) const;
@@ -223,6 +265,7 @@ struct CubemapPrefilter::State {
     std::vector<KernelScale> scales;
     AreaResampler resampler;
     CellTree tree;
+    glm::dvec3 mean{0};                 ///< of the source, over the sphere
     std::vector<double> cellsPerWidth;  ///< of each mip
 };
 
@@ -253,10 +296,10 @@ void CubemapPrefilter::State::filterBlock(int mip, int face, int blockX, int blo
         for (int lane = 0; lane < std::min(8, edge * edge - first); ++lane) {
             const int row = blockY + (first + lane) / edge - firstRow;
             if (row < 0 || row >= out.height) continue;
-            const glm::dvec3 mean = glm::dvec3(sum.red[lane], sum.green[lane], sum.blue[lane]) / sum.weight[lane];
+            const glm::dvec3 value = glm::dvec3(sum.red[lane], sum.green[lane], sum.blue[lane]) / sum.weight[lane];
             glm::vec3& texel = out.at(blockX + (first + lane) % edge, row);
             for (int channel = 0; channel < 3; ++channel)
-                texel[channel] = static_cast<float>(std::clamp(mean[channel], 0.0, 1.0) * tree.brightest);
+                texel[channel] = static_cast<float>(std::clamp(value[channel], 0.0, 1.0) * tree.brightest);
         }
     }
 }
@@ -295,10 +338,22 @@ void CubemapPrefilter::filterRows(int mip, int face, int firstRow, int rowCount,
     }
 }
 
+void CubemapPrefilter::keepMean(int mip, formats::ImageView<glm::vec3> strip) const {
+    const MipKernel& level = state_->mips[static_cast<std::size_t>(mip)];
+    assert(strip.width == level.size && strip.height == 6 * level.size);
+    if (level.m == 0) return;
+    std::vector<double> solidAngles;
+    for (int i = 0; i < level.size * level.size; ++i)
+        solidAngles.push_back(lighting::cubeTexelSolidAngle(i % level.size, i / level.size, level.size));
+    for (int channel = 0; channel < 3; ++channel)
+        keepChannelMean(channel, state_->mean[channel], state_->tree.brightest, solidAngles, strip);
+}
+
 formats::Image<glm::vec3> CubemapPrefilter::filterMip(int mip) const {
     const int size = state_->mips[static_cast<std::size_t>(mip)].size;
     formats::Image<glm::vec3> strip(size, 6 * size);
     for (int face = 0; face < 6; ++face) filterRows(mip, face, 0, size, strip.view().rows(face * size, size));
+    keepMean(mip, strip.view());
     return strip;
 }
 

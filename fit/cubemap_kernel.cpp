@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kSupportFraction = 1e-7;
 constexpr double kNearHorizon = 0.02;    // [r.l] where the slope is taken
+constexpr double kTailBegins = 6;        // [chord^2 over width^2]
 constexpr double kWidestSquared = 0.36;  // rough lobes are as curved as their cosine, whatever m says
 
 /// Versine beyond which the shape is under the limit: the shape falls monotonically.
@@ -25,7 +26,8 @@ double supportVersine(PrefilterKernel kernel, double m, double integral) {
 }  // namespace
 
 double KernelScale::widthSquaredAt(double chord) const {
-    return std::min(kWidestSquared, widthSquared + widthGrowth * chord * chord);
+    const double beyond = std::max(0.0, chord * chord - kTailBegins * widthSquared);
+    return std::min(kWidestSquared, widthSquared + widthGrowth * chord * chord + tailGrowth * beyond);
 }
 
 KernelScale::Softened KernelScale::softened(float spread) const {
@@ -55,11 +57,14 @@ KernelScale makeKernelScale(PrefilterKernel kernel, double m) {
     scale.oneMinusMSquared = static_cast<float>(1 - m * m);
     scale.integral = prefilterKernelIntegral(kernel, m);
     scale.horizonSlope = prefilterKernelShape(kernel, m, kNearHorizon) / kNearHorizon;
-    scale.supportChord = std::sqrt(2 * supportVersine(kernel, m, scale.integral));
+    const double support = supportVersine(kernel, m, scale.integral);
+    scale.supportChord = std::sqrt(2 * support);
+    scale.isNarrow = support < kNarrowVersine;
     switch (kernel) {
         case PrefilterKernel::Beckmann:
             scale.widthSquared = 2 * m * m;
             scale.widthGrowth = 0.1;
+            scale.tailGrowth = 0.4;
             break;
         case PrefilterKernel::Ggx:
             scale.widthSquared = m * m;
@@ -68,6 +73,7 @@ KernelScale makeKernelScale(PrefilterKernel kernel, double m) {
         case PrefilterKernel::Phong:
             scale.widthSquared = 1 / phongExponent(m);
             scale.widthGrowth = 0.1;
+            scale.tailGrowth = 0.4;
             break;
     }
     scale.widthSquared = std::min(scale.widthSquared, kWidestSquared);

@@ -16,14 +16,19 @@ using Float8 = float __attribute__((vector_size(32)));
 using Double8 = double __attribute__((vector_size(64)));
 using Int8 = std::int32_t __attribute__((vector_size(32)));
 
+/// Largest 1 - r.l of the support of a narrow kernel. A cell can be a little farther; the shapes hold twice as far.
+inline constexpr double kNarrowVersine = 0.4;
+
 struct KernelScale {
     PrefilterKernel kernel = PrefilterKernel::Beckmann;
     double m = 0;
     double widthSquared = 0;     ///< [chord^2] of the lobe's core: one standard deviation
     double widthGrowth = 0;      ///< width^2 grows by this much per chord^2: the tail weighs little
+    double tailGrowth = 0;       ///< and by this much more per chord^2 beyond 2.4 widths, where a Gaussian has a twentieth left
     double integral = 0;         ///< [sr] of the shape over the sphere
     double horizonSlope = 0;     ///< the shape's slope over r.l just above r.l = 0: the height of its bend
     double supportChord = 0;     ///< beyond it the kernel is under 1e-7 of a constant kernel's value, or zero
+    bool isNarrow = false;       ///< all of the support lies within kNarrowVersine: shapes need no guard against the horizon
     float mSquared = 0;          ///< m^2
     float oneMinusMSquared = 0;  ///< 1 - m^2
 
@@ -77,8 +82,8 @@ inline Float8 log2OneMinus(Float8 d) {
 
 }  // namespace detail
 
-/// The kernel's shape (1 at the centre) at eight squared chords; sharpness from KernelScale::softened.
-template <PrefilterKernel kKernel>
+/// The kernel's shape (1 at the centre) at eight squared chords; sharpness from KernelScale::softened. kNarrow: scale.isNarrow.
+template <PrefilterKernel kKernel, bool kNarrow>
 inline Float8 kernelShape(Float8 chordSquared, float sharpness, const KernelScale& scale) {
     using detail::select;
     const Float8 x = chordSquared * 0.25f;  // sin^2 of half the angle
@@ -86,16 +91,21 @@ inline Float8 kernelShape(Float8 chordSquared, float sharpness, const KernelScal
     const Float8 zero{};
     Float8 shape;
     if constexpr (kKernel == PrefilterKernel::Beckmann) {
-        const Float8 inverse = 1.0f / (1.0f - select(x > 0.5f, zero + 0.5f, x));
+        const Float8 inverse = 1.0f / (1.0f - (kNarrow ? x : select(x > 0.5f, zero + 0.5f, x)));
         shape = detail::exp2OfNegative(x * inverse * (sharpness * -1.4426950409f)) * (inverse * inverse) * c;
     } else if constexpr (kKernel == PrefilterKernel::Ggx) {
         const Float8 ratio = scale.mSquared / (scale.mSquared + x * scale.oneMinusMSquared);
         shape = ratio * ratio * c;
+    } else if constexpr (kNarrow) {
+        // ln(1 - 2x) = -2 atanh(t) with t = x / (1 - x), at most 0.25: the next term, t^11 / 11, is under 1e-7.
+        const Float8 t = x / (1.0f - x), tt = t * t;
+        const Float8 series = (((tt * (1.0f / 9) + 1.0f / 7) * tt + 1.0f / 5) * tt + 1.0f / 3) * tt + 1.0f;
+        shape = detail::exp2OfNegative(t * series * (sharpness * -2.8853900818f));
     } else {
         const Float8 d = select(c > 1e-6f, 2.0f * x, zero + 0.999999f);
         shape = detail::exp2OfNegative(sharpness * detail::log2OneMinus(d));
     }
-    return select(c > 0.0f, shape, zero);
+    return kNarrow ? shape : select(c > 0.0f, shape, zero);
 }
 
 }  // namespace fit

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 #include <numbers>
 
 #include "lighting/cube.h"
@@ -14,6 +15,8 @@ namespace {
 using std::numbers::pi;
 
 constexpr int kLargestCellsPerSide = 2048;
+/// Texels of a panorama's row that go into one cell together, over the cell's width: what they stand over its edge stays within `radius`.
+constexpr double kRunPerCell = 0.25;
 
 /// First moments of a cell, in double until it is complete.
 struct CellSums {
@@ -34,7 +37,7 @@ public:
     explicit Splatter(int cellsPerSide)
         : side_(cellsPerSide), sums_(6 * static_cast<std::size_t>(cellsPerSide) * static_cast<std::size_t>(cellsPerSide)) {}
 
-    /// direction: unit; the piece's centroid. radiance: over the brightest.
+    /// direction: mean over the piece, shorter than 1 by what the piece spreads. radiance: over the brightest.
     void add(const glm::dvec3& direction, double solidAngle, const glm::dvec3& radiance) {
         CellSums& sums = sums_[indexOf(direction)];
         const glm::dvec3 flux = solidAngle * radiance;
@@ -45,6 +48,8 @@ public:
         sums.brightDirection += brightness * direction;
         sums.flux += flux;
     }
+    /// Several pieces at once, all into the cell of their mean direction.
+    void add(const CellSums& pieces) { sums_[indexOf(pieces.direction)].add(pieces); }
     std::vector<CellSums> take() { return std::move(sums_); }
 
 private:
@@ -62,27 +67,70 @@ int pieceCount(double width, double pieceWidth) {
     return std::max(1, static_cast<int>(std::ceil(width / pieceWidth)));
 }
 
-void splatEquirectangular(formats::ImageView<const glm::vec3> texels, double scale, double pieceWidth, Splatter& splatter) {
+/// A row of a panorama: mean direction of a piece at column angle psi is (across sin(psi), up, -across cos(psi)).
+struct PanoramaRow {
+    double across, up, solidAngle;
+    const std::vector<glm::dvec2>& azimuths;  ///< sin(psi), -cos(psi) of each piece
+    glm::dvec3 directionAt(std::size_t column) const { return {across * azimuths[column].x, up, across * azimuths[column].y}; }
+};
+
+/// Columns [begin, end) as one: exact moments, whatever light they hold.
+CellSums sumOfRun(const PanoramaRow& row, const glm::vec3* texels, double scale, int begin, int end) {
+    glm::dvec3 radiance(0);
+    glm::dvec2 turn(0), brightTurn(0);
+    for (int column = begin; column < end; ++column) {
+        const glm::dvec3 texel(texels[column]);
+        const glm::dvec2 azimuth = row.azimuths[static_cast<std::size_t>(column)];
+        radiance += texel;
+        turn += azimuth;
+        brightTurn += (texel.x + texel.y + texel.z) * azimuth;
+    }
+    const double count = end - begin, brightness = scale * (radiance.x + radiance.y + radiance.z);
+    CellSums sums;
+    sums.solidAngle = count * row.solidAngle;
+    sums.brightness = row.solidAngle * brightness;
+    sums.direction = row.solidAngle * glm::dvec3(row.across * turn.x, count * row.up, row.across * turn.y);
+    sums.brightDirection =
+        row.solidAngle * glm::dvec3(row.across * scale * brightTurn.x, brightness * row.up, row.across * scale * brightTurn.y);
+    sums.flux = row.solidAngle * scale * radiance;
+    return sums;
+}
+
+/// runWidth [rad]: texels of a row so near together need not be told apart.
+void splatEquirectangular(formats::ImageView<const glm::vec3> texels, double scale, double pieceWidth, double runWidth,
+                          Splatter& splatter) {
     const int rowPieces = pieceCount(pi / texels.height, pieceWidth);
     const int rowCount = texels.height * rowPieces;
+    std::vector<glm::dvec2> azimuths;  // sine and -cosine of the middles of a row's pieces
     for (int row = 0; row < rowCount; ++row) {
         const double begin = pi * row / rowCount, end = pi * (row + 1) / rowCount;
         const double middle = 0.5 * (begin + end);
         // Towards the poles a row is short: its texels need fewer pieces.
         const int columnPieces = pieceCount(2 * pi * std::sin(middle) / texels.width, pieceWidth);
         const int columnCount = texels.width * columnPieces;
-        const double solidAngle = 2 * std::sin(middle) * std::sin(0.5 * (end - begin)) * 2 * pi / columnCount;
-        // Mean direction of a piece: integrals of sin^2 and sin cos over theta, of cos(psi) over psi; only their ratio counts.
+        const double measure = 2 * std::sin(middle) * std::sin(0.5 * (end - begin));  // of sin(theta)
+        const double solidAngle = measure * 2 * pi / columnCount;
+        // Mean direction of a piece: integrals of sin^2 and sin cos over theta, of cos(psi) over psi.
         const double across =
             (0.5 * (end - begin) - 0.25 * (std::sin(2 * end) - std::sin(2 * begin))) * std::sin(pi / columnCount) / (pi / columnCount);
         const double up = 0.5 * std::sin(begin + end) * std::sin(end - begin);
-        const double length = std::hypot(across, up);
-        const glm::vec3* source = texels.row(row / rowPieces);
-        for (int column = 0; column < columnCount; ++column) {
-            const double psi = 2 * pi * (column + 0.5) / columnCount - pi;
-            const glm::dvec3 direction(across * std::sin(psi) / length, up / length, -across * std::cos(psi) / length);
-            splatter.add(direction, solidAngle, scale * glm::dvec3(source[column / columnPieces]));
+        if (azimuths.size() != static_cast<std::size_t>(columnCount)) {
+            azimuths.clear();
+            for (int column = 0; column < columnCount; ++column) {
+                const double psi = 2 * pi * (column + 0.5) / columnCount - pi;
+                azimuths.emplace_back(std::sin(psi), -std::cos(psi));
+            }
         }
+        const PanoramaRow line{across / measure, up / measure, solidAngle, azimuths};
+        const glm::vec3* source = texels.row(row / rowPieces);
+        const int run = static_cast<int>(std::clamp(runWidth * columnCount / (2 * pi * std::sin(middle)), 1.0, columnCount / 8.0 + 1));
+        if (columnPieces == 1 && run > 1) {
+            for (int first = 0; first < columnCount; first += run)
+                splatter.add(sumOfRun(line, source, scale, first, std::min(first + run, columnCount)));
+            continue;
+        }
+        for (int column = 0; column < columnCount; ++column)
+            splatter.add(line.directionAt(static_cast<std::size_t>(column)), solidAngle, scale * glm::dvec3(source[column / columnPieces]));
     }
 }
 
@@ -104,9 +152,10 @@ void splatCubeStrip(formats::ImageView<const glm::vec3> texels, double scale, do
             const auto i = static_cast<std::size_t>(column);
             const double solidAngle = next[i + 1] - next[i] - corners[i + 1] + corners[i];
             const glm::dvec2 centre(0.5 * (edge(column) + edge(column + 1)), 0.5 * (edge(row) + edge(row + 1)));
+            const double length = 1 - std::min(0.5, solidAngle / 12);  // of a small square's mean direction
             for (int face = 0; face < 6; ++face) {
                 const glm::vec3& radiance = texels.at(column / pieces, face * texels.width + row / pieces);
-                splatter.add(lighting::directionFromCube({face, centre}), solidAngle, scale * glm::dvec3(radiance));
+                splatter.add(length * lighting::directionFromCube({face, centre}), solidAngle, scale * glm::dvec3(radiance));
             }
         }
     }
@@ -171,7 +220,7 @@ CellTree buildCellTree(const formats::Environment& environment, double cellWidth
     while (side < kLargestCellsPerSide && std::sqrt(4 * pi / 6) / side > cellWidth) side *= 2;
     Splatter splatter(side);
     if (environment.projection == formats::Environment::Projection::Equirectangular) {
-        splatEquirectangular(texels, scale, pieceWidth, splatter);
+        splatEquirectangular(texels, scale, pieceWidth, kRunPerCell * cellWidth, splatter);
     } else {
         splatCubeStrip(texels, scale, pieceWidth, splatter);
     }

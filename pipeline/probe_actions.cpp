@@ -36,27 +36,33 @@ Json toJson(const lighting::ShRgb& sh) {
 std::vector<Image<glm::vec3>> filterAndDivide(const fit::CubemapPrefilter& filter, const fit::PreDivide& divide,
                                               const ActionContext& context) {
     struct Task {
-        int mip, face, firstRow, rowCount;
+        int mip, face, size, firstRow;
+        formats::ImageView<glm::vec3> rows;
     };
     constexpr int kRowsPerTask = 8;
     std::vector<Image<glm::vec3>> levels;
     std::vector<Task> tasks;
+    for (const fit::MipKernel& mip : filter.mips()) levels.emplace_back(mip.size, 6 * mip.size);
     for (int mip = 0; mip < filter.mipCount(); ++mip) {
-        const int size = filter.mips()[static_cast<std::size_t>(mip)].size;
-        levels.emplace_back(size, 6 * size);
+        Image<glm::vec3>& level = levels[static_cast<std::size_t>(mip)];
+        const int size = level.width();
         for (int face = 0; face < 6; ++face)
-            for (int row = 0; row < size; row += kRowsPerTask) tasks.push_back({mip, face, row, std::min(kRowsPerTask, size - row)});
+            for (int row = 0; row < size; row += kRowsPerTask)
+                tasks.push_back({mip, face, size, row, level.view().rows(face * size + row, std::min(kRowsPerTask, size - row))});
     }
     std::atomic<std::size_t> done{0};
     tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t index) {
         if (context.state.interrupted) return;
-        const auto [mip, face, firstRow, rowCount] = tasks[index];
-        const int size = filter.mips()[static_cast<std::size_t>(mip)].size;
-        const auto out = levels[static_cast<std::size_t>(mip)].view().rows(face * size + firstRow, rowCount);
-        filter.filterRows(mip, face, firstRow, rowCount, out);
-        fit::preDivideRows(divide, mip, face, size, firstRow, out, out);
+        const Task& task = tasks[index];
+        filter.filterRows(task.mip, task.face, task.firstRow, task.rows.height, task.rows);
         if (context.state.progress)
             context.state.progress("filter " + context.action.asset, static_cast<double>(++done) / static_cast<double>(tasks.size()));
+    });
+    if (context.state.interrupted) return levels;
+    for (int mip = 0; mip < filter.mipCount(); ++mip) filter.keepMean(mip, levels[static_cast<std::size_t>(mip)].view());
+    tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t index) {
+        const Task& task = tasks[index];
+        fit::preDivideRows(divide, task.mip, task.face, task.size, task.firstRow, task.rows, task.rows);
     });
     return levels;
 }
