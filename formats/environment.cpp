@@ -9,6 +9,7 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "formats/exr_file.h"
 #include "formats/image_module.h"
@@ -65,35 +66,125 @@ Result<std::int64_t> makeCanonical(Image<glm::vec3>& texels, const std::filesyst
     return repaired;
 }
 
-/// Six faces from left to right, as six faces from top to bottom.
-Image<glm::vec3> verticalStrip(const Image<glm::vec3>& horizontal) {
-    const int size = horizontal.height();
-    Image<glm::vec3> vertical(size, kFaceCount * size);
-    for (int face = 0; face < kFaceCount; ++face) {
-        for (int y = 0; y < size; ++y) std::copy_n(horizontal.view().row(y) + face * size, size, vertical.view().row(face * size + y));
+/// Where the faces +X -X +Y -Y +Z -Z lie in an image, in cells as large as a face.
+struct FaceLayout {
+    int columns, rows;
+    std::array<std::array<int, 2>, kFaceCount> cells;  ///< column and row of each face
+    bool isLastTurned = false;                         ///< -Z is upside down
+};
+constexpr std::array<FaceLayout, 4> kFaceLayouts = {
+    FaceLayout{1, 6, {{{0, 0}, {0, 1}, {0, 2}, {0, 3}, {0, 4}, {0, 5}}}, false},
+    FaceLayout{6, 1, {{{0, 0}, {1, 0}, {2, 0}, {3, 0}, {4, 0}, {5, 0}}}, false},
+    FaceLayout{4, 3, {{{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {3, 1}}}, false},
+    FaceLayout{3, 4, {{{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {1, 3}}}, true},
+};
+
+const FaceLayout* layoutOf(const Image<glm::vec3>& texels) {
+    for (const FaceLayout& layout : kFaceLayouts) {
+        if (texels.width() % layout.columns == 0 && texels.width() / layout.columns * layout.rows == texels.height()) return &layout;
     }
-    return vertical;
+    return nullptr;
+}
+
+/// Cells of a cross that no face lies in become black: they are no light, whatever they hold.
+void clearUnusedCells(const FaceLayout& layout, Image<glm::vec3>& texels) {
+    const int size = texels.width() / layout.columns;
+    for (int y = 0; y < texels.height(); ++y) {
+        for (int column = 0; column < layout.columns; ++column) {
+            const std::array<int, 2> cell = {column, y / size};
+            if (std::find(layout.cells.begin(), layout.cells.end(), cell) == layout.cells.end())
+                std::fill_n(texels.view().row(y) + column * size, size, glm::vec3(0));
+        }
+    }
+}
+
+/// Faces as they lie in an image, as six faces from top to bottom.
+Image<glm::vec3> verticalStrip(const FaceLayout& layout, const Image<glm::vec3>& texels) {
+    const int size = texels.width() / layout.columns;
+    Image<glm::vec3> strip(size, kFaceCount * size);
+    for (int face = 0; face < kFaceCount; ++face) {
+        const auto [column, row] = layout.cells[static_cast<std::size_t>(face)];
+        for (int y = 0; y < size; ++y) {
+            const glm::vec3* source = texels.view().row(row * size + y) + column * size;
+            if (layout.isLastTurned && face == kFaceCount - 1) {
+                std::reverse_copy(source, source + size, strip.view().row(face * size + size - 1 - y));
+            } else {
+                std::copy_n(source, size, strip.view().row(face * size + y));
+            }
+        }
+    }
+    return strip;
+}
+
+/// Six square images of one size.
+Result<LoadedEnvironment> loadFaces(const std::array<std::filesystem::path, kFaceCount>& files, const EnvironmentOptions& options) {
+    LoadedEnvironment loaded;
+    loaded.environment.projection = Environment::Projection::CubeStrip;
+    int size = 0;
+    for (std::size_t face = 0; face < files.size(); ++face) {
+        Result<Image<glm::vec3>> texels = readRgb(files[face]);
+        if (!texels) return tl::make_unexpected(texels.error());
+        if (face == 0) {
+            size = texels->width();
+            loaded.environment.texels = Image<glm::vec3>(size, kFaceCount * size);
+        }
+        if (texels->width() != size || texels->height() != size) {
+            return failure(ErrorCode::WrongShape, files[face].string(),
+                           fmt::format("found {} x {} texels, expected {} x {}, as its first face has", texels->width(), texels->height(),
+                                       size, size));
+        }
+        const Result<std::int64_t> repaired = makeCanonical(*texels, files[face], options);
+        if (!repaired) return tl::make_unexpected(repaired.error());
+        loaded.repairedTexels += *repaired;
+        std::copy(texels->texels().begin(), texels->texels().end(), loaded.environment.texels.view().row(static_cast<int>(face) * size));
+    }
+    return loaded;
 }
 
 }  // namespace
+
+std::vector<std::filesystem::path> faceFiles(const std::filesystem::path& file) {
+    using Names = std::array<const char*, kFaceCount>;
+    const std::string stem = file.stem().string();
+    for (const Names& names : {Names{"posx", "negx", "posy", "negy", "posz", "negz"}, Names{"px", "nx", "py", "ny", "pz", "nz"}}) {
+        for (const std::string_view name : names) {
+            if (!stem.ends_with(name)) continue;
+            std::vector<std::filesystem::path> files;
+            for (const char* face : names)
+                files.push_back(file.parent_path() / (stem.substr(0, stem.size() - name.size()) + face + file.extension().string()));
+            return files;
+        }
+    }
+    return {};
+}
 
 Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, const EnvironmentOptions& options) {
     Result<Image<glm::vec3>> texels = readRgb(file);
     if (!texels) return tl::make_unexpected(texels.error());
     const int width = texels->width(), height = texels->height();
-    const bool isEquirectangular = width == 2 * height, isVertical = height == kFaceCount * width,
-               isHorizontal = width == kFaceCount * height;
-    if (!isEquirectangular && !isVertical && !isHorizontal) {
-        return failure(ErrorCode::WrongShape, file.string(),
-                       fmt::format("found {} x {} texels, expected 2:1 (equirectangular), 1:6 or 6:1 (six cube faces)", width, height));
+    const bool isEquirectangular = width == 2 * height;
+    const FaceLayout* const layout = layoutOf(*texels);
+    const std::vector<std::filesystem::path> faces = width == height ? faceFiles(file) : std::vector<std::filesystem::path>();
+    if (!faces.empty()) {
+        std::array<std::filesystem::path, kFaceCount> files;
+        std::copy(faces.begin(), faces.end(), files.begin());
+        return loadFaces(files, options);
     }
+    if (!isEquirectangular && layout == nullptr) {
+        return failure(ErrorCode::WrongShape, file.string(),
+                       fmt::format("found {} x {} texels, expected 2:1 (equirectangular), 1:6 or 6:1 (six cube faces), 4:3 or 3:4 (a "
+                                   "cross of faces), or one of six square files whose names end in px nx py ny pz nz",
+                                   width, height));
+    }
+    if (layout != nullptr) clearUnusedCells(*layout, *texels);
     // Before the faces move, so that a refusal names the texel of the file.
     const Result<std::int64_t> repaired = makeCanonical(*texels, file, options);
     if (!repaired) return tl::make_unexpected(repaired.error());
     LoadedEnvironment loaded;
     loaded.repairedTexels = *repaired;
     loaded.environment.projection = isEquirectangular ? Environment::Projection::Equirectangular : Environment::Projection::CubeStrip;
-    loaded.environment.texels = isHorizontal ? verticalStrip(*texels) : std::move(*texels);
+    const bool isMoved = layout != nullptr && layout->rows != kFaceCount;
+    loaded.environment.texels = isMoved ? verticalStrip(*layout, *texels) : std::move(*texels);
     return loaded;
 }
 

@@ -1,4 +1,5 @@
-// HDR environments (equirectangular panoramas, strips of six cube faces) and 1-D radially symmetric gradients, from EXR or Radiance HDR.
+// HDR environments (equirectangular panoramas; six cube faces as strips, crosses or files) and 1-D radially symmetric gradients, from EXR
+// or Radiance HDR.
 #pragma once
 
 #include <cstddef>
@@ -34,8 +35,21 @@ struct LoadedEnvironment {
     std::int64_t repairedTexels = 0;
 };
 
-/// The projection follows from the shape: 2:1 is equirectangular, 1:6 a strip (6:1 horizontal strips are accepted too); others are refused.
+/// What the file is follows from its shape; other shapes are refused:
+///   2:1       equirectangular
+///   1:6, 6:1  six faces +X -X +Y -Y +Z -Z, from top to bottom or from left to right
+///   4:3       a cross that lies       3:4  a cross that stands
+///                +Y                          +Y
+///             -X +Z +X -Z                 -X +Z +X
+///                -Y                          -Y
+///                                            -Z (upside down: it folds on from -Y)
+///             What fills the corners of a cross is never looked at.
+///   1:1       one of six files, the others beside it: see faceFiles
 Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, const EnvironmentOptions& options);
+
+/// The six files of faces +X -X +Y -Y +Z -Z of which `file` is one by the end of its name before the extension: px nx py ny pz nz, or posx
+/// negx posy negy posz negz. Empty where the name ends in none of them. They need not exist.
+std::vector<std::filesystem::path> faceFiles(const std::filesystem::path& file);
 
 /// N x 1 texels of equal solid angle, north to south: texel i covers z in [1 - 2(i + 1)/N, 1 - 2i/N].
 Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, const EnvironmentOptions& options);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "formats/environment.h"
 #include "formats/mesh.h"
 #include "formats/nearest.h"
 #include "pipeline/ground_truth.h"
@@ -176,6 +177,15 @@ private:
         plan_.actions.back().dependencies.push_back("cook/" + entry.name);
     }
 
+    /// Of a probe: where it is one of six files, the others too.
+    Inputs sourceOfProbe(const std::filesystem::path& file) const {
+        Inputs inputs = sourceOf(file);
+        std::error_code code;
+        for (const std::filesystem::path& face : formats::faceFiles(file))
+            if (face != file && std::filesystem::exists(face, code)) inputs["source-" + face.stem().string()] = face;
+        return inputs;
+    }
+
     void planProbe(const ProbeEntry& entry) {
         if (!wanted(entry.name, "cubemap", entry.name)) return;
         if (!needs_.specular) {
@@ -188,12 +198,12 @@ private:
                            {"textures", textures_},
                            {"size", kCubemapSize},
                            {"repair", options_.repair}};
-        Inputs inputs = sourceOf(entry.file);
+        Inputs inputs = sourceOfProbe(entry.file);
         if (entry.sh) {
             inputs["sh"] = *entry.sh;
             parameters["probe_file"] = entry.file.filename().string();  // by which the SH is found in that file
         }
-        add(entry.name, "cubemap", std::move(parameters), inputs, Json::object(), sourceOf(entry.file));
+        add(entry.name, "cubemap", std::move(parameters), inputs, Json::object(), sourceOfProbe(entry.file));
     }
 
     static std::uint64_t rsrmBytes(const GradientEntry& entry, std::size_t rows) {

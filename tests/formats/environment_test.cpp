@@ -8,8 +8,11 @@
 
 #include <cmath>
 #include <cstring>
+#include <glm/geometric.hpp>
 #include <limits>
+#include <map>
 
+#include "lighting/cube.h"
 #include "tests/formats/exr_fixture.h"
 #include "tests/formats/temporary_folder.h"
 
@@ -106,11 +109,102 @@ TEST(LoadEnvironment, StripsOfFacesEndUpFromTopToBottom) {
         EXPECT_EQ(horizontal->environment.texels.at(3, 4 * face + 2).r, 2000.0f + 4.0f * face + 3.0f) << face;
 }
 
+/// A face of a paper cube: where it looks, and where its image's right and lower edges point. Folding knows nothing of the table in
+/// lighting/cube.h: the next cell to the right of a face looks where that face's right edge points, and so on.
+struct Folded {
+    glm::dvec3 normal, right, down;
+    Folded toTheRight() const { return {right, -normal, down}; }
+    Folded toTheLeft() const { return {-right, normal, down}; }
+    Folded below() const { return {down, right, -normal}; }
+    Folded above() const { return {-down, right, normal}; }
+    glm::vec3 lightAt(double u, double v) const { return glm::vec3(glm::normalize(normal + u * right + v * down) * 0.4 + 0.5); }
+};
+const Folded kFront{{0, 0, 1}, {1, 0, 0}, {0, -1, 0}};
+
+/// Every texel tells its direction; unused cells hold what would be refused.
+ExrRecipe crossOf(int size, const std::map<std::pair<int, int>, Folded>& cells) {
+    ExrRecipe recipe;
+    recipe.width = recipe.height = 0;
+    for (const auto& [cell, face] : cells) {
+        recipe.width = std::max(recipe.width, size * (cell.first + 1));
+        recipe.height = std::max(recipe.height, size * (cell.second + 1));
+    }
+    for (int channel = 0; channel < 3; ++channel) {
+        recipe.channels[std::string(1, "RGB"[channel])] = [=](int x, int y) {
+            const auto found = cells.find({x / size, y / size});
+            if (found == cells.end()) return std::numeric_limits<float>::quiet_NaN();
+            return found->second.lightAt((2.0 * (x % size) + 1) / size - 1, (2.0 * (y % size) + 1) / size - 1)[channel];
+        };
+    }
+    return recipe;
+}
+
+void expectDirections(const std::filesystem::path& file, int size) {
+    const auto loaded = loadEnvironment(file, {});
+    ASSERT_TRUE(loaded) << loaded.error().line();
+    EXPECT_EQ(loaded->environment.projection, Environment::Projection::CubeStrip);
+    const Image<glm::vec3>& texels = loaded->environment.texels;
+    ASSERT_EQ(texels.width(), size);
+    ASSERT_EQ(texels.height(), 6 * size);
+    for (int y = 0; y < 6 * size; ++y) {
+        for (int x = 0; x < size; ++x) {
+            const glm::vec3 expected(lighting::cubeTexelDirection(y / size, x, y % size, size) * 0.4 + 0.5);
+            ASSERT_LT(glm::distance(texels.at(x, y), expected), 1e-6f) << "face " << y / size << " texel " << x << ' ' << y % size;
+        }
+    }
+}
+
+TEST(LoadEnvironment, ACrossThatLiesFoldsIntoACube) {
+    const TemporaryFolder folder;
+    const Folded right = kFront.toTheRight();
+    writeRecipe(folder / "cross.exr", crossOf(3, {{{1, 1}, kFront},
+                                                  {{2, 1}, right},
+                                                  {{3, 1}, right.toTheRight()},
+                                                  {{0, 1}, kFront.toTheLeft()},
+                                                  {{1, 0}, kFront.above()},
+                                                  {{1, 2}, kFront.below()}}));
+    expectDirections(folder / "cross.exr", 3);
+}
+
+TEST(LoadEnvironment, ACrossThatStandsFoldsIntoACube) {
+    const TemporaryFolder folder;
+    writeRecipe(folder / "cross.exr", crossOf(5, {{{1, 1}, kFront},
+                                                  {{2, 1}, kFront.toTheRight()},
+                                                  {{0, 1}, kFront.toTheLeft()},
+                                                  {{1, 0}, kFront.above()},
+                                                  {{1, 2}, kFront.below()},
+                                                  {{1, 3}, kFront.below().below()}}));
+    expectDirections(folder / "cross.exr", 5);
+}
+
+TEST(LoadEnvironment, SixFilesAreFoundBesideAnyOfThem) {
+    const TemporaryFolder folder;
+    const std::array<Folded, 6> faces = {
+        kFront.toTheRight(), kFront.toTheLeft(), kFront.above(), kFront.below(), kFront, kFront.toTheRight().toTheRight()};
+    const std::array<std::array<const char*, 6>, 2> names = {
+        {{"px", "nx", "py", "ny", "pz", "nz"}, {"sky_posx", "sky_negx", "sky_posy", "sky_negy", "sky_posz", "sky_negz"}}};
+    for (const auto& set : names) {
+        for (std::size_t face = 0; face < 6; ++face)
+            writeRecipe(folder / (std::string(set[face]) + ".exr"), crossOf(4, {{{0, 0}, faces[face]}}));
+        for (std::size_t face = 0; face < 6; ++face) expectDirections(folder / (std::string(set[face]) + ".exr"), 4);
+    }
+    ExrRecipe bad = crossOf(4, {{{0, 0}, faces[3]}});
+    poke(bad, "G", 2, 1, -1);
+    writeRecipe(folder / "ny.exr", bad);
+    EXPECT_THAT(loadEnvironment(folder / "px.exr", {}).error().line(), AllOf(HasSubstr("ny.exr"), HasSubstr("texel (2, 1)")));
+    writeRecipe(folder / "ny.exr", crossOf(2, {{{0, 0}, faces[3]}}));
+    EXPECT_THAT(loadEnvironment(folder / "px.exr", {}).error().line(), AllOf(HasSubstr("ny.exr"), HasSubstr("expected 4 x 4")));
+    std::filesystem::remove(folder / "ny.exr");
+    EXPECT_EQ(loadEnvironment(folder / "px.exr", {}).error().code, ErrorCode::FileUnreadable);
+    EXPECT_TRUE(faceFiles("panorama.hdr").empty());
+}
+
 TEST(LoadEnvironment, OtherShapesAndChannelsAreRefused) {
     const TemporaryFolder folder;
     writeRecipe(folder / "square.exr", colored(8, 8));
     EXPECT_EQ(refusal(folder / "square.exr").code, ErrorCode::WrongShape);
-    EXPECT_THAT(refusal(folder / "square.exr").detail, HasSubstr("found 8 x 8 texels, expected 2:1 (equirectangular), 1:6 or 6:1"));
+    EXPECT_THAT(refusal(folder / "square.exr").detail,
+                HasSubstr("found 8 x 8 texels, expected 2:1 (equirectangular), 1:6 or 6:1 (six cube faces), 4:3 or 3:4"));
     ExrRecipe grey = colored(8, 4);
     grey.channels = {{"Y", grey.channels["R"]}};
     writeRecipe(folder / "grey.exr", grey);
