@@ -134,4 +134,48 @@ TEST(EnvironmentFiles, PreDivisionOfEveryProbeMultipliesBack) {
     }
 }
 
+/// What the division is for: a probe's cubemap, divided, times another place's area specular is nearer to that place's own cubemap than the
+/// probe's cubemap as it is. Where lobes are wide; narrow ones are a matter of parallax.
+TEST(EnvironmentFiles, RelightingAnotherPlaceComesNearerThanBorrowing) {
+    for (const char* scene : {"cornell", "interior", "zdm2_sun"}) {
+        std::vector<formats::Image<glm::vec3>> levels;
+        std::vector<fit::PreDivide> divides;
+        std::vector<lighting::ShRgb> own;
+        for (int probe = 0; probe < 8; ++probe) {
+            const auto file = kData / "scenes" / (std::string(scene) + "_probe" + std::to_string(probe) + ".exr");
+            if (!std::filesystem::exists(file)) GTEST_SKIP() << "shared data is absent: " << file;
+            const auto loaded = formats::loadEnvironment(file, {});
+            ASSERT_TRUE(loaded) << loaded.error().line();
+            fit::CubemapOptions options;
+            options.size = 8;
+            options.mipCount = 1;
+            options.roughness = {0.33};
+            const auto filter = fit::CubemapPrefilter::create(loaded->environment, options);
+            ASSERT_TRUE(filter);
+            levels.push_back(filter->filterMip(0));
+            own.push_back(fit::projectEnvironment(loaded->environment));
+            divides.push_back(fit::makePreDivide(own.back(), {filter->mips()[0].bands}, {}));
+        }
+        double relit = 0, borrowed = 0, right = 0;
+        for (std::size_t a = 0; a < levels.size(); ++a) {
+            for (std::size_t b = 0; b < levels.size(); ++b) {
+                if (a == b) continue;
+                fit::PreDivide pixel = divides[b];
+                pixel.windowedSh = own[b];
+                for (int i = 0; i < 6 * 64; ++i) {
+                    const glm::dvec3 direction = lighting::cubeTexelDirection(i / 64, i % 8, i / 8 % 8, 8);
+                    const glm::dvec3 other(levels[a].at(i % 8, i / 8)), expected(levels[b].at(i % 8, i / 8));
+                    const glm::dvec3 found = other / divides[a].denominator(0, direction) * glm::max(pixel.denominator(0, direction), 0.0);
+                    relit += glm::dot(found - expected, found - expected);
+                    borrowed += glm::dot(other - expected, other - expected);
+                    right += glm::dot(expected, expected);
+                }
+            }
+        }
+        std::printf("[ figures  ] %s, m 0.33: relit %.1f %%, borrowed %.1f %% from the place's own\n", scene,
+                    100 * std::sqrt(relit / right), 100 * std::sqrt(borrowed / right));
+        EXPECT_LT(relit, borrowed) << scene;
+    }
+}
+
 }  // namespace
