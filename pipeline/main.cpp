@@ -20,6 +20,7 @@
 #include "pipeline/cook.h"
 #include "pipeline/dominant_report.h"
 #include "pipeline/files.h"
+#include "pipeline/irradiance_command.h"
 #include "pipeline/json_shape.h"
 #include "pipeline/report.h"
 #include "pipeline/terminal.h"
@@ -381,6 +382,21 @@ void sayAsymmetry(Terminal& terminal, const Json& report, LogFormat log) {
                      : fmt::format("{:.3g} % of the light's energy was not symmetric around the axis", 100 * share));
 }
 
+/// cubemap --filter irradiance, with what it shares with the other converters.
+int runIrradiance(IrradianceCommand command, const ConvertOptions& options, Session& session) {
+    command.input = options.input;
+    command.output = options.output;
+    command.repair = options.repair;
+    if (options.cook.target) command.target = nameOf(*options.cook.target);
+    if (options.cook.maxError) command.maxError = *options.cook.maxError;
+    command.textures.zstd = options.cook.zstd.value_or(false);
+    command.textures.effort = options.cook.effort.value_or(command.textures.effort);
+    command.textures.rdo = options.cook.rdo.value_or(0);
+    const auto cooked = cookIrradiance(command);
+    if (cooked && session.terminal.isInteractive()) sayJson(session.terminal, *cooked);
+    return session.finish(cooked);
+}
+
 void addConverter(CLI::App& app, const std::string& name, const std::string& what, Common& common, std::function<int()>& command) {
     auto* sub = app.add_subcommand(name, what);
     auto options = std::make_shared<ConvertOptions>();
@@ -402,7 +418,16 @@ void addConverter(CLI::App& app, const std::string& name, const std::string& wha
                         "closed: direction of band 1; refined: the best direction; refined-ambient: beside ambient light")
             ->check(CLI::IsMember(kDominantFitNames));
     }
-    if (name == "cubemap") sub->add_option("--sh", options->sh, "JSON with the probe's SH");
+    auto irradiance = std::make_shared<IrradianceCommand>();
+    auto filter = std::make_shared<std::string>("specular");
+    if (name == "cubemap") {
+        sub->add_option("--sh", options->sh, "JSON with the probe's SH");
+        sub->add_option("--filter", *filter, "specular: prefiltered and pre-divided levels; irradiance: diffuse light, one level, one file")
+            ->check(CLI::IsMember({"specular", "irradiance"}));
+        sub->add_option("--wrap", irradiance->wrap, "of irradiance: wrapped diffuse, energy conserving, 0 (Lambert) to 1")
+            ->check(CLI::Range(0.0, 1.0));
+        sub->add_option("--size", irradiance->size, "of irradiance: texels of a face")->check(CLI::Range(1, 1024));
+    }
     if (name == "rsrm") {
         sub->add_option("--exponents", options->exponents, "Phong exponents, one row each")->delimiter(',');
         sub->add_option("--encoding", options->encoding, "of a painted gradient: linear, srgb, or auto (PNG, JPEG, TGA, BMP are sRGB)")
@@ -420,6 +445,14 @@ void addConverter(CLI::App& app, const std::string& name, const std::string& wha
         command = [=, &common] {
             Session session(common);
             if (auto applied = output->apply(options->cook); !applied) return session.finish(applied);
+            const bool isIrradiance = *filter == "irradiance";
+            for (const char* option : {"--wrap", "--size", "--sh"}) {
+                if (name != "cubemap" || sub->count(option) == 0 || isIrradiance == (std::string(option) != "--sh")) continue;
+                return session.finish(Result<void>(
+                    failure(ErrorCode::InvalidRequest, option,
+                            fmt::format("found it with --filter {}, expected {}", *filter, isIrradiance ? "specular" : "irradiance"))));
+            }
+            if (isIrradiance) return runIrradiance(*irradiance, *options, session);
             const Outcome outcome = convert(*options, session.state);
             if (session.terminal.isInteractive() && outcome.report.is_object()) sayReport(session.terminal, outcome.report);
             if (outcome.errors.empty() && !options->axis.empty()) sayAsymmetry(session.terminal, outcome.report, common.log);

@@ -1,0 +1,94 @@
+#include "pipeline/irradiance_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "fit/irradiance.h"
+#include "formats/environment.h"
+#include "pipeline/files.h"
+#include "verify/irradiance.h"
+#include "verify/texture_unit.h"
+
+namespace pipeline {
+namespace {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::Image;
+using formats::PixelFormat;
+using formats::Result;
+
+PixelFormat formatOf(const std::string& target) {
+    if (target == "float") return PixelFormat::Rgba16f;
+    return target == "astc" ? PixelFormat::Astc4x4Hdr : PixelFormat::Bc6hUf16;
+}
+
+/// Every texel of a written file against brute force.
+Result<verify::IrradianceFigures> verified(const std::filesystem::path& file, float range, double wrap,
+                                           const formats::Environment& environment) {
+    const auto texture = formats::TextureReader::open(file);
+    if (!texture) return tl::make_unexpected(texture.error());
+    std::vector<Image<glm::vec4>> faces;
+    for (int face = 0; face < 6; ++face) {
+        auto image = verify::decodeImage(*texture, {0, 0, face});
+        if (!image) return tl::make_unexpected(image.error());
+        faces.push_back(std::move(*image));
+    }
+    return verify::compareIrradiance(faces, range, wrap, environment);
+}
+
+}  // namespace
+
+Result<Json> cookIrradiance(const IrradianceCommand& command) {
+    const std::string extension = command.output.extension().string();
+    if (extension != ".ktx2" && extension != ".dds")
+        return failure(ErrorCode::InvalidRequest, command.output.string(),
+                       fmt::format("found the extension \"{}\", expected .ktx2 or .dds for an irradiance cubemap", extension));
+    const auto loaded = formats::loadEnvironment(command.input, {{}, command.repair});
+    if (!loaded) return tl::make_unexpected(loaded.error());
+    const auto strip = fit::irradianceCubemap(loaded->environment, {command.size, command.wrap});
+    if (!strip) return tl::make_unexpected(strip.error());
+    float largest = 0;
+    for (const glm::vec3& texel : strip->texels()) largest = std::max({largest, texel.x, texel.y, texel.z});
+    const float range = hdrRange(largest);
+
+    formats::TextureShape shape;
+    shape.format = formatOf(command.target);
+    shape.width = shape.height = command.size;
+    shape.faceCount = 6;
+    TextureSettings settings = command.textures;
+    settings.container = extension == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
+    Image<glm::vec4> rgba = toRgba(strip->view());
+    for (glm::vec4& texel : rgba.texels()) texel /= range;
+    compress::EncodeReport report;
+    std::vector<std::vector<std::byte>> images;
+    for (int face = 0; face < 6; ++face)
+        images.push_back(
+            encodeImage(shape.format, rgba.view().rows(face * command.size, command.size), {}, settings.encodeOptions(), report));
+    const Json constants = {{"range", range}, {"wrap", command.wrap}, {"quantity", "exit radiance of a white surface"}};
+    const std::map<std::string, std::string> metadata = {
+        {"io.lightcook", Json({{"layout", "irradiance-cubemap"}, {"constants", constants}}).dump()}};
+    // Beside nothing until it is verified: what lies at the output stays until there is a better one.
+    auto folder = TemporaryFolder::create();
+    if (!folder) return tl::make_unexpected(folder.error());
+    const std::filesystem::path file = folder->path() / ("irradiance" + extension);
+    if (auto written = writeTexture(file, shape, settings, metadata, images); !written) return tl::make_unexpected(written.error());
+    const auto figures = verified(file, range, command.wrap, loaded->environment);
+    if (!figures) return tl::make_unexpected(figures.error());
+    if (!(figures->relRms <= command.maxError))
+        return failure(
+            ErrorCode::Verification, command.output.string(),
+            fmt::format("found an error of {:.4f} (rms) against brute force, expected at most {}", figures->relRms, command.maxError));
+    if (auto copied = copyFile(file, command.output); !copied) return tl::make_unexpected(copied.error());
+    std::error_code code;
+    return Json{{"texels", figures->texelCount},
+                {"rel_rms", figures->relRms},
+                {"worst", figures->worst},
+                {"bytes", std::filesystem::file_size(command.output, code)},
+                {"range", range},
+                {"repaired_texels", loaded->repairedTexels}};
+}
+
+}  // namespace pipeline
