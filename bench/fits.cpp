@@ -17,6 +17,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "bench/fit_cubemaps.h"
 #include "bench/fit_rsrm.h"
 #include "fit/dominant_light.h"
 #include "fit/light_search.h"
@@ -380,6 +381,8 @@ int main(int argc, char** argv) {
             std::any_of(maps.begin(), maps.end(), [](const auto& map) { return std::filesystem::exists(map.reference); });
         if (hasReference) bench::benchSpecular(maps);
         bench::benchRsrm(options.data, options.csv, options.runs);
+        bench::benchCubemaps(
+            options.data, options.csv.empty() ? options.csv : std::filesystem::path(options.csv.string() + ".cubemaps.csv"), options.runs);
     } catch (const std::exception& fault) {
         fmt::print(stderr, "{}\n", fault.what());
         return 1;

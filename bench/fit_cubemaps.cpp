@@ -1,0 +1,253 @@
+#include "bench/fit_cubemaps.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "fit/cubemap.h"
+#include "fit/irradiance.h"
+#include "fit/pre_divide.h"
+#include "lighting/cube.h"
+#include "lighting/sphere.h"
+
+namespace bench {
+namespace {
+
+namespace fs = std::filesystem;
+using fit::PrefilterKernel;
+using formats::Environment;
+using Strip = formats::Image<glm::vec3>;
+
+struct Light {
+    glm::dvec3 direction;
+    double solidAngle;
+    glm::dvec3 radiance;
+};
+
+/// Every texel, or every quarter of one, as a direction: what brute force sums over.
+std::vector<Light> lightsOf(const Environment& environment, int pieces) {
+    const int width = environment.texels.width() * pieces, height = environment.texels.height() * pieces;
+    const bool isPanorama = environment.projection == Environment::Projection::Equirectangular;
+    std::vector<Light> lights;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            lights.push_back({isPanorama ? lighting::directionFromEquirectangular({(x + 0.5) / width, (y + 0.5) / height})
+                                         : lighting::cubeTexelDirection(y / width, x, y % width, width),
+                              isPanorama ? lighting::equirectangularTexelSolidAngle(y, width, height)
+                                         : lighting::cubeTexelSolidAngle(x, y % width, width),
+                              glm::dvec3(environment.texels.at(x / pieces, y / pieces))});
+    return lights;
+}
+
+glm::dvec3 bruteForce(const std::vector<Light>& lights, const std::function<double(double)>& kernel, const glm::dvec3& direction) {
+    glm::dvec3 sum(0);
+    double weightSum = 0;
+    for (const Light& light : lights) {
+        const double c = glm::dot(direction, light.direction);
+        if (c <= 0) continue;
+        const double weight = light.solidAngle * kernel(c);
+        sum += weight * light.radiance;
+        weightSum += weight;
+    }
+    return sum / weightSum;
+}
+
+std::function<double(double)> kernelOf(PrefilterKernel kernel, double m) {
+    return [=](double c) {
+        const double NoH2 = (1 + c) / 2, tan2 = (1 - c) / (1 + c), d = NoH2 * (m * m - 1) + 1;
+        if (kernel == PrefilterKernel::Beckmann) return std::exp(-tan2 / (m * m)) / (NoH2 * NoH2) * c;
+        return kernel == PrefilterKernel::Ggx ? c / (d * d) : std::pow(c, (1 / (m * m) + 1) / 2);
+    };
+}
+
+glm::dvec3 meanOf(const Strip& strip) {
+    glm::dvec3 sum(0);
+    const int size = strip.width();
+    for (int y = 0; y < strip.height(); ++y)
+        for (int x = 0; x < size; ++x) sum += lighting::cubeTexelSolidAngle(x, y % size, size) * glm::dvec3(strip.at(x, y));
+    return sum / (4 * std::numbers::pi);
+}
+
+struct Errors {
+    double median = 0, p95 = 0, worst = 0;
+};
+
+Errors errorsOf(const Strip& strip, const std::vector<Light>& lights, const std::function<double(double)>& kernel, int count) {
+    const int size = strip.width();
+    std::mt19937 random(static_cast<unsigned>(size));
+    std::vector<double> errors;
+    for (int i = 0; i < count; ++i) {
+        const int x = static_cast<int>(random() % static_cast<unsigned>(size)),
+                  row = static_cast<int>(random() % static_cast<unsigned>(6 * size));
+        const glm::dvec3 expected = bruteForce(lights, kernel, lighting::cubeTexelDirection(row / size, x, row % size, size));
+        for (int channel = 0; channel < 3; ++channel) errors.push_back(std::abs(strip.at(x, row)[channel] / expected[channel] - 1));
+    }
+    std::sort(errors.begin(), errors.end());
+    return {errors[errors.size() / 2], errors[errors.size() * 95 / 100], errors.back()};
+}
+
+/// CPU seconds, best of the runs.
+template <class Work>
+double secondsOf(int runs, Work&& work) {
+    double best = 1e30;
+    for (int run = 0; run < runs; ++run) {
+        const std::clock_t begin = std::clock();
+        work();
+        best = std::min(best, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    }
+    return best;
+}
+
+Environment load(const fs::path& file) {
+    auto loaded = formats::loadEnvironment(file, {});
+    if (!loaded) throw std::runtime_error(loaded.error().line());
+    return std::move(loaded->environment);
+}
+
+void benchChains(const std::string& name, const Environment& environment, int runs, std::ofstream& csv) {
+    constexpr const char* kNames[] = {"beckmann", "ggx", "phong"};
+    const std::vector<Light> lights = lightsOf(environment, 1), fine = lightsOf(environment, 2);
+    glm::dvec3 mean(0);
+    for (const Light& light : lights) mean += light.solidAngle / (4 * std::numbers::pi) * light.radiance;
+    for (const PrefilterKernel kernel : {PrefilterKernel::Beckmann, PrefilterKernel::Ggx, PrefilterKernel::Phong})
+        for (const double cells : {2.0, 3.0, 4.0, 6.0}) {
+            fit::CubemapOptions options;
+            options.kernel = kernel;
+            options.cellsPerKernelWidth = cells;
+            std::vector<Strip> strips;
+            std::vector<fit::MipKernel> mips;
+            const double seconds = secondsOf(runs, [&] {
+                const auto filter = fit::CubemapPrefilter::create(environment, options);
+                mips = filter->mips();
+                strips.clear();
+                for (int mip = 0; mip < filter->mipCount(); ++mip) strips.push_back(filter->filterMip(mip));
+            });
+            Errors all, smallest;
+            double energy = 0;
+            for (std::size_t mip = 0; mip < strips.size(); ++mip) {
+                const glm::dvec3 off = glm::abs(meanOf(strips[mip]) / mean - 1.0);
+                energy = std::max({energy, off.x, off.y, off.z});
+                if (mips[mip].m == 0) continue;
+                const Errors errors = errorsOf(strips[mip], mip == 1 ? fine : lights, kernelOf(kernel, mips[mip].m), 24);
+                Errors& into = mips[mip].size >= 4 ? all : smallest;
+                into = {std::max(into.median, errors.median), std::max(into.p95, errors.p95), std::max(into.worst, errors.worst)};
+            }
+            fmt::print("| {} | {} | {:g} | {:.2f} | {:.3f} | {:.3f} | {:.3f} | {:.2f} / {:.2f} | {:.1e} |\n", name,
+                       kNames[static_cast<int>(kernel)], cells, seconds, 100 * all.median, 100 * all.p95, 100 * all.worst,
+                       100 * smallest.median, 100 * smallest.worst, energy);
+            std::fflush(stdout);
+            if (csv.is_open())
+                csv << fmt::format("{},{},{},{},{},{},{},{},{},{}\n", name, kNames[static_cast<int>(kernel)], cells, seconds, all.median,
+                                   all.p95, all.worst, smallest.median, smallest.worst, energy);
+        }
+}
+
+void benchOthers(const std::string& name, const Environment& environment, int runs) {
+    const double sh = secondsOf(runs, [&] { fit::projectEnvironment(environment); });
+    Strip strip(1, 6);
+    const double irradiance = secondsOf(runs, [&] { strip = *fit::irradianceCubemap(environment, {32, 0}); });
+    const Errors errors = errorsOf(
+        strip, lightsOf(environment, 1), [](double c) { return c; }, 60);
+    fmt::print("| {} | {:.4f} | {:.4f} | {:.4f} | {:.4f} |\n", name, sh, irradiance, 100 * errors.median, 100 * errors.worst);
+}
+
+/// Squares of what each way of shading place b errs, and of what is right there.
+struct Relit {
+    double divided = 0, borrowed = 0, area = 0, right = 0;
+    void add(double own, double relit, double other, double areaOnly) {
+        divided += (relit - own) * (relit - own);
+        borrowed += (other - own) * (other - own);
+        area += (areaOnly - own) * (areaOnly - own);
+        right += own * own;
+    }
+    std::string line() const {
+        return fmt::format("{:.1f} / {:.1f} / {:.1f}", 100 * std::sqrt(divided / right), 100 * std::sqrt(borrowed / right),
+                           100 * std::sqrt(area / right));
+    }
+};
+
+/// Every probe's divided cubemap times the area specular of every other place of its scene, against that place's own.
+void benchRelighting(const fs::path& data, const std::string& scene) {
+    std::vector<std::vector<Strip>> levels;
+    std::vector<fit::PreDivide> divides, own;  // windowed as stored; not windowed, as a pixel's light map has it
+    for (int probe = 0; fs::exists(data / "scenes" / fmt::format("{}_probe{}.exr", scene, probe)); ++probe) {
+        const Environment environment = load(data / "scenes" / fmt::format("{}_probe{}.exr", scene, probe));
+        fit::CubemapOptions options;
+        options.size = 32;
+        options.mipCount = 4;
+        options.roughness = {0.08, 0.18, 0.33, 0.51};
+        const auto filter = fit::CubemapPrefilter::create(environment, options);
+        std::vector<lighting::ShBands> bands;
+        levels.emplace_back();
+        for (int mip = 0; mip < filter->mipCount(); ++mip) {
+            levels.back().push_back(filter->filterMip(mip));
+            bands.push_back(filter->mips()[static_cast<std::size_t>(mip)].bands);
+        }
+        divides.push_back(fit::makePreDivide(fit::projectEnvironment(environment), bands, {}));
+        own.push_back(divides.back());
+        own.back().windowedSh = fit::projectEnvironment(environment);
+    }
+    if (levels.size() < 2) return;
+    fmt::print("| {} |", scene);
+    for (std::size_t mip = 0; mip < levels[0].size(); ++mip) {
+        Relit relit;
+        const int size = levels[0][mip].width();
+        for (std::size_t a = 0; a < levels.size(); ++a)
+            for (std::size_t b = 0; b < levels.size(); ++b)
+                for (int row = 0; row < (a == b ? 0 : 6 * size); ++row)
+                    for (int x = 0; x < size; ++x) {
+                        const glm::dvec3 direction = lighting::cubeTexelDirection(row / size, x, row % size, size);
+                        const glm::dvec3 from = divides[a].denominator(static_cast<int>(mip), direction);
+                        const glm::dvec3 to = glm::max(own[b].denominator(static_cast<int>(mip), direction), 0.0);
+                        for (int c = 0; c < 3; ++c) {
+                            const double other = levels[a][mip].at(x, row)[c];
+                            relit.add(levels[b][mip].at(x, row)[c], other / from[c] * to[c], other, to[c]);
+                        }
+                    }
+        fmt::print(" {} |", relit.line());
+    }
+    fmt::print("\n");
+    std::fflush(stdout);
+}
+
+}  // namespace
+
+void benchCubemaps(const fs::path& data, const fs::path& csvFile, int runs) {
+    std::ofstream csv;
+    if (!csvFile.empty()) {
+        csv.open(csvFile);
+        csv << "panorama,kernel,cells_per_kernel_width,cpu_seconds,median,p95,worst,median_2x2_1x1,worst_2x2_1x1,mean_off\n";
+    }
+    std::vector<std::pair<std::string, Environment>> panoramas;
+    for (const char* name : {"rooitou_park_1k", "kiara_1_dawn_1k"})
+        if (fs::exists(data / "env" / (std::string(name) + ".hdr")))
+            panoramas.emplace_back(name, load(data / "env" / (std::string(name) + ".hdr")));
+    if (panoramas.empty()) return;
+    fmt::print(
+        "\nCubemaps: CPU seconds of one thread from panorama to 128x128x6 with 8 levels, best of {}; worst level of 4 x 4 texels and more, "
+        "24 "
+        "texels each, against brute force, %; the same of 2 x 2 and 1 x 1, which have the source's mean instead; mean of any level against "
+        "the source's.\n\n| panorama | kernel | cells | s | median % | p95 % | worst % | 2x2, 1x1: median / worst % | mean off "
+        "|\n|---|---|---:|---:|---:|---:|---:|---:|---:|\n",
+        runs);
+    for (const auto& [name, environment] : panoramas) benchChains(name, environment, runs, csv);
+    fmt::print("\n| panorama | SH, s | irradiance 32x32x6, s | median % | worst % |\n|---|---:|---:|---:|---:|\n");
+    for (const auto& [name, environment] : panoramas) benchOthers(name, environment, runs);
+    fmt::print(
+        "\nRelighting, all pairs of a scene's probes, relative RMS in %: divided cubemap of a place times another's area specular / the "
+        "place's cubemap as it is / area specular alone.\n\n| scene | m 0.08 | 0.18 | 0.33 | 0.51 |\n|---|---:|---:|---:|---:|\n");
+    for (const char* scene : {"cornell", "interior", "outdoor", "zdm2_sun"}) benchRelighting(data, scene);
+}
+
+}  // namespace bench
