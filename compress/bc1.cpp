@@ -36,6 +36,7 @@ void fitBc1(std::span<const Block* const> blocks, const Bc1Search& search, const
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include "compress/two_colours.h"
 namespace compress {
 namespace {
 
@@ -102,25 +103,6 @@ Bc1Result fitConstant(const std::array<float, 3>& colour, const EncodeOptions& o
     return best;
 }
 
-/// The colours of a block that has no more than two where it counts, and what they weigh.
-struct TwoColours {
-    std::array<std::array<float, 3>, 2> colour{};
-    std::array<double, 2> weight{};
-};
-bool hasTwoColours(const Block& block, TwoColours& two) {
-    std::size_t count = 0;
-    for (std::size_t t = 0; t < kTexelCount; ++t) {
-        if (!(block.significance[t] > 0)) continue;
-        const std::array<float, 3> colour = {block.channel[0][t], block.channel[1][t], block.channel[2][t]};
-        std::size_t i = 0;
-        while (i < count && two.colour[i] != colour) ++i;
-        if (i == 2) return false;
-        if (i == count) two.colour[count++] = colour;
-        two.weight[i] += static_cast<double>(block.significance[t]);
-    }
-    return count == 2;
-}
-
 /// The two whole ends, 0 .. largest, that come nearest to the targets at these shares of the way; returns the error.
 double bestEnds(const std::array<double, 2>& target, const std::array<double, 2>& weight, const std::array<double, 2>& share, int largest,
                 std::uint8_t& first, std::uint8_t& second) {
@@ -149,7 +131,11 @@ double bestEnds(const std::array<double, 2>& target, const std::array<double, 2>
 
 /// A block of two colours: ends for every pair of places that they may take on the line. Channels have nothing to do with one another once
 /// the places are chosen, and for a first end the best second one lies beside the minimum of a parabola.
-Bc1Result fitTwoColours(const TwoColours& two, const EncodeOptions& options, bool mayUseThree) {
+Bc1Result fitTwoColours(const Block& block, const TwoColours& two, const EncodeOptions& options, bool mayUseThree) {
+    std::array<double, 2> colourWeight{};
+    for (std::size_t t = 0; t < kTexelCount; ++t)
+        for (std::size_t i = 0; i < 2; ++i)
+            if (two.texels[i] >> t & 1) colourWeight[i] += static_cast<double>(block.significance[t]);
     Bc1Result best;
     double bestError = INFINITY;
     for (const int steps : {3, 2}) {
@@ -164,8 +150,8 @@ Bc1Result fitTwoColours(const TwoColours& two, const EncodeOptions& options, boo
                     const double unit = kLargestCode[c], weight = static_cast<double>(options.channelWeights[c]) / (unit * unit);
                     const std::array<double, 2> target = {static_cast<double>(two.colour[0][c]) * unit,
                                                           static_cast<double>(two.colour[1][c]) * unit};
-                    error += weight * bestEnds(target, two.weight, {double(i) / steps, double(j) / steps}, kLargestCode[c], trial.first[c],
-                                               trial.second[c]);
+                    error += weight * bestEnds(target, colourWeight, {double(i) / steps, double(j) / steps}, kLargestCode[c],
+                                               trial.first[c], trial.second[c]);
                 }
                 if (error >= bestError) continue;
                 bestError = error;
@@ -210,7 +196,7 @@ void encodeColours(std::span<const Block> blocks, const EncodeOptions& options, 
         HWY_DYNAMIC_DISPATCH(fitBc1)(list, bc1SearchOf(effort), options, isBc1, found.data());
         for (std::size_t i = 0; i < list.size(); ++i) {
             TwoColours two;
-            if (bc1SearchOf(effort).twoColours && hasTwoColours(*list[i], two)) found[i] = fitTwoColours(two, options, isBc1);
+            if (bc1SearchOf(effort).twoColours && hasTwoColours(*list[i], 3, two)) found[i] = fitTwoColours(*list[i], two, options, isBc1);
             pack(*list[i], options, found[i], false, isBc1, at(list[i]));
         }
     };
