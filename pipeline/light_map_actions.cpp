@@ -14,6 +14,7 @@
 #include "pipeline/light_map_planning.h"
 #include "pipeline/preview.h"
 #include "pipeline/textures.h"
+#include "verify/light_map_freedom.h"
 #include "verify/texture_unit.h"
 
 namespace pipeline {
@@ -183,10 +184,10 @@ Result<CookedLightMapReader> CookedLightMapReader::open(const std::filesystem::p
     map.constants = asset.at("constants").get<std::map<std::string, std::vector<float>>>();
     map.width = asset.at("width").get<int>();
     map.height = asset.at("height").get<int>();
-    auto verifier = verify::LightMapVerifier::create(map, shading, sampling, key);
-    if (!verifier) return tl::make_unexpected(verifier.error());
-    CookedLightMapReader reader(std::move(*verifier), map.width, map.height);
-    for (const auto& need : reader.verifier_.textures()) {
+    const auto needs = verify::LightMapVerifier::texturesOf(map);
+    if (!needs) return tl::make_unexpected(needs.error());
+    std::vector<formats::TextureReader> textures;
+    for (const auto& need : *needs) {
         auto texture = openTexture(folder, asset, need.name);
         if (!texture) return tl::make_unexpected(texture.error());
         const formats::TextureShape& shape = texture->shape();
@@ -194,8 +195,13 @@ Result<CookedLightMapReader> CookedLightMapReader::open(const std::filesystem::p
             return failure(ErrorCode::Verification, asset.at("name").get<std::string>() + ", texture " + need.name,
                            fmt::format("found {} x {} with {} layers, expected {} x {} with {}", shape.width, shape.height,
                                        shape.layerCount, map.width, map.height, need.layerCount));
-        reader.textures_.push_back(std::move(*texture));
+        map.formats.push_back(shape.format);
+        textures.push_back(std::move(*texture));
     }
+    auto verifier = verify::LightMapVerifier::create(map, shading, sampling, key);
+    if (!verifier) return tl::make_unexpected(verifier.error());
+    CookedLightMapReader reader(std::move(*verifier), map.width, map.height);
+    reader.textures_ = std::move(textures);
     return reader;
 }
 
@@ -208,14 +214,16 @@ Result<verify::DecodedLightMapRows> CookedLightMapReader::read(int firstRow, int
         const int blockRows = formats::blocksDown(format, std::min(rowCount, height_ - firstRow));
         const int texelRows = std::min(blockRows * blockHeight, height_ - firstRow);
         std::vector<std::byte> blocks(formats::bytesPerBlockRow(format, width_) * static_cast<std::size_t>(blockRows));
-        std::vector<formats::Image<glm::vec4>> layers;
+        std::vector<formats::Image<glm::vec4>> layers, spans;
         for (int layer = 0; layer < texture.shape().layerCount; ++layer) {
             if (auto read = texture.readBlockRows({0, layer, 0}, firstRow / blockHeight, blocks); !read)
                 return tl::make_unexpected(read.error());
             layers.emplace_back(width_, texelRows);
             verify::decodeRows(format, blocks, layers.back().view());
+            spans.push_back(verify::blockSpans(format, blocks, width_));
         }
         rows.textures.push_back(std::move(layers));
+        rows.spans.push_back(std::move(spans));
     }
     return rows;
 }

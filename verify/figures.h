@@ -38,6 +38,7 @@ public:
     void merge(const ErrorAccumulator& other);
     ErrorFigures figures() const;
     std::int64_t sampleCount() const { return sampleCount_; }
+    double maxSampled() const { return maxSampled_; }
 
 private:
     static constexpr int kBinsPerOctave = 256;
@@ -45,6 +46,7 @@ private:
     static constexpr int kBinCount =
         (kHighestExponent - kLowestExponent) * kBinsPerOctave + 2;  ///< with one for smaller and one for larger
     static std::size_t binOf(double local);
+    static std::int32_t floatBinOf(float local);
 
     double key_;
     double squaredError_ = 0, squaredReference_ = 0, maxSampled_ = 0, maxBound_ = 0;

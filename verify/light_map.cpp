@@ -3,15 +3,28 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstring>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <span>
 
 #include "lighting/radiometry.h"
 #include "verify/light_map_bound.h"
+#include "verify/light_map_deviation.h"
+#include "verify/light_map_freedom.h"
 #include "verify/light_map_layouts.h"
 #include "verify/light_map_shading.h"
 
 namespace verify {
+
+/// How a map is shaded and bounded, whatever its layout.
+struct ShadingSetup {
+    ShadingMatrix diffuse, specular;
+    std::vector<Response> responses;      ///< area specular, for the bounds
+    lighting::ShBands largestResponse{};  ///< their norms, each at its largest
+    std::vector<FormatFreedom> freedom;   ///< of each layer; empty: an ideal sampler
+    bool hasSpecular() const { return !responses.empty(); }
+};
 
 namespace {
 
@@ -30,6 +43,8 @@ constexpr double kShadingRounding = 2e-6;
 
 using Channel = lighting::Sh;
 using Channels = std::array<Channel, kChannels>;
+/// Lengths of what each channel's error may have beyond its numbers, by band.
+using ChannelSlack = std::array<lighting::ShBands, kChannels>;
 
 LcSh difference(const LcSh& a, const LcSh& b) {
     LcSh out;
@@ -76,6 +91,33 @@ void bernsteinFromNodes(std::array<LcSh*, kDegree + 1> nodes) {
             nodes[2]->c[i] = (2.0f * p0 - 9.0f * p1 + 18.0f * p2 - 5.0f * p3) / 6.0f;
         }
     }
+}
+
+/// Squared lengths by band and channel.
+using Squares = std::array<glm::vec3, 3>;
+/// The largest of each among these.
+Squares largestSquares(std::span<const LcSh> each) {
+    // By plain floats: the hottest sums of the bounds, which run in lanes this way.
+    constexpr std::size_t kFloats = kCount * kChannels;
+    static_assert(sizeof(LcSh) == kFloats * sizeof(float));
+    std::array<float, 3 * kChannels> largest{};
+    for (const LcSh& sh : each) {
+        std::array<float, kFloats> square;
+        std::memcpy(square.data(), &sh, sizeof(sh));
+        for (float& value : square) value *= value;
+        std::array<float, 3 * kChannels> sums;
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            const auto at = [&](std::size_t i) { return square[kChannels * i + c]; };
+            sums[c] = at(0);
+            sums[kChannels + c] = at(1) + at(2) + at(3);
+            sums[2 * kChannels + c] = at(4) + at(5) + at(6) + at(7) + at(8);
+        }
+        // What is not a number stays: no comparison with it is true.
+        for (std::size_t i = 0; i < sums.size(); ++i) largest[i] = sums[i] <= largest[i] ? largest[i] : sums[i];
+    }
+    Squares out;
+    std::memcpy(&out, largest.data(), sizeof(out));
+    return out;
 }
 
 /// Largest proven errors so far. What cannot exceed them by a cheap bound is not looked at more closely: the maximum stays exact.
@@ -143,11 +185,9 @@ struct LightMapVerifier::State {
     float perKey = 1;  ///< light in units of the key
     layouts::Layout layout;
     std::vector<TextureNeed> textures;
-    ShadingMatrix diffuse, specular;
-    lighting::ShBands specularSuprema{};
+    ShadingSetup setup;
 
     bool isFlat() const { return std::holds_alternative<layouts::Flat>(layout); }
-    bool hasSpecular() const { return specular.count() > 0; }
 };
 
 namespace {
@@ -157,43 +197,55 @@ template <class Layout>
 class RowVerifier {
 public:
     RowVerifier(const Layout& layout, const LightMapVerifier& verifier, const CookedLightMap& map, const LightMapSampling& sampling,
-                const ShadingMatrix& diffuse, const ShadingMatrix& specular, const lighting::ShBands& specularSuprema, float perKey,
-                const DecodedLightMapRows& texels, const formats::LightMapBand& reference)
+                const ShadingSetup& setup, float perKey, const DecodedLightMapRows& texels, const formats::LightMapBand& reference)
         : layout_(layout),
           map_(map),
           sampling_(sampling),
-          specular_(specular),
-          specularSuprema_(specularSuprema),
+          setup_(setup),
           perKey_(perKey),
           texels_(texels),
           reference_(reference),
           errors_(verifier.noErrors()),
           worst_(errors_.accumulators.size()),
-          shader_(diffuse, specular) {}
+          shader_(setup.diffuse, setup.specular),
+          worstSampled_{{{-1, -1}, {-1, -1}}} {
+        for (const auto& texture : texels.spans)
+            for (const formats::Image<glm::vec4>& image : texture) spans_.push_back(&image);
+        if constexpr (requires { Layout::kCodeCount; }) prepareClusters();
+    }
 
     LightMapErrors run(int firstRow, int rowCount) {
-        Row current, below;
-        loadRow(firstRow, current);
+        Row current;
         for (int y = firstRow; y < firstRow + rowCount; ++y) {
+            loadRow(y, current);
             for (int x = 0; x < map_.width; ++x)
                 if (current.covered[index(x)] != 0) centre(current, x, y);
-            if (!sampling_.bounds) {
-                if (y + 1 < firstRow + rowCount) loadRow(y + 1, current);
-                continue;
-            }
-            if (y + 1 >= map_.height) break;
-            loadRow(y + 1, below);
-            for (int x = 0; x + 1 < map_.width; ++x)
-                if (current.covered[index(x)] != 0 && current.covered[index(x + 1)] != 0 && below.covered[index(x)] != 0 &&
-                    below.covered[index(x + 1)] != 0)
-                    quad(current, below, x, y);
-            std::swap(current, below);
+        }
+        if (sampling_.bounds) {
+            if (sampling_.positionsPerQuad > 0)
+                forEachQuad(firstRow, rowCount, [&](const Corners& corners, int x, int y) {
+                    for (int sample = 0; sample < sampling_.positionsPerQuad; ++sample) magnified(corners, x, y, sample);
+                });
+            // Where samples were worst the bounds are likely to be: after those most quads are settled at a glance.
+            for (const auto& [x, y] : worstSampled_)
+                if (x >= 0) oneQuad(x, y);
+            forEachQuad(firstRow, rowCount,
+                        [&](const Corners& corners, int x, int y) { boundQuad(corners.texels, corners.references, x, y); });
         }
         for (std::size_t stage = 0; stage < worst_.size(); ++stage) {
             errors_.accumulators[stage].diffuse.addBound(worst_[stage].diffuse);
-            if (specular_.count() > 0) errors_.accumulators[stage].specular.addBound(worst_[stage].specular);
+            if (setup_.hasSpecular()) errors_.accumulators[stage].specular.addBound(worst_[stage].specular);
         }
         return std::move(errors_);
+    }
+
+    LightMapVerifier::QuadBound oneQuad(int x, int y) {
+        Row above, below;
+        loadRow(y, above);
+        loadRow(y + 1, below);
+        const Corners corners = cornersOf(above, below, x);
+        boundQuad(corners.texels, corners.references, x, y);
+        return {worst_.back().diffuse, worst_.back().specular};
     }
 
 private:
@@ -201,6 +253,7 @@ private:
     static constexpr int kNodes = Layout::kDegree + 1;
     static constexpr std::size_t kControls = static_cast<std::size_t>(kNodes) * kNodes;
     using Controls = std::array<LcSh, kControls>;
+    using Pairs = std::array<std::array<ErrorPair, kControls>, kChannels>;
     static std::size_t index(int x) { return static_cast<std::size_t>(x); }
 
     /// A row of the map as this pass needs it; light in units of the key.
@@ -209,6 +262,30 @@ private:
         std::vector<LcSh> reference;
         std::vector<LayerTexels> texels;
     };
+
+    struct Corners {
+        std::array<const LayerTexels*, 4> texels;
+        std::array<const LcSh*, 4> references;
+    };
+    static Corners cornersOf(const Row& above, const Row& below, int x) {
+        const std::size_t i = index(x);
+        return {{&above.texels[i], &above.texels[i + 1], &below.texels[i], &below.texels[i + 1]},
+                {&above.reference[i], &above.reference[i + 1], &below.reference[i], &below.reference[i + 1]}};
+    }
+    /// work(corners, x, y) for every quad of covered texels that begins in these rows.
+    template <class Work>
+    void forEachQuad(int firstRow, int rowCount, Work&& work) {
+        Row above, below;
+        loadRow(firstRow, above);
+        for (int y = firstRow; y < std::min(firstRow + rowCount, map_.height - 1); ++y) {
+            loadRow(y + 1, below);
+            for (int x = 0; x + 1 < map_.width; ++x)
+                if (above.covered[index(x)] != 0 && above.covered[index(x + 1)] != 0 && below.covered[index(x)] != 0 &&
+                    below.covered[index(x + 1)] != 0)
+                    work(cornersOf(above, below, x), x, y);
+            std::swap(above, below);
+        }
+    }
 
     void loadRow(int y, Row& row) const {
         const auto width = index(map_.width);
@@ -256,7 +333,11 @@ private:
         const auto stageError = [&](const LcSh& result) {
             const LcSh error = difference(result, reference);
             addErrors(stage, error);
-            if (sampling_.bounds) boundCentre(stage, error, reference);
+            if (sampling_.bounds) {
+                // Stages before the last are told as an ideal sampler has them.
+                const bool isLast = stage == Layout::kEarlyStages.size();
+                boundCentre(stage, error, reference, isLast ? centreFreedom(row.texels[index(x)], x, y) : ChannelSlack{});
+            }
             ++stage;
         };
         if constexpr (Layout::kEarlyStages.size() > 0) {
@@ -268,32 +349,210 @@ private:
         stageError(decoded(row.texels[index(x)], x, y));
     }
 
-    void boundCentre(std::size_t stage, const LcSh& error, const LcSh& reference) {
-        if (isCertainlyWithin(worst_[stage], {&error, 1}, kShadingRounding, {})) return;
+    void boundCentre(std::size_t stage, const LcSh& error, const LcSh& reference, const ChannelSlack& freedom) {
+        ChannelSlack slack = freedom;
+        addLengths(slack, error, kShadingRounding);
+        if (isCertainlyWithin(worst_[stage], largestSquares({&error, 1}), slack)) return;
         const Channels errors = channelsOf(error), references = channelsOf(reference);
         for (std::size_t c = 0; c < kChannels; ++c) {
             const std::array<ErrorPair, 1> pair = {ErrorPair{errors[c], references[c]}};
-            raise(worst_[stage], pair, kShadingRounding * bandSum(bandNorms(pair[0].error), kExitNorm));
+            raise(worst_[stage], pair, slack[c]);
         }
     }
 
     /// Takes the pairs of one channel into the worst so far.
-    void raise(Worst& worst, std::span<const ErrorPair> pairs, double rounding) const {
-        if (specular_.count() > 0)
-            for (const ErrorPair& pair : pairs)
-                worst.specular = std::max(worst.specular, (bandSum(bandNorms(pair.error), specularSuprema_) + 4 * rounding) / kFloor);
-        if (!staysWithin(pairs, kFloor, rounding, worst.diffuse))
-            worst.diffuse = std::max(worst.diffuse, localErrorBound(pairs, kFloor, rounding));
+    void raise(Worst& worst, std::span<const ErrorPair> pairs, const lighting::ShBands& slack) const {
+        const auto take = [&](std::span<const Response> responses, double& largest) {
+            if (!staysWithin(pairs, responses, kFloor, slack, largest))
+                largest = std::max(largest, localErrorBound(pairs, responses, kFloor, slack));
+        };
+        take({&kExitResponse, 1}, worst.diffuse);
+        take(setup_.responses, worst.specular);
     }
 
-    void quad(const Row& above, const Row& below, int x, int y) {
-        const std::size_t i = index(x);
-        const std::array<const LayerTexels*, 4> texels = {&above.texels[i], &above.texels[i + 1], &below.texels[i], &below.texels[i + 1]};
-        const std::array<const LcSh*, 4> references = {&above.reference[i], &above.reference[i + 1], &below.reference[i],
-                                                       &below.reference[i + 1]};
-        for (int sample = 0; sample < sampling_.positionsPerQuad; ++sample) magnified(texels, references, x, y, sample);
+    static constexpr std::size_t kSigns = 8;
+    using FreePairs = std::array<ErrorPair, 4 * kSigns>;
+    /// The same with what a sampler is free to do.
+    /// all  the lengths of all that errors may have beyond their numbers; slack: but for the groups of `off`
+    /// Groups are long where light is, and short in the dark: |e + g| / (|r| + floor) is at most the sum of the bounds of |e| and of |g|
+    /// over the same, which is often far less than the bound of |e| with the group's length beside it. g's reference is bilinear, so that
+    /// its corners are all that it takes.
+    template <std::size_t kGroups>
+    void raiseFree(const Pairs& pairs, const std::array<const LcSh*, 4>& references, const ChannelSlack& all, const ChannelSlack& slack,
+                   const layouts::Deviation<kGroups>& off) {
+        std::vector<std::array<Channels, kSigns>> sums(kGroups);
+        for (std::size_t group = 0; group < kGroups; ++group) {
+            const std::array<LcSh, kSigns> signedSums = signedSumsOf(off.groups[group]);
+            for (std::size_t i = 0; i < kSigns; ++i) sums[group][i] = channelsOf(scaled(signedSums[i], perKey_));
+        }
+        std::array<Channels, 4> corners;
+        for (std::size_t i = 0; i < 4; ++i) corners[i] = channelsOf(*references[i]);
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            const auto groupBound = [&](std::span<const Response> responses) {
+                double sum = 0;
+                for (std::size_t group = 0; group < kGroups; ++group) {
+                    FreePairs free;
+                    lighting::ShBands rounding{};
+                    for (std::size_t i = 0; i < free.size(); ++i) {
+                        free[i] = {sums[group][i / 4][c], corners[i % 4][c]};
+                        const lighting::ShBands lengths = bandNorms(free[i].error);
+                        for (std::size_t l = 0; l < 3; ++l) rounding[l] = std::max(rounding[l], kRounding * lengths[l]);
+                    }
+                    sum += localErrorBound(free, responses, kFloor, rounding);
+                }
+                return sum;
+            };
+            const auto take = [&](std::span<const Response> responses, double& largest) {
+                if (responses.empty() || staysWithin(pairs[c], responses, kFloor, all[c], largest)) return;
+                double bound = localErrorBound(pairs[c], responses, kFloor, all[c]);
+                if (bound <= largest) return;
+                if constexpr (kGroups > 0) {
+                    const double alone = localErrorBound(pairs[c], responses, kFloor, slack[c]);
+                    if (alone < bound) bound = std::min(bound, alone + groupBound(responses));
+                }
+                largest = std::max(largest, bound);
+            };
+            take({&kExitResponse, 1}, worst_.back().diffuse);
+            take(setup_.responses, worst_.back().specular);
+        }
+    }
+
+    // ---- what a sampler is free to do ----
+
+    /// Of one layer at texels (x, y) to (x + across, y + down): between them, or at one of them alone.
+    glm::vec4 decodeFreedom(std::size_t layer, int x, int y, int reach) const {
+        const FormatFreedom& format = setup_.freedom[layer];
+        if (!format.hasSpans() || spans_.empty()) return format.decoded;
+        glm::vec4 span(0);
+        for (int blockY = (y - texels_.firstRow) / 4; blockY <= (y + reach - texels_.firstRow) / 4; ++blockY)
+            for (int blockX = x / 4; blockX <= (x + reach) / 4; ++blockX) span = glm::max(span, spans_[layer]->at(blockX, blockY));
+        return format.decoded + format.perSpan * span;
+    }
+    /// What the decode of texel (x, y) may be off, over boxes of texels.
+    auto deviation(const layouts::Boxes<Layout::kLayers>& boxes, int x, int y) const {
+        if constexpr (requires { Layout::kCodeCount; })
+            return layouts::deviationOf<Layout::kCodeCount, Layout::kResidualCount>(layout_.at(x, y), boxes);
+        else
+            return layouts::Deviation<0>{layouts::deviationOf(layout_, boxes), {}};
+    }
+    /// Its band lengths, quickly, by the lengths of every vector, or exactly, by the sums with every choice of signs: the longest are among
+    /// them. Lengths do not ask for a whole group's sign, which halves the choices.
+    template <std::size_t kGroups>
+    ChannelSlack lengthsOf(const layouts::Deviation<kGroups>& off, bool isExact) const {
+        ChannelSlack slack{};
+        addLengths(slack, off.absolute, static_cast<double>(perKey_));
+        for (const std::array<LcSh, 4>& group : off.groups) {
+            if (!isExact) {
+                for (const LcSh& vector : group) addLengths(slack, vector, static_cast<double>(perKey_));
+                continue;
+            }
+            addLargestLengths(slack, signedSumsOf(group), static_cast<double>(perKey_));
+        }
+        return slack;
+    }
+    /// Of each cluster, what the decode may be off for light of 1 in texture "l0" and codes anywhere in [0, 1]: a quick bound for most
+    /// quads, as all of it is proportional to the light. Only where codes cannot leave [0, 1], and light is off by a part of itself.
+    void prepareClusters() {
+        if (setup_.freedom.empty() || setup_.freedom[0].absolute != 0 || setup_.freedom[0].decoded != glm::vec4(0)) return;
+        layouts::Boxes<Layout::kLayers> boxes;
+        for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
+            const FormatFreedom& format = setup_.freedom[layer];
+            if (layer > 0 && format.relative != 0) return;
+            boxes[layer] = {glm::vec4(0.5f), glm::vec4(0.5f), format.decoded + format.perSpan + format.absolute + format.relative};
+        }
+        const layouts::BasisTables& tables = *layout_.tables;
+        const std::size_t count = std::max(tables.first3.size(), tables.first4.size());
+        for (std::size_t cluster = 0; cluster < count; ++cluster)
+            clusterSlack_.push_back(lengthsOf(
+                layouts::deviationOf<Layout::kCodeCount, Layout::kResidualCount>(typename Layout::Decode{&tables, cluster}, boxes), true));
+    }
+    /// Whether the quick bound settles it. slack: what else errors may have
+    bool isCertainlyWithinFreely(const std::array<const LayerTexels*, 4>& texels, int x, int y, const Squares& errors,
+                                 const ChannelSlack& slack) const {
+        if constexpr (requires { Layout::kCodeCount; }) {
+            if (clusterSlack_.empty()) return false;
+            const ChannelSlack& unit = clusterSlack_[layout_.at(x, y).cluster];
+            ChannelSlack all = slack;
+            for (std::size_t c = 0; c < kChannels; ++c) {
+                float light = 0;
+                for (const LayerTexels* corner : texels) light = std::max(light, std::abs((*corner)[0][static_cast<int>(c)]));
+                for (std::size_t l = 0; l < 3; ++l) all[c][l] += static_cast<double>(kOutward * light) * unit[c][l];
+            }
+            return isCertainlyWithin(worst_.back(), errors, all);
+        }
+        return false;
+    }
+    static std::array<LcSh, kSigns> signedSumsOf(const std::array<LcSh, 4>& group) {
+        std::array<LcSh, kSigns> sums;
+        for (std::size_t signs = 0; signs < sums.size(); ++signs)
+            for (std::size_t i = 0; i < kCount; ++i) {
+                glm::vec3 sum = group[3].c[i];
+                for (std::size_t j = 0; j < 3; ++j) sum += (signs >> j & 1) == 0 ? group[j].c[i] : -group[j].c[i];
+                sums[signs].c[i] = sum;
+            }
+        return sums;
+    }
+    ChannelSlack centreFreedom(const LayerTexels& texels, int x, int y) const {
+        if (setup_.freedom.empty()) return {};
+        layouts::Boxes<Layout::kLayers> boxes;
+        bool isFree = false;
+        for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
+            boxes[layer] = {texels[layer], glm::vec4(0), decodeFreedom(layer, x, y, 0)};
+            isFree = isFree || boxes[layer].freedom != glm::vec4(0);
+        }
+        return isFree ? lengthsOf(deviation(boxes, x, y), true) : ChannelSlack{};
+    }
+    layouts::Boxes<Layout::kLayers> quadBoxes(const std::array<const LayerTexels*, 4>& texels, int x, int y) const {
+        layouts::Boxes<Layout::kLayers> boxes;
+        for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
+            const auto at = [&](std::size_t corner) -> const glm::vec4& { return (*texels[corner])[layer]; };
+            const glm::vec4 low = glm::min(glm::min(at(0), at(1)), glm::min(at(2), at(3))),
+                            high = glm::max(glm::max(at(0), at(1)), glm::max(at(2), at(3)));
+            TexelBox& box = boxes[layer];
+            box.centre = 0.5f * (low + high);
+            box.half = kOutward * (0.5f * (high - low));
+            const FormatFreedom& format = setup_.freedom[layer];
+            box.freedom = decodeFreedom(layer, x, y, 1) + format.absolute + format.relative * glm::max(glm::abs(low), glm::abs(high));
+        }
+        return boxes;
+    }
+    /// What the filter's fractions move the light of a decode of degree kDegree: a polynomial in Bernstein form changes by at most its
+    /// degree times the difference of neighbouring controls; of the reference those are the texels themselves.
+    void addFractions(ChannelSlack& slack, const std::array<const LcSh*, 4>& references, const Squares& error) const {
+        const auto steps = [&](std::size_t a, std::size_t b, std::size_t c, std::size_t d) {
+            const std::array<LcSh, 2> edges = {difference(*references[a], *references[b]), difference(*references[c], *references[d])};
+            return largestSquares(edges);
+        };
+        const Squares across = steps(1, 0, 3, 2), down = steps(2, 0, 3, 1);
+        constexpr double kBend = 4.0 * Layout::kDegree;
+        for (std::size_t l = 0; l < 3; ++l) {
+            for (std::size_t c = 0; c < kChannels; ++c) {
+                const auto length = [&](const Squares& squares) { return outwardLength(squares[l][static_cast<int>(c)]); };
+                slack[c][l] += kFractionFreedom * (length(across) + length(down) + kBend * length(error));
+            }
+        }
+    }
+    /// factor times the lengths of the bands; of each band the largest.
+    static void addLengths(ChannelSlack& slack, const LcSh& sh, double factor) { addLargestLengths(slack, {&sh, 1}, factor); }
+    static void addLargestLengths(ChannelSlack& slack, std::span<const LcSh> each, double factor) {
+        const Squares squares = largestSquares(each);
+        for (std::size_t c = 0; c < kChannels; ++c)
+            for (std::size_t l = 0; l < 3; ++l) slack[c][l] += factor * outwardLength(squares[l][static_cast<int>(c)]);
+    }
+    static ChannelSlack sumOf(const ChannelSlack& a, const ChannelSlack& b) {
+        ChannelSlack out = a;
+        for (std::size_t c = 0; c < kChannels; ++c)
+            for (std::size_t l = 0; l < 3; ++l) out[c][l] += b[c][l];
+        return out;
+    }
+    /// From a sum of squares of floats: a few units in the last place, and what squares lose under the smallest float.
+    static double outwardLength(float square) { return square == 0 ? 0 : kOutwardLength * std::sqrt(static_cast<double>(square)) + kTiny; }
+    static constexpr double kOutwardLength = 1 + 1e-5, kTiny = 1e-18;
+    static constexpr float kOutward = 1 + 1e-5f;
+
+    void boundQuad(const std::array<const LayerTexels*, 4>& texels, const std::array<const LcSh*, 4>& references, int x, int y) {
         if constexpr (layouts::Zonal<Layout>) {
-            boundZonal(texels, references, {}, 0);
+            boundZonal(texels, references, {}, 0, zonalFreedom(texels, references, x, y));
         } else {
             Controls errors, filtered;
             for (int corner = 0; corner < 4; ++corner) {
@@ -302,7 +561,23 @@ private:
                     return difference(decoded(t, x + corner % 2, y + corner / 2), reference);
                 };
                 evaluateControls(texels, references, {}, error, errors, filtered);
-                if (!isCertainlyWithin(worst_.back(), errors, kRounding, filtered)) boundQuad(pairsOf(errors, filtered), {});
+                const Squares errorSquares = largestSquares(errors);
+                ChannelSlack slack{};
+                addRounding(slack, errorSquares, referenceSquares(references));
+                if (setup_.freedom.empty()) {
+                    if (isCertainlyWithin(worst_.back(), errorSquares, slack)) continue;
+                    const Pairs pairs = pairsOf(errors, filtered);
+                    for (std::size_t c = 0; c < kChannels; ++c) raise(worst_.back(), pairs[c], slack[c]);
+                    continue;
+                }
+                addFractions(slack, references, errorSquares);
+                if (isCertainlyWithinFreely(texels, x + corner % 2, y + corner / 2, errorSquares, slack)) continue;
+                const auto off = deviation(quadBoxes(texels, x, y), x + corner % 2, y + corner / 2);
+                if (isCertainlyWithin(worst_.back(), errorSquares, sumOf(slack, lengthsOf(off, false)))) continue;
+                const ChannelSlack all = sumOf(slack, lengthsOf(off, true));
+                if (isCertainlyWithin(worst_.back(), errorSquares, all)) continue;
+                addLengths(slack, off.absolute, static_cast<double>(perKey_));
+                raiseFree(pairsOf(errors, filtered), references, all, slack, off);
             }
         }
     }
@@ -328,14 +603,19 @@ private:
                 blend(blend(*references[0], *references[1], u), blend(*references[2], *references[3], u), v)};
     }
 
-    void magnified(const std::array<const LayerTexels*, 4>& texels, const std::array<const LcSh*, 4>& references, int x, int y,
-                   int sample) {
+    void magnified(const Corners& corners, int x, int y, int sample) {
         const auto place = 2 * ((static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(map_.width) + static_cast<std::uint64_t>(x)) *
                                     static_cast<std::uint64_t>(sampling_.positionsPerQuad) +
                                 static_cast<std::uint64_t>(sample));
-        const Filtered at = filter(texels, references, hashedFraction(sampling_.seed, place), hashedFraction(sampling_.seed, place + 1));
+        const Filtered at =
+            filter(corners.texels, corners.references, hashedFraction(sampling_.seed, place), hashedFraction(sampling_.seed, place + 1));
         setReference(at.reference, x, y);
+        const LightMapErrors::Stage& stage = errors_.accumulators.back();
+        const std::array<double, 2> before = {stage.diffuse.maxSampled(), stage.specular.maxSampled()};
         addErrors(worst_.size() - 1, difference(decoded(at.texels, x, y), at.reference));
+        const std::array<double, 2> after = {stage.diffuse.maxSampled(), stage.specular.maxSampled()};
+        for (std::size_t kind = 0; kind < after.size(); ++kind)
+            if (after[kind] > before[kind]) worstSampled_[kind] = {x, y};
     }
 
     /// A square part of a quad.
@@ -371,7 +651,6 @@ private:
         bernsteinFromNodes<Layout::kDegree>(line);
     }
 
-    using Pairs = std::array<std::array<ErrorPair, kControls>, kChannels>;
     static Pairs pairsOf(const Controls& errors, const Controls& filtered) {
         Pairs pairs;
         for (std::size_t k = 0; k < kControls; ++k) {
@@ -381,105 +660,128 @@ private:
         return pairs;
     }
 
-    /// Largest of the pairs, as exit radiance.
-    static double magnitudeOf(std::span<const ErrorPair> pairs) {
-        double magnitude = 0;
-        for (const ErrorPair& pair : pairs)
-            magnitude = std::max(magnitude, bandSum(bandNorms(pair.error), kExitNorm) + bandSum(bandNorms(pair.reference), kExitNorm));
-        return magnitude;
+    /// A bilinear reference is nowhere longer than at a corner.
+    static Squares referenceSquares(const std::array<const LcSh*, 4>& references) {
+        const std::array<LcSh, 4> each = {*references[0], *references[1], *references[2], *references[3]};
+        return largestSquares(each);
     }
-
-    /// The largest squared norm of each band and channel among control vectors.
-    static std::array<glm::vec3, 3> largestSquares(std::span<const LcSh> controls) {
-        std::array<glm::vec3, 3> largest{};
-        for (const LcSh& control : controls) {
-            std::array<glm::vec3, 3> sums{};
-            for (std::size_t i = 0; i < kCount; ++i) sums[static_cast<std::size_t>(lighting::kShBand[i])] += control.c[i] * control.c[i];
-            for (std::size_t l = 0; l < 3; ++l) largest[l] = glm::max(largest[l], sums[l]);
-        }
-        return largest;
+    /// What float evaluations of the decode may be off, after their conversion to Bernstein form.
+    static void addRounding(ChannelSlack& slack, const Squares& error, const Squares& reference) {
+        for (std::size_t c = 0; c < kChannels; ++c)
+            for (std::size_t l = 0; l < 3; ++l)
+                slack[c][l] +=
+                    kRounding * (outwardLength(error[l][static_cast<int>(c)]) + outwardLength(reference[l][static_cast<int>(c)]));
     }
     /// A cheap yes, for most texels and quads: the largest norms of each band together, whichever controls they come from, are under the
-    /// worst so far. rounding: of errors and references, as a part of them.
-    bool isCertainlyWithin(const Worst& worst, std::span<const LcSh> errors, double rounding, std::span<const LcSh> references) const {
-        // Sums of squares of floats, a few units in the last place, and what squares lose under the smallest float.
-        constexpr double kSlack = 1 + 1e-5, kTiny = 1e-18;
-        const std::array<glm::vec3, 3> error = largestSquares(errors), reference = largestSquares(references);
-        const auto norms = [&](const std::array<glm::vec3, 3>& squares, std::size_t channel) {
-            lighting::ShBands out{};
-            for (std::size_t l = 0; l < 3; ++l)
-                out[l] = kSlack * std::sqrt(static_cast<double>(squares[l][static_cast<int>(channel)])) + kTiny;
-            return out;
-        };
+    /// worst so far.
+    bool isCertainlyWithin(const Worst& worst, const Squares& error, const ChannelSlack& slack) const {
+        static const lighting::ShBands kExitNorms = kExitResponse.norms();
         for (std::size_t c = 0; c < kChannels; ++c) {
-            const lighting::ShBands own = norms(error, c);
-            const double diffuse = bandSum(own, kExitNorm), missing = rounding * (diffuse + bandSum(norms(reference, c), kExitNorm));
+            lighting::ShBands lengths = slack[c];
+            for (std::size_t l = 0; l < 3; ++l) lengths[l] += outwardLength(error[l][static_cast<int>(c)]) + kTiny;
             // Not "greater": what is not a number has to be looked at.
-            if (!(diffuse + missing <= kFloor * worst.diffuse)) return false;
-            if (specular_.count() > 0 && !(bandSum(own, specularSuprema_) + 4 * missing <= kFloor * worst.specular)) return false;
+            if (!(bandSum(lengths, kExitNorms) <= kFloor * worst.diffuse)) return false;
+            if (!(bandSum(lengths, setup_.largestResponse) <= kFloor * worst.specular)) return false;
         }
         return true;
     }
 
-    /// missing: what each channel's error may have beyond its pairs, as exit radiance.
-    void boundQuad(const Pairs& pairs, const std::array<double, kChannels>& missing) {
-        for (std::size_t c = 0; c < kChannels; ++c) raise(worst_.back(), pairs[c], kRounding * magnitudeOf(pairs[c]) + missing[c]);
+    /// What a sampler's freedom does to bands() and to the vector of the axis.
+    struct ZonalFreedom {
+        ChannelSlack slack{};
+        double axis = 0;
+    };
+    ZonalFreedom zonalFreedom(const std::array<const LayerTexels*, 4>& texels, const std::array<const LcSh*, 4>& references, int x,
+                              int y) const {
+        ZonalFreedom out;
+        if (setup_.freedom.empty()) return out;
+        const LcSh off = scaled(deviation(quadBoxes(texels, x, y), x, y).absolute, perKey_);
+        addLengths(out.slack, off, 1);
+        Controls bands, filtered;
+        evaluateControls(
+            texels, references, {}, [&](const LayerTexels& t, const LcSh&) { return bandsAndAxis(t); }, bands, filtered);
+        const glm::vec3 weights = glm::abs(layout_.k.luminance);
+        out.axis = kOutwardLength * static_cast<double>(glm::length(
+                                        glm::vec3(glm::dot(weights, off.c[3]), glm::dot(weights, off.c[1]), glm::dot(weights, off.c[2]))));
+        // As in addFractions, from the controls themselves: lengths of the axis' vector are in c[5].
+        for (int axis = 0; axis < 2; ++axis) {
+            const int step = axis == 0 ? 1 : kNodes;
+            ChannelSlack largest{};
+            double turned = 0;
+            for (int k = 0; k < static_cast<int>(kControls); ++k) {
+                if ((axis == 0 ? k % kNodes : k / kNodes) == kNodes - 1) continue;
+                LcSh moved = difference(bands[static_cast<std::size_t>(k + step)], bands[static_cast<std::size_t>(k)]);
+                turned = std::max(turned, static_cast<double>(glm::length(moved.c[5])));
+                moved.c[5] = glm::vec3(0);
+                ChannelSlack lengths{};
+                addLengths(lengths, moved, 1);
+                for (std::size_t c = 0; c < kChannels; ++c)
+                    for (std::size_t l = 0; l < 3; ++l) largest[c][l] = std::max(largest[c][l], lengths[c][l]);
+            }
+            constexpr double kSteepest = kOutwardLength * kFractionFreedom * Layout::kDegree;
+            for (std::size_t c = 0; c < kChannels; ++c)
+                for (std::size_t l = 0; l < 3; ++l) out.slack[c][l] += kSteepest * largest[c][l];
+            out.axis += kSteepest * turned;
+        }
+        return out;
+    }
+    /// bands(), and beside the zonal coefficient in c[4] the vector of the axis in c[5]: both are polynomials.
+    LcSh bandsAndAxis(const LayerTexels& t) const {
+        LcSh sh = scaled(layout_.bands(t), perKey_);
+        const glm::vec3& weights = layout_.k.luminance;
+        sh.c[5] = {glm::dot(weights, sh.c[3]), glm::dot(weights, sh.c[1]), glm::dot(weights, sh.c[2])};
+        return sh;
     }
 
     /// A layout whose band 2 is z(p) Y(a(p)), z a polynomial and a(p) the axis of another, is bounded as the polynomial z(p) Y(a0) with one
     /// axis a0 for the part, and at most |z| |Y(a) - Y(a0)| beside it (axisCone). Where that is much of the error and could be the map's
     /// worst, the part is looked at in quarters: axes turn less in them.
     void boundZonal(const std::array<const LayerTexels*, 4>& texels, const std::array<const LcSh*, 4>& references, const Part& part,
-                    int depth) {
+                    int depth, const ZonalFreedom& freedom) {
         Controls bands, filtered;
-        // The vector of the axis lies in c[5], beside the zonal coefficient in c[4]: both are polynomials as well.
-        const auto value = [&](const LayerTexels& t, const LcSh&) {
-            LcSh sh = scaled(layout_.bands(t), perKey_);
-            const glm::vec3& weights = layout_.k.luminance;
-            sh.c[5] = {glm::dot(weights, sh.c[3]), glm::dot(weights, sh.c[1]), glm::dot(weights, sh.c[2])};
-            return sh;
-        };
-        evaluateControls(texels, references, part, value, bands, filtered);
-        const AxisCone cone = coneOf(bands);
-        std::array<double, kChannels> missing{};
+        evaluateControls(
+            texels, references, part, [&](const LayerTexels& t, const LcSh&) { return bandsAndAxis(t); }, bands, filtered);
+        const AxisCone cone = coneOf(bands, freedom.axis);
+        std::array<double, kChannels> turned{};
         for (LcSh& sh : bands)
             for (std::size_t c = 0; c < kChannels; ++c)
-                missing[c] =
-                    std::max(missing[c], kExitNorm[2] * cone.deviation * static_cast<double>(std::abs(sh.c[4][static_cast<int>(c)])));
+                turned[c] = std::max(turned[c], cone.deviation * static_cast<double>(std::abs(sh.c[4][static_cast<int>(c)])));
         for (std::size_t k = 0; k < kControls; ++k) bands[k] = difference(shaders::lcZonalBand2(bands[k], cone.axis), filtered[k]);
+        ChannelSlack slack = freedom.slack;
+        const Squares squares = largestSquares(bands);
+        addRounding(slack, squares, referenceSquares(references));
+        for (std::size_t c = 0; c < kChannels; ++c) slack[c][2] += turned[c];
+        if (isCertainlyWithin(worst_.back(), squares, slack)) return;
         const Pairs pairs = pairsOf(bands, filtered);
-        if (depth < kZonalDepth && isWorthSplitting(pairs, missing)) {
+        if (depth < kZonalDepth && isWorthSplitting(pairs, slack, turned)) {
             const float half = 0.5f * part.size;
             for (const float v : {0.0f, half})
-                for (const float u : {0.0f, half}) boundZonal(texels, references, {part.u + u, part.v + v, half}, depth + 1);
+                for (const float u : {0.0f, half}) boundZonal(texels, references, {part.u + u, part.v + v, half}, depth + 1, freedom);
             return;
         }
-        boundQuad(pairs, missing);
+        for (std::size_t c = 0; c < kChannels; ++c) raise(worst_.back(), pairs[c], slack[c]);
     }
     static constexpr int kZonalDepth = 3;
     static constexpr double kZonalShare = 0.05;
 
-    static AxisCone coneOf(const Controls& bands) {
+    static AxisCone coneOf(const Controls& bands, double freedom) {
         std::array<glm::vec3, kControls> vectors;
         double largest = 0;
         for (std::size_t k = 0; k < kControls; ++k) {
             vectors[k] = bands[k].c[5];
             for (int i = 1; i < 4; ++i) largest = std::max(largest, static_cast<double>(glm::length(bands[k].c[i])));
         }
-        return axisCone(vectors, kRounding * largest);
+        return axisCone(vectors, kRounding * largest + freedom);
     }
 
-    bool isWorthSplitting(const Pairs& pairs, const std::array<double, kChannels>& missing) const {
+    /// turned: what of the slack is due to the axis
+    bool isWorthSplitting(const Pairs& pairs, const ChannelSlack& slack, const std::array<double, kChannels>& turned) const {
         for (std::size_t c = 0; c < kChannels; ++c) {
-            double error = 0, specular = 0;
-            for (const ErrorPair& pair : pairs[c]) {
-                error = std::max(error, bandSum(bandNorms(pair.error), kExitNorm));
-                specular = std::max(specular, bandSum(bandNorms(pair.error), specularSuprema_));
-            }
-            if (missing[c] <= kZonalShare * error) continue;
-            const double rounding = kRounding * magnitudeOf(pairs[c]) + missing[c];
-            if (specular_.count() > 0 && specular + 4 * rounding > kFloor * worst_.back().specular) return true;
-            if (!staysWithin(pairs[c], kFloor, rounding, worst_.back().diffuse)) return true;
+            double error = 0;
+            for (const ErrorPair& pair : pairs[c]) error = std::max(error, bandSum(bandNorms(pair.error), kExitNorm));
+            if (kExitNorm[2] * turned[c] <= kZonalShare * error) continue;
+            if (!staysWithin(pairs[c], {&kExitResponse, 1}, kFloor, slack[c], worst_.back().diffuse)) return true;
+            if (!staysWithin(pairs[c], setup_.responses, kFloor, slack[c], worst_.back().specular)) return true;
         }
         return false;
     }
@@ -487,14 +789,16 @@ private:
     const Layout& layout_;
     const CookedLightMap& map_;
     const LightMapSampling& sampling_;
-    const ShadingMatrix& specular_;
-    const lighting::ShBands& specularSuprema_;
+    const ShadingSetup& setup_;
     float perKey_;
     const DecodedLightMapRows& texels_;
     const formats::LightMapBand& reference_;
     LightMapErrors errors_;
     std::vector<Worst> worst_;
     ErrorShader shader_;
+    std::vector<const formats::Image<glm::vec4>*> spans_;  ///< [layer]
+    std::vector<ChannelSlack> clusterSlack_;               ///< [cluster], of learned layouts
+    std::array<std::pair<int, int>, 2> worstSampled_;      ///< the quads with the worst diffuse and specular samples
 };
 
 }  // namespace
@@ -515,14 +819,23 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
     state->perKey = key > 0 ? static_cast<float>(1 / key) : 1.0f;
     state->layout = *layout;
     state->textures = layouts::texturesOf(*layout);
+    ShadingSetup& setup = state->setup;
+    if (!map.formats.empty()) {
+        if (map.formats.size() != state->textures.size())
+            return formats::failure(
+                formats::ErrorCode::WrongShape, "light map layout " + map.layout,
+                "found formats of " + std::to_string(map.formats.size()) + " textures, expected " + std::to_string(state->textures.size()));
+        for (std::size_t i = 0; i < map.formats.size(); ++i)
+            setup.freedom.insert(setup.freedom.end(), static_cast<std::size_t>(state->textures[i].layerCount), freedomOf(map.formats[i]));
+    }
     if (state->isFlat()) {
-        state->diffuse = flatMatrix();
+        setup.diffuse = flatMatrix();
     } else {
-        state->diffuse = diffuseMatrix(shading.normalCount);
-        if (shading.specular) {
-            state->specular = specularMatrix(shading);
-            state->specularSuprema = specularBandSuprema(shading);
-        }
+        setup.diffuse = diffuseMatrix(shading.normalCount);
+        if (shading.specular) setup.specular = specularMatrix(shading);
+        if (shading.specular && sampling.bounds) setup.responses = specularResponses(shading);
+        for (const Response& response : setup.responses)
+            for (std::size_t l = 0; l < 3; ++l) setup.largestResponse[l] = std::max(setup.largestResponse[l], response.norms()[l]);
     }
     return LightMapVerifier(std::move(state));
 }
@@ -531,6 +844,12 @@ LightMapVerifier::LightMapVerifier(std::unique_ptr<const State> state) : state_(
 LightMapVerifier::LightMapVerifier(LightMapVerifier&&) noexcept = default;
 LightMapVerifier& LightMapVerifier::operator=(LightMapVerifier&&) noexcept = default;
 LightMapVerifier::~LightMapVerifier() = default;
+
+formats::Result<std::vector<LightMapVerifier::TextureNeed>> LightMapVerifier::texturesOf(const CookedLightMap& map) {
+    const auto layout = layouts::layoutOf(map);
+    if (!layout) return tl::make_unexpected(layout.error());
+    return layouts::texturesOf(*layout);
+}
 
 const std::vector<LightMapVerifier::TextureNeed>& LightMapVerifier::textures() const {
     return state_->textures;
@@ -557,9 +876,18 @@ LightMapErrors LightMapVerifier::verifyRows(const DecodedLightMapRows& texels, c
     assert(reference.firstRow + reference.sh.height() >= std::min(state_->map.height, firstRow + rowCount + state_->sampling.bounds));
     return std::visit(
         [&](const auto& layout) {
-            return RowVerifier(layout, *this, state_->map, state_->sampling, state_->diffuse, state_->specular, state_->specularSuprema,
-                               state_->perKey, texels, reference)
+            return RowVerifier(layout, *this, state_->map, state_->sampling, state_->setup, state_->perKey, texels, reference)
                 .run(firstRow, rowCount);
+        },
+        state_->layout);
+}
+
+LightMapVerifier::QuadBound LightMapVerifier::boundQuad(const DecodedLightMapRows& texels, const formats::LightMapBand& reference, int x,
+                                                        int y) const {
+    return std::visit(
+        [&](const auto& layout) {
+            return RowVerifier(layout, *this, state_->map, state_->sampling, state_->setup, state_->perKey, texels, reference)
+                .oneQuad(x, y);
         },
         state_->layout);
 }

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "formats/error.h"
+#include "formats/gpu_texture.h"
 #include "formats/image.h"
 #include "formats/light_map.h"
 #include "verify/figures.h"
@@ -27,6 +28,9 @@ struct CookedLightMap {
     std::string layout;  ///< "raw" "flat" "luvw" "luvw-linear" "ratio" "zh3" "basis-3" "basis-4" "basis-8" "basis-12" "basis-16"
     std::map<std::string, std::vector<float>> constants;  ///< as compress::LightMapPlan::constants
     int width = 0, height = 0;                            ///< [texels]
+    /// Of each texture, in the order of LightMapVerifier::textures(): what a sampler is free to do with it goes into the bounds. Empty: an
+    /// ideal sampler.
+    std::vector<formats::PixelFormat> formats = {};
 };
 
 /// What the scene shades with. Sampled: every m, every F0, `viewCount` views (spherical Fibonacci points of the upper hemisphere). The
@@ -66,6 +70,8 @@ private:
 struct DecodedLightMapRows {
     int firstRow = 0;
     std::vector<std::vector<formats::Image<glm::vec4>>> textures;  ///< [texture][layer]
+    /// blockSpans of each, for formats that have them, else no images: a decoder may take liberties with what lies between the ends.
+    std::vector<std::vector<formats::Image<glm::vec4>>> spans = {};  ///< [texture][layer], or nothing at all
 };
 
 /// Partial errors of some rows.
@@ -91,7 +97,7 @@ public:
         int layerCount = 1;
     };
 
-    /// Refuses unknown layouts, missing or wrongly sized constants, constants that are not finite.
+    /// Refuses unknown layouts, missing or wrongly sized constants, constants that are not finite, formats for other textures.
     /// key  of the reference (LightMapKey)
     static formats::Result<LightMapVerifier> create(const CookedLightMap& map, const LightMapShading& shading,
                                                     const LightMapSampling& sampling, double key);
@@ -99,11 +105,19 @@ public:
     LightMapVerifier& operator=(LightMapVerifier&&) noexcept;
     ~LightMapVerifier();
 
+    /// The textures and layers of a layout with these constants; refuses what create refuses of them.
+    static formats::Result<std::vector<TextureNeed>> texturesOf(const CookedLightMap& map);
     /// The textures and layers that the layout is made of.
     const std::vector<TextureNeed>& textures() const;
     /// Errors of rows [firstRow, firstRow + rowCount), and of the texel quads that begin in them: texels and reference must also hold the
     /// row below, where the map has one and bounds are asked for. Pure; safe to call from several threads.
     LightMapErrors verifyRows(const DecodedLightMapRows& texels, const formats::LightMapBand& reference, int firstRow, int rowCount) const;
+    /// The proven maxima of one quad alone, whose top left texel is (x, y): what verifyRows takes into maxBound. All four texels must be
+    /// covered and in texels and reference.
+    struct QuadBound {
+        double diffuse = 0, specular = 0;
+    };
+    QuadBound boundQuad(const DecodedLightMapRows& texels, const formats::LightMapBand& reference, int x, int y) const;
     /// No error at all, to merge into.
     LightMapErrors noErrors() const;
     /// What the shader sees at the texel centres of rows [firstRow, firstRow + rowCount): world frame, canonical phase. A flat map gives

@@ -21,15 +21,27 @@ lighting::ShBands bandNorms(const lighting::Sh& coefficients);
 /// sum_l factor_l norm_l.
 double bandSum(const lighting::ShBands& norms, const lighting::ShBands& factors);
 
-/// A proven upper bound of |e(n)| / (|r(n)| + floor) over every normal n and every mean (e, r) of the pairs: weights that are not negative
-/// and add up to 1, the same for error and reference. One pair is a texel; the Bernstein control vectors of a quad, whose weights are the
-/// polynomials at a position, are all that lies between four texels.
-/// floor     > 0
-/// rounding  what may be missing from an error's value
-/// It is the least t with s e_j(n) <= t (share r_j(n) + floor) for every j, n and sign s, for the best of a few shares from 1 to 0. Each
-/// condition is a quadratic on the sphere, whose maximum is known exactly; t is found by Dinkelbach's iteration (1967, On Nonlinear
+/// A kind of shading, turned in every way: light k becomes sum_l bands_l sum_m k_lm Y_lm(n), with any n, and at most sum_l residual_l |k_l|
+/// beside it. Lambert's cosine is round about the normal and has no residual; glossy lobes are nearly round about an axis of their own.
+struct Response {
+    lighting::ShBands bands{};
+    lighting::ShBands residual{};
+    /// What a band of length 1 gives at most.
+    lighting::ShBands norms() const;
+};
+/// Exit radiance of a white Lambert surface under any normal.
+inline constexpr Response kExitResponse{{1, 2.0 / 3, 1.0 / 4}, {}};
+
+/// A proven upper bound of |e| / (|r| + floor), e and r the responses to error and reference, over every direction n, every mean of the
+/// responses and 0, and every mean (e, r) of the pairs: weights that are not negative and add up to 1, the same for error and reference.
+/// One pair is a texel; the Bernstein control vectors of a quad, whose weights are the polynomials at a position, are all that lies between
+/// four texels.
+/// floor  > 0
+/// slack  lengths of what may be added to each band of an error: rounding, and what a sampler is free to do
+/// It is the least t with s e_j(n) <= t (share r_j(n) + floor) for every j, n, response and sign s, for the best of a few shares from 1 to
+/// 0. Each condition is a quadratic on the sphere, whose maximum is known exactly; t is found by Dinkelbach's iteration (1967, On Nonlinear
 /// Fractional Programming). Share 1 is exact for a texel whose reference is nowhere negative, less serves light that rings below zero.
-double localErrorBound(std::span<const ErrorPair> pairs, double floor, double rounding);
+double localErrorBound(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack);
 
 /// An axis, and how far the unit band 2 about any axis near it can be from the one about it.
 struct AxisCone {
@@ -43,6 +55,7 @@ struct AxisCone {
 AxisCone axisCone(std::span<const glm::vec3> vectors, double rounding);
 
 /// Quicker: whether that bound is proven not to exceed `limit`. False says nothing.
-bool staysWithin(std::span<const ErrorPair> pairs, double floor, double rounding, double limit);
+bool staysWithin(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
+                 double limit);
 
 }  // namespace verify

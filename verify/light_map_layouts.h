@@ -149,6 +149,8 @@ template <int kCodes, std::size_t kResiduals>
 struct Basis {
     static constexpr std::size_t kLayers = 2 + kResiduals;
     static constexpr int kDegree = 3;
+    static constexpr int kCodeCount = kCodes;
+    static constexpr std::size_t kResidualCount = kResiduals;
     /// Each stage but the last: "l0", "code", "residual 1" ...
     static constexpr std::array<const char*, 5> kStageNames = {"l0", "code", "residual 1", "residual 2", "residual 3"};
     static constexpr auto kEarlyStages = [] {

@@ -35,11 +35,151 @@ lighting::AreaSpecularKernel kernelAt(double NoV, double m, int sampleCount) {
                                            sampleCount);
 }
 
-lighting::ShBands bandNorms(const lighting::ShDouble& kernel) {
+lighting::ShBands normsOf(const lighting::ShDouble& kernel) {
     lighting::ShBands squared{};
     for (std::size_t i = 0; i < kernel.size(); ++i) squared[static_cast<std::size_t>(lighting::kShBand[i])] += kernel[i] * kernel[i];
     return {std::sqrt(squared[0]), std::sqrt(squared[1]), std::sqrt(squared[2])};
 }
+
+/// Lengths of the bands of Y(direction).
+constexpr lighting::ShBands kAxisNorms = {lighting::kShConstant, lighting::kShLinear, 2 * lighting::kShZonal};
+
+/// The part of a kernel that is round about an axis in the plane of normal and view, and the lengths of what it leaves: about the axis, of
+/// those near the direction of band 1, for which that is least.
+Response splitOf(const lighting::ShDouble& kernel) {
+    const lighting::ShBands norms = normsOf(kernel);
+    const auto about = [&](double angle) {
+        const lighting::ShDouble axis = lighting::evaluateBasis(glm::dvec3(std::sin(angle), 0, std::cos(angle)));
+        Response response;
+        for (std::size_t i = 0; i < kernel.size(); ++i)
+            response.bands[static_cast<std::size_t>(lighting::kShBand[i])] += kernel[i] * axis[i];
+        for (std::size_t l = 0; l < norms.size(); ++l) {
+            response.bands[l] /= kAxisNorms[l] * kAxisNorms[l];
+            const double along = response.bands[l] * kAxisNorms[l];
+            response.residual[l] = l == 0 ? 0 : std::sqrt(std::max(0.0, norms[l] * norms[l] - along * along));
+        }
+        return response;
+    };
+    constexpr int kSteps = 20;
+    const double middle = std::atan2(kernel[3], kernel[2]);
+    Response best = about(middle);
+    for (int i = -kSteps; i <= kSteps; ++i) {
+        const Response each = about(middle + std::numbers::pi / 180 * i);
+        if (each.residual[1] + each.residual[2] < best.residual[1] + best.residual[2]) best = each;
+    }
+    return best;
+}
+
+/// Kernels by roughness and view, scanned over the ranges: as they are, and what lies between them.
+class ScannedKernels {
+public:
+    explicit ScannedKernels(const LightMapShading& shading) {
+        const auto [lowM, highM] = std::ranges::minmax(shading.m);
+        const int steps = highM > lowM ? std::clamp(static_cast<int>(std::ceil(kStepsPerOctave * std::log2(highM / lowM))), 2, 24) : 0;
+        roughnessCount_ = steps + 1;
+        for (int r = 0; r <= steps; ++r) {
+            const double m = steps == 0 ? lowM : lowM * std::pow(highM / lowM, static_cast<double>(r) / steps);
+            // Even in angle: kernels change fastest towards grazing.
+            for (int v = 0; v < kViews; ++v)
+                kernels_.push_back(kernelAt(std::max(1e-3, std::cos(0.5 * std::numbers::pi * v / (kViews - 1))), m, kScanSamples));
+        }
+    }
+    /// Each kernel for this F0, split; what lies between it and its neighbours is in its residual.
+    void addSplit(double f0, std::vector<Response>& out) const {
+        for (int r = 0; r < roughnessCount_; ++r)
+            for (int v = 0; v < kViews; ++v) {
+                Response split = splitOf(atF0(at(r, v), f0));
+                lighting::ShBands largest{};
+                for (int row = std::max(r - 1, 0); row <= std::min(r + 1, roughnessCount_ - 1); ++row)
+                    for (int column = std::max(v - 1, 0); column <= std::min(v + 1, kViews - 1); ++column) {
+                        const lighting::ShBands bend = bendAt(row, column, f0);
+                        for (std::size_t l = 0; l < bend.size(); ++l) largest[l] = std::max(largest[l], bend[l]);
+                    }
+                for (std::size_t l = 0; l < largest.size(); ++l) split.residual[l] += kBetween * largest[l];
+                out.push_back(split);
+            }
+    }
+
+private:
+    static constexpr int kViews = 49, kStepsPerOctave = 5;
+    static constexpr double kBetween = 2.0 / 8;  ///< of second differences
+    const lighting::AreaSpecularKernel& at(int roughness, int view) const {
+        return kernels_[static_cast<std::size_t>(roughness * kViews + view)];
+    }
+    /// Lengths of second differences along both axes, added up.
+    lighting::ShBands bendAt(int r, int v, double f0) const {
+        const lighting::ShDouble middle = atF0(at(r, v), f0);
+        lighting::ShBands sum{};
+        const auto add = [&](const lighting::AreaSpecularKernel& before, const lighting::AreaSpecularKernel& after) {
+            const lighting::ShDouble low = atF0(before, f0), high = atF0(after, f0);
+            lighting::ShDouble second;
+            for (std::size_t i = 0; i < second.size(); ++i) second[i] = low[i] - 2 * middle[i] + high[i];
+            const lighting::ShBands norms = normsOf(second);
+            for (std::size_t l = 0; l < sum.size(); ++l) sum[l] += norms[l];
+        };
+        if (r > 0 && r + 1 < roughnessCount_) add(at(r - 1, v), at(r + 1, v));
+        if (v > 0 && v + 1 < kViews) add(at(r, v - 1), at(r, v + 1));
+        return sum;
+    }
+
+    int roughnessCount_ = 1;
+    std::vector<lighting::AreaSpecularKernel> kernels_;  ///< [roughness][view]
+};
+
+/// A kernel as a place beside the chain: its size, bands 1 and 2 and residual as parts of band 0.
+struct KernelPoint {
+    double size, first, second;
+    lighting::ShBands residual;
+};
+
+/// Knots at even steps of band 1; band 2 of each by least squares of the points around it.
+class KernelChain {
+public:
+    explicit KernelChain(std::span<const KernelPoint> points) {
+        constexpr double kKnotDistance = 0.07;
+        constexpr int kRounds = 20;
+        low_ = 1;
+        double high = -1;
+        for (const KernelPoint& point : points) {
+            low_ = std::min(low_, point.first);
+            high = std::max(high, point.first);
+        }
+        const double width = std::max(high - low_, 0.0);
+        const int count = std::clamp(static_cast<int>(std::ceil(width / kKnotDistance)) + 1, 2, 8);
+        step_ = std::max(width / (count - 1), 1e-6);
+        second_.assign(static_cast<std::size_t>(count), 0.5);
+        for (int round = 0; round < kRounds; ++round)
+            for (std::size_t knot = 0; knot < second_.size(); ++knot) improve(knot, points);
+    }
+    std::size_t size() const { return second_.size(); }
+    /// The knot before a point, and how far it is from there to the next.
+    std::pair<std::size_t, double> placeOf(const KernelPoint& point) const {
+        const double last = static_cast<double>(second_.size() - 1), place = std::clamp((point.first - low_) / step_, 0.0, last);
+        const std::size_t before = std::min(static_cast<std::size_t>(place), second_.size() - 2);
+        return {before, place - static_cast<double>(before)};
+    }
+    /// Band 2 beside the chain.
+    double offBy(const KernelPoint& point) const {
+        const auto [before, part] = placeOf(point);
+        return point.second - ((1 - part) * second_[before] + part * second_[before + 1]);
+    }
+    lighting::ShBands bandsAt(std::size_t knot) const { return {1, low_ + step_ * static_cast<double>(knot), second_[knot]}; }
+
+private:
+    void improve(std::size_t knot, std::span<const KernelPoint> points) {
+        double sum = 0, weights = 0;
+        for (const KernelPoint& point : points) {
+            const auto [before, part] = placeOf(point);
+            const double weight = before == knot ? 1 - part : before + 1 == knot ? part : 0;
+            if (weight == 0) continue;
+            sum += weight * offBy(point);
+            weights += weight * weight;
+        }
+        if (weights > 0) second_[knot] += sum / weights;
+    }
+    double low_ = 0, step_ = 1;
+    std::vector<double> second_;
+};
 
 }  // namespace
 
@@ -92,28 +232,51 @@ ShadingMatrix specularMatrix(const LightMapShading& shading) {
     return ShadingMatrix(rows);
 }
 
-lighting::ShBands specularBandSuprema(const LightMapShading& shading) {
-    constexpr int viewSteps = 24, roughnessSteps = 6;
-    const auto [lowM, highM] = std::ranges::minmax(shading.m);
+std::vector<Response> specularResponses(const LightMapShading& shading) {
+    // Of the brightest kernel: what is darker is next to nothing, and is told as a residual alone.
+    constexpr double kNegligible = 1e-3;
+    const ScannedKernels scanned(shading);
+    std::vector<Response> kernels;
     const auto [lowF0, highF0] = std::ranges::minmax(shading.f0);
-    lighting::ShBands suprema{};
-    for (int r = 0; r <= (highM > lowM ? roughnessSteps : 0); ++r) {
-        const double m = lowM * std::pow(highM / lowM, static_cast<double>(r) / roughnessSteps);
-        for (int v = 0; v <= viewSteps; ++v) {
-            // Even in angle: norms change fastest towards grazing.
-            const double NoV = std::max(1e-3, std::cos(0.5 * std::numbers::pi * v / viewSteps));
-            const lighting::AreaSpecularKernel kernel = kernelAt(NoV, m, kScanSamples);
-            for (const double f0 : {lowF0, highF0}) {
-                const lighting::ShBands norms = bandNorms(atF0(kernel, f0));
-                for (std::size_t l = 0; l < norms.size(); ++l) suprema[l] = std::max(suprema[l], norms[l]);
+    scanned.addSplit(lowF0, kernels);
+    if (highF0 > lowF0) scanned.addSplit(highF0, kernels);
+    double brightest = 0;
+    for (const Response& kernel : kernels) brightest = std::max(brightest, kernel.bands[0]);
+    Response dim;
+    std::vector<KernelPoint> points;
+    for (const Response& kernel : kernels) {
+        const double size = kernel.bands[0];
+        const lighting::ShBands norms = kernel.norms(), &residual = kernel.residual;
+        if (size > kNegligible * brightest)
+            points.push_back(
+                {size, kernel.bands[1] / size, kernel.bands[2] / size, {residual[0] / size, residual[1] / size, residual[2] / size}});
+        else
+            for (std::size_t l = 0; l < norms.size(); ++l) dim.residual[l] = std::max(dim.residual[l], norms[l]);
+    }
+    // A point is a mean of the knots on both sides, if they are as large, and have as much beside them for their size.
+    const KernelChain chain(points);
+    std::vector<Response> responses(chain.size());
+    for (const KernelPoint& point : points) {
+        const std::size_t before = chain.placeOf(point).first;
+        for (const std::size_t knot : {before, before + 1}) {
+            Response& response = responses[knot];
+            response.bands[0] = std::max(response.bands[0], point.size);
+            for (std::size_t l = 0; l < 3; ++l) {
+                const double off = l == 2 ? kAxisNorms[2] * std::abs(chain.offBy(point)) : 0;
+                response.residual[l] = std::max(response.residual[l], point.residual[l] + off);
             }
         }
     }
-    for (std::size_t l = 0; l < suprema.size(); ++l) {
-        const double allLight = std::sqrt((2.0 * static_cast<double>(l) + 1) / (4 * std::numbers::pi));
-        suprema[l] = std::min(allLight, suprema[l] * (1 + kSpecularScanMargin));
+    for (std::size_t knot = 0; knot < responses.size(); ++knot) {
+        const double size = responses[knot].bands[0];
+        for (std::size_t l = 0; l < 3; ++l) {
+            responses[knot].bands[l] = size * chain.bandsAt(knot)[l];
+            responses[knot].residual[l] *= size;
+        }
     }
-    return suprema;
+    std::erase_if(responses, [](const Response& response) { return !(response.bands[0] > 0); });
+    if (dim.residual != lighting::ShBands{}) responses.push_back(dim);
+    return responses;
 }
 
 std::optional<formats::Error> checkShading(const LightMapShading& shading) {

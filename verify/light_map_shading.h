@@ -11,6 +11,7 @@
 #include "shaders/lightcook_cpp.h"
 #include "verify/figures.h"
 #include "verify/light_map.h"
+#include "verify/light_map_bound.h"
 
 namespace verify {
 
@@ -64,10 +65,12 @@ private:
     std::array<glm::vec3, 3> frame_{};
 };
 
-/// Suprema of |T_l|, the band norms of the area-specular kernel, over the ranges of m and F0 and every view.
-/// Between the ends of F0 a norm is convex, so the ends suffice. m and view are scanned (views down to NoV = 1e-3) and kSpecularScanMargin
-/// is added for what lies between; nothing exceeds sqrt((2l + 1) / 4pi), as the kernel is positive and reflects at most all light.
-lighting::ShBands specularBandSuprema(const LightMapShading& shading);
-inline constexpr double kSpecularScanMargin = 0.02;
+/// Area specular of every view, every m and F0 of the ranges, in every frame: a few responses such that each kernel is a mean of them and
+/// 0. A kernel is split into its part round about an axis (its bands) and the rest (the residual), which is small: lobes are nearly round.
+/// Those of all kernels lie near a curve, band 1 over band 0 against band 2 over band 0, which a chain of a few responses follows; how
+/// far a kernel is from the chain goes into the residual. Between the ends of F0 kernels are means of those at the ends. m and view (down
+/// to NoV = 1e-3) are scanned; between scanned ones a kernel differs from a mean of its neighbours by an eighth of its second differences,
+/// of which twice as much is added.
+std::vector<Response> specularResponses(const LightMapShading& shading);
 
 }  // namespace verify

@@ -16,6 +16,12 @@
 namespace {
 
 constexpr double kFloor = 0.02;
+constexpr std::array kExit = {verify::kExitResponse};
+
+/// Of this exit radiance under every normal.
+lighting::ShBands exitSlack(double radiance) {
+    return {radiance / kExit[0].norms()[0], 0, 0};
+}
 
 class Random {
 public:
@@ -64,7 +70,7 @@ TEST(LocalErrorBound, IsTheMaximumItselfWhereTheReferenceIsNotNegative) {
     for (int i = 0; i < 30; ++i) {
         std::vector<verify::ErrorPair> pair = {{random.error(0.01), random.light(0.3)}};
         pair[0].reference[0] += 0.5f;  // well above what the lamp rings below zero
-        const double bound = verify::localErrorBound(pair, kFloor, 0), sampled = sampledMaximum(pair[0]);
+        const double bound = verify::localErrorBound(pair, kExit, kFloor, {}), sampled = sampledMaximum(pair[0]);
         EXPECT_LE(sampled, bound * (1 + 1e-9));
         EXPECT_GE(sampled, 0.999 * bound);
     }
@@ -74,7 +80,7 @@ TEST(LocalErrorBound, HoldsForLightThatRingsBelowZero) {
     Random random;
     for (int i = 0; i < 60; ++i) {
         const std::vector<verify::ErrorPair> pair = {{random.error(0.1), random.light(std::pow(10.0, 5 * random.uniform() - 1))}};
-        const double bound = verify::localErrorBound(pair, kFloor, 0);
+        const double bound = verify::localErrorBound(pair, kExit, kFloor, {});
         EXPECT_LE(sampledMaximum(pair[0]), bound * (1 + 1e-9));
         EXPECT_TRUE(std::isfinite(bound));
     }
@@ -85,7 +91,7 @@ TEST(LocalErrorBound, HoldsForEveryMeanOfThePairs) {
     for (int i = 0; i < 40; ++i) {
         std::vector<verify::ErrorPair> pairs;
         for (int k = 0; k < 9; ++k) pairs.push_back({random.error(0.05), random.light(random.uniform() < 0.5 ? 0.2 : 30)});
-        const double bound = verify::localErrorBound(pairs, kFloor, 0);
+        const double bound = verify::localErrorBound(pairs, kExit, kFloor, {});
         for (int sample = 0; sample < 2000; ++sample) {
             // Weights that favour a few pairs come nearer to the extremes.
             std::vector<double> weights;
@@ -148,17 +154,18 @@ TEST(LocalErrorBound, QuickAnswersAgreeWithIt) {
     Random random;
     for (int i = 0; i < 100; ++i) {
         const std::vector<verify::ErrorPair> pairs = {{random.error(0.05), random.light(1)}, {random.error(0.05), random.light(10)}};
-        const double bound = verify::localErrorBound(pairs, kFloor, 1e-6);
-        EXPECT_TRUE(verify::staysWithin(pairs, kFloor, 1e-6, bound * (1 + 1e-9)));
-        EXPECT_FALSE(verify::staysWithin(pairs, kFloor, 1e-6, 0.5 * std::max(sampledMaximum(pairs[0]), sampledMaximum(pairs[1]))));
+        const double bound = verify::localErrorBound(pairs, kExit, kFloor, exitSlack(1e-6));
+        EXPECT_TRUE(verify::staysWithin(pairs, kExit, kFloor, exitSlack(1e-6), bound * (1 + 1e-9)));
+        EXPECT_FALSE(
+            verify::staysWithin(pairs, kExit, kFloor, exitSlack(1e-6), 0.5 * std::max(sampledMaximum(pairs[0]), sampledMaximum(pairs[1]))));
     }
 }
 
 TEST(LocalErrorBound, NoErrorIsNoneAndRoundingCounts) {
     const std::vector<verify::ErrorPair> none = {{}};
-    EXPECT_EQ(verify::localErrorBound(none, kFloor, 0), 0);
-    EXPECT_NEAR(verify::localErrorBound(none, kFloor, 0.01), 0.5, 1e-9);
-    EXPECT_TRUE(verify::staysWithin(none, kFloor, 0, 0));
+    EXPECT_EQ(verify::localErrorBound(none, kExit, kFloor, {}), 0);
+    EXPECT_NEAR(verify::localErrorBound(none, kExit, kFloor, exitSlack(0.01)), 0.5, 1e-9);
+    EXPECT_TRUE(verify::staysWithin(none, kExit, kFloor, {}, 0));
 }
 
 TEST(LocalErrorBound, ExitNormsAreTheAdditionTheorem) {
