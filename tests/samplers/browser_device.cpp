@@ -201,11 +201,14 @@ std::string BrowserDevice::name() const {
 }
 
 bool BrowserDevice::upload(int unit, const Ktx2& texture) {
-    json levels = json::array();
-    for (const std::vector<std::byte>& level : texture.levels) levels.push_back(base64Of(std::span(level)));
+    constexpr std::size_t kPiece = 3 << 22;  // bytes: Chromium takes messages of up to 100 MiB; threes leave no padding in base64
+    for (std::size_t level = 0; level < texture.levels.size(); ++level) {
+        const std::span<const std::byte> bytes(texture.levels[level]);
+        for (std::size_t at = 0; at < bytes.size(); at += kPiece)
+            page_->call("piece", {level, base64Of(bytes.subspan(at, std::min(kPiece, bytes.size() - at)))});
+    }
     return page_
-        ->call("upload",
-               {unit, texture.vkFormat, texture.width, texture.height, std::max(texture.layerCount, 1), texture.faceCount, levels})
+        ->call("upload", {unit, texture.vkFormat, texture.width, texture.height, std::max(texture.layerCount, 1), texture.faceCount})
         .get<bool>();
 }
 

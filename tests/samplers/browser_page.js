@@ -21,7 +21,9 @@ function rendererName() {
 }
 
 function bytesOf(base64) {
-  return Uint8Array.from(atob(base64), c => c.charCodeAt(0));
+  const text = atob(base64), bytes = new Uint8Array(text.length);
+  for (let i = 0; i < bytes.length; ++i) bytes[i] = text.charCodeAt(i);
+  return bytes;
 }
 function base64Of(bytes) {
   let text = '';
@@ -70,8 +72,28 @@ function uploadLevel(format, target, level, width, height, layers, bytes) {
   else gl.texImage2D(target, level, format[0], width, height, 0, format[1], format[2], texels);
 }
 
-function upload(unit, vkFormat, width, height, layers, faces, levels) {
-  const format = formatOf(vkFormat);
+// What upload() takes next comes before it, level by level, in pieces that a message can hold.
+let pieces = [];
+function piece(level, base64) {
+  (pieces[level] = pieces[level] || []).push(bytesOf(base64));
+  return null;
+}
+function takeLevels() {
+  const levels = pieces.map(each => {
+    const bytes = new Uint8Array(each.reduce((sum, part) => sum + part.length, 0));
+    let at = 0;
+    for (const part of each) {
+      bytes.set(part, at);
+      at += part.length;
+    }
+    return bytes;
+  });
+  pieces = [];
+  return levels;
+}
+
+function upload(unit, vkFormat, width, height, layers, faces) {
+  const format = formatOf(vkFormat), levels = takeLevels();
   if (!format) return false;
   while (gl.getError() !== gl.NO_ERROR) {}
   if (textures.has(unit)) gl.deleteTexture(textures.get(unit));
@@ -86,8 +108,8 @@ function upload(unit, vkFormat, width, height, layers, faces, levels) {
   gl.texParameteri(target, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
   gl.texParameteri(target, gl.TEXTURE_MIN_FILTER, levels.length > 1 ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR);
   gl.texParameteri(target, gl.TEXTURE_MAX_LEVEL, levels.length - 1);
-  levels.forEach((base64, level) => {
-    const bytes = bytesOf(base64), w = Math.max(width >> level, 1), h = Math.max(height >> level, 1), faceBytes = bytes.length / faces;
+  levels.forEach((bytes, level) => {
+    const w = Math.max(width >> level, 1), h = Math.max(height >> level, 1), faceBytes = bytes.length / faces;
     for (let face = 0; face < faces; ++face)
       uploadLevel(format, faces === 6 ? gl.TEXTURE_CUBE_MAP_POSITIVE_X + face : target, level, w, h, layers,
                   bytes.slice(face * faceBytes, (face + 1) * faceBytes));
