@@ -68,7 +68,7 @@ DominantLight dominantLight(const lighting::ShRgb& incident, const glm::vec3& no
     const double normalLength = glm::length(glm::dvec3(normal));
     const glm::dvec3 unitNormal = normalLength > 0 ? glm::dvec3(normal) / normalLength : glm::dvec3(0, 0, 1);
 
-    const double fade = smoothStep(options.fadeStart, options.fadeEnd, directionality);
+    double fade = smoothStep(options.fadeStart, options.fadeEnd, directionality);
     const double floorLength = options.fadeEnd;
     Turned turned{linear};
     if (options.fit != DominantFit::Closed && fade > 0) turned = turnedToBestLight(incident, linear, options);
@@ -85,6 +85,9 @@ DominantLight dominantLight(const lighting::ShRgb& incident, const glm::vec3& no
     light.directionality = static_cast<float>(directionality);
     light.isSearched = turned.isSearched;
     if (fade == 0) return light;
+    if (options.fit == DominantFit::Explained)
+        fade *=
+            1 - smoothStep(options.dimStart, options.dimEnd, std::sqrt(lightTowards(incident, stored / storedLength, false).unexplained));
     const glm::dvec3 intensity = intensityFrom(incident, stored / storedLength, fade, options.fit);
     for (int channel = 0; channel < 3; ++channel) light.intensity[channel] = toFiniteFloat(intensity[channel]);
     return light;

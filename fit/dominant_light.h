@@ -14,6 +14,7 @@ namespace fit {
 enum class DominantFit {
     Closed,         ///< direction of band 1, intensity by least squares
     Refined,        ///< direction and intensity by least squares
+    Explained,      ///< the same, dimmed where one light leaves much: beside it area specular of the rest is meant to be shaded
     RefinedAmbient  ///< beside them an ambient term, which is not stored: it is what the intensity leaves of coefficient 0
 };
 
@@ -24,6 +25,9 @@ struct DominantLightOptions {
     float fadeStart = 0.02f;
     float fadeEnd = 0.08f;
     DominantFit fit = DominantFit::Closed;
+    /// Of Explained: what the light leaves (root of the squared error over the norm of the coefficients) from which it is dimmed, and from
+    /// which there is none.
+    float dimStart = 0.3f, dimEnd = 0.4f;
     /// Of the refined fits: a texel whose closed form is proven to leave at most this much more than any light could is not searched. What
     /// is left is the root of the squared error over the norm of the coefficients.
     float tolerance = 1e-3f;

@@ -69,6 +69,7 @@ DominantRows fitRows(const LightMapBand& band, int firstRow, int rowCount, const
 
 fit::DominantFit fitFromName(const std::string& name) {
     if (name == "refined") return fit::DominantFit::Refined;
+    if (name == "explained") return fit::DominantFit::Explained;
     return name == "refined-ambient" ? fit::DominantFit::RefinedAmbient : fit::DominantFit::Closed;
 }
 

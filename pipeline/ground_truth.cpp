@@ -23,8 +23,9 @@ Json splitOf(const TruthErrors& errors) {
     return {{"truncation", errors.model}, {"quantization", errors.cooking}, {"total", errors.total}};
 }
 
-Json dominantSplit(const TruthErrors& area, const TruthErrors& one, const TruthErrors& two) {
-    return {{"truncation", area.model}, {"fit", one.model}, {"quantization", one.cooking}, {"total", one.total}, {"two_lights", two.total}};
+Json dominantSplit(const TruthErrors& area, const TruthErrors& one, const TruthErrors& withRest, const TruthErrors& two) {
+    return {{"truncation", area.model},    {"fit", one.model},       {"quantization", one.cooking}, {"total", one.total},
+            {"with_rest", withRest.total}, {"two_lights", two.total}};
 }
 
 }  // namespace
@@ -107,9 +108,10 @@ Json toJson(const verify::LightMapTruth& truth) {
 Json toJson(const verify::DominantTruth& truth) {
     const TruthErrors one = sumOf(truth.oneLight).errors(), two = sumOf(truth.twoLights).errors(),
                       area = sumOf(truth.areaSpecular).errors();
-    Json specular = dominantSplit(area, one, two);
+    Json specular = dominantSplit(area, one, sumOf(truth.withRest).errors(), two);
     for (const auto& [m, sums] : truth.oneLight) {
-        specular["by_m"].push_back(dominantSplit(truth.areaSpecular.at(m).errors(), sums.errors(), truth.twoLights.at(m).errors()));
+        specular["by_m"].push_back(
+            dominantSplit(truth.areaSpecular.at(m).errors(), sums.errors(), truth.withRest.at(m).errors(), truth.twoLights.at(m).errors()));
         specular["by_m"].back()["m"] = m;
     }
     return {{"values", sumOf(truth.oneLight).count()},

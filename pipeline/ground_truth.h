@@ -42,8 +42,8 @@ std::vector<verify::DominantTruthPlace> dominantPlaces(std::span<const formats::
 
 /// {"values", "lambert": {"truncation", "quantization", "total"}, "area_specular": the same and "by_m": [{"m", ...}]}
 Json toJson(const verify::LightMapTruth& truth);
-/// {"values", "specular": {"truncation", "fit", "quantization", "total", "two_lights", "by_m"}, "fit_is_largest"}: truncation is that of
-/// area specular from the nine coefficients; two_lights is what `fit` would be with a second light.
+/// {"values", "specular": {"truncation", "fit", "quantization", "total", "with_rest", "two_lights", "by_m"}, "fit_is_largest"}: truncation
+/// is that of area specular from the nine coefficients; two_lights is what `fit` would be with a second light.
 Json toJson(const verify::DominantTruth& truth);
 
 }  // namespace pipeline

@@ -144,7 +144,7 @@ void checkManifestAsset(const Place& asset) {
         if (asset.has(key)) asset[key].bytes();
     if (asset.has("basis"))
         for (const char* key : {"attribute", "light_map"}) asset["basis"][key].text();
-    if (asset.has("fit")) asset["fit"].oneOf({"closed", "refined", "refined-ambient"});
+    if (asset.has("fit")) asset["fit"].oneOf({"closed", "refined", "explained", "refined-ambient"});
     checkVerifyParameters(asset["verify"]);
     asset["source"]["files"].eachMember([](const Place& source) {
         source["file"].text();

@@ -414,8 +414,10 @@ void addConverter(CLI::App& app, const std::string& name, const std::string& wha
     }
     if (name == "dominant") {
         sub->add_flag("--report", options->explain, "tell where one light cannot say what the map holds, and what a second would give");
-        sub->add_option("--fit", options->fit,
-                        "closed: direction of band 1; refined: the best direction; refined-ambient: beside ambient light")
+        sub->add_option(
+               "--fit", options->fit,
+               "closed: direction of band 1; refined: the best direction; explained: dimmed where it leaves much; refined-ambient: beside "
+               "ambient light")
             ->check(CLI::IsMember(kDominantFitNames));
     }
     auto irradiance = std::make_shared<IrradianceCommand>();

@@ -360,8 +360,8 @@ Html pictures(const std::filesystem::path& folder, const Json& asset) {
     if (!preview.is_object()) return {};
     // The ramp of this scale is that of preview.cpp.
     const Html ramp = word("0") + element("span", {{"class", "heat"}}, {}) + word("10 % or more");
-    const Html differenceCaption =
-        element("b", word("Difference")) + word(": local relative error, the worst under each pixel") + element("span", {{"class", "scale"}}, ramp);
+    const Html differenceCaption = element("b", word("Difference")) + word(": local relative error, the worst under each pixel") +
+                                   element("span", {{"class", "scale"}}, ramp);
     return element("div", {{"class", "pictures"}},
                    pictureFigure(folder, preview, "reference", element("b", word("Reference")) + word(": the float bake")) +
                        pictureFigure(folder, preview, "cooked", element("b", word("Cooked")) + word(": as the shader reads it")) +
@@ -513,7 +513,7 @@ Html candidateTable(const Json& asset) {
                    element("h3", word("Layouts tried")) + candidateCurve(asset) + table("candidates", element("tr", head), rows));
 }
 
-constexpr std::array kTruthParts = {"truncation", "fit", "quantization", "total", "two_lights"};
+constexpr std::array kTruthParts = {"truncation", "fit", "quantization", "total", "with_rest", "two_lights"};
 
 Html truthRow(const std::string& name, const Json& errors) {
     Html cells = element("th", {{"scope", "row"}}, text(name));
@@ -538,7 +538,8 @@ Html groundTruth(const Json& asset) {
                       truthRows("Specular of the dominant light", member(truth, "specular"));
     if (rows.isEmpty()) return {};
     const Html head = headCell("Against traced light, rel_rms") + headCell("Nine coefficients", "num") + headCell("One light", "num") +
-                      headCell("Cooking", "num") + headCell("Total", "num") + headCell("Two lights", "num");
+                      headCell("Cooking", "num") + headCell("Total", "num") + headCell("With area specular of the rest", "num") +
+                      headCell("Two lights", "num");
     const Json &specular = member(truth, "specular"), &isFit = member(truth, "fit_is_largest");
     Html told;
     if (isFit.is_boolean() && isFit.get<bool>())

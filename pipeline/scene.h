@@ -48,7 +48,7 @@ inline constexpr double kLargestRdo = 1;
 std::string layoutAsked(const OutputSettings& output);
 
 /// How a light map's dominant light is fitted, as `dominant_fit` and `dominant --fit` take it.
-inline const std::vector<std::string> kDominantFitNames = {"closed", "refined", "refined-ambient"};
+inline const std::vector<std::string> kDominantFitNames = {"closed", "refined", "explained", "refined-ambient"};
 
 struct LightMapEntry {
     std::string name;

@@ -225,6 +225,7 @@ Result<Image<glm::vec4>> readRows(const formats::TextureReader& texture, int fir
 verify::DominantFit dominantFitOf(const Json& asset) {
     const std::string name = asset.value("fit", "closed");
     if (name == "refined") return verify::DominantFit::Refined;
+    if (name == "explained") return verify::DominantFit::Explained;
     return name == "refined-ambient" ? verify::DominantFit::RefinedAmbient : verify::DominantFit::Closed;
 }
 

@@ -49,6 +49,16 @@ LC_FUNCTION vec3 lcExitRadianceWrapped(LcSh sh, vec3 n, float wrap) {
     return lcZonal(sh, n, vec3(1.0f, (2.0f - wrap) / 3.0f, 0.25f * (1.0f - wrap) * (1.0f - wrap)));
 }
 
+// What is left of the light without one directional light: towards, unit, is where it is; intensity is that of its delta.
+LC_FUNCTION LcSh lcWithoutLight(LcSh sh, vec3 towards, vec3 intensity) {
+    LcSh r;
+    LcBasis b = lcBasis(towards);
+    for (int i = 0; i < 9; ++i) {
+        r.c[i] = sh.c[i] - b.y[i] * intensity;
+    }
+    return r;
+}
+
 // The axis of band 1 as luminance sees it: a unit vector in any unit of light, no vector (0) where band 1 is 0.
 LC_FUNCTION vec3 lcLinearAxis(LcSh sh, vec3 luminance) {
     vec3 v = vec3(dot(luminance, sh.c[3]), dot(luminance, sh.c[1]), dot(luminance, sh.c[2]));

@@ -124,4 +124,15 @@ LC_FUNCTION vec3 lcDominantSpecular(vec3 view, vec3 fetchedDirection, vec3 inten
     return max(dot(normal, light), 0.0f) * intensity * lcCookTorrance(view, light, normal, m, f0);
 }
 
+// All specular light that a light map and its dominant light know of, no light twice: the dominant light, sharp, and area specular of what it
+// leaves. sh: the light map's, world frame; direction and intensity as fetched; kernel: lcSpecularKernel for m and NoV. Best with the fit
+// "explained", which dims the light where it is none.
+LC_FUNCTION vec3 lcWholeSpecular(vec3 view, LcSh sh, vec3 fetchedDirection, vec3 intensity, vec3 normal, float m, vec3 f0,
+                                 LcSpecularKernel kernel) {
+    LcFrame frame = lcViewFrame(normal, view);
+    LcSh rest = lcWithoutLight(sh, lcDominantDirection(fetchedDirection, normal), intensity);
+    return lcDominantSpecular(view, fetchedDirection, intensity, normal, m, f0) +
+           lcAreaSpecular(lcLocalSh(rest, frame.x, frame.y, frame.z), kernel, f0);
+}
+
 #endif

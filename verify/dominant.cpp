@@ -104,6 +104,7 @@ void DominantVerifier::shade(const Place& place, ErrorAccumulator& errors) const
 DominantLightSample DominantVerifier::reference(const lighting::ShRgb& incident, const glm::dvec3& normal,
                                                 const DominantLightSample& seen) const {
     if (map_.fit == DominantFit::Closed) return dominantReference(incident, normal, luminanceWeights_);
+    if (map_.fit == DominantFit::Explained) return explainedReference(incident, normal, luminanceWeights_, seen.direction);
     return refinedReference(incident, normal, luminanceWeights_, map_.fit == DominantFit::RefinedAmbient, seen.direction);
 }
 

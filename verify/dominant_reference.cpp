@@ -30,9 +30,13 @@ glm::dvec3 linearVector(const lighting::ShRgb& incident, const glm::vec3& weight
     return length > 1 ? vector / length : vector;
 }
 
-double fadeOf(const glm::dvec3& vector) {
-    const double x = std::clamp((glm::length(vector) - kFadeStart) / (kFadeEnd - kFadeStart), 0.0, 1.0);
+double smoothStep(double start, double end, double at) {
+    const double x = std::clamp((at - start) / (end - start), 0.0, 1.0);
     return x * x * (3 - 2 * x);
+}
+
+double fadeOf(const glm::dvec3& vector) {
+    return smoothStep(kFadeStart, kFadeEnd, glm::length(vector));
 }
 
 glm::dvec3 storedDirection(const glm::dvec3& vector, double fade, const glm::dvec3& normal) {
@@ -238,6 +242,16 @@ DominantLightSample refinedReference(const lighting::ShRgb& incident, const glm:
     if (fade > 0 && !light.isBlack()) vector = glm::length(vector) * bestDirection(light, seen);
     result.direction = storedDirection(vector, fade, normal);
     if (fade > 0) result.intensity = fade * light.intensity(glm::normalize(result.direction));
+    return result;
+}
+
+DominantLightSample explainedReference(const lighting::ShRgb& incident, const glm::dvec3& normal, const glm::vec3& luminanceWeights,
+                                       const glm::dvec3& seen) {
+    constexpr double kDimStart = 0.3, kDimEnd = 0.4;
+    DominantLightSample result = refinedReference(incident, normal, luminanceWeights, false, seen);
+    const Light light(incident, false);
+    if (light.isBlack()) return result;
+    result.intensity *= 1 - smoothStep(kDimStart, kDimEnd, light.residual(light.gain(glm::normalize(result.direction))));
     return result;
 }
 

@@ -51,11 +51,11 @@ private:
     std::map<std::pair<long, double>, lighting::AreaSpecularKernel> kernels_;
 };
 
-glm::dvec3 areaSpecular(const lighting::ShRgb& sh, const formats::ShadingValue& value, const glm::dvec3& normal, Kernels& kernels) {
+glm::dvec3 areaSpecular(const shaders::LcSh& sh, const formats::ShadingValue& value, const glm::dvec3& normal, Kernels& kernels) {
     const double NoV = glm::dot(normal, value.direction);
     if (NoV <= 0) return glm::dvec3(0);
     const shaders::LcFrame frame = shaders::lcViewFrame(glm::vec3(normal), glm::vec3(value.direction));
-    const shaders::LcSh local = shaders::lcLocalSh(shaderSh(sh), frame.x, frame.y, frame.z);
+    const shaders::LcSh local = shaders::lcLocalSh(sh, frame.x, frame.y, frame.z);
     const lighting::AreaSpecularKernel& kernel = kernels.at(NoV, value.m);
     glm::dvec3 sum(0);
     for (std::size_t i = 0; i < lighting::kShCount; ++i)
@@ -104,8 +104,8 @@ LightMapTruth lightMapTruth(std::span<const LightMapTruthPlace> places) {
         if (value.kind == Kind::Lambert)
             truth.lambert.add(value.value, floatIrradiance(place.baked, value.direction), shaderIrradiance(place.cooked, value.direction));
         else
-            truth.areaSpecular[value.m].add(value.value, areaSpecular(place.baked, value, place.normal, kernels),
-                                            areaSpecular(place.cooked, value, place.normal, kernels));
+            truth.areaSpecular[value.m].add(value.value, areaSpecular(shaderSh(place.baked), value, place.normal, kernels),
+                                            areaSpecular(shaderSh(place.cooked), value, place.normal, kernels));
     }
     return truth;
 }
@@ -117,7 +117,13 @@ DominantTruth dominantTruth(std::span<const DominantTruthPlace> places) {
         const formats::ShadingValue& value = place.value;
         const glm::dvec3 one = analyticSpecular(place.fitted, value, place.normal);
         const glm::dvec3 two = analyticSpecular(place.two[0], value, place.normal) + analyticSpecular(place.two[1], value, place.normal);
-        const glm::dvec3 area = areaSpecular(place.baked, value, place.normal, kernels);
+        const auto whole = [&](const DominantLightSample& light) {
+            const glm::vec3 towards = shaders::lcDominantDirection(glm::vec3(light.direction), glm::vec3(place.normal));
+            const shaders::LcSh rest = shaders::lcWithoutLight(shaderSh(place.baked), towards, glm::vec3(light.intensity));
+            return analyticSpecular(light, value, place.normal) + areaSpecular(rest, value, place.normal, kernels);
+        };
+        const glm::dvec3 area = areaSpecular(shaderSh(place.baked), value, place.normal, kernels);
+        truth.withRest[value.m].add(value.value, whole(place.fitted), whole(place.cooked));
         truth.oneLight[value.m].add(value.value, one, analyticSpecular(place.cooked, value, place.normal));
         truth.twoLights[value.m].add(value.value, one, two);
         truth.areaSpecular[value.m].add(value.value, area, area);

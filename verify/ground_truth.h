@@ -57,6 +57,7 @@ struct DominantTruthPlace {
 };
 struct DominantTruth {
     std::map<double, TruthSums> oneLight;      ///< by m; the shipped analytic specular. model: what one light cannot say
+    std::map<double, TruthSums> withRest;      ///< the light, and area specular of what it leaves of the bake's coefficients
     std::map<double, TruthSums> twoLights;     ///< "cooked": two lights, uncompressed; model as above
     std::map<double, TruthSums> areaSpecular;  ///< of the bake's coefficients, uncompressed: what nine coefficients cannot say
 };

@@ -79,7 +79,7 @@ const Json& assetNamed(const Json& report, const std::string& name) {
 TEST(CookScene, RefinedDominantLightsExplainMoreAndAreHeldAgainstTheBestLight) {
     const SmallScene scene(Parts::LightMap, twoLamps);
     std::map<std::string, double> unexplained;
-    for (const std::string fit : {"closed", "refined", "refined-ambient"}) {
+    for (const std::string fit : {"closed", "refined", "explained", "refined-ambient"}) {
         SCOPED_TRACE(fit);
         formats::writeContent(scene.sceneFile(), fmt::format("schema = 1\nname = \"small\"\n[output]\nlight_map_layout = \"raw\"\n"
                                                              "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\ndominant_fit = \"{}\"\n",

@@ -91,7 +91,7 @@ TEST(ReadScene, AnUnknownKeyIsRefusedWithItsPlaceAndTheNearestKnownOne) {
 
 TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
     expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\ndominant_fit = \"best\"\n",
-                  "6:", "expected one of: closed, refined, refined-ambient");
+                  "6:", "expected one of: closed, refined, explained, refined-ambient");
     expectRefused("schema = 2\nname = \"s\"\n", "1:", "found schema 2, expected 1");
     expectRefused("name = \"s\"\n", "1:", "found no key 'schema'");
     expectRefused(kHead + "[output]\ntarget = \"etc2\"\n", "4:10", "found 'etc2' for output.target, expected one of: bc, astc, float");

@@ -154,6 +154,31 @@ TEST(ShaderSpecular, AreaSpecularIsTheSumOfTheKernel) {
     }
 }
 
+/// One lamp's coefficients without that lamp are none; the whole specular light is then the lamp's own, and without the lamp that of the
+/// coefficients.
+TEST(ShaderSpecular, TheWholeCountsNoLightTwice) {
+    Random random;
+    shaders::LcSpecularKernel kernel;
+    kernel.c0236 = glm::vec4(0.2f, 0.1f, 0.3f, 0.05f);
+    kernel.d0236 = glm::vec4(0.02f, 0.01f, 0.03f, 0.005f);
+    kernel.cd78 = glm::vec4(0.1f, 0.2f, 0.01f, 0.02f);
+    const vec3 normal(0, 0, 1), f0(0.04f);
+    for (int i = 0; i < 50; ++i) {
+        const vec3 towards = random.direction(), view = glm::normalize(random.direction() + 1.2f * normal), intensity(2, 1, 0.5f);
+        const lighting::ShRgb lamp = lighting::projectDirectional(towards, intensity);
+        LcSh sh = random.light(), both = sh;
+        for (std::size_t j = 0; j < lamp.size(); ++j) both.c[j] += lamp[j];
+        const LcSh rest = shaders::lcWithoutLight(both, towards, intensity);
+        for (std::size_t j = 0; j < lamp.size(); ++j) expectNear(rest.c[j], sh.c[j], 1e-5f);
+        const shaders::LcFrame f = shaders::lcViewFrame(normal, view);
+        const vec3 area = shaders::lcAreaSpecular(shaders::lcLocalSh(sh, f.x, f.y, f.z), kernel, f0);
+        const vec3 sharp = shaders::lcDominantSpecular(view, 0.5f * towards, intensity, normal, 0.2f, f0);
+        expectNear(shaders::lcWholeSpecular(view, both, 0.5f * towards, intensity, normal, 0.2f, f0, kernel), area + sharp,
+                   1e-4f * (1 + sharp.x));
+        expectNear(shaders::lcWholeSpecular(view, sh, towards, vec3(0), normal, 0.2f, f0, kernel), area, 1e-6f);
+    }
+}
+
 TEST(ShaderSh, TheZonalBand2IsThatOfALightAlongTheAxisInAnyUnit) {
     Random random;
     const vec3 weights(0.2f, 0.7f, 0.1f);

@@ -85,6 +85,18 @@ TEST(GroundTruth, ASecondLightIsWhatOneIsMissing) {
     EXPECT_NEAR(truth.areaSpecular.at(0.25).errors().model, 1, 1e-12) << "of no light";
 }
 
+/// Coefficients that are one lamp's leave nothing for area specular: the whole is the lamp's reflection, and no light counts twice.
+TEST(GroundTruth, TheRestOfOneLampIsNothing) {
+    const glm::dvec3 normal(0, 0, 1), view = glm::normalize(glm::dvec3(0.3, 0, 1));
+    const DominantLightSample lamp{glm::normalize(glm::dvec3(-0.3, 0.1, 1)), glm::dvec3(3)}, none{normal, glm::dvec3(0)};
+    const lighting::ShRgb baked = lighting::projectDirectional(glm::vec3(lamp.direction), glm::vec3(lamp.intensity));
+    const std::array<DominantTruthPlace, 1> place = {
+        DominantTruthPlace{valueOf(Kind::Specular, view, glm::dvec3(1)), normal, baked, lamp, none, {lamp, none}}};
+    const DominantTruth truth = dominantTruth(place);
+    EXPECT_NEAR(truth.withRest.at(0.25).errors().model, truth.oneLight.at(0.25).errors().model, 1e-5);
+    EXPECT_NEAR(truth.withRest.at(0.25).errors().total, truth.areaSpecular.at(0.25).errors().model, 1e-12) << "no light leaves all";
+}
+
 /// The three parts of sums, against sums by hand; black truth.
 TEST(GroundTruth, SumsAreOfSquares) {
     TruthSums sums, other;
