@@ -19,6 +19,7 @@
 
 #include "bench/fit_cubemaps.h"
 #include "bench/fit_rsrm.h"
+#include "bench/fit_tables.h"
 #include "fit/dominant_light.h"
 #include "fit/light_search.h"
 #include "formats/light_map.h"
@@ -373,8 +374,14 @@ int main(int argc, char** argv) {
     app.add_option("--samples", options.samples, "texels a map that are searched densely")
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();
+    std::filesystem::path tables;
+    app.add_option("--tables", tables, "the specular tables alone: time against error, and axes; left here as CSV");
     CLI11_PARSE(app, argc, argv);
     try {
+        if (!tables.empty()) {
+            bench::benchTables(tables, options.runs);
+            return 0;
+        }
         const std::vector<bench::Map> maps = bench::readMaps(options);
         bench::benchMaps(maps, options);
         const bool hasReference =

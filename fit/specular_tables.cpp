@@ -5,12 +5,13 @@
 #include <cmath>
 #include <cstdint>
 #include <glm/common.hpp>
+#include <stdexcept>
 #include <string>
 
 namespace fit {
 namespace {
 
-constexpr double kSmallestM = 0.005, kLargestM = 1.0;
+constexpr double kSmallestM = 1e-4, kLargestM = 1.0;
 constexpr double kSmallestNoV = 1e-3;
 
 TableAxis makeAxis(int count, double minimum, double maximum) {
@@ -24,16 +25,29 @@ TableAxis makeAxis(int count, double minimum, double maximum) {
     return axis;
 }
 
+/// From the smaller value of the mapping to the larger, whichever end of t that is.
+TableAxis makeAxis(int count, const AxisMapping& mapping, double low, double high) {
+    const double first = mapping.of(low), last = mapping.of(high);
+    return makeAxis(count, std::min(first, last), std::max(first, last));
+}
+
 TableAxis roughnessAxis(const SpecularTableOptions& options) {
-    const bool perceptual = options.roughnessMapping == RoughnessMapping::Perceptual;
-    const auto mapped = [&](double m) { return perceptual ? std::sqrt(m) : m; };
-    return makeAxis(options.roughnessCount, mapped(options.minimumM), mapped(options.maximumM));
+    return makeAxis(options.roughnessCount, options.roughness, options.minimumM, options.maximumM);
 }
 
 double mOfRow(const SpecularTableOptions& options, int roughnessIndex) {
-    const double value = roughnessAxis(options).value(roughnessIndex);
-    const double m = options.roughnessMapping == RoughnessMapping::Perceptual ? value * value : value;
+    const double m = options.roughness.inverse(roughnessAxis(options).value(roughnessIndex));
     return std::clamp(m, options.minimumM, options.maximumM);  // the root's rounding must not leave the range
+}
+
+double cosineOfColumn(const SpecularTableOptions& options, int viewIndex) {
+    return std::max(kSmallestNoV, options.view.inverse(makeAxis(options.viewCount, options.view, 0, 1).value(viewIndex)));
+}
+
+const AxisMapping& find(const std::vector<AxisMapping>& mappings, const std::string& name) {
+    for (const AxisMapping& mapping : mappings)
+        if (mapping.name == name) return mapping;
+    throw std::out_of_range("no axis measures " + name);
 }
 
 /// Four kernel entries a texel, in the order of one of the three textures.
@@ -88,6 +102,49 @@ formats::Result<void> refuse(const std::string& what, const std::string& found, 
 
 }  // namespace
 
+double AxisMapping::of(double t) const {
+    return std::sqrt(std::max(0.0, (factors[0] + factors[1] * t) * (factors[2] + factors[3] * t)));
+}
+
+double AxisMapping::inverse(double value) const {
+    const auto& [p0, p1, q0, q1] = factors;
+    const double constant = p0 * q0 - value * value, linear = p0 * q1 + p1 * q0, quadratic = p1 * q1;
+    // The slope of the radicand at the solution is plus or minus this root: of one sign over [0, 1].
+    const double root = std::sqrt(std::max(0.0, linear * linear - 4 * quadratic * constant));
+    const bool rises = linear + quadratic > 0;
+    const double t = quadratic == 0 ? -constant / linear : ((rises ? root : -root) - linear) / (2 * quadratic);
+    return std::clamp(t, 0.0, 1.0);
+}
+
+const std::vector<AxisMapping>& viewMappings() {
+    static const std::vector<AxisMapping> kMappings = {{"NoV", {0, 1, 0, 1}},
+                                                       {"sin(theta_v)", {1, -1, 1, 1}},
+                                                       {"sqrt(1 - NoV)", {1, -1, 1, 0}},
+                                                       {"sqrt(NoV)", {0, 1, 1, 0}},
+                                                       {"sqrt(NoV + 0.05)", {0.05, 1, 1, 0}},
+                                                       {"sqrt(NoV (NoV + 0.1))", {0, 1, 0.1, 1}},
+                                                       {"sqrt((1 - NoV) (1 - 0.2 NoV))", {1, -1, 1, -0.2}},
+                                                       {"sqrt((1 - NoV) (1 - 0.5 NoV))", {1, -1, 1, -0.5}},
+                                                       {"sqrt((1 - NoV) (1 - 0.7 NoV))", {1, -1, 1, -0.7}},
+                                                       {"sqrt((1 - NoV) (1 - 0.8 NoV))", {1, -1, 1, -0.8}},
+                                                       {"sqrt((1 - NoV) (1 - 0.9 NoV))", {1, -1, 1, -0.9}},
+                                                       {"sqrt((1 - NoV) (1 - 0.95 NoV))", {1, -1, 1, -0.95}}};
+    return kMappings;
+}
+
+const std::vector<AxisMapping>& roughnessMappings() {
+    static const std::vector<AxisMapping> kMappings = {
+        {"m", {0, 1, 0, 1}}, {"sqrt(m)", {0, 1, 1, 0}}, {"sqrt(m + 0.05)", {0.05, 1, 1, 0}}, {"sqrt(m (m + 0.2))", {0, 1, 0.2, 1}}};
+    return kMappings;
+}
+
+const AxisMapping& viewMapping(const std::string& name) {
+    return find(viewMappings(), name);
+}
+const AxisMapping& roughnessMapping(const std::string& name) {
+    return find(roughnessMappings(), name);
+}
+
 double TableAxis::value(int texelIndex) const {
     if (count == 1) return minimum;
     return minimum + (maximum - minimum) * texelIndex / (count - 1);
@@ -98,28 +155,23 @@ formats::Result<void> checkSpecularTableOptions(const SpecularTableOptions& opti
     const bool range = options.minimumM >= kSmallestM && options.minimumM <= options.maximumM && options.maximumM <= kLargestM;
     if (!range) {
         return refuse("range of m", std::to_string(options.minimumM) + " to " + std::to_string(options.maximumM),
-                      "an ordered range inside 0.005 to 1");
+                      "an ordered range inside 0.0001 to 1");
     }
     const int fewestRows = options.minimumM == options.maximumM ? 1 : 2;
     if (options.roughnessCount < fewestRows || options.roughnessCount > 1024)
         return refuse("roughness count", std::to_string(options.roughnessCount), std::to_string(fewestRows) + " to 1024");
-    if (options.sampleCount < 16 || options.sampleCount > 8192)
-        return refuse("sample count", std::to_string(options.sampleCount), "16 to 8192");
+    if (options.pointCount < 4 || options.pointCount > 32) return refuse("point count", std::to_string(options.pointCount), "4 to 32");
     return {};
 }
 
 std::vector<lighting::AreaSpecularKernel> integrateSpecularTableRow(const SpecularTableOptions& options, int roughnessIndex) {
     assert(checkSpecularTableOptions(options).has_value() && 0 <= roughnessIndex && roughnessIndex < options.roughnessCount);
     const double m = mOfRow(options, roughnessIndex);
-    const TableAxis view = makeAxis(options.viewCount, 0, 1);
     std::vector<lighting::AreaSpecularKernel> row;
     row.reserve(static_cast<std::size_t>(options.viewCount));
-    for (int viewIndex = 0; viewIndex < options.viewCount; ++viewIndex) {
-        const double value = view.value(viewIndex);
-        const double cosine = options.viewMapping == ViewMapping::Sine ? std::sqrt(std::max(0.0, 1 - value * value)) : value;
-        const double NoV = std::max(kSmallestNoV, cosine);
-        row.push_back(lighting::integrateAreaSpecular(NoV, m, options.distribution, options.normalization, options.sampleCount));
-    }
+    for (int viewIndex = 0; viewIndex < options.viewCount; ++viewIndex)
+        row.push_back(
+            lighting::areaSpecular(cosineOfColumn(options, viewIndex), m, options.lobe, options.normalization, options.pointCount));
     return row;
 }
 
@@ -128,7 +180,7 @@ SpecularTables assembleSpecularTables(const SpecularTableOptions& options,
     assert(static_cast<int>(rows.size()) == options.roughnessCount);
     SpecularTables tables;
     tables.options = options;
-    tables.view = makeAxis(options.viewCount, 0, 1);
+    tables.view = makeAxis(options.viewCount, options.view, 0, 1);
     tables.roughness = roughnessAxis(options);
     tables.c0236 = makeTexture(rows, pickC);
     tables.d0236 = makeTexture(rows, pickD);

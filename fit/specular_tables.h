@@ -5,31 +5,54 @@
 #include <array>
 #include <glm/gtc/type_precision.hpp>
 #include <glm/vec4.hpp>
+#include <string>
 #include <vector>
 
 #include "formats/error.h"
 #include "formats/image.h"
-#include "lighting/brdf.h"
+#include "lighting/area_specular.h"
 
 namespace fit {
 
-/// What the x axis measures: sin(theta_v) (Listing 3: V.X of the local frame), or cos(theta_v) = NoV.
-enum class ViewMapping { Sine, Cosine };
-/// What the y axis measures: m (alpha for GGX), or perceptual roughness, sqrt(m).
-enum class RoughnessMapping { Linear, Perceptual };
+/// What an axis measures of t, NoV or m: sqrt((p0 + p1 t) (q0 + q1 t)), monotone over [0, 1]. Four numbers that a shader can decode by, in
+/// single precision too, and enough for sines, cosines, roots, offsets, and steps that grow with the distance from grazing.
+struct AxisMapping {
+    std::string name;                    ///< as the manifest tells it, in terms of NoV or m
+    std::array<double, 4> factors{};     ///< p0, p1, q0, q1
+    double of(double t) const;           ///< 0 <= t <= 1
+    double inverse(double value) const;  ///< t, clamped to [0, 1]
+};
+/// Every mapping that chooseMappings looks at. The first one is plain NoV or plain m.
+const std::vector<AxisMapping>& viewMappings();
+const std::vector<AxisMapping>& roughnessMappings();
+/// By name: one of the lists. Throws std::out_of_range where there is none.
+const AxisMapping& viewMapping(const std::string& name);
+const AxisMapping& roughnessMapping(const std::string& name);
 
 struct SpecularTableOptions {
-    lighting::NormalDistribution distribution = lighting::NormalDistribution::Beckmann;
+    lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;
     lighting::CookTorranceNormalization normalization = lighting::CookTorranceNormalization::Energy;
-    int viewCount = 8, roughnessCount = 16;       ///< 2..1024 each; roughnessCount may be 1 where minimum == maximum
-    ViewMapping viewMapping = ViewMapping::Sine;  ///< the axis runs from 0 to 1
-    RoughnessMapping roughnessMapping = RoughnessMapping::Linear;
-    double minimumM = 1.0 / 16, maximumM = 1.0;  ///< the range of m that the scene uses; 0.005 <= minimumM <= maximumM <= 1
-    int sampleCount = 512;                       ///< of lighting::integrateAreaSpecular, per axis
+    int viewCount = 8, roughnessCount = 16;  ///< 2..1024 each; roughnessCount may be 1 where minimum == maximum
+    AxisMapping view = viewMappings().front(), roughness = roughnessMappings().front();
+    double minimumM = 1.0 / 16, maximumM = 1.0;  ///< the range of m that the scene uses; 1e-4 <= minimumM <= maximumM <= 1
+    int pointCount = lighting::AreaSpecularColumn::kDefaultPoints;  ///< Gauss points a piece, 4 to 32
 };
 
-/// An axis of a table: texel i of `count` holds the value at `minimum + (maximum - minimum) i / (count - 1)`, of sin(theta_v), NoV, m or
-/// sqrt(m). Ends lie on the centres of the outer texels: the texture coordinate is value * coordinateScale + coordinateOffset.
+/// A pair of mappings and what a bilinear filter of ideal nodes loses under it.
+struct MappingFigure {
+    std::string view, roughness;
+    double c = 0, d = 0;   ///< RMS over the RMS of all C, of all D; uniform in NoV and m
+    double worst = 0;      ///< of an entry, absolute
+    double reflected = 0;  ///< of F0 C + (1 - F0) D, both F0 together
+};
+/// The figures of every pair at the size and range of the options, for F0 from low to high.
+std::vector<MappingFigure> mappingFigures(const SpecularTableOptions& options, double lowF0, double highF0);
+/// Sets both mappings of the options to those of least `reflected`. Plain NoV or m stays where the best is not 3 % better: its root costs a
+/// shader more than that is worth.
+void chooseMappings(SpecularTableOptions& options, double lowF0, double highF0);
+
+/// An axis of a table: texel i of `count` holds the value at `minimum + (maximum - minimum) i / (count - 1)` of its mapping. Ends lie on
+/// the centres of the outer texels: the texture coordinate is value * coordinateScale + coordinateOffset.
 struct TableAxis {
     int count = 0;
     double minimum = 0, maximum = 0;
@@ -53,7 +76,7 @@ struct SpecularTables {
     SpecularTexture cd78;          ///< C7, C8, D7, D8
 };
 
-/// Refuses sizes, ranges and sample counts outside the limits above.
+/// Refuses sizes, ranges and point counts outside the limits above.
 formats::Result<void> checkSpecularTableOptions(const SpecularTableOptions& options);
 /// One row of roughness, viewCount kernels: pure, so that rows can run on threads. Views at grazing incidence are evaluated at NoV >= 1e-3.
 std::vector<lighting::AreaSpecularKernel> integrateSpecularTableRow(const SpecularTableOptions& options, int roughnessIndex);

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <optional>
+
 #include "pipeline/dominant_report.h"
 #include "pipeline/files.h"
 #include "pipeline/manifest.h"
@@ -27,6 +30,29 @@ formats::LightMapDescription descriptionOf(const ConvertOptions& options) {
     description.quantity = options.quantity == "radiance" ? formats::ShQuantity::Radiance : formats::ShQuantity::Irradiance;
     description.lightUnits = options.lightUnits == "radiometric" ? formats::LightUnits::Radiometric : formats::LightUnits::Game;
     return description;
+}
+
+/// The m of a cosine power: s = 2 / m^2 - 2.
+double roughnessOf(double exponent) {
+    return std::sqrt(2 / (exponent + 2));
+}
+
+/// What no table can be made of, told in the words of the command line.
+std::optional<Error> tableMistake(const ConvertOptions& options) {
+    const auto mistake = [](const char* option, const std::string& found, const std::string& expected) {
+        return Error{ErrorCode::InvalidRequest, option, fmt::format("found {}, expected {}", found, expected)};
+    };
+    const bool isPower = options.tables.lobe == "phong-power";
+    if (!options.exponents.empty()) {
+        const double low = options.exponents[0], high = options.exponents[1];
+        if (!isPower) return mistake("--exponents", "lobe " + options.tables.lobe, "--lobe phong-power, or --m");
+        if (!options.m.empty()) return mistake("--exponents", "--m beside it", "one of them");
+        if (!(0 <= low && low <= high && high <= 1e8))
+            return mistake("--exponents", fmt::format("{},{}", low, high), "0 <= low <= high <= 1e8");
+    }
+    if (options.tables.lobe.starts_with("phong") && options.tables.normalization != "energy")
+        return mistake("--normalization", options.tables.normalization, "energy, the only one of a Phong lobe");
+    return std::nullopt;
 }
 
 Scene sceneOf(const ConvertOptions& options, const std::string& name) {
@@ -55,7 +81,9 @@ Scene sceneOf(const ConvertOptions& options, const std::string& name) {
         MaterialEntry material;
         material.name = "*";
         if (options.m.size() == 2) material.m = Range{options.m[0], options.m[1]};
+        if (options.exponents.size() == 2) material.m = Range{roughnessOf(options.exponents[1]), roughnessOf(options.exponents[0])};
         scene.materials.push_back(material);
+        scene.tables = options.tables;
     }
     return scene;
 }
@@ -90,6 +118,8 @@ Outcome convert(const ConvertOptions& options, const RunState& state) {
     if (options.m.size() == 2 && !(0 <= options.m[0] && options.m[0] <= options.m[1] && options.m[1] <= 1))
         return failed(
             {ErrorCode::InvalidRequest, "--m", fmt::format("found {},{}, expected 0 <= low <= high <= 1", options.m[0], options.m[1])});
+    if (options.converter == "lut")
+        if (const auto mistake = tableMistake(options)) return failed(*mistake);
     const std::string name = assetName(options);
     CookOptions cook = options.cook;
     cook.repair = options.repair;

@@ -17,6 +17,7 @@ struct ConvertOptions {
     std::string encoding = "auto", rsrmFormat = "rgba8";
     int zones = 256;
     bool dither = false;
+    TableSettings tables;  ///< lut
     bool repair = false;
     bool explain = false;  ///< dominant: also where one light cannot say what the map holds
     CookOptions cook;      ///< what lies over [output]

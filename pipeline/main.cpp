@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "compress/instruction_set.h"
+#include "fit/specular_tables.h"
 #include "formats/nearest.h"
 #include "pipeline/ci_report.h"
 #include "pipeline/convert.h"
@@ -397,6 +398,27 @@ int runIrradiance(IrradianceCommand command, const ConvertOptions& options, Sess
     return session.finish(cooked);
 }
 
+std::vector<std::string> axisNames(const std::vector<fit::AxisMapping>& mappings) {
+    std::vector<std::string> names = {"auto"};
+    for (const fit::AxisMapping& mapping : mappings) names.push_back(mapping.name);
+    return names;
+}
+
+void addTableOptions(CLI::App& sub, ConvertOptions& options) {
+    TableSettings& tables = options.tables;
+    sub.add_option("--m", options.m, "roughness range: low,high")->delimiter(',')->expected(2);
+    sub.add_option("--exponents", options.exponents, "the same for --lobe phong-power as exponents: low,high")->delimiter(',')->expected(2);
+    sub.add_option("--lobe", tables.lobe, "beckmann, ggx, phong or phong-power")->check(CLI::IsMember(kLobeNames));
+    sub.add_option("--normalization", tables.normalization, "energy, or halo3: four times as much")
+        ->check(CLI::IsMember({"energy", "halo3"}));
+    sub.add_option("--views", tables.viewCount, "columns")->check(CLI::Range(2, 1024))->capture_default_str();
+    sub.add_option("--rows", tables.roughnessCount, "rows over exactly the range of m; default: those of 16 that the range needs")
+        ->check(CLI::Range(1, 1024));
+    sub.add_option("--view-axis", tables.viewAxis, "what columns measure; auto: whatever loses least between them")
+        ->check(CLI::IsMember(axisNames(fit::viewMappings())));
+    sub.add_option("--roughness-axis", tables.roughnessAxis, "likewise rows")->check(CLI::IsMember(axisNames(fit::roughnessMappings())));
+}
+
 void addConverter(CLI::App& app, const std::string& name, const std::string& what, Common& common, std::function<int()>& command) {
     auto* sub = app.add_subcommand(name, what);
     auto options = std::make_shared<ConvertOptions>();
@@ -442,7 +464,7 @@ void addConverter(CLI::App& app, const std::string& name, const std::string& wha
             ->check(CLI::IsMember(kRsrmFormats));
         sub->add_flag("--dither", options->dither, "carry what rounding leaves along each row (rgba8)");
     }
-    if (name == "lut") sub->add_option("--m", options->m, "roughness range: low,high")->delimiter(',')->expected(2);
+    if (name == "lut") addTableOptions(*sub, *options);
     sub->callback([=, &common, &command] {
         command = [=, &common] {
             Session session(common);

@@ -20,7 +20,6 @@ namespace {
 
 constexpr int kCubemapSize = 128;           ///< the paper's
 constexpr int kRsrmWidth = 256;             ///< the paper's
-constexpr int kTableViewCount = 8;          ///< the paper's
 constexpr double kSmallestShadedM = 0.005;  ///< the smallest that verify::LightMapVerifier takes
 
 using Inputs = std::map<std::string, std::filesystem::path>;
@@ -241,21 +240,28 @@ private:
 
     void planTables() {
         if ((scene_.lightMaps.empty() && scene_.materials.empty()) || !wanted("specular", "lut", "specular")) return;
+        const TableSettings& tables = scene_.tables;
         if (!needs_.specular) {
-            skip("Cook-Torrance tables", "no material is specular", 16 * kTableViewCount * 24, estimatedSeconds("lut", 128e-6));
+            skip("Cook-Torrance tables", "no material is specular", static_cast<std::uint64_t>(16 * tables.viewCount * 24),
+                 estimatedSeconds("lut", 16 * tables.viewCount * 1e-6));
             return;
         }
         const TableRows rows = tableRowsFor(needs_);
-        if (rows.count < 16)
+        if (rows.count < 16 && !tables.roughnessCount)
             skip(fmt::format("{} of 16 roughness rows of the Cook-Torrance tables", 16 - rows.count),
                  fmt::format("materials use m from {} to {} only", needs_.m.low, needs_.m.high),
-                 static_cast<std::uint64_t>(16 - rows.count) * kTableViewCount * 24,
-                 estimatedSeconds("lut", (16 - rows.count) * kTableViewCount * 1e-6));
+                 static_cast<std::uint64_t>((16 - rows.count) * tables.viewCount * 24),
+                 estimatedSeconds("lut", (16 - rows.count) * tables.viewCount * 1e-6));
         add("specular", "lut",
-            {{"view_count", kTableViewCount},
-             {"roughness_count", rows.count},
-             {"minimum_m", rows.minimumM()},
-             {"maximum_m", rows.maximumM()},
+            {{"lobe", tables.lobe},
+             {"normalization", tables.normalization},
+             {"view_count", tables.viewCount},
+             {"roughness_count", tables.roughnessCount.value_or(rows.count)},
+             {"minimum_m", tables.roughnessCount ? needs_.m.low : rows.minimumM()},
+             {"maximum_m", tables.roughnessCount ? needs_.m.high : rows.maximumM()},
+             {"view_axis", tables.viewAxis},
+             {"roughness_axis", tables.roughnessAxis},
+             {"f0", {needs_.f0.low, needs_.f0.high}},
              {"textures", textures_}},
             {}, Json::object(), {});
     }

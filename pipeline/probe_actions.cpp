@@ -98,8 +98,9 @@ std::vector<float> floats(const glm::vec4& v) {
     return {v.x, v.y, v.z, v.w};
 }
 
-Json axisJson(const fit::TableAxis& axis, const char* what) {
-    return {{"of", what},
+Json axisJson(const fit::TableAxis& axis, const fit::AxisMapping& mapping) {
+    return {{"of", mapping.name},
+            {"factors", mapping.factors},
             {"count", axis.count},
             {"minimum", axis.minimum},
             {"maximum", axis.maximum},
@@ -107,7 +108,26 @@ Json axisJson(const fit::TableAxis& axis, const char* what) {
             {"offset", axis.coordinateOffset}};
 }
 
+/// Axes that were asked for, or those that lose least.
+void chooseAxes(const Json& parameters, fit::SpecularTableOptions& options) {
+    const std::string view = parameters.at("view_axis"), roughness = parameters.at("roughness_axis");
+    if (view == "auto" || roughness == "auto") {
+        const auto f0 = parameters.at("f0").get<std::array<double, 2>>();
+        fit::chooseMappings(options, f0[0], f0[1]);
+    }
+    if (view != "auto") options.view = fit::viewMapping(view);
+    if (roughness != "auto") options.roughness = fit::roughnessMapping(roughness);
+}
+
 }  // namespace
+
+std::optional<lighting::SpecularLobe> lobeOf(const std::string& name) {
+    const auto place = std::find(kLobeNames.begin(), kLobeNames.end(), name);
+    if (place == kLobeNames.end()) return std::nullopt;
+    constexpr std::array kLobes = {lighting::SpecularLobe::Beckmann, lighting::SpecularLobe::Ggx, lighting::SpecularLobe::Phong,
+                                   lighting::SpecularLobe::PhongPower};
+    return kLobes.at(static_cast<std::size_t>(place - kLobeNames.begin()));
+}
 
 Json toJson(const formats::ColorSpaces& colors) {
     return {{"source", colors.source}, {"working", colors.working}};
@@ -189,12 +209,16 @@ Result<ActionOutcome> cookTables(const ActionContext& context) {
     const Json& parameters = context.action.parameters;
     const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
     fit::SpecularTableOptions options;
+    const std::string lobe = parameters.at("lobe"), normalization = parameters.at("normalization");
+    options.lobe = lobeOf(lobe).value();
+    options.normalization =
+        normalization == "halo3" ? lighting::CookTorranceNormalization::Halo3 : lighting::CookTorranceNormalization::Energy;
     options.viewCount = parameters.at("view_count").get<int>();
     options.roughnessCount = parameters.at("roughness_count").get<int>();
-    options.viewMapping = fit::ViewMapping::Cosine;  // at 8 views less than half the interpolation error of the paper's sine
     options.minimumM = parameters.at("minimum_m").get<double>();
     options.maximumM = parameters.at("maximum_m").get<double>();
     if (auto usable = fit::checkSpecularTableOptions(options); !usable) return tl::make_unexpected(usable.error());
+    chooseAxes(parameters, options);
     std::vector<std::vector<lighting::AreaSpecularKernel>> rows(static_cast<std::size_t>(options.roughnessCount));
     tbb::parallel_for(0, options.roughnessCount,
                       [&](int row) { rows[static_cast<std::size_t>(row)] = fit::integrateSpecularTableRow(options, row); });
@@ -205,7 +229,8 @@ Result<ActionOutcome> cookTables(const ActionContext& context) {
     shape.width = options.viewCount;
     shape.height = options.roughnessCount;
     ActionOutcome outcome;
-    Json textures = Json::array(), constants = {{"view", axisJson(tables.view, "NoV")}, {"roughness", axisJson(tables.roughness, "m")}};
+    Json textures = Json::array(),
+         constants = {{"view", axisJson(tables.view, options.view)}, {"roughness", axisJson(tables.roughness, options.roughness)}};
     const std::pair<const char*, const fit::SpecularTexture*> parts[] = {
         {"c0236", &tables.c0236}, {"d0236", &tables.d0236}, {"cd78", &tables.cd78}};
     for (const auto& [role, texture] : parts) {
@@ -213,7 +238,9 @@ Result<ActionOutcome> cookTables(const ActionContext& context) {
         constants[std::string(role) + "_bias"] = floats(texture->bias);
     }
     const std::map<std::string, std::string> metadata = {
-        {"io.lightcook", Json({{"layout", "cook-torrance-tables"}, {"constants", constants}}).dump()}};
+        {"io.lightcook",
+         Json({{"layout", "cook-torrance-tables"}, {"distribution", lobe}, {"normalization", normalization}, {"constants", constants}})
+             .dump()}};
     for (const auto& [role, texture] : parts) {
         const std::string file = context.action.asset + "_" + role + std::string(settings.extension());
         if (auto written = writeTexture(context.folder / file, shape, settings, metadata, {bytesOf(texture->stored)}); !written)
@@ -227,8 +254,8 @@ Result<ActionOutcome> cookTables(const ActionContext& context) {
                                {"width", shape.width},
                                {"height", shape.height},
                                {"quantity", "SH coefficients of the area-specular kernel"},
-                               {"distribution", "beckmann"},
-                               {"normalization", "energy"},
+                               {"distribution", lobe},
+                               {"normalization", normalization},
                                {"phase", "none"},
                                {"frame", "z the normal, the view in the x-z plane"},
                                {"constants", constants},

@@ -90,6 +90,16 @@ struct MaterialEntry {
     std::optional<Range> m, f0;
 };
 
+/// How specular tables are made; a scene of `cook` has the default ones, which the shared shaders' analytic light agrees with.
+struct TableSettings {
+    int viewCount = 8;                     ///< the paper's
+    std::optional<int> roughnessCount;     ///< over exactly the range of m; else those of the 16 rows 1/16 to 1 that it needs
+    std::string lobe = "beckmann";         ///< kLobeNames
+    std::string normalization = "energy";  ///< or halo3, four times as much
+    std::string viewAxis = "auto", roughnessAxis = "auto";  ///< fit::viewMappings(), fit::roughnessMappings()
+};
+inline const std::vector<std::string> kLobeNames = {"beckmann", "ggx", "phong", "phong-power"};
+
 struct Scene {
     std::filesystem::path file;       ///< scene.toml as it was named
     std::filesystem::path directory;  ///< paths of the scene are relative to it
@@ -100,6 +110,7 @@ struct Scene {
     std::vector<ProbeEntry> probes;
     std::vector<GradientEntry> gradients;
     std::vector<MaterialEntry> materials;
+    TableSettings tables;
 };
 
 /// Unknown keys are refused with the nearest known one; every error names file, line and column, found and expected.

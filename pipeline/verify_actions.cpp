@@ -12,6 +12,7 @@
 #include <numbers>
 #include <optional>
 
+#include "fit/specular_tables.h"
 #include "lighting/cube.h"
 #include "pipeline/bands.h"
 #include "pipeline/dominant_actions.h"
@@ -25,7 +26,7 @@
 #include "verify/block_errors.h"
 #include "verify/cubemap.h"
 #include "verify/dominant.h"
-#include "verify/specular_tables.h"
+#include "verify/specular_table_bound.h"
 #include "verify/texture_unit.h"
 
 namespace pipeline {
@@ -39,9 +40,9 @@ using formats::Result;
 
 /// What the tables are shaded with: both ends of Fresnel's range, a dielectric and a metal.
 const std::vector<double> kTableF0 = {0.0, 0.04, 0.6, 1.0};
-constexpr int kRandomTableSamples = 48;
-/// Half a step of rounding, and what two integrations of a sharp lobe differ by.
-constexpr double kTableSteps = 4;
+constexpr int kRandomTableSamples = 800;
+/// Half a step of rounding, and the fetch in single precision.
+constexpr double kTableSteps = 0.75;
 
 class Stopwatch {
 public:
@@ -206,8 +207,14 @@ void checkBands(const verify::CookedCubemap& map, std::vector<verify::Violation>
 }
 
 verify::SpecularTableAxis axisFrom(const Json& json) {
-    return {json.at("count").get<int>(), json.at("minimum").get<double>(), json.at("maximum").get<double>(), json.at("scale").get<float>(),
-            json.at("offset").get<float>()};
+    return {json.at("count").get<int>(),   json.at("minimum").get<double>(), json.at("maximum").get<double>(),
+            json.at("scale").get<float>(), json.at("offset").get<float>(),   json.at("factors").get<std::array<double, 4>>()};
+}
+
+/// Whether an axis decodes as its name says: an engine may go by either.
+bool isAxis(const Json& json, const std::vector<fit::AxisMapping>& mappings) {
+    return std::any_of(mappings.begin(), mappings.end(),
+                       [&](const auto& mapping) { return json.at("of") == mapping.name && json.at("factors") == Json(mapping.factors); });
 }
 
 /// Rows of one texture from firstRow (a multiple of the block height) on, at least rowCount of them as far as the map has them.
@@ -299,12 +306,20 @@ Result<ActionOutcome> verifyTables(const ActionContext& context) {
     const Stopwatch watch;
     const Json& asset = context.upstream.at(0)->result.at("asset");
     const Json& constants = asset.at("constants");
-    const std::string viewAxis = constants.at("view").at("of"), roughnessAxis = constants.at("roughness").at("of");
-    if ((viewAxis != "sin(theta_v)" && viewAxis != "NoV") || roughnessAxis != "m")
-        return failure(ErrorCode::Verification, context.action.asset,
-                       fmt::format("found axes of {} and {}, expected sin(theta_v) or NoV, and m", viewAxis, roughnessAxis));
     verify::CookedSpecularTables tables;
-    tables.viewAxis = viewAxis == "NoV" ? verify::SpecularViewAxis::NoV : verify::SpecularViewAxis::Sine;
+    const std::string viewAxis = constants.at("view").at("of"), roughnessAxis = constants.at("roughness").at("of");
+    if (!isAxis(constants.at("view"), fit::viewMappings()) || !isAxis(constants.at("roughness"), fit::roughnessMappings()))
+        return failure(ErrorCode::Verification, context.action.asset + ", texture axes",
+                       fmt::format("found {} and {}, expected known ones with their own factors", viewAxis, roughnessAxis));
+    const std::string lobe = asset.at("distribution"), normalization = asset.at("normalization");
+    const auto known = lobeOf(lobe);
+    if (!known || (normalization != "energy" && normalization != "halo3"))
+        return failure(ErrorCode::Verification, context.action.asset,
+                       fmt::format("found distribution {} and normalization {}, expected one of {}, and energy or halo3", lobe,
+                                   normalization, fmt::join(kLobeNames, ", ")));
+    tables.lobe = *known;
+    tables.normalization =
+        normalization == "halo3" ? lighting::CookTorranceNormalization::Halo3 : lighting::CookTorranceNormalization::Energy;
     tables.view = axisFrom(constants.at("view"));
     tables.roughness = axisFrom(constants.at("roughness"));
     const std::array<std::string, 3> roles = {"c0236", "d0236", "cd78"};
@@ -328,10 +343,18 @@ Result<ActionOutcome> verifyTables(const ActionContext& context) {
     std::vector<verify::Violation> violations;
     const verify::SpecularTableStepError off = verify::specularTableStepError(tables, samples, results);
     if (off.steps > kTableSteps)
-        violations.push_back({fmt::format("texture {}, channel {}, texel of {} {:.4g} and m {:.4g}", roles[off.entry / 4], off.entry % 4,
-                                          viewAxis, off.view, off.m),
-                              fmt::format("an error of {:.4g} steps of 16 bits", off.steps), fmt::format("at most {}", kTableSteps)});
-    return outcomeOf(verify::specularTableStages(samples, results, kTableF0), context, watch, violations);
+        violations.push_back(
+            {fmt::format("texture {}, channel {}, texel of NoV {:.4g} and m {:.4g}", roles[off.entry / 4], off.entry % 4, off.NoV, off.m),
+             fmt::format("an error of {:.4g} steps of 16 bits", off.steps), fmt::format("at most {}", kTableSteps)});
+    const verify::SpecularTableKeys keys = verify::specularTableKeys(samples, results, kTableF0);
+    std::vector<verify::SpecularTableBounds> bounds(static_cast<std::size_t>(tables.view.count - 1));
+    if (!forEachPiece(bounds.size(), context, [&](std::size_t cell) {
+            bounds[cell] = verify::largestOf(verify::boundSpecularTables(tables, static_cast<int>(cell), keys, kTableF0));
+        }))
+        return interrupted(context);
+    verify::SpecularTableBounds bound;
+    for (const verify::SpecularTableBounds& each : bounds) bound = {std::max(bound.filter, each.filter), std::max(bound.total, each.total)};
+    return outcomeOf(verify::specularTableStages(samples, results, kTableF0, bound), context, watch, violations);
 }
 
 Result<ActionOutcome> verifyDominant(const ActionContext& context) {

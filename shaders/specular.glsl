@@ -24,7 +24,12 @@ LC_FUNCTION LcSpecularKernel lcSpecularKernel(LcSpecularKernel texels, LcSpecula
     return r;
 }
 
-// Texture coordinate on a table axis. value: sin(theta_v) or NoV, m or sqrt(m), as the axis says; scale and offset are the axis's.
+// What a table's axis measures of t, NoV or m: sqrt((p0 + p1 t) (q0 + q1 t)); factors are the axis's (p0, p1, q0, q1), from the manifest. It is
+// plain t for (0, 1, 0, 1), which an engine that knows its tables need not compute, and the sine of a view for (1, -1, 1, 1).
+LC_FUNCTION float lcTableAxis(float t, vec4 factors) {
+    return sqrt(max((factors.x + factors.y * t) * (factors.z + factors.w * t), 0.0f));
+}
+// Texture coordinate on a table axis. value: what lcTableAxis says; scale and offset are the axis's.
 LC_FUNCTION float lcTableCoordinate(float value, float scale, float offset) {
     return clamp(value * scale + offset, 0.0f, 1.0f);
 }

@@ -14,22 +14,11 @@
 namespace verify {
 namespace {
 
-/// Tables are evaluated no nearer to grazing than this: below it shadowing ends in a fold narrower than any sample.
-constexpr double kSmallestNoV = 1e-3;
 constexpr int kLightCount = 12;
-/// Steps of 16 bits that two integrations at grazing view, where shadowing takes all but a fold of the lobe, may differ for one step
-/// elsewhere.
-constexpr double kGrazingSteps = 80;
+/// More Gauss points a piece than tables are made with.
+constexpr int kReferencePoints = 24;
 /// Which coefficient each entry of a kernel belongs to.
 constexpr std::array<std::size_t, 6> kCoefficients = {0, 2, 3, 6, 7, 8};
-
-double axisValue(const SpecularTableAxis& axis, double index) {
-    return axis.count == 1 ? axis.minimum : axis.minimum + (axis.maximum - axis.minimum) * index / (axis.count - 1);
-}
-
-SpecularKernelEntries entriesOf(const lighting::AreaSpecularKernel& k) {
-    return {k.c[0], k.c[2], k.c[3], k.c[6], k.d[0], k.d[2], k.d[3], k.d[6], k.c[7], k.c[8], k.d[7], k.d[8]};
-}
 
 SpecularKernelEntries entriesOf(const shaders::LcSpecularKernel& k) {
     SpecularKernelEntries entries;
@@ -48,15 +37,6 @@ shaders::LcSpecularKernel kernelOf(const SpecularKernelEntries& entries) {
     return {four(0), four(4), four(8)};
 }
 
-shaders::LcSpecularKernel fetch(const CookedSpecularTables& tables, const SpecularTableSample& sample) {
-    const glm::dvec2 uv(shaders::lcTableCoordinate(static_cast<float>(sample.view), tables.view.scale, tables.view.offset),
-                        shaders::lcTableCoordinate(static_cast<float>(sample.m), tables.roughness.scale, tables.roughness.offset));
-    const auto texel = [&](std::size_t texture) { return sampleBilinear(tables.textures[texture].view(), uv); };
-    const shaders::LcSpecularConstants constants{{tables.scale[0], tables.scale[1], tables.scale[2]},
-                                                 {tables.bias[0], tables.bias[1], tables.bias[2]}};
-    return shaders::lcSpecularKernel({texel(0), texel(1), texel(2)}, constants);
-}
-
 /// Light 0 is constant; the others are half that and a directional light of the same mean radiance, 1 in all.
 lighting::ShDouble lightOf(int index) {
     lighting::ShDouble light{};
@@ -68,10 +48,9 @@ lighting::ShDouble lightOf(int index) {
     return light;
 }
 
-double areaSpecular(const SpecularKernelEntries& k, const lighting::ShDouble& light, double f0) {
-    constexpr std::array<std::size_t, 6> kC = {0, 1, 2, 3, 8, 9}, kD = {4, 5, 6, 7, 10, 11};
+double reflected(const SpecularKernelEntries& k, const SpecularKernelEntries& shading) {
     double sum = 0;
-    for (std::size_t i = 0; i < 6; ++i) sum += light[kCoefficients[i]] * (f0 * k[kC[i]] + (1 - f0) * k[kD[i]]);
+    for (std::size_t i = 0; i < k.size(); ++i) sum += shading[i] * k[i];
     return sum;
 }
 
@@ -85,13 +64,14 @@ struct Pair {
     double reference, cooked;
 };
 
-/// Bound: the largest error met. It covers every node, and of the cells between them the middles, where a linear filter of a smooth
-/// function errs most to second order, with the seeded points as a check on that; it is no proof for the rest of a cell.
-ErrorFigures figuresOf(const std::vector<Pair>& pairs, double key) {
+ErrorFigures figuresOf(const std::vector<Pair>& pairs, double key, double bound) {
     ErrorAccumulator errors(key);
     for (const Pair& pair : pairs) errors.add(pair.reference, pair.cooked);
-    errors.addBound(errors.figures().maxSampled);
+    errors.addBound(bound);
     return errors.figures();
+}
+ErrorFigures figuresOf(const std::vector<Pair>& pairs, double key) {
+    return figuresOf(pairs, key, figuresOf(pairs, key, 0).maxSampled);
 }
 
 double logAverage(const std::vector<Pair>& pairs) {
@@ -107,27 +87,66 @@ double logAverage(const std::vector<Pair>& pairs) {
 
 }  // namespace
 
+double SpecularTableAxis::at(double index) const {
+    return count == 1 ? minimum : minimum + (maximum - minimum) * index / (count - 1);
+}
+
+double SpecularTableAxis::of(double t) const {
+    return std::sqrt(std::max(0.0, (factors[0] + factors[1] * t) * (factors[2] + factors[3] * t)));
+}
+
+std::array<double, 3> SpecularTableAxis::radicand() const {
+    return {factors[0] * factors[2], factors[0] * factors[3] + factors[1] * factors[2], factors[1] * factors[3]};
+}
+
+double SpecularTableAxis::inverse(double value) const {
+    const auto [ends, linear, quadratic] = radicand();
+    const double constant = ends - value * value;
+    const double root = std::sqrt(std::max(0.0, linear * linear - 4 * quadratic * constant));
+    const double t = quadratic == 0 ? -constant / linear : ((linear + quadratic > 0 ? root : -root) - linear) / (2 * quadratic);
+    return std::clamp(t, 0.0, 1.0);
+}
+
+SpecularKernelEntries entriesOf(const lighting::AreaSpecularKernel& k) {
+    return {k.c[0], k.c[2], k.c[3], k.c[6], k.d[0], k.d[2], k.d[3], k.d[6], k.c[7], k.c[8], k.d[7], k.d[8]};
+}
+
+SpecularKernelEntries fetchSpecularTables(const CookedSpecularTables& tables, double NoV, double m) {
+    const auto coordinate = [](const SpecularTableAxis& axis, double t) {
+        const glm::vec4 factors(glm::dvec4(axis.factors[0], axis.factors[1], axis.factors[2], axis.factors[3]));
+        const float value = shaders::lcTableAxis(static_cast<float>(t), factors);
+        return static_cast<double>(shaders::lcTableCoordinate(value, axis.scale, axis.offset));
+    };
+    const glm::dvec2 uv(coordinate(tables.view, NoV), coordinate(tables.roughness, m));
+    const auto texel = [&](std::size_t texture) { return sampleBilinear(tables.textures[texture].view(), uv); };
+    const shaders::LcSpecularConstants constants{{tables.scale[0], tables.scale[1], tables.scale[2]},
+                                                 {tables.bias[0], tables.bias[1], tables.bias[2]}};
+    return entriesOf(shaders::lcSpecularKernel({texel(0), texel(1), texel(2)}, constants));
+}
+
 std::vector<SpecularTableSample> specularTableSamples(const CookedSpecularTables& tables, int randomCount, std::uint64_t seed) {
     const SpecularTableAxis &view = tables.view, &roughness = tables.roughness;
+    const auto sampleAt = [&](double x, double y, bool isNode, bool isMiddle) {
+        return SpecularTableSample{view.inverse(view.at(x)), roughness.inverse(roughness.at(y)), isNode, isMiddle};
+    };
     std::vector<SpecularTableSample> samples;
     for (int y = 0; y < roughness.count; ++y)
-        for (int x = 0; x < view.count; ++x) samples.push_back({axisValue(view, x), axisValue(roughness, y), true, false});
+        for (int x = 0; x < view.count; ++x) samples.push_back(sampleAt(x, y, true, false));
     for (int y = 0; y < std::max(1, roughness.count - 1); ++y)
-        for (int x = 0; x + 1 < view.count; ++x) samples.push_back({axisValue(view, x + 0.5), axisValue(roughness, y + 0.5), false, true});
+        for (int x = 0; x + 1 < view.count; ++x) samples.push_back(sampleAt(x + 0.5, y + 0.5, false, true));
     Random random(seed);
+    const double low = roughness.inverse(roughness.minimum), high = roughness.inverse(roughness.maximum);
     for (int i = 0; i < randomCount; ++i) {
-        const double place = axisValue(view, random.next() * (view.count - 1));
-        samples.push_back({place, axisValue(roughness, random.next() * (roughness.count - 1)), false, false});
+        const double NoV = random.next();
+        samples.push_back({NoV, low + (high - low) * random.next(), false, false});
     }
     return samples;
 }
 
 SpecularTableResult compareSpecularTables(const CookedSpecularTables& tables, const SpecularTableSample& sample) {
-    const bool isSine = tables.viewAxis == SpecularViewAxis::Sine;
-    const double NoV = std::max(isSine ? std::sqrt(std::max(0.0, 1 - sample.view * sample.view)) : sample.view, kSmallestNoV);
-    const auto kernel = lighting::integrateAreaSpecular(NoV, sample.m, lighting::NormalDistribution::Beckmann,
-                                                        lighting::CookTorranceNormalization::Energy, sample.isNode ? 1024 : 512);
-    return {entriesOf(kernel), entriesOf(fetch(tables, sample))};
+    const auto kernel =
+        lighting::areaSpecular(std::max(sample.NoV, kSmallestTableNoV), sample.m, tables.lobe, tables.normalization, kReferencePoints);
+    return {entriesOf(kernel), fetchSpecularTables(tables, sample.NoV, sample.m)};
 }
 
 SpecularTableStepError specularTableStepError(const CookedSpecularTables& tables, const std::vector<SpecularTableSample>& samples,
@@ -136,37 +155,67 @@ SpecularTableStepError specularTableStepError(const CookedSpecularTables& tables
     SpecularTableStepError worst;
     for (std::size_t i = 0; i < samples.size(); ++i) {
         if (!samples[i].isNode) continue;
-        const bool isGrazing = tables.viewAxis == SpecularViewAxis::Sine ? samples[i].view > 1 - 1e-6 : samples[i].view < kSmallestNoV;
         for (std::size_t k = 0; k < results[i].reference.size(); ++k) {
             const double step = std::abs(static_cast<double>(tables.scale[k / 4][static_cast<int>(k % 4)])) / 65535;
             // A NaN is an error too: the largest there is.
             const double error = std::abs(results[i].cooked[k] - results[i].reference[k]);
-            const double steps = std::isnan(error) ? 65535.0 : error / std::max(step, 1e-9) / (isGrazing ? kGrazingSteps : 1.0);
-            if (steps > worst.steps) worst = {steps, k, samples[i].view, samples[i].m};
+            const double steps = std::isnan(error) ? 65535.0 : error / std::max(step, 1e-9);
+            if (steps > worst.steps) worst = {steps, k, samples[i].NoV, samples[i].m};
         }
     }
     return worst;
 }
 
+std::vector<SpecularKernelEntries> specularTableShadings(const std::vector<double>& f0) {
+    constexpr std::array<std::size_t, 6> kC = {0, 1, 2, 3, 8, 9}, kD = {4, 5, 6, 7, 10, 11};
+    std::vector<SpecularKernelEntries> shadings;
+    for (int light = 0; light <= kLightCount; ++light)
+        for (const double f : f0) {
+            const lighting::ShDouble incident = lightOf(light);
+            SpecularKernelEntries shading{};
+            for (std::size_t i = 0; i < kC.size(); ++i) {
+                shading[kC[i]] = f * incident[kCoefficients[i]];
+                shading[kD[i]] = (1 - f) * incident[kCoefficients[i]];
+            }
+            shadings.push_back(shading);
+        }
+    return shadings;
+}
+
+SpecularTableKeys specularTableKeys(const std::vector<SpecularTableSample>& samples, const std::vector<SpecularTableResult>& results,
+                                    const std::vector<double>& f0) {
+    const std::vector<SpecularKernelEntries> shadings = specularTableShadings(f0);
+    std::vector<Pair> shaded;
+    double squares = 0;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        for (const SpecularKernelEntries& shading : shadings) shaded.push_back({reflected(results[i].reference, shading), 0});
+        if (!samples[i].isNode) continue;
+        for (const double entry : results[i].reference) squares += entry * entry;
+        count += results[i].reference.size();
+    }
+    return {std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, count))), logAverage(shaded)};
+}
+
 std::vector<StageError> specularTableStages(const std::vector<SpecularTableSample>& samples,
-                                            const std::vector<SpecularTableResult>& results, const std::vector<double>& f0) {
+                                            const std::vector<SpecularTableResult>& results, const std::vector<double>& f0,
+                                            const SpecularTableBounds& bounds) {
     assert(samples.size() == results.size());
+    const SpecularTableKeys keys = specularTableKeys(samples, results, f0);
+    const std::vector<SpecularKernelEntries> shadings = specularTableShadings(f0);
     std::vector<Pair> nodes, between, shaded;
     for (std::size_t i = 0; i < samples.size(); ++i) {
         for (std::size_t k = 0; k < results[i].reference.size(); ++k)
             (samples[i].isNode ? nodes : between).push_back({results[i].reference[k], results[i].cooked[k]});
+        std::size_t shading = 0;
         for (int light = 0; light <= kLightCount; ++light)
-            for (const double f : f0) {
-                const lighting::ShDouble incident = lightOf(light);
-                shaded.push_back({areaSpecular(results[i].reference, incident, f), shadedByShader(results[i].cooked, incident, f)});
-            }
+            for (const double f : f0)
+                shaded.push_back(
+                    {reflected(results[i].reference, shadings[shading++]), shadedByShader(results[i].cooked, lightOf(light), f)});
     }
-    double squares = 0;
-    for (const Pair& node : nodes) squares += node.reference * node.reference;
-    const double kernelKey = std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, nodes.size())));
-    return {{"quantize", {}, figuresOf(nodes, kernelKey), 0},
-            {"filter", {}, figuresOf(between, kernelKey), 0},
-            {"total", {}, figuresOf(shaded, logAverage(shaded)), 0}};
+    return {{"quantize", {}, figuresOf(nodes, keys.kernel), 0},
+            {"filter", {}, figuresOf(between, keys.kernel, bounds.filter), 0},
+            {"total", {}, figuresOf(shaded, keys.shaded, bounds.total), 0}};
 }
 
 }  // namespace verify

@@ -240,6 +240,26 @@ TEST_F(Command, EachConverterStandsAlone) {
     EXPECT_EQ(run("lut tables.ktx2").code, 2) << "three textures do not fit one file";
 }
 
+TEST_F(Command, TablesOfOtherLobesAndSizesAreVerifiedToo) {
+    for (const char* options :
+         {"--lobe ggx --normalization halo3 --m 0.05,1 --rows 12 --views 10", "--lobe phong --view-axis NoV --views 16",
+          "--lobe phong-power --exponents 1,1000 --rows 9 --roughness-axis 'sqrt(m)'", "--m 0.3,0.3 --rows 1"}) {
+        std::filesystem::remove_all(scene_ / "tables");
+        EXPECT_EQ(run(fmt::format("lut tables {}", options)).code, 0) << options;
+        const auto manifest = nlohmann::json::parse(contentOf(scene_ / "tables" / "cooked.json"));
+        const auto& constants = manifest.at("assets").at(0).at("constants");
+        EXPECT_EQ(constants.at("view").at("factors").size(), 4u);
+        const auto report = nlohmann::json::parse(contentOf(scene_ / "tables" / "report.json"));
+        const auto& figures = report.at("assets").at(0).at("stages").back().at("error").at("specular");
+        EXPECT_GE(figures.at("max_bound").get<double>(), figures.at("max_sampled").get<double>()) << options;
+    }
+    EXPECT_EQ(run("lut tables --lobe phong --normalization halo3").code, 2);
+    EXPECT_EQ(run("lut tables --exponents 1,8").code, 2);
+    EXPECT_EQ(run("lut tables --m 0,1 --rows 16").code, 2) << "no distribution has a roughness of 0";
+    EXPECT_EQ(run("lut tables --m 0.1,0.5 --rows 1").code, 2);
+    EXPECT_EQ(run("lut tables --view-axis m").code, 2);
+}
+
 TEST_F(Command, ARefinedFitIsTheSameBytesOnAnyNumberOfThreads) {
     std::map<std::string, std::string> first;
     for (const char* threads : {"1", "3"}) {

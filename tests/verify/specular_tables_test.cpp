@@ -3,32 +3,53 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <glm/common.hpp>
+#include <random>
 #include <set>
+
+#include "verify/specular_table_bound.h"
 
 namespace verify {
 namespace {
 
-SpecularTableAxis axisOf(int count, double minimum, double maximum) {
-    if (count == 1) return {1, minimum, maximum, 0, 0.5f};
-    const double scale = (count - 1) / (count * (maximum - minimum));
-    return {count, minimum, maximum, static_cast<float>(scale), static_cast<float>(0.5 / count - minimum * scale)};
+using lighting::CookTorranceNormalization;
+using lighting::SpecularLobe;
+using Factors = std::array<double, 4>;
+constexpr Factors kPlain = {0, 1, 0, 1}, kSine = {1, -1, 1, 1}, kWarped = {1, -1, 1, -0.8}, kRoot = {0, 1, 1, 0};
+const std::vector<double> kF0 = {0.0, 0.04, 1.0};
+
+SpecularTableAxis axisOf(int count, double low, double high, const Factors& factors) {
+    SpecularTableAxis axis{count, 0, 0, 0, 0.5f, factors};
+    axis.minimum = std::min(axis.of(low), axis.of(high));
+    axis.maximum = std::max(axis.of(low), axis.of(high));
+    if (count == 1) return axis;
+    const double scale = (count - 1) / (count * (axis.maximum - axis.minimum));
+    axis.scale = static_cast<float>(scale);
+    axis.offset = static_cast<float>(0.5 / count - axis.minimum * scale);
+    return axis;
 }
 
+struct Kind {
+    Factors view = kSine, roughness = kPlain;
+    SpecularLobe lobe = SpecularLobe::Beckmann;
+    CookTorranceNormalization normalization = CookTorranceNormalization::Energy;
+};
+
 /// Tables of the kernel itself, in 16 bits, integrated here node by node.
-CookedSpecularTables cook(int views, int rows, double minimumM, double maximumM, SpecularViewAxis viewAxis = SpecularViewAxis::Sine) {
+CookedSpecularTables cook(int views, int rows, double minimumM, double maximumM, const Kind& kind = {}) {
     CookedSpecularTables tables;
-    tables.viewAxis = viewAxis;
-    tables.view = axisOf(views, 0, 1);
-    tables.roughness = axisOf(rows, minimumM, maximumM);
+    tables.lobe = kind.lobe;
+    tables.normalization = kind.normalization;
+    tables.view = axisOf(views, 0, 1, kind.view);
+    tables.roughness = axisOf(rows, minimumM, maximumM, kind.roughness);
     for (auto& texture : tables.textures) texture = formats::Image<glm::vec4>(views, rows);
     for (int y = 0; y < rows; ++y)
         for (int x = 0; x < views; ++x) {
-            const double place = x / (views - 1.0), NoV = viewAxis == SpecularViewAxis::Sine ? std::sqrt(1 - place * place) : place;
-            const double m = rows > 1 ? minimumM + (maximumM - minimumM) * y / (rows - 1) : minimumM;
-            const auto k = lighting::integrateAreaSpecular(std::max(1e-3, NoV), m, lighting::NormalDistribution::Beckmann,
-                                                           lighting::CookTorranceNormalization::Energy, 400);
+            const double NoV = tables.view.inverse(tables.view.at(x)), m = tables.roughness.inverse(tables.roughness.at(y));
+            const auto k = lighting::areaSpecular(std::max(1e-3, NoV), m, kind.lobe, kind.normalization);
             tables.textures[0].at(x, y) = glm::vec4(glm::dvec4(k.c[0], k.c[2], k.c[3], k.c[6]));
             tables.textures[1].at(x, y) = glm::vec4(glm::dvec4(k.d[0], k.d[2], k.d[3], k.d[6]));
             tables.textures[2].at(x, y) = glm::vec4(glm::dvec4(k.c[7], k.c[8], k.d[7], k.d[8]));
@@ -37,17 +58,28 @@ CookedSpecularTables cook(int views, int rows, double minimumM, double maximumM,
         glm::vec4 low = tables.textures[i].at(0, 0), high = low;
         for (const glm::vec4& value : tables.textures[i].texels()) low = glm::min(low, value), high = glm::max(high, value);
         tables.bias[i] = low;
-        tables.scale[i] = high - low;
+        for (int c = 0; c < 4; ++c) tables.scale[i][c] = high[c] > low[c] ? high[c] - low[c] : 1.0f;
         for (glm::vec4& value : tables.textures[i].texels()) value = glm::round((value - low) / tables.scale[i] * 65535.0f) / 65535.0f;
     }
     return tables;
 }
 
-std::vector<StageError> verifyAll(const CookedSpecularTables& tables, int randomCount = 12) {
-    const auto samples = specularTableSamples(tables, randomCount, 1);
+struct Verified {
+    std::vector<SpecularTableSample> samples;
     std::vector<SpecularTableResult> results;
-    for (const SpecularTableSample& sample : samples) results.push_back(compareSpecularTables(tables, sample));
-    return specularTableStages(samples, results, {0.0, 0.04, 1.0});
+    SpecularTableKeys keys;
+};
+Verified compareAll(const CookedSpecularTables& tables, int randomCount = 12) {
+    Verified all;
+    all.samples = specularTableSamples(tables, randomCount, 1);
+    for (const SpecularTableSample& sample : all.samples) all.results.push_back(compareSpecularTables(tables, sample));
+    all.keys = specularTableKeys(all.samples, all.results, kF0);
+    return all;
+}
+
+std::vector<StageError> verifyAll(const CookedSpecularTables& tables, int randomCount = 12) {
+    const Verified all = compareAll(tables, randomCount);
+    return specularTableStages(all.samples, all.results, kF0, boundSpecularTables(tables, all.keys, kF0));
 }
 
 TEST(SpecularTableSamples, MeetEveryNodeEveryCellAndTheRangesOnly) {
@@ -58,11 +90,11 @@ TEST(SpecularTableSamples, MeetEveryNodeEveryCellAndTheRangesOnly) {
     for (const SpecularTableSample& sample : samples) {
         nodes += sample.isNode ? 1 : 0;
         middles += sample.isMiddle ? 1 : 0;
-        EXPECT_GE(sample.view, 0);
-        EXPECT_LE(sample.view, 1);
-        EXPECT_GE(sample.m, 0.1);
+        EXPECT_GE(sample.NoV, 0);
+        EXPECT_LE(sample.NoV, 1);
+        EXPECT_GE(sample.m, 0.1 - 1e-12);
         EXPECT_LE(sample.m, 0.7 + 1e-12);
-        places.insert({sample.view, sample.m});
+        places.insert({sample.NoV, sample.m});
     }
     EXPECT_EQ(nodes, 12);
     EXPECT_EQ(middles, 6);
@@ -89,14 +121,14 @@ TEST(VerifySpecularTables, GoodTablesQuantizeFinelyAndFilterWithinPercents) {
 TEST(VerifySpecularTables, CosinesFilterBetterThanSines) {
     // Near grazing the kernel is smooth in NoV; in the sine it has a root.
     const double sines = verifyAll(cook(8, 4, 0.2, 0.5)).back().specular.relRms;
-    const double cosines = verifyAll(cook(8, 4, 0.2, 0.5, SpecularViewAxis::NoV)).back().specular.relRms;
+    const double cosines = verifyAll(cook(8, 4, 0.2, 0.5, {.view = kPlain})).back().specular.relRms;
     EXPECT_LT(cosines, 0.7 * sines);
-    EXPECT_LT(verifyAll(cook(8, 4, 0.2, 0.5, SpecularViewAxis::NoV)).front().specular.relRms, 1e-4);
+    EXPECT_LT(verifyAll(cook(8, 4, 0.2, 0.5, {.view = kPlain})).front().specular.relRms, 1e-4);
 }
 
 TEST(VerifySpecularTables, OneRowOfRoughnessIsEnoughForOneMaterial) {
     const CookedSpecularTables tables = cook(8, 1, 0.3, 0.3);
-    for (const SpecularTableSample& sample : specularTableSamples(tables, 9, 1)) EXPECT_EQ(sample.m, 0.3);
+    for (const SpecularTableSample& sample : specularTableSamples(tables, 9, 1)) EXPECT_NEAR(sample.m, 0.3, 1e-12);
     EXPECT_LT(verifyAll(tables).back().specular.relRms, 0.15);
 }
 
@@ -114,6 +146,7 @@ TEST(VerifySpecularTables, FindsWrongContentAndWrongCoordinates) {
     shifted.view.offset += 0.5f / 6;  // half a texel: the usual mistake
     EXPECT_GT(verifyAll(shifted)[0].specular.relRms, 0.005);
     EXPECT_GT(verifyAll(shifted)[1].specular.relRms, filter);
+    EXPECT_GT(verifyAll(shifted)[1].specular.maxBound, 1e30) << "no bound is known where the filter does not meet the texels";
 }
 
 TEST(VerifySpecularTables, TotalTellsTheAreaSpecularOfAConstantLight) {
@@ -122,9 +155,92 @@ TEST(VerifySpecularTables, TotalTellsTheAreaSpecularOfAConstantLight) {
     result.reference[0] = 0.25;
     result.cooked[0] = 0.275;
     const std::vector<SpecularTableSample> samples = {{0.5, 0.3, true, false}};
-    const auto stages = specularTableStages(samples, {result}, {1.0});
+    const auto stages = specularTableStages(samples, {result}, {1.0}, {});
     EXPECT_NEAR(stages[2].specular.relRms, 0.1, 1e-6);
     EXPECT_NEAR(stages[2].specular.maxSampled, 0.1 / 1.02, 2e-3);
+}
+
+/// Which of `count` nodes stands before a place.
+std::size_t cellOf(const SpecularTableAxis& axis, double t) {
+    if (axis.count == 1) return 0;
+    const double place = (axis.of(t) - axis.minimum) / (axis.maximum - axis.minimum);
+    return static_cast<std::size_t>(std::clamp(static_cast<int>(place * (axis.count - 1)), 0, axis.count - 2));
+}
+
+/// Random views, each with a hundred roughnesses; a place whose error exceeds its own cell's bound is a fault. How much of the bound the
+/// worst errors fill is returned: entries, and the local relative errors.
+struct Filled {
+    double entries = 0, filter = 0, total = 0;
+};
+Filled throwPlaces(const CookedSpecularTables& tables, long long count, unsigned seed) {
+    const SpecularTableKeys keys = compareAll(tables).keys;
+    std::vector<std::vector<SpecularTableCellBound>> cells;
+    for (int cell = 0; cell + 1 < tables.view.count; ++cell) cells.push_back(boundSpecularTables(tables, cell, keys, kF0));
+    const auto shadings = specularTableShadings(kF0);
+    const double low = tables.roughness.inverse(tables.roughness.minimum), high = tables.roughness.inverse(tables.roughness.maximum);
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    Filled filled;
+    SpecularTableBounds worst;
+    for (long long i = 0; i < count / 100; ++i) {
+        const double NoV = i % 3 == 0   ? std::pow(10, -4 * uniform(random))
+                           : i % 3 == 1 ? 1 - std::pow(10, -4 * uniform(random))
+                                        : uniform(random);
+        const lighting::AreaSpecularColumn column(std::max(NoV, kSmallestTableNoV), low, high, tables.lobe, 12);
+        for (int k = 0; k < 100; ++k) {
+            const double m = low + (high - low) * uniform(random);
+            const SpecularKernelEntries truth = entriesOf(column.kernel(m, tables.normalization)),
+                                        seen = fetchSpecularTables(tables, NoV, m);
+            const SpecularTableCellBound& bound = cells[cellOf(tables.view, NoV)][cellOf(tables.roughness, m)];
+            for (std::size_t e = 0; e < truth.size(); ++e) {
+                const double error = std::abs(seen[e] - truth[e]), local = error / (std::abs(truth[e]) + 0.02 * keys.kernel);
+                EXPECT_LE(error, bound.entries[e]) << "entry " << e << " NoV " << NoV << " m " << m;
+                EXPECT_LE(local, bound.filter) << "entry " << e << " NoV " << NoV << " m " << m;
+                filled.entries = std::max(filled.entries, error / bound.entries[e]);
+                worst.filter = std::max(worst.filter, local);
+            }
+            for (const SpecularKernelEntries& shading : shadings) {
+                double reflected = 0, error = 0;
+                for (std::size_t e = 0; e < truth.size(); ++e) {
+                    reflected += shading[e] * truth[e];
+                    error += shading[e] * (seen[e] - truth[e]);
+                }
+                const double local = std::abs(error) / (std::abs(reflected) + 0.02 * keys.shaded);
+                EXPECT_LE(local, bound.total) << "NoV " << NoV << " m " << m;
+                worst.total = std::max(worst.total, local);
+            }
+            if (testing::Test::HasFailure()) return filled;
+        }
+    }
+    const SpecularTableBounds all = boundSpecularTables(tables, keys, kF0);
+    filled.filter = worst.filter / all.filter;
+    filled.total = worst.total / all.total;
+    std::printf("[ figures  ] filter %.4g of %.4g, total %.4g of %.4g, fullest entry %.2f\n", worst.filter, all.filter, worst.total,
+                all.total, filled.entries);
+    return filled;
+}
+
+TEST(SpecularTableBound, HoldsAtAMillionPlaces) {
+    const Filled usual = throwPlaces(cook(8, 16, 1.0 / 16, 1, {.view = kWarped}), 400'000, 1);
+    EXPECT_GT(usual.filter, 0.5) << "a bound that no place comes near says little";
+    EXPECT_GT(usual.total, 0.5);
+    throwPlaces(cook(8, 8, 0.1, 0.5, {.view = kPlain}), 200'000, 2);
+    throwPlaces(cook(8, 8, 0.1, 0.5, {.view = kSine, .roughness = kRoot}), 100'000, 3);
+    throwPlaces(cook(8, 8, 0.1, 1, {.view = kWarped, .lobe = SpecularLobe::Ggx, .normalization = CookTorranceNormalization::Halo3}),
+                100'000, 4);
+    throwPlaces(cook(5, 3, 0.005, 0.02, {.view = {1, -1, 1, 0}}), 50'000, 5);
+    const Filled wide = throwPlaces(cook(8, 4, 1e-4, 1, {.view = kWarped}), 50'000, 9);
+    EXPECT_GT(wide.filter, 0.2) << "smallest lobes between coarse rows have a bound worth the name too";
+    throwPlaces(cook(8, 8, 0.1, 1, {.view = kWarped, .lobe = SpecularLobe::Phong}), 50'000, 6);
+    throwPlaces(cook(8, 8, 0.1, 1, {.view = {0.05, 1, 1, 0}, .roughness = {0, 1, 0.2, 1}, .lobe = SpecularLobe::PhongPower}), 50'000, 7);
+    throwPlaces(cook(6, 1, 0.3, 0.3, {.view = kWarped}), 50'000, 8);
+}
+
+TEST(SpecularTableBoundSoak, HoldsAtAHundredMillionPlaces) {
+    unsigned seed = 100;
+    for (const SpecularLobe lobe : {SpecularLobe::Beckmann, SpecularLobe::Ggx, SpecularLobe::Phong, SpecularLobe::PhongPower})
+        for (const auto& view : {kPlain, kSine, kWarped, kRoot})
+            throwPlaces(cook(8, 16, 1.0 / 16, 1, {.view = view, .lobe = lobe}), 6'250'000, seed++);
 }
 
 }  // namespace

@@ -1,0 +1,170 @@
+// Which axes lose least between the nodes of a table.
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "fit/specular_tables.h"
+
+namespace fit {
+namespace {
+
+/// Places of the reference, uniform in NoV and in m, at middles: none is a node.
+constexpr int kPlaces = 48;
+/// Points a piece: within 1e-5, a hundredth of the errors that are compared.
+constexpr int kPoints = 8;
+constexpr double kSmallestNoV = 1e-3;
+/// A plain axis stays unless another loses less than this share of what it loses.
+constexpr double kWorthARoot = 0.97;
+
+/// C 0 2 3 6 7 8, then D.
+using Entries = std::array<double, 12>;
+
+Entries entriesOf(const lighting::AreaSpecularKernel& kernel) {
+    constexpr std::array<std::size_t, 6> kCoefficients = {0, 2, 3, 6, 7, 8};
+    Entries entries;
+    for (std::size_t i = 0; i < kCoefficients.size(); ++i) {
+        entries[i] = kernel.c[kCoefficients[i]];
+        entries[6 + i] = kernel.d[kCoefficients[i]];
+    }
+    return entries;
+}
+
+/// Where a place lies between two nodes of an axis.
+struct Between {
+    std::size_t first, second;
+    double fraction;
+};
+
+class Axis {
+public:
+    Axis(const AxisMapping& mapping, int count, double low, double high)
+        : mapping_(mapping), count_(count), minimum_(std::min(mapping.of(low), mapping.of(high))), low_(low), high_(high) {
+        step_ = count > 1 ? (std::max(mapping.of(low), mapping.of(high)) - minimum_) / (count - 1) : 0;
+    }
+    double node(int index) const { return std::clamp(mapping_.inverse(minimum_ + step_ * index), low_, high_); }
+    Between find(double t) const {
+        if (!(step_ > 0)) return {0, 0, 0};
+        const double place = (mapping_.of(t) - minimum_) / step_;
+        const int first = std::clamp(static_cast<int>(place), 0, count_ - 2);
+        return {static_cast<std::size_t>(first), static_cast<std::size_t>(first) + 1, place - first};
+    }
+
+private:
+    const AxisMapping& mapping_;
+    int count_;
+    double minimum_, low_, high_, step_;
+};
+
+double place(int index, double low, double high) {
+    return low + (high - low) * (index + 0.5) / kPlaces;
+}
+
+class Trial {
+public:
+    Trial(const SpecularTableOptions& options, double lowF0, double highF0) : options_(options), f0_{lowF0, highF0} {
+        for (int x = 0; x < kPlaces; ++x) {
+            const auto column = columnAt(place(x, 0, 1));
+            for (int y = 0; y < kPlaces; ++y)
+                reference_.push_back(entriesOf(column.kernel(place(y, options.minimumM, options.maximumM), options.normalization)));
+        }
+    }
+
+    MappingFigure measure(const AxisMapping& viewMapping, const AxisMapping& roughnessMapping) const {
+        const Axis view(viewMapping, options_.viewCount, 0, 1);
+        const Axis roughness(roughnessMapping, options_.roughnessCount, options_.minimumM, options_.maximumM);
+        const std::size_t height = static_cast<std::size_t>(options_.roughnessCount);
+        std::vector<Entries> nodes;
+        for (int x = 0; x < options_.viewCount; ++x) {
+            const auto column = columnAt(view.node(x));
+            for (int y = 0; y < options_.roughnessCount; ++y)
+                nodes.push_back(entriesOf(column.kernel(roughness.node(y), options_.normalization)));
+        }
+        Sums sums;
+        for (int x = 0; x < kPlaces; ++x)
+            for (int y = 0; y < kPlaces; ++y) {
+                const Between h = view.find(place(x, 0, 1)), v = roughness.find(place(y, options_.minimumM, options_.maximumM));
+                Entries found;
+                for (std::size_t i = 0; i < found.size(); ++i) {
+                    const double left = std::lerp(nodes[h.first * height + v.first][i], nodes[h.first * height + v.second][i], v.fraction);
+                    const double right =
+                        std::lerp(nodes[h.second * height + v.first][i], nodes[h.second * height + v.second][i], v.fraction);
+                    found[i] = std::lerp(left, right, h.fraction);
+                }
+                sums.add(found, reference_[static_cast<std::size_t>(x * kPlaces + y)], f0_);
+            }
+        return sums.figure(viewMapping.name, roughnessMapping.name);
+    }
+
+private:
+    /// Squares of errors and of values: C, D, and what each F0 makes of both.
+    struct Sums {
+        std::array<double, 4> errors{}, values{};
+        double worst = 0;
+
+        void add(const Entries& found, const Entries& truth, const std::array<double, 2>& f0) {
+            for (std::size_t i = 0; i < 6; ++i) {
+                const std::array<double, 2> error = {found[i] - truth[i], found[6 + i] - truth[6 + i]};
+                const std::array<double, 2> value = {truth[i], truth[6 + i]};
+                worst = std::max({worst, std::abs(error[0]), std::abs(error[1])});
+                for (std::size_t k = 0; k < 2; ++k) {
+                    const double both = f0[k] * error[0] + (1 - f0[k]) * error[1], whole = f0[k] * value[0] + (1 - f0[k]) * value[1];
+                    errors[k] += error[k] * error[k];
+                    values[k] += value[k] * value[k];
+                    errors[2 + k] += both * both;
+                    values[2 + k] += whole * whole;
+                }
+            }
+        }
+        MappingFigure figure(const std::string& view, const std::string& roughness) const {
+            const auto share = [&](std::size_t i) { return values[i] > 0 ? errors[i] / values[i] : 0; };
+            return {view,
+                    roughness,
+                    std::sqrt(share(0)),
+                    std::sqrt(share(1)),
+                    worst,
+                    std::sqrt((errors[2] + errors[3]) / std::max(values[2] + values[3], 1e-300))};
+        }
+    };
+
+    lighting::AreaSpecularColumn columnAt(double NoV) const {
+        return {std::max(kSmallestNoV, NoV), options_.minimumM, options_.maximumM, options_.lobe, kPoints};
+    }
+
+    const SpecularTableOptions& options_;
+    std::array<double, 2> f0_;
+    std::vector<Entries> reference_;  ///< columns of rows
+};
+
+}  // namespace
+
+std::vector<MappingFigure> mappingFigures(const SpecularTableOptions& options, double lowF0, double highF0) {
+    const Trial trial(options, lowF0, highF0);
+    std::vector<MappingFigure> figures;
+    for (const AxisMapping& view : viewMappings())
+        for (const AxisMapping& roughness : roughnessMappings()) figures.push_back(trial.measure(view, roughness));
+    return figures;
+}
+
+void chooseMappings(SpecularTableOptions& options, double lowF0, double highF0) {
+    assert(checkSpecularTableOptions(options).has_value());
+    const Trial trial(options, lowF0, highF0);
+    // One axis after the other: they hardly know of each other, and a table holds what lies between its nodes in one of them at a time.
+    const auto best = [&](const std::vector<AxisMapping>& mappings, AxisMapping SpecularTableOptions::*member) {
+        const AxisMapping* chosen = nullptr;
+        double least = 0, plain = 0;
+        for (const AxisMapping& mapping : mappings) {
+            options.*member = mapping;
+            const double loss = trial.measure(options.view, options.roughness).reflected;
+            if (chosen == nullptr) plain = loss;
+            if (chosen == nullptr || loss < least) {
+                chosen = &mapping;
+                least = loss;
+            }
+        }
+        options.*member = least > kWorthARoot * plain ? mappings.front() : *chosen;
+    };
+    best(viewMappings(), &SpecularTableOptions::view);
+    if (options.roughnessCount > 1) best(roughnessMappings(), &SpecularTableOptions::roughness);
+}
+
+}  // namespace fit
