@@ -12,7 +12,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr const char* kHead = "x,y,kind,m,f0,dx,dy,dz,r,g,b\n";
+const std::string kHead = "x,y,kind,m,f0,dx,dy,dz,r,g,b\n";
 
 class ShadingValues : public testing::Test {
 protected:
@@ -22,7 +22,7 @@ protected:
     }
     /// Line 2 of an otherwise sound file.
     void expectRefused(const std::string& line, ErrorCode code, const std::string& found) const {
-        const auto values = read(std::string(kHead) + line + "\n1,2,lambert,0,0,0,0,1,1,1,1\n");
+        const auto values = read(kHead + line + "\n1,2,lambert,0,0,0,0,1,1,1,1\n");
         ASSERT_FALSE(values.has_value()) << line;
         EXPECT_EQ(values.error().code, code) << line;
         EXPECT_THAT(values.error().line(), HasSubstr("truth.csv, line 2: found " + found));
@@ -34,7 +34,7 @@ protected:
 };
 
 TEST_F(ShadingValues, BothKindsAreRead) {
-    const auto values = read(std::string(kHead) + "15,7,lambert,0,0,0,0,2,1,2.5,0\r\n\n3,0,spec,0.25,0.04,0.6,0,0.8,1e-3,0,7\n");
+    const auto values = read(kHead + "15,7,lambert,0,0,0,0,2,1,2.5,0\r\n\n3,0,spec,0.25,0.04,0.6,0,0.8,1e-3,0,7\n");
     ASSERT_TRUE(values.has_value()) << values.error().line();
     ASSERT_EQ(values->size(), 2u);
     const ShadingValue &lambert = values->front(), &specular = values->back();

@@ -14,7 +14,7 @@ namespace {
 using testing::HasSubstr;
 using Parts = SmallScene::Parts;
 
-constexpr const char* kHead = "x,y,kind,m,f0,dx,dy,dz,r,g,b\n";
+const std::string kHead = "x,y,kind,m,f0,dx,dy,dz,r,g,b\n";
 
 /// What a tracer would find at some texels, if nine coefficients were all of the light.
 std::string tracedIrradiance(float scale) {
@@ -85,7 +85,7 @@ TEST_F(GroundTruthScene, VerifyTellsTheSameAndAChangedTruthAlone) {
 }
 
 TEST_F(GroundTruthScene, WhatCannotBeMeantIsRefused) {
-    const Outcome outside = cookWith(std::string(kHead) + "40,5,lambert,0,0,0,0,1,1,1,1\n");
+    const Outcome outside = cookWith(kHead + "40,5,lambert,0,0,0,0,1,1,1,1\n");
     ASSERT_FALSE(outside.errors.empty());
     EXPECT_EQ(outside.errors.front().code, formats::ErrorCode::WrongShape);
     EXPECT_THAT(outside.errors.front().line(),
@@ -99,7 +99,7 @@ TEST_F(GroundTruthScene, WhatCannotBeMeantIsRefused) {
 
 TEST(GroundTruthValues, OutsideEveryChartThereIsNothingToCompare) {
     const SmallScene scene(Parts::LightMap);
-    formats::writeContent(scene / "truth.csv", std::string(kHead) + "4,5,lambert,0,0,0,0,1,1,1,1\n6,9,lambert,0,0,0,0,1,1,1,1\n");
+    formats::writeContent(scene / "truth.csv", kHead + "4,5,lambert,0,0,0,0,1,1,1,1\n6,9,lambert,0,0,0,0,1,1,1,1\n");
     const formats::LightMapDescription description;
     LightMapSources sources;
     const auto bake = sources.open(scene / "map.exr", description);
