@@ -184,7 +184,20 @@ private:
         if (format_ != PixelFormat::Bc3) return layer;
         // L itself, unlike uvw, is not seen through L: weighed so, dark texels beside bright ones became black, which no second texture
         // mends.
-        return withAlpha(std::move(layer), texels, source_.importance);
+        return withAlpha(std::move(layer), texels, alphaSignificance(texels));
+    }
+
+    /// Where L goes by the square of what is stored, a step at the top of the range changes it by far more than one in the dark, where half
+    /// a code's own change is what remains.
+    Image<float> alphaSignificance(const Image<glm::vec4>& texels) const {
+        constexpr float kHalfCode = 0.5f / 255;
+        Image<float> significance(source_.width, source_.height, 0);
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) {
+                const float slope = isRoot_ ? 2 * (texels.at(x, y).w + kHalfCode) : 1;
+                significance.at(x, y) = source_.importance.at(x, y) * slope * slope;
+            }
+        return significance;
     }
 
     Layer encodeSecond(const Image<glm::vec4>& first) {
