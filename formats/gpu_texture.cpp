@@ -147,7 +147,7 @@ Result<void> TextureWriter::writeBlockRows(SubImage image, int firstBlockRow, st
 }
 
 /// Compresses each level of the staging file into the pending one, smallest first and without padding, in memory that does not grow with
-/// the texture (one window of Zstandard's, at most 8 MiB up to level 15).
+/// the texture (at the default level 45 MiB of Zstandard's, less for a small level).
 Result<void> TextureWriter::State::compressLevels() {
     Result<FileBytes> compressed = FileBytes::openForUpdate(pending.temporary(), pending.target());
     if (!compressed) return tl::make_unexpected(compressed.error());

@@ -35,8 +35,8 @@ struct TextureShape {
 
 struct TextureFileOptions {
     Container container = Container::Ktx2;
-    bool zstd = false;  ///< KTX2 only: Zstandard supercompression, per mip level
-    int zstdLevel = 9;
+    bool zstd = false;                            ///< KTX2 only: Zstandard supercompression, per mip level
+    int zstdLevel = 19;                           ///< what blocks repeat are short matches, which levels below 17 do not look for
     std::map<std::string, std::string> metadata;  ///< KTX2 key-values (text); DDS has no room for them and drops them
 };
 

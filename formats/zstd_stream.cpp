@@ -10,6 +10,8 @@ namespace formats {
 namespace {
 
 constexpr std::size_t kPiece = std::size_t{1} << 20;
+/// From this level on Zstandard's tables would take 60 MiB and more beside the window; of 2^22 entries they cost 0.2 % of the file.
+constexpr int kFirstLevelOfLargeTables = 18, kLargestTableLog = 22;
 
 struct FreeContext {
     void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
@@ -35,6 +37,9 @@ Result<std::uint64_t> zstdCompress(const FileBytes& source, std::uint64_t source
     const std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
     if (!context) return failure(ErrorCode::Internal, subject, "found no memory for Zstandard, expected some");
     ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, level);
+    if (level >= kFirstLevelOfLargeTables)
+        for (const ZSTD_cParameter table : {ZSTD_c_chainLog, ZSTD_c_hashLog})
+            ZSTD_CCtx_setParameter(context.get(), table, kLargestTableLog);
     ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
     ZSTD_CCtx_setPledgedSrcSize(context.get(), sourceLength);
     std::vector<std::byte> in(kPiece), out(kPiece);

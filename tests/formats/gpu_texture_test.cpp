@@ -271,6 +271,31 @@ TEST(GpuTexture, LevelsLargerThanOnePieceGoThroughZstandard) {
     expectPattern(*reader, shape);
 }
 
+/// Halves of blocks that stand elsewhere once more, between noise: what blocks made to repeat look like.
+TEST(GpuTexture, ShortRepeatsAreFoundAtTheDefaultLevelAndComeBack) {
+    const TemporaryFolder folder;
+    const TextureShape shape{PixelFormat::Bc7, 256, 256, 1, 1, false, 1};
+    std::vector<std::byte> bytes(shape.gpuBytes());
+    std::uint32_t state = 1;
+    for (std::byte& each : bytes) each = static_cast<std::byte>((state = state * 1664525u + 1013904223u) >> 24);
+    constexpr std::size_t kBlock = 16, kHalf = 6;
+    for (std::size_t block = 40; block < bytes.size() / kBlock; ++block)
+        std::copy_n(bytes.data() + kBlock * (block - 1 - block % 37), kHalf, bytes.data() + kBlock * block);
+    const auto fileBytes = [&](int level) {
+        TextureFileOptions options;
+        options.zstd = true;
+        if (level != 0) options.zstdLevel = level;
+        auto writer = TextureWriter::create(folder / "texture", shape, options);
+        EXPECT_TRUE(writer && writer->writeBlockRows({}, 0, bytes) && writer->commit());
+        const Result<TextureReader> reader = TextureReader::open(folder / "texture");
+        EXPECT_TRUE(reader && reader->readImage({}) == bytes);
+        return reader->fileBytes();
+    };
+    const auto atDefault = fileBytes(0);
+    EXPECT_LT(atDefault, fileBytes(9));
+    for (const int level : {1, 17, 18, 22}) fileBytes(level);
+}
+
 TEST(GpuTexture, MetadataComesBackFromKtx2) {
     const TemporaryFolder folder;
     const TextureShape shape{PixelFormat::R16Unorm, 3, 3, 1, 1, false, 1};
