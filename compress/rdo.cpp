@@ -7,9 +7,11 @@
 #include <cmath>
 #include <cstring>
 #include <glm/common.hpp>
+#include <limits>
 #include <vector>
 
 #include "compress/bc6h_search.h"
+#include "compress/block_head.h"
 #include "compress/decode.h"
 #include "compress/packed_texels.h"
 
@@ -21,8 +23,8 @@ using formats::ImageView;
 using formats::PixelFormat;
 
 constexpr int kBlockSide = 4;
-/// How far to the left a block looks for one to repeat whole, and for one to repeat in part: the price of a part has to be decoded anew.
-constexpr int kWholeReach = 128, kPartReach = 24;
+/// How far to the left a block looks for one to repeat whole; in part, which has to be decoded anew; in its head, with indices of its own.
+constexpr std::size_t kWholeReach = 128, kPartReach = 24, kHeadReach = 32;
 
 // What Zstandard spends, in bits, about: a byte that no match covers; a match, by what it costs to say where it lies.
 constexpr double kLiteralBits = 7.6, kMatchBits = 20, kRepeatedOffsetBits = 11, kContinuedMatchBits = 1;
@@ -38,6 +40,8 @@ std::span<const Range> rangesOf(PixelFormat format) {
     static constexpr std::array kBc4 = {Range{0, 8}, Range{2, 8}};
     static constexpr std::array kTwice = {Range{0, 16}, Range{0, 8}, Range{8, 16}, Range{2, 8}, Range{10, 16}};
     static constexpr std::array kBc3 = {Range{0, 16}, Range{0, 8}, Range{8, 16}, Range{2, 8}, Range{12, 16}};
+    // BC7's ends and modes without the indices are taken as heads; BC6H's are not, see headAt().
+    static constexpr std::array kBc7 = {Range{0, 16}, Range{8, 16}, Range{10, 16}, Range{12, 16}};
     static constexpr std::array kLong = {Range{0, 16}, Range{0, 8}, Range{8, 16}, Range{10, 16}};
     switch (format) {
         case PixelFormat::Bc1:
@@ -50,6 +54,8 @@ std::span<const Range> rangesOf(PixelFormat format) {
             return kTwice;
         case PixelFormat::Bc3:
             return kBc3;
+        case PixelFormat::Bc7:
+            return kBc7;
         default:
             return kLong;
     }
@@ -108,6 +114,7 @@ public:
           metric_(format, options),
           options_(options),
           row_(row),
+          original_(row.begin(), row.end()),
           blocks_(row.size() / blockBytes_) {
         scaleWeights(significance);
         for (std::size_t j = 0; j < blocks_.size(); ++j) gather(texels, significance, static_cast<int>(j));
@@ -117,6 +124,7 @@ public:
         double before = 0;
         for (const RowBlock& block : blocks_) before += block.error;
         if (!std::isfinite(before)) return;  // values and scale so far apart that no budget can be told
+        heads_.resize(std::min(kHeadReach, blocks_.size()));
         for (std::size_t j = 0; j < blocks_.size(); ++j) findCandidates(j);
         const double growth = 1 + static_cast<double>(options_.rdo), allowed = before * growth * growth;
         Choices best = choose(0);
@@ -134,8 +142,16 @@ public:
 
 private:
     struct Candidate {
-        std::size_t source, range;
+        std::size_t source;
+        std::size_t range;  ///< of ranges_; kHeadOnly: the head, with indices of its own
         double error;
+    };
+    using Indices = std::array<std::array<std::uint8_t, kTexelCount>, 2>;
+    /// A block's head, and what texels show with each index.
+    struct Head {
+        BlockHead form{};
+        std::array<Planes, 16> shown{};
+        std::array<std::array<float, kTexelCount>, 2> barred{};  ///< of each set: infinite where the upper half of indices cannot be stored
     };
     struct RowBlock {
         Planes wanted{};   ///< in the metric's space
@@ -160,7 +176,7 @@ private:
         channelExponent_ = channel > 0 ? -std::ilogb(channel) : 0;
     }
 
-    const std::byte* blockAt(std::size_t j) const { return row_.data() + j * blockBytes_; }
+    const std::byte* blockAt(std::size_t j) const { return original_.data() + j * blockBytes_; }
 
     void gather(ImageView<const glm::vec4> texels, ImageView<const float> significance, int j) {
         RowBlock& block = blocks_[static_cast<std::size_t>(j)];
@@ -219,11 +235,83 @@ private:
                 mix(j, {j - back, r, 0}, mixed.data());
                 if (decode(mixed.data(), planes)) block.candidates.push_back({j - back, r, errorOf(block, planes)});
             }
+        for (std::size_t back = 1; back <= std::min<std::size_t>(j, kHeadReach); ++back) {
+            const Head& head = heads_[(j - back) % heads_.size()];
+            if (head.form.bits) block.candidates.push_back({j - back, kHeadOnly, errorWith(block, head, nullptr)});
+        }
+        heads_[j % heads_.size()] = headAt(j);
+        headBits_.push_back(heads_[j % heads_.size()].form.bits);
         std::erase_if(block.candidates, [](const Candidate& candidate) { return !std::isfinite(candidate.error); });
     }
 
-    /// Block j with the candidate's range from its source.
+    /// What the head of block j can show. BC6H goes without: beside lamps a logarithm's small errors are large light.
+    Head headAt(std::size_t j) const {
+        Head head;
+        if (format_ == PixelFormat::Bc7) head.form = headOfBc7(blockAt(j));
+        if (!head.form.bits) return head;
+        int most = 0;
+        for (std::size_t s = 0; s < 2; ++s) {
+            most = std::max(most, head.form.sets[s].bits);
+            for (std::size_t t = 0; t < kTexelCount; ++t)
+                head.barred[s][t] = head.form.sets[s].anchors >> t & 1 ? std::numeric_limits<float>::infinity() : 0;
+        }
+        std::array<std::byte, 16> bytes;
+        for (int i = 0; i < 1 << most; ++i) {
+            Indices indices{};
+            for (std::size_t s = 0; s < static_cast<std::size_t>(head.form.setCount); ++s)
+                for (std::size_t t = 0; t < kTexelCount; ++t) {
+                    const int count = 1 << (head.form.sets[s].bits - (head.form.sets[s].anchors >> t & 1));
+                    indices[s][t] = static_cast<std::uint8_t>(std::min(i, count - 1));
+                }
+            std::memcpy(bytes.data(), blockAt(j), blockBytes_);
+            putIndices(head.form, indices, bytes.data());
+            decode(bytes.data(), head.shown[static_cast<std::size_t>(i)]);
+        }
+        return head;
+    }
+
+    /// Least error of a block that has this head, and the indices that give it.
+    double errorWith(const RowBlock& block, const Head& head, Indices* indices) const {
+        std::array<float, kTexelCount> sums{};
+        for (std::size_t s = 0; s < static_cast<std::size_t>(head.form.setCount); ++s) {
+            const IndexSet& set = head.form.sets[s];
+            const std::size_t count = std::size_t{1} << set.bits;
+            std::array<float, kTexelCount> best;
+            std::array<std::int32_t, kTexelCount> which{};
+            best.fill(std::numeric_limits<float>::infinity());
+            for (std::size_t i = 0; i < count; ++i) {
+                std::array<float, kTexelCount> error{};
+                if (i >= count / 2) error = head.barred[s];
+                for (std::size_t c = 0; c < metric_.channelCount(); ++c) {
+                    if (!(set.channels >> c & 1)) continue;
+                    for (std::size_t t = 0; t < kTexelCount; ++t) {
+                        const float difference = head.shown[i][c][t] - block.wanted[c][t];
+                        error[t] += block.weights[c][t] * difference * difference;
+                    }
+                }
+                for (std::size_t t = 0; t < kTexelCount; ++t) {
+                    which[t] = error[t] < best[t] ? static_cast<std::int32_t>(i) : which[t];
+                    best[t] = error[t] < best[t] ? error[t] : best[t];
+                }
+            }
+            for (std::size_t t = 0; t < kTexelCount; ++t) sums[t] += best[t];
+            for (std::size_t t = 0; indices && t < kTexelCount; ++t) (*indices)[s][t] = static_cast<std::uint8_t>(which[t]);
+        }
+        double sum = 0;
+        for (const float each : sums) sum += static_cast<double>(each);
+        return sum;
+    }
+
+    /// Block j with what the candidate takes from its source.
     void mix(std::size_t j, const Candidate& candidate, std::byte* out) const {
+        if (candidate.range == kHeadOnly) {
+            const Head head = headAt(candidate.source);
+            Indices indices{};
+            errorWith(blocks_[j], head, &indices);
+            std::memcpy(out, blockAt(candidate.source), blockBytes_);
+            putIndices(head.form, indices, out);
+            return;
+        }
         const Range range = ranges_[candidate.range];
         std::memcpy(out, blockAt(j), blockBytes_);
         std::memcpy(out + range.begin, blockAt(candidate.source) + range.begin, range.end - range.begin);
@@ -234,8 +322,9 @@ private:
     Choices choose(double price) const {
         Choices choices;
         choices.ofBlock.assign(blocks_.size(), -1);
-        // Where the bytes of block j last stood whole: there, or in the latest copy of it. None once it was changed and not copied before.
-        std::vector<std::size_t> holder(blocks_.size());
+        // Where the bytes of block j last stood whole, and where its head did: there, or in the latest copy. None once they were changed
+        // and not copied before.
+        std::vector<std::size_t> holder(blocks_.size()), headHolder(blocks_.size());
         std::size_t distance = 0;
         bool isMatchOpen = false;  // the last match reached the end of its block
         for (std::size_t j = 0; j < blocks_.size(); ++j) {
@@ -243,8 +332,9 @@ private:
             double bestBits = kLiteralBits * static_cast<double>(blockBytes_), bestError = block.error;
             for (std::size_t i = 0; i < block.candidates.size(); ++i) {
                 const Candidate& candidate = block.candidates[i];
-                if (holder[candidate.source] == kNowhere) continue;
-                const double bits = bitsOf(ranges_[candidate.range], j - holder[candidate.source], distance, isMatchOpen);
+                const std::size_t from = (candidate.range == kHeadOnly ? headHolder : holder)[candidate.source];
+                if (from == kNowhere) continue;
+                const double bits = bitsOf(rangeOfCandidate(candidate), j - from, distance, isMatchOpen);
                 const bool isBetter = price > 0 ? candidate.error + price * bits < bestError + price * bestBits
                                                 : candidate.error <= block.error && bits < bestBits;
                 if (!isBetter) continue;
@@ -255,17 +345,24 @@ private:
             choices.bits += bestBits;
             choices.error += bestError;
             isMatchOpen = false;
-            holder[j] = j;
+            holder[j] = headHolder[j] = j;
             if (choices.ofBlock[j] < 0) continue;
             const Candidate& chosen = block.candidates[static_cast<std::size_t>(choices.ofBlock[j])];
-            const Range range = ranges_[chosen.range];
-            distance = j - holder[chosen.source];
+            const Range range = rangeOfCandidate(chosen);
+            distance = j - (chosen.range == kHeadOnly ? headHolder : holder)[chosen.source];
             isMatchOpen = range.end == blockBytes_;
-            if (std::memcmp(blockAt(j) + range.begin, blockAt(chosen.source) + range.begin, range.end - range.begin) != 0)
-                holder[j] = kNowhere;
+            if (chosen.range == kHeadOnly ||
+                std::memcmp(blockAt(j) + range.begin, blockAt(chosen.source) + range.begin, range.end - range.begin) != 0)
+                holder[j] = headHolder[j] = kNowhere;
+            if (chosen.range == kHeadOnly || chosen.range == 0) headHolder[chosen.source] = j;
             if (chosen.range == 0) holder[chosen.source] = j;
         }
         return choices;
+    }
+
+    Range rangeOfCandidate(const Candidate& candidate) const {
+        if (candidate.range != kHeadOnly) return ranges_[candidate.range];
+        return {0, static_cast<std::size_t>(headBits_[candidate.source]) / 8};
     }
 
     double bitsOf(const Range& range, std::size_t distance, std::size_t lastDistance, bool isMatchOpen) const {
@@ -278,13 +375,12 @@ private:
         std::array<std::byte, 16> mixed;
         for (std::size_t j = 0; j < blocks_.size(); ++j) {
             if (choices.ofBlock[j] < 0) continue;
-            // Sources are unchanged, so the order does not matter.
             mix(j, blocks_[j].candidates[static_cast<std::size_t>(choices.ofBlock[j])], mixed.data());
             std::memcpy(row_.data() + j * blockBytes_, mixed.data(), blockBytes_);
         }
     }
 
-    static constexpr std::size_t kNowhere = ~std::size_t{0};
+    static constexpr std::size_t kNowhere = ~std::size_t{0}, kHeadOnly = ~std::size_t{0};
 
     PixelFormat format_;
     std::span<const Range> ranges_;
@@ -292,8 +388,11 @@ private:
     RowMetric metric_;
     const EncodeOptions& options_;
     std::span<std::byte> row_;
+    std::vector<std::byte> original_;
     int significanceExponent_ = 0, channelExponent_ = 0;  ///< powers of two that weights are multiplied by
     std::vector<RowBlock> blocks_;
+    std::vector<Head> heads_;    ///< of the last blocks, in a ring
+    std::vector<int> headBits_;  ///< of each block
 };
 
 }  // namespace

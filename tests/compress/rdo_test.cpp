@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compress/block_head.h"
 #include "tests/compress/codec_images.h"
 #include "verify/texture_unit.h"
 
@@ -127,6 +128,33 @@ TEST(ReduceRow, TexelsWithoutSignificanceAreFreeAndExactOnesStayExact) {
         EXPECT_EQ(encode(format, constant, options).decoded.texels(), plain.decoded.texels()) << formats::info(format).name;
         EXPECT_EQ(encode(format, one, options).bytes, encode(format, one, effort(2)).bytes) << formats::info(format).name;
     }
+}
+
+TEST(ReduceRow, Bc7BlocksTakeOverHeadsWithIndicesOfTheirOwn) {
+    Random random(9);
+    const auto image = imageOf(256, 64, [&](int x, int y) {
+        const float ramp = static_cast<float>((x * 7 + y * 13) % 32) / 31, noise = 0.02f * random.unit();
+        return glm::vec4(0.2f + 0.4f * ramp + noise, 0.3f + 0.3f * ramp, 0.5f - 0.2f * ramp + noise, 1);
+    });
+    EncodeOptions options = effort(1);
+    const std::vector<std::byte> plain = encode(formats::PixelFormat::Bc7, image, options).bytes;
+    options.rdo = 0.1f;
+    const std::vector<std::byte> reduced = encode(formats::PixelFormat::Bc7, image, options).bytes;
+    // Blocks with the whole head of one before them in their row, and other indices.
+    const auto headsThatRepeat = [](const std::vector<std::byte>& bytes) {
+        constexpr std::size_t kBlocksAcross = 64, kReach = 32;
+        int count = 0;
+        for (std::size_t block = 0; block < bytes.size() / 16; ++block)
+            for (std::size_t back = 1; back <= std::min(block % kBlocksAcross, kReach); ++back) {
+                const std::byte *own = bytes.data() + 16 * block, *other = own - 16 * back;
+                const std::size_t size = static_cast<std::size_t>(headOfBc7(own).bits) / 8;
+                if (!std::equal(own, own + size, other) || std::equal(own, own + 16, other)) continue;
+                ++count;
+                break;
+            }
+        return count;
+    };
+    EXPECT_GT(headsThatRepeat(reduced), headsThatRepeat(plain) + 100);
 }
 
 }  // namespace
