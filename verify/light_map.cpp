@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <span>
@@ -38,6 +39,8 @@ constexpr double kLogUnits = 1 << 24;
 /// The control vectors come from float evaluations of the decode: conversion to Bernstein form magnifies their rounding by at most 6 an
 /// axis.
 constexpr double kRounding = 2e-5;
+/// What is left out is clearly under the worst: which of two bounds alike is found first must not show in the last bit.
+constexpr double kClearly = 1 - 1e-9;
 /// What float sums of nine products may add to a sampled error, as a part of it.
 constexpr double kShadingRounding = 2e-6;
 
@@ -229,8 +232,10 @@ public:
             // Where samples were worst the bounds are likely to be: after those most quads are settled at a glance.
             for (const auto& [x, y] : worstSampled_)
                 if (x >= 0) oneQuad(x, y);
+            std::vector<Doubtful> doubtful;
             forEachQuad(firstRow, rowCount,
-                        [&](const Corners& corners, int x, int y) { boundQuad(corners.texels, corners.references, x, y); });
+                        [&](const Corners& corners, int x, int y) { boundQuad(corners.texels, corners.references, x, y, &doubtful); });
+            settle(std::move(doubtful));
         }
         for (std::size_t stage = 0; stage < worst_.size(); ++stage) {
             errors_.accumulators[stage].diffuse.addBound(worst_[stage].diffuse);
@@ -241,10 +246,10 @@ public:
 
     LightMapVerifier::QuadBound oneQuad(int x, int y) {
         Row above, below;
-        loadRow(y, above);
-        loadRow(y + 1, below);
-        const Corners corners = cornersOf(above, below, x);
-        boundQuad(corners.texels, corners.references, x, y);
+        loadTexels(x, 2, y, above);
+        loadTexels(x, 2, y + 1, below);
+        const Corners corners = cornersOf(above, below, 0);
+        boundQuad(corners.texels, corners.references, x, y, nullptr);
         return {worst_.back().diffuse, worst_.back().specular};
     }
 
@@ -287,19 +292,20 @@ private:
         }
     }
 
-    void loadRow(int y, Row& row) const {
-        const auto width = index(map_.width);
-        row.covered.resize(width);
-        row.reference.resize(width);
-        row.texels.resize(width);
+    void loadRow(int y, Row& row) const { loadTexels(0, map_.width, y, row); }
+    void loadTexels(int firstX, int count, int y, Row& row) const {
+        row.covered.resize(index(count));
+        row.reference.resize(index(count));
+        row.texels.resize(index(count));
         const int bandRow = y - reference_.firstRow, texelRow = y - texels_.firstRow;
-        for (int x = 0; x < map_.width; ++x) {
-            row.covered[index(x)] = reference_.covered.at(x, bandRow);
-            if (row.covered[index(x)] == 0) continue;
-            row.reference[index(x)] = referenceAt(x, bandRow);
+        for (int i = 0; i < count; ++i) {
+            const int x = firstX + i;
+            row.covered[index(i)] = reference_.covered.at(x, bandRow);
+            if (row.covered[index(i)] == 0) continue;
+            row.reference[index(i)] = referenceAt(x, bandRow);
             std::size_t layer = 0;
             for (const auto& texture : texels_.textures)
-                for (const formats::Image<glm::vec4>& image : texture) row.texels[index(x)][layer++] = image.at(x, texelRow);
+                for (const formats::Image<glm::vec4>& image : texture) row.texels[index(i)][layer++] = image.at(x, texelRow);
         }
     }
 
@@ -363,7 +369,7 @@ private:
     /// Takes the pairs of one channel into the worst so far.
     void raise(Worst& worst, std::span<const ErrorPair> pairs, const lighting::ShBands& slack) const {
         const auto take = [&](std::span<const Response> responses, double& largest) {
-            if (!staysWithin(pairs, responses, kFloor, slack, largest))
+            if (!staysWithin(pairs, responses, kFloor, slack, kClearly * largest))
                 largest = std::max(largest, localErrorBound(pairs, responses, kFloor, slack));
         };
         take({&kExitResponse, 1}, worst.diffuse);
@@ -371,7 +377,16 @@ private:
     }
 
     static constexpr std::size_t kSigns = 8;
-    using FreePairs = std::array<ErrorPair, 4 * kSigns>;
+    /// The signed sums of a group, each with the references of the corners.
+    struct FreeGroup {
+        std::array<ErrorPair, 4 * kSigns> pairs;
+        lighting::ShBands rounding{};
+        void set(std::size_t i, const ErrorPair& pair) {
+            pairs[i] = pair;
+            const lighting::ShBands lengths = bandNorms(pair.error);
+            for (std::size_t l = 0; l < 3; ++l) rounding[l] = std::max(rounding[l], kRounding * lengths[l]);
+        }
+    };
     /// The same with what a sampler is free to do.
     /// all  the lengths of all that errors may have beyond their numbers; slack: but for the groups of `off`
     /// Groups are long where light is, and short in the dark: |e + g| / (|r| + floor) is at most the sum of the bounds of |e| and of |g|
@@ -388,33 +403,56 @@ private:
         std::array<Channels, 4> corners;
         for (std::size_t i = 0; i < 4; ++i) corners[i] = channelsOf(*references[i]);
         for (std::size_t c = 0; c < kChannels; ++c) {
-            const auto groupBound = [&](std::span<const Response> responses) {
-                double sum = 0;
-                for (std::size_t group = 0; group < kGroups; ++group) {
-                    FreePairs free;
-                    lighting::ShBands rounding{};
-                    for (std::size_t i = 0; i < free.size(); ++i) {
-                        free[i] = {sums[group][i / 4][c], corners[i % 4][c]};
-                        const lighting::ShBands lengths = bandNorms(free[i].error);
-                        for (std::size_t l = 0; l < 3; ++l) rounding[l] = std::max(rounding[l], kRounding * lengths[l]);
-                    }
-                    sum += localErrorBound(free, responses, kFloor, rounding);
-                }
-                return sum;
+            std::array<FreeGroup, kGroups> groups;
+            bool hasGroups = false;
+            const auto makeGroups = [&] {
+                for (std::size_t group = 0; group < kGroups && !hasGroups; ++group)
+                    for (std::size_t i = 0; i < groups[group].pairs.size(); ++i)
+                        groups[group].set(i, {sums[group][i / 4][c], corners[i % 4][c]});
+                hasGroups = true;
             };
             const auto take = [&](std::span<const Response> responses, double& largest) {
-                if (responses.empty() || staysWithin(pairs[c], responses, kFloor, all[c], largest)) return;
+                if (responses.empty() || staysWithin(pairs[c], responses, kFloor, all[c], kClearly * largest)) return;
+                if constexpr (kGroups > 0) {
+                    makeGroups();
+                    if (staysWithinInParts(pairs[c], slack[c], groups, responses, kClearly * largest)) return;
+                }
                 double bound = localErrorBound(pairs[c], responses, kFloor, all[c]);
                 if (bound <= largest) return;
                 if constexpr (kGroups > 0) {
-                    const double alone = localErrorBound(pairs[c], responses, kFloor, slack[c]);
-                    if (alone < bound) bound = std::min(bound, alone + groupBound(responses));
+                    double sum = localErrorBound(pairs[c], responses, kFloor, slack[c], bound);
+                    for (const FreeGroup& group : groups)
+                        if (sum < bound) sum += localErrorBound(group.pairs, responses, kFloor, group.rounding, bound - sum);
+                    bound = std::min(bound, sum);
                 }
                 largest = std::max(largest, bound);
             };
             take({&kExitResponse, 1}, worst_.back().diffuse);
             take(setup_.responses, worst_.back().specular);
         }
+    }
+    /// Whether errors and groups each stay within a part of the limit, dealt out by their lengths.
+    template <std::size_t kGroups>
+    bool staysWithinInParts(std::span<const ErrorPair> pairs, const lighting::ShBands& slack, const std::array<FreeGroup, kGroups>& groups,
+                            std::span<const Response> responses, double limit) const {
+        const lighting::ShBands norms = responses.front().norms();
+        const double error = bandSum(largestLengths(pairs), norms) + bandSum(slack, norms);
+        std::array<double, kGroups> parts;
+        double sum = error;
+        for (std::size_t group = 0; group < kGroups; ++group)
+            sum += parts[group] = bandSum(largestLengths(groups[group].pairs), norms) + bandSum(groups[group].rounding, norms);
+        if (!staysWithin(pairs, responses, kFloor, slack, limit * (error / sum))) return false;
+        for (std::size_t group = 0; group < kGroups; ++group)
+            if (!staysWithin(groups[group].pairs, responses, kFloor, groups[group].rounding, limit * (parts[group] / sum))) return false;
+        return true;
+    }
+    static lighting::ShBands largestLengths(std::span<const ErrorPair> pairs) {
+        lighting::ShBands largest{};
+        for (const ErrorPair& pair : pairs) {
+            const lighting::ShBands lengths = bandNorms(pair.error);
+            for (std::size_t l = 0; l < 3; ++l) largest[l] = std::max(largest[l], lengths[l]);
+        }
+        return largest;
     }
 
     // ---- what a sampler is free to do ----
@@ -550,7 +588,41 @@ private:
     static constexpr double kOutwardLength = 1 + 1e-5, kTiny = 1e-18;
     static constexpr float kOutward = 1 + 1e-5f;
 
-    void boundQuad(const std::array<const LayerTexels*, 4>& texels, const std::array<const LcSh*, 4>& references, int x, int y) {
+    /// A quad that is not settled at a glance, and its place in the queue: the more it could raise the worst, the earlier it is looked at,
+    /// and the fewer are left for a closer look after it.
+    struct Doubtful {
+        int x, y;
+        double diffuse, specular;
+    };
+    Doubtful doubtfulOf(int x, int y, const Squares& error, const ChannelSlack& slack, const std::array<const LcSh*, 4>& references) const {
+        Doubtful out{x, y, 0, 0};
+        const auto raise = [](double& largest, double value) {
+            largest = value <= largest ? largest : std::isfinite(value) ? value : kAll;
+        };
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            lighting::ShBands lengths = slack[c];
+            for (std::size_t l = 0; l < 3; ++l) lengths[l] += outwardLength(error[l][static_cast<int>(c)]);
+            double light = 0;
+            for (const LcSh* reference : references) light += 0.25 * static_cast<double>(reference->c[0][static_cast<int>(c)]);
+            light = std::max(light, 0.0);
+            raise(out.diffuse, bandSum(lengths, kExitNorm) / (kFloor + kExitNorm[0] * light));
+            raise(out.specular, bandSum(lengths, setup_.largestResponse) / (kFloor + setup_.largestResponse[0] * light));
+        }
+        return out;
+    }
+    static constexpr double kAll = std::numeric_limits<double>::max();
+
+    void settle(std::vector<Doubtful> doubtful) {
+        constexpr std::size_t kFirst = 4;
+        std::ranges::stable_sort(doubtful, std::greater{}, &Doubtful::diffuse);
+        for (std::size_t i = 0; i < std::min(kFirst, doubtful.size()); ++i) oneQuad(doubtful[i].x, doubtful[i].y);
+        std::ranges::stable_sort(doubtful, std::greater{}, &Doubtful::specular);
+        for (const Doubtful& each : doubtful) oneQuad(each.x, each.y);
+    }
+
+    /// later  where quads that need a closer look are put down; null: here and now
+    void boundQuad(const std::array<const LayerTexels*, 4>& texels, const std::array<const LcSh*, 4>& references, int x, int y,
+                   std::vector<Doubtful>* later) {
         if constexpr (layouts::Zonal<Layout>) {
             boundZonal(texels, references, {}, 0, zonalFreedom(texels, references, x, y));
         } else {
@@ -566,6 +638,7 @@ private:
                 addRounding(slack, errorSquares, referenceSquares(references));
                 if (setup_.freedom.empty()) {
                     if (isCertainlyWithin(worst_.back(), errorSquares, slack)) continue;
+                    if (later != nullptr) return later->push_back(doubtfulOf(x, y, errorSquares, slack, references));
                     const Pairs pairs = pairsOf(errors, filtered);
                     for (std::size_t c = 0; c < kChannels; ++c) raise(worst_.back(), pairs[c], slack[c]);
                     continue;
@@ -576,6 +649,7 @@ private:
                 if (isCertainlyWithin(worst_.back(), errorSquares, sumOf(slack, lengthsOf(off, false)))) continue;
                 const ChannelSlack all = sumOf(slack, lengthsOf(off, true));
                 if (isCertainlyWithin(worst_.back(), errorSquares, all)) continue;
+                if (later != nullptr) return later->push_back(doubtfulOf(x, y, errorSquares, all, references));
                 addLengths(slack, off.absolute, static_cast<double>(perKey_));
                 raiseFree(pairsOf(errors, filtered), references, all, slack, off);
             }

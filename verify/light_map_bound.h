@@ -3,6 +3,7 @@
 
 #include <array>
 #include <glm/vec3.hpp>
+#include <limits>
 #include <span>
 
 #include "lighting/sh.h"
@@ -41,7 +42,9 @@ inline constexpr Response kExitResponse{{1, 2.0 / 3, 1.0 / 4}, {}};
 /// It is the least t with s e_j(n) <= t (share r_j(n) + floor) for every j, n, response and sign s, for the best of a few shares from 1 to
 /// 0. Each condition is a quadratic on the sphere, whose maximum is known exactly; t is found by Dinkelbach's iteration (1967, On Nonlinear
 /// Fractional Programming). Share 1 is exact for a texel whose reference is nowhere negative, less serves light that rings below zero.
-double localErrorBound(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack);
+/// atMost  not told more closely above it
+double localErrorBound(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
+                       double atMost = std::numeric_limits<double>::infinity());
 
 /// An axis, and how far the unit band 2 about any axis near it can be from the one about it.
 struct AxisCone {
