@@ -86,6 +86,11 @@ Html voidElement(std::string_view name, const Attributes& attributes) {
     return raw(fmt::format("<{}{}>", name, attributeMarkup(attributes)));
 }
 
+std::string kindColor(const std::string& kind) {
+    static constexpr std::array kKinds = {"light-map", "dominant", "cubemap", "lut", "rsrm", "mesh"};
+    return std::find(kKinds.begin(), kKinds.end(), kind) == kKinds.end() ? "var(--kind-other)" : "var(--kind-" + kind + ")";
+}
+
 std::string base64(std::string_view bytes) {
     static constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     std::string out;

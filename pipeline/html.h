@@ -42,6 +42,9 @@ Html element(std::string_view name, const Html& content);
 /// img, meta, col, ...: no content, no end tag.
 Html voidElement(std::string_view name, const Attributes& attributes);
 
+/// A CSS colour. Kinds of assets keep theirs from page to page; a kind that is not ours is grey.
+std::string kindColor(const std::string& kind);
+
 /// The style sheet of the report.
 std::string_view reportStyle();
 

@@ -174,6 +174,44 @@ void checkReportAsset(const Place& asset) {
     asset["limit"]["metric"].text();
     asset["limit"]["value"].number(0, HUGE_VAL);
     asset["passed"].flag();
+    if (!asset.has("light")) return;
+    const Place light = asset["light"];
+    light.object();
+    for (const char* key : {"diffuse_rms", "specular_rms", "ratio_rms", "ratio_rel_rms", "texels"})
+        if (light.has(key)) light[key].figure();
+    for (const char* key : {"moments", "kernel_moments", "error_moments"})
+        if (light.has(key)) light[key].each([](const Place& moment) { moment.number(-HUGE_VAL, HUGE_VAL); });
+    if (light.has("bake")) light["bake"].text();
+}
+
+/// The whole shading of a scene, or of one of its light maps.
+void checkShading(const Place& shading) {
+    for (const char* key : {"rel_rms", "rel_rms_bound", "light_rms"}) shading[key].figure();
+    shading["lights"].eachMember([](const Place& light) { light.figure(); });
+    shading["parts"].each([](const Place& part) {
+        for (const char* key : {"asset", "shading"}) part[key].text();
+        checkKind(part["kind"]);
+        for (const char* key : {"share", "rel_rms", "light_rms"}) part[key].figure();
+        part["stages"].each([](const Place& stage) {
+            stage["name"].text();
+            stage["share"].figure();
+        });
+    });
+}
+
+void checkWhole(const Place& whole) {
+    checkShading(whole);
+    if (whole.has("light_maps"))
+        whole["light_maps"].each([](const Place& map) {
+            map["name"].text();
+            map["weight"].figure();
+            checkShading(map);
+        });
+    whole["apart"].each([](const Place& asset) {
+        asset["asset"].text();
+        checkKind(asset["kind"]);
+        asset["rel_rms"].figure();
+    });
 }
 
 template <class Check>
@@ -222,6 +260,7 @@ Result<void> checkReport(const Json& report, const std::string& subject) {
         for (const char* key : {"seconds", "peak_rss_bytes"}) root[key].number(0, HUGE_VAL);
         root["assets"].each(checkReportAsset);
         root["skipped"].list(0);
+        if (root.has("whole")) checkWhole(root["whole"]);
         const Place budget = root["budget"];
         budget["limit_bytes"].bytesOrNull();
         budget["used_bytes"].bytes();

@@ -12,6 +12,7 @@
 #include "pipeline/figures_json.h"
 #include "pipeline/ground_truth.h"
 #include "pipeline/light_map_planning.h"
+#include "pipeline/light_moments.h"
 #include "pipeline/preview.h"
 #include "pipeline/textures.h"
 #include "verify/light_map_freedom.h"
@@ -121,6 +122,16 @@ Squares squaresOf(const lighting::ShRgb& reference, const lighting::ShRgb& seen,
     else
         for (std::size_t i = 0; i < reference.size(); ++i) squares.add(reference[i], seen[i]);
     return squares;
+}
+
+/// RMS of the light that the map's errors are a part of. The verifier works in units of the key, where there is one.
+Json lightOf(const verify::LightMapErrors& errors, double key, const LightMoments& light) {
+    const double unit = key > 0 ? key : 1.0;
+    const auto& centres = errors.accumulators.at(errors.accumulators.size() - 2);  // the last one is of places between texels
+    return {{"diffuse_rms", unit * centres.diffuse.referenceRms()},
+            {"specular_rms", unit * centres.specular.referenceRms()},
+            {"moments", light.moments()},
+            {"texels", light.texels()}};
 }
 
 }  // namespace
@@ -259,7 +270,9 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
         LightMapErrors errors;
         verify::BlockErrors blocks;
         std::vector<verify::LightMapTruthPlace> truthPlaces;
+        LightMoments light;
     };
+    LightMoments light;
     const auto verified = foldBands<Part>(
         bake.stripCount(), context, "verify " + context.action.asset,
         [&](int index) -> Result<Part> {
@@ -270,10 +283,12 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
             const auto texels = cooked->read(firstRow, rowCount + 1);
             if (!texels) return tl::make_unexpected(texels.error());
             const auto seen = cooked->verifier().reconstruct(*texels, firstRow, rowCount);
+            LightMoments partLight;
             for (int y = 0; y < rowCount; ++y)
                 for (int x = 0; x < bake.width(); ++x) {
                     if (reference->covered.at(x, y) == 0) continue;
                     const glm::vec3 normal = reference->normal.at(x, y);
+                    partLight.add(reference->sh.at(x, y), normal);
                     const Squares squares = squaresOf(reference->sh.at(x, y), seen.at(x, y), normal, isFlat);
                     partBlocks.add(x, firstRow + y, squares.error, squares.reference);
                     const glm::vec3 lit = lighting::lambertExitRadiance(reference->sh.at(x, y), normal, glm::vec3(1)).value;
@@ -286,11 +301,12 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
             const auto traced = truth->within(*reference, firstRow, rowCount);
             if (!traced) return tl::make_unexpected(traced.error());
             return Part{cooked->verifier().verifyRows(*texels, *reference, firstRow, rowCount), std::move(partBlocks),
-                        lightMapPlaces(*traced, *reference, seen, firstRow)};
+                        lightMapPlaces(*traced, *reference, seen, firstRow), partLight};
         },
         [&](const Part& part) {
             errors.merge(part.errors);
             blocks.merge(part.blocks);
+            light.merge(part.light);
             truthPlaces.insert(truthPlaces.end(), part.truthPlaces.begin(), part.truthPlaces.end());
         });
     if (!verified) return tl::make_unexpected(verified.error());
@@ -304,6 +320,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     ActionOutcome outcome;
     outcome.result["verdict"] = verdict(stages, maxError, violations);
     outcome.result["key"] = *key;
+    outcome.result["light"] = lightOf(errors, *key, light);
     if (!truth->isEmpty()) outcome.result["ground_truth"] = toJson(verify::lightMapTruth(truthPlaces));
     if (auto written = preview.write(context.folder, context.action.asset, outcome); !written) return tl::make_unexpected(written.error());
     return outcome;

@@ -27,6 +27,7 @@
 #include "pipeline/terminal.h"
 #include "pipeline/texture_commands.h"
 #include "pipeline/version.h"
+#include "pipeline/whole_error.h"
 
 namespace pipeline {
 namespace {
@@ -96,6 +97,7 @@ void sayReport(Terminal& terminal, const Json& report) {
     terminal.say(fmt::format("{} bytes of GPU memory{}, {:.2f} s, {:.0f} MiB resident at most",
                              budget.at("used_bytes").get<std::uint64_t>(), limit, report.at("seconds").get<double>(),
                              report.at("peak_rss_bytes").get<double>() / 0x1p20));
+    if (report.contains("whole")) terminal.say(lineOf(report.at("whole")));
 }
 
 /// Options that lie over [output] of a scene; shared by cook, demo and the single converters.

@@ -271,6 +271,7 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     ActionOutcome outcome;
     outcome.result["verdict"] =
         verdict({stage}, context.action.parameters.at("max_error").get<double>(), brokenLaws(*moved, shift, asset.at("quantization")));
+    outcome.result["light"] = {{"diffuse_rms", errors.referenceRms()}};
     outcome.result["mesh_error"] = {
         {"position", moved->position}, {"normal_radians", moved->normalRadians}, {"light_map_uv", moved->lightMapUv}};
     return outcome;

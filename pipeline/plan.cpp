@@ -263,7 +263,7 @@ private:
              {"roughness_axis", tables.roughnessAxis},
              {"f0", {needs_.f0.low, needs_.f0.high}},
              {"textures", textures_}},
-            {}, Json::object(), {});
+            {}, {{"shading", toJson(shading_)}}, {});
     }
 
     void skip(std::string what, std::string why, std::uint64_t bytes, double seconds) {

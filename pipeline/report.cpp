@@ -5,6 +5,7 @@
 #include "pipeline/files.h"
 #include "pipeline/json_shape.h"
 #include "pipeline/version.h"
+#include "pipeline/whole_error.h"
 
 namespace pipeline {
 namespace {
@@ -52,8 +53,12 @@ Json reportAsset(const Json& manifestAsset, const ActionRecord& cooked, const Ac
                                    {"bytes_gpu", texture.at("bytes_gpu")}});
     for (const char* key : {"notes"})
         if (cooked.result.contains(key)) row[key] = cooked.result.at(key);
-    for (const char* key : {"key", "mesh_error", "preview", "measures", "ground_truth"})
+    for (const char* key : {"key", "light", "mesh_error", "preview", "measures", "ground_truth"})
         if (verified.result.contains(key)) row[key] = verified.result.at(key);
+    // By which lights and meshes find their light map.
+    const std::string kind = manifestAsset.at("kind").get<std::string>();
+    if (row.contains("light") && (kind == "light-map" || kind == "dominant" || kind == "mesh"))
+        row["light"]["bake"] = manifestAsset.at("source").at("files").at("source").at("file");
     return row;
 }
 
@@ -77,6 +82,7 @@ Json makeReport(const ReportFrame& frame, const std::vector<Json>& assets, const
                    {"assets", assets},
                    {"skipped", Json::array()},
                    {"budget", {{"limit_bytes", nullptr}, {"used_bytes", used}, {"by_kind", byKind}, {"by_format", byFormat}}}};
+    if (const Json whole = wholeError(assets); !whole.is_null()) report["whole"] = whole;
     if (frame.budgetBytes) report["budget"]["limit_bytes"] = *frame.budgetBytes;
     for (const Skip& skip : skipped) report["skipped"].push_back(skip.toJson());
     if (!isWithinBudget(report)) report["passed"] = false;

@@ -10,6 +10,7 @@
 #include "pipeline/html.h"
 #include "pipeline/report.h"
 #include "pipeline/report_curve.h"
+#include "pipeline/report_whole.h"
 
 namespace pipeline {
 namespace {
@@ -104,12 +105,6 @@ Html verdictChip(bool isPassed) {
 /// One term and what it is, in a list of facts.
 Html fact(const char* name, const Html& value) {
     return element("div", element("dt", word(name)) + element("dd", value));
-}
-
-/// Kinds keep their colour from page to page; a kind that is not ours is grey.
-std::string kindColor(const std::string& kind) {
-    static constexpr std::array kKinds = {"light-map", "dominant", "cubemap", "lut", "rsrm", "mesh"};
-    return std::find(kKinds.begin(), kKinds.end(), kind) == kKinds.end() ? "var(--kind-other)" : "var(--kind-" + kind + ")";
 }
 
 Html swatch(const std::string& kind) {
@@ -628,7 +623,7 @@ Html pageHead(const Json& report) {
 
 std::string renderReportHtml(const Json& report, const std::filesystem::path& folder) {
     const Json& assets = list(report, "assets");
-    Html main = header(report) + failures(report) + memory(report) + allAssets(report);
+    Html main = header(report) + failures(report) + memory(report) + wholeSection(member(report, "whole")) + allAssets(report);
     for (std::size_t i = 0; i < assets.size(); ++i) main += assetSection(folder, assets[i], i);
     main += skips(report) + footnote();
     const Html page = element("html", {{"lang", "en"}}, pageHead(report) + element("body", element("main", main)));

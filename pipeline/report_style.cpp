@@ -50,6 +50,8 @@ h1 + .verdict { font-size: 16px; padding: 3px 14px 4px; }
 .facts dd { margin: 0; font-size: 19px; line-height: 1.35; font-variant-numeric: tabular-nums; }
 .facts.small { gap: 8px 28px; margin-bottom: 18px; }
 .facts.small dd { font-size: 14px; }
+.whole-facts { margin-bottom: 14px; }
+.card > .scroll + .scroll { margin-top: 18px; }
 .pair { display: flex; flex-wrap: wrap; gap: 20px 48px; align-items: flex-start; }
 .pair > * { flex: 1 1 300px; min-width: 0; max-width: 640px; }
 

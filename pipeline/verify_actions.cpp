@@ -14,11 +14,13 @@
 
 #include "fit/specular_tables.h"
 #include "lighting/cube.h"
+#include "lighting/sphere.h"
 #include "pipeline/bands.h"
 #include "pipeline/dominant_actions.h"
 #include "pipeline/figures_json.h"
 #include "pipeline/ground_truth.h"
 #include "pipeline/light_map_actions.h"
+#include "pipeline/light_moments.h"
 #include "pipeline/preview.h"
 #include "pipeline/probe_actions.h"
 #include "pipeline/textures.h"
@@ -195,6 +197,19 @@ std::vector<verify::Violation> brokenCubemapBlocks(const verify::CookedCubemap& 
     return violations;
 }
 
+/// The map as a pixel sees it, times an area specular that is the pixel's own: reflected light over S, at texel centres.
+Json ratioOf(const verify::CookedCubemap& map, const std::vector<verify::CubemapSample>& samples,
+             const std::vector<verify::CubemapResult>& results) {
+    verify::ErrorAccumulator ratios;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        if (!samples[i].isTexel) continue;
+        const glm::dvec3 s = verify::shadeCubemap(map, samples[i].mip, glm::vec3(1.0f / map.range), samples[i].direction);
+        for (int channel = 0; channel < 3; ++channel)
+            ratios.add(results[i].reference[channel] / s[channel], results[i].cooked[channel] / s[channel]);
+    }
+    return {{"ratio_rms", ratios.referenceRms()}, {"ratio_rel_rms", ratios.figures().relRms}};
+}
+
 void checkBands(const verify::CookedCubemap& map, std::vector<verify::Violation>& violations) {
     for (std::size_t mip = 0; mip < map.mips.size(); ++mip) {
         const lighting::ShBands &found = map.mips[mip].bands, expected = verify::kernelBands(map.mips[mip].m);
@@ -215,6 +230,21 @@ verify::SpecularTableAxis axisFrom(const Json& json) {
 bool isAxis(const Json& json, const std::vector<fit::AxisMapping>& mappings) {
     return std::any_of(mappings.begin(), mappings.end(),
                        [&](const auto& mapping) { return json.at("of") == mapping.name && json.at("factors") == Json(mapping.factors); });
+}
+
+/// The kernels that the scene shades with, for the views, m and F0 that its light maps are verified with. The verdict is of all that the
+/// tables hold, and mostly of grazing views; what this error is worth depends on a map's light.
+Json momentsOf(const verify::CookedSpecularTables& tables, const verify::LightMapShading& shading) {
+    std::vector<verify::SpecularTableSample> samples;
+    for (int i = 0; i < shading.viewCount; ++i) {
+        const double NoV = lighting::fibonacciHemisphere(i, shading.viewCount).z;
+        for (const double m : shading.m) samples.push_back({NoV, m, false, false});
+    }
+    std::vector<verify::SpecularTableResult> results(samples.size());
+    tbb::parallel_for(std::size_t{0}, samples.size(),
+                      [&](std::size_t i) { results[i] = verify::compareSpecularTables(tables, samples[i]); });
+    const TableMoments moments = tableMoments(results, shading.f0);
+    return {{"kernel_moments", moments.reference}, {"error_moments", moments.error}};
 }
 
 /// Rows of one texture from firstRow (a multiple of the block height) on, at least rowCount of them as far as the map has them.
@@ -297,6 +327,7 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     checkBands(*map, violations);
     ActionOutcome outcome =
         outcomeOf(verify::cubemapStages(*map, reference, samples, results, colors->luminanceWeights), context, watch, violations);
+    outcome.result["light"] = ratioOf(*map, samples, results);
     if (auto written = picture.preview().write(context.folder, context.action.asset, outcome); !written)
         return tl::make_unexpected(written.error());
     return outcome;
@@ -354,7 +385,10 @@ Result<ActionOutcome> verifyTables(const ActionContext& context) {
         return interrupted(context);
     verify::SpecularTableBounds bound;
     for (const verify::SpecularTableBounds& each : bounds) bound = {std::max(bound.filter, each.filter), std::max(bound.total, each.total)};
-    return outcomeOf(verify::specularTableStages(samples, results, kTableF0, bound), context, watch, violations);
+    ActionOutcome outcome = outcomeOf(verify::specularTableStages(samples, results, kTableF0, bound), context, watch, violations);
+    const Json& parameters = context.action.parameters;
+    if (parameters.contains("shading")) outcome.result["light"] = momentsOf(tables, shadingFromJson(parameters.at("shading")));
+    return outcome;
 }
 
 Result<ActionOutcome> verifyDominant(const ActionContext& context) {
@@ -466,6 +500,7 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
                               fmt::format("no more than without it ({:.3g}): it belongs to something else", gain.coarse)});
     ActionOutcome outcome = outcomeOf(whole.errors.stages(), context, watch, violations);
     outcome.result["key"] = *key;
+    outcome.result["light"] = {{"specular_rms", whole.errors.referenceRms()}};
     if (!whole.truthPlaces.empty()) outcome.result["ground_truth"] = toJson(verify::dominantTruth(whole.truthPlaces));
     outcome.result["measures"] = {{"direction_error_degrees_mean", whole.errors.meanDirectionError()},
                                   {"direction_error_degrees_max", whole.errors.maxDirectionError()},

@@ -47,6 +47,8 @@ public:
     /// Angle between the stored and the true direction, weighted by the luminance of the true intensity [degrees].
     double meanDirectionError() const;
     double maxDirectionError() const;  ///< [degrees], of texels that are not black
+    /// RMS of the highlight that the float coefficients ask for: what relRms of "total" is a part of.
+    double referenceRms() const { return centres_.referenceRms(); }
     /// Squared error of the light over the squares of all coefficients: what one light cannot say, and quantization. Of the stored lights,
     /// and of those that the float coefficients ask for.
     double unexplainedStored() const { return energy_ > 0 ? storedError_ / energy_ : 0; }

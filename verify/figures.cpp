@@ -106,6 +106,10 @@ void ErrorAccumulator::merge(const ErrorAccumulator& other) {
     for (std::size_t i = 0; i < histogram_.size(); ++i) histogram_[i] += other.histogram_[i];
 }
 
+double ErrorAccumulator::referenceRms() const {
+    return sampleCount_ > 0 ? std::sqrt(squaredReference_ / static_cast<double>(sampleCount_)) : 0;
+}
+
 ErrorFigures ErrorAccumulator::figures() const {
     ErrorFigures figures;
     figures.maxSampled = maxSampled_;

@@ -39,6 +39,8 @@ public:
     ErrorFigures figures() const;
     std::int64_t sampleCount() const { return sampleCount_; }
     double maxSampled() const { return maxSampled_; }
+    /// RMS of the references: the light that relRms is a part of. 0 without samples.
+    double referenceRms() const;
 
 private:
     static constexpr int kBinsPerOctave = 256;

@@ -115,5 +115,17 @@ TEST(ErrorAccumulator, WhatIsNotFiniteIsOverEveryLimit) {
     EXPECT_GT(nothing.figures().maxSampled, 1e100);  // something in place of nothing
 }
 
+TEST(ErrorAccumulator, TheReferenceIsTheLightThatTheErrorIsAPartOf) {
+    EXPECT_EQ(ErrorAccumulator().referenceRms(), 0);
+    ErrorAccumulator first(1), second(1);
+    first.add(3, 3.1);
+    first.add(-4, -4);
+    EXPECT_NEAR(first.referenceRms(), std::sqrt(12.5), 1e-14);
+    second.addErrors(std::vector<float>{1, 2}, std::vector<float>{0.5f, 0});
+    first.merge(second);
+    EXPECT_NEAR(first.referenceRms(), std::sqrt(30.0 / 4), 1e-14);
+    EXPECT_NEAR(first.figures().relRms * first.referenceRms(), std::sqrt((0.01 + 0.25) / 4), 1e-9);
+}
+
 }  // namespace
 }  // namespace verify
