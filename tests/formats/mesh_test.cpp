@@ -304,7 +304,8 @@ TEST(GltfScene, VerticesBearTheClusterOfTheirChartInDracoAndPlain) {
         EXPECT_EQ(once.errorOf(loaded(folder / "again.glb"))->lightMapUv, 0);
     }
     ASSERT_TRUE(scene.writeDraco(folder / "none.glb", {}));
-    for (const TriangleMesh* mesh : loaded(folder / "none.glb").triangleMeshes()) EXPECT_EQ(mesh->find(kBasisAttribute), nullptr);
+    const GltfScene none = loaded(folder / "none.glb");
+    for (const TriangleMesh* mesh : none.triangleMeshes()) EXPECT_EQ(mesh->find(kBasisAttribute), nullptr);
 }
 
 TEST(GltfScene, VerticesOfUnknownOrderKeepItAndBearTheirCluster) {
