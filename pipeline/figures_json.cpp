@@ -39,8 +39,9 @@ Json verdict(const std::vector<verify::StageError>& stages, double maxError, con
     return result;
 }
 
-void checkBlocks(const verify::BlockErrors& blocks, const std::string& image, double maxError, std::vector<verify::Violation>& violations) {
-    const auto worst = blocks.worst();
+void checkBlocks(const verify::BlockErrors& blocks, const std::string& image, double maxError, std::vector<verify::Violation>& violations,
+                 double leastMean) {
+    const auto worst = blocks.worst(leastMean);
     const double allowed = verify::BlockErrors::allowed(maxError);
     if (!worst || worst->error <= allowed) return;
     violations.push_back({fmt::format("{}block of texel ({}, {})", image, worst->x, worst->y),

@@ -17,7 +17,8 @@ Json toJson(const verify::StageError& stage);
 Json verdict(const std::vector<verify::StageError>& stages, double maxError, const std::vector<verify::Violation>& violations = {});
 
 /// Tells of the worst block of an image if it errs by more than a map with this limit may.
-void checkBlocks(const verify::BlockErrors& blocks, const std::string& image, double maxError, std::vector<verify::Violation>& violations);
+void checkBlocks(const verify::BlockErrors& blocks, const std::string& image, double maxError, std::vector<verify::Violation>& violations,
+                 double leastMean = 0);
 /// A stage that codes what the one before it left must not add to the error: `before` and `after` are names of stages.
 void checkStage(const std::vector<verify::StageError>& stages, const std::string& before, const std::string& after,
                 std::vector<verify::Violation>& violations);

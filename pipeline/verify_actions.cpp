@@ -192,8 +192,13 @@ std::vector<verify::Violation> brokenCubemapBlocks(const verify::CookedCubemap& 
             add(samples[i].mip, samples[i].face, samples[i].x, samples[i].y, results[i].reference, results[i].cooked);
     std::vector<verify::Violation> violations;
     for (std::size_t mip = 0; mip < levels.size(); ++mip)
-        for (std::size_t face = 0; face < 6; ++face)
-            checkBlocks(levels[mip][face], fmt::format("mip {}, face {}, ", mip, face), maxError, violations);
+        for (std::size_t face = 0; face < 6; ++face) {
+            // A face that sees nothing but the tail of a lamp behind it is dark against the others, whatever it is against itself.
+            constexpr double kLeastShare = 1e-4;
+            double all = 0;
+            for (const verify::BlockErrors& each : levels[mip]) all += each.meanSquare() / 6;
+            checkBlocks(levels[mip][face], fmt::format("mip {}, face {}, ", mip, face), maxError, violations, kLeastShare * all);
+        }
     return violations;
 }
 

@@ -56,11 +56,17 @@ void BlockErrors::merge(const BlockErrors& rows) {
         if (candidates_.empty() || block.reference < candidates_.back().reference) candidates_.push_back(block);
 }
 
-std::optional<BlockErrors::Block> BlockErrors::worst() const {
+double BlockErrors::meanSquare() const {
+    BlockErrors whole(across_ * kSize, 0);
+    whole.merge(*this);
+    return whole.texels_ > 0 ? whole.reference_ / whole.texels_ : 0;
+}
+
+std::optional<BlockErrors::Block> BlockErrors::worst(double leastMean) const {
     BlockErrors whole(across_ * kSize, 0);
     whole.merge(*this);
     if (!(whole.reference_ > 0)) return std::nullopt;
-    const double floor = kMeanShare * whole.reference_ / whole.texels_ * whole.fullest_;
+    const double floor = kMeanShare * std::max(leastMean, whole.reference_ / whole.texels_) * whole.fullest_;
     Block worst;
     for (const Sums& block : whole.candidates_) {
         const double relative = std::sqrt(block.error / (block.reference + floor));

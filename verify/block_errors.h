@@ -25,8 +25,9 @@ public:
         /// square added: a block in the dark, or one that holds a corner of a chart, counts for little. Largest double if it is not finite.
         double error = 0;
     };
-    /// None where there is no light at all.
-    std::optional<Block> worst() const;
+    /// None where there is no light at all. leastMean: what the mean square counts as at the least, for an image that is one of several.
+    std::optional<Block> worst(double leastMean = 0) const;
+    double meanSquare() const;  ///< of the reference, over all texels
     /// What `error` may be in a map with this limit on rel_rms. Honest cooks of the public scenes stay below 0.6, in layouts that suit them
     /// below 0.4 (docs/experiments.md); a block that lost its light, and was at least 0.31 times as bright as the map, is above 0.7.
     static double allowed(double maxError);

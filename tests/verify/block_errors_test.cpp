@@ -83,5 +83,16 @@ TEST(BlockErrors, WithoutLightThereIsNothingToTell) {
     EXPECT_FALSE(black.worst().has_value());
 }
 
+/// One of several images: a wrong block of a face that is a billionth as bright as the others is no fault that anybody sees.
+TEST(BlockErrors, ADarkImageAmongBrightOnesCountsForLittle) {
+    BlockErrors dark(8, 8);
+    for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 8; ++x) dark.add(x, y, x < 4 && y < 4 ? 9e-18 : 0, 1e-18);
+    EXPECT_DOUBLE_EQ(dark.meanSquare(), 1e-18);
+    EXPECT_GT(dark.worst()->error, 2.5);
+    EXPECT_LT(dark.worst(1e-4)->error, 1e-5);
+    EXPECT_EQ(dark.worst(1e-19)->error, dark.worst()->error) << "it is bright enough by itself";
+}
+
 }  // namespace
 }  // namespace verify
