@@ -122,6 +122,16 @@ std::optional<Include> parseInclude(std::string_view line) {
     return Include{std::string(line.substr(0, end)), quoted};
 }
 
+/// visit(line number from 1, Include) for each #include line of a text.
+template <class Visit>
+void forEachInclude(std::string_view text, Visit visit) {
+    for (int lineNumber = 1; !text.empty(); ++lineNumber) {
+        const std::size_t lineEnd = std::min(text.find('\n'), text.size());
+        if (const std::optional<Include> include = parseInclude(text.substr(0, lineEnd))) visit(lineNumber, *include);
+        text.remove_prefix(std::min(lineEnd + 1, text.size()));
+    }
+}
+
 bool isSource(const std::filesystem::path& file) {
     static const std::set<std::string> extensions = {".h",    ".hpp",  ".inl",  ".cpp",  ".cc",  ".glsl",
                                                      ".hlsl", ".vert", ".frag", ".comp", ".inc", ".in"};
@@ -138,17 +148,20 @@ const std::vector<std::string>& rooms() {
 std::vector<Violation> checkIncludes(const std::filesystem::path& file, std::string_view text) {
     const std::string room = file.begin()->string();
     std::vector<Violation> violations;
-    for (int lineNumber = 1; !text.empty(); ++lineNumber) {
-        const std::size_t lineEnd = std::min(text.find('\n'), text.size());
-        if (const std::optional<Include> include = parseInclude(text.substr(0, lineEnd))) {
-            if (const auto why = objection(room, include->name, include->quoted)) {
-                violations.push_back(
-                    {file.generic_string() + ":" + std::to_string(lineNumber), room + " may not include " + include->name + ": " + *why});
-            }
-        }
-        text.remove_prefix(std::min(lineEnd + 1, text.size()));
-    }
+    forEachInclude(text, [&](int lineNumber, const Include& include) {
+        if (const auto why = objection(room, include.name, include.quoted))
+            violations.push_back(
+                {file.generic_string() + ":" + std::to_string(lineNumber), room + " may not include " + include.name + ": " + *why});
+    });
     return violations;
+}
+
+std::vector<std::string> quotedIncludes(std::string_view text) {
+    std::vector<std::string> names;
+    forEachInclude(text, [&](int, const Include& include) {
+        if (include.quoted) names.push_back(include.name);
+    });
+    return names;
 }
 
 TreeCheck checkTree(const std::filesystem::path& tree) {

@@ -23,6 +23,9 @@ const std::vector<std::string>& rooms();
 /// text   its contents; lines of the form  #include <...>  or  #include "..."  count, whatever #if they stand in
 std::vector<Violation> checkIncludes(const std::filesystem::path& file, std::string_view text);
 
+/// The names between quotes of the #include lines of a text, in their order.
+std::vector<std::string> quotedIncludes(std::string_view text);
+
 struct TreeCheck {
     std::vector<Violation> violations;        ///< in order of path and line
     std::vector<std::filesystem::path> read;  ///< the files that were looked at, relative to the tree, sorted

@@ -1,0 +1,84 @@
+// What the keys of cached results are made of (pipeline/CMakeLists.txt): every source of ours that an action's result can depend on.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/architecture/include_rules.h"
+#include "tests/formats/temporary_folder.h"
+
+namespace architecture {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::IsEmpty;
+
+const fs::path kTree = fs::path(LIGHTCOOK_SOURCE_DIR).lexically_normal();
+
+/// Relative to the tree.
+std::set<std::string> digestSources() {
+    std::set<std::string> names;
+    std::istringstream lines(formats::contentOf(LIGHTCOOK_DIGEST_SOURCES));
+    for (std::string line; std::getline(lines, line);) names.insert(fs::path(line).lexically_relative(kTree).generic_string());
+    return names;
+}
+
+/// Our own files that a source names, and those that hold what a header of ours declares.
+std::vector<std::string> neighboursOf(const std::string& file) {
+    std::vector<std::string> names;
+    for (const std::string& name : quotedIncludes(formats::contentOf(kTree / file))) {
+        const std::string ours = fs::exists(kTree / name) ? name : (fs::path(file).parent_path() / name).generic_string();
+        if (fs::exists(kTree / ours)) names.push_back(ours);
+    }
+    if (file.ends_with(".h"))
+        if (const std::string source = fs::path(file).replace_extension(".cpp").generic_string(); fs::exists(kTree / source))
+            names.push_back(source);
+    return names;
+}
+
+/// All that can be reached from the table of actions and from every file that is named as one of theirs.
+std::set<std::string> reachedByActions() {
+    std::vector<std::string> waiting = {"pipeline/actions.cpp"};
+    for (const auto& entry : fs::directory_iterator(kTree / "pipeline"))
+        if (entry.path().stem().string().ends_with("_actions")) waiting.push_back(entry.path().lexically_relative(kTree).generic_string());
+    std::set<std::string> reached;
+    while (!waiting.empty()) {
+        const std::string file = waiting.back();
+        waiting.pop_back();
+        if (!reached.insert(file).second) continue;
+        for (const std::string& name : neighboursOf(file)) waiting.push_back(name);
+    }
+    return reached;
+}
+
+TEST(DigestSources, HoldAllThatAnActionReaches) {
+    const std::set<std::string> counted = digestSources(), reached = reachedByActions();
+    for (const char* known : {"pipeline/verify_actions.cpp", "pipeline/ground_truth.cpp", "pipeline/light_map_planning.cpp",
+                              "compress/encode.cpp", "fit/cubemap.cpp", "lighting/sh.cpp", "shaders/sh.glsl", "verify/figures.cpp"})
+        EXPECT_TRUE(reached.contains(known)) << known;
+    std::vector<std::string> forgotten;
+    for (const std::string& name : reached)
+        if (!counted.contains(name)) forgotten.push_back(name);
+    EXPECT_THAT(forgotten, IsEmpty());
+}
+
+TEST(DigestSources, HoldEverySourceOfTheRoomsBelow) {
+    const std::set<std::string> counted = digestSources();
+    std::vector<std::string> forgotten;
+    for (const fs::path& file : checkTree(kTree).read)
+        if (*file.begin() != "pipeline" && !counted.contains(file.generic_string())) forgotten.push_back(file.generic_string());
+    EXPECT_THAT(forgotten, IsEmpty());
+}
+
+TEST(DigestSources, LeaveOutWhatOnlyTellsOfResults) {
+    const std::set<std::string> counted = digestSources();
+    for (const char* name : {"pipeline/main.cpp", "pipeline/report_html.cpp", "pipeline/html.h"})
+        EXPECT_FALSE(counted.contains(name)) << name;
+}
+
+}  // namespace
+}  // namespace architecture
