@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <fstream>
 #include <functional>
 #include <glm/geometric.hpp>
@@ -15,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/cpu_time.h"
 #include "fit/cubemap.h"
 #include "fit/irradiance.h"
 #include "fit/pre_divide.h"
@@ -97,18 +97,6 @@ Errors errorsOf(const Strip& strip, const std::vector<Light>& lights, const std:
     return {errors[errors.size() / 2], errors[errors.size() * 95 / 100], errors.back()};
 }
 
-/// CPU seconds, best of the runs.
-template <class Work>
-double secondsOf(int runs, Work&& work) {
-    double best = 1e30;
-    for (int run = 0; run < runs; ++run) {
-        const std::clock_t begin = std::clock();
-        work();
-        best = std::min(best, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-    }
-    return best;
-}
-
 Environment load(const fs::path& file) {
     auto loaded = formats::loadEnvironment(file, {});
     if (!loaded) throw std::runtime_error(loaded.error().line());
@@ -127,7 +115,7 @@ void benchChains(const std::string& name, const Environment& environment, int ru
             options.cellsPerKernelWidth = cells;
             std::vector<Strip> strips;
             std::vector<fit::MipKernel> mips;
-            const double seconds = secondsOf(runs, [&] {
+            const double seconds = cpuSeconds(runs, [&] {
                 const auto filter = fit::CubemapPrefilter::create(environment, options);
                 mips = filter->mips();
                 strips.clear();
@@ -154,9 +142,9 @@ void benchChains(const std::string& name, const Environment& environment, int ru
 }
 
 void benchOthers(const std::string& name, const Environment& environment, int runs) {
-    const double sh = secondsOf(runs, [&] { fit::projectEnvironment(environment); });
+    const double sh = cpuSeconds(runs, [&] { fit::projectEnvironment(environment); });
     Strip strip(1, 6);
-    const double irradiance = secondsOf(runs, [&] { strip = *fit::irradianceCubemap(environment, {32, 0}); });
+    const double irradiance = cpuSeconds(runs, [&] { strip = *fit::irradianceCubemap(environment, {32, 0}); });
     const Errors errors = errorsOf(
         strip, lightsOf(environment, 1), [](double c) { return c; }, 60);
     fmt::print("| {} | {:.4f} | {:.4f} | {:.4f} | {:.4f} |\n", name, sh, irradiance, 100 * errors.median, 100 * errors.worst);

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ctime>
 #include <fstream>
 #include <functional>
 #include <glm/common.hpp>
 #include <numbers>
 #include <vector>
 
+#include "bench/cpu_time.h"
 #include "fit/azimuthal_average.h"
 #include "fit/quadrature.h"
 #include "fit/rsrm.h"
@@ -23,16 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 using Gradient = std::vector<glm::vec3>;
 using std::numbers::pi;
-
-double cpuSeconds(int runs, const std::function<void()>& work) {
-    double best = 1e30;
-    for (int run = 0; run < runs; ++run) {
-        const std::clock_t begin = std::clock();
-        work();
-        best = std::min(best, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-    }
-    return best;
-}
 
 /// Texels of the map that the truth is worked out for.
 constexpr int kEvery = 17;

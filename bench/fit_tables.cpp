@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ctime>
 #include <fstream>
+#include <vector>
 
+#include "bench/cpu_time.h"
 #include "fit/specular_tables.h"
 
 namespace bench {
@@ -20,17 +21,20 @@ struct Lobe {
 };
 constexpr std::array<Lobe, 3> kLobes = {{{"beckmann", SpecularLobe::Beckmann}, {"ggx", SpecularLobe::Ggx}, {"phong", SpecularLobe::Phong}}};
 
+constexpr auto kEnergy = lighting::CookTorranceNormalization::Energy;
+
 struct Errors {
     double c = 0, d = 0;
 };
 
-/// The largest difference of an entry from 32 points a piece, over roughnesses and views of all sizes.
-Errors errorsOf(SpecularLobe lobe, int points) {
+/// The largest difference of an entry from 32 points a piece. foundAt(NoV, m): the kernel to judge
+template <class Found>
+Errors errorsOf(SpecularLobe lobe, const std::vector<double>& roughnesses, const std::vector<double>& views, const Found& foundAt) {
     Errors errors;
-    for (const double m : {1e-4, 1e-3, 0.005, 0.03, 1.0 / 16, 0.1, 0.25, 0.5, 0.8, 1.0})
-        for (const double NoV : {1e-3, 0.01, 0.05, 1.0 / 7, 0.3, 0.5, 0.75, 0.9, 0.99, 1.0}) {
-            const auto found = lighting::areaSpecular(NoV, m, lobe, lighting::CookTorranceNormalization::Energy, points);
-            const auto truth = lighting::areaSpecular(NoV, m, lobe, lighting::CookTorranceNormalization::Energy, 32);
+    for (const double m : roughnesses)
+        for (const double NoV : views) {
+            const lighting::AreaSpecularKernel found = foundAt(NoV, m);
+            const lighting::AreaSpecularKernel truth = lighting::areaSpecular(NoV, m, lobe, kEnergy, 32);
             for (std::size_t i = 0; i < found.c.size(); ++i) {
                 errors.c = std::max(errors.c, std::abs(found.c[i] - truth.c[i]));
                 errors.d = std::max(errors.d, std::abs(found.d[i] - truth.d[i]));
@@ -39,29 +43,17 @@ Errors errorsOf(SpecularLobe lobe, int points) {
     return errors;
 }
 
+/// Of an integral by points a piece, over roughnesses and views of all sizes.
+Errors errorsOfPoints(SpecularLobe lobe, int points) {
+    return errorsOf(lobe, {1e-4, 1e-3, 0.005, 0.03, 1.0 / 16, 0.1, 0.25, 0.5, 0.8, 1.0},
+                    {1e-3, 0.01, 0.05, 1.0 / 7, 0.3, 0.5, 0.75, 0.9, 0.99, 1.0},
+                    [&](double NoV, double m) { return lighting::areaSpecular(NoV, m, lobe, kEnergy, points); });
+}
+
+/// Of a sum over samples, over what such a sum can do.
 Errors errorsOfSums(lighting::NormalDistribution distribution, SpecularLobe lobe, int samples) {
-    Errors errors;
-    for (const double m : {1.0 / 16, 0.1, 0.25, 0.5, 1.0})
-        for (const double NoV : {1e-3, 0.05, 1.0 / 7, 0.5, 0.9, 1.0}) {
-            const auto found = lighting::integrateAreaSpecular(NoV, m, distribution, lighting::CookTorranceNormalization::Energy, samples);
-            const auto truth = lighting::areaSpecular(NoV, m, lobe, lighting::CookTorranceNormalization::Energy, 32);
-            for (std::size_t i = 0; i < found.c.size(); ++i) {
-                errors.c = std::max(errors.c, std::abs(found.c[i] - truth.c[i]));
-                errors.d = std::max(errors.d, std::abs(found.d[i] - truth.d[i]));
-            }
-        }
-    return errors;
-}
-
-template <class Work>
-double secondsOf(int runs, Work work) {
-    double best = 1e30;
-    for (int run = 0; run < runs; ++run) {
-        const std::clock_t begin = std::clock();
-        work();
-        best = std::min(best, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-    }
-    return best;
+    return errorsOf(lobe, {1.0 / 16, 0.1, 0.25, 0.5, 1.0}, {1e-3, 0.05, 1.0 / 7, 0.5, 0.9, 1.0},
+                    [&](double NoV, double m) { return lighting::integrateAreaSpecular(NoV, m, distribution, kEnergy, samples); });
 }
 
 void benchIntegrals(const std::filesystem::path& file, int runs) {
@@ -78,18 +70,18 @@ void benchIntegrals(const std::filesystem::path& file, int runs) {
             fit::SpecularTableOptions options;
             options.lobe = lobe.lobe;
             options.pointCount = points;
-            const double seconds = secondsOf(runs, [&] { static_cast<void>(fit::makeSpecularTables(options)); });
-            tell(lobe.name, "points a piece", points, seconds, errorsOf(lobe.lobe, points));
+            const double seconds = cpuSeconds(runs, [&] { static_cast<void>(fit::makeSpecularTables(options)); });
+            tell(lobe.name, "points a piece", points, seconds, errorsOfPoints(lobe.lobe, points));
         }
         if (lobe.lobe == SpecularLobe::Phong) continue;
         const auto distribution =
             lobe.lobe == SpecularLobe::Ggx ? lighting::NormalDistribution::Ggx : lighting::NormalDistribution::Beckmann;
         for (const int samples : {64, 256, 512}) {
-            const double seconds = secondsOf(runs, [&] {
+            const double seconds = cpuSeconds(runs, [&] {
                 for (int y = 0; y < 16; ++y)
                     for (int x = 0; x < 8; ++x)
-                        static_cast<void>(lighting::integrateAreaSpecular(std::max(1e-3, x / 7.0), (y + 1) / 16.0, distribution,
-                                                                          lighting::CookTorranceNormalization::Energy, samples));
+                        static_cast<void>(
+                            lighting::integrateAreaSpecular(std::max(1e-3, x / 7.0), (y + 1) / 16.0, distribution, kEnergy, samples));
             });
             tell(lobe.name, "samples an axis", samples, seconds, errorsOfSums(distribution, lobe.lobe, samples));
         }

@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
@@ -17,6 +16,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "bench/cpu_time.h"
 #include "bench/fit_cubemaps.h"
 #include "bench/fit_rsrm.h"
 #include "bench/fit_tables.h"
@@ -154,14 +154,11 @@ void time(const Map& map, DominantFit which, int runs, Figures& figures) {
     options.fit = which;
     const int width = map.band.sh.width(), height = map.band.sh.height();
     formats::Image<glm::vec3> direction(width, height), intensity(width, height);
-    double best = 1e30;
     fit::DominantCounts counts;
-    for (int run = 0; run < runs; ++run) {
-        const std::clock_t begin = std::clock();
+    const double best = cpuSeconds(runs, [&] {
         counts = fit::dominantLight(map.band.sh.view(), map.band.covered.view(), map.band.normal.view(), options, direction.view(),
                                     intensity.view());
-        best = std::min(best, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-    }
+    });
     const double texels = static_cast<double>(counts.refined + counts.skipped);
     figures.seconds = best * 1024 * 1024 / texels;
     figures.skipped = static_cast<double>(counts.skipped) / texels;
