@@ -1,4 +1,4 @@
-// Work on the bands or strips of a light map: spread over threads, merged in the order of the rows.
+// Work in pieces spread over threads: the bands or strips of a light map, merged in the order of the rows, and others in no order.
 #pragma once
 
 #include <tbb/parallel_for.h>
@@ -52,6 +52,23 @@ formats::Result<std::vector<T>> forEachBand(int count, const ActionContext& cont
     const auto folded = foldBands<T>(count, context, what, work, [&](T&& value) { values.push_back(std::move(value)); });
     if (!folded) return tl::make_unexpected(folded.error());
     return values;
+}
+
+/// What an action ends with after an interrupt.
+inline tl::unexpected<formats::Error> interrupted(const ActionContext& context) {
+    return formats::failure(formats::ErrorCode::Interrupted, context.action.asset, "found an interrupt, expected to finish");
+}
+
+/// work(index) for each of count pieces, in no order; false after an interrupt.
+template <class Work>
+bool forEachPiece(std::size_t count, const ActionContext& context, const std::string& what, Work work) {
+    std::atomic<std::size_t> done{0};
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t index) {
+        if (context.state.interrupted) return;
+        work(index);
+        if (context.state.progress) context.state.progress(what, static_cast<double>(++done) / static_cast<double>(count));
+    });
+    return !context.state.interrupted;
 }
 
 }  // namespace pipeline

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <glm/geometric.hpp>
 
 #include "compress/light_map.h"
@@ -15,6 +14,7 @@
 #include "pipeline/light_moments.h"
 #include "pipeline/preview.h"
 #include "pipeline/textures.h"
+#include "pipeline/verify_pieces.h"
 #include "verify/light_map_freedom.h"
 #include "verify/texture_unit.h"
 
@@ -240,7 +240,7 @@ Result<verify::DecodedLightMapRows> CookedLightMapReader::read(int firstRow, int
 }
 
 Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const Json& parameters = context.action.parameters;
     const Json& asset = context.upstream.at(0)->result.at("asset");
     const auto source = openLightMap(context, asset.at("source").at("description"));
@@ -293,10 +293,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
                     partBlocks.add(x, firstRow + y, squares.error, squares.reference);
                     const glm::vec3 lit = lighting::lambertExitRadiance(reference->sh.at(x, y), normal, glm::vec3(1)).value;
                     const glm::vec3 found = lighting::lambertExitRadiance(seen.at(x, y), normal, glm::vec3(1)).value;
-                    if (preview.shows(x, firstRow + y))
-                        preview.set(x, firstRow + y, lit, found);
-                    else
-                        preview.compare(x, firstRow + y, lit, found);
+                    preview.set(x, firstRow + y, lit, found);
                 }
             const auto traced = truth->within(*reference, firstRow, rowCount);
             if (!traced) return tl::make_unexpected(traced.error());
@@ -311,14 +308,11 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
         });
     if (!verified) return tl::make_unexpected(verified.error());
 
-    std::vector<verify::StageError> stages = errors.stages();
-    if (!stages.empty()) stages.back().seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    const double maxError = parameters.at("max_error").get<double>();
+    const std::vector<verify::StageError> stages = errors.stages();
     std::vector<verify::Violation> violations;
-    checkBlocks(blocks, "", maxError, violations);
+    checkBlocks(blocks, "", maxErrorOf(context), violations);
     for (const auto& [before, after] : kResidualStages) checkStage(stages, before, after, violations);
-    ActionOutcome outcome;
-    outcome.result["verdict"] = verdict(stages, maxError, violations);
+    ActionOutcome outcome = outcomeOf(stages, context, watch, violations);
     outcome.result["key"] = *key;
     outcome.result["light"] = lightOf(errors, *key, light);
     if (!truth->isEmpty()) outcome.result["ground_truth"] = toJson(verify::lightMapTruth(truthPlaces));

@@ -11,6 +11,7 @@
 #include "pipeline/bands.h"
 #include "pipeline/figures_json.h"
 #include "pipeline/light_map_actions.h"
+#include "pipeline/verify_pieces.h"
 #include "verify/mesh_clusters.h"
 #include "verify/mesh_shift.h"
 
@@ -269,8 +270,7 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     stage.name = "quantize";
     stage.diffuse = errors.figures();
     ActionOutcome outcome;
-    outcome.result["verdict"] =
-        verdict({stage}, context.action.parameters.at("max_error").get<double>(), brokenLaws(*moved, shift, asset.at("quantization")));
+    outcome.result["verdict"] = verdict({stage}, maxErrorOf(context), brokenLaws(*moved, shift, asset.at("quantization")));
     outcome.result["light"] = {{"diffuse_rms", errors.referenceRms()}};
     outcome.result["mesh_error"] = {
         {"position", moved->position}, {"normal_radians", moved->normalRadians}, {"light_map_uv", moved->lightMapUv}};

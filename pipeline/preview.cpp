@@ -63,9 +63,10 @@ glm::u8vec3 Preview::heat(float worst) {
 }
 
 void Preview::set(int x, int y, const glm::vec3& reference, const glm::vec3& cooked) {
+    compare(x, y, reference, cooked);
+    if (!shows(x, y)) return;
     reference_.at(x / stride_, y / stride_) = toneMapped(reference);
     cooked_.at(x / stride_, y / stride_) = toneMapped(cooked);
-    compare(x, y, reference, cooked);
 }
 
 formats::Result<void> Preview::write(const std::filesystem::path& folder, const std::string& name, ActionOutcome& outcome) const {

@@ -21,9 +21,8 @@ public:
     bool shows(int x, int y) const {
         return x % stride_ == 0 && y % stride_ == 0 && x / stride_ < reference_.width() && y / stride_ < reference_.height();
     }
-    /// Exit radiance or radiance at any texel: the picture of the difference shows the worst of those that share a pixel.
-    void compare(int x, int y, const glm::vec3& reference, const glm::vec3& cooked);
-    /// The same at a texel that shows(), for all three pictures.
+    /// Exit radiance or radiance at any texel: two pictures show those of texels that shows(), the one of the difference the worst of all
+    /// that share a pixel.
     void set(int x, int y, const glm::vec3& reference, const glm::vec3& cooked);
 
     /// Writes <name>_reference.png, <name>_cooked.png, <name>_difference.png under `folder`/preview and names them in `outcome`.
@@ -32,6 +31,7 @@ public:
     static constexpr int kLongestSide = 384;
 
 private:
+    void compare(int x, int y, const glm::vec3& reference, const glm::vec3& cooked);
     glm::u8vec3 toneMapped(const glm::vec3& radiance) const;
     static glm::u8vec3 heat(float worst);
 

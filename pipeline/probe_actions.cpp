@@ -9,6 +9,7 @@
 #include "fit/cubemap.h"
 #include "fit/pre_divide.h"
 #include "fit/specular_tables.h"
+#include "pipeline/bands.h"
 #include "pipeline/light_map_source.h"
 #include "pipeline/textures.h"
 
@@ -50,15 +51,11 @@ std::vector<Image<glm::vec3>> filterAndDivide(const fit::CubemapPrefilter& filte
             for (int row = 0; row < size; row += kRowsPerTask)
                 tasks.push_back({mip, face, size, row, level.view().rows(face * size + row, std::min(kRowsPerTask, size - row))});
     }
-    std::atomic<std::size_t> done{0};
-    tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t index) {
-        if (context.state.interrupted) return;
+    const bool finished = forEachPiece(tasks.size(), context, "filter " + context.action.asset, [&](std::size_t index) {
         const Task& task = tasks[index];
         filter.filterRows(task.mip, task.face, task.firstRow, task.rows.height, task.rows);
-        if (context.state.progress)
-            context.state.progress("filter " + context.action.asset, static_cast<double>(++done) / static_cast<double>(tasks.size()));
     });
-    if (context.state.interrupted) return levels;
+    if (!finished) return levels;
     for (int mip = 0; mip < filter.mipCount(); ++mip) filter.keepMean(mip, levels[static_cast<std::size_t>(mip)].view());
     tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t index) {
         const Task& task = tasks[index];
@@ -159,7 +156,7 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     for (const fit::MipKernel& mip : filter->mips()) bands.push_back(mip.bands);
     const fit::PreDivide divide = fit::makePreDivide(sh, bands, {});
     const std::vector<Image<glm::vec3>> levels = filterAndDivide(*filter, divide, context);
-    if (context.state.interrupted) return failure(ErrorCode::Interrupted, context.action.asset, "found an interrupt, expected to finish");
+    if (context.state.interrupted) return interrupted(context);
 
     const float range = hdrRange(brightest(levels));
     formats::TextureShape shape;

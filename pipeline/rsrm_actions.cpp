@@ -1,20 +1,20 @@
 #include "pipeline/rsrm_actions.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <glm/geometric.hpp>
 
 #include "fit/azimuthal_average.h"
 #include "fit/rsrm.h"
+#include "pipeline/bands.h"
 #include "pipeline/figures_json.h"
 #include "pipeline/preview.h"
 #include "pipeline/probe_actions.h"
 #include "pipeline/textures.h"
+#include "pipeline/verify_pieces.h"
 #include "verify/azimuthal_average.h"
 #include "verify/block_errors.h"
 #include "verify/rsrm.h"
@@ -253,7 +253,7 @@ Result<ActionOutcome> cookRsrm(const ActionContext& context) {
 }
 
 Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const Json& asset = context.upstream.at(0)->result.at("asset");
     const Json& description = asset.at("source");
     const auto verified = loadVerified(context, description);
@@ -265,15 +265,11 @@ Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
     if (!map) return tl::make_unexpected(map.error());
 
     std::vector<verify::RsrmRow> rows(map->exponents.size());
-    tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t row) {
-        if (!context.state.interrupted) rows[row] = verify::compareRsrmRow(*map, source, static_cast<int>(row));
-    });
-    if (context.state.interrupted) return failure(ErrorCode::Interrupted, context.action.asset, "found an interrupt, expected to finish");
-    const double maxError = context.action.parameters.at("max_error").get<double>();
-    std::vector<verify::StageError> stages = verify::rsrmStages(*map, source, rows, colors->luminanceWeights);
-    stages.back().seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    ActionOutcome outcome;
-    outcome.result["verdict"] = verdict(stages, maxError, violationsOf(*map, source, rows, maxError));
+    if (!forEachPiece(rows.size(), context, "verify " + context.action.asset,
+                      [&](std::size_t row) { rows[row] = verify::compareRsrmRow(*map, source, static_cast<int>(row)); }))
+        return interrupted(context);
+    ActionOutcome outcome = outcomeOf(verify::rsrmStages(*map, source, rows, colors->luminanceWeights), context, watch,
+                                      violationsOf(*map, source, rows, maxErrorOf(context)));
     const verify::RsrmBanding banding = verify::rsrmBanding(*map, rows, colors->luminanceWeights);
     outcome.result["measures"] = {{"code_error", banding.codeError},
                                   {"step_codes", banding.stepCodes},

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <chrono>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
@@ -24,6 +22,7 @@
 #include "pipeline/preview.h"
 #include "pipeline/probe_actions.h"
 #include "pipeline/textures.h"
+#include "pipeline/verify_pieces.h"
 #include "shaders/lightcook_cpp.h"
 #include "verify/block_errors.h"
 #include "verify/cubemap.h"
@@ -45,43 +44,6 @@ const std::vector<double> kTableF0 = {0.0, 0.04, 0.6, 1.0};
 constexpr int kRandomTableSamples = 800;
 /// Half a step of rounding, and the fetch in single precision.
 constexpr double kTableSteps = 0.75;
-
-class Stopwatch {
-public:
-    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
-private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-/// work(index) for each of count pieces, in no order; false after an interrupt.
-template <class Work>
-bool forEachPiece(std::size_t count, const ActionContext& context, Work work) {
-    std::atomic<std::size_t> done{0};
-    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t index) {
-        if (context.state.interrupted) return;
-        work(index);
-        if (context.state.progress)
-            context.state.progress("verify " + context.action.asset, static_cast<double>(++done) / static_cast<double>(count));
-    });
-    return !context.state.interrupted;
-}
-
-tl::unexpected<formats::Error> interrupted(const ActionContext& context) {
-    return failure(ErrorCode::Interrupted, context.action.asset, "found an interrupt, expected to finish");
-}
-
-double maxErrorOf(const ActionContext& context) {
-    return context.action.parameters.at("max_error").get<double>();
-}
-
-ActionOutcome outcomeOf(std::vector<verify::StageError> stages, const ActionContext& context, const Stopwatch& watch,
-                        const std::vector<verify::Violation>& violations) {
-    stages.back().seconds = watch.seconds();
-    ActionOutcome outcome;
-    outcome.result["verdict"] = verdict(stages, maxErrorOf(context), violations);
-    return outcome;
-}
 
 glm::vec4 vec4From(const Json& json) {
     return {json.at(0).get<float>(), json.at(1).get<float>(), json.at(2).get<float>(), json.at(3).get<float>()};
@@ -191,14 +153,14 @@ std::vector<verify::Violation> brokenCubemapBlocks(const verify::CookedCubemap& 
         if (samples[i].isTexel && samples[i].mip >= CubemapPreview::kShownMips)
             add(samples[i].mip, samples[i].face, samples[i].x, samples[i].y, results[i].reference, results[i].cooked);
     std::vector<verify::Violation> violations;
-    for (std::size_t mip = 0; mip < levels.size(); ++mip)
-        for (std::size_t face = 0; face < 6; ++face) {
-            // A face that sees nothing but the tail of a lamp behind it is dark against the others, whatever it is against itself.
-            constexpr double kLeastShare = 1e-4;
-            double all = 0;
-            for (const verify::BlockErrors& each : levels[mip]) all += each.meanSquare() / 6;
+    // A face that sees nothing but the tail of a lamp behind it is dark against the others, whatever it is against itself.
+    constexpr double kLeastShare = 1e-4;
+    for (std::size_t mip = 0; mip < levels.size(); ++mip) {
+        double all = 0;
+        for (const verify::BlockErrors& face : levels[mip]) all += face.meanSquare() / 6;
+        for (std::size_t face = 0; face < 6; ++face)
             checkBlocks(levels[mip][face], fmt::format("mip {}, face {}, ", mip, face), maxError, violations, kLeastShare * all);
-        }
+    }
     return violations;
 }
 
@@ -321,7 +283,7 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     std::vector<verify::CubemapResult> results(samples.size());
     CubemapPreview picture(*map, reference, glm::dot(reference.mean(), glm::dvec3(colors->luminanceWeights)));
     const std::size_t pictureRows = static_cast<std::size_t>(picture.rowCount());
-    const bool finished = forEachPiece(samples.size() + pictureRows, context, [&](std::size_t index) {
+    const bool finished = forEachPiece(samples.size() + pictureRows, context, "verify " + context.action.asset, [&](std::size_t index) {
         if (index < samples.size())
             results[index] = verify::compareCubemap(*map, reference, samples[index]);
         else
@@ -374,7 +336,8 @@ Result<ActionOutcome> verifyTables(const ActionContext& context) {
     }
     const auto samples = verify::specularTableSamples(tables, kRandomTableSamples, 1);
     std::vector<verify::SpecularTableResult> results(samples.size());
-    if (!forEachPiece(samples.size(), context, [&](std::size_t i) { results[i] = verify::compareSpecularTables(tables, samples[i]); }))
+    if (!forEachPiece(samples.size(), context, "verify " + context.action.asset,
+                      [&](std::size_t i) { results[i] = verify::compareSpecularTables(tables, samples[i]); }))
         return interrupted(context);
     std::vector<verify::Violation> violations;
     const verify::SpecularTableStepError off = verify::specularTableStepError(tables, samples, results);
@@ -384,7 +347,7 @@ Result<ActionOutcome> verifyTables(const ActionContext& context) {
              fmt::format("an error of {:.4g} steps of 16 bits", off.steps), fmt::format("at most {}", kTableSteps)});
     const verify::SpecularTableKeys keys = verify::specularTableKeys(samples, results, kTableF0);
     std::vector<verify::SpecularTableBounds> bounds(static_cast<std::size_t>(tables.view.count - 1));
-    if (!forEachPiece(bounds.size(), context, [&](std::size_t cell) {
+    if (!forEachPiece(bounds.size(), context, "verify " + context.action.asset, [&](std::size_t cell) {
             bounds[cell] = verify::largestOf(verify::boundSpecularTables(tables, static_cast<int>(cell), keys, kTableF0));
         }))
         return interrupted(context);
@@ -468,8 +431,7 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
             for (int y = 0; y < rowCount; ++y)
                 for (int x = 0; x < map.width; ++x) {
                     if (reference->covered.at(x, y) == 0) continue;
-                    const bool isShown = preview.shows(x, firstRow + y);
-                    if (!isShown && (x % every != 0 || y % every != 0)) continue;
+                    if (!preview.shows(x, firstRow + y) && (x % every != 0 || y % every != 0)) continue;
                     const glm::vec3 normal = reference->normal.at(x, y);
                     const auto seen = verifier.decode(rows, x, firstRow + y);
                     const auto truth = verifier.reference(reference->sh.at(x, y), glm::dvec3(normal), seen);
@@ -479,10 +441,7 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
                                   seen.direction);
                     const glm::vec3 lit = litBy(glm::vec3(truth.direction), glm::vec3(truth.intensity), normal);
                     const glm::vec3 litAsSeen = litBy(glm::vec3(seen.direction), glm::vec3(seen.intensity), normal);
-                    if (isShown)
-                        preview.set(x, firstRow + y, lit, litAsSeen);
-                    else
-                        preview.compare(x, firstRow + y, lit, litAsSeen);
+                    preview.set(x, firstRow + y, lit, litAsSeen);
                 }
             part.errors = verifier.verifyRows(rows, *reference, firstRow, rowCount);
             const auto traced = groundTruth->within(*reference, firstRow, rowCount);

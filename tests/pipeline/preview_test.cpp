@@ -23,9 +23,9 @@ TEST(Preview, NoErrorHidesBetweenPixels) {
     Preview preview(800, 6, 1);
     ASSERT_EQ(preview.stride(), 3);
     ASSERT_FALSE(preview.shows(301, 4));
-    preview.compare(301, 4, glm::vec3(1), glm::vec3(2));
+    preview.set(301, 4, glm::vec3(1), glm::vec3(2));
     preview.set(300, 3, glm::vec3(1), glm::vec3(1));
-    preview.compare(302, 5, glm::vec3(1), glm::vec3(1));
+    preview.set(302, 5, glm::vec3(1), glm::vec3(1));
     const auto picture = differenceOf(preview);
     for (int y = 0; y < picture.height(); ++y)
         for (int x = 0; x < picture.width(); ++x) {
@@ -39,12 +39,12 @@ TEST(Preview, ThreadsMayShareAPixel) {
     Preview preview(3840, 3840, 0);
     ASSERT_EQ(preview.stride(), 10);
     tbb::parallel_for(0, 3840, [&](int y) {
-        for (int x = 0; x < 3840; ++x) preview.compare(x, y, glm::vec3(1), glm::vec3(1 + 1e-3f * static_cast<float>((7 * x + 3 * y) % 97)));
+        for (int x = 0; x < 3840; ++x) preview.set(x, y, glm::vec3(1), glm::vec3(1 + 1e-3f * static_cast<float>((7 * x + 3 * y) % 97)));
     });
     const auto picture = differenceOf(preview);
     Preview again(3840, 3840, 0);
     for (int y = 3839; y >= 0; --y)
-        for (int x = 0; x < 3840; ++x) again.compare(x, y, glm::vec3(1), glm::vec3(1 + 1e-3f * static_cast<float>((7 * x + 3 * y) % 97)));
+        for (int x = 0; x < 3840; ++x) again.set(x, y, glm::vec3(1), glm::vec3(1 + 1e-3f * static_cast<float>((7 * x + 3 * y) % 97)));
     const auto expected = differenceOf(again);
     EXPECT_TRUE(std::ranges::equal(picture.texels(), expected.texels()));
 }
