@@ -92,16 +92,22 @@ void ErrorAccumulator::addErrors(std::span<const float> reference, std::span<con
     sampleCount_ += static_cast<std::int64_t>(reference.size());
 }
 
-void ErrorAccumulator::addBound(double bound) {
-    maxBound_ = std::max(maxBound_, finiteOrLargest(bound));
+void ErrorAccumulator::addBound(double bound, const ErrorPlace& place) {
+    const double told = finiteOrLargest(bound);
+    if (!(told > maxBound_)) return;
+    maxBound_ = told;
+    boundAt_ = place;
 }
 
 void ErrorAccumulator::merge(const ErrorAccumulator& other) {
     assert(key_ == other.key_);
     squaredError_ = finiteOrLargest(squaredError_ + other.squaredError_);
     squaredReference_ += other.squaredReference_;
-    maxSampled_ = std::max(maxSampled_, other.maxSampled_);
-    maxBound_ = std::max(maxBound_, other.maxBound_);
+    if (other.maxSampled_ > maxSampled_) {
+        maxSampled_ = other.maxSampled_;
+        sampledAt_ = other.sampledAt_;
+    }
+    addBound(other.maxBound_, other.boundAt_);
     sampleCount_ += other.sampleCount_;
     for (std::size_t i = 0; i < histogram_.size(); ++i) histogram_[i] += other.histogram_[i];
 }
@@ -113,6 +119,8 @@ double ErrorAccumulator::referenceRms() const {
 ErrorFigures ErrorAccumulator::figures() const {
     ErrorFigures figures;
     figures.maxSampled = maxSampled_;
+    figures.sampledAt = sampledAt_;
+    figures.boundAt = boundAt_;
     figures.maxBound = maxBound_;  // not raised to maxSampled: a sample above its bound is a fault that has to show
     if (sampleCount_ == 0) return figures;
     // Light beyond all numbers has no error that could be told.

@@ -3,11 +3,27 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <glm/vec3.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace verify {
+
+/// Where the worst of some errors is, and what it is: enough to find it again. Not known: x is negative.
+struct ErrorPlace {
+    double x = -1, y = -1;  ///< [texels] whole at the centre of a texel; fractions lie between texels
+    int channel = 0;        ///< red, green, blue
+    glm::dvec3 normal{0};   ///< of the shading, unit; of a specular bound the axis of the lobe, as it holds for all views and materials
+    glm::dvec3 view{0};     ///< to the viewer, unit; of specular samples only
+    double m = 0, f0 = 0;   ///< of specular samples only
+    double reference = 0;   ///< the light that ought to be there
+    double found = 0;       ///< the light that is
+    double local = 0;       ///< the local relative error; of a bound what is proven, with all that a sampler is free to do
+    bool isKnown() const { return x >= 0; }
+    /// How far `found` may be from `reference` for a local relative error of `limit`.
+    double allowed(double limit, double key) const { return limit * ((reference < 0 ? -reference : reference) + 0.02 * key); }
+};
 
 /// Errors of shaded exit radiance on a white surface against the float reference. All are fractions, not percent.
 struct ErrorFigures {
@@ -15,6 +31,8 @@ struct ErrorFigures {
     double p99 = 0;         ///< 99th percentile of the local relative error |error| / (|reference| + 0.02 key)
     double maxSampled = 0;  ///< largest local relative error that a sample met
     double maxBound = 0;    ///< no normal, view, material or sub-texel position can exceed this local relative error
+    /// Of maxSampled and maxBound, where the asset tells of it; the first of those alike, by row, column, channel, direction.
+    ErrorPlace sampledAt, boundAt;
 };
 
 /// One stage of one asset. A kind of shading that the asset takes no part in has error 0.
@@ -34,7 +52,9 @@ public:
     /// A batch of float samples given as reference and error = result - reference: the inner loop of light maps. Same lengths.
     void addErrors(std::span<const float> reference, std::span<const float> error);
     /// A proven bound on local relative errors, for maxBound only.
-    void addBound(double bound);
+    void addBound(double bound, const ErrorPlace& place = {});
+    /// Where the largest sample so far was met; for what has just been added.
+    void setSampledAt(const ErrorPlace& place) { sampledAt_ = place; }
     void merge(const ErrorAccumulator& other);
     ErrorFigures figures() const;
     std::int64_t sampleCount() const { return sampleCount_; }
@@ -52,6 +72,7 @@ private:
 
     double key_;
     double squaredError_ = 0, squaredReference_ = 0, maxSampled_ = 0, maxBound_ = 0;
+    ErrorPlace sampledAt_, boundAt_;
     std::int64_t sampleCount_ = 0;
     std::vector<std::int64_t> histogram_;
 };

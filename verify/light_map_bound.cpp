@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "lighting/quadratic.h"
 #include "lighting/radiometry.h"
@@ -154,8 +155,9 @@ double valueAt(const lighting::Sh& coefficients, const Response& response, const
 }
 
 /// Raises t until s e - t (share r + floor) is nowhere positive; infinity where it cannot.
+/// at  the direction that t was raised for last, if it was
 double raised(const ErrorPair& pair, const Response& response, double sign, double share, double floor, const lighting::ShBands& slack,
-              double t) {
+              double t, std::optional<glm::dvec3>& at) {
     const Condition condition = conditionOf(pair, response, share, floor, slack);
     const lighting::ShBands norms = axialNorms(response);
     const auto underAt = [&](const glm::dvec3& n) { return share * valueAt(pair.reference, response, n) + condition.floor; };
@@ -176,6 +178,7 @@ double raised(const ErrorPair& pair, const Response& response, double sign, doub
             const double next = under >= kVanishing * floor ? ratioAt(place, under) : 0;
             if (next > t * kWorthwhile) {
                 t = next;
+                at = place;
                 continue;
             }
         }
@@ -186,6 +189,7 @@ double raised(const ErrorPair& pair, const Response& response, double sign, doub
         const double next = ratioAt(extrema.maximumAt, under);
         if (!(next > t * (1 + kRelativeSlack))) return t * (1 + 2 * kRelativeSlack);
         t = next;
+        at = extrema.maximumAt;
     }
     return std::numeric_limits<double>::infinity();
 }
@@ -212,15 +216,23 @@ lighting::ShBands Response::norms() const {
 }
 
 double localErrorBound(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
-                       double atMost) {
+                       double atMost, BoundPlace* place) {
     double bound = atMost;
     for (const double share : kShares) {
         double relative = 0;
+        BoundPlace reached;
         for (const Response& response : responses)
-            for (const ErrorPair& pair : pairs)
-                for (const double sign : {1.0, -1.0})
-                    if (relative < bound) relative = raised(pair, response, sign, share, floor, slack, relative);
-        bound = std::min(bound, relative);
+            for (std::size_t i = 0; i < pairs.size(); ++i)
+                for (const double sign : {1.0, -1.0}) {
+                    if (!(relative < bound)) continue;
+                    std::optional<glm::dvec3> at;
+                    relative = raised(pairs[i], response, sign, share, floor, slack, relative, at);
+                    if (at && place != nullptr)
+                        reached = {i, *at, valueAt(pairs[i].error, response, *at), valueAt(pairs[i].reference, response, *at)};
+                }
+        if (!(relative < bound)) continue;
+        bound = relative;
+        if (place != nullptr) *place = reached;
     }
     return bound;
 }

@@ -33,6 +33,13 @@ struct Response {
 /// Exit radiance of a white Lambert surface under any normal.
 inline constexpr Response kExitResponse{{1, 2.0 / 3, 1.0 / 4}, {}};
 
+/// Where a bound is reached: which of the pairs, and the direction n; what error and reference are there, of the response that it is for.
+struct BoundPlace {
+    std::size_t pair = 0;
+    glm::dvec3 direction{0};
+    double error = 0, reference = 0;
+};
+
 /// A proven upper bound of |e| / (|r| + floor), e and r the responses to error and reference, over every direction n, every mean of the
 /// responses and 0, and every mean (e, r) of the pairs: weights that are not negative and add up to 1, the same for error and reference.
 /// One pair is a texel; the Bernstein control vectors of a quad, whose weights are the polynomials at a position, are all that lies between
@@ -43,8 +50,9 @@ inline constexpr Response kExitResponse{{1, 2.0 / 3, 1.0 / 4}, {}};
 /// 0. Each condition is a quadratic on the sphere, whose maximum is known exactly; t is found by Dinkelbach's iteration (1967, On Nonlinear
 /// Fractional Programming). Share 1 is exact for a texel whose reference is nowhere negative, less serves light that rings below zero.
 /// atMost  not told more closely above it
+/// place   if not null, where it is reached; left alone where the bound is no larger than 0, or not told
 double localErrorBound(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
-                       double atMost = std::numeric_limits<double>::infinity());
+                       double atMost = std::numeric_limits<double>::infinity(), BoundPlace* place = nullptr);
 
 /// An axis, and how far the unit band 2 about any axis near it can be from the one about it.
 struct AxisCone {

@@ -35,7 +35,7 @@ LightMapScore::Errors LightMapScore::score(const formats::LightMapBand& referenc
     assert(reference.sh.width() == result.width && reference.firstRow <= firstRow &&
            firstRow + result.height <= reference.firstRow + reference.sh.height());
     Errors errors;
-    ErrorShader shader(state_->diffuse, state_->specular);
+    ErrorShader shader(state_->diffuse, state_->specular, 1 / static_cast<double>(state_->perKey));
     for (int y = 0; y < result.height; ++y) {
         const int bandRow = firstRow - reference.firstRow + y;
         for (int x = 0; x < result.width; ++x) {
@@ -46,7 +46,7 @@ LightMapScore::Errors LightMapScore::score(const formats::LightMapBand& referenc
                 // Both in units of the key before they are subtracted, as LightMapVerifier does it.
                 error.c[i] = state_->perKey * result.at(x, y)[i] - inUnits.c[i];
             }
-            shader.setReference(inUnits, reference.normal.at(x, bandRow));
+            shader.setReference(inUnits, reference.normal.at(x, bandRow), {x, firstRow + y});
             shader.add(error, errors.diffuse, errors.specular);
         }
     }

@@ -1,7 +1,9 @@
 #include "verify/light_map_shading.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <span>
 
@@ -16,6 +18,7 @@ namespace {
 constexpr int kKernelSamples = 160;
 constexpr int kScanSamples = 64;
 constexpr std::size_t kChannels = 3;
+constexpr auto kFloor = static_cast<float>(0.02);  ///< of the key, as ErrorAccumulator has it
 
 /// A kernel whose view lies in the x-z plane, for a view of any azimuth: turned around the normal.
 lighting::ShDouble turnedAroundNormal(const lighting::ShDouble& kernel, const glm::dvec3& view) {
@@ -183,10 +186,12 @@ private:
 
 }  // namespace
 
-ShadingMatrix::ShadingMatrix(const std::vector<lighting::ShDouble>& rows)
+ShadingMatrix::ShadingMatrix(const std::vector<lighting::ShDouble>& rows, std::vector<ShadedWay> ways)
     : count_(rows.size()),
       stride_((rows.size() + kLanes - 1) / kLanes * kLanes),
-      weights_(stride_ * static_cast<std::size_t>(lighting::kShCount), 0.0f) {
+      weights_(stride_ * static_cast<std::size_t>(lighting::kShCount), 0.0f),
+      ways_(std::move(ways)) {
+    assert(ways_.size() == count_);
     for (std::size_t k = 0; k < rows.size(); ++k)
         for (std::size_t i = 0; i < rows[k].size(); ++i) weights_[i * stride_ + k] = static_cast<float>(rows[k][i]);
 }
@@ -204,32 +209,38 @@ void ShadingMatrix::apply(const std::array<float, lighting::kShCount>& coefficie
 
 ShadingMatrix diffuseMatrix(int count) {
     std::vector<lighting::ShDouble> rows(static_cast<std::size_t>(count));
-    for (int k = 0; k < count; ++k)
+    std::vector<ShadedWay> ways;
+    for (int k = 0; k < count; ++k) {
+        ways.push_back({.normal = lighting::fibonacciHemisphere(k, count)});
         for (std::size_t i = 0; i < static_cast<std::size_t>(lighting::kShCount); ++i) {
             shaders::LcSh one{};
             one.c[i] = glm::vec3(1);
-            rows[static_cast<std::size_t>(k)][i] =
-                static_cast<double>(shaders::lcExitRadiance(one, glm::vec3(lighting::fibonacciHemisphere(k, count))).x);
+            rows[static_cast<std::size_t>(k)][i] = static_cast<double>(shaders::lcExitRadiance(one, glm::vec3(ways.back().normal)).x);
         }
-    return ShadingMatrix(rows);
+    }
+    return ShadingMatrix(rows, std::move(ways));
 }
 
 ShadingMatrix flatMatrix() {
     shaders::LcSh one{};
     one.c[0] = glm::vec3(1);
-    return ShadingMatrix({lighting::ShDouble{static_cast<double>(shaders::lcExitRadiance(one, glm::vec3(0, 0, 1)).x)}});
+    return ShadingMatrix({lighting::ShDouble{static_cast<double>(shaders::lcExitRadiance(one, glm::vec3(0, 0, 1)).x)}}, {ShadedWay{}});
 }
 
 ShadingMatrix specularMatrix(const LightMapShading& shading) {
     std::vector<lighting::ShDouble> rows;
+    std::vector<ShadedWay> ways;
     for (int k = 0; k < shading.viewCount; ++k) {
         const glm::dvec3 view = lighting::fibonacciHemisphere(k, shading.viewCount);
         for (const double m : shading.m) {
             const lighting::AreaSpecularKernel kernel = kernelAt(view.z, m, kKernelSamples);
-            for (const double f0 : shading.f0) rows.push_back(turnedAroundNormal(atF0(kernel, f0), view));
+            for (const double f0 : shading.f0) {
+                rows.push_back(turnedAroundNormal(atF0(kernel, f0), view));
+                ways.push_back({.view = view, .m = m, .f0 = f0});
+            }
         }
     }
-    return ShadingMatrix(rows);
+    return ShadingMatrix(rows, std::move(ways));
 }
 
 std::vector<Response> specularResponses(const LightMapShading& shading) {
@@ -300,13 +311,15 @@ std::array<lighting::Sh, 3> channelsOf(const shaders::LcSh& sh) {
     return out;
 }
 
-ErrorShader::ErrorShader(const ShadingMatrix& diffuse, const ShadingMatrix& specular)
+ErrorShader::ErrorShader(const ShadingMatrix& diffuse, const ShadingMatrix& specular, double unit)
     : diffuse_(diffuse),
       specular_(specular),
       shadedReference_(kChannels * (diffuse.stride() + specular.stride())),
-      shadedError_(shadedReference_.size()) {}
+      shadedError_(shadedReference_.size()),
+      unit_(unit) {}
 
-void ErrorShader::setReference(const shaders::LcSh& reference, const glm::vec3& normal) {
+void ErrorShader::setReference(const shaders::LcSh& reference, const glm::vec3& normal, const glm::dvec2& place) {
+    place_ = place;
     if (normal != normal_) {
         const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(normal));
         frame_ = {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])};
@@ -318,12 +331,44 @@ void ErrorShader::setReference(const shaders::LcSh& reference, const glm::vec3& 
 void ErrorShader::add(const shaders::LcSh& error, ErrorAccumulator& diffuse, ErrorAccumulator& specular) {
     shade(error, shadedError_);
     const auto addAll = [&](ErrorAccumulator& accumulator, const ShadingMatrix& matrix, std::size_t offset) {
-        for (std::size_t c = 0; c < kChannels; ++c, offset += matrix.stride())
-            accumulator.addErrors(std::span(shadedReference_).subspan(offset, matrix.count()),
-                                  std::span(shadedError_).subspan(offset, matrix.count()));
+        const double before = accumulator.maxSampled();
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            const std::size_t first = offset + c * matrix.stride();
+            accumulator.addErrors(std::span(shadedReference_).subspan(first, matrix.count()),
+                                  std::span(shadedError_).subspan(first, matrix.count()));
+        }
+        if (accumulator.maxSampled() > before) accumulator.setSampledAt(worstOf(matrix, offset));
     };
     addAll(diffuse, diffuse_, 0);
     addAll(specular, specular_, kChannels * diffuse_.stride());
+}
+
+ErrorPlace ErrorShader::worstOf(const ShadingMatrix& matrix, std::size_t offset) const {
+    // As the accumulators have it: what is no finite number is the largest.
+    const auto localAt = [&](std::size_t at) {
+        const float error = std::abs(shadedError_[at]), local = error == 0 ? 0.0f : error / (std::abs(shadedReference_[at]) + kFloor);
+        return local <= std::numeric_limits<float>::max() ? static_cast<double>(local) : std::numeric_limits<double>::max();
+    };
+    ErrorPlace worst{.x = place_.x, .y = place_.y, .local = -1};
+    std::size_t row = 0;
+    for (std::size_t c = 0; c < kChannels; ++c)
+        for (std::size_t k = 0; k < matrix.count(); ++k) {
+            const std::size_t at = offset + c * matrix.stride() + k;
+            if (!(localAt(at) > worst.local)) continue;
+            const auto error = static_cast<double>(shadedError_[at]), reference = static_cast<double>(shadedReference_[at]);
+            worst.channel = static_cast<int>(c);
+            worst.reference = unit_ * reference;
+            worst.found = unit_ * (reference + error);
+            worst.local = localAt(at);
+            row = k;
+        }
+    const ShadedWay& way = matrix.way(row);
+    const glm::dmat3 frame(frame_[0], frame_[1], frame_[2]);
+    worst.normal = frame * way.normal;
+    worst.view = frame * way.view;
+    worst.m = way.m;
+    worst.f0 = way.f0;
+    return worst;
 }
 
 void ErrorShader::shade(const shaders::LcSh& sh, std::vector<float>& out) const {

@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cstddef>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 #include <optional>
 #include <vector>
 
@@ -15,21 +17,30 @@
 
 namespace verify {
 
+/// What a row of a shading matrix stands for, in the texel's frame.
+struct ShadedWay {
+    glm::dvec3 normal{0, 0, 1};
+    glm::dvec3 view{0};  ///< of glossy ways only, like those below
+    double m = 0, f0 = 0;
+};
+
 /// count rows of nine factors, stored by coefficient and padded with zeros to whole vectors.
 class ShadingMatrix {
 public:
     static constexpr std::size_t kLanes = 16;  ///< rows that are summed side by side
 
     ShadingMatrix() = default;
-    explicit ShadingMatrix(const std::vector<lighting::ShDouble>& rows);
+    ShadingMatrix(const std::vector<lighting::ShDouble>& rows, std::vector<ShadedWay> ways);
     std::size_t count() const { return count_; }
+    const ShadedWay& way(std::size_t row) const { return ways_[row]; }
     std::size_t stride() const { return stride_; }
     /// out[k] = sum_i row_k[i] coefficients[i] for k < stride(). Each sum runs over i in order, at any vector width.
     void apply(const std::array<float, lighting::kShCount>& coefficients, float* out) const;
 
 private:
     std::size_t count_ = 0, stride_ = 0;
-    std::vector<float> weights_;  ///< [coefficient][stride_]
+    std::vector<float> weights_;   ///< [coefficient][stride_]
+    std::vector<ShadedWay> ways_;  ///< [row]
 };
 
 /// Exit radiance of a white surface at `count` normals (Fibonacci points of the hemisphere), through the shader's evaluation.
@@ -49,20 +60,25 @@ std::array<lighting::Sh, 3> channelsOf(const shaders::LcSh& sh);
 class ErrorShader {
 public:
     /// The matrices must outlive it; one without rows is a kind of shading that the scene has not.
-    ErrorShader(const ShadingMatrix& diffuse, const ShadingMatrix& specular);
-    /// The texel that the errors to come are of. Neighbours often share a normal: its frame is kept.
-    void setReference(const shaders::LcSh& reference, const glm::vec3& normal);
-    /// error  result - reference, of coefficients
+    /// unit  what light of 1 is outside
+    ErrorShader(const ShadingMatrix& diffuse, const ShadingMatrix& specular, double unit);
+    /// The texel that the errors to come are of, at `place` of the map [texels]. Neighbours often share a normal: its frame is kept.
+    void setReference(const shaders::LcSh& reference, const glm::vec3& normal, const glm::dvec2& place);
+    /// error  result - reference, of coefficients. The place of the largest is told to the accumulators.
     void add(const shaders::LcSh& error, ErrorAccumulator& diffuse, ErrorAccumulator& specular);
 
 private:
     void shade(const shaders::LcSh& sh, std::vector<float>& out) const;
+    /// The worst of what was shaded last.
+    ErrorPlace worstOf(const ShadingMatrix& matrix, std::size_t offset) const;
 
     const ShadingMatrix& diffuse_;
     const ShadingMatrix& specular_;
     std::vector<float> shadedReference_, shadedError_;  ///< [kind][channel][row of the matrix]
     glm::vec3 normal_{0};
     std::array<glm::vec3, 3> frame_{};
+    double unit_;
+    glm::dvec2 place_{0};
 };
 
 /// Area specular of every view, every m and F0 of the ranges, in every frame: a few responses such that each kernel is a mean of them and

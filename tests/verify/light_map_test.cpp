@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <limits>
 #include <random>
+#include <tuple>
 
 #include "compress/light_map.h"
 #include "lighting/brdf.h"
@@ -201,6 +202,82 @@ TEST(LightMapVerifier, FiguresAreThoseOfABruteForceInDouble) {
     EXPECT_EQ(stages.back().diffuse.relRms, final.diffuse.relRms);
 }
 
+/// Light shaded as a place says: under its normal, or by its material seen from its view.
+double shadedAs(const verify::ErrorPlace& place, const lighting::ShDouble& light) {
+    if (place.view == glm::dvec3(0)) return exitRadiance(light, place.normal);
+    const auto kernel = lighting::integrateAreaSpecular(glm::dot(place.view, place.normal), place.m, lighting::NormalDistribution::Beckmann,
+                                                        lighting::CookTorranceNormalization::Energy, 256);
+    const glm::dvec3 tangent = glm::normalize(place.view - glm::dot(place.view, place.normal) * place.normal);
+    const lighting::ShDouble local =
+        lighting::ShRotation(glm::transpose(glm::dmat3(tangent, glm::cross(place.normal, tangent), place.normal))).apply(light);
+    double sum = 0;
+    for (std::size_t i = 0; i < local.size(); ++i) sum += (place.f0 * kernel.c[i] + (1 - place.f0) * kernel.d[i]) * local[i];
+    return sum;
+}
+
+TEST(LightMapVerifier, TheWorstSampleIsFoundAgainAtItsPlace) {
+    for (const LightMapLayout layout : {LightMapLayout::Luvw, LightMapLayout::Basis4, LightMapLayout::Flat}) {
+        const Cooked cooked = cook(Kind::Gradient, layout);
+        const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
+        const std::vector<verify::StageError> stages = cooked.stages();
+        const verify::StageError& last = stages[stages.size() - 3];
+        for (const verify::ErrorFigures* figures : {&last.diffuse, &last.specular}) {
+            const verify::ErrorPlace& place = figures->sampledAt;
+            if (figures->maxSampled == 0) continue;  // a flat map's specular
+            ASSERT_TRUE(place.isKnown()) << cooked.map.layout;
+            EXPECT_EQ(place.local, figures->maxSampled);
+            EXPECT_NEAR(glm::length(place.normal), 1, 1e-6);
+            const int x = static_cast<int>(place.x), y = static_cast<int>(place.y);
+            lighting::ShDouble light = channelOf(cooked.reference.sh.at(x, y), place.channel);
+            if (layout == LightMapLayout::Flat) {
+                const double exit = exitRadiance(light, place.normal);
+                light = {};
+                light[0] = exit / 0.28209479177387814;
+            }
+            const double reference = shadedAs(place, light), found = shadedAs(place, channelOf(decoded.at(x, y), place.channel));
+            EXPECT_NEAR(place.reference, reference, 1e-3 * std::abs(reference) + 1e-5 * cooked.key) << cooked.map.layout;
+            EXPECT_NEAR(place.found, found, 1e-3 * std::abs(reference) + 1e-5 * cooked.key) << cooked.map.layout;
+            EXPECT_NEAR(std::abs(place.found - place.reference), place.allowed(place.local, cooked.key), 1e-4 * cooked.key);
+        }
+        // Between texels: of the filtered texels of a quad.
+        const verify::ErrorPlace& between = stages[stages.size() - 2].diffuse.sampledAt;
+        EXPECT_NE(between.x, std::floor(between.x));
+        EXPECT_EQ(between.local, stages[stages.size() - 2].diffuse.maxSampled);
+    }
+}
+
+TEST(LightMapVerifier, TheWorstBoundOfATexelIsReachedAtItsPlace) {
+    Cooked cooked = cook(Kind::Gradient, LightMapLayout::Luvw);
+    cooked.map.formats.clear();  // a sampler without liberties: the bound is exact where the reference is not negative
+    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
+    const std::vector<verify::StageError> stages = cooked.stages();
+    const verify::ErrorFigures& last = stages[stages.size() - 3].diffuse;
+    const verify::ErrorPlace& place = last.boundAt;
+    ASSERT_TRUE(place.isKnown());
+    EXPECT_EQ(place.local, last.maxBound);
+    const int x = static_cast<int>(place.x), y = static_cast<int>(place.y);
+    const double reference = exitRadiance(channelOf(cooked.reference.sh.at(x, y), place.channel), place.normal),
+                 found = exitRadiance(channelOf(decoded.at(x, y), place.channel), place.normal);
+    EXPECT_NEAR(std::abs(found - reference) / (std::abs(reference) + 0.02 * cooked.key), last.maxBound, 1e-3 * last.maxBound);
+    EXPECT_NEAR(place.reference, reference, 1e-4 * cooked.key);
+    EXPECT_NEAR(place.found, found, 1e-4 * cooked.key);
+    // Of a quad: inside one that has it, or on its side.
+    const verify::ErrorPlace& between = stages[stages.size() - 2].diffuse.boundAt;
+    EXPECT_EQ(between.local, stages[stages.size() - 2].diffuse.maxBound);
+    EXPECT_NEAR(glm::length(between.normal), 1, 1e-9);
+    const verify::LightMapVerifier verifier = cooked.verifier();
+    bool isFound = false;
+    for (int dy = 0; dy < 2; ++dy)
+        for (int dx = 0; dx < 2; ++dx) {
+            const int left = static_cast<int>(std::ceil(between.x)) - dx, top = static_cast<int>(std::ceil(between.y)) - dy;
+            if (left < 0 || top < 0 || left + 1 >= kWidth || top + 1 >= kHeight) continue;
+            const auto isCovered = [&](int i) { return cooked.reference.covered.at(left + i % 2, top + i / 2) != 0; };
+            if (isCovered(0) && isCovered(1) && isCovered(2) && isCovered(3))
+                isFound = isFound || verifier.boundQuad(cooked.texels, cooked.reference, left, top).diffuse == between.local;
+        }
+    EXPECT_TRUE(isFound);
+}
+
 TEST(LightMapVerifier, NoSampledShadingExceedsTheBound) {
     std::mt19937 random(11);
     std::normal_distribution<double> normal;
@@ -329,6 +406,15 @@ TEST(LightMapVerifier, BandsInAnyCutGiveTheSameFigures) {
             EXPECT_EQ(parts[i].diffuse.maxBound, whole[i].diffuse.maxBound);
             EXPECT_EQ(parts[i].specular.maxSampled, whole[i].specular.maxSampled);
             EXPECT_EQ(parts[i].specular.maxBound, whole[i].specular.maxBound);
+            const auto isSame = [](const verify::ErrorPlace& a, const verify::ErrorPlace& place) {
+                return std::tie(a.x, a.y, a.channel, a.normal, a.view, a.m, a.f0, a.reference, a.found, a.local) ==
+                       std::tie(place.x, place.y, place.channel, place.normal, place.view, place.m, place.f0, place.reference, place.found,
+                                place.local);
+            };
+            EXPECT_TRUE(isSame(parts[i].diffuse.sampledAt, whole[i].diffuse.sampledAt)) << whole[i].name;
+            EXPECT_TRUE(isSame(parts[i].specular.sampledAt, whole[i].specular.sampledAt)) << whole[i].name;
+            EXPECT_TRUE(isSame(parts[i].diffuse.boundAt, whole[i].diffuse.boundAt)) << whole[i].name;
+            EXPECT_TRUE(isSame(parts[i].specular.boundAt, whole[i].specular.boundAt)) << whole[i].name;
         }
     }
 }

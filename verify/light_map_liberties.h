@@ -1,0 +1,158 @@
+// What a sampler is free to do with the texels of a cooked map, as lengths beside its errors. Private to verify/.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "verify/light_map_deviation.h"
+#include "verify/light_map_rows.h"
+#include "verify/light_map_worst.h"
+
+namespace verify::lightmap {
+
+/// The sums of a group's vectors with every choice of signs; but for that of the whole.
+inline constexpr std::size_t kSigns = 8;
+inline std::array<LcSh, kSigns> signedSumsOf(const std::array<LcSh, 4>& group) {
+    std::array<LcSh, kSigns> sums;
+    for (std::size_t signs = 0; signs < sums.size(); ++signs)
+        for (std::size_t i = 0; i < kCount; ++i) {
+            glm::vec3 sum = group[3].c[i];
+            for (std::size_t j = 0; j < 3; ++j) sum += (signs >> j & 1) == 0 ? group[j].c[i] : -group[j].c[i];
+            sums[signs].c[i] = sum;
+        }
+    return sums;
+}
+
+template <class Layout>
+class Liberties {
+public:
+    using LayerTexels = typename MapRows<Layout>::LayerTexels;
+    using QuadTexels = typename MapRows<Layout>::QuadTexels;
+    using QuadReferences = typename MapRows<Layout>::QuadReferences;
+
+    /// freedom  of each layer; empty: an ideal sampler
+    Liberties(const MapRows<Layout>& rows, const std::vector<FormatFreedom>& freedom) : rows_(rows), freedom_(freedom) {
+        for (const auto& texture : rows.texels().spans)
+            for (const formats::Image<glm::vec4>& image : texture) spans_.push_back(&image);
+        if constexpr (requires { Layout::kCodeCount; }) prepareClusters();
+    }
+    bool isNone() const { return freedom_.empty(); }
+
+    /// At the centre of a texel.
+    ChannelSlack ofCentre(const LayerTexels& texels, int x, int y) const {
+        if (isNone()) return {};
+        layouts::Boxes<Layout::kLayers> boxes;
+        bool isFree = false;
+        for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
+            boxes[layer] = {texels[layer], glm::vec4(0), decodeFreedom(layer, x, y, 0)};
+            isFree = isFree || boxes[layer].freedom != glm::vec4(0);
+        }
+        return isFree ? lengthsOf(deviation(boxes, x, y), true) : ChannelSlack{};
+    }
+    /// What the decode of the texel at `corner` may be off in the quad at (x, y).
+    auto ofQuad(const QuadTexels& texels, int x, int y, int corner) const {
+        return deviation(quadBoxes(texels, x, y), x + corner % 2, y + corner / 2);
+    }
+    /// Its band lengths, quickly, by the lengths of every vector, or exactly, by the sums with every choice of signs: the longest are among
+    /// them. Lengths do not ask for a whole group's sign, which halves the choices.
+    template <std::size_t kGroups>
+    ChannelSlack lengthsOf(const layouts::Deviation<kGroups>& off, bool isExact) const {
+        ChannelSlack slack{};
+        const auto perKey = static_cast<double>(rows_.perKey());
+        addLengths(slack, off.absolute, perKey);
+        for (const std::array<LcSh, 4>& group : off.groups) {
+            if (!isExact) {
+                for (const LcSh& vector : group) addLengths(slack, vector, perKey);
+                continue;
+            }
+            addLargestLengths(slack, signedSumsOf(group), perKey);
+        }
+        return slack;
+    }
+    /// Whether there is a quick bound of a quad's: then it is added to slack.
+    bool addQuickly(const QuadTexels& texels, int x, int y, ChannelSlack& slack) const {
+        if constexpr (requires { Layout::kCodeCount; }) {
+            if (clusterSlack_.empty()) return false;
+            const ChannelSlack& unit = clusterSlack_[rows_.layout().at(x, y).cluster];
+            for (std::size_t c = 0; c < kChannels; ++c) {
+                float light = 0;
+                for (const LayerTexels* corner : texels) light = std::max(light, std::abs((*corner)[0][static_cast<int>(c)]));
+                for (std::size_t l = 0; l < 3; ++l) slack[c][l] += static_cast<double>(kOutward * light) * unit[c][l];
+            }
+            return true;
+        }
+        return false;
+    }
+    /// What the filter's fractions move the light of a decode of degree kDegree: a polynomial in Bernstein form changes by at most its
+    /// degree times the difference of neighbouring controls; of the reference those are the texels themselves.
+    static void addFractions(ChannelSlack& slack, const QuadReferences& references, const Squares& error) {
+        const auto steps = [&](std::size_t a, std::size_t b, std::size_t c, std::size_t d) {
+            const std::array<LcSh, 2> edges = {difference(*references[a], *references[b]), difference(*references[c], *references[d])};
+            return largestSquares(edges);
+        };
+        const Squares across = steps(1, 0, 3, 2), down = steps(2, 0, 3, 1);
+        constexpr double kBend = 4.0 * Layout::kDegree;
+        for (std::size_t l = 0; l < 3; ++l) {
+            for (std::size_t c = 0; c < kChannels; ++c) {
+                const auto length = [&](const Squares& squares) { return outwardLength(squares[l][static_cast<int>(c)]); };
+                slack[c][l] += kFractionFreedom * (length(across) + length(down) + kBend * length(error));
+            }
+        }
+    }
+
+private:
+    /// Of one layer at texels (x, y) to (x + reach, y + reach): between them, or at one of them alone.
+    glm::vec4 decodeFreedom(std::size_t layer, int x, int y, int reach) const {
+        const FormatFreedom& format = freedom_[layer];
+        if (!format.hasSpans() || spans_.empty()) return format.decoded;
+        const int firstRow = rows_.texels().firstRow;
+        glm::vec4 span(0);
+        for (int blockY = (y - firstRow) / 4; blockY <= (y + reach - firstRow) / 4; ++blockY)
+            for (int blockX = x / 4; blockX <= (x + reach) / 4; ++blockX) span = glm::max(span, spans_[layer]->at(blockX, blockY));
+        return format.decoded + format.perSpan * span;
+    }
+    /// What the decode of texel (x, y) may be off, over boxes of texels.
+    auto deviation(const layouts::Boxes<Layout::kLayers>& boxes, int x, int y) const {
+        if constexpr (requires { Layout::kCodeCount; })
+            return layouts::deviationOf<Layout::kCodeCount, Layout::kResidualCount>(rows_.layout().at(x, y), boxes);
+        else
+            return layouts::Deviation<0>{layouts::deviationOf(rows_.layout(), boxes), {}};
+    }
+    /// Of each cluster, what the decode may be off for light of 1 in texture "l0" and codes anywhere in [0, 1]: a quick bound for most
+    /// quads, as all of it is proportional to the light. Only where codes cannot leave [0, 1], and light is off by a part of itself.
+    void prepareClusters() {
+        if (isNone() || freedom_[0].absolute != 0 || freedom_[0].decoded != glm::vec4(0)) return;
+        layouts::Boxes<Layout::kLayers> boxes;
+        for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
+            const FormatFreedom& format = freedom_[layer];
+            if (layer > 0 && format.relative != 0) return;
+            boxes[layer] = {glm::vec4(0.5f), glm::vec4(0.5f), format.decoded + format.perSpan + format.absolute + format.relative};
+        }
+        const layouts::BasisTables& tables = *rows_.layout().tables;
+        const std::size_t count = std::max(tables.first3.size(), tables.first4.size());
+        for (std::size_t cluster = 0; cluster < count; ++cluster)
+            clusterSlack_.push_back(lengthsOf(
+                layouts::deviationOf<Layout::kCodeCount, Layout::kResidualCount>(typename Layout::Decode{&tables, cluster}, boxes), true));
+    }
+    layouts::Boxes<Layout::kLayers> quadBoxes(const QuadTexels& texels, int x, int y) const {
+        layouts::Boxes<Layout::kLayers> boxes;
+        for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
+            const auto at = [&](std::size_t corner) -> const glm::vec4& { return (*texels[corner])[layer]; };
+            const glm::vec4 low = glm::min(glm::min(at(0), at(1)), glm::min(at(2), at(3))),
+                            high = glm::max(glm::max(at(0), at(1)), glm::max(at(2), at(3)));
+            TexelBox& box = boxes[layer];
+            box.centre = 0.5f * (low + high);
+            box.half = kOutward * (0.5f * (high - low));
+            const FormatFreedom& format = freedom_[layer];
+            box.freedom = decodeFreedom(layer, x, y, 1) + format.absolute + format.relative * glm::max(glm::abs(low), glm::abs(high));
+        }
+        return boxes;
+    }
+
+    const MapRows<Layout>& rows_;
+    const std::vector<FormatFreedom>& freedom_;
+    std::vector<const formats::Image<glm::vec4>*> spans_;  ///< [layer]
+    std::vector<ChannelSlack> clusterSlack_;               ///< [cluster], of learned layouts
+};
+
+}  // namespace verify::lightmap

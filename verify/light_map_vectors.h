@@ -1,0 +1,130 @@
+// The small sums that bounds of light maps are made of: nine RGB coefficients, their lengths by band and channel. Private to verify/.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <span>
+
+#include "lighting/sh.h"
+#include "shaders/lightcook_cpp.h"
+
+namespace verify::lightmap {
+
+using shaders::LcSh;
+
+inline constexpr std::size_t kChannels = 3, kCount = lighting::kShCount;
+/// product.md: local errors are relative to |reference| + 0.02 key. All light here is in units of the key.
+inline constexpr double kFloor = 0.02;
+/// The control vectors come from float evaluations of the decode: conversion to Bernstein form magnifies their rounding by at most 6 an
+/// axis.
+inline constexpr double kRounding = 2e-5;
+
+using Channels = std::array<lighting::Sh, kChannels>;
+/// Lengths of what each channel's error may have beyond its numbers, by band.
+using ChannelSlack = std::array<lighting::ShBands, kChannels>;
+/// Squared lengths by band and channel.
+using Squares = std::array<glm::vec3, 3>;
+
+inline LcSh difference(const LcSh& a, const LcSh& b) {
+    LcSh out;
+    for (std::size_t i = 0; i < kCount; ++i) out.c[i] = a.c[i] - b.c[i];
+    return out;
+}
+
+inline LcSh scaled(const LcSh& sh, float factor) {
+    LcSh out;
+    for (std::size_t i = 0; i < kCount; ++i) out.c[i] = factor * sh.c[i];
+    return out;
+}
+
+inline LcSh blend(const LcSh& a, const LcSh& b, float weight) {
+    LcSh out;
+    for (std::size_t i = 0; i < kCount; ++i) out.c[i] = (1 - weight) * a.c[i] + weight * b.c[i];
+    return out;
+}
+
+template <std::size_t kLayers>
+std::array<glm::vec4, kLayers> blend(const std::array<glm::vec4, kLayers>& a, const std::array<glm::vec4, kLayers>& b, float weight) {
+    std::array<glm::vec4, kLayers> out;
+    for (std::size_t i = 0; i < kLayers; ++i) out[i] = (1 - weight) * a[i] + weight * b[i];
+    return out;
+}
+
+/// Control values of the polynomial of degree kDegree that takes these values at i / kDegree, i = 0 .. kDegree.
+template <int kDegree>
+void bernsteinFromNodes(std::array<LcSh*, kDegree + 1> nodes) {
+    for (std::size_t i = 0; i < kCount; ++i) {
+        if constexpr (kDegree == 2) {
+            nodes[1]->c[i] = 2.0f * nodes[1]->c[i] - 0.5f * (nodes[0]->c[i] + nodes[2]->c[i]);
+        } else if constexpr (kDegree == 3) {
+            const glm::vec3 p0 = nodes[0]->c[i], p1 = nodes[1]->c[i], p2 = nodes[2]->c[i], p3 = nodes[3]->c[i];
+            nodes[1]->c[i] = (-5.0f * p0 + 18.0f * p1 - 9.0f * p2 + 2.0f * p3) / 6.0f;
+            nodes[2]->c[i] = (2.0f * p0 - 9.0f * p1 + 18.0f * p2 - 5.0f * p3) / 6.0f;
+        }
+    }
+}
+
+/// The largest of each among these.
+inline Squares largestSquares(std::span<const LcSh> each) {
+    // By plain floats: the hottest sums of the bounds, which run in lanes this way.
+    constexpr std::size_t kFloats = kCount * kChannels;
+    static_assert(sizeof(LcSh) == kFloats * sizeof(float));
+    std::array<float, 3 * kChannels> largest{};
+    for (const LcSh& sh : each) {
+        std::array<float, kFloats> square;
+        std::memcpy(square.data(), &sh, sizeof(sh));
+        for (float& value : square) value *= value;
+        std::array<float, 3 * kChannels> sums;
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            const auto at = [&](std::size_t i) { return square[kChannels * i + c]; };
+            sums[c] = at(0);
+            sums[kChannels + c] = at(1) + at(2) + at(3);
+            sums[2 * kChannels + c] = at(4) + at(5) + at(6) + at(7) + at(8);
+        }
+        // What is not a number stays: no comparison with it is true.
+        for (std::size_t i = 0; i < sums.size(); ++i) largest[i] = sums[i] <= largest[i] ? largest[i] : sums[i];
+    }
+    Squares out;
+    std::memcpy(&out, largest.data(), sizeof(out));
+    return out;
+}
+
+inline constexpr double kOutwardLength = 1 + 1e-5, kTiny = 1e-18;
+inline constexpr float kOutward = 1 + 1e-5f;
+/// From a sum of squares of floats: a few units in the last place, and what squares lose under the smallest float.
+inline double outwardLength(float square) {
+    return square == 0 ? 0 : kOutwardLength * std::sqrt(static_cast<double>(square)) + kTiny;
+}
+
+/// factor times the lengths of the bands; of each band the largest.
+inline void addLargestLengths(ChannelSlack& slack, std::span<const LcSh> each, double factor) {
+    const Squares squares = largestSquares(each);
+    for (std::size_t c = 0; c < kChannels; ++c)
+        for (std::size_t l = 0; l < 3; ++l) slack[c][l] += factor * outwardLength(squares[l][static_cast<int>(c)]);
+}
+inline void addLengths(ChannelSlack& slack, const LcSh& sh, double factor) {
+    addLargestLengths(slack, {&sh, 1}, factor);
+}
+inline ChannelSlack sumOf(const ChannelSlack& a, const ChannelSlack& b) {
+    ChannelSlack out = a;
+    for (std::size_t c = 0; c < kChannels; ++c)
+        for (std::size_t l = 0; l < 3; ++l) out[c][l] += b[c][l];
+    return out;
+}
+
+/// A bilinear reference is nowhere longer than at a corner.
+inline Squares referenceSquares(const std::array<const LcSh*, 4>& references) {
+    const std::array<LcSh, 4> each = {*references[0], *references[1], *references[2], *references[3]};
+    return largestSquares(each);
+}
+/// What float evaluations of the decode may be off, after their conversion to Bernstein form.
+inline void addRounding(ChannelSlack& slack, const Squares& error, const Squares& reference) {
+    for (std::size_t c = 0; c < kChannels; ++c)
+        for (std::size_t l = 0; l < 3; ++l)
+            slack[c][l] += kRounding * (outwardLength(error[l][static_cast<int>(c)]) + outwardLength(reference[l][static_cast<int>(c)]));
+}
+
+}  // namespace verify::lightmap
