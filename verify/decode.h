@@ -16,8 +16,8 @@ using Block8 = std::span<const std::byte, 8>;
 using Block16 = std::span<const std::byte, 16>;
 using Texels4x4 = std::span<glm::vec4, 16>;
 
-/// Ideal real-valued interpolation between endpoints r/31, g/63, b/31 (Direct3D 11.3 functional specification 19.5; hardware may err by a
-/// step).
+/// Ideal real-valued interpolation between endpoints r/31, g/63, b/31 (Direct3D 11.3 functional specification 19.5; what hardware may do
+/// instead is in light_map_freedom.h).
 void decodeBc1(Block8 block, Texels4x4 out);
 void decodeBc3(Block16 block, Texels4x4 out);
 void decodeBc4(Block8 block, Texels4x4 out);

@@ -4,6 +4,47 @@
 #include <cstdint>
 
 namespace verify {
+namespace {
+
+/// Of the difference of a block's ends, in every channel of BC1 to BC5.
+constexpr float kSpanShare = 0.03f;
+
+bool hasGreen(formats::PixelFormat format) {
+    return format == formats::PixelFormat::Bc5 || format == formats::PixelFormat::Bc5Snorm;
+}
+
+/// Difference of the ends of BC1's colours.
+glm::vec4 colourSpan(std::span<const std::byte> block) {
+    const auto endAt = [&](std::size_t byte) {
+        const std::uint32_t bits = std::to_integer<std::uint32_t>(block[byte]) | std::to_integer<std::uint32_t>(block[byte + 1]) << 8;
+        return glm::vec4(static_cast<float>(bits >> 11) / 31, static_cast<float>(bits >> 5 & 63) / 63, static_cast<float>(bits & 31) / 31,
+                         0);
+    };
+    return glm::abs(endAt(0) - endAt(2));
+}
+/// Of BC4's two bytes; those of a signed block are 127ths.
+float scalarSpan(std::span<const std::byte> block, bool isSigned) {
+    const auto endAt = [&](std::size_t byte) {
+        const int value = std::to_integer<int>(block[byte]);
+        return isSigned ? static_cast<float>(value < 0x80 ? value : value - 0x100) / 127 : static_cast<float>(value) / 255;
+    };
+    return glm::abs(endAt(0) - endAt(1));
+}
+glm::vec4 spanOf(formats::PixelFormat format, std::span<const std::byte> block) {
+    const bool isSigned = formats::info(format).isSigned;
+    if (format == formats::PixelFormat::Bc1) return colourSpan(block);
+    glm::vec4 span(0);
+    if (format == formats::PixelFormat::Bc3) {
+        span = colourSpan(block.subspan(8));
+        span.a = scalarSpan(block, false);
+        return span;
+    }
+    span.r = scalarSpan(block, isSigned);
+    if (hasGreen(format)) span.g = scalarSpan(block.subspan(8), isSigned);
+    return span;
+}
+
+}  // namespace
 
 FormatFreedom freedomOf(formats::PixelFormat format) {
     using formats::PixelFormat;
@@ -14,20 +55,20 @@ FormatFreedom freedomOf(formats::PixelFormat format) {
     switch (format) {
         case PixelFormat::Bc1:
             blocks.decoded = {2 * kCode8, 2 * kCode8, 2 * kCode8, 0};
-            blocks.perSpan = {0.03f, 0.03f, 0.03f, 0};
+            blocks.perSpan = {kSpanShare, kSpanShare, kSpanShare, 0};
             return blocks;
         case PixelFormat::Bc3:
             blocks.decoded = glm::vec4(2 * kCode8);
-            blocks.perSpan = {0.03f, 0.03f, 0.03f, 0};
-            return blocks;
-        case PixelFormat::Bc4:
-        case PixelFormat::Bc5:
-            blocks.decoded = glm::vec4(2 * kCode8);
+            blocks.perSpan = glm::vec4(kSpanShare);
             return blocks;
         case PixelFormat::Bc4Snorm:
         case PixelFormat::Bc5Snorm:
             blocks.absolute = 4 * kCode8;  // steps are twice as wide
-            blocks.decoded = glm::vec4(4 * kCode8);
+            [[fallthrough]];
+        case PixelFormat::Bc4:
+        case PixelFormat::Bc5:
+            blocks.decoded = {blocks.absolute, hasGreen(format) ? blocks.absolute : 0, 0, 0};
+            blocks.perSpan = {kSpanShare, hasGreen(format) ? kSpanShare : 0, 0, 0};
             return blocks;
         case PixelFormat::Astc4x4Ldr:
             blocks.decoded = glm::vec4(kCode8);
@@ -47,18 +88,13 @@ FormatFreedom freedomOf(formats::PixelFormat format) {
 
 formats::Image<glm::vec4> blockSpans(formats::PixelFormat format, std::span<const std::byte> blocks, int width) {
     if (!freedomOf(format).hasSpans()) return {};
-    const std::size_t bytes = static_cast<std::size_t>(formats::info(format).bytesPerBlock), colours = bytes - 8;
+    const std::size_t bytes = static_cast<std::size_t>(formats::info(format).bytesPerBlock);
     const int across = (width + 3) / 4;
     assert(blocks.size() % (bytes * static_cast<std::size_t>(across)) == 0);
     formats::Image<glm::vec4> spans(across, static_cast<int>(blocks.size() / bytes) / across);
-    std::size_t at = colours;
+    std::size_t at = 0;
     for (glm::vec4& span : spans.texels()) {
-        const auto endAt = [&](std::size_t byte) {
-            const std::uint32_t bits = std::to_integer<std::uint32_t>(blocks[byte]) | std::to_integer<std::uint32_t>(blocks[byte + 1]) << 8;
-            return glm::vec4(static_cast<float>(bits >> 11) / 31, static_cast<float>(bits >> 5 & 63) / 63,
-                             static_cast<float>(bits & 31) / 31, 0);
-        };
-        span = glm::abs(endAt(at) - endAt(at + 2));
+        span = spanOf(format, blocks.subspan(at, bytes));
         at += bytes;
     }
     return spans;

@@ -4,9 +4,12 @@
 //   - the filter's fractions: at least 8 bits, rounded or cut, so that a sample is that of a place up to 1/256 texel away along each axis;
 //   - the filter's arithmetic on formats of 8 bits: may itself be in 8 bits (Mesa's is), each of two blends off by less than a code;
 //     on formats of 16 bits likewise in 16; on halves by a rounding each;
-//   - the interpolated texels of BC1 and BC3: off by 1/255 and 3 % of the difference of the block's ends (Direct3D 11.3 functional
-//     specification, 19.5), of BC4 and BC5 (and BC3's alpha): two codes, as the same devices filter them; of ASTC's LDR profile, which may
-//     be decoded to 8 bits: a code.
+//   - the interpolated texels of BC1 to BC5: off by 0.03 of the difference of the block's ends and by 1/255 (Direct3D 11.3 functional
+//     specification, 19.5.2 "Error Tolerance"; BC4 and BC5 by less than 1/255 there, but Mesa keeps 8 bits of them too). The values that
+//     the specification reckons with are themselves rounded to 8 bits, so that it is two codes from the ideal ones. Khronos' specifications
+//     say nothing. GPUs do use it: one maker multiplies by 48/65535 where 1/(5 255) is meant, 0.027 of the difference off
+//     (fgiesen.wordpress.com/2021/10/04/gpu-bcn-decoding, held against this in tests/verify/light_map_freedom_test.cpp);
+//   - of ASTC's LDR profile, which may be decoded to 8 bits: a code.
 #pragma once
 
 #include <cstddef>
@@ -31,7 +34,7 @@ struct FormatFreedom {
 };
 FormatFreedom freedomOf(formats::PixelFormat format);
 
-/// Differences of the ends of every block's colours, one texel a block; no image for formats without perSpan.
+/// Differences of the ends of every block's channels, one texel a block; no image for formats without perSpan.
 /// blocks  whole rows of blocks of an image `width` texels wide
 formats::Image<glm::vec4> blockSpans(formats::PixelFormat format, std::span<const std::byte> blocks, int width);
 

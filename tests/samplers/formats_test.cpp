@@ -39,9 +39,10 @@ bool isEightBit(PixelFormat format) {
             return false;
     }
 }
-/// What a decoder may be off at a texel. BC1 to BC5 are interpolated as the hardware likes (Direct3D allows a step of 8 bits and 3 % of the
-/// distance of the ends; this one works between 8-bit ends and cuts), ASTC keeps the upper 8 bits of 16, sRGB is right to half a step.
-/// BC6H, BC7 and floats are exact; a unorm is a division.
+/// What a decoder may be off at a texel. BC1 to BC5 are interpolated as the hardware likes: Direct3D 11.3 (functional
+/// specification, 19.5.2) allows 1/255 and 0.03 of the distance of the ends (tests/verify/light_map_freedom_test.cpp has GPUs that use it).
+/// Of that these devices are asked for the two codes alone, which work between 8-bit ends (half a code) and cut (one). ASTC keeps the upper
+/// 8 bits of 16, sRGB is right to half a step. BC6H, BC7 and floats are exact; a unorm is a division.
 double decodeSlack(PixelFormat format) {
     switch (format) {
         case PixelFormat::Bc1:
