@@ -1,0 +1,73 @@
+// A scene cooked into a folder of its own, opened again as an engine would and as the verifier does.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/manifest.h"
+#include "pipeline/textures.h"
+#include "tests/pipeline/small_scene.h"
+#include "tests/samplers/second_opinion.h"
+#include "verify/texture_unit.h"
+
+namespace samplers {
+
+using Image = formats::Image<glm::vec4>;
+
+/// A cooked folder, and whatever it was cooked from as long as it is needed.
+class CookedScene {
+public:
+    CookedScene(pipeline::SmallScene::Parts parts, const std::string& target, const std::string& layout)
+        : small_(std::make_unique<pipeline::SmallScene>(parts)) {
+        small_->writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"", target, layout),
+                               layout == "flat" ? "[[material]]\nname = \"*\"\nnormal_map = false\nspecular = false\n" : "");
+        cook(small_->options());
+    }
+    CookedScene(const std::filesystem::path& scene, const std::string& layout, std::optional<std::string> onlyKind = {},
+                double maxError = 0.1) {
+        pipeline::CookOptions options;
+        options.scene = scene;
+        options.cache = own_ / "cache";
+        options.lightMapLayout = layout;
+        options.onlyKind = std::move(onlyKind);
+        options.maxError = maxError;
+        options.effort = 3;
+        cook(options);
+    }
+    std::filesystem::path folder() const { return own_ / "out"; }
+    std::string shader() const { return formats::contentOf(folder() / pipeline::kShaderName); }
+    const pipeline::Json& assets() const { return manifest_.at("assets"); }
+    const pipeline::Json& asset(const std::string& name) const {
+        for (const pipeline::Json& each : assets())
+            if (each.at("name") == name) return each;
+        throw std::runtime_error("no asset " + name);
+    }
+    Ktx2 ktx2(const pipeline::Json& texture) const { return readKtx2(folder() / texture.at("file").get<std::string>()); }
+    /// The same texture through formats/, decoded by verify/: mip by mip, layer by layer, face by face.
+    std::vector<Image> decoded(const pipeline::Json& asset, const std::string& role) const {
+        const auto reader = valueOf(pipeline::openTexture(folder(), asset, role));
+        std::vector<Image> images;
+        for (int mip = 0; mip < reader.shape().mipCount; ++mip)
+            for (int layer = 0; layer < reader.shape().layerCount; ++layer)
+                for (int face = 0; face < reader.shape().faceCount; ++face)
+                    images.push_back(valueOf(verify::decodeImage(reader, {mip, layer, face})));
+        return images;
+    }
+
+private:
+    void cook(pipeline::CookOptions options) {
+        options.output = folder();
+        const pipeline::RunState state;
+        const pipeline::Outcome outcome = pipeline::cookScene(options, state);
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        manifest_ = valueOf(pipeline::readManifest(folder()));
+    }
+
+    std::unique_ptr<pipeline::SmallScene> small_;
+    formats::TemporaryFolder own_;
+    pipeline::Json manifest_;
+};
+
+}  // namespace samplers
