@@ -79,9 +79,8 @@ struct Formats {
 };
 
 Formats formatsOf(const std::string& target) {
-    if (target == "float") return {PixelFormat::Rgba16f, PixelFormat::Rgba16f, false};
-    if (target == "astc") return {PixelFormat::Astc4x4Ldr, PixelFormat::Astc4x4Hdr, true};
-    return {PixelFormat::Bc7, PixelFormat::Bc6hUf16, true};
+    if (target == "float") return {PixelFormat::Rgba16f, hdrFormat(target), false};
+    return {target == "astc" ? PixelFormat::Astc4x4Ldr : PixelFormat::Bc7, hdrFormat(target), true};
 }
 
 /// The largest intensity, or of a refined fit what none can exceed: it only sets a range, and is not worth a second search.
@@ -117,8 +116,8 @@ Result<Output> createOutput(const char* role, PixelFormat format, const LightMap
     shape.width = source.width();
     shape.height = source.height();
     const std::string file = context.action.asset + "_" + role + std::string(settings.extension());
-    auto writer = createTexture(context.folder / file, shape, settings,
-                                {{"io.lightcook", Json({{"layout", "dominant"}, {"constants", constants}}).dump()}});
+    auto writer =
+        createTexture(context.folder / file, shape, settings, textureMetadata({{"layout", "dominant"}, {"constants", constants}}));
     if (!writer) return tl::make_unexpected(writer.error());
     return Output{role, file, shape, std::move(*writer)};
 }

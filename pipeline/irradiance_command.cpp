@@ -17,13 +17,7 @@ namespace {
 using formats::ErrorCode;
 using formats::failure;
 using formats::Image;
-using formats::PixelFormat;
 using formats::Result;
-
-PixelFormat formatOf(const std::string& target) {
-    if (target == "float") return PixelFormat::Rgba16f;
-    return target == "astc" ? PixelFormat::Astc4x4Hdr : PixelFormat::Bc6hUf16;
-}
 
 /// Every texel of a written file against brute force.
 Result<verify::IrradianceFigures> verified(const std::filesystem::path& file, float range, double wrap,
@@ -55,21 +49,15 @@ Result<Json> cookIrradiance(const IrradianceCommand& command) {
     const float range = hdrRange(largest);
 
     formats::TextureShape shape;
-    shape.format = formatOf(command.target);
+    shape.format = hdrFormat(command.target);
     shape.width = shape.height = command.size;
     shape.faceCount = 6;
     TextureSettings settings = command.textures;
     settings.container = extension == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
-    Image<glm::vec4> rgba = toRgba(strip->view());
-    for (glm::vec4& texel : rgba.texels()) texel /= range;
     compress::EncodeReport report;
-    std::vector<std::vector<std::byte>> images;
-    for (int face = 0; face < 6; ++face)
-        images.push_back(
-            encodeImage(shape.format, rgba.view().rows(face * command.size, command.size), {}, settings.encodeOptions(), report));
+    const auto images = encodeFaces(shape.format, strip->view(), range, settings.encodeOptions(), report);
     const Json constants = {{"range", range}, {"wrap", command.wrap}, {"quantity", "exit radiance of a white surface"}};
-    const std::map<std::string, std::string> metadata = {
-        {"io.lightcook", Json({{"layout", "irradiance-cubemap"}, {"constants", constants}}).dump()}};
+    const auto metadata = textureMetadata({{"layout", "irradiance-cubemap"}, {"constants", constants}});
     // Beside nothing until it is verified: what lies at the output stays until there is a better one.
     auto folder = TemporaryFolder::create();
     if (!folder) return tl::make_unexpected(folder.error());

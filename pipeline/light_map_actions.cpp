@@ -36,14 +36,14 @@ formats::TextureShape shapeOf(const compress::LightMapPlan& plan, const compress
     return shape;
 }
 
-/// What a loader needs to decode, inside each texture too, in case the manifest gets lost; but for learned tables.
-std::map<std::string, std::string> textureMetadata(const compress::LightMapPlan& plan, const compress::LightMapTexture& texture) {
+/// What a loader needs to decode a texture; but for learned tables.
+Json factsOf(const compress::LightMapPlan& plan, const compress::LightMapTexture& texture) {
     Json facts = {
         {"layout", std::string(compress::lightMapLayoutName(plan.layout))}, {"role", texture.name}, {"constants", Json::object()}};
     // Learned tables are larger than some textures, and lie in the manifest alone.
     for (const auto& [name, values] : plan.constants)
         if (values.size() <= 16) facts["constants"][name] = values;
-    return {{"io.lightcook", facts.dump()}};
+    return facts;
 }
 
 Result<compress::EncodeReport> encodeBands(LightMapSource& source, const compress::LightMapPlan& plan, const TextureSettings& settings,
@@ -151,7 +151,7 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     std::vector<formats::TextureWriter> writers;
     for (const compress::LightMapTexture& texture : plan.textures) {
         const std::string file = context.action.asset + "_" + texture.name + std::string(settings.extension());
-        auto writer = createTexture(context.folder / file, shapeOf(plan, texture), settings, textureMetadata(plan, texture));
+        auto writer = createTexture(context.folder / file, shapeOf(plan, texture), settings, textureMetadata(factsOf(plan, texture)));
         if (!writer) return tl::make_unexpected(writer.error());
         writers.push_back(std::move(*writer));
         outcome.files.push_back(file);

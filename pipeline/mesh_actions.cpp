@@ -107,20 +107,21 @@ struct ChosenBits {
 /// The least bits whose bound keeps the limit, UVs and normals weighed alike; the finest if none does.
 ChosenBits chooseBits(const verify::MeshShiftBound& bound, double uvExtent, double texels, double limit) {
     constexpr int kFewestUv = 8, kMostUv = 16, kFewestNormal = 6, kMostNormal = 14;
-    ChosenBits chosen;
-    int fewest = kMostUv + kMostNormal + 1;
     const auto shiftOf = [&](int uvBits, int normalBits) {
         const double uv = uvExtent * texels * kUvSteps / latticeSteps(uvBits);
         return verify::MeshShift{uv, uv, kNormalSteps / latticeSteps(normalBits)};
     };
+    ChosenBits chosen;
+    chosen.options.lightMapUvBits = kMostUv;
+    chosen.options.normalBits = kMostNormal;
+    chosen.bound = bound.relRms(shiftOf(kMostUv, kMostNormal));
     for (int uv = kFewestUv; uv <= kMostUv; ++uv)
         for (int normal = kFewestNormal; normal <= kMostNormal; ++normal) {
             const verify::MeshShift shift = shiftOf(uv, normal);
             const double found = bound.relRms(shift);
-            const bool isFinest = uv == kMostUv && normal == kMostNormal && fewest > kMostUv + kMostNormal;
-            const bool isBetter = uv + normal < fewest || (uv + normal == fewest && found < chosen.bound);
-            if (!isFinest && (found > limit || shift.uTexels > kMostTexels || !isBetter)) continue;
-            fewest = uv + normal;
+            if (found > limit || shift.uTexels > kMostTexels) continue;
+            const int bits = uv + normal, fewest = chosen.options.lightMapUvBits + chosen.options.normalBits;
+            if (bits > fewest || (bits == fewest && found >= chosen.bound)) continue;
             chosen.options.lightMapUvBits = uv;
             chosen.options.normalBits = normal;
             chosen.bound = found;

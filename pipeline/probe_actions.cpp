@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cstring>
 
 #include "fit/cubemap.h"
 #include "fit/pre_divide.h"
@@ -21,11 +20,6 @@ using formats::failure;
 using formats::Image;
 using formats::PixelFormat;
 using formats::Result;
-
-PixelFormat hdrFormat(const std::string& target) {
-    if (target == "float") return PixelFormat::Rgba16f;
-    return target == "astc" ? PixelFormat::Astc4x4Hdr : PixelFormat::Bc6hUf16;
-}
 
 Json toJson(const lighting::ShRgb& sh) {
     Json json = Json::array();
@@ -82,13 +76,6 @@ Json cubemapConstants(const fit::CubemapPrefilter& filter, const fit::PreDivide&
             {"window", divide.window},
             {"window_lambda", divide.windowLambda},
             {"epsilon", divide.epsilon}};
-}
-
-template <class Texel>
-std::vector<std::byte> bytesOf(const Image<Texel>& image) {
-    std::vector<std::byte> bytes(image.texels().size() * sizeof(Texel));
-    std::memcpy(bytes.data(), image.texels().data(), bytes.size());
-    return bytes;
 }
 
 std::vector<float> floats(const glm::vec4& v) {
@@ -164,38 +151,27 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     shape.width = shape.height = options.size;
     shape.mipCount = filter->mipCount();
     shape.faceCount = 6;
-    const compress::EncodeOptions encodeOptions = settings.encodeOptions();
     compress::EncodeReport report;
-    std::vector<std::vector<std::byte>> images;
-    for (const Image<glm::vec3>& level : levels) {
-        Image<glm::vec4> rgba = toRgba(level.view());
-        for (glm::vec4& texel : rgba.texels()) texel /= range;
-        for (int face = 0; face < 6; ++face)
-            images.push_back(encodeImage(shape.format, rgba.view().rows(face * level.width(), level.width()), {}, encodeOptions, report));
-    }
+    WholeTexture texture{"cubemap", context.action.asset, shape, {}, {"trilinear", "clamp"}};
+    for (const Image<glm::vec3>& level : levels)
+        for (auto& face : encodeFaces(shape.format, level.view(), range, settings.encodeOptions(), report))
+            texture.images.push_back(std::move(face));
     const Json constants = cubemapConstants(*filter, divide, range);
-    const std::string file = context.action.asset + std::string(settings.extension());
-    const std::map<std::string, std::string> metadata = {
-        {"io.lightcook", Json({{"layout", "pre-divided-cubemap"}, {"constants", constants}}).dump()}};
-    if (auto written = writeTexture(context.folder / file, shape, settings, metadata, images); !written)
-        return tl::make_unexpected(written.error());
-
     ActionOutcome outcome;
-    outcome.files = {file};
-    outcome.result["asset"] = {
-        {"name", context.action.asset},
-        {"kind", "cubemap"},
-        {"layout", "pre-divided"},
-        {"width", options.size},
-        {"height", options.size},
-        {"quantity", "prefiltered radiance over its own area specular"},
-        {"units", "radiometric"},
-        {"phase", "none"},
-        {"frame", "world"},
-        {"constants", constants},
-        {"textures",
-         Json::array({textureEntry("cubemap", file, shape, std::filesystem::file_size(context.folder / file), {"trilinear", "clamp"})})},
-        {"source", {{"colors", parameters.at("colors")}, {"repair", parameters.at("repair")}}}};
+    const auto packed = packTexture(context, texture, settings, {{"layout", "pre-divided-cubemap"}, {"constants", constants}}, outcome);
+    if (!packed) return tl::make_unexpected(packed.error());
+    outcome.result["asset"] = {{"name", context.action.asset},
+                               {"kind", "cubemap"},
+                               {"layout", "pre-divided"},
+                               {"width", options.size},
+                               {"height", options.size},
+                               {"quantity", "prefiltered radiance over its own area specular"},
+                               {"units", "radiometric"},
+                               {"phase", "none"},
+                               {"frame", "world"},
+                               {"constants", constants},
+                               {"textures", Json::array({*packed})},
+                               {"source", {{"colors", parameters.at("colors")}, {"repair", parameters.at("repair")}}}};
     outcome.result["bytes_in"] = std::filesystem::file_size(source);
     outcome.result["notes"] = {
         {"repaired_texels", loaded->repairedTexels}, {"clamped_high", report.clampedHigh}, {"window_lambda", divide.windowLambda}};
@@ -234,16 +210,13 @@ Result<ActionOutcome> cookTables(const ActionContext& context) {
         constants[std::string(role) + "_scale"] = floats(texture->scale);
         constants[std::string(role) + "_bias"] = floats(texture->bias);
     }
-    const std::map<std::string, std::string> metadata = {
-        {"io.lightcook",
-         Json({{"layout", "cook-torrance-tables"}, {"distribution", lobe}, {"normalization", normalization}, {"constants", constants}})
-             .dump()}};
+    const Json facts = {
+        {"layout", "cook-torrance-tables"}, {"distribution", lobe}, {"normalization", normalization}, {"constants", constants}};
     for (const auto& [role, texture] : parts) {
-        const std::string file = context.action.asset + "_" + role + std::string(settings.extension());
-        if (auto written = writeTexture(context.folder / file, shape, settings, metadata, {bytesOf(texture->stored)}); !written)
-            return tl::make_unexpected(written.error());
-        textures.push_back(textureEntry(role, file, shape, std::filesystem::file_size(context.folder / file), {}));
-        outcome.files.push_back(file);
+        const WholeTexture whole{role, context.action.asset + "_" + role, shape, {bytesOf(texture->stored)}, {}};
+        const auto packed = packTexture(context, whole, settings, facts, outcome);
+        if (!packed) return tl::make_unexpected(packed.error());
+        textures.push_back(*packed);
     }
     outcome.result["asset"] = {{"name", context.action.asset},
                                {"kind", "lut"},

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <glm/geometric.hpp>
 
 #include "fit/azimuthal_average.h"
@@ -67,13 +66,6 @@ Result<Gradient> loadSource(const std::filesystem::path& file, const Json& descr
     if (auto usable = fit::checkAzimuthalAverage(axis, zoneCount); !usable) return tl::make_unexpected(usable.error());
     return Gradient{fit::averageAroundAxis(loaded->environment, axis, zoneCount).gradient, loaded->repairedTexels,
                     file.string() + ", averaged"};
-}
-
-template <class Texel>
-std::vector<std::byte> bytesOf(const Image<Texel>& image) {
-    std::vector<std::byte> bytes(image.texels().size() * sizeof(Texel));
-    std::memcpy(bytes.data(), image.texels().data(), bytes.size());
-    return bytes;
 }
 
 std::vector<std::byte> encodeMap(const fit::Rsrm& map, PixelFormat format, const TextureSettings& settings) {
@@ -227,25 +219,21 @@ Result<ActionOutcome> cookRsrm(const ActionContext& context) {
 
     Json constants = {{"color", {map.color.x, map.color.y, map.color.z}}, {"exponents", options.exponents}};
     if (shape.format == PixelFormat::Bc4) constants["channels"] = 1;
-    const std::string file = context.action.asset + std::string(settings.extension());
-    const std::map<std::string, std::string> metadata = {{"io.lightcook", Json({{"layout", "rsrm"}, {"constants", constants}}).dump()}};
-    if (auto written = writeTexture(context.folder / file, shape, settings, metadata, {encodeMap(map, shape.format, settings)}); !written)
-        return tl::make_unexpected(written.error());
-
     ActionOutcome outcome;
-    outcome.files = {file};
-    outcome.result["asset"] = {
-        {"name", context.action.asset},
-        {"kind", "rsrm"},
-        {"layout", "rsrm"},
-        {"width", shape.width},
-        {"height", shape.height},
-        {"quantity", "exit radiance by Phong exponent (rows) over the angle to the axis (columns, north to south)"},
-        {"units", "radiometric"},
-        {"dither", options.dither},
-        {"constants", constants},
-        {"textures", Json::array({textureEntry("rsrm", file, shape, std::filesystem::file_size(context.folder / file), {})})},
-        {"source", description}};
+    const WholeTexture texture{"rsrm", context.action.asset, shape, {encodeMap(map, shape.format, settings)}, {}};
+    const auto packed = packTexture(context, texture, settings, {{"layout", "rsrm"}, {"constants", constants}}, outcome);
+    if (!packed) return tl::make_unexpected(packed.error());
+    outcome.result["asset"] = {{"name", context.action.asset},
+                               {"kind", "rsrm"},
+                               {"layout", "rsrm"},
+                               {"width", shape.width},
+                               {"height", shape.height},
+                               {"quantity", "exit radiance by Phong exponent (rows) over the angle to the axis (columns, north to south)"},
+                               {"units", "radiometric"},
+                               {"dither", options.dither},
+                               {"constants", constants},
+                               {"textures", Json::array({*packed})},
+                               {"source", description}};
     outcome.result["bytes_in"] = std::filesystem::file_size(source);
     outcome.result["notes"] = {{"zones", gradient->zones.size()}};
     if (description.contains("axis")) outcome.result["notes"]["repaired_texels"] = gradient->repairedTexels;

@@ -35,6 +35,11 @@ compress::EncodeOptions TextureSettings::encodeOptions() const {
     return options;
 }
 
+PixelFormat hdrFormat(const std::string& target) {
+    if (target == "float") return PixelFormat::Rgba16f;
+    return target == "astc" ? PixelFormat::Astc4x4Hdr : PixelFormat::Bc6hUf16;
+}
+
 Json textureEntry(const std::string& role, const std::string& file, const formats::TextureShape& shape, std::size_t fileBytes,
                   const Sampler& sampler) {
     return {{"role", role},
@@ -73,6 +78,20 @@ std::vector<std::byte> encodeImage(PixelFormat format, formats::ImageView<const 
     return bytes;
 }
 
+std::vector<std::vector<std::byte>> encodeFaces(PixelFormat format, formats::ImageView<const glm::vec3> strip, float range,
+                                                const compress::EncodeOptions& options, compress::EncodeReport& report) {
+    formats::Image<glm::vec4> rgba = toRgba(strip);
+    for (glm::vec4& texel : rgba.texels()) texel /= range;
+    std::vector<std::vector<std::byte>> faces;
+    for (int face = 0; face < 6; ++face)
+        faces.push_back(encodeImage(format, rgba.view().rows(face * strip.width, strip.width), {}, options, report));
+    return faces;
+}
+
+std::map<std::string, std::string> textureMetadata(const Json& facts) {
+    return {{"io.lightcook", facts.dump()}};
+}
+
 Result<formats::TextureWriter> createTexture(const std::filesystem::path& file, const formats::TextureShape& shape,
                                              const TextureSettings& settings, const std::map<std::string, std::string>& metadata) {
     formats::TextureFileOptions options;
@@ -92,6 +111,16 @@ Result<void> writeTexture(const std::filesystem::path& file, const formats::Text
             for (int face = 0; face < shape.faceCount; ++face)
                 if (auto written = writer->writeBlockRows({mip, layer, face}, 0, images.at(index++)); !written) return written;
     return writer->commit();
+}
+
+Result<Json> packTexture(const ActionContext& context, const WholeTexture& texture, const TextureSettings& settings, const Json& facts,
+                         ActionOutcome& outcome) {
+    const std::string file = texture.name + std::string(settings.extension());
+    const std::filesystem::path path = context.folder / file;
+    if (auto written = writeTexture(path, texture.shape, settings, textureMetadata(facts), texture.images); !written)
+        return tl::make_unexpected(written.error());
+    outcome.files.push_back(file);
+    return textureEntry(texture.role, file, texture.shape, std::filesystem::file_size(path), texture.sampler);
 }
 
 Result<formats::TextureReader> openTexture(const std::filesystem::path& folder, const Json& asset, const std::string& role) {

@@ -9,6 +9,7 @@
 
 #include "pipeline/html.h"
 #include "pipeline/light_moments.h"
+#include "pipeline/report_parts.h"
 
 namespace pipeline {
 namespace {
@@ -25,15 +26,8 @@ double square(double value) {
     return value * value;
 }
 
-const Json& member(const Json& object, const char* key) {
-    static const Json kAbsent;
-    const auto found = object.find(key);
-    return found == object.end() ? kAbsent : *found;
-}
-
 double figure(const Json& object, const char* key) {
-    const Json& found = member(object, key);
-    const double value = found.is_number() ? found.get<double>() : kNan;
+    const double value = number(member(object, key));
     return value < kNoFigure ? value : kNan;
 }
 
@@ -290,9 +284,9 @@ std::string adviceOf(const Json& whole) {
     const double relRms = figure(whole, "rel_rms"), share = figure(first, "share");
     if (!std::isfinite(relRms) || !std::isfinite(share)) return "A figure is not finite: there is no sum.";
     if (share == 0) return "There is no error.";
-    const auto word = [&](const char* key) { return member(first, key).is_string() ? first.at(key).get<std::string>() : std::string(); };
+    const auto told = [&](const char* key) { return words(member(first, key)); };
     return fmt::format("{} of the error ({}) is {} of {} ({}): {}.", share > 0.5 ? "Most" : "The largest part", humanPercent(share),
-                       word("shading"), word("asset"), word("kind"), remedyOf(word("kind")));
+                       told("shading"), told("asset"), told("kind"), remedyOf(told("kind")));
 }
 
 std::string lineOf(const Json& whole) {
