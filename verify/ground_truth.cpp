@@ -3,7 +3,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <numbers>
 #include <utility>
 
 #include "lighting/brdf.h"
@@ -19,18 +18,6 @@ shaders::LcSh shaderSh(const lighting::ShRgb& sh) {
     shaders::LcSh out;
     for (std::size_t i = 0; i < sh.size(); ++i) out.c[i] = sh[i];
     return out;
-}
-
-glm::dvec3 floatIrradiance(const lighting::ShRgb& sh, const glm::dvec3& normal) {
-    const lighting::ShDouble basis = lighting::evaluateBasis(normal);
-    glm::dvec3 sum(0);
-    for (std::size_t i = 0; i < basis.size(); ++i)
-        sum += lighting::kIrradianceBands[static_cast<std::size_t>(lighting::kShBand[i])] * basis[i] * glm::dvec3(sh[i]);
-    return sum;
-}
-
-glm::dvec3 shaderIrradiance(const lighting::ShRgb& sh, const glm::dvec3& normal) {
-    return std::numbers::pi * glm::dvec3(shaders::lcExitRadiance(shaderSh(sh), glm::vec3(normal)));
 }
 
 /// Kernels of the views and roughness that values come with: files repeat a few of each.
@@ -102,7 +89,8 @@ LightMapTruth lightMapTruth(std::span<const LightMapTruthPlace> places) {
     for (const LightMapTruthPlace& place : places) {
         const formats::ShadingValue& value = place.value;
         if (value.kind == Kind::Lambert)
-            truth.lambert.add(value.value, floatIrradiance(place.baked, value.direction), shaderIrradiance(place.cooked, value.direction));
+            truth.lambert.add(value.value, glm::dvec3(lighting::irradiance(place.baked, glm::vec3(value.direction)).value),
+                              glm::dvec3(shaders::lcIrradiance(shaderSh(place.cooked), glm::vec3(value.direction))));
         else
             truth.areaSpecular[value.m].add(value.value, areaSpecular(shaderSh(place.baked), value, place.normal, kernels),
                                             areaSpecular(shaderSh(place.cooked), value, place.normal, kernels));
