@@ -87,7 +87,7 @@ void accumulate(HigherByChannel& out, float factor, const HigherByChannel& in) {
 
 std::size_t BasisModel::tableBytes() const {
     const std::size_t codeTable = 2 * 24 * static_cast<std::size_t>(shape.monomialCount());
-    return code.size() * (codeTable + static_cast<std::size_t>(shape.residualLayers) * kResidualTableBytes) + clusterOfBlock.size();
+    return code.size() * (codeTable + static_cast<std::size_t>(shape.residualLayers) * kResidualTableBytes);
 }
 
 const Metric& ShadingMetric::at(const glm::vec3& normal) {

@@ -47,7 +47,8 @@ struct BasisModel {
         return clusterOfBlock[static_cast<std::size_t>(y / 4) * static_cast<std::size_t>(blocksAcross) + static_cast<std::size_t>(x / 4)];
     }
     static constexpr std::size_t kResidualTableBytes = 2 * 4 * 27;  ///< of one layer and cluster
-    std::size_t tableBytes() const;                                 ///< as 16-bit floats in GPU memory, the index by blocks included
+    std::size_t tableBytes() const;                                 ///< of all bases, as 16-bit floats in GPU memory
+    std::size_t indexBytes() const { return clusterOfBlock.size(); }
 };
 
 /// What an error of the nine coefficients costs: mean squares of exit radiance over normals of the hemisphere and of area specular over

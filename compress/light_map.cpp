@@ -232,7 +232,8 @@ double LightMapPlan::bitsPerTexel() const {
 }
 
 std::size_t LightMapPlan::tableBytes() const {
-    return basis ? basis->tableBytes() : 0;
+    if (!basis) return 0;
+    return basis->tableBytes() + (isClusterInMesh ? 0 : basis->indexBytes());
 }
 
 LightMapPlan withHalo3Constants(LightMapPlan luvw) {

@@ -114,6 +114,7 @@ struct LightMapPlan {
     int decodeDegree = 1;
     double key = 0;                           ///< of the measure: the encoders' errors are relative above 0.02 key and absolute below
     std::shared_ptr<const BasisModel> basis;  ///< of layouts that learn; constants hold the same
+    bool isClusterInMesh = false;             ///< vertices bear the cluster, so that no index by blocks is needed in GPU memory
 
     int blockHeight() const;       ///< [texels] cuts between bands must lie on multiples of it
     double bitsPerTexel() const;   ///< all textures and layers, tables included

@@ -160,8 +160,10 @@ Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& name) {
     if (!compress::isLearned(layout)) return compress::planLightMap(layout, target_, source_.width(), source_.height(), measure_);
     if (!samples_)
         if (auto gathered = gather(); !gathered) return tl::make_unexpected(gathered.error());
-    return compress::planLearnedLightMap(layout, target_, source_.width(), source_.height(), measure_, blocks_, charts_, *samples_, 0,
-                                         options_);
+    compress::LightMapPlan plan = compress::planLearnedLightMap(layout, target_, source_.width(), source_.height(), measure_, blocks_,
+                                                                charts_, *samples_, 0, options_);
+    plan.isClusterInMesh = hasIslands_;
+    return plan;
 }
 
 /// Charts from the coverage and the mesh, then the blocks worth looking at.
@@ -179,7 +181,9 @@ Result<void> LightMapPlanner::gather() {
         return 0;
     });
     if (!surveyed) return surveyed;
-    charts_ = blocks_.charts(islandsOf(context_.action, source_));
+    const std::vector<formats::IslandRun> islands = islandsOf(context_.action, source_);
+    charts_ = blocks_.charts(islands);
+    hasIslands_ = !islands.empty();
     compress::LightMapSamples samples(blocks_.choose(charts_, compress::learningBlocks(options_.effort, source_.width(), source_.height())),
                                       blocks_.across());
     const auto sampled = walk("sample", source_.stripCount(), [&](int index) -> Result<int> {

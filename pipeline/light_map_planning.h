@@ -38,6 +38,7 @@ private:
     compress::EncodeOptions options_;
     compress::LightMapBlocks blocks_;
     std::vector<int> charts_;
+    bool hasIslands_ = false;  ///< of a mesh that will bear the clusters
     std::optional<compress::LightMapSamples> samples_;
 };
 

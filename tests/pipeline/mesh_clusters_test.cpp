@@ -164,6 +164,19 @@ TEST_F(TwoSquares, TheirClustersDifferUnlessAnIslandJoinsThem) {
     EXPECT_EQ(clusterMap().ofBlock, apart.ofBlock) << "no mesh, no island";
 }
 
+TEST_F(TwoSquares, WhoseVerticesBearTheClusterNeedNoIndexInMemory) {
+    writeMesh(Neck::Absent);
+    const std::size_t index = kWidth / 4 * (kHeight / 4);
+    for (const bool hasMesh : {true, false}) {
+        writeScene("light_map_layout = \"basis-8\"", hasMesh);
+        expectCooksAndVerifies();
+        const Json map = asset("map");
+        const std::size_t halves = map.at("constants").at("code").size() + map.at("constants").at("residual").size();
+        EXPECT_EQ(map.at("bytes_gpu").get<std::size_t>(), 2 * halves + (hasMesh ? 0 : index));
+        EXPECT_NEAR(map.at("bits_per_texel").get<double>(), 24 + 8.0 * map.at("bytes_gpu").get<double>() / (kWidth * kHeight), 1e-9);
+    }
+}
+
 /// A looser limit takes fewer bits, a tighter one more; what the chosen ones do stays under what was promised of them.
 TEST_F(TwoSquares, BitsAreTheLeastThatKeepATenthOfTheLimit) {
     writeMesh(Neck::Absent);
