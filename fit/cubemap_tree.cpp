@@ -18,20 +18,6 @@ constexpr int kLargestCellsPerSide = 2048;
 /// Texels of a panorama's row that go into one cell together, over the cell's width: what they stand over its edge stays within `radius`.
 constexpr double kRunPerCell = 0.25;
 
-/// First moments of a cell, in double until it is complete.
-struct CellSums {
-    double solidAngle = 0, brightness = 0;
-    glm::dvec3 direction{0}, brightDirection{0}, flux{0};
-
-    void add(const CellSums& other) {
-        solidAngle += other.solidAngle;
-        brightness += other.brightness;
-        direction += other.direction;
-        brightDirection += other.brightDirection;
-        flux += other.flux;
-    }
-};
-
 class Splatter {
 public:
     explicit Splatter(int cellsPerSide)
@@ -39,7 +25,7 @@ public:
 
     /// direction: mean over the piece, shorter than 1 by what the piece spreads. radiance: over the brightest.
     void add(const glm::dvec3& direction, double solidAngle, const glm::dvec3& radiance) {
-        CellSums& sums = sums_[indexOf(direction)];
+        CellMoments& sums = sums_[indexOf(direction)];
         const glm::dvec3 flux = solidAngle * radiance;
         const double brightness = flux.x + flux.y + flux.z;
         sums.solidAngle += solidAngle;
@@ -49,8 +35,8 @@ public:
         sums.flux += flux;
     }
     /// Several pieces at once, all into the cell of their mean direction.
-    void add(const CellSums& pieces) { sums_[indexOf(pieces.direction)].add(pieces); }
-    std::vector<CellSums> take() { return std::move(sums_); }
+    void add(const CellMoments& pieces) { sums_[indexOf(pieces.direction)].add(pieces); }
+    std::vector<CellMoments> take() { return std::move(sums_); }
 
 private:
     std::size_t indexOf(const glm::dvec3& direction) const {
@@ -60,7 +46,7 @@ private:
     }
 
     int side_;
-    std::vector<CellSums> sums_;
+    std::vector<CellMoments> sums_;
 };
 
 int pieceCount(double width, double pieceWidth) {
@@ -75,7 +61,7 @@ struct PanoramaRow {
 };
 
 /// Columns [begin, end) as one: exact moments, whatever light they hold.
-CellSums sumOfRun(const PanoramaRow& row, const glm::vec3* texels, double scale, int begin, int end) {
+CellMoments sumOfRun(const PanoramaRow& row, const glm::vec3* texels, double scale, int begin, int end) {
     glm::dvec3 radiance(0);
     glm::dvec2 turn(0), brightTurn(0);
     for (int column = begin; column < end; ++column) {
@@ -86,7 +72,7 @@ CellSums sumOfRun(const PanoramaRow& row, const glm::vec3* texels, double scale,
         brightTurn += (texel.x + texel.y + texel.z) * azimuth;
     }
     const double count = end - begin, brightness = scale * (radiance.x + radiance.y + radiance.z);
-    CellSums sums;
+    CellMoments sums;
     sums.solidAngle = count * row.solidAngle;
     sums.brightness = row.solidAngle * brightness;
     sums.direction = row.solidAngle * glm::dvec3(row.across * turn.x, count * row.up, row.across * turn.y);
@@ -172,32 +158,28 @@ glm::vec3 unitOr(const glm::dvec3& vector, const glm::vec3& fallback) {
     return length > 0 ? glm::vec3(vector / length) : fallback;
 }
 
-CellLevel finishLevel(const std::vector<CellSums>& sums, int cellsPerSide) {
+MomentLevel levelOf(std::vector<CellMoments> moments, int cellsPerSide) {
+    return {cellsPerSide, std::sqrt(4 * pi / 6) / cellsPerSide, std::move(moments)};
+}
+
+CellLevel finishLevel(const MomentLevel& moments) {
     CellLevel level;
-    level.cellsPerSide = cellsPerSide;
-    level.size = std::sqrt(4 * pi / 6) / cellsPerSide;
+    const int cellsPerSide = level.cellsPerSide = moments.cellsPerSide;
+    level.size = moments.size;
     // Half the diagonal of the widest cell, at a face's centre, and a little for a centroid that is not in the middle.
     level.radius = std::min(2.0, 1.3 * std::numbers::sqrt2 / std::sqrt(cellsPerSide * cellsPerSide + 1.0));
-    level.cells.resize(sums.size());
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-        Cell& cell = level.cells[i];
-        cell.solidAngle = static_cast<float>(sums[i].solidAngle);
-        cell.areaCentroid = unitOr(sums[i].direction, glm::vec3(0));
-        cell.fluxCentroid = sums[i].brightness > 0 ? unitOr(sums[i].brightDirection, cell.areaCentroid) : cell.areaCentroid;
-        cell.flux = glm::vec3(sums[i].flux);
-        cell.areaSpread = sums[i].solidAngle > 0 ? spreadOf(sums[i].direction, sums[i].solidAngle) : 0;
-        cell.fluxSpread = sums[i].brightness > 0 ? spreadOf(sums[i].brightDirection, sums[i].brightness) : cell.areaSpread;
-    }
+    level.cells.reserve(moments.cells.size());
+    for (const CellMoments& cell : moments.cells) level.cells.push_back(finishCell(cell));
     return level;
 }
 
-std::vector<CellSums> mergeFour(const std::vector<CellSums>& fine, int coarseSide) {
+std::vector<CellMoments> mergeFour(const std::vector<CellMoments>& fine, int coarseSide) {
     const auto side = static_cast<std::size_t>(coarseSide);
-    std::vector<CellSums> coarse(6 * side * side);
+    std::vector<CellMoments> coarse(6 * side * side);
     for (std::size_t row = 0; row < 6 * side; ++row) {
         for (std::size_t x = 0; x < side; ++x) {
             const std::size_t first = 2 * row * 2 * side + 2 * x;
-            CellSums& sums = coarse[row * side + x];
+            CellMoments& sums = coarse[row * side + x];
             sums = fine[first];
             sums.add(fine[first + 1]);
             sums.add(fine[first + 2 * side]);
@@ -209,10 +191,21 @@ std::vector<CellSums> mergeFour(const std::vector<CellSums>& fine, int coarseSid
 
 }  // namespace
 
-CellTree buildCellTree(const formats::Environment& environment, double cellWidth, double pieceWidth) {
+Cell finishCell(const CellMoments& moments) {
+    Cell cell;
+    cell.solidAngle = static_cast<float>(moments.solidAngle);
+    cell.areaCentroid = unitOr(moments.direction, glm::vec3(0));
+    cell.fluxCentroid = moments.brightness > 0 ? unitOr(moments.brightDirection, cell.areaCentroid) : cell.areaCentroid;
+    cell.flux = glm::vec3(moments.flux);
+    cell.areaSpread = moments.solidAngle > 0 ? spreadOf(moments.direction, moments.solidAngle) : 0;
+    cell.fluxSpread = moments.brightness > 0 ? spreadOf(moments.brightDirection, moments.brightness) : cell.areaSpread;
+    return cell;
+}
+
+MomentTree buildMomentTree(const formats::Environment& environment, double cellWidth, double pieceWidth) {
     assert(cellWidth > 0 && pieceWidth > 0);
     const formats::ImageView<const glm::vec3> texels = environment.texels.view();
-    CellTree tree;
+    MomentTree tree;
     for (const glm::vec3& texel : environment.texels.texels()) tree.brightest = std::max({tree.brightest, texel.x, texel.y, texel.z});
     const double scale = tree.brightest > 0 ? 1 / static_cast<double>(tree.brightest) : 0;
 
@@ -224,13 +217,20 @@ CellTree buildCellTree(const formats::Environment& environment, double cellWidth
     } else {
         splatCubeStrip(texels, scale, pieceWidth, splatter);
     }
-    std::vector<CellSums> sums = splatter.take();
-    for (;; side /= 2) {
-        tree.levels.push_back(finishLevel(sums, side));
-        if (side == 1) break;
-        sums = mergeFour(sums, side / 2);
-    }
+    tree.levels.push_back(levelOf(splatter.take(), side));
+    for (side /= 2; side >= 1; side /= 2) tree.levels.push_back(levelOf(mergeFour(tree.levels.back().cells, side), side));
     std::reverse(tree.levels.begin(), tree.levels.end());
+    return tree;
+}
+
+CellTree buildCellTree(const formats::Environment& environment, double cellWidth, double pieceWidth) {
+    MomentTree moments = buildMomentTree(environment, cellWidth, pieceWidth);
+    CellTree tree;
+    tree.brightest = moments.brightest;
+    for (MomentLevel& level : moments.levels) {
+        tree.levels.push_back(finishLevel(level));
+        level.cells = {};  // their memory, before the next level takes its own
+    }
     return tree;
 }
 

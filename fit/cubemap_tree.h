@@ -18,6 +18,36 @@ struct Cell {
     float fluxSpread = 0;       ///< the same of the flux around its own
 };
 
+/// What a cell is made of: sums over the pieces of texels in it, in double.
+struct CellMoments {
+    double solidAngle = 0, brightness = 0;  ///< [sr]; sum of the channels' flux
+    glm::dvec3 direction{0}, brightDirection{0}, flux{0};
+    void add(const CellMoments& other) {
+        solidAngle += other.solidAngle;
+        brightness += other.brightness;
+        direction += other.direction;
+        brightDirection += other.brightDirection;
+        flux += other.flux;
+    }
+};
+Cell finishCell(const CellMoments& moments);
+
+/// Cells of one size that are finished when they are looked at: a quarter of the work where few are.
+struct MomentLevel {
+    int cellsPerSide = 0;
+    double size = 0;  ///< [chord] root of a cell's mean solid angle
+    std::vector<CellMoments> cells;
+    const CellMoments& at(int face, int x, int y) const {
+        return cells[(static_cast<std::size_t>(face) * static_cast<std::size_t>(cellsPerSide) + static_cast<std::size_t>(y)) *
+                         static_cast<std::size_t>(cellsPerSide) +
+                     static_cast<std::size_t>(x)];
+    }
+};
+struct MomentTree {
+    float brightest = 0;              ///< the value of 1 in the cells' fluxes
+    std::vector<MomentLevel> levels;  ///< from 1 x 1 a face to the finest
+};
+
 /// Cells of one size: cellsPerSide^2 on each of six faces.
 struct CellLevel {
     int cellsPerSide = 0;
@@ -38,6 +68,8 @@ struct CellTree {
 
 /// Splits texels into pieces no wider than pieceWidth [rad] and drops each into its finest cell (cells as small as cellWidth [rad], a power
 /// of two a side); solid angles and first moments of pieces are exact, sums are in double and in source order.
+MomentTree buildMomentTree(const formats::Environment& environment, double cellWidth, double pieceWidth);
+/// The same with every cell finished.
 CellTree buildCellTree(const formats::Environment& environment, double cellWidth, double pieceWidth);
 
 }  // namespace fit

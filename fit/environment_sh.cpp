@@ -4,6 +4,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
 #include <numbers>
@@ -84,32 +85,93 @@ ShRgbDouble projectEquirectangular(formats::ImageView<const glm::vec3> texels) {
     return sum;
 }
 
-ShRgbDouble projectCubeStrip(formats::ImageView<const glm::vec3> texels) {
+/// Integrals over a texel of a face, with dw: of 1, of the direction's parts along the face's axes (major, right, down), and of their
+/// products. All six faces share them.
+struct FaceMoments {
+    double one = 0, major = 0, right = 0, down = 0, rightRight = 0, downDown = 0, majorRight = 0, majorDown = 0, rightDown = 0;
+};
+
+FaceMoments momentsOf(double left, double top, double size, int pieces) {
     static const GaussRule<3> rule = gaussLegendre<3>();
+    const double step = size / pieces;
+    FaceMoments moments;
+    for (int subRow = 0; subRow < 3 * pieces; ++subRow)
+        for (int subColumn = 0; subColumn < 3 * pieces; ++subColumn) {
+            const auto i = static_cast<std::size_t>(subColumn % 3), j = static_cast<std::size_t>(subRow % 3);
+            const double u = left + step * (subColumn / 3 + rule.point[i]), v = top + step * (subRow / 3 + rule.point[j]);
+            const double major = 1 / std::sqrt(1 + u * u + v * v), right = u * major, down = v * major;
+            const double solidAngle = step * step * rule.weight[i] * rule.weight[j] * (major * major * major);
+            moments.one += solidAngle;
+            moments.major += solidAngle * major;
+            moments.right += solidAngle * right;
+            moments.down += solidAngle * down;
+            moments.rightRight += solidAngle * (right * right);
+            moments.downDown += solidAngle * (down * down);
+            moments.majorRight += solidAngle * (major * right);
+            moments.majorDown += solidAngle * (major * down);
+            moments.rightDown += solidAngle * (right * down);
+        }
+    return moments;
+}
+
+/// Integrals of L, of L times a direction's part, and of L times products of two, over a face.
+struct FaceSums {
+    glm::dvec3 one{0}, major{0}, right{0}, down{0}, rightRight{0}, downDown{0}, majorRight{0}, majorDown{0}, rightDown{0};
+    void add(const FaceMoments& moments, const glm::dvec3& radiance) {
+        one += moments.one * radiance;
+        major += moments.major * radiance;
+        right += moments.right * radiance;
+        down += moments.down * radiance;
+        rightRight += moments.rightRight * radiance;
+        downDown += moments.downDown * radiance;
+        majorRight += moments.majorRight * radiance;
+        majorDown += moments.majorDown * radiance;
+        rightDown += moments.rightDown * radiance;
+    }
+};
+
+/// Turns a face's sums into x, y and z, and those into coefficients.
+void addFace(ShRgbDouble& sum, int face, const FaceSums& sums) {
+    const glm::dvec3 major = lighting::directionFromCube({face, {0, 0}});
+    // (major + right) / sqrt 2 less its major part: an axis, exactly, once it is rounded.
+    const glm::dvec3 right = glm::round(lighting::directionFromCube({face, {1, 0}}) * std::sqrt(2.0) - major),
+                     down = glm::round(lighting::directionFromCube({face, {0, 1}}) * std::sqrt(2.0) - major);
+    std::array<glm::dvec3, 3> linear;                  // of x, y, z
+    std::array<std::array<glm::dvec3, 3>, 3> product;  // of xx, xy, ...
+    const glm::dvec3 majorMajor = sums.one - sums.rightRight - sums.downDown;
+    for (int a = 0; a < 3; ++a) {
+        linear[static_cast<std::size_t>(a)] = major[a] * sums.major + right[a] * sums.right + down[a] * sums.down;
+        for (int b = 0; b < 3; ++b)
+            product[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)] =
+                major[a] * major[b] * majorMajor + right[a] * right[b] * sums.rightRight + down[a] * down[b] * sums.downDown +
+                (major[a] * right[b] + right[a] * major[b]) * sums.majorRight + (major[a] * down[b] + down[a] * major[b]) * sums.majorDown +
+                (right[a] * down[b] + down[a] * right[b]) * sums.rightDown;
+    }
+    const auto& [x, y, z] = linear;
+    sum[0] += kBand0 * sums.one;
+    sum[1] += kBand1 * y;
+    sum[2] += kBand1 * z;
+    sum[3] += kBand1 * x;
+    sum[4] += kBand2 * product[0][1];
+    sum[5] += kBand2 * product[1][2];
+    sum[6] += kBand20 * (3.0 * product[2][2] - sums.one);
+    sum[7] += kBand2 * product[0][2];
+    sum[8] += 0.5 * kBand2 * (product[0][0] - product[1][1]);
+}
+
+ShRgbDouble projectCubeStrip(formats::ImageView<const glm::vec3> texels) {
     const int size = texels.width;
     const int pieces = std::max(1, 48 / size);  // three points err by 1e-10 on a 48th of a face
-    const double step = 2.0 / (static_cast<double>(size) * pieces);
-    ShRgbDouble sum{};
-    for (int row = 0; row < 6 * size; ++row) {
-        const int face = row / size;
+    const double step = 2.0 / size;
+    std::array<FaceSums, 6> sums{};
+    for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x) {
-            lighting::ShDouble weights{};
-            for (int subRow = 0; subRow < 3 * pieces; ++subRow) {
-                const auto j = static_cast<std::size_t>(subRow % 3);
-                const double v = -1 + step * ((row % size) * pieces + subRow / 3 + rule.point[j]);
-                for (int subColumn = 0; subColumn < 3 * pieces; ++subColumn) {
-                    const auto i = static_cast<std::size_t>(subColumn % 3);
-                    const double u = -1 + step * (x * pieces + subColumn / 3 + rule.point[i]);
-                    const double squared = 1 + u * u + v * v;
-                    const double solidAngle = step * step * rule.weight[i] * rule.weight[j] / (squared * std::sqrt(squared));
-                    const lighting::ShDouble basis = lighting::evaluateBasis(lighting::directionFromCube({face, {u, v}}));
-                    for (std::size_t k = 0; k < basis.size(); ++k) weights[k] += solidAngle * basis[k];
-                }
-            }
-            const glm::dvec3 radiance(texels.at(x, row));
-            for (std::size_t k = 0; k < weights.size(); ++k) sum[k] += weights[k] * radiance;
+            const FaceMoments moments = momentsOf(step * x - 1, step * y - 1, step, pieces);
+            for (int face = 0; face < 6; ++face)
+                sums[static_cast<std::size_t>(face)].add(moments, glm::dvec3(texels.at(x, face * size + y)));
         }
-    }
+    ShRgbDouble sum{};
+    for (int face = 0; face < 6; ++face) addFace(sum, face, sums[static_cast<std::size_t>(face)]);
     return sum;
 }
 

@@ -26,14 +26,10 @@ struct Entry {
     glm::vec3 flux;
 };
 
-double brightnessOf(const Cell& cell) {
-    return static_cast<double>(cell.flux.x) + cell.flux.y + cell.flux.z;
-}
-
 class Gatherer {
 public:
-    explicit Gatherer(const CellTree& tree) : tree_(tree) {
-        for (const Cell& cell : tree.levels.front().cells) all_ += brightnessOf(cell);
+    explicit Gatherer(const MomentTree& tree) : tree_(tree) {
+        for (const CellMoments& cell : tree.levels.front().cells) all_ += cell.brightness;
     }
     std::vector<Entry> entries() {
         for (int face = 0; face < 6; ++face) visit(0, face, 0, 0);
@@ -42,12 +38,12 @@ public:
 
 private:
     void visit(std::size_t levelIndex, int face, int x, int y) {
-        const CellLevel& level = tree_.levels[levelIndex];
-        const Cell& cell = level.at(face, x, y);
+        const MomentLevel& level = tree_.levels[levelIndex];
+        const CellMoments& cell = level.at(face, x, y);
         if (cell.solidAngle == 0) return;
-        const bool isOpened = level.cellsPerSide < kCellsPerSide || brightnessOf(cell) * level.size > kBrightShare * all_;
+        const bool isOpened = level.cellsPerSide < kCellsPerSide || cell.brightness * level.size > kBrightShare * all_;
         if (levelIndex + 1 == tree_.levels.size() || !isOpened) {
-            emit(cell, level.size);
+            emit(finishCell(cell), level.size);
             return;
         }
         for (int child = 0; child < 4; ++child) visit(levelIndex + 1, face, 2 * x + child % 2, 2 * y + child / 2);
@@ -62,7 +58,7 @@ private:
         }
     }
 
-    const CellTree& tree_;
+    const MomentTree& tree_;
     double all_ = 0;
     std::vector<Entry> entries_;
 };
@@ -120,7 +116,7 @@ formats::Result<void> check(const formats::Environment& environment, const Irrad
 
 formats::Result<formats::Image<glm::vec3>> irradianceCubemap(const formats::Environment& environment, const IrradianceOptions& options) {
     if (const formats::Result<void> checked = check(environment, options); !checked) return tl::make_unexpected(checked.error());
-    const CellTree tree = buildCellTree(environment, kFinestCellWidth, kFinestCellWidth);
+    const MomentTree tree = buildMomentTree(environment, kFinestCellWidth, kFinestCellWidth);
     const std::vector<Entry> entries = Gatherer(tree).entries();
     formats::Image<glm::vec3> strip(options.size, 6 * options.size);
     const int count = static_cast<int>(strip.texels().size());

@@ -9,19 +9,43 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string_view>
 
 #include "formats/exr_file.h"
 #include "formats/image_module.h"
 #include "formats/one_line.h"
+#include "formats/radiance_file.h"
 
 namespace formats {
 namespace {
 
 constexpr int kFaceCount = 6;
 
-/// R, G and B as stored; what else the file has does not matter.
+/// R, G and B of an OpenEXR file that is one flat image; nothing at all for whatever else, broken files among it.
+std::optional<Image<glm::vec3>> readFlatExr(const std::filesystem::path& file) {
+    constexpr std::int64_t kMostTexels = std::int64_t{1} << 28;
+    const auto reader = ExrReader::open(file);
+    if (!reader) return std::nullopt;
+    const ExrInfo& info = reader->info();
+    for (const char* name : {"R", "G", "B"})
+        if (!info.has(name)) return std::nullopt;
+    for (const char* name : {"r", "g", "b"})
+        if (info.has(name)) return std::nullopt;
+    if (std::int64_t{info.width} * info.height > kMostTexels) return std::nullopt;
+    Image<glm::vec3> texels(info.width, info.height);
+    float* const first = &texels.texels().data()->x;
+    const std::array<ExrPlane, 3> planes = {ExrPlane{"R", first, 3, 3 * info.width}, ExrPlane{"G", first + 1, 3, 3 * info.width},
+                                            ExrPlane{"B", first + 2, 3, 3 * info.width}};
+    if (!reader->readRows(0, info.height, planes)) return std::nullopt;
+    return texels;
+}
+
+/// R, G and B as stored; what else the file has does not matter. The two formats of most environments are read here, without the 0.15 s in
+/// which OpenImageIO and its libraries load; what is not plain in them, and every refusal, is OpenImageIO's.
 Result<Image<glm::vec3>> readRgb(const std::filesystem::path& file) {
+    if (auto texels = readRadiancePicture(file)) return std::move(*texels);
+    if (auto texels = readFlatExr(file)) return std::move(*texels);
     const auto module = imageModule();
     return module ? (*module)->readRgb(file) : tl::make_unexpected(module.error());
 }

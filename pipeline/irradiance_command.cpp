@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 
+#include "fit/environment_sh.h"
 #include "fit/irradiance.h"
 #include "formats/environment.h"
+#include "lighting/radiometry.h"
 #include "pipeline/files.h"
 #include "verify/irradiance.h"
 #include "verify/texture_unit.h"
@@ -18,6 +21,17 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Image;
 using formats::Result;
+
+/// [s] of this process so far, all threads.
+double cpuSeconds() {
+    return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+Json rowsOf(const lighting::ShRgb& sh) {
+    Json rows = Json::array();
+    for (const glm::vec3& c : sh) rows.push_back({c.x, c.y, c.z});
+    return rows;
+}
 
 /// Every texel of a written file against brute force.
 Result<verify::IrradianceFigures> verified(const std::filesystem::path& file, float range, double wrap,
@@ -63,12 +77,14 @@ Result<Json> cookIrradiance(const IrradianceCommand& command) {
     if (!folder) return tl::make_unexpected(folder.error());
     const std::filesystem::path file = folder->path() / ("irradiance" + extension);
     if (auto written = writeTexture(file, shape, settings, metadata, images); !written) return tl::make_unexpected(written.error());
+    const double converted = cpuSeconds();
     const auto figures = verified(file, range, command.wrap, loaded->environment);
     if (!figures) return tl::make_unexpected(figures.error());
     if (!(figures->relRms <= command.maxError))
         return failure(
             ErrorCode::Verification, command.output.string(),
             fmt::format("found an error of {:.4f} (rms) against brute force, expected at most {}", figures->relRms, command.maxError));
+    const double verifySeconds = cpuSeconds() - converted;
     if (auto copied = copyFile(file, command.output); !copied) return tl::make_unexpected(copied.error());
     std::error_code code;
     return Json{{"texels", figures->texelCount},
@@ -76,7 +92,26 @@ Result<Json> cookIrradiance(const IrradianceCommand& command) {
                 {"worst", figures->worst},
                 {"bytes", std::filesystem::file_size(command.output, code)},
                 {"range", range},
-                {"repaired_texels", loaded->repairedTexels}};
+                {"repaired_texels", loaded->repairedTexels},
+                {"convert_cpu_seconds", converted},
+                {"verify_cpu_seconds", verifySeconds}};
+}
+
+Result<Json> cookSh(const ShCommand& command) {
+    if (command.output.extension() != ".json")
+        return failure(
+            ErrorCode::InvalidRequest, command.output.string(),
+            fmt::format("found the extension \"{}\", expected .json for nine coefficients", command.output.extension().string()));
+    const auto loaded = formats::loadEnvironment(command.input, {{}, command.repair});
+    if (!loaded) return tl::make_unexpected(loaded.error());
+    lighting::ShRgb sh = fit::projectEnvironment(loaded->environment);
+    if (command.normalize == "d3dx")
+        for (glm::vec3& coefficient : sh) coefficient *= 16.0f / 17.0f;
+    const Json document = {{"sh", rowsOf(sh)},     {"exit", rowsOf(lighting::convolve(sh, lighting::wrappedLambertBands(command.wrap)))},
+                           {"wrap", command.wrap}, {"normalize", command.normalize},
+                           {"phase", "none"},      {"repaired_texels", loaded->repairedTexels}};
+    if (auto written = writeFile(command.output, document.dump(1) + "\n"); !written) return tl::make_unexpected(written.error());
+    return document;
 }
 
 }  // namespace pipeline

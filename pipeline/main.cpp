@@ -400,6 +400,27 @@ int runIrradiance(IrradianceCommand command, const ConvertOptions& options, Sess
     return session.finish(cooked);
 }
 
+/// cubemap --filter sh.
+int runSh(ShCommand command, const ConvertOptions& options, Session& session) {
+    command.input = options.input;
+    command.output = options.output;
+    command.repair = options.repair;
+    const auto cooked = cookSh(command);
+    if (cooked && session.terminal.isInteractive()) sayJson(session.terminal, *cooked);
+    return session.finish(cooked);
+}
+
+/// Which of cubemap's options belong to which --filter: the first that was given to another one, as an error.
+Result<void> checkFilterOptions(const CLI::App& sub, const std::string& filter) {
+    const std::pair<const char*, std::vector<std::string>> owners[] = {
+        {"--wrap", {"irradiance", "sh"}}, {"--size", {"irradiance"}}, {"--normalize", {"sh"}}, {"--sh", {"specular"}}};
+    for (const auto& [option, filters] : owners)
+        if (sub.count(option) > 0 && std::find(filters.begin(), filters.end(), filter) == filters.end())
+            return failure(ErrorCode::InvalidRequest, option,
+                           fmt::format("found it with --filter {}, expected {}", filter, fmt::join(filters, " or ")));
+    return {};
+}
+
 std::vector<std::string> axisNames(const std::vector<fit::AxisMapping>& mappings) {
     std::vector<std::string> names = {"auto"};
     for (const fit::AxisMapping& mapping : mappings) names.push_back(mapping.name);
@@ -445,13 +466,19 @@ void addConverter(CLI::App& app, const std::string& name, const std::string& wha
             ->check(CLI::IsMember(kDominantFitNames));
     }
     auto irradiance = std::make_shared<IrradianceCommand>();
+    auto coefficients = std::make_shared<ShCommand>();
     auto filter = std::make_shared<std::string>("specular");
     if (name == "cubemap") {
         sub->add_option("--sh", options->sh, "JSON with the probe's SH");
-        sub->add_option("--filter", *filter, "specular: prefiltered and pre-divided levels; irradiance: diffuse light, one level, one file")
-            ->check(CLI::IsMember({"specular", "irradiance"}));
-        sub->add_option("--wrap", irradiance->wrap, "of irradiance: wrapped diffuse, energy conserving, 0 (Lambert) to 1")
+        sub->add_option("--filter", *filter,
+                        "specular: prefiltered and pre-divided levels; irradiance: diffuse light, one level, one file; sh: nine "
+                        "coefficients as JSON")
+            ->check(CLI::IsMember({"specular", "irradiance", "sh"}));
+        sub->add_option("--wrap", irradiance->wrap, "of irradiance and sh: wrapped diffuse, energy conserving, 0 (Lambert) to 1")
             ->check(CLI::Range(0.0, 1.0));
+        sub->add_option("--normalize", coefficients->normalize,
+                        "of sh: none, or d3dx: 16/17 of the light, so that nine coefficients show a game light of 1 as 1")
+            ->check(CLI::IsMember({"none", "d3dx"}));
         sub->add_option("--size", irradiance->size, "of irradiance: texels of a face")->check(CLI::Range(1, 1024));
     }
     if (name == "rsrm") {
@@ -471,14 +498,13 @@ void addConverter(CLI::App& app, const std::string& name, const std::string& wha
         command = [=, &common] {
             Session session(common);
             if (auto applied = output->apply(options->cook); !applied) return session.finish(applied);
-            const bool isIrradiance = *filter == "irradiance";
-            for (const char* option : {"--wrap", "--size", "--sh"}) {
-                if (name != "cubemap" || sub->count(option) == 0 || isIrradiance == (std::string(option) != "--sh")) continue;
-                return session.finish(Result<void>(
-                    failure(ErrorCode::InvalidRequest, option,
-                            fmt::format("found it with --filter {}, expected {}", *filter, isIrradiance ? "specular" : "irradiance"))));
+            if (name == "cubemap")
+                if (auto checked = checkFilterOptions(*sub, *filter); !checked) return session.finish(checked);
+            if (*filter == "irradiance") return runIrradiance(*irradiance, *options, session);
+            if (*filter == "sh") {
+                coefficients->wrap = irradiance->wrap;
+                return runSh(*coefficients, *options, session);
             }
-            if (isIrradiance) return runIrradiance(*irradiance, *options, session);
             const Outcome outcome = convert(*options, session.state);
             if (session.terminal.isInteractive() && outcome.report.is_object()) sayReport(session.terminal, outcome.report);
             if (outcome.errors.empty() && !options->axis.empty()) sayAsymmetry(session.terminal, outcome.report, common.log);

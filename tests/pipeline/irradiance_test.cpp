@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <numbers>
 
 #include "formats/environment.h"
 #include "tests/formats/temporary_folder.h"
@@ -56,6 +59,37 @@ TEST(IrradianceCommand, AFailedVerificationLeavesWhatWasThere) {
     EXPECT_EQ(std::filesystem::last_write_time(command.output), before);
     command.output = folder / "out.exr";
     EXPECT_EQ(cookIrradiance(command).error().code, formats::ErrorCode::InvalidRequest);
+}
+
+TEST(ShCommand, GreyStaysGreyForEveryWrapAndALampIsItsCoefficients) {
+    const formats::TemporaryFolder folder;
+    ShCommand command;
+    command.input = writeSky(folder, 0);
+    command.output = folder / "out.json";
+    for (const double wrap : {0.0, 0.25, 1.0}) {
+        command.wrap = wrap;
+        const auto grey = cookSh(command);
+        ASSERT_TRUE(grey) << grey.error().line();
+        EXPECT_EQ(Json::parse(std::ifstream(command.output)), *grey) << "what is returned is what was written";
+        EXPECT_NEAR(grey->at("exit")[0][1].get<double>() * 0.5 * std::sqrt(1 / std::numbers::pi), 0.5, 1e-6) << "exit radiance";
+        for (int i = 1; i < 9; ++i) EXPECT_NEAR(grey->at("exit")[i][0].get<double>(), 0, 1e-7) << i;
+    }
+    command.input = writeSky(folder, 9000);
+    command.wrap = 0.25;
+    const auto lit = cookSh(command);
+    command.normalize = "d3dx";
+    const auto rescaled = cookSh(command);
+    ASSERT_TRUE(lit && rescaled);
+    constexpr double kBands[] = {1, 1.75 / 3, 0.75 * 0.75 / 4};
+    for (int i = 0; i < 9; ++i)
+        for (int channel = 0; channel < 3; ++channel) {
+            const double sh = lit->at("sh")[i][channel];
+            EXPECT_NEAR(lit->at("exit")[i][channel].get<double>(), kBands[i == 0 ? 0 : i < 4 ? 1 : 2] * sh, 1e-6 * std::abs(sh)) << i;
+            EXPECT_NEAR(rescaled->at("sh")[i][channel].get<double>(), 16.0 / 17 * sh, 1e-6 * std::abs(sh)) << i;
+        }
+    EXPECT_GT(lit->at("sh")[0][0].get<double>(), lit->at("sh")[0][2].get<double>()) << "the lamp is red";
+    command.output = folder / "out.ktx2";
+    EXPECT_EQ(cookSh(command).error().code, formats::ErrorCode::InvalidRequest);
 }
 
 TEST(IrradianceCommand, TheVerifierSeesAMissingLampAndAWrongRange) {
