@@ -204,6 +204,9 @@ std::vector<MipKernel> chain(const CubemapOptions& options) {
     return mips;
 }
 
+/// Texels brighter than this times the mean take a full share of what the mean lacks.
+constexpr double kBrightOverMean = 1.5;
+
 /// Adds what a channel's mean lacks, as CubemapPrefilter::keepMean says. Where the level has so much too much that this could make values
 /// negative (a narrow lobe on very few texels), all are scaled.
 void keepChannelMean(int channel, double mean, double brightest, const std::vector<double>& solidAngles,
@@ -217,7 +220,10 @@ void keepChannelMean(int channel, double mean, double brightest, const std::vect
     };
     const double found = sumOf([](double value) { return value; });
     if (!(found > 0)) return;
-    const auto share = [&](double value) { return value * std::min(value / found, 1.0); };
+    const auto share = [&](double value) {
+        const double bright = std::min(value / (kBrightOverMean * found), 1.0);
+        return value * bright * bright;
+    };
     const double lack = mean - found, gain = lack / sumOf(share);
     for (int y = 0; y < strip.height; ++y)
         for (int x = 0; x < strip.width; ++x) {

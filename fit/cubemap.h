@@ -53,8 +53,9 @@ public:
     void filterRows(int mip, int face, int firstRow, int rowCount, formats::ImageView<glm::vec3> out) const;
     /// Gives the rows of a whole level, a strip of six faces +X -X +Y -Y +Z -Z from top to bottom, the source's mean over the sphere.
     /// Values at texel centres are no exact quadrature: at 4 x 4 texels and more a small sun costs 0.3 % of the mean, at 2 x 2 and 1 x 1, 7
-    /// and 34 %. What is missing goes to the texels in proportion to p min(p / mean, 1), so that no texel changes by more than about that
-    /// share and the dark ones hardly change. Levels with m = 0 are exact already and stay as they are.
+    /// and 34 %. What is missing goes to the texels in proportion to p min(p / (1.5 mean), 1)^2, so that no texel changes by more than
+    /// about a third over that share and dark ones, mostly half of all, hardly change. Levels with m = 0 are exact already and stay as they
+    /// are.
     void keepMean(int mip, formats::ImageView<glm::vec3> strip) const;
     /// A whole level as such a strip, its mean kept.
     formats::Image<glm::vec3> filterMip(int mip) const;
