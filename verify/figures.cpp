@@ -49,47 +49,61 @@ void ErrorAccumulator::add(double reference, double result) {
     ++histogram_[binOf(local)];
 }
 
+namespace {
+constexpr std::size_t kPiece = 128;
+}
+
 void ErrorAccumulator::addErrors(std::span<const float> reference, std::span<const float> error) {
     assert(reference.size() == error.size());
-    // Pieces of whole lanes, each with sums of its own that are added up in one order: what the compiler puts side by side gives the same
-    // bits at any width. The last piece is filled up with no light and no error, which has no part in any sum.
-    constexpr std::size_t kPiece = 128, kLanes = 8;
-    const auto floor = static_cast<float>(0.02 * key_);
-    std::array<float, kPiece> errors, references, locals;
-    std::array<std::int32_t, kPiece> bins;
+    // What the last piece is filled up with, no light and no error, has no part in any sum.
+    std::array<float, kPiece> errors, references;
     for (std::size_t start = 0; start < reference.size(); start += kPiece) {
-        const std::size_t count = std::min(kPiece, reference.size() - start), whole = (count + kLanes - 1) / kLanes * kLanes;
-        std::copy_n(error.data() + start, count, errors.data());
-        std::copy_n(reference.data() + start, count, references.data());
-        std::fill(errors.data() + count, errors.data() + whole, 0.0f);
-        std::fill(references.data() + count, references.data() + whole, 0.0f);
-        std::array<double, kLanes> squaredError{}, squaredReference{};
-        std::array<float, kLanes> largest{};
-        for (std::size_t i = 0; i < whole; i += kLanes)
-            for (std::size_t lane = 0; lane < kLanes; ++lane) {
-                const float e = std::abs(errors[i + lane]), r = std::abs(references[i + lane]);
-                const float local = e == 0 ? 0.0f : e / (r + floor);
-                locals[i + lane] = local;
-                largest[lane] = local > largest[lane] ? local : largest[lane];
-                squaredError[lane] += static_cast<double>(e) * static_cast<double>(e);
-                squaredReference[lane] += static_cast<double>(r) * static_cast<double>(r);
-            }
-        for (std::size_t i = 0; i < whole; ++i) bins[i] = floatBinOf(locals[i]);
-        for (std::size_t i = 0; i < count; ++i) ++histogram_[static_cast<std::size_t>(bins[i])];
-        double pieceError = 0, pieceReference = 0;
-        for (std::size_t lane = 0; lane < kLanes; ++lane) {
-            pieceError += squaredError[lane];
-            pieceReference += squaredReference[lane];
-            maxSampled_ = std::max(maxSampled_, static_cast<double>(largest[lane]));
-        }
-        squaredError_ = finiteOrLargest(squaredError_ + pieceError);
-        squaredReference_ += pieceReference;
-        // NaN is larger than nothing, infinity no figure.
-        if (!(pieceError <= kLargest))
-            for (std::size_t i = 0; i < count; ++i) maxSampled_ = std::max(maxSampled_, finiteOrLargest(static_cast<double>(locals[i])));
-        maxSampled_ = finiteOrLargest(maxSampled_);
+        const std::size_t count = std::min(kPiece, reference.size() - start);
+        std::fill(std::copy_n(error.data() + start, count, errors.begin()), errors.end(), 0.0f);
+        std::fill(std::copy_n(reference.data() + start, count, references.begin()), references.end(), 0.0f);
+        addPiece(references.data(), errors.data(), count);
     }
-    sampleCount_ += static_cast<std::int64_t>(reference.size());
+}
+
+void ErrorAccumulator::addPaddedErrors(std::span<const float> reference, std::span<const float> error, std::size_t count) {
+    assert(reference.size() == error.size() && reference.size() >= (count + kLanes - 1) / kLanes * kLanes);
+    for (std::size_t start = 0; start < count; start += kPiece)
+        addPiece(reference.data() + start, error.data() + start, std::min(kPiece, count - start));
+}
+
+void ErrorAccumulator::addPiece(const float* reference, const float* error, std::size_t count) {
+    // Whole lanes, each with sums of its own that are added up in one order: what the compiler puts side by side gives the same bits at any
+    // width.
+    const std::size_t whole = (count + kLanes - 1) / kLanes * kLanes;
+    const auto floor = static_cast<float>(0.02 * key_);
+    std::array<float, kPiece> locals;
+    std::array<std::int32_t, kPiece> bins;
+    std::array<double, kLanes> squaredError{}, squaredReference{};
+    std::array<float, kLanes> largest{};
+    for (std::size_t i = 0; i < whole; i += kLanes)
+        for (std::size_t lane = 0; lane < kLanes; ++lane) {
+            const float e = std::abs(error[i + lane]), r = std::abs(reference[i + lane]);
+            const float local = e == 0 ? 0.0f : e / (r + floor);
+            locals[i + lane] = local;
+            largest[lane] = local > largest[lane] ? local : largest[lane];
+            squaredError[lane] += static_cast<double>(e) * static_cast<double>(e);
+            squaredReference[lane] += static_cast<double>(r) * static_cast<double>(r);
+        }
+    for (std::size_t i = 0; i < whole; ++i) bins[i] = floatBinOf(locals[i]);
+    for (std::size_t i = 0; i < count; ++i) ++histogram_[static_cast<std::size_t>(bins[i])];
+    double pieceError = 0, pieceReference = 0;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        pieceError += squaredError[lane];
+        pieceReference += squaredReference[lane];
+        maxSampled_ = std::max(maxSampled_, static_cast<double>(largest[lane]));
+    }
+    squaredError_ = finiteOrLargest(squaredError_ + pieceError);
+    squaredReference_ += pieceReference;
+    // NaN is larger than nothing, infinity no figure.
+    if (!(pieceError <= kLargest))
+        for (std::size_t i = 0; i < count; ++i) maxSampled_ = std::max(maxSampled_, finiteOrLargest(static_cast<double>(locals[i])));
+    maxSampled_ = finiteOrLargest(maxSampled_);
+    sampleCount_ += static_cast<std::int64_t>(count);
 }
 
 void ErrorAccumulator::addBound(double bound, const ErrorPlace& place) {

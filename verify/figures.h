@@ -51,6 +51,9 @@ public:
     void add(double reference, double result);
     /// A batch of float samples given as reference and error = result - reference: the inner loop of light maps. Same lengths.
     void addErrors(std::span<const float> reference, std::span<const float> error);
+    /// The same of the first `count`, in place: up to the next multiple of kLanes both hold zeros.
+    static constexpr std::size_t kLanes = 8;
+    void addPaddedErrors(std::span<const float> reference, std::span<const float> error, std::size_t count);
     /// A proven bound on local relative errors, for maxBound only.
     void addBound(double bound, const ErrorPlace& place = {});
     /// Where the largest sample so far was met; for what has just been added.
@@ -69,6 +72,7 @@ private:
         (kHighestExponent - kLowestExponent) * kBinsPerOctave + 2;  ///< with one for smaller and one for larger
     static std::size_t binOf(double local);
     static std::int32_t floatBinOf(float local);
+    void addPiece(const float* reference, const float* error, std::size_t count);
 
     double key_;
     double squaredError_ = 0, squaredReference_ = 0, maxSampled_ = 0, maxBound_ = 0;

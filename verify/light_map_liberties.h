@@ -10,19 +10,6 @@
 
 namespace verify::lightmap {
 
-/// The sums of a group's vectors with every choice of signs; but for that of the whole.
-inline constexpr std::size_t kSigns = 8;
-inline std::array<LcSh, kSigns> signedSumsOf(const std::array<LcSh, 4>& group) {
-    std::array<LcSh, kSigns> sums;
-    for (std::size_t signs = 0; signs < sums.size(); ++signs)
-        for (std::size_t i = 0; i < kCount; ++i) {
-            glm::vec3 sum = group[3].c[i];
-            for (std::size_t j = 0; j < 3; ++j) sum += (signs >> j & 1) == 0 ? group[j].c[i] : -group[j].c[i];
-            sums[signs].c[i] = sum;
-        }
-    return sums;
-}
-
 template <class Layout>
 class Liberties {
 public:
@@ -34,8 +21,8 @@ public:
     Liberties(const MapRows<Layout>& rows, const std::vector<FormatFreedom>& freedom) : rows_(rows), freedom_(freedom) {
         for (const auto& texture : rows.texels().spans)
             for (const formats::Image<glm::vec4>& image : texture) spans_.push_back(&image);
-        if constexpr (requires { Layout::kCodeCount; }) prepareClusters();
     }
+    const std::vector<FormatFreedom>& formats() const { return freedom_; }
     bool isNone() const { return freedom_.empty(); }
 
     /// At the centre of a texel.
@@ -69,20 +56,6 @@ public:
         }
         return slack;
     }
-    /// Whether there is a quick bound of a quad's: then it is added to slack.
-    bool addQuickly(const QuadTexels& texels, int x, int y, ChannelSlack& slack) const {
-        if constexpr (requires { Layout::kCodeCount; }) {
-            if (clusterSlack_.empty()) return false;
-            const ChannelSlack& unit = clusterSlack_[rows_.layout().at(x, y).cluster];
-            for (std::size_t c = 0; c < kChannels; ++c) {
-                float light = 0;
-                for (const LayerTexels* corner : texels) light = std::max(light, std::abs((*corner)[0][static_cast<int>(c)]));
-                for (std::size_t l = 0; l < 3; ++l) slack[c][l] += static_cast<double>(kOutward * light) * unit[c][l];
-            }
-            return true;
-        }
-        return false;
-    }
     /// What the filter's fractions move the light of a decode of degree kDegree: a polynomial in Bernstein form changes by at most its
     /// degree times the difference of neighbouring controls; of the reference those are the texels themselves.
     static void addFractions(ChannelSlack& slack, const QuadReferences& references, const Squares& error) {
@@ -99,6 +72,9 @@ public:
             }
         }
     }
+
+    /// Of a layer between the corners of the quad at (x, y); but for what is a part of the light.
+    glm::vec4 freedomAt(std::size_t layer, int x, int y) const { return decodeFreedom(layer, x, y, 1) + freedom_[layer].absolute; }
 
 private:
     /// Of one layer at texels (x, y) to (x + reach, y + reach): between them, or at one of them alone.
@@ -118,22 +94,6 @@ private:
         else
             return layouts::Deviation<0>{layouts::deviationOf(rows_.layout(), boxes), {}};
     }
-    /// Of each cluster, what the decode may be off for light of 1 in texture "l0" and codes anywhere in [0, 1]: a quick bound for most
-    /// quads, as all of it is proportional to the light. Only where codes cannot leave [0, 1], and light is off by a part of itself.
-    void prepareClusters() {
-        if (isNone() || freedom_[0].absolute != 0 || freedom_[0].decoded != glm::vec4(0)) return;
-        layouts::Boxes<Layout::kLayers> boxes;
-        for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
-            const FormatFreedom& format = freedom_[layer];
-            if (layer > 0 && format.relative != 0) return;
-            boxes[layer] = {glm::vec4(0.5f), glm::vec4(0.5f), format.decoded + format.perSpan + format.absolute + format.relative};
-        }
-        const layouts::BasisTables& tables = *rows_.layout().tables;
-        const std::size_t count = std::max(tables.first3.size(), tables.first4.size());
-        for (std::size_t cluster = 0; cluster < count; ++cluster)
-            clusterSlack_.push_back(lengthsOf(
-                layouts::deviationOf<Layout::kCodeCount, Layout::kResidualCount>(typename Layout::Decode{&tables, cluster}, boxes), true));
-    }
     layouts::Boxes<Layout::kLayers> quadBoxes(const QuadTexels& texels, int x, int y) const {
         layouts::Boxes<Layout::kLayers> boxes;
         for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
@@ -152,7 +112,6 @@ private:
     const MapRows<Layout>& rows_;
     const std::vector<FormatFreedom>& freedom_;
     std::vector<const formats::Image<glm::vec4>*> spans_;  ///< [layer]
-    std::vector<ChannelSlack> clusterSlack_;               ///< [cluster], of learned layouts
 };
 
 }  // namespace verify::lightmap

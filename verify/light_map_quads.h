@@ -10,6 +10,7 @@
 
 #include "verify/light_map_controls.h"
 #include "verify/light_map_liberties.h"
+#include "verify/light_map_quad_glance.h"
 #include "verify/light_map_zonal.h"
 
 namespace verify::lightmap {
@@ -32,10 +33,30 @@ public:
     void look(int x, int y) {
         rows_.withQuad(x, y, [&](const Corners& corners) { bound(corners.texels, corners.references, x, y, false); });
     }
-    /// At a glance; what that does not settle is put down.
-    void glance(const Corners& corners, int x, int y) { bound(corners.texels, corners.references, x, y, true); }
-    /// Looks at what was put down: first what could raise the worst most, so that fewer are left for a close look after it.
+    /// Every quad that begins in these rows, at a glance; what that does not settle is put down.
+    void glance(int firstRow, int rowCount) {
+        const QuadGlance<Layout> glances(rows_, liberties_, judge_);
+        std::vector<TexelLengths> upper, lower;
+        rows_.forEachPairOfRows(firstRow, rowCount, [&](const auto& above, const auto& below, int y) {
+            if (y == firstRow) glances.measure(above, y, upper);
+            glances.measure(below, y + 1, lower);
+            glances.measureDown(above, below, upper);
+            for (int x = 0; x + 1 < rows_.width(); ++x) {
+                if (!rows_.isQuad(above, below, x)) continue;
+                const Corners corners = rows_.cornersOf(above, below, x);
+                if (!glances.isKnown()) {
+                    bound(corners.texels, corners.references, x, y, true);
+                    continue;
+                }
+                const auto seen = glances.look(worst_, corners, {&upper[index(x)], &lower[index(x)]}, x, y);
+                if (!judge_.isCertainlyWithin(worst_, seen.most)) glanced_.push_back({x, y, seen.most, seen.order});
+            }
+            std::swap(upper, lower);
+        });
+    }
+    /// Looks at what was put down, closer and closer: first at what could raise the worst most, so that fewer are left after it.
     void settle() {
+        settleGlanced();
         constexpr std::size_t kFirst = 4;
         std::vector<Doubtful> doubtful = std::move(doubtful_);
         std::ranges::stable_sort(doubtful, std::greater{}, &Doubtful::diffuse);
@@ -59,19 +80,8 @@ private:
             zonal_.bound(texels, references, x, y, worst_);
         } else {
             for (int corner = 0; corner < 4; ++corner)
-                if (isNewDecode(x, y, corner) && !boundDecode(texels, references, x, y, corner, mayPutDown)) return;
+                if (rows_.isNewDecode(x, y, corner) && !boundDecode(texels, references, x, y, corner, mayPutDown)) return;
         }
-    }
-    /// Whether no corner before this one has the same decode: a quad is bounded under each that a surface could bring along.
-    bool isNewDecode(int x, int y, int corner) const {
-        const Layout& layout = rows_.layout();
-        if constexpr (requires { layout.at(x, y); }) {
-            const auto at = [&](int i) { return layout.at(x + i % 2, y + i / 2); };
-            for (int before = 0; before < corner; ++before)
-                if (at(before) == at(corner)) return false;
-            return true;
-        }
-        return corner == 0;
     }
     /// Under the decode of one corner. False: put down for later, with the decodes after it.
     bool boundDecode(const QuadTexels& texels, const QuadReferences& references, int x, int y, int corner, bool mayPutDown) {
@@ -90,8 +100,6 @@ private:
             return true;
         }
         Liberties<Layout>::addFractions(slack, references, squares);
-        ChannelSlack quick = slack;
-        if (liberties_.addQuickly(texels, cornerX, cornerY, quick) && judge_.isCertainlyWithin(worst_, squares, quick)) return true;
         const auto off = liberties_.ofQuad(texels, x, y, corner);
         if (judge_.isCertainlyWithin(worst_, squares, sumOf(slack, liberties_.lengthsOf(off, false)))) return true;
         const ChannelSlack all = sumOf(slack, liberties_.lengthsOf(off, true));
@@ -105,7 +113,38 @@ private:
         return {static_cast<double>(x), static_cast<double>(y), 1, static_cast<std::size_t>(Quad::kNodes), static_cast<int>(channel)};
     }
 
-    /// A quad that is not settled at a glance, and its place in the queue.
+    /// A quad that is not settled at a glance.
+    struct Glanced {
+        int x, y;
+        Most most, order;
+    };
+    void settleGlanced() {
+        constexpr std::ptrdiff_t kFirst = 16;
+        const auto drop = [&] {
+            std::erase_if(glanced_, [&](const Glanced& each) { return judge_.isCertainlyWithin(worst_, each.most); });
+        };
+        const auto lookAtFirst = [&](auto&& before) {
+            const auto end = glanced_.begin() + std::min(kFirst, std::ssize(glanced_));
+            std::partial_sort(glanced_.begin(), end, glanced_.end(), before);
+            for (auto each = glanced_.begin(); each != end; ++each) look(each->x, each->y);
+            drop();
+        };
+        // Numbers that are none come first.
+        const auto above = [](float a, float b) { return !std::isnan(b) && !(a <= b); };
+        const auto byDiffuse = [&](const Glanced& a, const Glanced& b) { return above(a.order.diffuse, b.order.diffuse); };
+        const auto bySpecular = [&](const Glanced& a, const Glanced& b) { return above(a.order.specular, b.order.specular); };
+        drop();
+        lookAtFirst(byDiffuse);
+        lookAtFirst(bySpecular);
+        std::ranges::stable_sort(glanced_, bySpecular);
+        for (const Glanced& each : glanced_)
+            if (!judge_.isCertainlyWithin(worst_, each.most))
+                rows_.withQuad(each.x, each.y,
+                               [&](const Corners& corners) { bound(corners.texels, corners.references, each.x, each.y, true); });
+        glanced_.clear();
+    }
+
+    /// A quad that lengths of its control vectors do not settle either, and its place in the queue.
     struct Doubtful {
         int x, y;
         double diffuse, specular;
@@ -216,6 +255,7 @@ private:
     decltype(zonalOf(std::declval<const MapRows<Layout>&>(), std::declval<const Liberties<Layout>&>(),
                      std::declval<const BoundJudge&>())) zonal_;
     Worst worst_;
+    std::vector<Glanced> glanced_;
     std::vector<Doubtful> doubtful_;
 };
 

@@ -41,7 +41,7 @@ public:
             // Where samples were worst the bounds are likely to be: after those most quads are settled at a glance.
             for (const auto& [x, y] : worstSampled_)
                 if (x >= 0) quads_.look(x, y);
-            rows_.forEachQuad(firstRow, rowCount, [&](const Corners& corners, int x, int y) { quads_.glance(corners, x, y); });
+            quads_.glance(firstRow, rowCount);
             quads_.settle();
         }
         for (std::size_t stage = 0; stage < kStages; ++stage) addBounds(errors_.accumulators[stage], worst_[stage]);
@@ -78,9 +78,8 @@ private:
             if (sampling_.bounds) {
                 // Stages before the last are told as an ideal sampler has them.
                 const bool isLast = stage == Layout::kEarlyStages.size();
-                ChannelSlack slack = isLast ? liberties_.ofCentre(row.texels[index(x)], x, y) : ChannelSlack{};
-                addLengths(slack, error, kShadingRounding);
-                boundCentre(worst_[stage], error, reference, slack, x, y);
+                boundCentre(worst_[stage], error, reference, isLast ? liberties_.ofCentre(row.texels[index(x)], x, y) : ChannelSlack{}, x,
+                            y);
             }
             ++stage;
         };
@@ -92,7 +91,15 @@ private:
         }
         stageError(rows_.decoded(row.texels[index(x)], x, y));
     }
-    void boundCentre(Worst& worst, const LcSh& error, const LcSh& reference, const ChannelSlack& slack, int x, int y) const {
+    void boundCentre(Worst& worst, const LcSh& error, const LcSh& reference, const ChannelSlack& freedom, int x, int y) const {
+        BandLengths all = bandLengths(error);
+        for (std::size_t l = 0; l < 3; ++l)
+            for (std::size_t c = 0; c < kChannels; ++c)
+                all[3 * l + c] =
+                    kOutward * (all[3 * l + c] + static_cast<float>(kShadingRounding) * all[3 * l + c] + static_cast<float>(freedom[c][l]));
+        if (judge_.isCertainlyWithin(worst, judge_.mostOf(all))) return;
+        ChannelSlack slack = freedom;
+        addLengths(slack, error, kShadingRounding);
         if (judge_.isCertainlyWithin(worst, largestSquares({&error, 1}), slack)) return;
         const Channels errors = channelsOf(error), references = channelsOf(reference);
         for (std::size_t c = 0; c < kChannels; ++c) {

@@ -62,19 +62,28 @@ public:
                 if (row.covered[index(x)] != 0) work(row, x, y);
         }
     }
-    /// work(corners, x, y) for every quad of covered texels that begins in these rows.
+    /// work(row, row below, y) for these rows, as far as there is a row below.
     template <class Work>
-    void forEachQuad(int firstRow, int rowCount, Work&& work) const {
+    void forEachPairOfRows(int firstRow, int rowCount, Work&& work) const {
         Row above, below;
         loadRow(firstRow, above);
         for (int y = firstRow; y < std::min(firstRow + rowCount, map_.height - 1); ++y) {
             loadRow(y + 1, below);
-            for (int x = 0; x + 1 < map_.width; ++x)
-                if (above.covered[index(x)] != 0 && above.covered[index(x + 1)] != 0 && below.covered[index(x)] != 0 &&
-                    below.covered[index(x + 1)] != 0)
-                    work(cornersOf(above, below, x), x, y);
+            work(above, below, y);
             std::swap(above, below);
         }
+    }
+    static bool isQuad(const Row& above, const Row& below, int x) {
+        const std::size_t i = index(x);
+        return above.covered[i] != 0 && above.covered[i + 1] != 0 && below.covered[i] != 0 && below.covered[i + 1] != 0;
+    }
+    /// work(corners, x, y) for every quad of covered texels that begins in these rows.
+    template <class Work>
+    void forEachQuad(int firstRow, int rowCount, Work&& work) const {
+        forEachPairOfRows(firstRow, rowCount, [&](const Row& above, const Row& below, int y) {
+            for (int x = 0; x + 1 < map_.width; ++x)
+                if (isQuad(above, below, x)) work(cornersOf(above, below, x), x, y);
+        });
     }
     /// work(corners) for the quad whose top left texel is (x, y).
     template <class Work>
@@ -83,6 +92,18 @@ public:
         loadTexels(x, 2, y, above);
         loadTexels(x, 2, y + 1, below);
         work(cornersOf(above, below, 0));
+    }
+
+    /// Whether corners i and j of the quad at (x, y) have the same decode.
+    bool hasSameDecode(int x, int y, int i, int j) const {
+        if constexpr (requires { layout_.at(x, y); }) return i == j || layout_.at(x + i % 2, y + i / 2) == layout_.at(x + j % 2, y + j / 2);
+        return true;
+    }
+    /// Whether no corner before this one has the same decode: a quad is bounded under each that a surface could bring along.
+    bool isNewDecode(int x, int y, int corner) const {
+        for (int before = 0; before < corner; ++before)
+            if (hasSameDecode(x, y, before, corner)) return false;
+        return true;
     }
 
     /// The decode of texel (x, y) in units of the key.

@@ -197,13 +197,20 @@ ShadingMatrix::ShadingMatrix(const std::vector<lighting::ShDouble>& rows, std::v
 }
 
 void ShadingMatrix::apply(const std::array<float, lighting::kShCount>& coefficients, float* out) const {
+    // The first stage of many layouts errs in coefficient 0 alone; what is 0 adds nothing.
+    if (std::all_of(coefficients.begin() + 1, coefficients.end(), [](float c) { return c == 0; })) {
+        for (std::size_t k = 0; k < stride_; ++k) out[k] = weights_[k] * coefficients[0];
+        return;
+    }
+    // One expression: with sums in an array every step waits for the store of the one before.
+    const auto [c0, c1, c2, c3, c4, c5, c6, c7, c8] = coefficients;
     for (std::size_t first = 0; first < stride_; first += kLanes) {
-        float sum[kLanes] = {};
-        for (std::size_t i = 0; i < coefficients.size(); ++i) {
-            const float* row = weights_.data() + i * stride_ + first;
-            for (std::size_t lane = 0; lane < kLanes; ++lane) sum[lane] += row[lane] * coefficients[i];
-        }
-        for (std::size_t lane = 0; lane < kLanes; ++lane) out[first + lane] = sum[lane];
+        const float* w = weights_.data() + first;
+        float sum[kLanes];
+        for (std::size_t k = 0; k < kLanes; ++k)
+            sum[k] = w[k] * c0 + w[stride_ + k] * c1 + w[2 * stride_ + k] * c2 + w[3 * stride_ + k] * c3 + w[4 * stride_ + k] * c4 +
+                     w[5 * stride_ + k] * c5 + w[6 * stride_ + k] * c6 + w[7 * stride_ + k] * c7 + w[8 * stride_ + k] * c8;
+        std::copy_n(sum, kLanes, out + first);
     }
 }
 
@@ -334,8 +341,8 @@ void ErrorShader::add(const shaders::LcSh& error, ErrorAccumulator& diffuse, Err
         const double before = accumulator.maxSampled();
         for (std::size_t c = 0; c < kChannels; ++c) {
             const std::size_t first = offset + c * matrix.stride();
-            accumulator.addErrors(std::span(shadedReference_).subspan(first, matrix.count()),
-                                  std::span(shadedError_).subspan(first, matrix.count()));
+            accumulator.addPaddedErrors(std::span(shadedReference_).subspan(first, matrix.stride()),
+                                        std::span(shadedError_).subspan(first, matrix.stride()), matrix.count());
         }
         if (accumulator.maxSampled() > before) accumulator.setSampledAt(worstOf(matrix, offset));
     };

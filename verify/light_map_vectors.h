@@ -99,6 +99,21 @@ inline double outwardLength(float square) {
     return square == 0 ? 0 : kOutwardLength * std::sqrt(static_cast<double>(square)) + kTiny;
 }
 
+/// Lengths by band and channel at [3 band + channel], in whole lanes; never less than they are.
+inline constexpr std::size_t kBandLanes = 12;
+using BandLengths = std::array<float, kBandLanes>;
+/// Of each band the largest.
+inline BandLengths largestLengths(std::span<const LcSh> each) {
+    const Squares squares = largestSquares(each);
+    BandLengths out{};
+    std::memcpy(out.data(), &squares, sizeof(squares));
+    for (float& value : out) value = kOutward * std::sqrt(value) + static_cast<float>(kTiny);
+    return out;
+}
+inline BandLengths bandLengths(const LcSh& sh) {
+    return largestLengths({&sh, 1});
+}
+
 /// factor times the lengths of the bands; of each band the largest.
 inline void addLargestLengths(ChannelSlack& slack, std::span<const LcSh> each, double factor) {
     const Squares squares = largestSquares(each);
@@ -113,6 +128,19 @@ inline ChannelSlack sumOf(const ChannelSlack& a, const ChannelSlack& b) {
     for (std::size_t c = 0; c < kChannels; ++c)
         for (std::size_t l = 0; l < 3; ++l) out[c][l] += b[c][l];
     return out;
+}
+
+/// The sums of a group's vectors with every choice of signs; but for that of the whole.
+inline constexpr std::size_t kSigns = 8;
+inline std::array<LcSh, kSigns> signedSumsOf(const std::array<LcSh, 4>& group) {
+    std::array<LcSh, kSigns> sums;
+    for (std::size_t signs = 0; signs < sums.size(); ++signs)
+        for (std::size_t i = 0; i < kCount; ++i) {
+            glm::vec3 sum = group[3].c[i];
+            for (std::size_t j = 0; j < 3; ++j) sum += (signs >> j & 1) == 0 ? group[j].c[i] : -group[j].c[i];
+            sums[signs].c[i] = sum;
+        }
+    return sums;
 }
 
 /// A bilinear reference is nowhere longer than at a corner.

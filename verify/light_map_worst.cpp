@@ -11,6 +11,13 @@ void WorstBound::raise(double by, const ErrorPlace& at) {
     place = at;
 }
 
+BoundJudge::BoundJudge(const ShadingSetup& setup, float perKey) : setup_(setup), unit_(1 / static_cast<double>(perKey)) {
+    for (std::size_t l = 0; l < 3; ++l) {
+        exitNorms_[l] = kOutward * static_cast<float>(kExitResponse.norms()[l]);
+        glossyNorms_[l] = kOutward * static_cast<float>(setup.largestResponse[l]);
+    }
+}
+
 bool BoundJudge::isCertainlyWithin(const Worst& worst, const Squares& error, const ChannelSlack& slack) const {
     static const lighting::ShBands kExitNorms = kExitResponse.norms();
     for (std::size_t c = 0; c < kChannels; ++c) {
@@ -21,6 +28,26 @@ bool BoundJudge::isCertainlyWithin(const Worst& worst, const Squares& error, con
         if (!(bandSum(lengths, setup_.largestResponse) <= kFloor * worst.specular.bound)) return false;
     }
     return true;
+}
+
+Most BoundJudge::mostOf(const BandLengths& lengths, std::size_t channel) const {
+    Most most;
+    for (std::size_t l = 0; l < 3; ++l) {
+        most.diffuse += exitNorms_[l] * lengths[3 * l + channel];
+        most.specular += glossyNorms_[l] * lengths[3 * l + channel];
+    }
+    return most;
+}
+
+Most BoundJudge::mostOf(const BandLengths& lengths) const {
+    Most most;
+    for (std::size_t c = 0; c < kChannels; ++c) most.raise(mostOf(lengths, c));
+    return most;
+}
+
+Most BoundJudge::besideLight(const Most& most, float light) const {
+    const auto floor = static_cast<float>(kFloor);
+    return {most.diffuse / (floor + exitNorms_[0] * light), most.specular / (floor + glossyNorms_[0] * light)};
 }
 
 void BoundJudge::raise(Worst& worst, std::span<const ErrorPair> pairs, const lighting::ShBands& slack, const PairPlaces& places) const {

@@ -35,6 +35,16 @@ struct Worst {
     WorstBound diffuse, specular;
 };
 
+/// The most that errors can be, from above; in units of the key.
+struct Most {
+    float diffuse = 0, specular = 0;
+    void raise(const Most& other) {
+        // What is not a number stays: no comparison with it is true.
+        diffuse = other.diffuse <= diffuse ? diffuse : other.diffuse;
+        specular = other.specular <= specular ? specular : other.specular;
+    }
+};
+
 /// Where the pairs of a bound lie: of a texel alone at (x, y), of the control vectors of a square in rows of `nodes`, from (x, y) on.
 struct PairPlaces {
     double x, y, size = 0;
@@ -46,12 +56,22 @@ struct PairPlaces {
 class BoundJudge {
 public:
     /// perKey  light in units of the key
-    BoundJudge(const ShadingSetup& setup, float perKey) : setup_(setup), unit_(1 / static_cast<double>(perKey)) {}
+    BoundJudge(const ShadingSetup& setup, float perKey);
     const ShadingSetup& setup() const { return setup_; }
 
     /// A cheap yes, for most texels and quads: the largest norms of each band together, whichever controls they come from, are under the
     /// worst so far.
     bool isCertainlyWithin(const Worst& worst, const Squares& error, const ChannelSlack& slack) const;
+    /// The same of the most that errors can be.
+    static bool isCertainlyWithin(const Worst& worst, const Most& most) {
+        // Not "greater": what is not a number has to be looked at.
+        return static_cast<double>(most.diffuse) <= kFloor * worst.diffuse.bound &&
+               static_cast<double>(most.specular) <= kFloor * worst.specular.bound;
+    }
+    Most mostOf(const BandLengths& lengths, std::size_t channel) const;
+    Most mostOf(const BandLengths& lengths) const;
+    /// As a part of about the light that there is, coefficient 0 being `light`: only for the order in which to look.
+    Most besideLight(const Most& most, float light) const;
     /// Takes the pairs of one channel into the worst so far.
     void raise(Worst& worst, std::span<const ErrorPair> pairs, const lighting::ShBands& slack, const PairPlaces& places) const;
     /// The place of a bound, as a user is told of it.
@@ -60,6 +80,7 @@ public:
 private:
     const ShadingSetup& setup_;
     double unit_;
+    std::array<float, 3> exitNorms_, glossyNorms_;  ///< rounded up
 };
 
 /// What is left out is clearly under the worst: which of two bounds alike is found first must not show in the last bit.

@@ -1,0 +1,141 @@
+// Whether a quad is certainly under the worst so far, from lengths that are taken once a texel. Private to verify/.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "verify/light_map_glance.h"
+#include "verify/light_map_liberties.h"
+#include "verify/light_map_rows.h"
+#include "verify/light_map_worst.h"
+
+namespace verify::lightmap {
+
+/// Of a texel, in units of the key.
+struct TexelLengths {
+    BandLengths error, reference;  ///< error: under its own decode
+    BandLengths right, down;       ///< of the differences of the references to those neighbours; only where they are covered
+};
+
+template <class Layout>
+class QuadGlance {
+public:
+    using Rows = MapRows<Layout>;
+    using Row = typename Rows::Row;
+    using Corners = typename Rows::Corners;
+
+    QuadGlance(const Rows& rows, const Liberties<Layout>& liberties, const BoundJudge& judge)
+        : rows_(rows), isIdeal_(liberties.isNone()), judge_(judge), glances_(rows.layout(), liberties.formats()), liberties_(liberties) {}
+
+    /// All of a row but `down`.
+    void measure(const Row& row, int y, std::vector<TexelLengths>& out) const {
+        if (!glances_.isKnown()) return;
+        const int width = rows_.width();
+        out.resize(index(width));
+        for (int x = 0; x < width; ++x) {
+            const std::size_t i = index(x);
+            if (row.covered[i] == 0) continue;
+            const LcSh& reference = row.reference[i];
+            out[i].error = bandLengths(difference(rows_.decoded(row.texels[i], x, y), reference));
+            out[i].reference = bandLengths(reference);
+            if (!isIdeal_ && x + 1 < width && row.covered[i + 1] != 0)
+                out[i].right = bandLengths(difference(row.reference[i + 1], reference));
+        }
+    }
+    void measureDown(const Row& above, const Row& below, std::vector<TexelLengths>& out) const {
+        if (!glances_.isKnown() || isIdeal_) return;
+        for (std::size_t i = 0; i < out.size(); ++i)
+            if (above.covered[i] != 0 && below.covered[i] != 0)
+                out[i].down = bandLengths(difference(below.reference[i], above.reference[i]));
+    }
+
+    bool isKnown() const { return glances_.isKnown(); }
+    struct Seen {
+        Most most;   ///< no less than QuadBounds would find of the quad's errors, under every decode of its corners
+        Most order;  ///< the more, the more it could raise the worst
+    };
+    /// Of the quad at (x, y). rows: two texels each of the row above and of the row below. No closer than it takes to settle it.
+    Seen look(const Worst& worst, const Corners& corners, const std::array<const TexelLengths*, 2>& rows, int x, int y) const {
+        const std::array<const TexelLengths*, 4> texels = {rows[0], rows[0] + 1, rows[1], rows[1] + 1};
+        const BandLengths light = largestOf(texels, &TexelLengths::reference);
+        BandLengths beside{};
+        for (std::size_t lane = 0; lane < kBandLanes; ++lane) {
+            beside[lane] = kFloatRounding * light[lane];
+            if (!isIdeal_)
+                beside[lane] += kFractionFreedom * (std::max(texels[0]->right[lane], texels[2]->right[lane]) +
+                                                    std::max(texels[0]->down[lane], texels[1]->down[lane]));
+        }
+        Seen seen;
+        for (int corner = 0; corner < 4; ++corner) {
+            if (!rows_.isNewDecode(x, y, corner)) continue;
+            const auto& decode = layouts::decodeAt(rows_.layout(), x + corner % 2, y + corner / 2);
+            const BandLengths error = largestError(decode, corners, texels, x, y, corner);
+            Seen each;
+            bool isSettled = false;
+            if constexpr (requires { glances_.roughly(decode, corners.texels); }) {
+                each = seenOf(error, glances_.roughly(decode, corners.texels), beside, light);
+                isSettled = judge_.isCertainlyWithin(worst, each.most);
+            }
+            if (!isSettled) {
+                const auto freedomAt = [&](std::size_t layer) { return liberties_.freedomAt(layer, x, y); };
+                each = seenOf(error, glances_.of(decode, corners.texels, freedomAt), beside, light);
+            }
+            seen.most.raise(each.most);
+            seen.order.raise(each.order);
+        }
+        return seen;
+    }
+
+private:
+    /// Twice over: of this glance's floats, and of those that a closer look is made of.
+    static constexpr auto kFloatRounding = static_cast<float>(2.5 * kRounding);
+
+    static void raise(BandLengths& largest, const BandLengths& lengths) {
+        // What is not a number stays: no comparison with it is true.
+        for (std::size_t lane = 0; lane < kBandLanes; ++lane)
+            largest[lane] = lengths[lane] <= largest[lane] ? largest[lane] : lengths[lane];
+    }
+    static BandLengths largestOf(const std::array<const TexelLengths*, 4>& texels, BandLengths TexelLengths::*which) {
+        BandLengths largest{};
+        for (const TexelLengths* texel : texels) raise(largest, texel->*which);
+        return largest;
+    }
+    /// At the corners, under the decode of one of them.
+    template <class Decode>
+    BandLengths largestError(const Decode& decode, const Corners& corners, const std::array<const TexelLengths*, 4>& texels, int x, int y,
+                             int corner) const {
+        BandLengths error{};
+        for (int i = 0; i < 4; ++i) {
+            const auto at = static_cast<std::size_t>(i);
+            if (rows_.hasSameDecode(x, y, corner, i)) {
+                raise(error, texels[at]->error);
+            } else {
+                const LcSh decoded = scaled(decode.decode(*corners.texels[at]), rows_.perKey());
+                raise(error, bandLengths(difference(decoded, *corners.references[at])));
+            }
+        }
+        return error;
+    }
+    Seen seenOf(const BandLengths& error, const layouts::Glance& glance, const BandLengths& beside, const BandLengths& light) const {
+        constexpr float kBend = 4.0f * Layout::kDegree;
+        const float ownPart = 1 + kFloatRounding + (isIdeal_ ? 0 : kFractionFreedom * kBend), perKey = rows_.perKey();
+        BandLengths all;
+        for (std::size_t lane = 0; lane < kBandLanes; ++lane)
+            all[lane] = kOutward * (ownPart * (error[lane] + perKey * glance.bend[lane]) + beside[lane] + perKey * glance.freedom[lane]);
+        Seen seen;
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            const Most most = judge_.mostOf(all, c);
+            seen.most.raise(most);
+            seen.order.raise(judge_.besideLight(most, light[c]));
+        }
+        return seen;
+    }
+
+    const Rows& rows_;
+    bool isIdeal_;
+    const BoundJudge& judge_;
+    layouts::Glances<Layout> glances_;
+    const Liberties<Layout>& liberties_;
+};
+
+}  // namespace verify::lightmap
