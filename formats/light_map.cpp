@@ -85,6 +85,10 @@ public:
         scales_ = bandFactors_ != lighting::ShBands{1.0, 1.0, 1.0};
     }
 
+    /// How long the stored coefficients of a band can be beside sh00, where light is nowhere negative: sqrt(2 l + 1) of radiance.
+    float longest(std::size_t band) const {
+        return static_cast<float>(std::sqrt(2.0 * static_cast<double>(band) + 1) * bandFactors_[0] / bandFactors_[band]);
+    }
     bool isIdentity() const { return !flipsPhase_ && !scales_ && !rotates_ && !convertsColor_; }
     bool convertsColor() const { return convertsColor_; }
 
@@ -123,11 +127,20 @@ struct LightMapReader::State {
     Result<RawBand> readRaw(int firstRow, int rowCount) const;
     Result<bool> isCovered(const RawBand& raw, int x, int y, LightMapBand& band) const;
     Result<void> repairOrRefuse(ShRgb& sh, int x, int y, LightMapBand& band) const;
+    Result<void> boundBands(ShRgb& sh, int x, int y, LightMapBand& band) const;
     Result<void> convert(ShRgb& sh, int x, int y, LightMapBand& band) const;
     Error at(ErrorCode code, const std::string& channel, int x, int y, std::string detail) const {
         return {code, fmt::format("{}, channel {}, texel ({}, {})", file, channel, x, y), std::move(detail)};
     }
 };
+
+LightMapRepairs& LightMapRepairs::operator+=(const LightMapRepairs& other) {
+    notFinite += other.notFinite;
+    negativeDc += other.negativeDc;
+    bandsBeyond += other.bandsBeyond;
+    fireflies += other.fireflies;
+    return *this;
+}
 
 LightMapReader::LightMapReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
 LightMapReader::LightMapReader(LightMapReader&&) noexcept = default;
@@ -232,6 +245,30 @@ Result<void> LightMapReader::State::repairOrRefuse(ShRgb& sh, int x, int y, Ligh
         ++band.repairs.negativeDc;
         for (glm::vec3& coefficient : sh) coefficient[channel] = 0;
     }
+    return boundBands(sh, x, y, band);
+}
+
+/// Rings of a window or of a lobe's end go a little beyond what light can be, rounding to halves too (their smallest steps are 6e-8 each);
+/// four times as far is another layout, another phase or another unit.
+Result<void> LightMapReader::State::boundBands(ShRgb& sh, int x, int y, LightMapBand& band) const {
+    constexpr float kAllowance = 4, kRounding = 1e-6f;
+    for (int channel = 0; channel < 3; ++channel)
+        for (const std::size_t degree : {1u, 2u}) {
+            const std::size_t first = degree * degree, end = first + 2 * degree + 1;
+            double squares = 0;
+            for (std::size_t i = first; i < end; ++i) squares += static_cast<double>(sh[i][channel]) * sh[i][channel];
+            const double length = std::sqrt(squares), longest = static_cast<double>(canonical.longest(degree)) * sh[0][channel];
+            if (length <= kAllowance * longest + kRounding) continue;
+            if (!repairs) {
+                const auto name = [&](std::size_t i) { return shChannelName(static_cast<int>(3 * i) + channel); };
+                return tl::make_unexpected(
+                    at(ErrorCode::ValueOutOfRange, fmt::format("{} .. {}", name(first), name(end - 1)), x, band.firstRow + y,
+                       fmt::format("found a length of {}, expected at most {}: {} times what light with sh00 of {} has", length,
+                                   kAllowance * longest, kAllowance, sh[0][channel])));
+            }
+            ++band.repairs.bandsBeyond;
+            for (std::size_t i = first; i < end; ++i) sh[i][channel] = static_cast<float>(sh[i][channel] * (longest / length));
+        }
     return {};
 }
 

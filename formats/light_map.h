@@ -31,13 +31,24 @@ struct LightMapDescription {
     ShQuantity quantity = ShQuantity::Radiance;
     LightUnits lightUnits = LightUnits::Radiometric;
     ColorSpaces colors;
-    /// Covered texels that hold NaN, infinity or negative DC are set to zero and counted, instead of refused.
+    /// A covered texel that outshines each of its neighbours by more than this is no light but a stray sample; 0: all are believed.
+    double fireflyLimit = 1000;
+    /// What is no light is mended and counted (LightMapRepairs), instead of refused.
     bool repair = false;
 };
 
+/// From 1 on, and 0.
+constexpr bool isFireflyLimit(double limit) {
+    return limit == 0 || (limit >= 1 && limit <= 1e30);
+}
+
 struct LightMapRepairs {
-    std::int64_t notFinite = 0;   ///< covered texels set to zero because a coefficient was NaN or infinite
-    std::int64_t negativeDc = 0;  ///< channels of covered texels set to zero because sh00 was negative
+    std::int64_t notFinite = 0;    ///< covered texels set to zero because a coefficient was NaN or infinite
+    std::int64_t negativeDc = 0;   ///< channels of covered texels set to zero because sh00 was negative
+    std::int64_t bandsBeyond = 0;  ///< bands of a channel scaled down to what light of its sh00 can have at most
+    std::int64_t fireflies = 0;    ///< covered texels that took the mean of their neighbours
+
+    LightMapRepairs& operator+=(const LightMapRepairs& other);
 };
 
 /// Rows [firstRow, firstRow + sh.height()) of a map, all of its width.
@@ -65,7 +76,7 @@ public:
     int tileHeight() const;  ///< rows that are cheap to read together; 64 for scan-line files
     glm::vec3 luminanceWeights() const;
 
-    /// Safe to call from several threads, each with rows of its own.
+    /// Safe to call from several threads, each with rows of its own. Fireflies are left to fireflies.h, which needs neighbours.
     Result<LightMapBand> read(int firstRow, int rowCount) const;
 
 private:

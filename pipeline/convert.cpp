@@ -29,6 +29,7 @@ formats::LightMapDescription descriptionOf(const ConvertOptions& options) {
     description.frame = options.frame == "world" ? formats::ShFrame::World : formats::ShFrame::Tangent;
     description.quantity = options.quantity == "radiance" ? formats::ShQuantity::Radiance : formats::ShQuantity::Irradiance;
     description.lightUnits = options.lightUnits == "radiometric" ? formats::LightUnits::Radiometric : formats::LightUnits::Game;
+    description.fireflyLimit = options.fireflyLimit;
     return description;
 }
 
@@ -115,6 +116,9 @@ formats::Result<Json> explain(const ConvertOptions& options, const RunState& sta
 }
 
 Outcome convert(const ConvertOptions& options, const RunState& state) {
+    if (!formats::isFireflyLimit(options.fireflyLimit))
+        return failed({ErrorCode::InvalidRequest, "--firefly-limit",
+                       fmt::format("found {}, expected a number from 1, or 0 to believe all", options.fireflyLimit)});
     if (options.m.size() == 2 && !(0 <= options.m[0] && options.m[0] <= options.m[1] && options.m[1] <= 1))
         return failed(
             {ErrorCode::InvalidRequest, "--m", fmt::format("found {},{}, expected 0 <= low <= high <= 1", options.m[0], options.m[1])});

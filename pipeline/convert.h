@@ -18,6 +18,7 @@ struct ConvertOptions {
     int zones = 256;
     bool dither = false;
     TableSettings tables;  ///< lut
+    double fireflyLimit = formats::LightMapDescription{}.fireflyLimit;
     bool repair = false;
     bool explain = false;  ///< dominant: also where one light cannot say what the map holds
     CookOptions cook;      ///< what lies over [output]

@@ -166,6 +166,7 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     outcome.result["notes"] = {
         {"covered_texels", measured->measure.coveredTexels()},  {"beyond_positive_bounds", measured->measure.beyondPositiveBounds()},
         {"repaired_not_finite", measured->repairs.notFinite},   {"repaired_negative_dc", measured->repairs.negativeDc},
+        {"repaired_bands", measured->repairs.bandsBeyond},      {"repaired_fireflies", measured->repairs.fireflies},
         {"negative_after_gamut", measured->negativeAfterGamut}, {"clamped_high", report->clampedHigh},
         {"clamped_negative", report->clampedNegative}};
     return outcome;

@@ -142,8 +142,7 @@ Result<MeasuredLightMap> measureLightMap(LightMapSource& source, const ActionCon
     MeasuredLightMap whole{compress::LightMapMeasure(source.luminanceWeights()), {}, 0};
     for (const MeasuredLightMap& part : *parts) {
         whole.measure.merge(part.measure);
-        whole.repairs.notFinite += part.repairs.notFinite;
-        whole.repairs.negativeDc += part.repairs.negativeDc;
+        whole.repairs += part.repairs;
         whole.negativeAfterGamut += part.negativeAfterGamut;
     }
     return whole;

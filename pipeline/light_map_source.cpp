@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "formats/fireflies.h"
+
 namespace pipeline {
 namespace {
 
@@ -47,7 +49,8 @@ Result<LightMapSource*> LightMapSources::open(const std::filesystem::path& file,
     if (const auto known = sources_.find(key); known != sources_.end()) return known->second.get();
     auto reader = formats::LightMapReader::open(file, description);
     if (!reader) return tl::make_unexpected(reader.error());
-    std::unique_ptr<LightMapSource> source(new LightMapSource(*this, std::move(*reader)));
+    std::unique_ptr<LightMapSource> source(
+        new LightMapSource(*this, std::move(*reader), {file.string(), description.fireflyLimit, description.repair}));
     return sources_.emplace(key, std::move(source)).first->second.get();
 }
 
@@ -81,6 +84,9 @@ Result<std::shared_ptr<const LightMapBand>> LightMapSource::band(int index) {
     if (!slot->band) {
         auto band = reader_.read(index * kBandRows, bandRows(index));
         if (!band) return tl::make_unexpected(band.error());
+        if (fireflies_.limit > 0)
+            if (auto settled = formats::settleFireflies(*band, fireflies_.limit, fireflies_.repair, fireflies_.file); !settled)
+                return tl::make_unexpected(settled.error());
         slot->band = std::make_shared<const LightMapBand>(std::move(*band));
     }
     owner_.keep(*this, index, kBytesPerTexel * static_cast<std::size_t>(width()) * static_cast<std::size_t>(bandRows(index)));
@@ -116,6 +122,7 @@ Json toJson(const formats::LightMapDescription& description) {
             {"light_units", nameOf(kUnits, description.lightUnits)},
             {"color_source", description.colors.source},
             {"color_working", description.colors.working},
+            {"firefly_limit", description.fireflyLimit},
             {"repair", description.repair}};
 }
 
@@ -136,6 +143,7 @@ Result<formats::LightMapDescription> lightMapDescriptionFromJson(const Json& jso
         description.quantity = valueOf(kQuantities, json.at("quantity").get<std::string>());
         description.lightUnits = valueOf(kUnits, json.at("light_units").get<std::string>());
         description.colors = colorSpacesOf(json.at("color_source").get<std::string>(), json.at("color_working").get<std::string>(), action);
+        description.fireflyLimit = json.at("firefly_limit").get<double>();
         description.repair = json.at("repair").get<bool>();
         return description;
     } catch (const std::exception& mistake) {

@@ -41,7 +41,14 @@ public:
 
 private:
     friend class LightMapSources;
-    LightMapSource(LightMapSources& owner, formats::LightMapReader reader) : owner_(owner), reader_(std::move(reader)) {}
+    /// What becomes of stray samples, band by band.
+    struct Fireflies {
+        std::string file;
+        double limit;
+        bool repair;
+    };
+    LightMapSource(LightMapSources& owner, formats::LightMapReader reader, Fireflies fireflies)
+        : owner_(owner), reader_(std::move(reader)), fireflies_(std::move(fireflies)) {}
     int stripHeight() const {
         int rows = kBandRows;
         while (rows > 16 && rows * width() > kStripTexels) rows /= 2;
@@ -54,6 +61,7 @@ private:
 
     LightMapSources& owner_;
     formats::LightMapReader reader_;
+    Fireflies fireflies_;
     std::mutex mutex_;
     std::map<int, std::shared_ptr<Slot>> slots_;
 };

@@ -456,6 +456,8 @@ void addConverter(CLI::App& app, const std::string& name, const std::string& wha
         sub->add_option("--frame", options->frame, "world or tangent")->check(CLI::IsMember({"world", "tangent"}));
         sub->add_option("--quantity", options->quantity, "radiance or irradiance")->check(CLI::IsMember({"radiance", "irradiance"}));
         sub->add_option("--light-units", options->lightUnits, "radiometric or game")->check(CLI::IsMember({"radiometric", "game"}));
+        sub->add_option("--firefly-limit", options->fireflyLimit, "how many times its brightest neighbour a texel may be; 0 believes all")
+            ->capture_default_str();
     }
     if (name == "dominant") {
         sub->add_flag("--report", options->explain, "tell where one light cannot say what the map holds, and what a second would give");

@@ -77,11 +77,13 @@ Html textureTable(const Json& asset) {
 
 /// What a note's count counts.
 std::string noteWords(const std::string& key) {
-    static const std::array<std::pair<const char*, const char*>, 9> kNotes = {
+    static const std::array<std::pair<const char*, const char*>, 11> kNotes = {
         {{"covered_texels", "Texels inside charts"},
          {"beyond_positive_bounds", "Texels whose coefficients no positive light could give"},
          {"repaired_not_finite", "Texels set to zero because a coefficient was not finite"},
          {"repaired_negative_dc", "Channels set to zero because their mean was negative"},
+         {"repaired_bands", "Bands scaled down to what light of their mean can have"},
+         {"repaired_fireflies", "Stray bright texels that took the mean of their neighbours"},
          {"repaired_texels", "Texels repaired because they were negative or not finite"},
          {"negative_after_gamut", "Values negative in the working colour space"},
          {"clamped_high", "Values clamped to the format's largest"},

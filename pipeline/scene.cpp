@@ -243,6 +243,12 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
     entry.description.lightUnits = reader.oneOf("light_units", {"radiometric", "game"}, "radiometric") == "radiometric"
                                        ? formats::LightUnits::Radiometric
                                        : formats::LightUnits::Game;
+    if (const auto limit = reader.optional<double>("firefly_limit", "a number from 1, or 0 to believe all")) {
+        if (!formats::isFireflyLimit(*limit))
+            reader.fail(reader.node("firefly_limit"),
+                        fmt::format("found {} for light_map.firefly_limit, expected a number from 1, or 0 to believe all", *limit));
+        entry.description.fireflyLimit = *limit;
+    }
     entry.description.colors = colors;
     entry.mesh = reader.optionalPath("mesh");
     entry.groundTruth = reader.optionalPath("ground_truth");

@@ -204,7 +204,7 @@ TEST(LightMapReader, BadCoveredTexelsAreRefusedWithChannelAndPosition) {
 
 TEST(LightMapReader, NegativeZeroIsNotNegativeEnergy) {
     ExrRecipe recipe = seededMap(2, 1);
-    poke(recipe, "sh00.G", 1, 0, -0.0f);
+    for (int i = 0; i < 9; ++i) poke(recipe, fmt::format("sh{:02}.G", i), 1, 0, -0.0f);
     EXPECT_EQ(readAll(MapFile(recipe).path).covered.at(1, 0), 1);
 }
 
@@ -225,6 +225,57 @@ TEST(LightMapReader, RepairCountsInsteadOfRefusing) {
     for (glm::vec3& coefficient : onlyGreen) coefficient = {0, coefficient.g, 0};
     EXPECT_EQ(band.sh.at(2, 1), onlyGreen);
     EXPECT_EQ(band.sh.at(3, 1), seededTexel(3, 1));
+}
+
+/// Light from one direction has bands of exactly sqrt(2 l + 1) times sh00; what the file's quantity convolved has less.
+TEST(LightMapReader, BandsFarBeyondWhatTheirMeanAllowsAreRefusedOrScaledDown) {
+    for (const ShQuantity quantity : {ShQuantity::Radiance, ShQuantity::Irradiance}) {
+        LightMapDescription description;
+        description.quantity = quantity;
+        const std::array<double, 3> cosine = {std::numbers::pi, 2 * std::numbers::pi / 3, std::numbers::pi / 4};
+        const auto longest = [&](int degree) {
+            const double ofRadiance = std::sqrt(2 * degree + 1.0);
+            const bool isConvolved = quantity == ShQuantity::Irradiance;
+            return 0.25 * ofRadiance * (isConvolved ? cosine[static_cast<std::size_t>(degree)] / cosine[0] : 1);
+        };
+        for (const int degree : {1, 2}) {
+            const int first = degree * degree;
+            for (const double times : {1.0, 3.9, 4.1, 1e6, 1e37}) {
+                ExrRecipe recipe = seededMap(8, 4);
+                for (int i = 0; i < 9; ++i) poke(recipe, fmt::format("sh{:02}.G", i), 5, 2, i == 0 ? 0.25f : 0.0f);
+                const auto part = static_cast<float>(longest(degree) * times / std::numbers::sqrt2);
+                poke(recipe, fmt::format("sh{:02}.G", first), 5, 2, part);
+                poke(recipe, fmt::format("sh{:02}.G", first + 2), 5, 2, -part);
+                const MapFile map(recipe);
+                description.repair = false;
+                if (times < 4) {
+                    EXPECT_EQ(readAll(map.path, description).repairs.bandsBeyond, 0);
+                    continue;
+                }
+                const auto reader = LightMapReader::open(map.path, description);
+                ASSERT_TRUE(reader);
+                const auto refused = reader->read(0, 4);
+                ASSERT_FALSE(refused) << degree << ' ' << times;
+                EXPECT_EQ(refused.error().code, ErrorCode::ValueOutOfRange);
+                EXPECT_THAT(refused.error().line(), AllOf(HasSubstr(degree == 1 ? "sh01.G .. sh03.G" : "sh04.G .. sh08.G"),
+                                                          HasSubstr("texel (5, 2)"), HasSubstr("sh00 of 0.25")));
+                description.repair = true;
+                const LightMapBand band = readAll(map.path, description);
+                EXPECT_EQ(band.repairs.bandsBeyond, 1);
+                const ShRgb& sh = band.sh.at(5, 2);
+                const auto at = static_cast<std::size_t>(first);
+                EXPECT_NEAR(std::hypot(sh[at].g, sh[at + 2].g) / sh[0].g, std::sqrt(2 * degree + 1.0), 1e-5);
+                EXPECT_FLOAT_EQ(sh[at].g, -sh[at + 2].g);
+                EXPECT_EQ(band.sh.at(4, 2), readAll(MapFile(seededMap(8, 4)).path, description).sh.at(4, 2));
+            }
+        }
+    }
+}
+
+TEST(LightMapReader, RoundingOfDarkTexelsToHalvesIsNoFault) {
+    ExrRecipe recipe = seededMap(4, 4);
+    for (int i = 0; i < 9; ++i) poke(recipe, fmt::format("sh{:02}.B", i), 1, 1, i == 0 ? 0.0f : 6e-8f);
+    EXPECT_EQ(readAll(MapFile(recipe).path).repairs.bandsBeyond, 0);
 }
 
 TEST(LightMapReader, TwentySixChannelsNameTheMissingOne) {
@@ -430,10 +481,9 @@ TEST(LightMapReader, ColoursAreConvertedAndNegativeOnesCounted) {
     for (glm::vec3& coefficient : expected) coefficient = conversion->workingFromSource * coefficient;
     expectNear(convertedTexel(description, recipe), expected, 1e-6f);
 
-    poke(recipe, "sh00.R", 2, 0, 0.0f);
-    poke(recipe, "sh00.B", 2, 0, 0.0f);  // a green that Rec.709 cannot hold: red and blue go below zero
-    poke(recipe, "sh00.R", 1, 2, 0.0f);
-    poke(recipe, "sh00.B", 1, 2, 0.0f);
+    for (const auto& [x, y] : {std::pair(2, 0), std::pair(1, 2)})  // a green that Rec.709 cannot hold: red and blue go below zero
+        for (int i = 0; i < 9; ++i)
+            for (const char channel : {'R', 'B'}) poke(recipe, fmt::format("sh{:02}.{}", i, channel), x, y, 0.0f);
     const MapFile map(recipe);
     EXPECT_EQ(readAll(map.path, description).negativeAfterGamut, 4);
     EXPECT_EQ(readAll(map.path).negativeAfterGamut, 0);

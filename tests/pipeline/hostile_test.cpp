@@ -95,7 +95,7 @@ std::map<std::string, std::string> cookOneTexel(float value) {
     EXPECT_TRUE(writer && writer->append(rows.view()) && writer->commit());
     std::map<std::string, std::string> lines;
     for (const std::string& layout : lightMapLayoutNames()) {
-        scene.writeSceneFile(fmt::format("light_map_layout = \"{}\"", layout));
+        scene.writeSceneFile(fmt::format("light_map_layout = \"{}\"", layout), "firefly_limit = 0");
         const Outcome outcome = cook(scene.options());
         if (outcome.errors.empty()) continue;
         EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification) << layout;
@@ -119,6 +119,46 @@ TEST(Light, OneTexelFarBeyondTheSunIsCooked) {
         EXPECT_THAT(line, HasSubstr("block of texel (4, 0)"));
     }
     EXPECT_THAT(cookOneTexel(1e6f), IsEmpty());
+}
+
+/// A grey map with a firefly in the middle of it and one at the edge of a chart's band of rows, and what cooking it gives.
+struct FireflyMap {
+    static constexpr int kSize = 80;
+    SmallScene scene{Parts::LightMap};
+
+    explicit FireflyMap(float value) {
+        formats::Image<lighting::ShRgb> rows(kSize, kSize, lighting::ShRgb{});
+        for (lighting::ShRgb& sh : rows.texels()) sh[0] = glm::vec3(0.5f);
+        for (const auto& [x, y] : {std::pair(30, 20), std::pair(7, 63), std::pair(70, 64)}) rows.at(x, y)[0].g = value;
+        auto writer = formats::LightMapWriter::create(scene / "map.exr", kSize, kSize);
+        EXPECT_TRUE(writer && writer->append(rows.view()) && writer->commit());
+    }
+    Outcome cookWith(const std::string& lightMapKeys, bool repair) const {
+        scene.writeSceneFile("light_map_layout = \"ratio\"\nmax_error = 0.9", lightMapKeys);
+        CookOptions options = scene.options();
+        options.repair = repair;
+        return cook(options);
+    }
+};
+
+TEST(Fireflies, AreRefusedByTexelAndValueMendedOnRequestOrBelieved) {
+    const FireflyMap map(700);
+    const Outcome refused = map.cookWith("", false);
+    ASSERT_FALSE(refused.errors.empty());
+    EXPECT_EQ(refused.errors.front().code, ErrorCode::ValueOutOfRange);
+    EXPECT_THAT(refused.errors.front().line(),
+                AllOf(HasSubstr("map.exr, channel sh00, texel (30, 20)"), HasSubstr("found 700"),
+                      HasSubstr("expected at most 1000 times its brightest neighbour (0.5)"), HasSubstr("firefly_limit")));
+    const Outcome repaired = map.cookWith("", true);
+    ASSERT_TRUE(repaired.errors.empty()) << repaired.errors.front().line();
+    EXPECT_EQ(repaired.report.at("assets").at(0).at("notes").at("repaired_fireflies"), 3);
+    const double mended = repaired.report.at("assets").at(0).at("stages").back().at("error").at("diffuse").at("rel_rms").get<double>();
+    EXPECT_LT(mended, 0.01) << "the verifier holds it against the repaired map";
+    for (const Outcome& believed :
+         {map.cookWith("firefly_limit = 0", false), map.cookWith("firefly_limit = 1500", false), FireflyMap(400).cookWith("", false)}) {
+        ASSERT_TRUE(believed.errors.empty()) << believed.errors.front().line();
+        EXPECT_EQ(believed.report.at("assets").at(0).at("notes").at("repaired_fireflies"), 0);
+    }
 }
 
 const char* const kTriangle = R"({"asset":{"version":"2.0"},"buffers":[{"uri":"tri%20angle.bin","byteLength":60}],

@@ -92,6 +92,9 @@ TEST(ReadScene, AnUnknownKeyIsRefusedWithItsPlaceAndTheNearestKnownOne) {
 TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
     expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\ndominant_fit = \"best\"\n",
                   "6:", "expected one of: closed, refined, explained, refined-ambient");
+    for (const char* limit : {"0.5", "-1", "nan", "inf"})
+        expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\nfirefly_limit = " + limit + "\n",
+                      "6:", "expected a number from 1, or 0 to believe all");
     expectRefused("schema = 2\nname = \"s\"\n", "1:", "found schema 2, expected 1");
     expectRefused("name = \"s\"\n", "1:", "found no key 'schema'");
     expectRefused(kHead + "[output]\ntarget = \"etc2\"\n", "4:10", "found 'etc2' for output.target, expected one of: bc, astc, float");

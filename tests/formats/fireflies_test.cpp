@@ -1,0 +1,90 @@
+#include "formats/fireflies.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <random>
+
+namespace formats {
+namespace {
+
+LightMapBand darkRoom(int width, int height, float light) {
+    LightMapBand band;
+    band.firstRow = 64;
+    band.sh = Image<lighting::ShRgb>(width, height, lighting::ShRgb{});
+    for (lighting::ShRgb& sh : band.sh.texels()) sh[0] = glm::vec3(light);
+    band.covered = Image<std::uint8_t>(width, height, 1);
+    band.normal = Image<glm::vec3>(width, height, glm::vec3(0, 0, 1));
+    return band;
+}
+
+TEST(Fireflies, AreSingleTexelsAmongCoveredOnes) {
+    LightMapBand band = darkRoom(16, 8, 1);
+    band.sh.at(5, 3)[0] = {1, 2000, 1};
+    band.sh.at(9, 0)[0] = {1001, 0, 0};
+    const std::vector<Firefly> found = findFireflies(band, 1000);
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_EQ(found[0].x, 9);
+    EXPECT_EQ(found[0].y, 64);
+    EXPECT_EQ(found[1].y, 67);
+    EXPECT_EQ(found[1].found, 2000);
+    EXPECT_EQ(found[1].brightest, 1);
+    EXPECT_EQ(findFireflies(band, 1500).size(), 1u);
+}
+
+TEST(Fireflies, LampsOfTwoTexelsChartsOfOneAndEdgesOfTheMapAreLight) {
+    LightMapBand band = darkRoom(16, 8, 1);
+    band.sh.at(5, 3)[0] = band.sh.at(6, 4)[0] = glm::vec3(60000);  // two that touch
+    band.sh.at(0, 4)[0] = band.sh.at(15, 2)[0] = glm::vec3(60000);
+    EXPECT_TRUE(findFireflies(band, 1000).empty());
+    band = darkRoom(16, 8, 1);
+    band.sh.at(10, 4)[0] = glm::vec3(60000);
+    band.covered.at(11, 5) = 0;  // at a chart's edge
+    EXPECT_TRUE(findFireflies(band, 1000).empty());
+}
+
+TEST(Fireflies, FaintOnesInTheDarkAreLeft) {
+    LightMapBand band = darkRoom(16, 8, 0);
+    band.sh.at(2, 1)[0] = glm::vec3(1e-9f);
+    EXPECT_EQ(findFireflies(band, 1000).size(), 1u) << "all that shines in these rows";
+    for (int x = 0; x < 16; ++x) band.sh.at(x, 6)[0] = glm::vec3(1);
+    EXPECT_TRUE(findFireflies(band, 1000).empty()) << "less than an eighth of these rows has";
+}
+
+TEST(Fireflies, MendedOnesHaveTheirNeighboursMeanAndAreCounted) {
+    const auto lit = [] {
+        std::mt19937 random(7);
+        std::uniform_real_distribution<float> light(0.5f, 1.5f);
+        LightMapBand band = darkRoom(12, 12, 0);
+        for (lighting::ShRgb& sh : band.sh.texels())
+            for (glm::vec3& coefficient : sh) coefficient = {light(random), light(random), light(random)};
+        return band;
+    };
+    LightMapBand band = lit();
+    const LightMapBand before = lit();
+    band.sh.at(4, 4)[0].b = 1e30f;
+    band.sh.at(8, 11)[0].r = 1e5f;
+    ASSERT_TRUE(settleFireflies(band, 1000, true, "map.exr"));
+    EXPECT_EQ(band.repairs.fireflies, 2);
+    for (int y = 0; y < 12; ++y)
+        for (int x = 0; x < 12; ++x) {
+            const bool isMended = (x == 4 && y == 4) || (x == 8 && y == 11);
+            EXPECT_EQ(band.sh.at(x, y) == before.sh.at(x, y), !isMended) << x << ' ' << y;
+        }
+    for (std::size_t i = 0; i < 9; ++i)
+        for (int channel = 0; channel < 3; ++channel) {
+            double eight = 0, five = 0;
+            for (int v = 3; v <= 5; ++v)
+                for (int u = 3; u <= 5; ++u)
+                    if (u != 4 || v != 4) eight += before.sh.at(u, v)[i][channel];
+            for (int v = 10; v <= 11; ++v)
+                for (int u = 7; u <= 9; ++u)
+                    if (u != 8 || v != 11) five += before.sh.at(u, v)[i][channel];
+            EXPECT_NEAR(band.sh.at(4, 4)[i][channel], eight / 8, 1e-6);
+            EXPECT_NEAR(band.sh.at(8, 11)[i][channel], five / 5, 1e-6);
+        }
+    EXPECT_TRUE(findFireflies(band, 1000).empty());
+}
+
+}  // namespace
+}  // namespace formats
