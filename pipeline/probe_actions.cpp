@@ -15,8 +15,6 @@
 namespace pipeline {
 namespace {
 
-using formats::ErrorCode;
-using formats::failure;
 using formats::Image;
 using formats::PixelFormat;
 using formats::Result;
