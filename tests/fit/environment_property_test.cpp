@@ -50,7 +50,7 @@ void projectAnything(long long cases) {
     }
 }
 
-/// stored * S == prefiltered, S positive, for lights of any strength and SH with negative lobes.
+/// stored * S == prefiltered, S at least epsilon of its mean (deringing), for lights of any strength and SH with negative lobes.
 void divideAnything(long long cases) {
     constexpr int kSize = 16, kTexels = 3 * kSize * kSize;
     truth::Random random(102);
@@ -75,6 +75,8 @@ void divideAnything(long long cases) {
             for (int channel = 0; channel < 3; ++channel) {
                 const double value = stored.at(i % kSize, i / kSize)[channel], expected = prefiltered.at(i % kSize, i / kSize)[channel];
                 ASSERT_GT(s[channel], 0) << done;
+                const double mean = static_cast<double>(divide.windowedSh[0][channel]) * 0.5 * std::sqrt(1 / truth::kPi);
+                ASSERT_GE(s[channel], (divide.epsilon - 1e-5) * mean) << done;
                 ASSERT_TRUE(std::isfinite(value) && value >= 0) << done;
                 if (value == std::numeric_limits<float>::max()) continue;  // light 1e68 times its own area specular is held at it
                 ASSERT_NEAR(value * s[channel], expected, 1e-6 * expected + 1.5e-45 * s[channel]) << done;

@@ -114,6 +114,7 @@ TEST(IrradianceCubemap, ExtremesStayFiniteAndInRange) {
     EXPECT_FALSE(fit::irradianceCubemap(truth::constantStrip(4, glm::vec3(1)), {8, 1.5}));
     EXPECT_FALSE(fit::irradianceCubemap(truth::constantStrip(4, glm::vec3(1)), {8, -0.1}));
     EXPECT_FALSE(fit::irradianceCubemap({}, {8, 0}));
+    for (const int cells : {0, 2, 33, 256}) EXPECT_FALSE(fit::irradianceCubemap(truth::constantStrip(4, glm::vec3(1)), {8, 0, cells}));
 }
 
 TEST(IrradianceCubemap, SharedPanoramas) {

@@ -280,31 +280,38 @@ TEST(RsrmSoak, AHundredMillionTexelsAreBetweenTheirSourcesEndsAndWithinTheirCode
     checkTexels(12, 100000000);
 }
 
-/// As the shader blends: decoded first. Convolution is linear, so the blend of two maps is off by the blend of what each is off.
+/// As the shader blends: decoded first. Convolution is linear, so the blend of two maps is off by the blend of what each is off. A case is
+/// one texel of a blend; a pair of maps meets its blended source once, convolved, and then other weights.
 void checkBlends(std::uint64_t seed, std::int64_t caseCount) {
     truth::Random random(seed);
     for (std::int64_t done = 0; done < caseCount;) {
         std::vector<glm::vec3> day(static_cast<std::size_t>(1 + random.below(64))), night(day.size()), both(day.size());
-        const float weight = random.below(8) == 0 ? static_cast<float>(random.below(2)) : static_cast<float>(random.uniform());
+        const auto anyWeight = [&random] {
+            return random.below(8) == 0 ? static_cast<float>(random.below(2)) : static_cast<float>(random.uniform());
+        };
+        const float firstWeight = anyWeight();
         for (std::size_t zone = 0; zone < day.size(); ++zone) {
             day[zone] = 100.0f * glm::vec3(random.uniform(), random.uniform(), random.uniform());
             night[zone] = 0.1f * glm::vec3(random.uniform(), random.uniform(), random.uniform());
-            both[zone] = glm::vec3(glm::mix(glm::dvec3(day[zone]), glm::dvec3(night[zone]), static_cast<double>(weight)));
+            both[zone] = glm::vec3(glm::mix(glm::dvec3(day[zone]), glm::dvec3(night[zone]), static_cast<double>(firstWeight)));
         }
         fit::RsrmOptions options;
         options.exponents = {1, std::exp2(16 * random.uniform())};
         const fit::Rsrm first = fit::makeRsrm(day, options), second = fit::makeRsrm(night, options);
         const auto blended = fit::convolveGradient(both, options);
-        for (std::size_t i = 0; i < blended.texels().size(); ++i, ++done) {
-            const glm::vec3 shaded =
-                shaders::lcRsrmBlend(shaders::lcRsrm(glm::vec3(first.codes.texels()[i]) / 255.0f, first.color),
-                                     shaders::lcRsrm(glm::vec3(second.codes.texels()[i]) / 255.0f, second.color), weight);
-            for (int channel = 0; channel < 3; ++channel) {
-                const double code = glm::mix(static_cast<double>(first.color[channel]), static_cast<double>(second.color[channel]),
-                                             static_cast<double>(weight)) /
-                                    255;
-                ASSERT_NEAR(shaded[channel], blended.texels()[i][channel], 0.501 * code + 1e-7 * static_cast<double>(first.color[channel]))
-                    << "weight " << weight;
+        for (int weighing = 0; weighing < 16; ++weighing) {
+            const float weight = weighing == 0 ? firstWeight : anyWeight();
+            const glm::dvec3 code = glm::mix(glm::dvec3(first.color), glm::dvec3(second.color), static_cast<double>(weight)) / 255.0;
+            for (std::size_t i = 0; i < blended.texels().size(); ++i, ++done) {
+                const glm::dvec3 mixed = glm::mix(first.values.texels()[i], second.values.texels()[i], static_cast<double>(weight)),
+                                 expected = weighing == 0 ? blended.texels()[i] : mixed;
+                const glm::vec3 shaded =
+                    shaders::lcRsrmBlend(shaders::lcRsrm(glm::vec3(first.codes.texels()[i]) / 255.0f, first.color),
+                                         shaders::lcRsrm(glm::vec3(second.codes.texels()[i]) / 255.0f, second.color), weight);
+                for (int channel = 0; channel < 3; ++channel)
+                    ASSERT_NEAR(shaded[channel], expected[channel],
+                                0.501 * code[channel] + 1e-7 * static_cast<double>(first.color[channel]))
+                        << "weight " << weight;
             }
         }
     }
