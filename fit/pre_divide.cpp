@@ -100,19 +100,22 @@ PreDivide makePreDivide(const lighting::ShRgb& incident, const std::vector<light
     return result;
 }
 
-void preDivideRows(const PreDivide& preDivide, int mip, int face, int size, int firstRow, formats::ImageView<const glm::vec3> prefiltered,
-                   formats::ImageView<glm::vec3> stored) {
+std::int64_t preDivideRows(const PreDivide& preDivide, int mip, int face, int size, int firstRow,
+                           formats::ImageView<const glm::vec3> prefiltered, formats::ImageView<glm::vec3> stored) {
     assert(prefiltered.width == size && stored.width == size && prefiltered.height == stored.height);
     constexpr double kLargest = std::numeric_limits<float>::max();
+    std::int64_t clamped = 0;
     for (int y = 0; y < prefiltered.height; ++y) {
         for (int x = 0; x < size; ++x) {
             const glm::dvec3 denominator = preDivide.denominator(mip, lighting::cubeTexelDirection(face, x, firstRow + y, size));
             const glm::dvec3 quotient = glm::dvec3(prefiltered.at(x, y)) / denominator;
             for (int channel = 0; channel < 3; ++channel) {
+                if (quotient[channel] > kLargest) ++clamped;
                 stored.at(x, y)[channel] = static_cast<float>(std::clamp(quotient[channel], 0.0, kLargest));
             }
         }
     }
+    return clamped;
 }
 
 }  // namespace fit

@@ -3,6 +3,7 @@
 // Lighting and Material of Halo 3, section 1.4.2; lighting-math section 5.
 #pragma once
 
+#include <cstdint>
 #include <glm/vec3.hpp>
 #include <vector>
 
@@ -36,8 +37,8 @@ struct PreDivide {
 PreDivide makePreDivide(const lighting::ShRgb& incident, const std::vector<lighting::ShBands>& bands, const PreDivideOptions& options);
 
 /// Divides rows [firstRow, firstRow + prefiltered.height) of a face of `size` texels; in place is allowed. stored * S == prefiltered to
-/// float rounding.
-void preDivideRows(const PreDivide& preDivide, int mip, int face, int size, int firstRow, formats::ImageView<const glm::vec3> prefiltered,
-                   formats::ImageView<glm::vec3> stored);
+/// float rounding, but for the channel values that are returned: so many quotients were larger than any float and are held at the largest.
+std::int64_t preDivideRows(const PreDivide& preDivide, int mip, int face, int size, int firstRow,
+                           formats::ImageView<const glm::vec3> prefiltered, formats::ImageView<glm::vec3> stored);
 
 }  // namespace fit

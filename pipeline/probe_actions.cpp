@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 
 #include "fit/cubemap.h"
 #include "fit/pre_divide.h"
@@ -25,9 +26,13 @@ Json toJson(const lighting::ShRgb& sh) {
     return json;
 }
 
-/// Every level prefiltered and divided, each as a strip of six faces. Rows are spread over the threads.
-std::vector<Image<glm::vec3>> filterAndDivide(const fit::CubemapPrefilter& filter, const fit::PreDivide& divide,
-                                              const ActionContext& context) {
+struct DividedLevels {
+    std::vector<Image<glm::vec3>> levels;  ///< each a strip of six faces
+    std::vector<std::int64_t> clamped;     ///< of each level: values of which the quotient is larger than any float
+};
+
+/// Every level prefiltered and divided. Rows are spread over the threads.
+DividedLevels filterAndDivide(const fit::CubemapPrefilter& filter, const fit::PreDivide& divide, const ActionContext& context) {
     struct Task {
         int mip, face, size, firstRow;
         formats::ImageView<glm::vec3> rows;
@@ -47,13 +52,35 @@ std::vector<Image<glm::vec3>> filterAndDivide(const fit::CubemapPrefilter& filte
         const Task& task = tasks[index];
         filter.filterRows(task.mip, task.face, task.firstRow, task.rows.height, task.rows);
     });
-    if (!finished) return levels;
+    std::vector<std::atomic<std::int64_t>> clamped(levels.size());
+    if (!finished) return {std::move(levels), {}};
     for (int mip = 0; mip < filter.mipCount(); ++mip) filter.keepMean(mip, levels[static_cast<std::size_t>(mip)].view());
     tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t index) {
         const Task& task = tasks[index];
-        fit::preDivideRows(divide, task.mip, task.face, task.size, task.firstRow, task.rows, task.rows);
+        clamped[static_cast<std::size_t>(task.mip)] +=
+            fit::preDivideRows(divide, task.mip, task.face, task.size, task.firstRow, task.rows, task.rows);
     });
-    return levels;
+    return {std::move(levels), {clamped.begin(), clamped.end()}};
+}
+
+/// Values that are light, and so much darker than the range that no half can hold them: their product with S is black.
+std::int64_t lostBelow(const Image<glm::vec3>& level, float range) {
+    constexpr float kHalfOfSmallestHalf = 0x1p-25f;
+    std::int64_t lost = 0;
+    for (const glm::vec3& texel : level.texels())
+        for (int channel = 0; channel < 3; ++channel) lost += texel[channel] > 0 && texel[channel] / range <= kHalfOfSmallestHalf ? 1 : 0;
+    return lost;
+}
+
+/// Where stored * S is not what was prefiltered since the stored numbers end: counts by level, of those that have any.
+Json divisionNotes(const DividedLevels& divided, float range) {
+    Json notes = {{"division_clamped", Json::object()}, {"division_lost", Json::object()}};
+    for (std::size_t mip = 0; mip < divided.levels.size(); ++mip) {
+        const std::string level = fmt::format("level {}", mip);
+        if (divided.clamped[mip] > 0) notes["division_clamped"][level] = divided.clamped[mip];
+        if (const std::int64_t lost = lostBelow(divided.levels[mip], range); lost > 0) notes["division_lost"][level] = lost;
+    }
+    return notes;
 }
 
 float brightest(const std::vector<Image<glm::vec3>>& levels) {
@@ -140,7 +167,8 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     std::vector<lighting::ShBands> bands;
     for (const fit::MipKernel& mip : filter->mips()) bands.push_back(mip.bands);
     const fit::PreDivide divide = fit::makePreDivide(sh, bands, {});
-    const std::vector<Image<glm::vec3>> levels = filterAndDivide(*filter, divide, context);
+    const DividedLevels divided = filterAndDivide(*filter, divide, context);
+    const std::vector<Image<glm::vec3>>& levels = divided.levels;
     if (context.state.interrupted) return interrupted(context);
 
     const float range = hdrRange(brightest(levels));
@@ -173,6 +201,7 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     outcome.result["bytes_in"] = std::filesystem::file_size(source);
     outcome.result["notes"] = {
         {"repaired_texels", loaded->repairedTexels}, {"clamped_high", report.clampedHigh}, {"window_lambda", divide.windowLambda}};
+    outcome.result["notes"].update(divisionNotes(divided, range));
     return outcome;
 }
 

@@ -88,6 +88,8 @@ std::string noteWords(const std::string& key) {
          {"negative_after_gamut", "Values negative in the working colour space"},
          {"clamped_high", "Values clamped to the format's largest"},
          {"clamped_negative", "Negative values clamped to zero, all an unsigned format holds"},
+         {"division_clamped", "Values whose division passed the largest float,"},
+         {"division_lost", "Values lost under the texture's smallest step,"},
          {"window_lambda", "Strength of the window against ringing (lambda)"}}};
     for (const auto& [name, meaning] : kNotes)
         if (key == name) return meaning;

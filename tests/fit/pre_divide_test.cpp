@@ -139,6 +139,17 @@ TEST(PreDivide, RandomProbesKeepTheFloorInEveryDirection) {
     }
 }
 
+TEST(PreDivide, QuotientsBeyondFloatAreHeldAndCounted) {
+    const fit::PreDivide black = fit::makePreDivide({}, chainBands(), {});  // S is 1e-30 everywhere
+    formats::Image<glm::vec3> bright(4, 4, glm::vec3(1e6f, 1e9f, 0)), stored(4, 4);
+    EXPECT_EQ(fit::preDivideRows(black, 2, 0, 4, 0, bright.view(), stored.view()), 16) << "1e39 in green alone";
+    for (const glm::vec3& texel : stored.texels()) {
+        EXPECT_NEAR(texel.x, 1e36f, 1e30f);
+        EXPECT_EQ(texel.y, std::numeric_limits<float>::max());
+        EXPECT_EQ(texel.z, 0);
+    }
+}
+
 TEST(PreDivide, RowsInPlaceGiveTheSame) {
     const auto sh = fit::projectEnvironment(sunOverBlack(100));
     const fit::PreDivide preDivide = fit::makePreDivide(sh, chainBands(), {});

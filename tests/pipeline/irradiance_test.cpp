@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "formats/environment.h"
+#include "pipeline/convert.h"
 #include "tests/formats/temporary_folder.h"
 #include "verify/irradiance.h"
 
@@ -59,6 +60,30 @@ TEST(IrradianceCommand, AFailedVerificationLeavesWhatWasThere) {
     EXPECT_EQ(std::filesystem::last_write_time(command.output), before);
     command.output = folder / "out.exr";
     EXPECT_EQ(cookIrradiance(command).error().code, formats::ErrorCode::InvalidRequest);
+}
+
+/// A lamp over what is 10^18 times darker: no half holds both, and the report says where.
+TEST(Cubemap, LightThatDivisionLosesIsCountedByLevel) {
+    const formats::TemporaryFolder folder;
+    for (const bool isDark : {false, true}) {
+        Image<glm::vec4> sky(16, 8, glm::vec4(isDark ? 1e-12f : 0.5f));
+        if (isDark) sky.at(3, 2) = glm::vec4(1e6f);
+        ASSERT_TRUE(formats::writeExr(folder / "sky.exr", sky.view(), 3));
+        ConvertOptions options;
+        options.converter = "cubemap";
+        options.input = folder / "sky.exr";
+        options.output = folder / (isDark ? "dark" : "calm");
+        options.cook.cache = folder / "cache";
+        options.cook.target = Target::Float;
+        const Outcome outcome = convert(options, RunState());
+        ASSERT_TRUE(outcome.report.is_object());
+        const Json& notes = outcome.report.at("assets").at(0).at("notes");
+        EXPECT_TRUE(notes.at("division_clamped").empty());
+        EXPECT_EQ(notes.at("division_lost").empty(), !isDark);
+        if (isDark) {
+            EXPECT_GT(notes.at("division_lost").at("level 0").get<int>(), 6 * 128 * 128);
+        }
+    }
 }
 
 TEST(ShCommand, GreyStaysGreyForEveryWrapAndALampIsItsCoefficients) {
