@@ -8,6 +8,7 @@
 #include <initializer_list>
 #include <set>
 
+#include "fit/specular_tables.h"
 #include "formats/nearest.h"
 
 namespace pipeline {
@@ -333,6 +334,35 @@ void refuseRepeatedNames(const Scene& scene) {
     for (const auto& entry : scene.gradients) claim(entry.name);
 }
 
+std::vector<std::string> axisNames(const std::vector<fit::AxisMapping>& mappings) {
+    std::vector<std::string> names = {"auto"};
+    for (const fit::AxisMapping& mapping : mappings) names.push_back(mapping.name);
+    return names;
+}
+
+TableSettings readTables(TableReader reader) {
+    TableSettings tables;
+    const auto count = [&](const char* key, int least) -> std::optional<int> {
+        const auto value = reader.optional<std::int64_t>(key, "an integer up to 1024");
+        if (value && (*value < least || *value > 1024))
+            reader.fail(reader.node(key), fmt::format("found {} for tables.{}, expected an integer from {} to 1024", *value, key, least));
+        return value ? std::optional(static_cast<int>(*value)) : std::nullopt;
+    };
+    tables.viewCount = count("views", 2).value_or(tables.viewCount);
+    tables.roughnessCount = count("rows", 1);
+    tables.lobe = reader.oneOf("lobe", kLobeNames, tables.lobe);
+    tables.normalization = reader.oneOf("normalization", {"energy", "halo3"}, tables.normalization);
+    if (tables.lobe.starts_with("phong") && tables.normalization != "energy")
+        reader.fail(reader.node("normalization"),
+                    fmt::format("found \"{}\" for tables.normalization with lobe = \"{}\", expected \"energy\", "
+                                "the only one of a Phong lobe",
+                                tables.normalization, tables.lobe));
+    tables.viewAxis = reader.oneOf("view_axis", axisNames(fit::viewMappings()), tables.viewAxis);
+    tables.roughnessAxis = reader.oneOf("roughness_axis", axisNames(fit::roughnessMappings()), tables.roughnessAxis);
+    reader.close();
+    return tables;
+}
+
 Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     Scene scene;
     scene.file = file;
@@ -343,6 +373,7 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     scene.name = readName(reader);
     if (const toml::table* table = reader.table("output")) scene.output = readOutput({*table, file, "output"});
     if (const toml::table* table = reader.table("color")) scene.colors = readColors({*table, file, "color"});
+    if (const toml::table* table = reader.table("tables")) scene.tables = readTables({*table, file, "tables"});
     for (const toml::table* table : reader.tables("light_map"))
         scene.lightMaps.push_back(readLightMap({*table, file, "light_map"}, scene.colors));
     for (const toml::table* table : reader.tables("probe")) scene.probes.push_back(readProbe({*table, file, "probe"}));

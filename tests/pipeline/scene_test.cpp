@@ -27,6 +27,32 @@ void expectRefused(const std::string& text, const std::string& place, const std:
     EXPECT_EQ(scene.error().line().find('\n'), std::string::npos) << "one line";
 }
 
+TEST(ReadScene, TablesHaveASectionOfTheirOwn) {
+    const auto scene = sceneFromText(kHead + R"toml([tables]
+views = 12
+rows = 6
+lobe = "ggx"
+normalization = "halo3"
+view_axis = "NoV"
+roughness_axis = "sqrt(m)"
+)toml");
+    ASSERT_TRUE(scene.has_value()) << scene.error().line();
+    EXPECT_EQ(scene->tables.viewCount, 12);
+    EXPECT_EQ(scene->tables.roughnessCount, 6);
+    EXPECT_EQ(scene->tables.lobe, "ggx");
+    EXPECT_EQ(scene->tables.normalization, "halo3");
+    EXPECT_EQ(scene->tables.viewAxis, "NoV");
+    EXPECT_EQ(scene->tables.roughnessAxis, "sqrt(m)");
+    EXPECT_EQ(sceneFromText(kHead)->tables.viewAxis, "auto");
+    expectRefused(kHead + "[tables]\nlobes = \"ggx\"\n", "4:1", "nearest is 'lobe'");
+    expectRefused(kHead + "[tables]\nview_axes = \"NoV\"\n", "4:1", "nearest is 'view_axis'");
+    expectRefused(kHead + "[tables]\nviews = 1\n", "4:9", "expected an integer from 2 to 1024");
+    expectRefused(kHead + "[tables]\nrows = 2000\n", "4:8", "expected an integer from 1 to 1024");
+    expectRefused(kHead + "[tables]\nview_axis = \"m\"\n", "4:13", "expected one of: ");
+    expectRefused(kHead + "[tables]\nlobe = \"phong\"\nnormalization = \"halo3\"\n", "5:17", "the only one of a Phong lobe");
+    expectRefused(kHead + "tables = 3\n", "3:10", "expected a table [tables]");
+}
+
 TEST(ReadScene, TheFixedNamesAreUnderstood) {
     const auto scene = sceneFromText(R"(
 schema = 1
