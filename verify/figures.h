@@ -52,7 +52,7 @@ public:
     /// A batch of float samples given as reference and error = result - reference: the inner loop of light maps. Same lengths.
     void addErrors(std::span<const float> reference, std::span<const float> error);
     /// The same of the first `count`, in place: up to the next multiple of kLanes both hold zeros.
-    static constexpr std::size_t kLanes = 8;
+    static constexpr std::size_t kLanes = 16;
     void addPaddedErrors(std::span<const float> reference, std::span<const float> error, std::size_t count);
     /// A proven bound on local relative errors, for maxBound only.
     void addBound(double bound, const ErrorPlace& place = {});

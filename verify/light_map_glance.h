@@ -57,17 +57,9 @@ inline BandLengths lengthsOf(const shaders::LcSh& most) {
 
 }  // namespace detail
 
-/// Of layouts that have no quick way: nothing is known.
+/// Of each layout.
 template <class Layout>
-class Glances {
-public:
-    Glances(const Layout&, const std::vector<FormatFreedom>&) {}
-    bool isKnown() const { return false; }
-    template <class FreedomAt>
-    Glance of(const Layout&, const Corners<Layout::kLayers>&, FreedomAt&&) const {
-        return {};
-    }
-};
+class Glances;
 
 /// The most that a sampler may be off in a layer of numbers in [0, 1], of whatever block.
 inline glm::vec4 mostFreedom(const FormatFreedom& format) {
@@ -105,12 +97,13 @@ private:
     std::vector<FormatFreedom> free_;
 };
 
-template <>
-class Glances<Ratio> {
+/// L (1, ratios): coefficient 0 and kCount more.
+template <class Layout, std::size_t kCount>
+class RatioGlances {
 public:
-    Glances(const Ratio& layout, const std::vector<FormatFreedom>& freedom) : k_(layout.k) {
+    RatioGlances(const Layout& layout, const std::vector<FormatFreedom>& freedom) : k_(layout.k) {
         if (freedom.empty()) return;
-        Boxes<Ratio::kLayers> boxes;
+        Boxes<Layout::kLayers> boxes;
         for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
             isKnown_ = isKnown_ && (layer == 0 ? isRelative(freedom[layer]) : isUnsigned(freedom[layer]));
             boxes[layer] = {glm::vec4(0.5f), glm::vec4(0.5f), mostFreedom(freedom[layer])};
@@ -119,13 +112,13 @@ public:
     }
     bool isKnown() const { return isKnown_; }
     template <class FreedomAt>
-    Glance of(const Ratio&, const Corners<Ratio::kLayers>& t, FreedomAt&&) const {
+    Glance of(const Layout&, const Corners<Layout::kLayers>& t, FreedomAt&&) const {
         using detail::layerAt;
         using detail::step;
         const auto l0 = layerAt(t, 0);
         const glm::vec4 across = step(l0, 0), down = step(l0, 1), light = detail::largestOf(l0);
         shaders::LcSh bend{};
-        for (std::size_t i = 0; i < 8; ++i) {
+        for (std::size_t i = 0; i < kCount; ++i) {
             const auto ratio = layerAt(t, 1 + i);
             const glm::vec4 second = across * step(ratio, 0) + down * step(ratio, 1);
             bend.c[i + 1] = std::abs(2 * detail::kBend2 * k_.range * k_.scale[i]) * glm::vec3(second);
@@ -137,34 +130,50 @@ public:
     }
 
 private:
-    shaders::LcRatioConstants k_;
+    decltype(Layout::k) k_;
     bool isKnown_ = true;
     BandLengths unit_{};  ///< of light 1
 };
 
 template <>
-class Glances<Luvw> {
+class Glances<Ratio> : public RatioGlances<Ratio, 8> {
+    using RatioGlances::RatioGlances;
+};
+/// Of bands(): the zonal coefficient is all of band 2.
+template <>
+class Glances<Zh3> : public RatioGlances<Zh3, 4> {
+    using RatioGlances::RatioGlances;
+};
+
+/// a0 a1 uvw, of kCount coefficients.
+template <class Layout, std::size_t kCount>
+class LuvwGlances {
 public:
-    Glances(const Luvw& layout, const std::vector<FormatFreedom>& freedom) : k_(layout.k), isIdeal_(freedom.empty()) {
+    LuvwGlances(const Layout& layout, const std::vector<FormatFreedom>& freedom) : k_(layout.k), isIdeal_(freedom.empty()) {
         for (const FormatFreedom& format : freedom) isKnown_ = isKnown_ && isUnsigned(format);
     }
     bool isKnown() const { return isKnown_; }
     template <class FreedomAt>
-    Glance of(const Luvw&, const Corners<Luvw::kLayers>& t, FreedomAt&& freedomAt) const {
+    Glance of(const Layout&, const Corners<Layout::kLayers>& t, FreedomAt&& freedomAt) const {
         shaders::LcSh bend{}, freedom{};
-        for (std::size_t i = 0; i < 9; ++i)
+        for (std::size_t i = 0; i < kCount; ++i)
             if (isIdeal_)
                 addCoefficient(t, i, glm::vec4(0), glm::vec4(0), bend.c[i], freedom.c[i]);
             else
-                addCoefficient(t, i, freedomAt(i), freedomAt(9 + i), bend.c[i], freedom.c[i]);
+                addCoefficient(t, i, freedomAt(i), freedomAt(kCount + i), bend.c[i], freedom.c[i]);
+        if constexpr (Zonal<Layout>) {
+            // As lcLuvwLinearBands, rounded up.
+            bend.c[4] *= 0.63078314f;
+            freedom.c[4] *= 0.63078314f;
+        }
         return {detail::lengthsOf(bend), detail::lengthsOf(freedom)};
     }
 
 private:
-    void addCoefficient(const Corners<Luvw::kLayers>& t, std::size_t i, const glm::vec4& free0, const glm::vec4& free1, glm::vec3& bend,
+    void addCoefficient(const Corners<Layout::kLayers>& t, std::size_t i, const glm::vec4& free0, const glm::vec4& free1, glm::vec3& bend,
                         glm::vec3& freedom) const {
         using detail::step;
-        const auto first = detail::layerAt(t, i), second = detail::layerAt(t, 9 + i);
+        const auto first = detail::layerAt(t, i), second = detail::layerAt(t, kCount + i);
         const float span = std::abs(2 * k_.span[i]), range = std::abs(k_.range[i]);
         // Of colours in xyz and factors in w: at their largest, and their steps. As a box has the colours, for the sampler's sake.
         const glm::vec4 low0 = glm::min(glm::min(first[0], first[1]), glm::min(first[2], first[3])),
@@ -184,8 +193,18 @@ private:
                   ((a0 + free0.w) * (a1 + free1.w) * off + ((a0 + free0.w) * free1.w + (a1 + free1.w) * free0.w) * (glm::vec3(uvw) + off));
     }
 
-    shaders::LcLuvwConstants k_;
+    decltype(Layout::k) k_;
     bool isIdeal_, isKnown_ = true;
+};
+
+template <>
+class Glances<Luvw> : public LuvwGlances<Luvw, 9> {
+    using LuvwGlances::LuvwGlances;
+};
+/// Of bands(): the zonal coefficient is all of band 2.
+template <>
+class Glances<LuvwLinear> : public LuvwGlances<LuvwLinear, 5> {
+    using LuvwGlances::LuvwGlances;
 };
 
 /// L (1, P(code)), P quadratic, and L times a linear function of each residual. Of P's derivatives the lengths are known by cluster.

@@ -1,6 +1,7 @@
 // Whether a quad is certainly under the worst so far, from lengths that are taken once a texel. Private to verify/.
 #pragma once
 
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -13,7 +14,7 @@ namespace verify::lightmap {
 
 /// Of a texel, in units of the key.
 struct TexelLengths {
-    BandLengths error, reference;  ///< error: under its own decode
+    BandLengths error, reference;  ///< error: under its own decode; of zonal layouts the coefficient that is all of band 2, as it is
     BandLengths right, down;       ///< of the differences of the references to those neighbours; only where they are covered
 };
 
@@ -36,14 +37,14 @@ public:
             const std::size_t i = index(x);
             if (row.covered[i] == 0) continue;
             const LcSh& reference = row.reference[i];
-            out[i].error = bandLengths(difference(rows_.decoded(row.texels[i], x, y), reference));
+            out[i].error = bandLengths(errorOf(row.texels[i], reference, x, y));
             out[i].reference = bandLengths(reference);
-            if (!isIdeal_ && x + 1 < width && row.covered[i + 1] != 0)
+            if (hasEdges() && x + 1 < width && row.covered[i + 1] != 0)
                 out[i].right = bandLengths(difference(row.reference[i + 1], reference));
         }
     }
     void measureDown(const Row& above, const Row& below, std::vector<TexelLengths>& out) const {
-        if (!glances_.isKnown() || isIdeal_) return;
+        if (!glances_.isKnown() || !hasEdges()) return;
         for (std::size_t i = 0; i < out.size(); ++i)
             if (above.covered[i] != 0 && below.covered[i] != 0)
                 out[i].down = bandLengths(difference(below.reference[i], above.reference[i]));
@@ -61,7 +62,7 @@ public:
         BandLengths beside{};
         for (std::size_t lane = 0; lane < kBandLanes; ++lane) {
             beside[lane] = kFloatRounding * light[lane];
-            if (!isIdeal_)
+            if (hasEdges())
                 beside[lane] += kFractionFreedom * (std::max(texels[0]->right[lane], texels[2]->right[lane]) +
                                                     std::max(texels[0]->down[lane], texels[1]->down[lane]));
         }
@@ -90,6 +91,16 @@ private:
     /// Twice over: of this glance's floats, and of those that a closer look is made of.
     static constexpr auto kFloatRounding = static_cast<float>(2.5 * kRounding);
 
+    LcSh errorOf(const typename Rows::LayerTexels& texels, const LcSh& reference, int x, int y) const {
+        if constexpr (layouts::Zonal<Layout>) {
+            LcSh error = scaled(rows_.layout().bands(texels), rows_.perKey());
+            for (std::size_t i = 0; i < 4; ++i) error.c[i] -= reference.c[i];
+            return error;
+        } else {
+            return difference(rows_.decoded(texels, x, y), reference);
+        }
+    }
+    bool hasEdges() const { return !isIdeal_ && !layouts::Zonal<Layout>; }
     static void raise(BandLengths& largest, const BandLengths& lengths) {
         // What is not a number stays: no comparison with it is true.
         for (std::size_t lane = 0; lane < kBandLanes; ++lane)
@@ -117,11 +128,20 @@ private:
         return error;
     }
     Seen seenOf(const BandLengths& error, const layouts::Glance& glance, const BandLengths& beside, const BandLengths& light) const {
-        constexpr float kBend = 4.0f * Layout::kDegree;
-        const float ownPart = 1 + kFloatRounding + (isIdeal_ ? 0 : kFractionFreedom * kBend), perKey = rows_.perKey();
+        const float fractions = isIdeal_ ? 0 : kFractionFreedom * 4 * Layout::kDegree, perKey = rows_.perKey();
         BandLengths all;
-        for (std::size_t lane = 0; lane < kBandLanes; ++lane)
-            all[lane] = kOutward * (ownPart * (error[lane] + perKey * glance.bend[lane]) + beside[lane] + perKey * glance.freedom[lane]);
+        for (std::size_t lane = 0; lane < kBandLanes; ++lane) {
+            const float bend = perKey * glance.bend[lane];
+            float own = error[lane] + bend, moved = own;
+            if constexpr (layouts::Zonal<Layout>) {
+                // The fractions move the decode itself. Its band 2 is a number times a vector of length 1 about an axis, which another may
+                // be sqrt 3 away from.
+                const bool isNumber = lane >= 2 * kChannels;
+                moved = isNumber ? own : own + light[lane];
+                if (isNumber) own = (1 + std::numbers::sqrt3_v<float>)*own + light[lane];
+            }
+            all[lane] = kOutward * ((1 + kFloatRounding) * own + fractions * moved + beside[lane] + perKey * glance.freedom[lane]);
+        }
         Seen seen;
         for (std::size_t c = 0; c < kChannels; ++c) {
             const Most most = judge_.mostOf(all, c);

@@ -318,6 +318,8 @@ std::array<lighting::Sh, 3> channelsOf(const shaders::LcSh& sh) {
     return out;
 }
 
+static_assert(ShadingMatrix::kLanes % ErrorAccumulator::kLanes == 0);
+
 ErrorShader::ErrorShader(const ShadingMatrix& diffuse, const ShadingMatrix& specular, double unit)
     : diffuse_(diffuse),
       specular_(specular),
@@ -339,11 +341,14 @@ void ErrorShader::add(const shaders::LcSh& error, ErrorAccumulator& diffuse, Err
     shade(error, shadedError_);
     const auto addAll = [&](ErrorAccumulator& accumulator, const ShadingMatrix& matrix, std::size_t offset) {
         const double before = accumulator.maxSampled();
-        for (std::size_t c = 0; c < kChannels; ++c) {
-            const std::size_t first = offset + c * matrix.stride();
-            accumulator.addPaddedErrors(std::span(shadedReference_).subspan(first, matrix.stride()),
-                                        std::span(shadedError_).subspan(first, matrix.stride()), matrix.count());
-        }
+        const auto addRows = [&](std::size_t first, std::size_t stride, std::size_t count) {
+            accumulator.addPaddedErrors(std::span(shadedReference_).subspan(first, stride), std::span(shadedError_).subspan(first, stride),
+                                        count);
+        };
+        if (matrix.count() == matrix.stride())  // nothing between the channels
+            addRows(offset, kChannels * matrix.stride(), kChannels * matrix.count());
+        else
+            for (std::size_t c = 0; c < kChannels; ++c) addRows(offset + c * matrix.stride(), matrix.stride(), matrix.count());
         if (accumulator.maxSampled() > before) accumulator.setSampledAt(worstOf(matrix, offset));
     };
     addAll(diffuse, diffuse_, 0);
