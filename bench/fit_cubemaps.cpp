@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -16,9 +17,11 @@
 
 #include "bench/cpu_time.h"
 #include "fit/cubemap.h"
+#include "fit/environment_sh.h"
 #include "fit/irradiance.h"
 #include "fit/pre_divide.h"
 #include "lighting/cube.h"
+#include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 
 namespace bench {
@@ -103,7 +106,7 @@ Environment load(const fs::path& file) {
     return std::move(loaded->environment);
 }
 
-void benchChains(const std::string& name, const Environment& environment, int runs, std::ofstream& csv) {
+void benchChains(const std::string& name, const Environment& environment, int runs, std::ofstream& csv, FitCurves& curves) {
     constexpr const char* kNames[] = {"beckmann", "ggx", "phong"};
     const std::vector<Light> lights = lightsOf(environment, 1), fine = lightsOf(environment, 2);
     glm::dvec3 mean(0);
@@ -135,19 +138,98 @@ void benchChains(const std::string& name, const Environment& environment, int ru
                        kNames[static_cast<int>(kernel)], cells, seconds, 100 * all.median, 100 * all.p95, 100 * all.worst,
                        100 * smallest.median, 100 * smallest.worst, energy);
             std::fflush(stdout);
+            const std::string panel = fmt::format("cubemap chain, {} to 128 x 128 x 6, 8 levels", name);
+            curves.describe(panel, "worst level's median against brute force");
+            curves.add({panel, kNames[static_cast<int>(kernel)], fmt::format("{:g} cells", cells), seconds, all.median,
+                        cells == fit::CubemapOptions{}.cellsPerKernelWidth});
+            const std::string tail = fmt::format("cubemap chain, {}: 95th percentile", name);
+            curves.describe(tail, "worst level's 95th percentile");
+            curves.add({tail, kNames[static_cast<int>(kernel)], fmt::format("{:g} cells", cells), seconds, all.p95,
+                        cells == fit::CubemapOptions{}.cellsPerKernelWidth});
             if (csv.is_open())
                 csv << fmt::format("{},{},{},{},{},{},{},{},{},{}\n", name, kNames[static_cast<int>(kernel)], cells, seconds, all.median,
                                    all.p95, all.worst, smallest.median, smallest.worst, energy);
         }
 }
 
-void benchOthers(const std::string& name, const Environment& environment, int runs) {
+/// SH by a sum over places x places points a texel.
+lighting::ShRgb pointSh(const Environment& environment, int places) {
+    std::array<glm::dvec3, lighting::kShCount> sum{};
+    for (const Light& light : lightsOf(environment, places)) {
+        const lighting::ShDouble basis = lighting::evaluateBasis(light.direction);
+        for (std::size_t i = 0; i < basis.size(); ++i) sum[i] += basis[i] * light.solidAngle * light.radiance;
+    }
+    lighting::ShRgb sh;
+    for (std::size_t i = 0; i < sh.size(); ++i) sh[i] = glm::vec3(sum[i]);
+    return sh;
+}
+
+double differenceOf(const lighting::ShRgb& a, const lighting::ShRgb& b) {
+    double worst = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        for (int channel = 0; channel < 3; ++channel)
+            worst = std::max(worst, std::abs(static_cast<double>(a[i][channel]) - b[i][channel]) / b[0][channel]);
+    return worst;
+}
+
+void benchSh(const std::string& name, const Environment& environment, int runs, FitCurves& curves) {
+    const std::string panel = "nine SH coefficients, " + name;
+    curves.describe(panel, "largest error, over coefficient 0");
+    // Points in the middle err by the square of their distance: 4 and 8 a side together leave its fourth power.
+    const lighting::ShRgb four = pointSh(environment, 4), eight = pointSh(environment, 8);
+    lighting::ShRgb truth;
+    for (std::size_t i = 0; i < truth.size(); ++i) truth[i] = glm::vec3((4.0 * glm::dvec3(eight[i]) - glm::dvec3(four[i])) / 3.0);
+    lighting::ShRgb found;
+    const double seconds = cpuSeconds(runs, [&] { found = fit::projectEnvironment(environment); });
+    curves.add({panel, "exact integrals of the texels", "exact", seconds, differenceOf(found, truth), true});
+    for (const int places : {1, 2, 4}) {
+        const double each = cpuSeconds(1, [&] { found = pointSh(environment, places); });
+        curves.add({panel, "sum over points", fmt::format("{} x {} a texel", places, places), each, differenceOf(found, truth)});
+    }
+}
+
+/// The exit radiance that nine coefficients give, as a cubemap.
+Strip irradianceOfNine(const Environment& environment, int size) {
+    const lighting::ShRgb exit = lighting::convolve(fit::projectEnvironment(environment), lighting::wrappedLambertBands(0));
+    Strip strip(size, 6 * size);
+    for (int row = 0; row < 6 * size; ++row)
+        for (int x = 0; x < size; ++x) {
+            const lighting::ShDouble basis = lighting::evaluateBasis(lighting::cubeTexelDirection(row / size, x, row % size, size));
+            for (std::size_t i = 0; i < exit.size(); ++i) strip.at(x, row) += static_cast<float>(basis[i]) * exit[i];
+        }
+    return strip;
+}
+
+void benchOthers(const std::string& name, const Environment& environment, int runs, FitCurves& curves) {
     const double sh = cpuSeconds(runs, [&] { fit::projectEnvironment(environment); });
+    const std::string panel = fmt::format("irradiance, {} to 32 x 32 x 6", name);
+    curves.describe(panel, "95th percentile against brute force");
+    const std::vector<Light> lights = lightsOf(environment, 1);
     Strip strip(1, 6);
-    const double irradiance = cpuSeconds(runs, [&] { strip = *fit::irradianceCubemap(environment, {32, 0}); });
-    const Errors errors = errorsOf(
-        strip, lightsOf(environment, 1), [](double c) { return c; }, 60);
-    fmt::print("| {} | {:.4f} | {:.4f} | {:.4f} | {:.4f} |\n", name, sh, irradiance, 100 * errors.median, 100 * errors.worst);
+    const auto measure = [&](const char* series, const std::string& way, bool isDefault, const auto& make) {
+        const double seconds = cpuSeconds(runs, [&] { strip = make(); });
+        const Errors errors = errorsOf(
+            strip, lights, [](double c) { return c; }, 60);
+        curves.add({panel, series, way, seconds, errors.p95, isDefault});
+        return std::pair(seconds, errors);
+    };
+    measure("nine SH coefficients", "9 coefficients", false, [&] { return irradianceOfNine(environment, 32); });
+    measure("prefilter by Phong of exponent 1", "3 cells", false, [&] {
+        fit::CubemapOptions options;
+        options.size = 32;
+        options.mipCount = 1;
+        options.kernel = PrefilterKernel::Phong;
+        options.roughness = {1};
+        return fit::CubemapPrefilter::create(environment, options)->filterMip(0);
+    });
+    for (const int cells : {4, 8, 16, 32, 64}) {
+        const bool isDefault = cells == fit::IrradianceOptions{}.cellsPerSide;
+        const auto [seconds, errors] = measure("cells with exact moments", fmt::format("{} a side", cells), isDefault, [&] {
+            return *fit::irradianceCubemap(environment, {32, 0, cells});
+        });
+        if (isDefault)
+            fmt::print("| {} | {:.4f} | {:.4f} | {:.4f} | {:.4f} |\n", name, sh, seconds, 100 * errors.median, 100 * errors.worst);
+    }
 }
 
 /// Squares of what each way of shading place b errs, and of what is right there.
@@ -211,7 +293,7 @@ void benchRelighting(const fs::path& data, const std::string& scene) {
 
 }  // namespace
 
-void benchCubemaps(const fs::path& data, const fs::path& csvFile, int runs) {
+void benchCubemaps(const fs::path& data, const fs::path& csvFile, int runs, FitCurves& curves) {
     std::ofstream csv;
     if (!csvFile.empty()) {
         csv.open(csvFile);
@@ -229,9 +311,18 @@ void benchCubemaps(const fs::path& data, const fs::path& csvFile, int runs) {
         "the source's.\n\n| panorama | kernel | cells | s | median % | p95 % | worst % | 2x2, 1x1: median / worst % | mean off "
         "|\n|---|---|---:|---:|---:|---:|---:|---:|---:|\n",
         runs);
-    for (const auto& [name, environment] : panoramas) benchChains(name, environment, runs, csv);
+    for (const auto& [name, environment] : panoramas) benchChains(name, environment, runs, csv, curves);
+    // The figures of others, of a chain of the same size: whole processes, see docs/fits.md.
+    for (const auto& [name, environment] : panoramas) {
+        const std::string panel = fmt::format("cubemap chain, {} to 128 x 128 x 6, 8 levels", name);
+        curves.add({panel, "others, GGX, quoted", "cmgen 1.9.25", 2.26, 0.01, false, true});
+        curves.add({panel, "others, GGX, quoted", "glTF-IBL-Sampler", 5.2, 0.0175, false, true});
+    }
     fmt::print("\n| panorama | SH, s | irradiance 32x32x6, s | median % | worst % |\n|---|---:|---:|---:|---:|\n");
-    for (const auto& [name, environment] : panoramas) benchOthers(name, environment, runs);
+    for (const auto& [name, environment] : panoramas) benchOthers(name, environment, runs, curves);
+    if (const fs::path probe = data / "scenes" / "cornell_probe0.exr"; fs::exists(probe))
+        panoramas.emplace_back("cornell_probe0", load(probe));
+    for (const auto& [name, environment] : panoramas) benchSh(name, environment, runs, curves);
     fmt::print(
         "\nRelighting, all pairs of a scene's probes, relative RMS in %: divided cubemap of a place times another's area specular / the "
         "place's cubemap as it is / area specular alone.\n\n| scene | m 0.08 | 0.18 | 0.33 | 0.51 |\n|---|---:|---:|---:|---:|\n");

@@ -3,9 +3,11 @@
 
 #include <filesystem>
 
+#include "bench/fit_curves.h"
+
 namespace bench {
 
 /// Prints Markdown tables; csv (may be empty) gets the first for machines. Nothing where data holds no panoramas and no probes.
-void benchCubemaps(const std::filesystem::path& data, const std::filesystem::path& csv, int runs);
+void benchCubemaps(const std::filesystem::path& data, const std::filesystem::path& csv, int runs, FitCurves& curves);
 
 }  // namespace bench

@@ -121,7 +121,7 @@ Error errorOf(const Truths& truths, const std::function<glm::dvec3(int x, int y)
 
 class Table {
 public:
-    explicit Table(const fs::path& csv) {
+    Table(const fs::path& csv, FitCurves& curves) : curves_(curves) {
         if (!csv.empty()) {
             csv_.open(csv.parent_path() / (csv.stem().string() + "_rsrm.csv"));
             csv_ << "gradient,way,cpu_seconds,largest_relative_error,largest_error_codes\n";
@@ -137,10 +137,16 @@ public:
         fmt::print("| {} | {} | {:.2f} | {:.1e} | {:.3g} |\n", gradient, way, 1e3 * seconds, error.relative, error.codes);
         std::fflush(stdout);
         if (csv_.is_open()) csv_ << fmt::format("{},{},{},{},{}\n", gradient, way, seconds, error.relative, error.codes);
+        const std::string panel = "reflection map, 256 zones to 256 x 8, " + gradient;
+        curves_.describe(panel, "largest error, over the channel's largest value");
+        const bool isSum = way.starts_with("paper");
+        curves_.add({panel, isSum ? "paper's sum" : way, isSum ? way.substr(way.find("of ") + 3) : way, seconds, error.codes / 255,
+                     way == "series at 8 bits"});
     }
 
 private:
     std::ofstream csv_;
+    FitCurves& curves_;
 };
 
 void benchGradient(const std::string& name, const Gradient& gradient, int runs, Table& table) {
@@ -174,8 +180,8 @@ Gradient madeGradient() {
 
 }  // namespace
 
-void benchRsrm(const fs::path& data, const fs::path& csv, int runs) {
-    Table table(csv);
+void benchRsrm(const fs::path& data, const fs::path& csv, int runs, FitCurves& curves) {
+    Table table(csv, curves);
     benchGradient("made", madeGradient(), runs, table);
     for (const char* name : {"clear_sky_256x1", "sun_glow_256x1"})
         if (const auto gradient = formats::loadGradient(data / "gradients" / (std::string(name) + ".exr"), {}))

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <string_view>
 #include <vector>
 
 #include "bench/cpu_time.h"
@@ -56,14 +57,20 @@ Errors errorsOfSums(lighting::NormalDistribution distribution, SpecularLobe lobe
                     [&](double NoV, double m) { return lighting::integrateAreaSpecular(NoV, m, distribution, kEnergy, samples); });
 }
 
-void benchIntegrals(const std::filesystem::path& file, int runs) {
+void benchIntegrals(const std::filesystem::path& file, int runs, FitCurves& curves) {
     std::ofstream csv(file);
     csv << "lobe,way,samples,cpu_seconds,largest_error_c,largest_error_d\n";
     fmt::print("Twelve tables of 16 x 8, CPU seconds of one thread, best of {}; errors against 32 points a piece.\n\n", runs);
     fmt::print("| lobe | way | samples | s | C | D |\n|---|---|---:|---:|---:|---:|\n");
+    const std::string panel = "twelve specular tables, 16 x 8";
+    curves.describe(panel, "largest error of an entry");
     const auto tell = [&](const char* lobe, const char* way, int samples, double seconds, const Errors& errors) {
         fmt::print("| {} | {} | {} | {:.5f} | {:.1e} | {:.1e} |\n", lobe, way, samples, seconds, errors.c, errors.d);
         csv << fmt::format("{},{},{},{},{},{}\n", lobe, way, samples, seconds, errors.c, errors.d);
+        const bool isSum = std::string_view(way) == "samples an axis";
+        curves.add({panel, isSum ? fmt::format("{}, samples an axis", lobe) : fmt::format("{}, points a piece", lobe),
+                    fmt::format("{}", samples), seconds, std::max(errors.c, errors.d),
+                    !isSum && samples == fit::SpecularTableOptions{}.pointCount});
     };
     for (const Lobe& lobe : kLobes) {
         for (const int points : {4, 6, 8, 10, 12, 16, 20, 24}) {
@@ -112,8 +119,8 @@ void benchAxes(std::filesystem::path file) {
 
 }  // namespace
 
-void benchTables(const std::filesystem::path& csv, int runs) {
-    benchIntegrals(csv, runs);
+void benchTables(const std::filesystem::path& csv, int runs, FitCurves& curves) {
+    benchIntegrals(csv, runs, curves);
     benchAxes(csv);
 }
 

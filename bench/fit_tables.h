@@ -3,9 +3,11 @@
 
 #include <filesystem>
 
+#include "bench/fit_curves.h"
+
 namespace bench {
 
 /// Prints both tables as Markdown and leaves them as CSV: PATH, and PATH with "_axes" before its extension.
-void benchTables(const std::filesystem::path& csv, int runs);
+void benchTables(const std::filesystem::path& csv, int runs, FitCurves& curves);
 
 }  // namespace bench

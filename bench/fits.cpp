@@ -18,6 +18,7 @@
 
 #include "bench/cpu_time.h"
 #include "bench/fit_cubemaps.h"
+#include "bench/fit_curves.h"
 #include "bench/fit_rsrm.h"
 #include "bench/fit_tables.h"
 #include "fit/dominant_light.h"
@@ -198,7 +199,35 @@ const char* nameOf(DominantFit which) {
     return which == DominantFit::Closed ? "closed" : which == DominantFit::Refined ? "refined" : "refined-ambient";
 }
 
-void benchMaps(const std::vector<Map>& maps, const Options& options) {
+/// Ways that no texture is made by: on evenly spread texels, their seconds scaled to 1024 x 1024, what they leave in proportion to what the
+/// refined fit leaves there and on the whole map.
+void addSampledWays(const Map& map, const std::string& panel, int sampleCount, double refinedLeft, FitCurves& curves) {
+    std::vector<const lighting::ShRgb*> samples;
+    for (std::size_t i = 0; i < map.band.sh.texels().size(); ++i)
+        if (map.band.covered.texels()[i] != 0) samples.push_back(&map.band.sh.texels()[i]);
+    if (samples.empty()) return;
+    const std::size_t step = std::max<std::size_t>(1, samples.size() / static_cast<std::size_t>(sampleCount));
+    double refined = 0;
+    for (std::size_t i = 0; i < samples.size(); i += step)
+        refined += fit::bestLight(*samples[i], {0, 0, 1}, false).unexplained * energyOf(*samples[i]);
+    if (!(refined > 0)) return;
+    const auto add = [&](const char* way, const auto& unexplained) {
+        double left = 0;
+        std::size_t count = 0;
+        const double seconds = cpuSeconds(1, [&] {
+            for (std::size_t i = 0; i < samples.size(); i += step, ++count) {
+                left += unexplained(*samples[i]) * energyOf(*samples[i]);
+            }
+        });
+        curves.add({panel, map.name, way, seconds * 1024 * 1024 / static_cast<double>(count), std::sqrt(refinedLeft * left / refined)});
+    };
+    add("dense search", [](const lighting::ShRgb& sh) { return denseSearch(sh, false); });
+    add("two lights", [](const lighting::ShRgb& sh) { return fit::bestTwoLights(sh, {0, 0, 1}, false).unexplained; });
+}
+
+void benchMaps(const std::vector<Map>& maps, const Options& options, FitCurves& curves) {
+    const std::string panel = "dominant light, 1024 x 1024 texels";
+    curves.describe(panel, "what is left of the SH's energy, root");
     std::ofstream csv;
     if (!options.csv.empty()) {
         csv.open(options.csv);
@@ -218,6 +247,8 @@ void benchMaps(const std::vector<Map>& maps, const Options& options) {
                        map.name, nameOf(which), f.seconds, 100 * f.skipped, 100 * f.unexplained, f.residuals[0], f.residuals[1],
                        f.residuals[2], f.residuals[3], f.residuals[4], f.over, f.samples, f.worst);
             std::fflush(stdout);
+            if (which == DominantFit::Refined) addSampledWays(map, panel, options.samples, f.unexplained, curves);
+            curves.add({panel, map.name, nameOf(which), f.seconds, std::sqrt(f.unexplained), which == fit::DominantLightOptions{}.fit});
             if (csv.is_open())
                 csv << fmt::format("{},{},{},{},{},{},{},{},{}\n", map.name, nameOf(which), f.seconds, f.skipped, f.unexplained,
                                    fmt::join(f.residuals, ","), f.samples, f.over, f.worst);
@@ -371,22 +402,31 @@ int main(int argc, char** argv) {
     app.add_option("--samples", options.samples, "texels a map that are searched densely")
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();
-    std::filesystem::path tables;
+    std::filesystem::path tables, curvesFolder;
     app.add_option("--tables", tables, "the specular tables alone: time against error, and axes; left here as CSV");
+    app.add_option("--curves", curvesFolder, "leave run time against error of every fit in this folder: fits.csv, fits.html");
     CLI11_PARSE(app, argc, argv);
     try {
+        bench::FitCurves curves;
         if (!tables.empty()) {
-            bench::benchTables(tables, options.runs);
+            bench::benchTables(tables, options.runs, curves);
             return 0;
         }
+        if (!curvesFolder.empty()) {
+            std::filesystem::create_directories(curvesFolder);
+            if (options.csv.empty()) options.csv = curvesFolder / "dominant.csv";
+            bench::benchTables(curvesFolder / "tables.csv", options.runs, curves);
+        }
         const std::vector<bench::Map> maps = bench::readMaps(options);
-        bench::benchMaps(maps, options);
+        bench::benchMaps(maps, options, curves);
         const bool hasReference =
             std::any_of(maps.begin(), maps.end(), [](const auto& map) { return std::filesystem::exists(map.reference); });
         if (hasReference) bench::benchSpecular(maps);
-        bench::benchRsrm(options.data, options.csv, options.runs);
-        bench::benchCubemaps(
-            options.data, options.csv.empty() ? options.csv : std::filesystem::path(options.csv.string() + ".cubemaps.csv"), options.runs);
+        bench::benchRsrm(options.data, options.csv, options.runs, curves);
+        bench::benchCubemaps(options.data,
+                             options.csv.empty() ? options.csv : std::filesystem::path(options.csv.string() + ".cubemaps.csv"),
+                             options.runs, curves);
+        if (!curvesFolder.empty()) curves.write(curvesFolder);
     } catch (const std::exception& fault) {
         fmt::print(stderr, "{}\n", fault.what());
         return 1;

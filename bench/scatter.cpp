@@ -9,7 +9,7 @@
 namespace bench {
 namespace {
 
-constexpr double kWidth = 620, kHeight = 400, kLeft = 52, kRight = 16, kTop = 12, kBottom = 44;
+constexpr double kWidth = 620, kHeight = 400, kLeft = 66, kRight = 16, kTop = 12, kBottom = 44;
 
 std::string escaped(const std::string& text) {
     std::string out;
@@ -51,27 +51,51 @@ double tickStep(double range) {
     return power * (lead < 1.5 ? 1 : lead < 3.5 ? 2 : lead < 7.5 ? 5 : 10);
 }
 
-std::string timeName(int exponent) {
-    if (exponent < -3) return fmt::format("{:g} µs", std::pow(10, exponent + 6));
-    if (exponent < 0) return fmt::format("{:g} ms", std::pow(10, exponent + 3));
-    return fmt::format("{:g} s", std::pow(10, exponent));
+std::string timeName(double log) {
+    const double seconds = std::pow(10, log);
+    if (seconds < 0.99e-3) return fmt::format("{:.3g} µs", 1e6 * seconds);
+    if (seconds < 0.99) return fmt::format("{:.3g} ms", 1e3 * seconds);
+    return fmt::format("{:.3g} s", seconds);
 }
 
-std::string axesSvg(const Axes& axes, const std::string& yLabel) {
+/// Powers of ten inside a range, with their doubles and halves where there are few: logarithms.
+std::vector<double> logTicks(double low, double high) {
+    std::vector<double> ticks;
+    const int step = std::max(1, static_cast<int>(std::round((high - low) / 8)));
+    for (int decade = static_cast<int>(std::floor(low)); decade <= std::floor(high); ++decade)
+        for (const int lead : {1, 2, 5})
+            if ((lead == 1 && decade % step == 0) || high - low < 2.5)
+                if (const double log = decade + std::log10(lead); log >= low && log <= high) ticks.push_back(log);
+    return ticks;
+}
+
+std::vector<double> evenTicks(double low, double high) {
+    std::vector<double> ticks;
+    const double step = tickStep(high - low);
+    for (double value = std::ceil(low / step) * step; value <= high; value += step) ticks.push_back(value);
+    return ticks;
+}
+
+std::string errorName(double log) {
+    const double error = std::pow(10, log);
+    return error >= 0.9999e-4 ? fmt::format("{:.3g} %", 100 * error) : fmt::format("{:.0e}", error);
+}
+
+std::string axesSvg(const Axes& axes, const ScatterPanel& panel) {
     std::string svg;
     const double bottom = kHeight - kBottom;
-    for (int decade = static_cast<int>(std::ceil(axes.left)); decade <= std::floor(axes.right); ++decade)
+    for (const double decade : logTicks(axes.left, axes.right))
         svg +=
             fmt::format("<line class=grid x1={0:.1f} x2={0:.1f} y1={1:.1f} y2={2:.1f} /><text x={0:.1f} y={3:.1f} class=mid>{4}</text>\n",
                         axes.x(decade), kTop, bottom, bottom + 16, timeName(decade));
-    const double step = tickStep(axes.high - axes.low);
-    for (double db = std::ceil(axes.low / step) * step; db <= axes.high; db += step)
+    for (const double db : panel.isError ? logTicks(axes.low, axes.high) : evenTicks(axes.low, axes.high))
         svg +=
-            fmt::format("<line class=grid x1={0:.1f} x2={1:.1f} y1={2:.1f} y2={2:.1f} /><text x={3:.1f} y={4:.1f} class=end>{5:g}</text>\n",
-                        kLeft, kWidth - kRight, axes.y(db), kLeft - 6, axes.y(db) + 4, std::round(db * 100) / 100);
-    svg += fmt::format("<text x={:.1f} y={:.1f} class=mid>time for a megapixel, one thread (left is faster)</text>\n",
-                       (kLeft + kWidth - kRight) / 2, kHeight - 8);
-    svg += fmt::format("<text class=mid transform=\"translate(13 {:.1f}) rotate(-90)\">{}</text>\n", (kTop + bottom) / 2, escaped(yLabel));
+            fmt::format("<line class=grid x1={0:.1f} x2={1:.1f} y1={2:.1f} y2={2:.1f} /><text x={3:.1f} y={4:.1f} class=end>{5}</text>\n",
+                        kLeft, kWidth - kRight, axes.y(db), kLeft - 6, axes.y(db) + 4,
+                        panel.isError ? errorName(db) : fmt::format("{:g}", std::round(db * 100) / 100));
+    svg += fmt::format("<text x={:.1f} y={:.1f} class=mid>{}</text>\n", (kLeft + kWidth - kRight) / 2, kHeight - 8, escaped(panel.xLabel));
+    svg += fmt::format("<text class=mid transform=\"translate(13 {:.1f}) rotate(-90)\">{}</text>\n", (kTop + bottom) / 2,
+                       escaped(panel.yLabel));
     return svg;
 }
 
@@ -130,13 +154,13 @@ const char* classOf(ScatterSeries::Style style) {
     return style == ScatterSeries::Style::Main ? "main" : style == ScatterSeries::Style::Part ? "part" : "quoted";
 }
 
-std::string seriesSvg(const Axes& axes, const ScatterSeries& series, std::size_t colour, LabelPlaces& labels) {
+std::string seriesSvg(const Axes& axes, const ScatterSeries& series, std::size_t colour, bool isCrowded, LabelPlaces& labels) {
     std::string line, marks;
     for (const ScatterPoint& point : series.points) {
         const double x = axes.x(std::log10(point.secondsPerMpix)), y = axes.y(point.db);
         line += fmt::format("{}{:.1f} {:.1f}", line.empty() ? "M" : "L", x, y);
         marks += fmt::format("<g><title>{}</title>{}", escaped(point.hint), markOf(series.style, x, y));
-        if (isQuoted(series.style))
+        if (isQuoted(series.style) || (isCrowded && !point.label.empty()))
             marks += labels.put(point.label, x, y);
         else if (!point.label.empty())
             marks += fmt::format("<text x={:.1f} y={:.1f} class=\"label mid\">{}</text>", x, y - 9, escaped(point.label));
@@ -153,14 +177,14 @@ std::string legendItem(const ScatterSeries& series, std::size_t colour) {
 
 std::string panelHtml(const ScatterPanel& panel) {
     const Axes axes(panel);
-    std::string drawing = axesSvg(axes, panel.yLabel), legend;
+    std::string drawing = axesSvg(axes, panel), legend;
     LabelPlaces labels;
     for (const ScatterSeries& series : panel.series)
         for (const ScatterPoint& point : series.points) labels.takeMark(axes.x(std::log10(point.secondsPerMpix)), axes.y(point.db));
     // Quotations first, so that what was measured lies on top.
     for (const bool quoted : {true, false})
         for (std::size_t i = 0; i < panel.series.size(); ++i)
-            if (isQuoted(panel.series[i].style) == quoted) drawing += seriesSvg(axes, panel.series[i], i, labels);
+            if (isQuoted(panel.series[i].style) == quoted) drawing += seriesSvg(axes, panel.series[i], i, panel.isError, labels);
     for (std::size_t i = 0; i < panel.series.size(); ++i) legend += legendItem(panel.series[i], i);
     return fmt::format(
         "<section><h2>{}</h2>\n<svg viewBox=\"0 0 {} {}\" role=img aria-label=\"{}\">\n{}</svg>\n<p class=legend>{}</p></section>\n",

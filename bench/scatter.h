@@ -1,4 +1,4 @@
-// A page of scatter plots, run time against error, one panel a format: a file that needs no other.
+// A page of scatter plots, run time against quality or error, one panel a format or a fit: a file that needs no other.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@
 namespace bench {
 
 struct ScatterPoint {
-    double secondsPerMpix = 0, db = 0;
-    std::string label;  ///< beside the point; may be empty
-    std::string hint;   ///< what the pointer finds
+    double secondsPerMpix = 0, db = 0;  ///< of a panel of errors: seconds, and log10 of the error
+    std::string label;                  ///< beside the point; may be empty
+    std::string hint;                   ///< what the pointer finds
 };
 
 struct ScatterSeries {
@@ -27,6 +27,8 @@ struct ScatterSeries {
 struct ScatterPanel {
     std::string title, yLabel;
     std::vector<ScatterSeries> series;
+    std::string xLabel = "time for a megapixel, one thread (left is faster)";
+    bool isError = false;  ///< upwards are powers of ten of an error instead of decibels
 };
 
 /// notes  paragraphs of text under the title

@@ -12,8 +12,6 @@
 namespace fit {
 namespace {
 
-/// Cells of 32 x 32 a face: the horizon, where the kernel bends, crosses so few of them that the error stays about 1e-4.
-constexpr int kCellsPerSide = 32;
 /// [rad] Finer ones are there for cells that hold so much of all light, times their size [chord], that all of it stepping over the horizon
 /// at once would show.
 constexpr double kFinestCellWidth = 0.012, kBrightShare = 5e-5;
@@ -28,7 +26,7 @@ struct Entry {
 
 class Gatherer {
 public:
-    explicit Gatherer(const MomentTree& tree) : tree_(tree) {
+    Gatherer(const MomentTree& tree, int cellsPerSide) : tree_(tree), cellsPerSide_(cellsPerSide) {
         for (const CellMoments& cell : tree.levels.front().cells) all_ += cell.brightness;
     }
     std::vector<Entry> entries() {
@@ -41,7 +39,7 @@ private:
         const MomentLevel& level = tree_.levels[levelIndex];
         const CellMoments& cell = level.at(face, x, y);
         if (cell.solidAngle == 0) return;
-        const bool isOpened = level.cellsPerSide < kCellsPerSide || cell.brightness * level.size > kBrightShare * all_;
+        const bool isOpened = level.cellsPerSide < cellsPerSide_ || cell.brightness * level.size > kBrightShare * all_;
         if (levelIndex + 1 == tree_.levels.size() || !isOpened) {
             emit(finishCell(cell), level.size);
             return;
@@ -59,6 +57,7 @@ private:
     }
 
     const MomentTree& tree_;
+    int cellsPerSide_;
     double all_ = 0;
     std::vector<Entry> entries_;
 };
@@ -106,6 +105,9 @@ formats::Result<void> check(const formats::Environment& environment, const Irrad
     if (options.size < 1 || options.size > 1024)
         return formats::failure(formats::ErrorCode::InvalidRequest, "irradiance, size",
                                 "found " + std::to_string(options.size) + ", expected 1 to 1024");
+    if (options.cellsPerSide < 4 || options.cellsPerSide > 128 || (options.cellsPerSide & (options.cellsPerSide - 1)) != 0)
+        return formats::failure(formats::ErrorCode::InvalidRequest, "irradiance, cells per side",
+                                "found " + std::to_string(options.cellsPerSide) + ", expected a power of two, 4 to 128");
     if (!(options.wrap >= 0 && options.wrap <= 1))
         return formats::failure(formats::ErrorCode::InvalidRequest, "irradiance, wrap",
                                 "found " + std::to_string(options.wrap) + ", expected 0 to 1");
@@ -117,7 +119,7 @@ formats::Result<void> check(const formats::Environment& environment, const Irrad
 formats::Result<formats::Image<glm::vec3>> irradianceCubemap(const formats::Environment& environment, const IrradianceOptions& options) {
     if (const formats::Result<void> checked = check(environment, options); !checked) return tl::make_unexpected(checked.error());
     const MomentTree tree = buildMomentTree(environment, kFinestCellWidth, kFinestCellWidth);
-    const std::vector<Entry> entries = Gatherer(tree).entries();
+    const std::vector<Entry> entries = Gatherer(tree, options.cellsPerSide).entries();
     formats::Image<glm::vec3> strip(options.size, 6 * options.size);
     const int count = static_cast<int>(strip.texels().size());
     for (int first = 0; first < count; first += 8) {

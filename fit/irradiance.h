@@ -12,6 +12,9 @@ namespace fit {
 struct IrradianceOptions {
     int size = 32;    ///< [texels] of a face, 1..1024
     double wrap = 0;  ///< in [0, 1]; 0: Lambert
+    /// A power of two, 4..128: cells of the source on a side of a face, of which the horizon crosses few. docs/fits.md has time against
+    /// error.
+    int cellsPerSide = 32;
 };
 
 /// Exit radiance of a white surface for every normal, at texel centres of a strip of six faces +X -X +Y -Y +Z -Z:
