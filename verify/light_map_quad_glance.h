@@ -15,7 +15,6 @@ namespace verify::lightmap {
 /// Of a texel, in units of the key.
 struct TexelLengths {
     BandLengths error, reference;  ///< error: under its own decode; of zonal layouts the coefficient that is all of band 2, as it is
-    BandLengths right, down;       ///< of the differences of the references to those neighbours; only where they are covered
 };
 
 template <class Layout>
@@ -28,7 +27,6 @@ public:
     QuadGlance(const Rows& rows, const Liberties<Layout>& liberties, const BoundJudge& judge)
         : rows_(rows), isIdeal_(liberties.isNone()), judge_(judge), glances_(rows.layout(), liberties.formats()), liberties_(liberties) {}
 
-    /// All of a row but `down`.
     void measure(const Row& row, int y, std::vector<TexelLengths>& out) const {
         if (!glances_.isKnown()) return;
         const int width = rows_.width();
@@ -39,17 +37,8 @@ public:
             const LcSh& reference = row.reference[i];
             out[i].error = bandLengths(errorOf(row.texels[i], reference, x, y));
             out[i].reference = bandLengths(reference);
-            if (hasEdges() && x + 1 < width && row.covered[i + 1] != 0)
-                out[i].right = bandLengths(difference(row.reference[i + 1], reference));
         }
     }
-    void measureDown(const Row& above, const Row& below, std::vector<TexelLengths>& out) const {
-        if (!glances_.isKnown() || !hasEdges()) return;
-        for (std::size_t i = 0; i < out.size(); ++i)
-            if (above.covered[i] != 0 && below.covered[i] != 0)
-                out[i].down = bandLengths(difference(below.reference[i], above.reference[i]));
-    }
-
     bool isKnown() const { return glances_.isKnown(); }
     struct Seen {
         Most most;   ///< no less than QuadBounds would find of the quad's errors, under every decode of its corners
@@ -59,27 +48,27 @@ public:
     Seen look(const Worst& worst, const Corners& corners, const std::array<const TexelLengths*, 2>& rows, int x, int y) const {
         const std::array<const TexelLengths*, 4> texels = {rows[0], rows[0] + 1, rows[1], rows[1] + 1};
         const BandLengths light = largestOf(texels, &TexelLengths::reference);
+        // Neighbours differ by no more than they are.
         BandLengths beside{};
-        for (std::size_t lane = 0; lane < kBandLanes; ++lane) {
-            beside[lane] = kFloatRounding * light[lane];
-            if (hasEdges())
-                beside[lane] += kFractionFreedom * (std::max(texels[0]->right[lane], texels[2]->right[lane]) +
-                                                    std::max(texels[0]->down[lane], texels[1]->down[lane]));
-        }
+        for (std::size_t lane = 0; lane < kBandLanes; ++lane)
+            beside[lane] = (kFloatRounding + (hasEdges() ? 4 * kFractionFreedom : 0)) * light[lane];
         Seen seen;
         for (int corner = 0; corner < 4; ++corner) {
             if (!rows_.isNewDecode(x, y, corner)) continue;
             const auto& decode = layouts::decodeAt(rows_.layout(), x + corner % 2, y + corner / 2);
             const BandLengths error = largestError(decode, corners, texels, x, y, corner);
             Seen each;
+            const auto settles = [&](const layouts::Glance& glance, const BandLengths& besideError) {
+                each = seenOf(error, glance, besideError, light);
+                return judge_.isCertainlyWithin(worst, each.most);
+            };
             bool isSettled = false;
-            if constexpr (requires { glances_.roughly(decode, corners.texels); }) {
-                each = seenOf(error, glances_.roughly(decode, corners.texels), beside, light);
-                isSettled = judge_.isCertainlyWithin(worst, each.most);
-            }
+            if constexpr (requires { glances_.roughly(decode, corners.texels); })
+                isSettled = settles(glances_.roughly(decode, corners.texels), beside);
             if (!isSettled) {
-                const auto freedomAt = [&](std::size_t layer) { return liberties_.freedomAt(layer, x, y); };
-                each = seenOf(error, glances_.of(decode, corners.texels, freedomAt), beside, light);
+                const layouts::Glance glance =
+                    glances_.of(decode, corners.texels, [&](std::size_t layer) { return liberties_.freedomAt(layer, x, y); });
+                if (!settles(glance, beside) && hasEdges()) settles(glance, besideOf(corners.references, light));
             }
             seen.most.raise(each.most);
             seen.order.raise(each.order);
@@ -101,6 +90,18 @@ private:
         }
     }
     bool hasEdges() const { return !isIdeal_ && !layouts::Zonal<Layout>; }
+    /// What is beside the error: floats, and what the filter's fractions make of the reference.
+    static BandLengths besideOf(const typename Rows::QuadReferences& references, const BandLengths& light) {
+        const auto steps = [&](std::size_t a, std::size_t b, std::size_t c, std::size_t d) {
+            const std::array<LcSh, 2> edges = {difference(*references[a], *references[b]), difference(*references[c], *references[d])};
+            return largestLengths(edges);
+        };
+        const BandLengths across = steps(1, 0, 3, 2), down = steps(2, 0, 3, 1);
+        BandLengths beside;
+        for (std::size_t lane = 0; lane < kBandLanes; ++lane)
+            beside[lane] = kFloatRounding * light[lane] + kFractionFreedom * (across[lane] + down[lane]);
+        return beside;
+    }
     static void raise(BandLengths& largest, const BandLengths& lengths) {
         // What is not a number stays: no comparison with it is true.
         for (std::size_t lane = 0; lane < kBandLanes; ++lane)

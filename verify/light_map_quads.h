@@ -40,7 +40,6 @@ public:
         rows_.forEachPairOfRows(firstRow, rowCount, [&](const auto& above, const auto& below, int y) {
             if (y == firstRow) glances.measure(above, y, upper);
             glances.measure(below, y + 1, lower);
-            glances.measureDown(above, below, upper);
             for (int x = 0; x + 1 < rows_.width(); ++x) {
                 if (!rows_.isQuad(above, below, x)) continue;
                 const Corners corners = rows_.cornersOf(above, below, x);

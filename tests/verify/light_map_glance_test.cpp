@@ -110,7 +110,6 @@ Compared compare(const Layout& layout, const test::Cooked& cooked, bool isIdeal)
     rows.forEachPairOfRows(0, kHeight, [&](const auto& above, const auto& below, int y) {
         if (y == 0) glance.measure(above, y, upper);
         glance.measure(below, y + 1, lower);
-        glance.measureDown(above, below, upper);
         for (int x = 0; x + 1 < kWidth; ++x) {
             if (!rows.isQuad(above, below, x)) continue;
             const auto corners = rows.cornersOf(above, below, x);
