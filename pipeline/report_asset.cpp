@@ -77,7 +77,7 @@ Html textureTable(const Json& asset) {
 
 /// What a note's count counts.
 std::string noteWords(const std::string& key) {
-    static const std::array<std::pair<const char*, const char*>, 11> kNotes = {
+    static const std::array<std::pair<const char*, const char*>, 13> kNotes = {
         {{"covered_texels", "Texels inside charts"},
          {"beyond_positive_bounds", "Texels whose coefficients no positive light could give"},
          {"repaired_not_finite", "Texels set to zero because a coefficient was not finite"},
