@@ -18,6 +18,7 @@
 #include "pipeline/needs.h"
 #include "pipeline/plan.h"
 #include "pipeline/report.h"
+#include "pipeline/report_failures.h"
 #include "shaders/include.h"
 
 namespace pipeline {
@@ -47,31 +48,11 @@ void applyOverrides(const CookOptions& options, OutputSettings& output) {
     if (options.rdo) output.rdo = *options.rdo;
 }
 
-/// An asset that did not pass: the limit that it exceeds, if it does, and each law that it breaks.
-void judgeAsset(const Json& asset, std::vector<Error>& errors) {
-    const std::string name = asset.at("name").get<std::string>();
-    const Json violations = asset.value("violations", Json::array());
-    for (const Json& each : violations)
-        errors.push_back(
-            {ErrorCode::Verification, fmt::format("{}, {}", name, each.at("place").get<std::string>()),
-             fmt::format("found {}, expected {}", each.at("found").get<std::string>(), each.at("expected").get<std::string>())});
-    const Json& stage = asset.at("stages").back();
-    const double limit = asset.at("limit").at("value").get<double>();
-    const auto relRms = [&](const char* kind) {
-        const Json& figure = stage.at("error").at(kind).at("rel_rms");
-        return figure.is_number() ? figure.get<double>() : std::nan("");
-    };
-    const bool isWithin = relRms("diffuse") <= limit && relRms("specular") <= limit;
-    if (isWithin && !violations.empty()) return;
-    errors.push_back({ErrorCode::Verification, fmt::format("{}, stage {}", name, stage.at("name").get<std::string>()),
-                      fmt::format("found rel_rms {:.4g} diffuse and {:.4g} specular, expected at most {:.4g} and every figure finite",
-                                  relRms("diffuse"), relRms("specular"), limit)});
-}
-
 /// Verdicts and budgets as the errors that decide the exit code.
 void judge(const Json& report, std::vector<Error>& errors) {
     for (const Json& asset : report.at("assets"))
-        if (!asset.at("passed").get<bool>()) judgeAsset(asset, errors);
+        if (!asset.at("passed").get<bool>())
+            for (formats::Error& error : errorsOf(asset.value("failures", Json::array()))) errors.push_back(std::move(error));
     if (!isWithinBudget(report))
         errors.push_back(
             {ErrorCode::OverBudget, "budget",

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace pipeline {
@@ -15,8 +16,34 @@ bool isFinite(const verify::ErrorFigures& figures) {
 
 }  // namespace
 
+Json toJson(const verify::ErrorPlace& place) {
+    constexpr std::array kFaces = {"+X", "-X", "+Y", "-Y", "+Z", "-Z"};
+    constexpr std::array kChannels = {"red", "green", "blue"};
+    Json json = Json::object();
+    if (place.mip >= 0) json["mip"] = place.mip;
+    if (place.face >= 0) json["face"] = kFaces.at(static_cast<std::size_t>(place.face));
+    if (place.x >= 0) json["texel"] = {place.x, place.y};
+    if (place.channel >= 0) json["channel"] = kChannels.at(static_cast<std::size_t>(place.channel));
+    const auto direction = [&](const char* key, const glm::dvec3& v) {
+        if (v != glm::dvec3(0)) json[key] = {v.x, v.y, v.z};
+    };
+    direction("normal", place.normal);
+    direction("view", place.view);
+    if (place.m > 0) json["m"] = place.m;
+    if (place.view != glm::dvec3(0)) json["f0"] = place.f0;
+    if (place.reference != 0 || place.found != 0) {
+        json["reference"] = place.reference;
+        json["found"] = place.found;
+    }
+    if (place.local != 0) json["local"] = place.local;
+    return json;
+}
+
 Json toJson(const verify::ErrorFigures& figures) {
-    return {{"rel_rms", figures.relRms}, {"p99", figures.p99}, {"max_sampled", figures.maxSampled}, {"max_bound", figures.maxBound}};
+    Json json = {{"rel_rms", figures.relRms}, {"p99", figures.p99}, {"max_sampled", figures.maxSampled}, {"max_bound", figures.maxBound}};
+    if (figures.sampledAt.isKnown()) json["sampled_at"] = toJson(figures.sampledAt);
+    if (figures.boundAt.isKnown()) json["bound_at"] = toJson(figures.boundAt);
+    return json;
 }
 
 Json toJson(const verify::StageError& stage) {
@@ -34,18 +61,21 @@ Json verdict(const std::vector<verify::StageError>& stages, double maxError, con
     }
     result["passed"] =
         passed && violations.empty() && stages.back().diffuse.relRms <= maxError && stages.back().specular.relRms <= maxError;
-    for (const verify::Violation& each : violations)
+    for (const verify::Violation& each : violations) {
         result["violations"].push_back({{"place", each.place}, {"found", each.found}, {"expected", each.expected}});
+        if (each.at.isKnown()) result["violations"].back()["at"] = toJson(each.at);
+    }
     return result;
 }
 
-void checkBlocks(const verify::BlockErrors& blocks, const std::string& image, double maxError, std::vector<verify::Violation>& violations,
-                 double leastMean) {
+std::optional<verify::BlockErrors::Block> checkBlocks(const verify::BlockErrors& blocks, const std::string& image, double maxError,
+                                                      std::vector<verify::Violation>& violations, double leastMean) {
     const auto worst = blocks.worst(leastMean);
     const double allowed = verify::BlockErrors::allowed(maxError);
-    if (!worst || worst->error <= allowed) return;
+    if (!worst || worst->error <= allowed) return {};
     violations.push_back({fmt::format("{}block of texel ({}, {})", image, worst->x, worst->y),
                           fmt::format("an error of {:.3g} of its light", worst->error), fmt::format("at most {:.3g}", allowed)});
+    return worst;
 }
 
 void checkStage(const std::vector<verify::StageError>& stages, const std::string& before, const std::string& after,

@@ -174,6 +174,10 @@ void checkReportAsset(const Place& asset) {
     asset["limit"]["metric"].text();
     asset["limit"]["value"].number(0, HUGE_VAL);
     asset["passed"].flag();
+    if (asset.has("failures"))
+        asset["failures"].each([](const Place& failure) {
+            for (const char* key : {"subject", "detail", "message"}) failure[key].text();
+        });
     if (!asset.has("light")) return;
     const Place light = asset["light"];
     light.object();

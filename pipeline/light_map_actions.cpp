@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
 
 #include "compress/light_map.h"
 #include "lighting/radiometry.h"
+#include "lighting/sphere.h"
 #include "pipeline/bands.h"
 #include "pipeline/figures_json.h"
 #include "pipeline/ground_truth.h"
@@ -122,6 +124,42 @@ Squares squaresOf(const lighting::ShRgb& reference, const lighting::ShRgb& seen,
     else
         for (std::size_t i = 0; i < reference.size(); ++i) squares.add(reference[i], seen[i]);
     return squares;
+}
+
+/// The texel, normal and channel of a block whose exit radiance is farthest off: its own normal, and 32 of the hemisphere about it.
+Result<verify::ErrorPlace> worstInBlock(LightMapSource& bake, const CookedLightMapReader& cooked, const verify::BlockErrors::Block& block,
+                                        double key) {
+    const auto texels = coveredOfBlock(bake, block.x, block.y);
+    if (!texels) return tl::make_unexpected(texels.error());
+    constexpr int kRows = verify::BlockErrors::kSize, kNormals = 32;
+    const int rowCount = std::min(kRows, bake.height() - block.y);
+    const auto rows = cooked.read(block.y, rowCount);
+    if (!rows) return tl::make_unexpected(rows.error());
+    const auto seen = cooked.verifier().reconstruct(*rows, block.y, rowCount);
+    verify::ErrorPlace worst;
+    for (const BakedTexel& texel : *texels) {
+        const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(texel.normal));
+        for (int i = -1; i < kNormals; ++i) {
+            const glm::dvec3 normal = i < 0 ? glm::dvec3(texel.normal) : frame * lighting::fibonacciHemisphere(i, kNormals);
+            const auto exit = [&](const lighting::ShRgb& sh) {
+                return glm::dvec3(lighting::lambertExitRadiance(sh, glm::vec3(normal), glm::vec3(1)).value);
+            };
+            const glm::dvec3 reference = exit(texel.sh), found = exit(seen.at(texel.x, texel.y - block.y));
+            for (int channel = 0; channel < 3; ++channel) {
+                const double local =
+                    std::abs(found[channel] - reference[channel]) / (std::abs(reference[channel]) + 0.02 * (key > 0 ? key : 1));
+                if (worst.isKnown() && !(local > worst.local)) continue;
+                worst.x = texel.x;
+                worst.y = texel.y;
+                worst.channel = channel;
+                worst.normal = normal;
+                worst.reference = reference[channel];
+                worst.found = found[channel];
+                worst.local = local;
+            }
+        }
+    }
+    return worst;
 }
 
 /// RMS of the light that the map's errors are a part of. The verifier works in units of the key, where there is one.
@@ -311,7 +349,11 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
 
     const std::vector<verify::StageError> stages = errors.stages();
     std::vector<verify::Violation> violations;
-    checkBlocks(blocks, "", maxErrorOf(context), violations);
+    if (const auto block = checkBlocks(blocks, "", maxErrorOf(context), violations)) {
+        const auto worst = worstInBlock(bake, *cooked, *block, *key);
+        if (!worst) return tl::make_unexpected(worst.error());
+        violations.back().at = *worst;
+    }
     for (const auto& [before, after] : kResidualStages) checkStage(stages, before, after, violations);
     ActionOutcome outcome = outcomeOf(stages, context, watch, violations);
     outcome.result["key"] = *key;

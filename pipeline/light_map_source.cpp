@@ -114,6 +114,20 @@ Result<LightMapBand> LightMapSource::stripWithMargin(int index, int above, int b
     return result;
 }
 
+Result<std::vector<BakedTexel>> coveredOfBlock(LightMapSource& bake, int x, int y) {
+    constexpr int kSize = 4;
+    std::vector<BakedTexel> texels;
+    const auto band = bake.band(y / kBandRows);
+    if (!band) return tl::make_unexpected(band.error());
+    const formats::LightMapBand& rows = **band;
+    for (int at = y; at < std::min(y + kSize, rows.firstRow + rows.sh.height()); ++at)
+        for (int column = x; column < std::min(x + kSize, bake.width()); ++column) {
+            const int row = at - rows.firstRow;
+            if (rows.covered.at(column, row) != 0) texels.push_back({column, at, rows.sh.at(column, row), rows.normal.at(column, row)});
+        }
+    return texels;
+}
+
 Json toJson(const formats::LightMapDescription& description) {
     return {{"layout", description.layout},
             {"phase", nameOf(kPhases, description.phase)},

@@ -91,6 +91,15 @@ private:
     std::size_t keptBytes_ = 0;
 };
 
+/// A texel of the bake.
+struct BakedTexel {
+    int x = 0, y = 0;
+    lighting::ShRgb sh{};
+    glm::vec3 normal{0};
+};
+/// The covered texels of a 4 x 4 block, from (x, y) on.
+formats::Result<std::vector<BakedTexel>> coveredOfBlock(LightMapSource& bake, int x, int y);
+
 /// Input of an action whose colours are converted by a configuration of the scene's own.
 inline constexpr const char* kColorConfigRole = "color_config";
 

@@ -188,7 +188,7 @@ void addVerify(CLI::App& app, Common& common, std::function<int()>& command) {
             const std::vector<Error> verdicts = outcome.errors;
             write(files->json, textOf(outcome.report) + "\n");
             write(files->junit, junitReport(outcome.report, verdicts, options->folder.string()));
-            write(files->sarif, sarifReport(verdicts));
+            write(files->sarif, sarifReport(outcome.report, verdicts));
             if (outcome.report.is_object()) sayReport(session.terminal, outcome.report);  // last: whoever reads it may stop reading
             return session.finish(outcome.errors);
         };

@@ -4,6 +4,7 @@
 
 #include "pipeline/files.h"
 #include "pipeline/json_shape.h"
+#include "pipeline/report_failures.h"
 #include "pipeline/version.h"
 #include "pipeline/whole_error.h"
 
@@ -55,6 +56,7 @@ Json reportAsset(const Json& manifestAsset, const ActionRecord& cooked, const Ac
         if (cooked.result.contains(key)) row[key] = cooked.result.at(key);
     for (const char* key : {"key", "light", "mesh_error", "preview", "measures", "ground_truth"})
         if (verified.result.contains(key)) row[key] = verified.result.at(key);
+    if (!row.at("passed").get<bool>()) row["failures"] = failuresOf(row);
     // By which lights and meshes find their light map.
     const std::string kind = manifestAsset.at("kind").get<std::string>();
     if (row.contains("light") && (kind == "light-map" || kind == "dominant" || kind == "mesh"))

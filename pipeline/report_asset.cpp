@@ -6,6 +6,7 @@
 #include <array>
 
 #include "pipeline/report_curve.h"
+#include "pipeline/report_failures.h"
 #include "pipeline/report_parts.h"
 
 namespace pipeline {
@@ -62,6 +63,31 @@ Html stageTable(const Json& asset) {
         names += headCell("rel_rms", "num first") + headCell("p99", "num") + headCell("max sampled", "num") + headCell("bound", "num");
     for (const Json& stage : stages) rows += stageRow(stage, &stage == &stages.back(), limitOf(asset));
     return table("stages", element("tr", groups) + element("tr", names), rows);
+}
+
+/// Where the worst sample and the largest bound of the last stage are, as far as the verifier tells.
+Html worstTable(const Json& asset) {
+    Html rows;
+    for (const char* shading : kShadings) {
+        const Json& error = member(member(lastStage(asset), "error"), shading);
+        constexpr std::array<std::array<const char*, 3>, 2> kPlaces = {
+            {{"sampled_at", "max_sampled", "largest sample"}, {"bound_at", "max_bound", "proven bound"}}};
+        for (const auto& [key, figure, name] : kPlaces) {
+            const Json& at = member(error, key);
+            if (placeWords(at).empty()) continue;
+            const auto light = [&](const char* which) {
+                const Json& value = member(at, which);
+                return value.is_number() ? withTitle(humanNumber(number(value)), exactNumber(number(value))) : text(kDash);
+            };
+            rows += element("tr", element("th", {{"scope", "row"}}, text(fmt::format("{}, {}", shading, name))) +
+                                      numberCell(figureMarkup(error, figure)) + element("td", text(placeWords(at))) +
+                                      numberCell(light("reference")) + numberCell(light("found")));
+        }
+    }
+    if (rows.isEmpty()) return {};
+    const Html head =
+        headCell("Worst") + headCell("Local error", "num") + headCell("Where") + headCell("Light", "num") + headCell("Cooked", "num");
+    return table("worst", element("tr", head), rows);
 }
 
 Html textureTable(const Json& asset) {
@@ -252,8 +278,8 @@ Html assetSection(const std::filesystem::path& folder, const Json& asset, std::s
     const Html title = element("div", {{"class", "title"}}, element("h2", text(words(member(asset, "name")))) + verdictChip(passed(asset)));
     const Html lists = textureTable(asset) + notes(asset);
     return element("section", {{"class", "card asset"}, {"id", assetAnchor(index)}},
-                   title + assetFacts(asset) + pictures(folder, asset) + stageTable(asset) + groundTruth(asset) + candidateTable(asset) +
-                       (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
+                   title + assetFacts(asset) + pictures(folder, asset) + stageTable(asset) + worstTable(asset) + groundTruth(asset) +
+                       candidateTable(asset) + (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
 }
 
 }  // namespace pipeline

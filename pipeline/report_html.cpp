@@ -8,6 +8,7 @@
 #include "pipeline/html.h"
 #include "pipeline/report.h"
 #include "pipeline/report_asset.h"
+#include "pipeline/report_failures.h"
 #include "pipeline/report_parts.h"
 #include "pipeline/report_whole.h"
 
@@ -61,11 +62,20 @@ std::vector<std::string> reasonsOf(const Json& asset) {
             if (const std::string names = notFiniteNames(member(member(stage, "error"), shading)); !names.empty())
                 reasons.push_back(fmt::format("{} after stage {} is not finite ({})", shading, words(member(stage, "name")), names));
     const double limit = limitOf(asset);
+    const auto worstAt = [](const Json& at) {
+        const std::string place = placeWords(at);
+        return place.empty() ? place : "; worst at " + place;
+    };
     for (const char* shading : kShadings) {
-        const double relRms = number(member(member(member(lastStage(asset), "error"), shading), "rel_rms"));
+        const Json& error = member(member(lastStage(asset), "error"), shading);
+        const double relRms = number(member(error, "rel_rms"));
         if (relRms > limit)
-            reasons.push_back(fmt::format("{} rel_rms is {}, the limit is {}", shading, humanPercent(relRms), humanPercent(limit)));
+            reasons.push_back(fmt::format("{} rel_rms is {}, the limit is {}{}", shading, humanPercent(relRms), humanPercent(limit),
+                                          worstAt(member(error, "sampled_at"))));
     }
+    for (const Json& law : list(asset, "violations"))
+        reasons.push_back(fmt::format("{}: found {}, expected {}{}", words(member(law, "place")), words(member(law, "found")),
+                                      words(member(law, "expected")), worstAt(member(law, "at"))));
     if (reasons.empty()) reasons.emplace_back("the verifier refused it; its section has the figures");
     return reasons;
 }

@@ -146,6 +146,30 @@ Result<VerifiedSource> loadVerified(const ActionContext& context, const Json& de
     return verified;
 }
 
+/// The texel of a part of the map, and the channel, that are farthest off.
+verify::ErrorPlace worstOf(const std::vector<verify::RsrmRow>& rows, const glm::ivec2& first, const glm::ivec2& size) {
+    verify::ErrorPlace worst;
+    for (int y = first.y; y < std::min(first.y + size.y, static_cast<int>(rows.size())); ++y) {
+        int column = 0;
+        for (const verify::RsrmRow::Point& point : rows[static_cast<std::size_t>(y)].points) {
+            if (!point.isCentre) continue;
+            const int x = column++;
+            if (x < first.x || x >= first.x + size.x) continue;
+            for (int channel = 0; channel < 3; ++channel) {
+                const double error = std::abs(point.cooked[channel] - point.reference[channel]);
+                if (worst.isKnown() && error <= std::abs(worst.found - worst.reference)) continue;
+                worst.x = x;
+                worst.y = y;
+                worst.channel = channel;
+                worst.normal = {std::sqrt(std::max(0.0, 1 - point.z * point.z)), 0, point.z};
+                worst.reference = point.reference[channel];
+                worst.found = point.cooked[channel];
+            }
+        }
+    }
+    return worst;
+}
+
 std::vector<verify::Violation> violationsOf(const verify::CookedRsrm& map, const verify::RsrmSource& source,
                                             const std::vector<verify::RsrmRow>& rows, double maxError) {
     std::vector<verify::Violation> violations;
@@ -153,7 +177,8 @@ std::vector<verify::Violation> violationsOf(const verify::CookedRsrm& map, const
     if (off.codes > 0)
         violations.push_back({fmt::format("row {}, texel {}", off.row, off.column),
                               fmt::format("an error of {:.3g} codes beyond rounding", off.codes),
-                              map.codes == verify::RsrmCodes::Dithered ? "at most one code in all" : "at most half a code in all"});
+                              map.codes == verify::RsrmCodes::Dithered ? "at most one code in all" : "at most half a code in all",
+                              worstOf(rows, {off.column, off.row}, {1, 1})});
     if (map.codes != verify::RsrmCodes::Blocks) return violations;
     verify::BlockErrors blocks(map.texels.width(), map.texels.height());
     for (std::size_t row = 0; row < rows.size(); ++row) {
@@ -164,7 +189,8 @@ std::vector<verify::Violation> violationsOf(const verify::CookedRsrm& map, const
             blocks.add(column++, static_cast<int>(row), glm::dot(error, error), glm::dot(point.reference, point.reference));
         }
     }
-    checkBlocks(blocks, "", maxError, violations);
+    if (const auto block = checkBlocks(blocks, "", maxError, violations))
+        violations.back().at = worstOf(rows, {block->x, block->y}, glm::ivec2(verify::BlockErrors::kSize));
     return violations;
 }
 

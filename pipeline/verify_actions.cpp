@@ -132,6 +132,29 @@ private:
     std::vector<std::vector<Compared>> compared_;
 };
 
+/// The channel and texel of a block that are farthest off, of those that were compared.
+verify::ErrorPlace worstInBlock(const std::vector<CubemapPreview::Compared>& compared, int mip, int face,
+                                const verify::BlockErrors::Block& block, int size) {
+    verify::ErrorPlace worst;
+    for (const CubemapPreview::Compared& each : compared) {
+        constexpr int kSize = verify::BlockErrors::kSize;
+        if (each.mip != mip || each.face != face || each.x / kSize != block.x / kSize || each.y / kSize != block.y / kSize) continue;
+        for (int channel = 0; channel < 3; ++channel) {
+            if (worst.isKnown() && std::abs(each.cooked[channel] - each.reference[channel]) <= std::abs(worst.found - worst.reference))
+                continue;
+            worst.mip = mip;
+            worst.face = face;
+            worst.x = each.x;
+            worst.y = each.y;
+            worst.channel = channel;
+            worst.normal = lighting::cubeTexelDirection(face, each.x, each.y, size);
+            worst.reference = each.reference[channel];
+            worst.found = each.cooked[channel];
+        }
+    }
+    return worst;
+}
+
 /// The worst block of every level. The finer ones are met through the picture, the others through samples; both together cover all.
 std::vector<verify::Violation> brokenCubemapBlocks(const verify::CookedCubemap& map, const CubemapPreview& picture,
                                                    const std::vector<verify::CubemapSample>& samples,
@@ -142,16 +165,16 @@ std::vector<verify::Violation> brokenCubemapBlocks(const verify::CookedCubemap& 
         const verify::BlockErrors face(size, size);
         levels.push_back({face, face, face, face, face, face});
     }
-    const auto add = [&](int mip, int face, int x, int y, const glm::dvec3& reference, const glm::dvec3& cooked) {
-        const glm::dvec3 error = cooked - reference;
-        levels[static_cast<std::size_t>(mip)][static_cast<std::size_t>(face)].add(x, y, glm::dot(error, error),
-                                                                                  glm::dot(reference, reference));
-    };
-    for (const auto& row : picture.compared())
-        for (const CubemapPreview::Compared& each : row) add(each.mip, each.face, each.x, each.y, each.reference, each.cooked);
+    std::vector<CubemapPreview::Compared> compared;
+    for (const auto& row : picture.compared()) compared.insert(compared.end(), row.begin(), row.end());
     for (std::size_t i = 0; i < samples.size(); ++i)
         if (samples[i].isTexel && samples[i].mip >= CubemapPreview::kShownMips)
-            add(samples[i].mip, samples[i].face, samples[i].x, samples[i].y, results[i].reference, results[i].cooked);
+            compared.push_back({samples[i].mip, samples[i].face, samples[i].x, samples[i].y, results[i].reference, results[i].cooked});
+    for (const CubemapPreview::Compared& each : compared) {
+        const glm::dvec3 error = each.cooked - each.reference;
+        levels[static_cast<std::size_t>(each.mip)][static_cast<std::size_t>(each.face)].add(each.x, each.y, glm::dot(error, error),
+                                                                                            glm::dot(each.reference, each.reference));
+    }
     std::vector<verify::Violation> violations;
     // A face that sees nothing but the tail of a lamp behind it is dark against the others, whatever it is against itself.
     constexpr double kLeastShare = 1e-4;
@@ -159,7 +182,10 @@ std::vector<verify::Violation> brokenCubemapBlocks(const verify::CookedCubemap& 
         double all = 0;
         for (const verify::BlockErrors& face : levels[mip]) all += face.meanSquare() / 6;
         for (std::size_t face = 0; face < 6; ++face)
-            checkBlocks(levels[mip][face], fmt::format("mip {}, face {}, ", mip, face), maxError, violations, kLeastShare * all);
+            if (const auto block =
+                    checkBlocks(levels[mip][face], fmt::format("mip {}, face {}, ", mip, face), maxError, violations, kLeastShare * all))
+                violations.back().at =
+                    worstInBlock(compared, static_cast<int>(mip), static_cast<int>(face), *block, map.mips[mip].faces[face].width());
     }
     return violations;
 }
@@ -344,16 +370,18 @@ Result<ActionOutcome> verifyTables(const ActionContext& context) {
     if (off.steps > kTableSteps)
         violations.push_back(
             {fmt::format("texture {}, channel {}, texel of NoV {:.4g} and m {:.4g}", roles[off.entry / 4], off.entry % 4, off.NoV, off.m),
-             fmt::format("an error of {:.4g} steps of 16 bits", off.steps), fmt::format("at most {}", kTableSteps)});
+             fmt::format("an error of {:.4g} steps of 16 bits", off.steps), fmt::format("at most {}", kTableSteps),
+             verify::tablePlace(tables, off.NoV, off.m)});
     const verify::SpecularTableKeys keys = verify::specularTableKeys(samples, results, kTableF0);
     std::vector<verify::SpecularTableBounds> bounds(static_cast<std::size_t>(tables.view.count - 1));
     if (!forEachPiece(bounds.size(), context, "verify " + context.action.asset, [&](std::size_t cell) {
-            bounds[cell] = verify::largestOf(verify::boundSpecularTables(tables, static_cast<int>(cell), keys, kTableF0));
+            const int viewCell = static_cast<int>(cell);
+            bounds[cell] = verify::largestOf(tables, viewCell, verify::boundSpecularTables(tables, viewCell, keys, kTableF0));
         }))
         return interrupted(context);
     verify::SpecularTableBounds bound;
-    for (const verify::SpecularTableBounds& each : bounds) bound = {std::max(bound.filter, each.filter), std::max(bound.total, each.total)};
-    ActionOutcome outcome = outcomeOf(verify::specularTableStages(samples, results, kTableF0, bound), context, watch, violations);
+    for (const verify::SpecularTableBounds& each : bounds) bound.raise(each);
+    ActionOutcome outcome = outcomeOf(verify::specularTableStages(tables, samples, results, kTableF0, bound), context, watch, violations);
     const Json& parameters = context.action.parameters;
     if (parameters.contains("shading")) outcome.result["light"] = momentsOf(tables, shadingFromJson(parameters.at("shading")));
     return outcome;
@@ -457,7 +485,14 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
         });
     if (!verified) return tl::make_unexpected(verified.error());
     std::vector<verify::Violation> violations;
-    checkBlocks(whole.blocks, "", maxErrorOf(context), violations);
+    if (const auto block = checkBlocks(whole.blocks, "", maxErrorOf(context), violations))
+        if (const auto texels = coveredOfBlock(bake, block->x, block->y); texels && !texels->empty()) {
+            verify::ErrorPlace& at = violations.back().at;
+            at.x = texels->front().x;
+            at.y = texels->front().y;
+            at.channel = -1;
+            at.normal = glm::dvec3(texels->front().normal);
+        }
     const ResidualGain& gain = whole.gain;
     if (residual && gain.fine > 1.05 * gain.coarse)
         violations.push_back({"texture residual", fmt::format("a squared error of directions of {:.3g}", gain.fine),

@@ -91,20 +91,47 @@ Range storedRange(const CookedCubemap::Mip& mip, int channel) {
 
 /// Sound for every direction, but loose: all that is known of the reference is that it lies between the ends of its source, and of the
 /// result that a filter gives no more than the largest stored value, times the exact maximum of S. Infinite where S is not positive.
-double boundOf(const CookedCubemap& map, const CubemapReference& reference, double key) {
-    double bound = 0;
-    for (const CookedCubemap::Mip& mip : map.mips)
+/// The place is a mip and a channel: `local` is the bound.
+ErrorPlace boundOf(const CookedCubemap& map, const CubemapReference& reference, double key) {
+    ErrorPlace worst;
+    for (std::size_t index = 0; index < map.mips.size(); ++index)
         for (int channel = 0; channel < 3; ++channel) {
+            const CookedCubemap::Mip& mip = map.mips[index];
+            const auto raise = [&](double bound) {
+                if (!(bound > worst.local)) return;
+                worst.mip = static_cast<int>(index);
+                worst.channel = channel;
+                worst.m = mip.m;
+                worst.local = bound;
+            };
             const lighting::ShDouble coefficients = channelOf(map.windowedSh, channel);
-            if (!isFinite(coefficients, mip.bands)) return std::numeric_limits<double>::infinity();
+            if (!isFinite(coefficients, mip.bands)) raise(std::numeric_limits<double>::infinity());
+            if (!std::isfinite(worst.local)) return worst;
             const lighting::Extrema s = lighting::extremaOnSphere(lighting::sphereQuadratic(coefficients, mip.bands));
-            if (!(s.minimum > 0)) return std::numeric_limits<double>::infinity();
+            if (!(s.minimum > 0)) raise(std::numeric_limits<double>::infinity());
+            if (!std::isfinite(worst.local)) return worst;
             const Range stored = storedRange(mip, channel);
             // 1e-5: the shader evaluates S in floats.
             const Range result{map.range * stored.low * s.minimum * (1 - 1e-5), map.range * stored.high * s.maximum * (1 + 1e-5)};
-            bound = std::max(bound, largestLocalError({reference.smallest()[channel], reference.largest()[channel]}, result, key));
+            raise(largestLocalError({reference.smallest()[channel], reference.largest()[channel]}, result, key));
         }
-    return bound;
+    return worst;
+}
+
+/// Where a sample lies: a texel, or a direction between texels, with the face that it meets.
+ErrorPlace placeOf(const CookedCubemap& map, const CubemapSample& sample, int channel) {
+    const CookedCubemap::Mip& mip = map.mips[static_cast<std::size_t>(sample.mip)];
+    const lighting::CubeCoordinate met = lighting::cubeFromDirection(sample.direction);
+    const double size = mip.faces[0].width();
+    ErrorPlace place;
+    place.mip = sample.mip;
+    place.face = sample.isTexel ? sample.face : met.face;
+    place.x = sample.isTexel ? sample.x : std::clamp(0.5 * (met.uv.x + 1) * size - 0.5, 0.0, size - 1);
+    place.y = sample.isTexel ? sample.y : std::clamp(0.5 * (met.uv.y + 1) * size - 0.5, 0.0, size - 1);
+    place.channel = channel;
+    place.normal = sample.direction;
+    place.m = mip.m;
+    return place;
 }
 
 }  // namespace
@@ -452,14 +479,17 @@ std::vector<StageError> cubemapStages(const CookedCubemap& map, const CubemapRef
     ErrorAccumulator divide(key), filter(key);
     for (std::size_t i = 0; i < samples.size(); ++i)
         for (int channel = 0; channel < 3; ++channel)
-            (samples[i].isTexel ? divide : filter).add(results[i].reference[channel], results[i].cooked[channel]);
-    const double bound = boundOf(map, reference, key);
-    divide.addBound(bound);
-    filter.addBound(bound);
-    if (!std::isfinite(bound)) divide.add(0, bound);  // no sample may have met the direction in which S is not positive
+            (samples[i].isTexel ? divide : filter).add(results[i].reference[channel], results[i].cooked[channel], [&] {
+                return placeOf(map, samples[i], channel);
+            });
+    const ErrorPlace bound = boundOf(map, reference, key);
+    divide.addBound(bound.local, bound);
+    filter.addBound(bound.local, bound);
+    // No sample may have met the direction in which S is not positive.
+    if (!std::isfinite(bound.local)) divide.add(0, bound.local, [&] { return bound; });
     std::vector<StageError> stages = {
         {"divide", {}, divide.figures(), 0}, {"filter", {}, filter.figures(), 0}, {"total", {}, divide.figures(), 0}};
-    stages[2].specular.maxSampled = std::max(stages[0].specular.maxSampled, stages[1].specular.maxSampled);
+    takeLarger(stages[2].specular, stages[1].specular);
     return stages;
 }
 

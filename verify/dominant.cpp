@@ -34,6 +34,7 @@ double luminanceOf(const glm::dvec3& color, const glm::vec3& weights) {
 }  // namespace
 
 struct DominantVerifier::Place {
+    double x = 0, y = 0;  ///< [texels]
     glm::dvec3 normal{0, 0, 1};
     DominantLightSample reference, seen;
 };
@@ -58,8 +59,7 @@ void DominantErrors::merge(const DominantErrors& other) {
 std::vector<StageError> DominantErrors::stages() const {
     std::vector<StageError> stages = {{"magnified", {}, between_.figures(), 0}, {"total", {}, centres_.figures(), 0}};
     // The verdict: texel centres, and whatever is worse between them.
-    stages[1].specular.maxSampled = std::max(stages[0].specular.maxSampled, stages[1].specular.maxSampled);
-    stages[1].specular.maxBound = std::max(stages[0].specular.maxBound, stages[1].specular.maxBound);
+    takeLarger(stages[1].specular, stages[0].specular);
     return stages;
 }
 
@@ -79,6 +79,14 @@ DominantLightSample DominantVerifier::decode(const DecodedDominantRows& texels, 
 void DominantVerifier::shade(const Place& place, ErrorAccumulator& errors) const {
     const glm::dmat3 frame = lighting::worldFromTangentFrame(place.normal);
     const glm::vec3 normal(place.normal), trueDirection(place.reference.direction), trueIntensity(place.reference.intensity);
+    const auto at = [&](int channel) {
+        ErrorPlace worst;
+        worst.x = place.x;
+        worst.y = place.y;
+        worst.channel = channel;
+        worst.normal = place.normal;
+        return worst;
+    };
     for (int i = 0; i < shading_.viewCount; ++i) {
         const glm::vec3 view(frame * lighting::fibonacciHemisphere(i, shading_.viewCount));
         for (const double m : shading_.m)
@@ -89,15 +97,30 @@ void DominantVerifier::shade(const Place& place, ErrorAccumulator& errors) const
                 };
                 const glm::vec3 reference = shaded(trueDirection, trueIntensity),
                                 seen = shaded(glm::vec3(place.seen.direction), glm::vec3(place.seen.intensity));
-                for (int channel = 0; channel < 3; ++channel) errors.add(reference[channel], seen[channel]);
+                for (int channel = 0; channel < 3; ++channel)
+                    errors.add(reference[channel], seen[channel], [&] {
+                        ErrorPlace worst = at(channel);
+                        worst.view = glm::dvec3(view);
+                        worst.m = m;
+                        worst.f0 = f0;
+                        return worst;
+                    });
             }
     }
     const double smallestM = *std::min_element(shading_.m.begin(), shading_.m.end()), floor = 0.02 * key_;
     for (int channel = 0; channel < 3; ++channel) {
         const double seen = largestSpecular(place.seen.direction, place.seen.intensity[channel], place.normal, smallestM);
         const double truth = largestSpecular(place.reference.direction, place.reference.intensity[channel], place.normal, smallestM);
-        if (seen > 0) errors.addBound(seen / floor * (1 + 1e-4));  // the truth may be zero; 1e-4: the shader works in floats
-        if (truth > 0) errors.addBound(truth / (truth + floor) * (1 + 1e-4));
+        const auto bound = [&](double reference, double found, double local) {
+            ErrorPlace worst = at(channel);
+            worst.m = smallestM;
+            worst.reference = reference;
+            worst.found = found;
+            worst.local = local;
+            errors.addBound(local, worst);
+        };
+        if (seen > 0) bound(0, seen, seen / floor * (1 + 1e-4));  // the truth may be zero; 1e-4: the shader works in floats
+        if (truth > 0) bound(truth, 0, truth / (truth + floor) * (1 + 1e-4));
     }
 }
 
@@ -135,11 +158,13 @@ DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, c
         if (y % shading_.stride != 0) continue;
         for (int x = 0; x < map_.width; x += shading_.stride) {
             if (!covered(x, y)) continue;
-            Place place{normalAt(x, y), {}, decode(texels, x, y)};
+            Place place{static_cast<double>(x), static_cast<double>(y), normalAt(x, y), {}, decode(texels, x, y)};
             place.reference = reference(shAt(x, y), place.normal, place.seen);
             addTexel(place, shAt(x, y), errors);
             if (x + 1 >= map_.width || y + 1 >= map_.height || !covered(x + 1, y) || !covered(x, y + 1) || !covered(x + 1, y + 1)) continue;
             Place middle;
+            middle.x = x + 0.5;
+            middle.y = y + 0.5;
             middle.normal = glm::dvec3(0);
             lighting::ShRgb sh{};
             for (int corner = 0; corner < 4; ++corner) {

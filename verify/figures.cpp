@@ -130,6 +130,17 @@ double ErrorAccumulator::referenceRms() const {
     return sampleCount_ > 0 ? std::sqrt(squaredReference_ / static_cast<double>(sampleCount_)) : 0;
 }
 
+void takeLarger(ErrorFigures& figures, const ErrorFigures& other) {
+    if (other.maxSampled > figures.maxSampled) {
+        figures.maxSampled = other.maxSampled;
+        figures.sampledAt = other.sampledAt;
+    }
+    if (other.maxBound > figures.maxBound) {
+        figures.maxBound = other.maxBound;
+        figures.boundAt = other.boundAt;
+    }
+}
+
 ErrorFigures ErrorAccumulator::figures() const {
     ErrorFigures figures;
     figures.maxSampled = maxSampled_;

@@ -10,17 +10,20 @@
 
 namespace verify {
 
-/// Where the worst of some errors is, and what it is: enough to find it again. Not known: x is negative.
+/// Where the worst of some errors is, and what it is: enough to find it again. Not known: neither x nor mip.
+/// Cubemaps have the direction as `normal`. Reflection maps (x along the angle, y the row) have the reflected direction, about +Z, as
+/// `normal`. Tables are shaded in the frame of their surface: `normal` is +Z, view.z is NoV.
 struct ErrorPlace {
-    double x = -1, y = -1;  ///< [texels] whole at the centre of a texel; fractions lie between texels
-    int channel = 0;        ///< red, green, blue
-    glm::dvec3 normal{0};   ///< of the shading, unit; of a specular bound the axis of the lobe, as it holds for all views and materials
-    glm::dvec3 view{0};     ///< to the viewer, unit; of specular samples only
-    double m = 0, f0 = 0;   ///< of specular samples only
-    double reference = 0;   ///< the light that ought to be there
-    double found = 0;       ///< the light that is
-    double local = 0;       ///< the local relative error; of a bound what is proven, with all that a sampler is free to do
-    bool isKnown() const { return x >= 0; }
+    double x = -1, y = -1;    ///< [texels] whole at the centre of a texel; fractions lie between texels
+    int mip = -1, face = -1;  ///< of a cubemap's texel; a mip alone where its bound holds for all of it
+    int channel = 0;          ///< red, green, blue; -1 where there are none
+    glm::dvec3 normal{0};     ///< of the shading, unit; of a specular bound the axis of the lobe, as it holds for all views and materials
+    glm::dvec3 view{0};       ///< to the viewer, unit; of specular samples only
+    double m = 0, f0 = 0;     ///< of specular samples only
+    double reference = 0;     ///< the light that ought to be there
+    double found = 0;         ///< the light that is
+    double local = 0;         ///< the local relative error; of a bound what is proven, with all that a sampler is free to do
+    bool isKnown() const { return x >= 0 || mip >= 0; }
     /// How far `found` may be from `reference` for a local relative error of `limit`.
     double allowed(double limit, double key) const { return limit * ((reference < 0 ? -reference : reference) + 0.02 * key); }
 };
@@ -34,6 +37,9 @@ struct ErrorFigures {
     /// Of maxSampled and maxBound, where the asset tells of it; the first of those alike, by row, column, channel, direction.
     ErrorPlace sampledAt, boundAt;
 };
+
+/// Takes over the larger of the worst samples, and of the bounds, with their places: of a stage that stands for others too.
+void takeLarger(ErrorFigures& figures, const ErrorFigures& other);
 
 /// One stage of one asset. A kind of shading that the asset takes no part in has error 0.
 struct StageError {
@@ -49,6 +55,17 @@ class ErrorAccumulator {
 public:
     explicit ErrorAccumulator(double key = 0);
     void add(double reference, double result);
+    /// The same where placeOf() tells of the place of this sample: asked for if it is the worst so far.
+    template <class PlaceOf>
+    void add(double reference, double result, const PlaceOf& placeOf) {
+        const double before = maxSampled_;
+        add(reference, result);
+        if (!(maxSampled_ > before)) return;
+        sampledAt_ = placeOf();
+        sampledAt_.reference = reference;
+        sampledAt_.found = result;
+        sampledAt_.local = maxSampled_;
+    }
     /// A batch of float samples given as reference and error = result - reference: the inner loop of light maps. Same lengths.
     void addErrors(std::span<const float> reference, std::span<const float> error);
     /// The same of the first `count`, in place: up to the next multiple of kLanes both hold zeros.

@@ -75,7 +75,7 @@ double boundOf(const Quad& quad, int channel, const MeshShift& shift, double key
     return largest > 0 ? largest / (0.02 * key) : 0.0;
 }
 
-/// visit(quad, the normal of its first texel) where all four texels are covered.
+/// visit(x, y, quad, the normal of its first texel) where all four texels are covered.
 template <class Visit>
 void forEachQuad(const formats::LightMapBand& band, int firstRow, int rowCount, Visit visit) {
     const int lastRow = std::min(firstRow + rowCount, band.firstRow + band.sh.height() - 1);
@@ -84,7 +84,7 @@ void forEachQuad(const formats::LightMapBand& band, int firstRow, int rowCount, 
         for (int x = 0; x + 1 < band.sh.width(); ++x) {
             if (!(band.covered.at(x, y) && band.covered.at(x + 1, y) && band.covered.at(x, y + 1) && band.covered.at(x + 1, y + 1)))
                 continue;
-            visit(Quad{{&band.sh.at(x, y), &band.sh.at(x + 1, y), &band.sh.at(x, y + 1), &band.sh.at(x + 1, y + 1)}},
+            visit(x, row, Quad{{&band.sh.at(x, y), &band.sh.at(x + 1, y), &band.sh.at(x, y + 1), &band.sh.at(x + 1, y + 1)}},
                   glm::dvec3(band.normal.at(x, y)));
         }
     }
@@ -95,23 +95,36 @@ void forEachQuad(const formats::LightMapBand& band, int firstRow, int rowCount, 
 void addMeshShiftErrors(const formats::LightMapBand& band, int firstRow, int rowCount, const MeshShift& shift, double key,
                         ErrorAccumulator& errors) {
     const double s = std::min(shift.uTexels, 0.5), t = std::min(shift.vTexels, 0.5);
-    forEachQuad(band, firstRow, rowCount, [&](const Quad& quad, const glm::dvec3& normal) {
+    forEachQuad(band, firstRow, rowCount, [&](int x, int y, const Quad& quad, const glm::dvec3& normal) {
         const glm::dmat3 frame = lighting::worldFromTangentFrame(normal);
         const glm::vec3 reference = exitRadiance(quad.at(0.5, 0.5), glm::vec3(normal));
+        const auto at = [&](int channel, const glm::dvec3& direction) {
+            ErrorPlace place;
+            place.x = x + 0.5;
+            place.y = y + 0.5;
+            place.channel = channel;
+            place.normal = direction;
+            return place;
+        };
         for (int corner = 0; corner < 4; ++corner) {
             const double signS = corner % 2 == 0 ? -1 : 1, signT = corner < 2 ? -1 : 1;
             const glm::dvec3 turned =
                 glm::normalize(normal + std::tan(shift.normalRadians) * (signS * frame[0] + signT * frame[1]) / std::numbers::sqrt2);
             const glm::vec3 result = exitRadiance(quad.at(0.5 + signS * s, 0.5 + signT * t), glm::vec3(turned));
             for (int channel = 0; channel < 3; ++channel)
-                errors.add(static_cast<double>(reference[channel]), static_cast<double>(result[channel]));
+                errors.add(static_cast<double>(reference[channel]), static_cast<double>(result[channel]),
+                           [&] { return at(channel, turned); });
         }
-        for (int channel = 0; channel < 3; ++channel) errors.addBound(boundOf(quad, channel, shift, key));
+        for (int channel = 0; channel < 3; ++channel) {
+            ErrorPlace place = at(channel, normal);
+            place.local = boundOf(quad, channel, shift, key);
+            errors.addBound(place.local, place);
+        }
     });
 }
 
 void MeshShiftBound::add(const formats::LightMapBand& band, int firstRow, int rowCount) {
-    forEachQuad(band, firstRow, rowCount, [&](const Quad& quad, const glm::dvec3& normal) {
+    forEachQuad(band, firstRow, rowCount, [&](int, int, const Quad& quad, const glm::dvec3& normal) {
         const glm::dvec3 reference(exitRadiance(quad.at(0.5, 0.5), glm::vec3(normal)));
         reference_ += glm::dot(reference, reference);
         for (int channel = 0; channel < 3; ++channel) {

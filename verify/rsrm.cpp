@@ -143,9 +143,15 @@ double logAverage(const std::vector<RsrmRow>& rows, const glm::vec3& luminanceWe
 /// Bound between two centres, or between the outermost centre and its pole (both the same point then). The result lies between the two
 /// texels. The reference is Lipschitz in the angle: its slope is at most half the gradient's span times the integral of |dk/da| of the
 /// lobe, (s + 1) s / pi B(s/2, 3/2) < sqrt(2 (s + 1) / pi) (Kershaw's inequality); it also lies between the gradient's ends.
-double boundBetween(const RsrmRow::Point& a, const RsrmRow::Point& b, double arc, double exponent, const Ends& ends, double key) {
-    double bound = 0;
+/// The place has the bound (`local`) and its channel alone.
+ErrorPlace boundBetween(const RsrmRow::Point& a, const RsrmRow::Point& b, double arc, double exponent, const Ends& ends, double key) {
+    ErrorPlace worst;
     for (int channel = 0; channel < 3; ++channel) {
+        const auto raise = [&](double bound) {
+            if (!(bound > worst.local)) return;
+            worst.channel = channel;
+            worst.local = bound;
+        };
         const double slope = 0.5 * (ends.high[channel] - ends.low[channel]) * std::sqrt(2 * (exponent + 1) / std::numbers::pi);
         const double middle = 0.5 * (a.reference[channel] + b.reference[channel]);
         const double reach = (&a == &b ? 1.0 : 0.5) * slope * arc + ends.slack[channel];
@@ -154,37 +160,58 @@ double boundBetween(const RsrmRow::Point& a, const RsrmRow::Point& b, double arc
         const double slack = 1e-4 * std::abs(a.cooked[channel] - b.cooked[channel]) + 1e-6 * std::abs(a.cooked[channel]);
         const double resultLow = std::min(a.cooked[channel], b.cooked[channel]) - slack;
         const double resultHigh = std::max(a.cooked[channel], b.cooked[channel]) + slack;
-        if (resultHigh > low) bound = std::max(bound, (resultHigh - low) / (low + 0.02 * key));
-        if (high > resultLow) bound = std::max(bound, (high - resultLow) / (high + 0.02 * key));
+        if (resultHigh > low) raise((resultHigh - low) / (low + 0.02 * key));
+        if (high > resultLow) raise((high - resultLow) / (high + 0.02 * key));
     }
-    return bound;
+    return worst;
 }
 
 struct RowErrors {
     ErrorAccumulator quantize, total;
 };
 
-void addRow(const RsrmRow& row, double exponent, const Ends& ends, double key, RowErrors& errors) {
+/// Of a row of `width` texels.
+ErrorPlace placeOf(double z, int width, int row, int channel) {
+    ErrorPlace place;
+    place.x = std::clamp(0.5 * (1 - z) * width - 0.5, 0.0, width - 1.0);
+    place.y = row;
+    place.channel = channel;
+    place.normal = {std::sqrt(std::max(0.0, 1 - z * z)), 0, z};
+    return place;
+}
+
+void addRow(const RsrmRow& row, int index, double exponent, const Ends& ends, double key, RowErrors& errors) {
     std::vector<const RsrmRow::Point*> centres;
+    const int width = static_cast<int>(std::ranges::count_if(row.points, &RsrmRow::Point::isCentre));
+    const auto at = [&](double z, int channel, double local) {
+        ErrorPlace place = placeOf(z, width, index, channel);
+        place.local = local;
+        return place;
+    };
     for (const RsrmRow::Point& point : row.points) {
         for (int channel = 0; channel < 3; ++channel) {
             const double reference = point.reference[channel], cooked = point.cooked[channel];
-            errors.total.add(reference, cooked);
+            const auto here = [&] { return placeOf(point.z, width, index, channel); };
+            errors.total.add(reference, cooked, here);
             if (!point.isCentre) continue;
-            errors.quantize.add(reference, cooked);
+            errors.quantize.add(reference, cooked, here);
             // Every texel is met: what is left is the error of the reference itself.
             const double slack = ends.slack[channel];
             const double scale = std::max(reference - slack, 0.0) + 0.02 * key, error = std::abs(cooked - reference);
-            errors.quantize.addBound(error == 0 ? 0 : (error + slack) / scale);
+            const double bound = error == 0 ? 0 : (error + slack) / scale;
+            errors.quantize.addBound(bound, at(point.z, channel, bound));
         }
         if (point.isCentre) centres.push_back(&point);
     }
+    const auto addBetween = [&](const RsrmRow::Point& a, const RsrmRow::Point& b, double arc, double z) {
+        const ErrorPlace bound = boundBetween(a, b, arc, exponent, ends, key);
+        errors.total.addBound(bound.local, at(z, bound.channel, bound.local));
+    };
+    const auto angle = [](const RsrmRow::Point& point) { return std::acos(point.z); };
     for (std::size_t i = 0; i + 1 < centres.size(); ++i)
-        errors.total.addBound(
-            boundBetween(*centres[i], *centres[i + 1], std::acos(centres[i + 1]->z) - std::acos(centres[i]->z), exponent, ends, key));
-    errors.total.addBound(boundBetween(*centres.front(), *centres.front(), std::acos(centres.front()->z), exponent, ends, key));
-    errors.total.addBound(
-        boundBetween(*centres.back(), *centres.back(), std::numbers::pi - std::acos(centres.back()->z), exponent, ends, key));
+        addBetween(*centres[i], *centres[i + 1], angle(*centres[i + 1]) - angle(*centres[i]), 0.5 * (centres[i]->z + centres[i + 1]->z));
+    addBetween(*centres.front(), *centres.front(), angle(*centres.front()), 1);
+    addBetween(*centres.back(), *centres.back(), std::numbers::pi - angle(*centres.back()), -1);
 }
 
 /// Calls place(z, isCentre) north to south: at both poles, at texel centres, and `between` times from each to the next.
@@ -308,7 +335,7 @@ std::vector<StageError> rsrmStages(const CookedRsrm& map, const RsrmSource& sour
     const Ends ends = endsOf(source);
     RowErrors diffuse{ErrorAccumulator(key), ErrorAccumulator(key)}, specular{ErrorAccumulator(key), ErrorAccumulator(key)};
     for (std::size_t row = 0; row < rows.size(); ++row)
-        addRow(rows[row], map.exponents[row], ends, key, map.exponents[row] == 1 ? diffuse : specular);
+        addRow(rows[row], static_cast<int>(row), map.exponents[row], ends, key, map.exponents[row] == 1 ? diffuse : specular);
     return {{"quantize", diffuse.quantize.figures(), specular.quantize.figures(), 0},
             {"total", diffuse.total.figures(), specular.total.figures(), 0}};
 }

@@ -492,16 +492,22 @@ std::vector<SpecularTableCellBound> boundSpecularTables(const CookedSpecularTabl
 
 SpecularTableBounds boundSpecularTables(const CookedSpecularTables& tables, const SpecularTableKeys& keys, const std::vector<double>& f0) {
     SpecularTableBounds bounds;
-    for (int cell = 0; cell + 1 < tables.view.count; ++cell) {
-        const SpecularTableBounds each = largestOf(boundSpecularTables(tables, cell, keys, f0));
-        bounds = {std::max(bounds.filter, each.filter), std::max(bounds.total, each.total)};
-    }
+    for (int cell = 0; cell + 1 < tables.view.count; ++cell)
+        bounds.raise(largestOf(tables, cell, boundSpecularTables(tables, cell, keys, f0)));
     return bounds;
 }
 
-SpecularTableBounds largestOf(const std::vector<SpecularTableCellBound>& cells) {
+SpecularTableBounds largestOf(const CookedSpecularTables& tables, int viewCell, const std::vector<SpecularTableCellBound>& cells) {
     SpecularTableBounds bounds;
-    for (const SpecularTableCellBound& cell : cells) bounds = {std::max(bounds.filter, cell.filter), std::max(bounds.total, cell.total)};
+    for (std::size_t row = 0; row < cells.size(); ++row) {
+        const double rowMiddle = tables.roughness.count > 1 ? static_cast<double>(row) + 0.5 : 0.0;
+        ErrorPlace place = tablePlace(tables, tables.view.inverse(tables.view.at(viewCell + 0.5)),
+                                      tables.roughness.inverse(tables.roughness.at(rowMiddle)));
+        ErrorPlace filterAt = place;
+        filterAt.local = cells[row].filter;
+        place.local = cells[row].total;
+        bounds.raise({cells[row].filter, cells[row].total, filterAt, place});
+    }
     return bounds;
 }
 

@@ -30,6 +30,6 @@ std::vector<SpecularTableCellBound> boundSpecularTables(const CookedSpecularTabl
                                                         const std::vector<double>& f0);
 /// All cells, on the calling thread.
 SpecularTableBounds boundSpecularTables(const CookedSpecularTables& tables, const SpecularTableKeys& keys, const std::vector<double>& f0);
-SpecularTableBounds largestOf(const std::vector<SpecularTableCellBound>& cells);
+SpecularTableBounds largestOf(const CookedSpecularTables& tables, int viewCell, const std::vector<SpecularTableCellBound>& cells);
 
 }  // namespace verify

@@ -62,16 +62,20 @@ double shadedByShader(const SpecularKernelEntries& k, const lighting::ShDouble& 
 
 struct Pair {
     double reference, cooked;
+    std::size_t sample = 0;
+    double f0 = 0;
 };
 
-ErrorFigures figuresOf(const std::vector<Pair>& pairs, double key, double bound) {
+ErrorFigures figuresOf(const CookedSpecularTables& tables, const std::vector<SpecularTableSample>& samples, const std::vector<Pair>& pairs,
+                       double key) {
     ErrorAccumulator errors(key);
-    for (const Pair& pair : pairs) errors.add(pair.reference, pair.cooked);
-    errors.addBound(bound);
+    for (const Pair& pair : pairs)
+        errors.add(pair.reference, pair.cooked, [&] {
+            ErrorPlace place = tablePlace(tables, samples[pair.sample].NoV, samples[pair.sample].m);
+            place.f0 = pair.f0;
+            return place;
+        });
     return errors.figures();
-}
-ErrorFigures figuresOf(const std::vector<Pair>& pairs, double key) {
-    return figuresOf(pairs, key, figuresOf(pairs, key, 0).maxSampled);
 }
 
 double logAverage(const std::vector<Pair>& pairs) {
@@ -86,6 +90,32 @@ double logAverage(const std::vector<Pair>& pairs) {
 }
 
 }  // namespace
+
+ErrorPlace tablePlace(const CookedSpecularTables& tables, double NoV, double m) {
+    const auto texelOf = [](const SpecularTableAxis& axis, double t) {
+        const double coordinate = axis.of(t) * static_cast<double>(axis.scale) + static_cast<double>(axis.offset);
+        return std::clamp(coordinate * axis.count - 0.5, 0.0, std::max(0.0, axis.count - 1.0));
+    };
+    ErrorPlace place;
+    place.channel = -1;
+    place.x = texelOf(tables.view, NoV);
+    place.y = texelOf(tables.roughness, m);
+    place.normal = {0, 0, 1};
+    place.view = {std::sqrt(std::max(0.0, 1 - NoV * NoV)), 0, NoV};
+    place.m = m;
+    return place;
+}
+
+void SpecularTableBounds::raise(const SpecularTableBounds& other) {
+    if (other.filter > filter) {
+        filter = other.filter;
+        filterAt = other.filterAt;
+    }
+    if (other.total > total) {
+        total = other.total;
+        totalAt = other.totalAt;
+    }
+}
 
 double SpecularTableAxis::at(double index) const {
     return count == 1 ? minimum : minimum + (maximum - minimum) * index / (count - 1);
@@ -197,7 +227,7 @@ SpecularTableKeys specularTableKeys(const std::vector<SpecularTableSample>& samp
     return {std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, count))), logAverage(shaded)};
 }
 
-std::vector<StageError> specularTableStages(const std::vector<SpecularTableSample>& samples,
+std::vector<StageError> specularTableStages(const CookedSpecularTables& tables, const std::vector<SpecularTableSample>& samples,
                                             const std::vector<SpecularTableResult>& results, const std::vector<double>& f0,
                                             const SpecularTableBounds& bounds) {
     assert(samples.size() == results.size());
@@ -206,16 +236,26 @@ std::vector<StageError> specularTableStages(const std::vector<SpecularTableSampl
     std::vector<Pair> nodes, between, shaded;
     for (std::size_t i = 0; i < samples.size(); ++i) {
         for (std::size_t k = 0; k < results[i].reference.size(); ++k)
-            (samples[i].isNode ? nodes : between).push_back({results[i].reference[k], results[i].cooked[k]});
+            (samples[i].isNode ? nodes : between).push_back({results[i].reference[k], results[i].cooked[k], i});
         std::size_t shading = 0;
         for (int light = 0; light <= kLightCount; ++light)
             for (const double f : f0)
                 shaded.push_back(
-                    {reflected(results[i].reference, shadings[shading++]), shadedByShader(results[i].cooked, lightOf(light), f)});
+                    {reflected(results[i].reference, shadings[shading++]), shadedByShader(results[i].cooked, lightOf(light), f), i, f});
     }
-    return {{"quantize", {}, figuresOf(nodes, keys.kernel), 0},
-            {"filter", {}, figuresOf(between, keys.kernel, bounds.filter), 0},
-            {"total", {}, figuresOf(shaded, keys.shaded, bounds.total), 0}};
+    const auto stage = [&](const char* name, const std::vector<Pair>& pairs, double key) {
+        return StageError{name, {}, figuresOf(tables, samples, pairs, key), 0};
+    };
+    std::vector<StageError> stages = {stage("quantize", nodes, keys.kernel), stage("filter", between, keys.kernel),
+                                      stage("total", shaded, keys.shaded)};
+    const auto bound = [](ErrorFigures& figures, double most, const ErrorPlace& at) {
+        figures.maxBound = std::isfinite(most) ? most : std::numeric_limits<double>::max();
+        figures.boundAt = at;
+    };
+    bound(stages[0].specular, stages[0].specular.maxSampled, stages[0].specular.sampledAt);
+    bound(stages[1].specular, bounds.filter, bounds.filterAt);
+    bound(stages[2].specular, bounds.total, bounds.totalAt);
+    return stages;
 }
 
 }  // namespace verify

@@ -84,11 +84,16 @@ SpecularTableKeys specularTableKeys(const std::vector<SpecularTableSample>& samp
 /// Local relative errors that no place of the tables exceeds: specular_table_bound.h.
 struct SpecularTableBounds {
     double filter = 0, total = 0;
+    ErrorPlace filterAt, totalAt;  ///< middles of the cells that these are of
+    void raise(const SpecularTableBounds& other);
 };
+/// A place of the tables, in texels; NoV and m as ErrorPlace has them.
+ErrorPlace tablePlace(const CookedSpecularTables& tables, double NoV, double m);
+
 /// Stages "quantize" (kernel entries at nodes; all of them are met, so the largest error is the bound), "filter" (kernel entries between
 /// nodes) and "total": reflected radiance of representative light (a constant, and directional lights of the upper hemisphere) off nodes
 /// and between them, for each f0. All of it is specular.
-std::vector<StageError> specularTableStages(const std::vector<SpecularTableSample>& samples,
+std::vector<StageError> specularTableStages(const CookedSpecularTables& tables, const std::vector<SpecularTableSample>& samples,
                                             const std::vector<SpecularTableResult>& results, const std::vector<double>& f0,
                                             const SpecularTableBounds& bounds);
 

@@ -3,11 +3,14 @@
 
 #include <string>
 
+#include "verify/figures.h"
+
 namespace verify {
 
 struct Violation {
     std::string place;  ///< inside the asset
     std::string found, expected;
+    ErrorPlace at = {};  ///< its worst sample, where there is one
 };
 
 }  // namespace verify

@@ -118,7 +118,7 @@ protected:
         options.container = formats::Container::Dds;
         options.lightMapLayout = layout;
         options.onlyKind = std::move(onlyKind);
-        options.maxError = 0.1;
+        options.maxError = 1.0;  // small layouts are asked for too: what the error is worth is not the question here
         options.effort = 3;
         std::filesystem::remove_all(out());
         const RunState state;
@@ -264,8 +264,10 @@ TEST_P(DdsThroughOpenImageIOSoak, EveryTextureOfAPublicSceneDecodesAsOurs) {
     const std::string name = GetParam();
     const std::filesystem::path data = std::filesystem::absolute(LIGHTCOOK_SHARED_DATA), scenes = data / "scenes";
     if (!std::filesystem::exists(scenes / (name + "_lightmap.exr"))) GTEST_SKIP() << "no shared data at " << scenes;
-    std::string text = fmt::format("schema = 1\nname = \"{1}\"\n[[light_map]]\nname = \"lightmap\"\nfile = \"{0}/{1}_lightmap.exr\"\n",
-                                   scenes.string(), name);
+    std::string text = fmt::format(
+        "schema = 1\nname = \"{1}\"\n[output]\nmax_converter_error = 1.0\n[[light_map]]\nname = \"lightmap\"\nfile = "
+        "\"{0}/{1}_lightmap.exr\"\n",
+        scenes.string(), name);
     for (int probe = 0; probe < 8; ++probe)
         text += fmt::format("[[probe]]\nname = \"probe{2}\"\nfile = \"{0}/{1}_probe{2}.exr\"\n", scenes.string(), name, probe);
     for (const char* sky : {"clear_sky", "overcast_cie", "sun_glow"})

@@ -246,7 +246,8 @@ TEST_P(CertifiedBoundsSoak, HoldForWhatMesaShadesOfAPublicScene) {
     formats::writeContent(folder / "scene.toml", fmt::format("schema = 1\nname = \"{}\"\n[[light_map]]\nname = \"map\"\nfile = \"{}\"\n",
                                                              GetParam(), bake.string()));
     for (const char* layout : kLayouts)
-        expectInside(CookedScene(folder / "scene.toml", layout, "light-map"), "map", bake, 2000, fmt::format("{} {}", GetParam(), layout));
+        expectInside(CookedScene(folder / "scene.toml", layout, "light-map", 1.0), "map", bake, 2000,
+                     fmt::format("{} {}", GetParam(), layout));
 }
 INSTANTIATE_TEST_SUITE_P(Public, CertifiedBoundsSoak, testing::Values("cornell", "interior", "outdoor", "zdm2_sun"),
                          [](const auto& each) { return std::string(each.param); });

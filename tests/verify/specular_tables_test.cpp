@@ -79,7 +79,7 @@ Verified compareAll(const CookedSpecularTables& tables, int randomCount = 12) {
 
 std::vector<StageError> verifyAll(const CookedSpecularTables& tables, int randomCount = 12) {
     const Verified all = compareAll(tables, randomCount);
-    return specularTableStages(all.samples, all.results, kF0, boundSpecularTables(tables, all.keys, kF0));
+    return specularTableStages(tables, all.samples, all.results, kF0, boundSpecularTables(tables, all.keys, kF0));
 }
 
 TEST(SpecularTableSamples, MeetEveryNodeEveryCellAndTheRangesOnly) {
@@ -155,7 +155,7 @@ TEST(VerifySpecularTables, TotalTellsTheAreaSpecularOfAConstantLight) {
     result.reference[0] = 0.25;
     result.cooked[0] = 0.275;
     const std::vector<SpecularTableSample> samples = {{0.5, 0.3, true, false}};
-    const auto stages = specularTableStages(samples, {result}, {1.0}, {});
+    const auto stages = specularTableStages({}, samples, {result}, {1.0}, {});
     EXPECT_NEAR(stages[2].specular.relRms, 0.1, 1e-6);
     EXPECT_NEAR(stages[2].specular.maxSampled, 0.1 / 1.02, 2e-3);
 }
