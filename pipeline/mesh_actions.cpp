@@ -11,6 +11,7 @@
 #include "pipeline/bands.h"
 #include "pipeline/figures_json.h"
 #include "pipeline/light_map_actions.h"
+#include "pipeline/preview.h"
 #include "pipeline/verify_pieces.h"
 #include "verify/mesh_clusters.h"
 #include "verify/mesh_shift.h"
@@ -256,13 +257,15 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     const verify::MeshShift shift{moved->lightMapUv * bake.width(), moved->lightMapUv * bake.height(), moved->normalRadians};
     using verify::ErrorAccumulator;
     ErrorAccumulator errors(key);
+    Preview preview(bake.width(), bake.height(), key);  // over the light map: where what quantization moved is seen
     const auto verified = foldBands<ErrorAccumulator>(
         bake.stripCount(), context, "verify " + context.action.asset,
         [&](int index) -> Result<ErrorAccumulator> {
             const auto band = bake.stripWithMargin(index, 0, 1);
             if (!band) return tl::make_unexpected(band.error());
             ErrorAccumulator part(key);
-            verify::addMeshShiftErrors(*band, bake.stripFirstRow(index), bake.stripRows(index), shift, key, part);
+            verify::addMeshShiftErrors(*band, bake.stripFirstRow(index), bake.stripRows(index), shift, key, part,
+                                       [&](int x, int y, const glm::vec3& lit, const glm::vec3& seen) { preview.set(x, y, lit, seen); });
             return part;
         },
         [&](const ErrorAccumulator& part) { errors.merge(part); });
@@ -275,6 +278,7 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     outcome.result["light"] = {{"diffuse_rms", errors.referenceRms()}};
     outcome.result["mesh_error"] = {
         {"position", moved->position}, {"normal_radians", moved->normalRadians}, {"light_map_uv", moved->lightMapUv}};
+    if (auto written = preview.write(context.folder, context.action.asset, outcome); !written) return tl::make_unexpected(written.error());
     return outcome;
 }
 

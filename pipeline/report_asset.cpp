@@ -35,11 +35,21 @@ Html pictures(const std::filesystem::path& folder, const Json& asset) {
     if (!preview.is_object()) return {};
     // The ramp of this scale is that of preview.cpp.
     const Html ramp = word("0") + element("span", {{"class", "heat"}}, {}) + word("10 % or more");
-    const Html differenceCaption = element("b", word("Difference")) + word(": local relative error, the worst under each pixel") +
+    const std::string kind = words(member(asset, "kind"));
+    const char *reference = ": the float bake", *cooked = ": as the shader reads it", *difference = "";
+    if (kind == "lut") {
+        reference = ": integrated; NoV from grazing (left) to facing, m from smooth (top) to rough, constant light off F0 0.04";
+        difference = "; RMS over all lights and F0";
+    } else if (kind == "mesh") {
+        reference = ": the float bake, over the light map";
+        cooked = ": light-map UVs moved and normals turned by the most that quantization did";
+    }
+    const Html differenceCaption = element("b", word("Difference")) +
+                                   text(": local relative error, the worst under each pixel" + std::string(difference)) +
                                    element("span", {{"class", "scale"}}, ramp);
     return element("div", {{"class", "pictures"}},
-                   pictureFigure(folder, preview, "reference", element("b", word("Reference")) + word(": the float bake")) +
-                       pictureFigure(folder, preview, "cooked", element("b", word("Cooked")) + word(": as the shader reads it")) +
+                   pictureFigure(folder, preview, "reference", element("b", word("Reference")) + word(reference)) +
+                       pictureFigure(folder, preview, "cooked", element("b", word("Cooked")) + word(cooked)) +
                        pictureFigure(folder, preview, "difference", differenceCaption));
 }
 

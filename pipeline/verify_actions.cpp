@@ -8,6 +8,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 #include "fit/specular_tables.h"
@@ -225,6 +226,44 @@ bool isAxis(const Json& json, const std::vector<fit::AxisMapping>& mappings) {
                        [&](const auto& mapping) { return json.at("of") == mapping.name && json.at("factors") == Json(mapping.factors); });
 }
 
+/// Reflected light over NoV (grazing on the left) and m (smooth on top), as far as the tables go: of constant light off a surface of F0
+/// 0.6, and the worst error of all lights and F0 that they are judged by. Nothing after an interrupt.
+std::optional<Preview> drawTables(const verify::CookedSpecularTables& tables, double key, const ActionContext& context) {
+    constexpr int kAcross = 96, kDown = 48;
+    const std::vector<verify::SpecularKernelEntries> shadings = verify::specularTableShadings(kTableF0);
+    const std::size_t shown = static_cast<std::size_t>(std::ranges::find(kTableF0, 0.04) - kTableF0.begin());
+    const auto ends = [](const verify::SpecularTableAxis& axis) {
+        return std::minmax({axis.inverse(axis.at(0)), axis.inverse(axis.at(axis.count - 1))});
+    };
+    const auto [lowNoV, highNoV] = ends(tables.view);
+    const auto [lowM, highM] = ends(tables.roughness);
+    Preview preview(kAcross, kDown, key);
+    const bool finished = forEachPiece(kDown, context, "verify " + context.action.asset, [&](std::size_t row) {
+        const double m = lowM + (highM - lowM) * (static_cast<double>(row) + 0.5) / kDown;
+        for (int x = 0; x < kAcross; ++x) {
+            const double NoV = std::max(verify::kSmallestTableNoV, lowNoV + (highNoV - lowNoV) * (x + 0.5) / kAcross);
+            const verify::SpecularTableResult found = verify::compareSpecularTables(tables, {NoV, m, false, false});
+            const auto reflected = [&](const verify::SpecularKernelEntries& k, std::size_t shading) {
+                return std::inner_product(k.begin(), k.end(), shadings[shading].begin(), 0.0);
+            };
+            double squares = 0, errors = 0;
+            for (std::size_t i = 0; i < shadings.size(); ++i) {
+                const double truth = reflected(found.reference, i), error = reflected(found.cooked, i) - truth;
+                squares += truth * truth;
+                errors += error * error;
+            }
+            const auto count = static_cast<double>(shadings.size());
+            const double light = std::sqrt(squares / count), off = std::sqrt(errors / count);
+            preview.set(x, static_cast<int>(row), glm::vec3(static_cast<float>(light)), glm::vec3(static_cast<float>(light + off)));
+            // The last light is what the pictures keep.
+            preview.set(x, static_cast<int>(row), glm::vec3(static_cast<float>(reflected(found.reference, shown))),
+                        glm::vec3(static_cast<float>(reflected(found.cooked, shown))));
+        }
+    });
+    if (!finished) return {};
+    return preview;
+}
+
 /// The kernels that the scene shades with, for the views, m and F0 that its light maps are verified with. The verdict is of all that the
 /// tables hold, and mostly of grazing views; what this error is worth depends on a map's light.
 Json momentsOf(const verify::CookedSpecularTables& tables, const verify::LightMapShading& shading) {
@@ -381,7 +420,10 @@ Result<ActionOutcome> verifyTables(const ActionContext& context) {
         return interrupted(context);
     verify::SpecularTableBounds bound;
     for (const verify::SpecularTableBounds& each : bounds) bound.raise(each);
+    const auto preview = drawTables(tables, keys.shaded, context);
+    if (!preview) return interrupted(context);
     ActionOutcome outcome = outcomeOf(verify::specularTableStages(tables, samples, results, kTableF0, bound), context, watch, violations);
+    if (auto written = preview->write(context.folder, context.action.asset, outcome); !written) return tl::make_unexpected(written.error());
     const Json& parameters = context.action.parameters;
     if (parameters.contains("shading")) outcome.result["light"] = momentsOf(tables, shadingFromJson(parameters.at("shading")));
     return outcome;

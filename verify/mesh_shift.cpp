@@ -93,7 +93,7 @@ void forEachQuad(const formats::LightMapBand& band, int firstRow, int rowCount, 
 }  // namespace
 
 void addMeshShiftErrors(const formats::LightMapBand& band, int firstRow, int rowCount, const MeshShift& shift, double key,
-                        ErrorAccumulator& errors) {
+                        ErrorAccumulator& errors, const MeshShiftSeen& seen) {
     const double s = std::min(shift.uTexels, 0.5), t = std::min(shift.vTexels, 0.5);
     forEachQuad(band, firstRow, rowCount, [&](int x, int y, const Quad& quad, const glm::dvec3& normal) {
         const glm::dmat3 frame = lighting::worldFromTangentFrame(normal);
@@ -111,6 +111,7 @@ void addMeshShiftErrors(const formats::LightMapBand& band, int firstRow, int row
             const glm::dvec3 turned =
                 glm::normalize(normal + std::tan(shift.normalRadians) * (signS * frame[0] + signT * frame[1]) / std::numbers::sqrt2);
             const glm::vec3 result = exitRadiance(quad.at(0.5 + signS * s, 0.5 + signT * t), glm::vec3(turned));
+            if (seen) seen(x, y, reference, result);
             for (int channel = 0; channel < 3; ++channel)
                 errors.add(static_cast<double>(reference[channel]), static_cast<double>(result[channel]),
                            [&] { return at(channel, turned); });

@@ -2,6 +2,8 @@
 // gradient.
 #pragma once
 
+#include <functional>
+
 #include "formats/light_map.h"
 #include "verify/figures.h"
 
@@ -18,8 +20,10 @@ struct MeshShift {
 /// turned by the whole angle about two axes. The bound: bilinear filtering moves by at most the quad's edge differences times the shift;
 /// band l of the exit radiance has a gradient of at most sqrt(l (l + 1) (2l + 1) / 4 pi) times the norm of its coefficients (the addition
 /// theorem of gradients), and the polynomial's value changes by at most that times the angle.
+/// seen  if given: every sample, by the first texel of its quad; may be called from several threads at once, for rows of their own
+using MeshShiftSeen = std::function<void(int x, int y, const glm::vec3& reference, const glm::vec3& result)>;
 void addMeshShiftErrors(const formats::LightMapBand& band, int firstRow, int rowCount, const MeshShift& shift, double key,
-                        ErrorAccumulator& errors);
+                        ErrorAccumulator& errors, const MeshShiftSeen& seen = {});
 
 /// The same bound as an RMS over the map, for any shift at once: a quad's bound is linear in the three parts of a shift, so that six sums
 /// of products tell the RMS of all quads.
