@@ -19,6 +19,7 @@
 #include "pipeline/plan.h"
 #include "pipeline/report.h"
 #include "pipeline/report_failures.h"
+#include "pipeline/seal.h"
 #include "shaders/include.h"
 
 namespace pipeline {
@@ -77,6 +78,29 @@ std::string depfileText(const Scene& scene, const std::filesystem::path& output,
         for (const auto& [role, path] : action.inputs) inputs.insert(makeEscaped(path));
     if (!scene.colors.config.empty()) inputs.insert(makeEscaped(scene.colors.config));
     return fmt::format("{}: {}\n", makeEscaped(output / kManifestName), fmt::join(inputs, " "));
+}
+
+/// Whether a file is what some record of it says.
+std::optional<Error> checkFile(const std::filesystem::path& file, const std::string& expected) {
+    const auto digest = digestOfFile(file);
+    if (!digest) return Error{ErrorCode::Verification, file.string(), "found no readable file, expected the one that was cooked"};
+    if (*digest == expected) return {};
+    return Error{ErrorCode::Verification, file.string(), fmt::format("found content {}, expected {} as cooked", *digest, expected)};
+}
+
+/// What report.json, as it was read, says of the files that go with it: the manifest, the page, the pictures.
+std::vector<Error> checkReportFiles(const std::filesystem::path& folder, const std::string& manifestText, const Json& report) {
+    std::vector<Error> errors;
+    for (const Json& each : report.value("files", Json::array())) {
+        const std::string file = each.at("file").get<std::string>(), expected = each.at("digest").get<std::string>();
+        if (file != kManifestName) {
+            if (auto error = checkFile(folder / file, expected)) errors.push_back(std::move(*error));
+        } else if (digestOfText(manifestText) != expected) {
+            errors.push_back({ErrorCode::Verification, (folder / kReportName).string(),
+                              fmt::format("found the report of manifest {}, expected that of {}", expected, digestOfText(manifestText))});
+        }
+    }
+    return errors;
 }
 
 /// One cook, from scene file to published folder.
@@ -249,20 +273,34 @@ private:
         }
         const std::string shader = shaders::shaderInclude(layoutsOf(assets));
         const Json manifest = makeManifest(scene_, outcome_.output, assets, digestOfText(shader));
+        const std::string manifestText = sealed(manifest);
         if (oldManifest) removeStale(*oldManifest, manifest);
         if (auto written = writeFileIfChanged(outcome_.output / kShaderName, shader); !written) return written;
-        if (auto written = writeFileIfChanged(outcome_.output / kManifestName, textOf(manifest) + "\n"); !written) return written;
+        if (auto written = writeFileIfChanged(outcome_.output / kManifestName, manifestText); !written) return written;
 
-        const bool unchanged =
-            outcome_.actionsRun == 0 && oldReport && oldManifest && *oldManifest == manifest && isSameButForTime(*oldReport, rows);
+        const bool unchanged = outcome_.actionsRun == 0 && oldReport && oldManifest && sealed(*oldManifest) == manifestText &&
+                               isSameButForTime(*oldReport, rows) && checkReportFiles(outcome_.output, manifestText, *oldReport).empty();
         if (unchanged) {
             outcome_.report = *oldReport;
             return {};
         }
         const ReportFrame frame{scene_.name, secondsSince(start_), peakResidentBytes(), scene_.output.budgetBytes};
         outcome_.report = makeReport(frame, rows, skipsOf(plan, result, rows));
-        if (auto written = writeFile(outcome_.output / kReportName, textOf(outcome_.report) + "\n"); !written) return written;
-        return writeFile(outcome_.output / kReportHtmlName, renderReportHtml(outcome_.report, outcome_.output));
+        const std::string page = renderReportHtml(outcome_.report, outcome_.output);
+        if (auto written = writeFile(outcome_.output / kReportHtmlName, page); !written) return written;
+        outcome_.report["files"] = {{{"file", kManifestName}, {"digest", digestOfText(manifestText)}},
+                                    {{"file", kReportHtmlName}, {"digest", digestOfText(page)}}};
+        for (const Json& row : rows) {
+            const Json pictures = row.value("preview", Json::object());
+            for (const Json& file : pictures) {
+                const auto digest = digestOfFile(outcome_.output / file.get<std::string>());
+                if (!digest) return tl::make_unexpected(digest.error());
+                outcome_.report["files"].push_back({{"file", file}, {"digest", *digest}});
+            }
+        }
+        const std::string reportText = sealed(outcome_.report);
+        outcome_.report["digest"] = parseJson(reportText).at("digest");
+        return writeFile(outcome_.output / kReportName, reportText);
     }
 
     bool isTold(const Error& error) const {
@@ -323,18 +361,30 @@ private:
     std::uint64_t meshBytes_ = 0;  ///< see mostMeshBytes
 };
 
-/// Files of a cooked folder whose content is not what the manifest says.
+/// Files of a cooked folder whose content is not what the cook left: the manifest and the report by their own digests, all others by those
+/// that these two have of them. A folder without its report is whole: an engine has no use for one.
 std::vector<Error> checkDigests(const std::filesystem::path& folder, const Json& manifest) {
     std::vector<Error> errors;
-    for (const FileRecord& file : filesOf(manifest)) {
-        const auto digest = digestOfFile(folder / file.name);
-        if (!digest)
-            errors.push_back(
-                {ErrorCode::Verification, (folder / file.name).string(), "found no readable file, expected the one that was cooked"});
-        else if (*digest != file.digest)
-            errors.push_back({ErrorCode::Verification, (folder / file.name).string(),
-                              fmt::format("found content {}, expected {} as cooked", *digest, file.digest)});
+    const auto add = [&](const Result<void>& checked) {
+        if (!checked) errors.push_back(checked.error());
+        return checked.has_value();
+    };
+    const auto text = readFile(folder / kManifestName);
+    if (!text) return {text.error()};
+    add(checkSeal(*text, (folder / kManifestName).string()));
+    for (const FileRecord& file : filesOf(manifest))
+        if (auto error = checkFile(folder / file.name, file.digest)) errors.push_back(std::move(*error));
+    std::error_code code;
+    if (!std::filesystem::exists(folder / kReportName, code)) return errors;
+    const auto reportText = readFile(folder / kReportName);
+    if (!reportText) return {reportText.error()};
+    if (!add(checkSeal(*reportText, (folder / kReportName).string()))) return errors;
+    const auto report = readReport(folder / kReportName);
+    if (!report) {
+        errors.push_back(report.error());
+        return errors;
     }
+    for (Error& error : checkReportFiles(folder, *text, *report)) errors.push_back(std::move(error));
     return errors;
 }
 

@@ -159,6 +159,11 @@ void checkManifestAsset(const Place& asset) {
     }
 }
 
+void checkReportFile(const Place& file) {
+    file["file"].file();
+    file["digest"].text();
+}
+
 void checkReportAsset(const Place& asset) {
     for (const char* key : {"name", "layout"}) asset[key].text();
     checkKind(asset["kind"]);
@@ -264,6 +269,7 @@ Result<void> checkReport(const Json& report, const std::string& subject) {
         for (const char* key : {"seconds", "peak_rss_bytes"}) root[key].number(0, HUGE_VAL);
         root["assets"].each(checkReportAsset);
         root["skipped"].list(0);
+        if (root.has("files")) root["files"].each(checkReportFile);
         if (root.has("whole")) checkWhole(root["whole"]);
         const Place budget = root["budget"];
         budget["limit_bytes"].bytesOrNull();

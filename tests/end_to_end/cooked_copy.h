@@ -16,6 +16,7 @@
 #include "pipeline/manifest.h"
 #include "shaders/include.h"
 #include "tests/formats/temporary_folder.h"
+#include "tests/pipeline/sealed_folder.h"
 #include "verify/texture_unit.h"
 
 namespace pipeline {
@@ -112,7 +113,7 @@ public:
         stamp(manifest_["shader"]);
         writeManifest();
     }
-    void writeManifest() const { formats::writeContent(folder_ / kManifestName, textOf(manifest_)); }
+    void writeManifest() const { writeSealedManifest(folder_.path(), manifest_); }
 
     Outcome verify() const {
         const RunState state;

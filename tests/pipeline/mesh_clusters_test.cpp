@@ -9,6 +9,7 @@
 #include "pipeline/digest.h"
 #include "pipeline/json_shape.h"
 #include "pipeline/manifest.h"
+#include "tests/pipeline/sealed_folder.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace pipeline {
@@ -141,7 +142,7 @@ protected:
         Json manifest = parseJson(formats::contentOf(folder_ / "out" / kManifestName));
         for (Json& each : manifest["assets"])
             if (each["name"] == "room_mesh") each["digest"] = digestOfText(glb);
-        formats::writeContent(folder_ / "out" / kManifestName, manifest.dump());
+        writeSealedManifest(folder_ / "out", manifest);
     }
 
     const formats::TemporaryFolder folder_;
@@ -268,7 +269,7 @@ TEST_F(TwoSquares, AManifestThatNamesNoSuchLightMapIsRefused) {
     const auto verifiedWith = [&](auto&& edit) {
         Json manifest = whole;
         for (Json& each : manifest["assets"]) edit(each);
-        formats::writeContent(folder_ / "out" / kManifestName, manifest.dump());
+        writeSealedManifest(folder_ / "out", manifest);
         const Outcome outcome = verify();
         return outcome.errors.empty() ? formats::Error{formats::ErrorCode::Internal, "nothing", ""} : outcome.errors[0];
     };

@@ -1,0 +1,121 @@
+// Whatever happens to a byte of a cooked folder, and whichever of its files is one of another cook: `verify` says which file it is.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+
+#include "pipeline/cook.h"
+#include "pipeline/manifest.h"
+#include "pipeline/report.h"
+#include "tests/formats/temporary_folder.h"
+
+namespace pipeline {
+namespace {
+
+using formats::ErrorCode;
+
+/// The scene that ships: every kind of asset, a mesh too.
+class CookedFolder : public testing::Test {
+protected:
+    static void SetUpTestSuite() {
+        folder_ = std::make_unique<formats::TemporaryFolder>();
+        cook("cooked", 0.02);
+        cook("other", 0.05);
+    }
+    static void TearDownTestSuite() { folder_.reset(); }
+    static std::filesystem::path cooked() { return *folder_ / "cooked"; }
+    static std::filesystem::path other() { return *folder_ / "other"; }
+
+    static std::map<std::string, std::string> filesOf(const std::filesystem::path& folder) {
+        std::map<std::string, std::string> files;
+        for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+            if (entry.is_regular_file()) files[entry.path().lexically_relative(folder).generic_string()] = formats::contentOf(entry.path());
+        return files;
+    }
+    static Outcome verify() {
+        const RunState state;
+        return verifyCooked({cooked(), {}, 0}, state);
+    }
+    /// What the program would end with: 3 or 4, and a line that names the file.
+    static void expectNamed(const std::string& file, const std::string& what) {
+        const Outcome outcome = verify();
+        ASSERT_FALSE(outcome.errors.empty()) << file << ", " << what << ": nothing found";
+        EXPECT_TRUE(
+            std::ranges::any_of(outcome.errors, [&](const formats::Error& error) { return error.subject.find(file) != std::string::npos; }))
+            << file << ", " << what << ": " << outcome.errors[0].line();
+        const std::vector<ErrorCode> codes = {ErrorCode::Verification, ErrorCode::FileUnreadable, ErrorCode::FormatUnsupported};
+        EXPECT_THAT(codes, testing::Contains(outcome.errors[0].code)) << outcome.errors[0].line();
+    }
+
+private:
+    static void cook(const char* name, double maxError) {
+        CookOptions options;
+        options.scene = std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell/scene.toml";
+        options.output = *folder_ / name;
+        options.cache = *folder_ / "cache";
+        options.maxError = maxError;
+        options.effort = maxError < 0.03 ? 3 : 1;
+        const RunState state;
+        for (const formats::Error& error : cookScene(options, state).errors) ADD_FAILURE() << error.line();
+    }
+    static inline std::unique_ptr<formats::TemporaryFolder> folder_;
+};
+
+TEST_F(CookedFolder, IsFoundWholeAsItWasCooked) {
+    EXPECT_THAT(verify().errors, testing::IsEmpty());
+}
+
+TEST_F(CookedFolder, AFlippedByteOfAnyFileIsFoundAndNamed) {
+    std::mt19937 random(3);
+    int flips = 0;
+    const auto files = filesOf(cooked());
+    for (const char* file : {kManifestName, kReportName, kReportHtmlName, kShaderName}) EXPECT_TRUE(files.contains(file)) << file;
+    EXPECT_GT(files.size(), 25u) << "textures, a mesh, pictures";
+    for (const auto& [file, content] : files) {
+        const bool isText = file.ends_with(".json");
+        std::vector<std::size_t> places = {0, content.size() / 2, content.size() - 1};
+        for (int i = 0; i < (isText ? 100 : 3); ++i) places.push_back(random() % content.size());
+        for (const std::size_t place : places) {
+            const char flipped = static_cast<char>(content[place] ^ static_cast<char>(1 << random() % 8));
+            formats::setByte(cooked() / file, place, flipped);
+            expectNamed(file, fmt::format("byte {}", place));
+            formats::setByte(cooked() / file, place, content[place]);
+            ++flips;
+        }
+    }
+    std::printf("figures %d flipped bytes in %zu files\n", flips, files.size());
+    EXPECT_THAT(verify().errors, testing::IsEmpty());
+}
+
+TEST_F(CookedFolder, AFileOfAnotherCookIsFoundAndNamed) {
+    const auto files = filesOf(cooked()), others = filesOf(other());
+    int stale = 0;
+    for (const auto& [file, content] : files) {
+        const auto found = others.find(file);
+        if (found == others.end() || found->second == content) continue;
+        formats::writeContent(cooked() / file, found->second);
+        // A manifest and the files of another cook disagree: whose fault it is cannot be told, each is named that is not the manifest's.
+        expectNamed(file == kManifestName ? kReportName : file, "of another cook");
+        formats::writeContent(cooked() / file, content);
+        ++stale;
+    }
+    std::printf("figures %d files of another cook\n", stale);
+    EXPECT_GE(stale, 6);
+    EXPECT_THAT(verify().errors, testing::IsEmpty());
+}
+
+TEST_F(CookedFolder, AMissingFileIsFoundAndNamedAndAMissingReportIsNoFault) {
+    for (const auto& [file, content] : filesOf(cooked())) {
+        std::filesystem::remove(cooked() / file);
+        if (file == kReportName)
+            EXPECT_THAT(verify().errors, testing::IsEmpty());
+        else
+            expectNamed(file, "missing");
+        formats::writeContent(cooked() / file, content);
+    }
+}
+
+}  // namespace
+}  // namespace pipeline

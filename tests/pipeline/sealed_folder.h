@@ -1,0 +1,24 @@
+// A cooked folder whose manifest was changed on purpose, sealed as a cook would have done it: so that a test meets what lies behind the
+// seals.
+#pragma once
+
+#include "pipeline/digest.h"
+#include "pipeline/json_shape.h"
+#include "pipeline/manifest.h"
+#include "pipeline/report.h"
+#include "pipeline/seal.h"
+#include "tests/formats/temporary_folder.h"
+
+namespace pipeline {
+
+inline void writeSealedManifest(const std::filesystem::path& folder, const Json& manifest) {
+    const std::string text = sealed(manifest);
+    formats::writeContent(folder / kManifestName, text);
+    if (!std::filesystem::exists(folder / kReportName)) return;
+    Json report = parseJson(formats::contentOf(folder / kReportName));
+    for (Json& file : report["files"])
+        if (file.at("file") == kManifestName) file["digest"] = digestOfText(text);
+    formats::writeContent(folder / kReportName, sealed(report));
+}
+
+}  // namespace pipeline
