@@ -55,7 +55,7 @@ std::string timeName(double log) {
     const double seconds = std::pow(10, log);
     if (seconds < 0.99e-3) return fmt::format("{:.3g} µs", 1e6 * seconds);
     if (seconds < 0.99) return fmt::format("{:.3g} ms", 1e3 * seconds);
-    return fmt::format("{:.3g} s", seconds);
+    return fmt::format("{:.4g} s", seconds);
 }
 
 /// Powers of ten inside a range, with their doubles and halves where there are few: logarithms.
