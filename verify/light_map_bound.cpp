@@ -194,6 +194,14 @@ double raised(const ErrorPair& pair, const Response& response, double sign, doub
     return std::numeric_limits<double>::infinity();
 }
 
+/// Nothing can be proven of what is not a number: every comparison with it is false.
+bool areFinite(std::span<const ErrorPair> pairs) {
+    const auto isFinite = [](double value) { return std::isfinite(value); };
+    return std::ranges::all_of(pairs, [&](const ErrorPair& pair) {
+        return std::ranges::all_of(pair.error, isFinite) && std::ranges::all_of(pair.reference, isFinite);
+    });
+}
+
 }  // namespace
 
 lighting::ShBands bandNorms(const lighting::Sh& c) {
@@ -217,6 +225,7 @@ lighting::ShBands Response::norms() const {
 
 double localErrorBound(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
                        double atMost, BoundPlace* place) {
+    if (!areFinite(pairs)) return std::numeric_limits<double>::infinity();
     double bound = atMost;
     for (const double share : kShares) {
         double relative = 0;
@@ -256,6 +265,7 @@ AxisCone axisCone(std::span<const glm::vec3> vectors, double rounding) {
 
 bool staysWithin(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
                  double limit) {
+    if (!areFinite(pairs)) return false;
     return std::ranges::all_of(responses,
                                [&](const Response& response) {
                                    const lighting::ShBands norms = response.norms();

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -166,6 +167,17 @@ TEST(LocalErrorBound, NoErrorIsNoneAndRoundingCounts) {
     EXPECT_EQ(verify::localErrorBound(none, kExit, kFloor, {}), 0);
     EXPECT_NEAR(verify::localErrorBound(none, kExit, kFloor, exitSlack(0.01)), 0.5, 1e-9);
     EXPECT_TRUE(verify::staysWithin(none, kExit, kFloor, {}, 0));
+}
+
+TEST(LocalErrorBound, NothingIsPromisedOfWhatIsNoNumber) {
+    for (const float value : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()})
+        for (std::size_t i = 0; i < 9; ++i)
+            for (const bool isError : {true, false}) {
+                std::vector<verify::ErrorPair> pairs(3);
+                (isError ? pairs[1].error : pairs[1].reference)[i] = value;
+                EXPECT_EQ(verify::localErrorBound(pairs, kExit, kFloor, {}), std::numeric_limits<double>::infinity());
+                EXPECT_FALSE(verify::staysWithin(pairs, kExit, kFloor, {}, 1e30));
+            }
 }
 
 TEST(LocalErrorBound, ExitNormsAreTheAdditionTheorem) {
