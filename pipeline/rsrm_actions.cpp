@@ -100,6 +100,12 @@ Result<verify::CookedRsrm> readMap(const ActionContext& context, const Json& ass
         map.color[static_cast<int>(channel)] = constants.at("color").at(channel).get<float>();
     map.exponents = constants.at("exponents").get<std::vector<double>>();
     map.texels = std::move(*image);
+    map.freedom = verify::freedomOf(texture->shape().format);
+    if (map.freedom.hasSpans()) {
+        const auto blocks = texture->readImage({});
+        if (!blocks) return tl::make_unexpected(blocks.error());
+        map.spans = verify::blockSpans(texture->shape().format, *blocks, texture->shape().width);
+    }
     map.isGrey = texture->shape().format == PixelFormat::Bc4;
     if (texture->shape().format != PixelFormat::Rgba8Unorm)
         map.codes = verify::RsrmCodes::Blocks;

@@ -110,6 +110,29 @@ glm::dvec3 fetch(const CookedRsrm& map, int row, double z) {
     return glm::dvec3(map.isGrey ? shaders::lcRsrmGrey(texel.x, map.color) : shaders::lcRsrm(glm::vec3(texel), map.color));
 }
 
+/// What a sampler is free to do at a texel, in light: to take a place 1/256 texel away along the row and across rows, and what its format
+/// leaves open.
+glm::dvec3 freedomAt(const CookedRsrm& map, int row, int column) {
+    const auto at = [&](int x, int y) {
+        return map.texels.at(std::clamp(x, 0, map.texels.width() - 1), std::clamp(y, 0, map.texels.height() - 1));
+    };
+    glm::vec4 along(0), across(0), largest(0), span(0);
+    for (int y = row - 1; y <= row + 1; ++y)
+        for (int x = column - 1; x <= column + 1; ++x) {
+            largest = glm::max(largest, glm::abs(at(x, y)));
+            along = glm::max(along, glm::abs(at(x + 1, y) - at(x, y)));
+            across = glm::max(across, glm::abs(at(x, y + 1) - at(x, y)));
+            if (map.spans.width() > 0)
+                span = glm::max(span,
+                                map.spans.at(std::clamp(x, 0, map.texels.width() - 1) / 4, std::clamp(y, 0, map.texels.height() - 1) / 4));
+        }
+    const FormatFreedom& format = map.freedom;
+    const bool isIdeal = format.absolute == 0 && format.relative == 0;
+    const glm::vec4 filter = isIdeal ? glm::vec4(0) : kFractionFreedom * (along + across);
+    const glm::vec4 off = filter + format.decoded + format.perSpan * span + format.absolute + format.relative * largest;
+    return glm::abs(glm::dvec3(map.color)) * (map.isGrey ? glm::dvec3(off.x) : glm::dvec3(off));
+}
+
 /// Between what values the source lies, and what a reference from it may be off by.
 struct Ends {
     glm::dvec3 low, high, slack;
@@ -141,9 +164,9 @@ double logAverage(const std::vector<RsrmRow>& rows, const glm::vec3& luminanceWe
 }
 
 /// Bound between two centres, or between the outermost centre and its pole (both the same point then). The result lies between the two
-/// texels. The reference is Lipschitz in the angle: its slope is at most half the gradient's span times the integral of |dk/da| of the
-/// lobe, (s + 1) s / pi B(s/2, 3/2) < sqrt(2 (s + 1) / pi) (Kershaw's inequality); it also lies between the gradient's ends.
-/// The place has the bound (`local`) and its channel alone.
+/// texels, and what a sampler may be off at either beyond them. The reference is Lipschitz in the angle: its slope is at most half the
+/// gradient's span times the integral of |dk/da| of the lobe, (s + 1) s / pi B(s/2, 3/2) < sqrt(2 (s + 1) / pi) (Kershaw's inequality); it
+/// also lies between the gradient's ends. The place has the bound (`local`) and its channel alone.
 ErrorPlace boundBetween(const RsrmRow::Point& a, const RsrmRow::Point& b, double arc, double exponent, const Ends& ends, double key) {
     ErrorPlace worst;
     for (int channel = 0; channel < 3; ++channel) {
@@ -157,7 +180,8 @@ ErrorPlace boundBetween(const RsrmRow::Point& a, const RsrmRow::Point& b, double
         const double reach = (&a == &b ? 1.0 : 0.5) * slope * arc + ends.slack[channel];
         const double low = std::max(ends.low[channel], middle - reach), high = std::min(ends.high[channel], middle + reach);
         // A fraction of a code for the rounding of the fetch's own coordinate.
-        const double slack = 1e-4 * std::abs(a.cooked[channel] - b.cooked[channel]) + 1e-6 * std::abs(a.cooked[channel]);
+        const double slack = 1e-4 * std::abs(a.cooked[channel] - b.cooked[channel]) + 1e-6 * std::abs(a.cooked[channel]) +
+                             std::max(a.freedom[channel], b.freedom[channel]);
         const double resultLow = std::min(a.cooked[channel], b.cooked[channel]) - slack;
         const double resultHigh = std::max(a.cooked[channel], b.cooked[channel]) + slack;
         if (resultHigh > low) raise((resultHigh - low) / (low + 0.02 * key));
@@ -238,8 +262,10 @@ RsrmRow compareRsrmRow(const CookedRsrm& map, const RsrmSource& source, int row,
     const double exponent = map.exponents[static_cast<std::size_t>(row)];
     const Rings rings(exponent);
     RsrmRow result;
+    int column = 0;
     forEachPlace(map.texels.width(), between, [&](double z, bool isCentre) {
-        result.points.push_back({z, isCentre, convolve(source.gradient, rings, exponent, z), fetch(map, row, z)});
+        result.points.push_back({z, isCentre, convolve(source.gradient, rings, exponent, z), fetch(map, row, z), glm::dvec3(0)});
+        if (isCentre) result.points.back().freedom = freedomAt(map, row, column++);
     });
     return result;
 }
@@ -311,7 +337,7 @@ RsrmBlend compareRsrmBlend(const CookedRsrm& first, const std::vector<glm::vec3>
             const glm::vec3 cooked =
                 shaders::lcRsrmBlend(glm::vec3(fetch(first, row, z)), glm::vec3(fetch(second, row, z)), static_cast<float>(weight));
             const glm::dvec3 reference = convolve(blended, rings, first.exponents[index], z);
-            compared.points.push_back({z, isCentre, reference, glm::dvec3(cooked)});
+            compared.points.push_back({z, isCentre, reference, glm::dvec3(cooked), glm::dvec3(0)});
             for (int channel = 0; isCentre && channel < 3; ++channel) {
                 const double code =
                     ((1 - weight) * static_cast<double>(first.color[channel]) + weight * static_cast<double>(second.color[channel])) / 255;

@@ -8,6 +8,7 @@
 
 #include "formats/image.h"
 #include "verify/figures.h"
+#include "verify/light_map_freedom.h"
 
 namespace verify {
 
@@ -25,6 +26,8 @@ struct CookedRsrm {
     formats::Image<glm::vec4> texels;  ///< as fetched, in [0, 1]
     bool isGrey = false;               ///< one channel, which every channel of the colour is multiplied by
     RsrmCodes codes = RsrmCodes::Rounded;
+    FormatFreedom freedom;            ///< what samplers may do with its format; none: they are ideal
+    formats::Image<glm::vec4> spans;  ///< blockSpans of its blocks
 };
 
 /// What a map was made from. uncertainty: by channel, what the gradient itself may be off by, where it was not painted but averaged.
@@ -43,6 +46,7 @@ struct RsrmRow {
         double z = 0;
         bool isCentre = false;
         glm::dvec3 reference{0}, cooked{0};
+        glm::dvec3 freedom{0};  ///< at a centre: how far a sampler may be off there, and up to the next one
     };
     std::vector<Point> points;  ///< north to south
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "lighting/sh.h"
 
@@ -111,6 +112,53 @@ TEST(VerifyRsrm, TheBoundHoldsAtEveryPlaceBetweenTexels) {
     EXPECT_GE(coarse.specular.maxBound, fine.specular.maxSampled);
     EXPECT_GE(coarse.diffuse.maxBound, fine.diffuse.maxSampled);
     EXPECT_LT(coarse.diffuse.maxBound, 100 * fine.diffuse.maxSampled);
+}
+
+/// Places off by 1/256 texel along the row and across rows, filters that are off by what the format leaves open, texels of blocks too.
+TEST(VerifyRsrm, TheBoundHoldsWhateverASamplerDoes) {
+    const auto gradient = sky(64);
+    CookedRsrm map = quantized(gradient, 20, {1, 8, 700, 16384});
+    const auto ideal = verifyAll(map, gradient);
+    for (const formats::PixelFormat format : {formats::PixelFormat::Rgba8Unorm, formats::PixelFormat::Bc7, formats::PixelFormat::Bc4}) {
+        map.isGrey = format == formats::PixelFormat::Bc4;
+        map.freedom = freedomOf(format);
+        if (map.freedom.hasSpans()) map.spans = formats::Image<glm::vec4>(5, 1, glm::vec4(0.5f, 0, 0, 0));
+        const auto stages = verifyAll(map, gradient);
+        EXPECT_TRUE(map.isGrey || stages.back().specular.maxBound > ideal.back().specular.maxBound);
+        std::mt19937 random(3);
+        std::uniform_real_distribution<double> unit(-1, 1);
+        for (int row = 0; row < 4; ++row) {
+            const std::vector<RsrmRow> rows = {compareRsrmRow(map, {gradient}, row, 0)};
+            for (int i = 0; i < 5000; ++i) {
+                const double z = unit(random);
+                // What is taken of each texel is off by as much as it likes; the mean of four is no farther off.
+                const glm::dvec2 place = {std::clamp(0.5 * (1 - z) * 20 - 0.5 + unit(random) / 256, 0.0, 19.0),
+                                          std::clamp(row + unit(random) / 256, 0.0, 3.0)};
+                const int x = std::min(static_cast<int>(place.x), 18), y = std::min(static_cast<int>(place.y), 2);
+                const glm::dvec2 f = place - glm::dvec2(x, y);
+                glm::dvec4 seen(0);
+                for (int corner = 0; corner < 4; ++corner)
+                    seen += (corner % 2 == 1 ? f.x : 1 - f.x) * (corner / 2 == 1 ? f.y : 1 - f.y) *
+                            glm::dvec4(map.texels.at(x + corner % 2, y + corner / 2));
+                const FormatFreedom& free = map.freedom;
+                const double span = map.isGrey ? 0.5 : 0.0;
+                for (int channel = 0; channel < 4; ++channel)
+                    seen[channel] += (unit(random) < 0 ? -1 : 1) * (static_cast<double>(free.decoded[channel]) +
+                                                                    span * free.perSpan[channel] + static_cast<double>(free.absolute));
+                // The nearest centres on either side.
+                const double position = 0.5 * (1 - z) * 20 - 0.5;
+                const auto& points = rows[0].points;
+                const std::size_t left = 1 + static_cast<std::size_t>(std::clamp(std::floor(position), 0.0, 19.0)),
+                                  right = 1 + static_cast<std::size_t>(std::clamp(std::floor(position) + 1, 0.0, 19.0));
+                for (int channel = 0; channel < 3; ++channel) {
+                    const double light = static_cast<double>(map.color[channel]) * seen[map.isGrey ? 0 : channel];
+                    const double slack = std::max(points[left].freedom[channel], points[right].freedom[channel]) + 1e-6 * std::abs(light);
+                    ASSERT_GE(light, std::min(points[left].cooked[channel], points[right].cooked[channel]) - slack);
+                    ASSERT_LE(light, std::max(points[left].cooked[channel], points[right].cooked[channel]) + slack);
+                }
+            }
+        }
+    }
 }
 
 TEST(VerifyRsrm, FindsAWrongColourAndAMapUpsideDown) {
