@@ -29,6 +29,11 @@ constexpr double kSplitDistance = 0.02;
 constexpr double kSplitReach = 9, kSplitDistanceInTail = 0.1;
 /// Errors over the environment's mean that a bright cell may cause before it is opened further.
 constexpr double kSpreadError = 1e-4, kHorizonError = 2e-5;
+/// The same of light that is moved to where a cell's other colours are, before each channel is entered by itself.
+constexpr double kColourError = 1e-4;
+/// [rad] Cells as wide as this have smaller ones under them, for lamps 10,000 times as bright as what is around them: half a step of a
+/// coarse cell is much of its lobe. Four times as many cells as narrow lobes have anyway would take half of the whole time.
+constexpr double kWidestFineCell = 0.012;
 
 /// Columns for the inner loop: eight texels against one entry after the other.
 struct CellList {
@@ -103,6 +108,7 @@ public:
         const double ofMean = brightness * scale.integral / (4 * std::numbers::pi);
         brightSpreadLimit_ = kSpreadError * ofMean;
         brightHorizonLimit_ = kHorizonError * ofMean;
+        colourLimit_ = static_cast<float>(kColourError * ofMean * std::sqrt(scale.widthSquared));
     }
 
     void gather(const glm::vec3& centre, double radius, CellList& out) const {
@@ -140,6 +146,15 @@ private:
         return acrossHorizon && brightness * std::sqrt(spread) * scale_.horizonSlope > brightHorizonLimit_;
     }
     void emit(const Cell& cell, double size, double splitDistance, CellList& out) const {
+        if (cell.colourShift > colourLimit_) {
+            out.add(cell.areaCentroid, scale_.softened(cell.areaSpread), cell.solidAngle, glm::vec3(0));
+            for (int c = 0; c < 3; ++c) {
+                glm::vec3 flux(0);
+                flux[c] = cell.flux[c];
+                out.add(cell.channelCentroid[static_cast<std::size_t>(c)], scale_.softened(cell.channelSpread[c]), 0, flux);
+            }
+            return;
+        }
         const KernelScale::Softened fluxKernel = scale_.softened(cell.fluxSpread);
         if (glm::distance(cell.areaCentroid, cell.fluxCentroid) > splitDistance * size) {
             out.add(cell.areaCentroid, scale_.softened(cell.areaSpread), cell.solidAngle, glm::vec3(0));
@@ -153,6 +168,7 @@ private:
     const KernelScale& scale_;
     double widthToSize_;
     double brightSpreadLimit_ = 0, brightHorizonLimit_ = 0;
+    float colourLimit_ = 0;
 };
 
 formats::Error refusal(const std::string& what, const std::string& found, const std::string& expected) {
@@ -208,8 +224,8 @@ std::vector<MipKernel> chain(const CubemapOptions& options) {
 constexpr double kBrightOverMean = 1.5;
 
 /// Adds what a channel's mean lacks, as CubemapPrefilter::keepMean says. Where the level has so much too much that this could make values
-/// negative (a narrow lobe on very few texels), all are scaled.
-void keepChannelMean(int channel, double mean, double brightest, const std::vector<double>& solidAngles,
+/// negative (a narrow lobe on very few texels), all are scaled. False where a texel would have passed the brightest value.
+bool keepChannelMean(int channel, double mean, double brightest, const std::vector<double>& solidAngles,
                      formats::ImageView<glm::vec3> strip) {
     const auto sumOf = [&](auto&& share) {
         double sum = 0;
@@ -219,17 +235,20 @@ void keepChannelMean(int channel, double mean, double brightest, const std::vect
         return sum / (4 * std::numbers::pi);
     };
     const double found = sumOf([](double value) { return value; });
-    if (!(found > 0)) return;
+    if (!(found > 0)) return true;
     const auto share = [&](double value) {
         const double bright = std::min(value / (kBrightOverMean * found), 1.0);
         return value * bright * bright;
     };
     const double lack = mean - found, gain = lack / sumOf(share);
+    bool isWhole = true;
     for (int y = 0; y < strip.height; ++y)
         for (int x = 0; x < strip.width; ++x) {
             const double value = strip.at(x, y)[channel], kept = gain > -0.5 ? value + gain * share(value) : value * mean / found;
+            isWhole = isWhole && kept <= brightest;
             strip.at(x, y)[channel] = static_cast<float>(std::min(kept, brightest));
         }
+    return isWhole;
 }
 
 }  // namespace
@@ -255,7 +274,8 @@ struct CubemapPrefilter::State {
     }
 
     void buildTree(const formats::Environment& environment, const CubemapOptions& options, double narrowest) {
-        tree = buildCellTree(environment, narrowest / options.cellsPerKernelWidth,
+        const double cellWidth = narrowest / options.cellsPerKernelWidth;
+        tree = buildCellTree(environment, (cellWidth < kWidestFineCell ? 1 : 0.5) * cellWidth,
                              narrowest * (options.kernel == PrefilterKernel::Ggx ? kPiecePerGgxWidth : kPiecePerKernelWidth));
         double solidAngle = 0;
         for (const Cell& cell : tree.levels.front().cells) {
@@ -351,8 +371,11 @@ void CubemapPrefilter::keepMean(int mip, formats::ImageView<glm::vec3> strip) co
     std::vector<double> solidAngles;
     for (int i = 0; i < level.size * level.size; ++i)
         solidAngles.push_back(lighting::cubeTexelSolidAngle(i % level.size, i / level.size, level.size));
+    // Texels that would pass the source's brightest stop there: what they lack goes to the others, the next time round.
+    constexpr int kRounds = 4;
     for (int channel = 0; channel < 3; ++channel)
-        keepChannelMean(channel, state_->mean[channel], state_->tree.brightest, solidAngles, strip);
+        for (int round = 0; round < kRounds; ++round)
+            if (keepChannelMean(channel, state_->mean[channel], state_->tree.brightest, solidAngles, strip)) break;
 }
 
 formats::Image<glm::vec3> CubemapPrefilter::filterMip(int mip) const {

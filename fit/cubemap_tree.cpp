@@ -31,7 +31,7 @@ public:
         sums.solidAngle += solidAngle;
         sums.brightness += brightness;
         sums.direction += solidAngle * direction;
-        sums.brightDirection += brightness * direction;
+        for (std::size_t c = 0; c < 3; ++c) sums.fluxDirection[c] += flux[static_cast<int>(c)] * direction;
         sums.flux += flux;
     }
     /// Several pieces at once, all into the cell of their mean direction.
@@ -63,21 +63,23 @@ struct PanoramaRow {
 /// Columns [begin, end) as one: exact moments, whatever light they hold.
 CellMoments sumOfRun(const PanoramaRow& row, const glm::vec3* texels, double scale, int begin, int end) {
     glm::dvec3 radiance(0);
-    glm::dvec2 turn(0), brightTurn(0);
+    glm::dvec2 turn(0);
+    std::array<glm::dvec2, 3> fluxTurn{};
     for (int column = begin; column < end; ++column) {
         const glm::dvec3 texel(texels[column]);
         const glm::dvec2 azimuth = row.azimuths[static_cast<std::size_t>(column)];
         radiance += texel;
         turn += azimuth;
-        brightTurn += (texel.x + texel.y + texel.z) * azimuth;
+        for (std::size_t c = 0; c < 3; ++c) fluxTurn[c] += texel[static_cast<int>(c)] * azimuth;
     }
     const double count = end - begin, brightness = scale * (radiance.x + radiance.y + radiance.z);
     CellMoments sums;
     sums.solidAngle = count * row.solidAngle;
     sums.brightness = row.solidAngle * brightness;
     sums.direction = row.solidAngle * glm::dvec3(row.across * turn.x, count * row.up, row.across * turn.y);
-    sums.brightDirection =
-        row.solidAngle * glm::dvec3(row.across * scale * brightTurn.x, brightness * row.up, row.across * scale * brightTurn.y);
+    for (std::size_t c = 0; c < 3; ++c)
+        sums.fluxDirection[c] = row.solidAngle * scale *
+                                glm::dvec3(row.across * fluxTurn[c].x, radiance[static_cast<int>(c)] * row.up, row.across * fluxTurn[c].y);
     sums.flux = row.solidAngle * scale * radiance;
     return sums;
 }
@@ -195,10 +197,18 @@ Cell finishCell(const CellMoments& moments) {
     Cell cell;
     cell.solidAngle = static_cast<float>(moments.solidAngle);
     cell.areaCentroid = unitOr(moments.direction, glm::vec3(0));
-    cell.fluxCentroid = moments.brightness > 0 ? unitOr(moments.brightDirection, cell.areaCentroid) : cell.areaCentroid;
+    const glm::dvec3 bright = moments.fluxDirection[0] + moments.fluxDirection[1] + moments.fluxDirection[2];
+    cell.fluxCentroid = moments.brightness > 0 ? unitOr(bright, cell.areaCentroid) : cell.areaCentroid;
     cell.flux = glm::vec3(moments.flux);
     cell.areaSpread = moments.solidAngle > 0 ? spreadOf(moments.direction, moments.solidAngle) : 0;
-    cell.fluxSpread = moments.brightness > 0 ? spreadOf(moments.brightDirection, moments.brightness) : cell.areaSpread;
+    cell.fluxSpread = moments.brightness > 0 ? spreadOf(bright, moments.brightness) : cell.areaSpread;
+    for (int c = 0; c < 3; ++c) {
+        const auto i = static_cast<std::size_t>(c);
+        const bool isLit = moments.flux[c] > 0;
+        cell.channelCentroid[i] = isLit ? unitOr(moments.fluxDirection[i], cell.fluxCentroid) : cell.fluxCentroid;
+        cell.channelSpread[c] = isLit ? spreadOf(moments.fluxDirection[i], moments.flux[c]) : cell.fluxSpread;
+        cell.colourShift = std::max(cell.colourShift, cell.flux[c] * glm::distance(cell.channelCentroid[i], cell.fluxCentroid));
+    }
     return cell;
 }
 

@@ -16,18 +16,24 @@ struct Cell {
     glm::vec3 flux{0};          ///< [radiance sr], over the source's brightest value
     float areaSpread = 0;       ///< [chord^2] variance of the area around its centroid, per axis of the tangent plane
     float fluxSpread = 0;       ///< the same of the flux around its own
+    /// The same of each channel's own light, where lamps of different colours may lie side by side.
+    std::array<glm::vec3, 3> channelCentroid{};
+    glm::vec3 channelSpread{0};
+    /// How far channels' light lies from fluxCentroid, times what it is [chord radiance sr]: the most of the three.
+    float colourShift = 0;
 };
 
 /// What a cell is made of: sums over the pieces of texels in it, in double.
 struct CellMoments {
     double solidAngle = 0, brightness = 0;  ///< [sr]; sum of the channels' flux
-    glm::dvec3 direction{0}, brightDirection{0}, flux{0};
+    glm::dvec3 direction{0}, flux{0};
+    std::array<glm::dvec3, 3> fluxDirection{};  ///< by channel
     void add(const CellMoments& other) {
         solidAngle += other.solidAngle;
         brightness += other.brightness;
         direction += other.direction;
-        brightDirection += other.brightDirection;
         flux += other.flux;
+        for (std::size_t c = 0; c < 3; ++c) fluxDirection[c] += other.fluxDirection[c];
     }
 };
 Cell finishCell(const CellMoments& moments);

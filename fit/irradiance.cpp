@@ -17,6 +17,8 @@ namespace {
 constexpr double kFinestCellWidth = 0.012, kBrightShare = 5e-5;
 /// A cell whose light lies farther from its middle than this part of its size is entered twice: its area here, its light there.
 constexpr double kSplitDistance = 0.02;
+/// Its channels are entered by themselves where what they lie apart, times what they are, is more than this part of all light.
+constexpr double kColourShare = 1e-6;
 
 struct Entry {
     glm::vec3 direction;  ///< mean over the cell, shorter than 1 by what the cell spreads: n.direction is then the exact mean of n.l
@@ -48,7 +50,14 @@ private:
     }
     void emit(const Cell& cell, double size) {
         const glm::vec3 area = (1 - cell.areaSpread) * cell.areaCentroid, light = (1 - cell.fluxSpread) * cell.fluxCentroid;
-        if (glm::distance(cell.areaCentroid, cell.fluxCentroid) > kSplitDistance * size) {
+        if (static_cast<double>(cell.colourShift) > kColourShare * all_) {
+            entries_.push_back({area, cell.solidAngle, glm::vec3(0)});
+            for (int c = 0; c < 3; ++c) {
+                glm::vec3 flux(0);
+                flux[c] = cell.flux[c];
+                entries_.push_back({(1 - cell.channelSpread[c]) * cell.channelCentroid[static_cast<std::size_t>(c)], 0, flux});
+            }
+        } else if (glm::distance(cell.areaCentroid, cell.fluxCentroid) > kSplitDistance * size) {
             entries_.push_back({area, cell.solidAngle, glm::vec3(0)});
             entries_.push_back({light, 0, cell.flux});
         } else {
