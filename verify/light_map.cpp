@@ -60,18 +60,8 @@ std::vector<StageError> LightMapErrors::stages() const {
     // The verdict: the last stage at texel centres, and whatever is worse between them.
     StageError total = out[out.size() - 2];
     const StageError& magnified = out.back();
-    const auto worsen = [](ErrorFigures& figures, const ErrorFigures& other) {
-        if (other.maxSampled > figures.maxSampled) {
-            figures.maxSampled = other.maxSampled;
-            figures.sampledAt = other.sampledAt;
-        }
-        if (other.maxBound > figures.maxBound) {
-            figures.maxBound = other.maxBound;
-            figures.boundAt = other.boundAt;
-        }
-    };
-    worsen(total.diffuse, magnified.diffuse);
-    worsen(total.specular, magnified.specular);
+    takeLarger(total.diffuse, magnified.diffuse);
+    takeLarger(total.specular, magnified.specular);
     total.name = "total";
     out.push_back(total);
     return out;
