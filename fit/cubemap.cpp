@@ -146,22 +146,11 @@ private:
         return acrossHorizon && brightness * std::sqrt(spread) * scale_.horizonSlope > brightHorizonLimit_;
     }
     void emit(const Cell& cell, double size, double splitDistance, CellList& out) const {
-        if (cell.colourShift > colourLimit_) {
-            out.add(cell.areaCentroid, scale_.softened(cell.areaSpread), cell.solidAngle, glm::vec3(0));
-            for (int c = 0; c < 3; ++c) {
-                glm::vec3 flux(0);
-                flux[c] = cell.flux[c];
-                out.add(cell.channelCentroid[static_cast<std::size_t>(c)], scale_.softened(cell.channelSpread[c]), 0, flux);
-            }
-            return;
-        }
-        const KernelScale::Softened fluxKernel = scale_.softened(cell.fluxSpread);
-        if (glm::distance(cell.areaCentroid, cell.fluxCentroid) > splitDistance * size) {
-            out.add(cell.areaCentroid, scale_.softened(cell.areaSpread), cell.solidAngle, glm::vec3(0));
-            out.add(cell.fluxCentroid, fluxKernel, 0, cell.flux);
-        } else {
-            out.add(cell.fluxCentroid, fluxKernel, cell.solidAngle, cell.flux);
-        }
+        const bool isSplit = glm::distance(cell.areaCentroid, cell.fluxCentroid) > splitDistance * size;
+        enterCell(cell, cell.colourShift > colourLimit_, isSplit,
+                  [&](const glm::vec3& centroid, float spread, float solidAngle, const glm::vec3& flux) {
+                      out.add(centroid, scale_.softened(spread), solidAngle, flux);
+                  });
     }
 
     const CellTree& tree_;

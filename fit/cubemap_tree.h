@@ -23,6 +23,26 @@ struct Cell {
     float colourShift = 0;
 };
 
+/// Calls add(centroid, spread, solidAngle, flux) for what a cell is entered as: its channels each where its own light is (isColoured), its
+/// light apart from its area (isSplit), or both at the light's centroid.
+template <class Add>
+void enterCell(const Cell& cell, bool isColoured, bool isSplit, Add&& add) {
+    if (!isColoured && !isSplit) {
+        add(cell.fluxCentroid, cell.fluxSpread, cell.solidAngle, cell.flux);
+        return;
+    }
+    add(cell.areaCentroid, cell.areaSpread, cell.solidAngle, glm::vec3(0));
+    if (!isColoured) {
+        add(cell.fluxCentroid, cell.fluxSpread, 0.0f, cell.flux);
+        return;
+    }
+    for (int c = 0; c < 3; ++c) {
+        glm::vec3 flux(0);
+        flux[c] = cell.flux[c];
+        add(cell.channelCentroid[static_cast<std::size_t>(c)], cell.channelSpread[c], 0.0f, flux);
+    }
+}
+
 /// What a cell is made of: sums over the pieces of texels in it, in double.
 struct CellMoments {
     double solidAngle = 0, brightness = 0;  ///< [sr]; sum of the channels' flux

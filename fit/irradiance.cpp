@@ -49,20 +49,11 @@ private:
         for (int child = 0; child < 4; ++child) visit(levelIndex + 1, face, 2 * x + child % 2, 2 * y + child / 2);
     }
     void emit(const Cell& cell, double size) {
-        const glm::vec3 area = (1 - cell.areaSpread) * cell.areaCentroid, light = (1 - cell.fluxSpread) * cell.fluxCentroid;
-        if (static_cast<double>(cell.colourShift) > kColourShare * all_) {
-            entries_.push_back({area, cell.solidAngle, glm::vec3(0)});
-            for (int c = 0; c < 3; ++c) {
-                glm::vec3 flux(0);
-                flux[c] = cell.flux[c];
-                entries_.push_back({(1 - cell.channelSpread[c]) * cell.channelCentroid[static_cast<std::size_t>(c)], 0, flux});
-            }
-        } else if (glm::distance(cell.areaCentroid, cell.fluxCentroid) > kSplitDistance * size) {
-            entries_.push_back({area, cell.solidAngle, glm::vec3(0)});
-            entries_.push_back({light, 0, cell.flux});
-        } else {
-            entries_.push_back({light, cell.solidAngle, cell.flux});
-        }
+        const bool isSplit = glm::distance(cell.areaCentroid, cell.fluxCentroid) > kSplitDistance * size;
+        enterCell(cell, static_cast<double>(cell.colourShift) > kColourShare * all_, isSplit,
+                  [&](const glm::vec3& centroid, float spread, float solidAngle, const glm::vec3& flux) {
+                      entries_.push_back({(1 - spread) * centroid, solidAngle, flux});
+                  });
     }
 
     const MomentTree& tree_;

@@ -1,7 +1,6 @@
 // Fireflies of path-traced light maps: single texels that a rare path made far brighter than all around them.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
