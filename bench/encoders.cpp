@@ -13,7 +13,7 @@
 #include "bench/quality_table.h"
 #include "bench/scatter.h"
 #include "bench/timing.h"
-#include "pipeline/files.h"
+#include "pipeline/graph/files.h"
 
 namespace bench {
 namespace {

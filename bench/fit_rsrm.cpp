@@ -13,7 +13,7 @@
 
 #include "bench/cpu_time.h"
 #include "fit/azimuthal_average.h"
-#include "fit/quadrature.h"
+#include "fit/lut/quadrature.h"
 #include "fit/rsrm.h"
 #include "formats/environment.h"
 

@@ -6,9 +6,9 @@
 #include <stdexcept>
 
 #include "compress/light_map_blocks.h"
-#include "pipeline/light_map_actions.h"
-#include "pipeline/scene.h"
-#include "pipeline/textures.h"
+#include "pipeline/assets/light_map/actions.h"
+#include "pipeline/assets/textures.h"
+#include "pipeline/scene/scene.h"
 
 namespace bench {
 namespace {

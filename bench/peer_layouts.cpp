@@ -10,7 +10,7 @@
 #include <span>
 #include <stdexcept>
 
-#include "pipeline/textures.h"
+#include "pipeline/assets/textures.h"
 #include "verify/light_map.h"
 #include "verify/texture_unit.h"
 

@@ -16,8 +16,8 @@
 #include "bench/curve.h"
 #include "bench/our_layouts.h"
 #include "bench/peer_layouts.h"
-#include "pipeline/files.h"
-#include "verify/light_map_score.h"
+#include "pipeline/graph/files.h"
+#include "verify/light_map/score.h"
 
 namespace bench {
 namespace {

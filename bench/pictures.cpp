@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <functional>
 
-#include "compress/half.h"
+#include "compress/texel/half.h"
 #include "formats/environment.h"
 #include "formats/light_map.h"
 

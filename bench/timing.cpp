@@ -9,7 +9,7 @@
 #include <ctime>
 #include <limits>
 
-#include "pipeline/textures.h"
+#include "pipeline/assets/textures.h"
 
 namespace bench {
 namespace {

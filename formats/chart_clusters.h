@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/triangle_mesh.h"
+#include "formats/gltf/triangle_mesh.h"
 
 namespace formats {
 

@@ -8,7 +8,7 @@
 
 #include "formats/image.h"
 #include "formats/light_map.h"
-#include "verify/dominant_reference.h"
+#include "verify/assets/dominant_reference.h"
 #include "verify/figures.h"
 
 namespace verify {

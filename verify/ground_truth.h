@@ -11,7 +11,7 @@
 
 #include "formats/shading_values.h"
 #include "lighting/sh.h"
-#include "verify/dominant_reference.h"
+#include "verify/assets/dominant_reference.h"
 
 namespace verify {
 

@@ -8,7 +8,7 @@
 
 #include "formats/image.h"
 #include "verify/figures.h"
-#include "verify/light_map_freedom.h"
+#include "verify/sampler_tolerance.h"
 
 namespace verify {
 

@@ -27,6 +27,15 @@ std::set<std::string> digestSources() {
     return names;
 }
 
+/// The sources below a header's folder that define its functions: those of the same name.
+std::vector<std::string> sourcesOf(const fs::path& header) {
+    std::vector<std::string> names;
+    const fs::path source = fs::path(header.filename()).replace_extension(".cpp");
+    for (const auto& entry : fs::recursive_directory_iterator(kTree / header.parent_path()))
+        if (entry.path().filename() == source) names.push_back(entry.path().lexically_relative(kTree).generic_string());
+    return names;
+}
+
 /// Our own files that a source names, and those that hold what a header of ours declares.
 std::vector<std::string> neighboursOf(const std::string& file) {
     std::vector<std::string> names;
@@ -35,16 +44,15 @@ std::vector<std::string> neighboursOf(const std::string& file) {
         if (fs::exists(kTree / ours)) names.push_back(ours);
     }
     if (file.ends_with(".h"))
-        if (const std::string source = fs::path(file).replace_extension(".cpp").generic_string(); fs::exists(kTree / source))
-            names.push_back(source);
+        for (const std::string& source : sourcesOf(fs::path(file))) names.push_back(source);
     return names;
 }
 
 /// All that can be reached from the table of actions and from every file that is named as one of theirs.
 std::set<std::string> reachedByActions() {
-    std::vector<std::string> waiting = {"pipeline/actions.cpp"};
-    for (const auto& entry : fs::directory_iterator(kTree / "pipeline"))
-        if (entry.path().stem().string().ends_with("_actions")) waiting.push_back(entry.path().lexically_relative(kTree).generic_string());
+    std::vector<std::string> waiting = {"pipeline/graph/actions.cpp"};
+    for (const auto& entry : fs::recursive_directory_iterator(kTree / "pipeline/assets"))
+        if (entry.is_regular_file()) waiting.push_back(entry.path().lexically_relative(kTree).generic_string());
     std::set<std::string> reached;
     while (!waiting.empty()) {
         const std::string file = waiting.back();
@@ -57,8 +65,9 @@ std::set<std::string> reachedByActions() {
 
 TEST(DigestSources, HoldAllThatAnActionReaches) {
     const std::set<std::string> counted = digestSources(), reached = reachedByActions();
-    for (const char* known : {"pipeline/verify_actions.cpp", "pipeline/ground_truth.cpp", "pipeline/light_map_planning.cpp",
-                              "compress/encode.cpp", "fit/cubemap.cpp", "lighting/sh.cpp", "shaders/sh.glsl", "verify/figures.cpp"})
+    for (const char* known :
+         {"pipeline/assets/verify_actions.cpp", "pipeline/assets/light_map/ground_truth.cpp", "pipeline/assets/light_map/planning.cpp",
+          "compress/block/encode.cpp", "fit/cubemap/cubemap.cpp", "lighting/sh/sh.cpp", "shaders/sh.glsl", "verify/error/figures.cpp"})
         EXPECT_TRUE(reached.contains(known)) << known;
     std::vector<std::string> forgotten;
     for (const std::string& name : reached)
@@ -76,7 +85,7 @@ TEST(DigestSources, HoldEverySourceOfTheRoomsBelow) {
 
 TEST(DigestSources, LeaveOutWhatOnlyTellsOfResults) {
     const std::set<std::string> counted = digestSources();
-    for (const char* name : {"pipeline/main.cpp", "pipeline/report_html.cpp", "pipeline/html.h"})
+    for (const char* name : {"pipeline/command/main.cpp", "pipeline/report/page.cpp", "pipeline/report/html.h"})
         EXPECT_FALSE(counted.contains(name)) << name;
 }
 

@@ -10,8 +10,8 @@
 namespace architecture {
 
 struct Violation {
-    std::string place;  ///< "compress/bc6h.cpp:12", relative to the tree
-    std::string what;   ///< "compress may not include verify/decode.h: room verify is not below compress"
+    std::string place;  ///< "compress/bc6h/encode.cpp:12", relative to the tree
+    std::string what;   ///< "compress may not include verify/texture/decode.h: room verify is not below compress"
     friend bool operator==(const Violation&, const Violation&) = default;
 };
 

@@ -105,7 +105,7 @@ TEST(IncludeRules, APlantedViolationIsFoundInATree) {
     };
     plant("lighting/sh.h", "#include <glm/vec3.hpp>\n");
     plant("formats/image.h", "#include \"lighting/sh.h\"\n#include <OpenImageIO/imageio.h>\n");
-    plant("tests/verify/both_test.cpp", "#include \"compress/encode.h\"\n#include \"verify/decode.h\"\n");
+    plant("tests/verify/both_test.cpp", "#include \"compress/encode.h\"\n#include \"verify/texture/decode.h\"\n");
     EXPECT_THAT(checkTree(folder.path()).violations, IsEmpty());
 
     plant("verify/detail/decode.cpp", "#include <array>\n#include \"compress/encode.h\"\n");

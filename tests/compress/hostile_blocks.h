@@ -2,7 +2,7 @@
 // must hold of whatever is made of them.
 #pragma once
 
-#include "compress/highway_targets.h"
+#include "compress/block/highway_targets.h"
 //
 #include <gtest/gtest.h>
 
@@ -14,8 +14,8 @@
 #include <limits>
 #include <sstream>
 
-#include "compress/block.h"
-#include "compress/packed_texels.h"
+#include "compress/block/block.h"
+#include "compress/texel/packed_texels.h"
 #include "tests/compress/codec_images.h"
 #include "verify/texture_unit.h"
 

@@ -6,9 +6,9 @@
 #include <map>
 #include <random>
 
-#include "pipeline/cook.h"
-#include "pipeline/manifest.h"
-#include "pipeline/report.h"
+#include "pipeline/cook/cook.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/report/report.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace pipeline {

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "pipeline/light_map_actions.h"
-#include "pipeline/manifest.h"
-#include "pipeline/textures.h"
+#include "pipeline/assets/light_map/actions.h"
+#include "pipeline/assets/textures.h"
+#include "pipeline/manifest/manifest.h"
 #include "shaders/lightcook_cpp.h"
 #include "tests/pipeline/small_scene.h"
 #include "verify/texture_unit.h"

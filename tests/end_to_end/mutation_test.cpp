@@ -8,9 +8,9 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "formats/gltf_scene.h"
 #include "formats/light_map.h"
-#include "formats/mesh.h"
-#include "pipeline/terminal.h"
+#include "pipeline/command/terminal.h"
 #include "tests/end_to_end/cooked_copy.h"
 #include "tests/pipeline/small_scene.h"
 

@@ -14,8 +14,8 @@
 #include <cmath>
 #include <map>
 
-#include "pipeline/cook.h"
-#include "pipeline/manifest.h"
+#include "pipeline/cook/cook.h"
+#include "pipeline/manifest/manifest.h"
 #include "tests/formats/temporary_folder.h"
 #include "verify/texture_unit.h"
 

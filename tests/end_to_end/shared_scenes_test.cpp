@@ -8,9 +8,9 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "formats/mesh.h"
-#include "pipeline/cook.h"
-#include "pipeline/report.h"
+#include "formats/gltf_scene.h"
+#include "pipeline/cook/cook.h"
+#include "pipeline/report/report.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace pipeline {

@@ -2,11 +2,11 @@
 // seals.
 #pragma once
 
-#include "pipeline/digest.h"
-#include "pipeline/json_shape.h"
-#include "pipeline/manifest.h"
-#include "pipeline/report.h"
-#include "pipeline/seal.h"
+#include "pipeline/graph/digest.h"
+#include "pipeline/manifest/json_shape.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/manifest/self_digest.h"
+#include "pipeline/report/report.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace pipeline {

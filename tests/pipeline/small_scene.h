@@ -12,7 +12,7 @@
 #include "formats/environment.h"
 #include "formats/light_map.h"
 #include "lighting/cube.h"
-#include "pipeline/cook.h"
+#include "pipeline/cook/cook.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace pipeline {

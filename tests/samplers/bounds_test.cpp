@@ -8,8 +8,8 @@
 #include "tests/samplers/cooked_scene.h"
 #include "tests/samplers/layout_glsl.h"
 #include "verify/light_map.h"
-#include "verify/light_map_freedom.h"
-#include "verify/light_map_layouts.h"
+#include "verify/light_map/layouts.h"
+#include "verify/sampler_tolerance.h"
 
 namespace samplers {
 namespace {

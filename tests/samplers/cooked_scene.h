@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/manifest.h"
-#include "pipeline/textures.h"
+#include "pipeline/assets/textures.h"
+#include "pipeline/manifest/manifest.h"
 #include "tests/pipeline/small_scene.h"
 #include "tests/samplers/second_opinion.h"
 #include "verify/texture_unit.h"

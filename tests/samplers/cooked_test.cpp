@@ -6,7 +6,7 @@
 #include "tests/samplers/cooked_scene.h"
 #include "tests/samplers/layout_glsl.h"
 #include "tests/samplers/second_opinion.h"
-#include "verify/light_map_layouts.h"
+#include "verify/light_map/layouts.h"
 
 namespace samplers {
 namespace {

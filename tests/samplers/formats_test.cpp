@@ -40,9 +40,9 @@ bool isEightBit(PixelFormat format) {
     }
 }
 /// What a decoder may be off at a texel. BC1 to BC5 are interpolated as the hardware likes: Direct3D 11.3 (functional
-/// specification, 19.5.2) allows 1/255 and 0.03 of the distance of the ends (tests/verify/light_map_freedom_test.cpp has GPUs that use it).
-/// Of that these devices are asked for the two codes alone, which work between 8-bit ends (half a code) and cut (one). ASTC keeps the upper
-/// 8 bits of 16, sRGB is right to half a step. BC6H, BC7 and floats are exact; a unorm is a division.
+/// specification, 19.5.2) allows 1/255 and 0.03 of the distance of the ends (tests/verify/texture/sampler_tolerance_test.cpp has GPUs that
+/// use it). Of that these devices are asked for the two codes alone, which work between 8-bit ends (half a code) and cut (one). ASTC keeps
+/// the upper 8 bits of 16, sRGB is right to half a step. BC6H, BC7 and floats are exact; a unorm is a division.
 double decodeSlack(PixelFormat format) {
     switch (format) {
         case PixelFormat::Bc1:
@@ -92,7 +92,8 @@ private:
         }
         return blocks;
     }
-    /// Reserved modes are undefined in OpenGL. Our samplers give them what Direct3D asks for (tests/verify/block_decoders_test.cpp).
+    /// Reserved modes are undefined in OpenGL. Our samplers give them what Direct3D asks for
+    /// (tests/verify/texture/block_decoders_test.cpp).
     static void avoidReserved(PixelFormat format, std::vector<std::byte>& blocks) {
         const auto low = [&](std::size_t at) { return std::to_integer<unsigned>(blocks[at]) & 0x1f; };
         for (std::size_t at = 0; at + 16 <= blocks.size(); at += 16) {

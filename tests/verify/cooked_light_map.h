@@ -10,7 +10,7 @@
 #include "compress/light_map.h"
 #include "tests/compress/light_map_plan.h"
 #include "verify/light_map.h"
-#include "verify/light_map_freedom.h"
+#include "verify/sampler_tolerance.h"
 #include "verify/texture_unit.h"
 
 namespace test {

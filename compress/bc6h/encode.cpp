@@ -1,0 +1,192 @@
+// BC6H: the kernel for each instruction set, and the packing of what it finds.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <vector>
+
+#include "compress/block/highway_targets.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "compress/bc6h/encode.cpp"
+#include <hwy/foreach_target.h>
+// After foreach_target, so that each target gets its own.
+#include "compress/bc6h/fast-inl.h"
+#include "compress/bc6h/fit-inl.h"
+#include "compress/block/texel_rows-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace compress {
+namespace HWY_NAMESPACE {
+
+template <bool kSigned>
+void fitBlocks(std::span<const Block* const> blocks, const Bc6hSearch& search, const EncodeOptions& options, Bc6hResult* found) {
+    using D = hn::ScalableTag<float>;
+    constexpr std::size_t kLanes = hn::MaxLanes(D());
+    Bc6hFit<D, kSigned> fit(search, options);
+    std::array<const Block*, kLanes> lanes;
+    std::array<Bc6hResult, kLanes> results;
+    for (std::size_t first = 0; first < blocks.size(); first += kLanes) {
+        // The last few fill a vector up with repeats of the very last.
+        for (std::size_t lane = 0; lane < kLanes; ++lane) lanes[lane] = blocks[std::min(first + lane, blocks.size() - 1)];
+        fit.run(lanes.data(), results.data());
+        std::copy_n(results.begin(), std::min(kLanes, blocks.size() - first), found + first);
+    }
+}
+
+void fitUnsigned(std::span<const Block* const> blocks, const Bc6hSearch& search, const EncodeOptions& options, Bc6hResult* found) {
+    fitBlocks<false>(blocks, search, options, found);
+}
+void fitSigned(std::span<const Block* const> blocks, const Bc6hSearch& search, const EncodeOptions& options, Bc6hResult* found) {
+    fitBlocks<true>(blocks, search, options, found);
+}
+
+template <bool kSigned>
+bool fitRows(const TexelRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
+    using D = hn::ScalableTag<float>;
+    constexpr std::size_t kLanes = hn::MaxLanes(D());
+    Bc6hFast<D, kSigned> fit(options);
+    HWY_ALIGN std::uint32_t words[4 * kLanes];
+    HWY_ALIGN float errorLeft[kLanes];
+    bool clamped = false;
+    forEachVector<D>(rows, [&](const auto& texels, const auto* weights, std::size_t count) {
+        clamped |= fit.run(texels, weights, words, errors ? errorLeft : nullptr);
+        std::memcpy(out, words, 16 * count);
+        out += 16 * count;
+        if (errors) errors = std::copy_n(errorLeft, count, errors);
+    });
+    return clamped;
+}
+bool fitRowsUnsigned(const TexelRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
+    return fitRows<false>(rows, options, out, errors);
+}
+bool fitRowsSigned(const TexelRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
+    return fitRows<true>(rows, options, out, errors);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace compress
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+#include "compress/bc6h/two_colours.h"
+#include "compress/texel/half.h"
+namespace compress {
+namespace {
+
+HWY_EXPORT(fitUnsigned);
+HWY_EXPORT(fitSigned);
+HWY_EXPORT(fitRowsUnsigned);
+HWY_EXPORT(fitRowsSigned);
+
+void pack(const Bc6hResult& found, std::byte* out) {
+    const Bc6hMode& mode = kBc6hModes[static_cast<std::size_t>(found.mode)];
+    auto stored = found.code;
+    if (mode.transformed)
+        for (std::size_t e = 1; e < 4; ++e)
+            for (std::size_t c = 0; c < 3; ++c) stored[e][c] -= stored[0][c];
+    BitWriter bits;
+    bits.put(mode.header, mode.headerBits);
+    for (const Bc6hRun& run : bc6hRuns(found.mode))
+        bits.put(static_cast<std::uint32_t>(stored[run.end][run.channel] >> run.firstBit), run.bitCount);
+    if (mode.regionCount == 2) bits.put(static_cast<std::uint32_t>(found.partition), 5);
+    const int indexBits = mode.regionCount == 2 ? 3 : 4;
+    const int secondAnchor = mode.regionCount == 2 ? anchorOf(2, found.partition, 1) : 0;
+    for (int t = 0; t < kTexelCount; ++t) {
+        const bool anchor = t == 0 || t == secondAnchor;
+        bits.put(found.index[static_cast<std::size_t>(t)], indexBits - anchor);
+    }
+    bits.store(out, 16);
+}
+
+/// Mode 14 has sixteen bits, finer than a half: any single colour of halves is exact.
+Bc6hResult singleColour(const Block& block, std::size_t texel, bool isSigned) {
+    Bc6hResult result;
+    result.mode = 13;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const std::uint16_t half = halfFromFloat(block.channel[c][texel]);
+        const int bits = half & 0x7FFF;
+        // The smallest code whose 31/64 (or 31/32) reaches the half's bits.
+        const int code = isSigned ? (bits * 32 + 30) / 31 : (bits * 64 + 30) / 31;
+        result.code[0][c] = result.code[1][c] = half & 0x8000 ? -code : code;
+    }
+    return result;
+}
+
+/// The error of a block whose texels are off by so many octaves in each channel. Metrics that know no octaves have no such error.
+float errorOf(const Block& block, const EncodeOptions& options, float octaves) {
+    if (options.hdrMetric != HdrMetric::Log) return INFINITY;
+    float sum = 0;
+    for (const float weight : block.significance) sum += weight;
+    return sum * (options.channelWeights[0] + options.channelWeights[1] + options.channelWeights[2]) * octaves * octaves;
+}
+
+}  // namespace
+
+const Bc6hSearch& bc6hSearchOf(int effort) {
+    static constexpr std::array<Bc6hSearch, 10> kSearches = {{
+        {1e9f, 0, 0, 1, 0, false, 0, 0, 0, 1.0f / 16, false},
+        {0.025f, 1, 0, 1, 0, false, 0, 0, 0, 1.0f / 16, false},
+        {0.008f, 3, 0, 2, 0, false, 0, 1, 0, 1.0f / 16, false},
+        {0, 2, 0, 2, 0, false, 0, 0, 0.008f, 1.0f / 16, false},
+        {0, 3, 0, 2, 0, false, 0, 1, 0, 1.0f / 16, false},
+        {0, 4, 0, 2, 1, false, 0, 1, 0, 1.0f / 16, false},
+        {0, 4, 0, 2, 1, false, 2, 2, 0, 1.0f / 16, false},
+        {0, 4, 0, 2, 2, true, 3, 3, 0, 1.0f / 16, false},
+        {0, 6, 0, 2, 4, true, 6, 6, 0, 1.0f / 16, false},
+        {0, 32, 0, 4, 16, true, 32, 32, 0, 1.0f / 16, true},
+    }};
+    return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
+}
+
+bool encodeBc6hRows(const TexelRows& rows, bool isSigned, const EncodeOptions& options, std::byte* out, float* errors) {
+    if (isSigned) return HWY_DYNAMIC_DISPATCH(fitRowsSigned)(rows, options, out, errors);
+    return HWY_DYNAMIC_DISPATCH(fitRowsUnsigned)(rows, options, out, errors);
+}
+
+void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out) {
+    BlockSorter sorted(blocks, 3);
+    std::vector<Bc6hResult> found(blocks.size());
+    const auto fit = [&](const std::vector<const Block*>& list, const Bc6hSearch& search) {
+        std::vector<Bc6hResult> results(list.size());
+        if (isSigned)
+            HWY_DYNAMIC_DISPATCH(fitSigned)(list, search, options, results.data());
+        else
+            HWY_DYNAMIC_DISPATCH(fitUnsigned)(list, search, options, results.data());
+        return results;
+    };
+    const auto run = [&](const std::vector<const Block*>& list, int effort) {
+        const Bc6hSearch& search = bc6hSearchOf(effort);
+        const auto at = [&](const Block* block) -> Bc6hResult& { return found[static_cast<std::size_t>(block - blocks.data())]; };
+        std::vector<const Block*> poor;
+        const std::vector<Bc6hResult> results = fit(list, search);
+        for (std::size_t i = 0; i < list.size(); ++i) {
+            at(list[i]) = results[i];
+            if (search.deeperAbove > 0 && results[i].error > errorOf(*list[i], options, search.deeperAbove)) poor.push_back(list[i]);
+        }
+        const std::vector<Bc6hResult> deeper = fit(poor, bc6hSearchOf(effort + 1));
+        for (std::size_t i = 0; i < poor.size(); ++i)
+            if (deeper[i].error < at(poor[i]).error) at(poor[i]) = deeper[i];
+    };
+    for (const auto& [block, texel] : sorted.constant)
+        found[static_cast<std::size_t>(block - blocks.data())] = singleColour(*block, texel, isSigned);
+    if (bc6hSearchOf(options.effort).twoColours) {
+        std::optional<Bc6hTwoColours> exact;
+        std::erase_if(sorted.varied, [&](const Block* block) {
+            TwoColours two;
+            if (!hasTwoColours(*block, 3, two)) return false;
+            if (!exact) exact.emplace(isSigned, options);
+            found[static_cast<std::size_t>(block - blocks.data())] = exact->fit(*block, two);
+            return true;
+        });
+    }
+    run(sorted.varied, options.effort);
+    run(sorted.insignificant, 0);
+    for (const Bc6hResult& result : found) {
+        pack(result, out);
+        out += 16;
+    }
+}
+
+}  // namespace compress
+#endif

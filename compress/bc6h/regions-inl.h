@@ -1,0 +1,74 @@
+// BC6H: a line between two ends, and how the sixteen texels of a block are shared out among one line or two.
+#if defined(LIGHTCOOK_COMPRESS_BC6H_REGIONS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIGHTCOOK_COMPRESS_BC6H_REGIONS_INL_H_
+#undef LIGHTCOOK_COMPRESS_BC6H_REGIONS_INL_H_
+#else
+#define LIGHTCOOK_COMPRESS_BC6H_REGIONS_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include "compress/block/block.h"
+#include "compress/block/partitions.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace compress {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// The line between the two ends of a region, in v: from a to a + d.
+template <class D>
+struct Bc6hLine {
+    hn::Vec<D> a[3], d[3];
+};
+
+/// All texels on one line.
+template <class D>
+struct Bc6hOneRegion {
+    using F = hn::Vec<D>;
+    static constexpr int kCount = 1;
+    static constexpr float kSteps = 15.0f;
+
+    /// Weight of a texel in region r, zero outside.
+    static HWY_INLINE F inRegion(int, int, F weight) { return weight; }
+    /// What goes for a texel, of two regions.
+    static HWY_INLINE F pick(int, F first, F) { return first; }
+    /// The format's weights are these, rounded: 64 i / 15.
+    static HWY_INLINE F weightOfIndex(F index) { return hn::Round(index * hn::Set(D(), 64.0f / kSteps)); }
+};
+
+/// Each lane's own partition into two: texels of region 1, and where its anchor is.
+template <class D>
+struct Bc6hTwoRegions {
+    using F = hn::Vec<D>;
+    static constexpr int kCount = 2;
+    static constexpr float kSteps = 7.0f;
+    static constexpr int kAnchors[3] = {2, 8, 15};  ///< of the first 32 partitions, and no other
+    hn::Mask<D> second[kTexelCount];
+    hn::Mask<D> anchorAt[3];
+
+    HWY_INLINE F inRegion(int r, int t, F weight) const {
+        return r ? hn::IfThenElseZero(second[t], weight) : hn::IfThenZeroElse(second[t], weight);
+    }
+    HWY_INLINE F pick(int t, F first, F other) const { return hn::IfThenElse(second[t], other, first); }
+    static HWY_INLINE F weightOfIndex(F index) { return hn::Round(index * hn::Set(D(), 64.0f / kSteps)); }
+
+    explicit Bc6hTwoRegions(hn::Vec<hn::RebindToSigned<D>> partition) {
+        const D d;
+        const hn::RebindToSigned<D> di;
+        HWY_ALIGN std::int32_t number[hn::MaxLanes(D())], shape[hn::MaxLanes(D())], anchor[hn::MaxLanes(D())];
+        hn::Store(partition, di, number);
+        for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
+            shape[lane] = kTwoRegions[static_cast<std::size_t>(number[lane])];
+            anchor[lane] = kTwoRegionsAnchor[static_cast<std::size_t>(number[lane])];
+        }
+        const auto shapes = hn::Load(di, shape), anchors = hn::Load(di, anchor);
+        for (int t = 0; t < kTexelCount; ++t) second[t] = hn::RebindMask(d, hn::TestBit(shapes, hn::Set(di, 1 << t)));
+        for (int i = 0; i < 3; ++i) anchorAt[i] = hn::RebindMask(d, anchors == hn::Set(di, kAnchors[i]));
+    }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace compress
+HWY_AFTER_NAMESPACE();
+#endif

@@ -1,0 +1,55 @@
+#include "compress/bc7/block_head.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "compress/bc7/modes.h"
+#include "compress/block/partitions.h"
+
+namespace compress {
+namespace {
+
+std::uint16_t anchorsOf(int regionCount, int partition) {
+    unsigned anchors = 0;
+    for (int region = 0; region < regionCount; ++region) anchors |= 1u << anchorOf(regionCount, partition, region);
+    return static_cast<std::uint16_t>(anchors);
+}
+
+}  // namespace
+
+BlockHead headOfBc7(const std::byte* block) {
+    BitReader bits(block, 16);
+    int modeIndex = 0;
+    while (modeIndex < 8 && bits.get(1) == 0) ++modeIndex;
+    if (modeIndex == 8) return {};
+    const Bc7Mode& mode = kBc7Modes[static_cast<std::size_t>(modeIndex)];
+    const int partition = static_cast<int>(bits.get(mode.partitionBits)), rotation = static_cast<int>(bits.get(mode.rotationBits));
+    const bool isSwapped = bits.get(mode.indexSelectionBits) != 0;
+    BlockHead head;
+    head.bits = modeIndex + 1 + mode.partitionBits + mode.rotationBits + mode.indexSelectionBits +
+                2 * mode.regionCount * (3 * mode.colourBits + mode.alphaBits + mode.endpointLowBits) +
+                mode.regionCount * mode.sharedLowBits;
+    head.setCount = mode.secondIndexBits ? 2 : 1;
+    head.sets[0] = {mode.indexBits, anchorsOf(mode.regionCount, partition), 0b1111};
+    if (head.setCount == 1) return head;
+    // One channel stands alone: alpha, or the one that changes places with it.
+    const unsigned alone = rotation ? 1u << (rotation - 1) : 1u << 3;
+    head.sets[0].channels = isSwapped ? alone : 0b1111 & ~alone;
+    head.sets[1] = {mode.secondIndexBits, anchorsOf(1, 0), 0b1111 & ~head.sets[0].channels};
+    return head;
+}
+
+void putIndices(const BlockHead& head, std::span<const std::array<std::uint8_t, kTexelCount>, 2> indices, std::byte* block) {
+    BitReader kept(block, 16);
+    BitWriter out;
+    for (int left = head.bits; left > 0; left -= 8) out.put(kept.get(std::min(left, 8)), std::min(left, 8));
+    for (std::size_t s = 0; s < static_cast<std::size_t>(head.setCount); ++s)
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            const int bitCount = head.sets[s].bits - (head.sets[s].anchors >> t & 1);
+            assert(indices[s][t] >> bitCount == 0);
+            out.put(indices[s][t], bitCount);
+        }
+    out.store(block, 16);
+}
+
+}  // namespace compress

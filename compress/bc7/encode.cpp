@@ -1,0 +1,169 @@
+// BC7: the kernel for each instruction set, and the packing of what it finds.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "compress/block/highway_targets.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "compress/bc7/encode.cpp"
+#include <hwy/foreach_target.h>
+// After foreach_target, so that each target gets its own.
+#include "compress/bc7/fit-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace compress {
+namespace HWY_NAMESPACE {
+
+void fitBc7(std::span<const Block* const> blocks, const Bc7Search& search, const EncodeOptions& options, Bc7Result* found) {
+    using D = hn::ScalableTag<float>;
+    constexpr std::size_t kLanes = hn::MaxLanes(D());
+    Bc7Fit<D> fit(search, options);
+    std::array<const Block*, kLanes> lanes;
+    std::array<Bc7Result, kLanes> results;
+    for (std::size_t first = 0; first < blocks.size(); first += kLanes) {
+        // The last few fill a vector up with repeats of the very last.
+        for (std::size_t lane = 0; lane < kLanes; ++lane) lanes[lane] = blocks[std::min(first + lane, blocks.size() - 1)];
+        fit.run(lanes.data(), results.data());
+        std::copy_n(results.begin(), std::min(kLanes, blocks.size() - first), found + first);
+    }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace compress
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+#include "compress/bc7/two_colours.h"
+namespace compress {
+namespace {
+
+HWY_EXPORT(fitBc7);
+
+/// Two 7-bit ends whose second of four values is exactly v, for each v: mode 5 holds any single colour of whole codes.
+struct SingleCode {
+    std::uint8_t first, second;
+};
+const std::array<SingleCode, 256>& singleCodes() {
+    static const std::array<SingleCode, 256> table = [] {
+        std::array<SingleCode, 256> codes{};
+        std::array<int, 256> spread;
+        spread.fill(std::numeric_limits<int>::max());
+        for (int a = 0; a < 128; ++a)
+            for (int b = 0; b < 128; ++b) {
+                const auto value = static_cast<std::size_t>((expandTo8(a, 7) * 43 + expandTo8(b, 7) * 21 + 32) >> 6);
+                if (std::abs(a - b) >= spread[value]) continue;
+                spread[value] = std::abs(a - b);
+                codes[value] = {static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(b)};
+            }
+        return codes;
+    }();
+    return table;
+}
+
+Bc7Result singleColour(const Block& block, std::size_t texel) {
+    Bc7Result result;
+    result.mode = 5;
+    for (std::size_t c = 0; c < 4; ++c) {
+        const auto value = static_cast<std::size_t>(block.channel[c][texel] * 255 + 0.5f);
+        const SingleCode code =
+            c < 3 ? singleCodes()[value] : SingleCode{static_cast<std::uint8_t>(value), static_cast<std::uint8_t>(value)};
+        result.code[0][c] = code.first;
+        result.code[1][c] = code.second;
+    }
+    result.index.fill(1);
+    return result;
+}
+
+/// Puts a region's ends the other way round where its anchor has the highest bit of its index set, which is not stored.
+void turn(int regionCount, int partition, int indexBits, std::size_t firstChannel, std::size_t endChannel, Bc7Result& result,
+          std::array<std::uint8_t, kTexelCount>& index) {
+    const int half = 1 << (indexBits - 1), last = 2 * half - 1;
+    for (int r = 0; r < regionCount; ++r) {
+        if (index[static_cast<std::size_t>(anchorOf(regionCount, partition, r))] < half) continue;
+        const auto first = static_cast<std::size_t>(2 * r);
+        for (std::size_t c = firstChannel; c < endChannel; ++c) std::swap(result.code[first][c], result.code[first + 1][c]);
+        std::swap(result.low[first], result.low[first + 1]);
+        for (int t = 0; t < kTexelCount; ++t)
+            if (regionOf(regionCount, partition, t) == r) {
+                auto& i = index[static_cast<std::size_t>(t)];
+                i = static_cast<std::uint8_t>(last - i);
+            }
+    }
+}
+
+void putIndices(int regionCount, int partition, int indexBits, const std::array<std::uint8_t, kTexelCount>& index, BitWriter& bits) {
+    std::uint32_t anchors = 0;
+    for (int r = 0; r < regionCount; ++r) anchors |= 1u << anchorOf(regionCount, partition, r);
+    for (std::size_t t = 0; t < kTexelCount; ++t) bits.put(index[t], indexBits - static_cast<int>((anchors >> t) & 1));
+}
+
+void pack(Bc7Result result, std::byte* out) {
+    const Bc7Mode& mode = kBc7Modes[static_cast<std::size_t>(result.mode)];
+    const auto ends = static_cast<std::size_t>(2 * mode.regionCount);
+    const bool swapped = mode.secondIndexBits && result.indexSelection;
+    const int colourIndexBits = swapped ? mode.secondIndexBits : mode.indexBits;
+    turn(mode.regionCount, result.partition, colourIndexBits, 0, mode.secondIndexBits ? 3 : 4, result, result.index);
+    if (mode.secondIndexBits) turn(1, 0, mode.indexBits + mode.secondIndexBits - colourIndexBits, 3, 4, result, result.second);
+
+    BitWriter bits;
+    bits.put(1u << result.mode, result.mode + 1);
+    bits.put(static_cast<std::uint32_t>(result.partition), mode.partitionBits);
+    bits.put(static_cast<std::uint32_t>(result.rotation), mode.rotationBits);
+    bits.put(static_cast<std::uint32_t>(result.indexSelection), mode.indexSelectionBits);
+    for (std::size_t c = 0; c < 4; ++c)
+        for (std::size_t e = 0; e < ends; ++e) bits.put(result.code[e][c], c < 3 ? mode.colourBits : mode.alphaBits);
+    for (std::size_t e = 0; e < ends; e += mode.sharedLowBits ? 2 : 1)
+        if (mode.endpointLowBits || mode.sharedLowBits) bits.put(result.low[e], 1);
+    putIndices(mode.regionCount, result.partition, mode.indexBits, swapped ? result.second : result.index, bits);
+    if (mode.secondIndexBits) putIndices(1, 0, mode.secondIndexBits, swapped ? result.index : result.second, bits);
+    bits.store(out, 16);
+}
+
+}  // namespace
+
+const Bc7Search& bc7SearchOf(int effort) {
+    static constexpr std::array<Bc7Search, 10> kSearches = {{
+        {0, 0, 0, 0, false, 0, 0, false, 0, false},
+        {0, 0, 0, 0, false, 0, 1, false, 0, false},
+        {0, 0, 0, 1, false, 0, 1, true, 0, false},
+        {16, 1, 0, 4, false, 0, 1, true, 0, false},
+        {32, 1, 0, 4, true, 0, 1, true, 0, false},
+        {64, 3, 0, 4, true, 1, 1, true, 0, false},
+        {64, 4, 1, 4, true, 1, 1, true, 1, false},
+        {64, 8, 4, 4, true, 1, 2, true, 2, false},
+        {64, 16, 16, 4, true, 1, 3, true, 4, false},
+        {64, 64, 64, 4, true, 2, 4, true, 8, true},
+    }};
+    return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
+}
+
+void encodeBc7(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out) {
+    BlockSorter sorted(blocks, 4);
+    std::vector<Bc7Result> found(blocks.size());
+    const auto run = [&](const std::vector<const Block*>& list, int effort) {
+        std::vector<Bc7Result> results(list.size());
+        HWY_DYNAMIC_DISPATCH(fitBc7)(list, bc7SearchOf(effort), options, results.data());
+        for (std::size_t i = 0; i < list.size(); ++i) found[static_cast<std::size_t>(list[i] - blocks.data())] = results[i];
+    };
+    for (const auto& [block, texel] : sorted.constant) found[static_cast<std::size_t>(block - blocks.data())] = singleColour(*block, texel);
+    if (bc7SearchOf(options.effort).twoColours) {
+        Bc7TwoColours exact(options);
+        std::erase_if(sorted.varied, [&](const Block* block) {
+            TwoColours two;
+            if (!hasTwoColours(*block, 4, two)) return false;
+            found[static_cast<std::size_t>(block - blocks.data())] = exact.fit(*block, two);
+            return true;
+        });
+    }
+    run(sorted.varied, options.effort);
+    run(sorted.insignificant, 0);
+    for (const Bc7Result& result : found) {
+        pack(result, out);
+        out += 16;
+    }
+}
+
+}  // namespace compress
+#endif

@@ -1,0 +1,268 @@
+// BC7: regions of a block, lines through their texels, and the error that such lines leave, lane by lane. Values are in units of a code,
+// 0 .. 255.
+#if defined(LIGHTCOOK_COMPRESS_BC7_LINES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIGHTCOOK_COMPRESS_BC7_LINES_INL_H_
+#undef LIGHTCOOK_COMPRESS_BC7_LINES_INL_H_
+#else
+#define LIGHTCOOK_COMPRESS_BC7_LINES_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include <cmath>
+
+#include "compress/block/block.h"
+#include "compress/block/partitions.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace compress {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// The channels as a mode sees them, the one on its own last.
+template <class D>
+struct Bc7View {
+    const hn::Vec<D>* channel[4];
+    float weight[4];
+};
+
+template <class D>
+struct Bc7Line {
+    hn::Vec<D> a[4], b[4];
+};
+
+/// Region of each texel, lane by lane.
+template <class D>
+struct Bc7Regions {
+    using F = hn::Vec<D>;
+    using DI = hn::RebindToSigned<D>;
+    using I = hn::Vec<DI>;
+    hn::Mask<D> second[kTexelCount], third[kTexelCount];
+
+    template <int kRegions>
+    static Bc7Regions of(I partition) {
+        const D d;
+        const DI di;
+        HWY_ALIGN std::int32_t number[hn::MaxLanes(D())], second[hn::MaxLanes(D())], third[hn::MaxLanes(D())];
+        hn::Store(partition, di, number);
+        for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
+            second[lane] = third[lane] = 0;
+            for (int t = 0; t < kTexelCount; ++t) {
+                const int r = regionOf(kRegions, number[lane], t);
+                second[lane] |= (r == 1) << t;
+                third[lane] |= (r == 2) << t;
+            }
+        }
+        const I seconds = hn::Load(di, second), thirds = hn::Load(di, third);
+        Bc7Regions regions;
+        for (int t = 0; t < kTexelCount; ++t) {
+            regions.second[t] = hn::RebindMask(d, hn::TestBit(seconds, hn::Set(di, 1 << t)));
+            regions.third[t] = hn::RebindMask(d, hn::TestBit(thirds, hn::Set(di, 1 << t)));
+        }
+        return regions;
+    }
+    /// The weight of a texel in region r: none where it lies elsewhere.
+    template <int kRegions>
+    HWY_INLINE F inRegion(int r, int t, F weight) const {
+        if constexpr (kRegions == 1) return weight;
+        if constexpr (kRegions == 2) return r ? hn::IfThenElseZero(second[t], weight) : hn::IfThenZeroElse(second[t], weight);
+        if (r == 1) return hn::IfThenElseZero(second[t], weight);
+        if (r == 2) return hn::IfThenElseZero(third[t], weight);
+        return hn::IfThenZeroElse(second[t], hn::IfThenZeroElse(third[t], weight));
+    }
+    /// The value of a texel's own region.
+    template <int kRegions>
+    HWY_INLINE F pick(int t, F ofFirst, F ofSecond, F ofThird) const {
+        if constexpr (kRegions == 1) return ofFirst;
+        const F two = hn::IfThenElse(second[t], ofSecond, ofFirst);
+        if constexpr (kRegions == 2) return two;
+        return hn::IfThenElse(third[t], ofThird, two);
+    }
+};
+
+/// Lines through the texels of regions.
+template <class D>
+class Bc7Lines {
+    using F = hn::Vec<D>;
+    using M = hn::Mask<D>;
+    using View = Bc7View<D>;
+    using Regions = Bc7Regions<D>;
+
+public:
+    using Line = Bc7Line<D>;
+    using Texels = F[kTexelCount];
+
+    Texels significance;  ///< of each texel: set before anything is asked
+
+    /// First positions, in [0, 1], along each region's principal axis.
+    template <int kRegions, int kChannels>
+    void startPositions(const Regions& regions, const View& view, Texels& position) const {
+        for (int r = 0; r < kRegions; ++r) {
+            F total = set(1e-30f), mean[kChannels];
+            for (F& m : mean) m = zero();
+            for (int t = 0; t < kTexelCount; ++t) {
+                const F w = regions.template inRegion<kRegions>(r, t, significance[t]);
+                total = total + w;
+                for (int c = 0; c < kChannels; ++c) mean[c] = mean[c] + w * view.channel[c][t];
+            }
+            const F share = set(1.0f) / total;
+            for (F& m : mean) m = m * share;
+            F axis[kChannels];
+            principalAxis<kRegions, kChannels>(regions, r, view, mean, axis);
+            F low = set(1e30f), high = set(-1e30f), along[kTexelCount];
+            for (int t = 0; t < kTexelCount; ++t) {
+                along[t] = zero();
+                for (int c = 0; c < kChannels; ++c) along[t] = along[t] + (view.channel[c][t] - mean[c]) * axis[c];
+                const M counts = regions.template inRegion<kRegions>(r, t, significance[t]) > zero();
+                low = select(counts, hn::Min(low, along[t]), low);
+                high = select(counts, hn::Max(high, along[t]), high);
+            }
+            const F perRange = set(1.0f) / hn::Max(high - low, set(1e-20f));
+            for (int t = 0; t < kTexelCount; ++t) {
+                const F placed = clamp((along[t] - low) * perRange, zero(), set(1.0f));
+                position[t] = r == 0 ? placed : regions.template pick<kRegions>(t, position[t], r == 1 ? placed : position[t], placed);
+            }
+        }
+    }
+
+    /// Least-squares lines for texels at these positions.
+    template <int kRegions, int kChannels>
+    void leastSquares(const Regions& regions, const View& view, const Texels& position, Line* lines) const {
+        for (int r = 0; r < kRegions; ++r) {
+            F total = set(1e-30f), meanK = zero(), mean[kChannels];
+            for (F& m : mean) m = zero();
+            for (int t = 0; t < kTexelCount; ++t) {
+                const F w = regions.template inRegion<kRegions>(r, t, significance[t]);
+                total = total + w;
+                meanK = meanK + w * position[t];
+                for (int c = 0; c < kChannels; ++c) mean[c] = mean[c] + w * view.channel[c][t];
+            }
+            const F share = set(1.0f) / total;
+            meanK = meanK * share;
+            for (F& m : mean) m = m * share;
+            F kk = zero(), kt[kChannels];
+            for (F& v : kt) v = zero();
+            for (int t = 0; t < kTexelCount; ++t) {
+                const F k = position[t] - meanK;
+                const F wk = regions.template inRegion<kRegions>(r, t, significance[t]) * k;
+                kk = kk + wk * k;
+                for (int c = 0; c < kChannels; ++c) kt[c] = kt[c] + wk * (view.channel[c][t] - mean[c]);
+            }
+            const M distinct = kk > total * set(1e-10f);
+            const F perKk = hn::IfThenElseZero(distinct, set(1.0f) / hn::Max(kk, set(1e-35f)));
+            for (int c = 0; c < kChannels; ++c) {
+                const F slope = kt[c] * perKk;
+                lines[r].a[c] = clamp(mean[c] - slope * meanK, zero(), set(255.0f));
+                lines[r].b[c] = clamp(mean[c] + slope * (set(1.0f) - meanK), zero(), set(255.0f));
+            }
+        }
+    }
+
+    /// Nearest of steps + 1 values of each texel on its line.
+    template <int kRegions, int kChannels>
+    void chooseIndices(const Regions& regions, const View& view, const Line* lines, float steps, Texels& index) const {
+        F scale[kRegions], weighted[kRegions][kChannels], offset[kRegions];
+        for (int r = 0; r < kRegions; ++r) {
+            F length = set(1e-20f);
+            offset[r] = zero();
+            for (int c = 0; c < kChannels; ++c) {
+                const F along = lines[r].b[c] - lines[r].a[c];
+                weighted[r][c] = along * set(view.weight[c]);
+                length = length + weighted[r][c] * along;
+                offset[r] = offset[r] + weighted[r][c] * lines[r].a[c];
+            }
+            scale[r] = set(steps) / length;
+            for (F& v : weighted[r]) v = v * scale[r];
+            offset[r] = offset[r] * scale[r];
+        }
+        constexpr int kSecond = kRegions > 1 ? 1 : 0, kThird = kRegions > 2 ? 2 : 0;
+        for (int t = 0; t < kTexelCount; ++t) {
+            F position = zero() - regions.template pick<kRegions>(t, offset[0], offset[kSecond], offset[kThird]);
+            for (int c = 0; c < kChannels; ++c)
+                position = position + view.channel[c][t] *
+                                          regions.template pick<kRegions>(t, weighted[0][c], weighted[kSecond][c], weighted[kThird][c]);
+            index[t] = hn::Round(clamp(position, zero(), set(steps)));
+        }
+    }
+    /// The format's weights are these, rounded: 64 i / 3, 64 i / 7 and 64 i / 15.
+    static HWY_INLINE F weightOfIndex(F index, float steps) { return hn::Round(index * set(64.0f / steps)); }
+
+    template <int kRegions, int kChannels>
+    F errorOf(const Regions& regions, const View& view, const Line* lines, float steps, const Texels& index) const {
+        constexpr int kSecond = kRegions > 1 ? 1 : 0, kThird = kRegions > 2 ? 2 : 0;
+        F error = zero();
+        for (int t = 0; t < kTexelCount; ++t) {
+            const F weight = weightOfIndex(index[t], steps);
+            F sum = zero();
+            for (int c = 0; c < kChannels; ++c) {
+                const F a = regions.template pick<kRegions>(t, lines[0].a[c], lines[kSecond].a[c], lines[kThird].a[c]);
+                const F b = regions.template pick<kRegions>(t, lines[0].b[c], lines[kSecond].b[c], lines[kThird].b[c]);
+                // Whole numbers below 2^24: exact.
+                const F value = hn::Floor((a * set(64.0f) + (b - a) * weight + set(32.0f)) * set(1.0f / 64));
+                const F miss = value - view.channel[c][t];
+                sum = sum + set(view.weight[c]) * miss * miss;
+            }
+            error = error + significance[t] * sum;
+        }
+        return error;
+    }
+
+    template <int kRegions, int kChannels>
+    void refit(const Regions& regions, const View& view, float steps, const Texels& index, Line* lines) const {
+        Texels position;
+        for (int t = 0; t < kTexelCount; ++t) position[t] = weightOfIndex(index[t], steps) * set(1.0f / 64);
+        leastSquares<kRegions, kChannels>(regions, view, position, lines);
+    }
+
+private:
+    static HWY_INLINE F set(float value) { return hn::Set(D(), value); }
+    static HWY_INLINE F zero() { return hn::Zero(D()); }
+    static HWY_INLINE F clamp(F value, F low, F high) { return hn::Min(hn::Max(value, low), high); }
+    static HWY_INLINE F select(M mask, F yes, F no) { return hn::IfThenElse(mask, yes, no); }
+
+    /// Direction, in the space of channels scaled by their weight, by power iteration from the row of the largest diagonal.
+    template <int kRegions, int kChannels>
+    void principalAxis(const Regions& regions, int r, const View& view, const F (&mean)[kChannels], F (&axis)[kChannels]) const {
+        if constexpr (kChannels == 1) {
+            axis[0] = set(1.0f);
+            return;
+        }
+        F m[kChannels][kChannels];
+        for (auto& row : m)
+            for (F& v : row) v = zero();
+        for (int t = 0; t < kTexelCount; ++t) {
+            const F w = regions.template inRegion<kRegions>(r, t, significance[t]);
+            F away[kChannels];
+            for (int c = 0; c < kChannels; ++c) away[c] = (view.channel[c][t] - mean[c]) * set(std::sqrt(view.weight[c]));
+            for (int i = 0; i < kChannels; ++i)
+                for (int j = i; j < kChannels; ++j) m[i][j] = m[i][j] + w * away[i] * away[j];
+        }
+        for (int i = 0; i < kChannels; ++i)
+            for (int j = 0; j < i; ++j) m[i][j] = m[j][i];
+        F largest = m[0][0];
+        for (int c = 0; c < kChannels; ++c) axis[c] = m[0][c];
+        for (int i = 1; i < kChannels; ++i) {
+            const M longer = m[i][i] > largest;
+            largest = hn::Max(largest, m[i][i]);
+            for (int c = 0; c < kChannels; ++c) axis[c] = select(longer, m[i][c], axis[c]);
+        }
+        for (int iteration = 0; iteration < 4; ++iteration) {
+            F norm = set(1e-30f), next[kChannels];
+            for (const F& a : axis) norm = hn::Max(norm, hn::Abs(a));
+            const F scale = set(1.0f) / norm;
+            for (F& a : axis) a = a * scale;
+            for (int i = 0; i < kChannels; ++i) {
+                next[i] = zero();
+                for (int j = 0; j < kChannels; ++j) next[i] = next[i] + m[i][j] * axis[j];
+            }
+            for (int i = 0; i < kChannels; ++i) axis[i] = next[i];
+        }
+        // A projection onto the axis weighs channels once more.
+        for (int c = 0; c < kChannels; ++c) axis[c] = axis[c] * set(std::sqrt(view.weight[c]));
+    }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace compress
+HWY_AFTER_NAMESPACE();
+#endif

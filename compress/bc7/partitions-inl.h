@@ -1,0 +1,144 @@
+// BC7: which partitions promise most, judged by how far each region is from a line, lane by lane.
+#if defined(LIGHTCOOK_COMPRESS_BC7_PARTITIONS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIGHTCOOK_COMPRESS_BC7_PARTITIONS_INL_H_
+#undef LIGHTCOOK_COMPRESS_BC7_PARTITIONS_INL_H_
+#else
+#define LIGHTCOOK_COMPRESS_BC7_PARTITIONS_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "compress/bc7/lines-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace compress {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+template <class D>
+class Bc7Partitions {
+    using F = hn::Vec<D>;
+    using DI = hn::RebindToSigned<D>;
+    using I = hn::Vec<DI>;
+    using M = hn::Mask<D>;
+
+public:
+    static constexpr int kMostKept = 64;
+    /// The best first.
+    struct Ranking {
+        F score[kMostKept];
+        I partition[kMostKept];
+    };
+
+    Bc7Partitions(const Bc7View<D>& view, const F (&significance)[kTexelCount]) {
+        for (F& v : total_.v) v = zero();
+        F mean[4] = {zero(), zero(), zero(), zero()}, weight = zero();
+        for (int t = 0; t < kTexelCount; ++t) {
+            weight = weight + significance[t];
+            for (int c = 0; c < 4; ++c) mean[c] = mean[c] + significance[t] * view.channel[c][t];
+        }
+        const F share = set(1.0f) / weight;
+        for (int t = 0; t < kTexelCount; ++t) {
+            F away[4];
+            for (int c = 0; c < 4; ++c) away[c] = (view.channel[c][t] - mean[c] * share) * set(std::sqrt(view.weight[c]));
+            F* out = moment_[t].v;
+            *out++ = significance[t];
+            for (int c = 0; c < 4; ++c) *out++ = significance[t] * away[c];
+            for (int i = 0; i < 4; ++i)
+                for (int j = i; j < 4; ++j) *out++ = significance[t] * away[i] * away[j];
+            for (int i = 0; i < kMoments; ++i) total_.v[i] = total_.v[i] + moment_[t].v[i];
+        }
+    }
+
+    /// The best of the first shapes partitions into two regions.
+    void rankTwo(int shapes, int keep, Ranking& ranking) const {
+        clear(keep, ranking);
+        for (int p = 0; p < shapes; ++p) {
+            F first[kMoments], second[kMoments];
+            for (int i = 0; i < kMoments; ++i) {
+                F sum = zero();
+                for (int t = 0; t < kTexelCount; ++t)
+                    if (regionOf(2, p, t) == 1) sum = sum + moment_[t].v[i];
+                second[i] = sum;
+                first[i] = total_.v[i] - sum;
+            }
+            insert(estimateError(first, 1.0f / 49) + estimateError(second, 1.0f / 49), p, keep, ranking);
+        }
+    }
+
+    /// The best partitions into three regions, and the best of the first sixteen.
+    void rankThree(int keep, int keepFirst, Ranking& all, Ranking& first16) const {
+        clear(keep, all);
+        clear(keepFirst, first16);
+        for (int p = 0; p < 64; ++p) {
+            F sums[3][kMoments];
+            for (int i = 0; i < kMoments; ++i) {
+                sums[1][i] = sums[2][i] = zero();
+                for (int t = 0; t < kTexelCount; ++t) {
+                    const int r = regionOf(3, p, t);
+                    if (r > 0) sums[r][i] = sums[r][i] + moment_[t].v[i];
+                }
+                sums[0][i] = total_.v[i] - sums[1][i] - sums[2][i];
+            }
+            F error = zero();
+            for (const auto& sum : sums) error = error + estimateError(sum, 1.0f / 49);
+            insert(error, p, keep, all);
+            if (p < 16) insert(error, p, keepFirst, first16);
+        }
+    }
+
+private:
+    static constexpr int kMoments = 15;
+    struct Moments {
+        F v[kMoments];  ///< w; w times each channel; w times each product of two
+    };
+
+    static HWY_INLINE F set(float value) { return hn::Set(D(), value); }
+    static HWY_INLINE F zero() { return hn::Zero(D()); }
+    static HWY_INLINE F select(M mask, F yes, F no) { return hn::IfThenElse(mask, yes, no); }
+
+    /// What lies off the axis of texels with these moments, and the width of a step on it. The largest eigenvalue is taken as the norm of
+    /// the matrix: right where one direction rules, which is where it matters.
+    static HWY_INLINE F estimateError(const F* m, float quantizationShare) {
+        const F share = set(1.0f) / hn::Max(m[0], set(1e-30f));
+        F trace = zero(), squares = zero();
+        int at = 5;
+        for (int i = 0; i < 4; ++i)
+            for (int j = i; j < 4; ++j) {
+                const F v = m[at++] - m[1 + i] * m[1 + j] * share;
+                if (i == j) trace = trace + v;
+                squares = squares + (i == j ? v * v : set(2.0f) * v * v);
+            }
+        const F norm = hn::Sqrt(squares);
+        return hn::Max(trace - norm, zero()) + norm * set(quantizationShare);
+    }
+    static void insert(F error, int partition, int keep, Ranking& ranking) {
+        I candidate = hn::Set(DI(), partition);
+        for (int i = 0; i < keep; ++i) {  // what is pushed out moves on
+            const M better = error < ranking.score[i];
+            const auto betterI = hn::RebindMask(DI(), better);
+            const F lost = select(better, ranking.score[i], error);
+            const I lostCandidate = hn::IfThenElse(betterI, ranking.partition[i], candidate);
+            ranking.score[i] = hn::Min(ranking.score[i], error);
+            ranking.partition[i] = hn::IfThenElse(betterI, candidate, ranking.partition[i]);
+            error = lost;
+            candidate = lostCandidate;
+        }
+    }
+    static void clear(int keep, Ranking& ranking) {
+        for (int i = 0; i < keep; ++i) {
+            ranking.score[i] = set(1e30f);
+            ranking.partition[i] = hn::Zero(DI());
+        }
+    }
+
+    Moments moment_[kTexelCount], total_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace compress
+HWY_AFTER_NAMESPACE();
+#endif

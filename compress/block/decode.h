@@ -1,0 +1,29 @@
+// What the blocks of this room decode to, for the encoders' own use: verify/ has decoders that share nothing with these.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <glm/vec4.hpp>
+
+#include "compress/block/block.h"
+
+namespace compress {
+
+using DecodedBlock = std::array<glm::vec4, kTexelCount>;
+
+// BC1 to BC5 by ideal interpolation in [0, 1], or [-1, 1]; BC6H exact halves, minus infinity where a block asks for it; reserved modes of
+// BC6H and BC7 decode to 0.
+void decodeBc1(const std::byte* block, bool alwaysFourColours, DecodedBlock& out);
+void decodeBc3(const std::byte* block, DecodedBlock& out);
+/// One channel of 16 values in [0, 1].
+std::array<float, kTexelCount> decodeBc4Channel(const std::byte* block);
+void decodeBc4(const std::byte* block, DecodedBlock& out);
+void decodeBc5(const std::byte* block, DecodedBlock& out);
+void decodeBc4Snorm(const std::byte* block, DecodedBlock& out);
+void decodeBc5Snorm(const std::byte* block, DecodedBlock& out);
+void decodeBc6h(const std::byte* block, bool isSigned, DecodedBlock& out);
+void decodeBc7(const std::byte* block, DecodedBlock& out);
+/// A block of any of these formats, BC1 with its three-colour form.
+void decodeBlock(formats::PixelFormat format, const std::byte* block, DecodedBlock& out);
+
+}  // namespace compress

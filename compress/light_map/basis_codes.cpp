@@ -1,0 +1,246 @@
+#include "compress/light_map/basis_codes.h"
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace compress {
+
+namespace {
+
+// Coefficients 1 to 8 of three channels are 24 numbers: three registers of eight lanes, or six of four. The instructions are those that
+// the program is built for, so that every machine gives the same codes.
+namespace hn = hwy::HWY_NAMESPACE;
+constexpr hn::CappedTag<float, 8> kTag;
+using Lanes = hn::Vec<decltype(kTag)>;
+constexpr std::size_t kWidth = hn::MaxLanes(kTag), kParts = 24 / kWidth, kPartsPerChannel = kParts / 3;
+
+struct Numbers {
+    Lanes part[kParts];
+};
+
+Numbers load(const HigherByChannel& values) {
+    Numbers out;
+    for (std::size_t p = 0; p < kParts; ++p) out.part[p] = hn::LoadU(kTag, values[0].data() + p * kWidth);
+    return out;
+}
+HigherByChannel stored(const Numbers& numbers) {
+    HigherByChannel out;
+    for (std::size_t p = 0; p < kParts; ++p) hn::StoreU(numbers.part[p], kTag, out[0].data() + p * kWidth);
+    return out;
+}
+/// in + factor * values
+Numbers plus(const Numbers& in, Lanes factor, const HigherByChannel& values) {
+    const Numbers v = load(values);
+    Numbers out;
+    for (std::size_t p = 0; p < kParts; ++p) out.part[p] = hn::MulAdd(factor, v.part[p], in.part[p]);
+    return out;
+}
+Numbers zero() {
+    Numbers out;
+    for (Lanes& part : out.part) part = hn::Zero(kTag);
+    return out;
+}
+/// By each channel's own factor.
+Numbers scaled(const Numbers& in, const std::array<float, 3>& factors) {
+    Numbers out;
+    for (std::size_t p = 0; p < kParts; ++p) out.part[p] = hn::Mul(hn::Set(kTag, factors[p / kPartsPerChannel]), in.part[p]);
+    return out;
+}
+float product(const Numbers& a, const Numbers& b) {
+    Lanes sum = hn::Mul(a.part[0], b.part[0]);
+    for (std::size_t p = 1; p < kParts; ++p) sum = hn::MulAdd(a.part[p], b.part[p], sum);
+    return hn::GetLane(hn::SumOfLanes(kTag, sum));
+}
+
+/// v in the space of the metric's root.
+HigherByChannel turned(const Metric& metric, const HigherByChannel& v) {
+    HigherByChannel out;
+    for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t i = 0; i < 8; i += kWidth) {
+            Lanes sum = hn::Zero(kTag);
+            for (std::size_t j = 0; j < 8; ++j)
+                sum = hn::MulAdd(hn::Set(kTag, v[c][j]), hn::LoadU(kTag, metric.higherRoot[j].data() + i), sum);
+            hn::StoreU(sum, kTag, out[c].data() + i);
+        }
+    return out;
+}
+
+struct Jacobian {
+    Numbers by[4];
+};
+/// dP / dcode. Monomials: 1 a b c aa ab ac bb bc cc d ad bd cd dd.
+HWY_INLINE Jacobian jacobianOf(const CodeTable& t, int codeChannels, const glm::vec4& u) {
+    const Lanes a = hn::Set(kTag, u.x), b = hn::Set(kTag, u.y), c = hn::Set(kTag, u.z), d = hn::Set(kTag, u.w);
+    const Lanes twoA = hn::Add(a, a), twoB = hn::Add(b, b), twoC = hn::Add(c, c), twoD = hn::Add(d, d);
+    Jacobian j;
+    j.by[0] = plus(plus(plus(load(t[1]), twoA, t[4]), b, t[5]), c, t[6]);
+    j.by[1] = plus(plus(plus(load(t[2]), a, t[5]), twoB, t[7]), c, t[8]);
+    j.by[2] = plus(plus(plus(load(t[3]), a, t[6]), b, t[8]), twoC, t[9]);
+    j.by[3] = zero();
+    if (codeChannels == 3) return j;
+    j.by[0] = plus(j.by[0], d, t[11]);
+    j.by[1] = plus(j.by[1], d, t[12]);
+    j.by[2] = plus(j.by[2], d, t[13]);
+    j.by[3] = plus(plus(plus(plus(load(t[10]), a, t[11]), b, t[12]), c, t[13]), twoD, t[14]);
+    return j;
+}
+/// P(code) by its derivative: a quadratic is its constant part and, for each direction, the mean of the slopes at 0 and at the code.
+HWY_INLINE Numbers valueOf(const CodeTable& t, const Jacobian& j, const glm::vec4& u) {
+    constexpr std::array<std::size_t, 4> kLinear = {1, 2, 3, 10};
+    Numbers out = load(t[0]);
+    for (std::size_t k = 0; k < 4; ++k) {
+        const Numbers linear = load(t[kLinear[k]]);
+        const Lanes half = hn::Set(kTag, 0.5f * u[static_cast<int>(k)]);
+        for (std::size_t p = 0; p < kParts; ++p) out.part[p] = hn::MulAdd(half, hn::Add(linear.part[p], j.by[k].part[p]), out.part[p]);
+    }
+    return out;
+}
+
+/// Four equations: a symmetric matrix and the right-hand side.
+struct Equations {
+    std::array<std::array<float, 4>, 4> matrix;  ///< the lower triangle
+    std::array<float, 4> right;
+
+    float trace() const { return matrix[0][0] + matrix[1][1] + matrix[2][2] + matrix[3][3]; }
+    /// With `damping` on the diagonal, by L D L'. Not finite where that has no solution.
+    std::array<float, 4> solved(float damping) const {
+        std::array<std::array<float, 4>, 4> l{};
+        std::array<float, 4> d{}, x = right;
+        for (std::size_t i = 0; i < 4; ++i) {
+            std::array<float, 4> row{};  // l d
+            float pivot = matrix[i][i] + damping;
+            for (std::size_t k = 0; k < i; ++k) {
+                row[k] = matrix[i][k];
+                for (std::size_t j = 0; j < k; ++j) row[k] -= row[j] * l[k][j];
+                l[i][k] = row[k] * d[k];
+                pivot -= row[k] * l[i][k];
+                x[i] -= l[i][k] * x[k];
+            }
+            d[i] = 1 / pivot;
+        }
+        for (std::size_t i = 4; i-- > 0;) {
+            x[i] *= d[i];
+            for (std::size_t k = i + 1; k < 4; ++k) x[i] -= l[k][i] * x[k];
+        }
+        return x;
+    }
+};
+
+/// A texel's problem in a cluster's space.
+class Problem {
+public:
+    Problem(const CodeTable& table, const BasisShape& shape, const Metric& metric, const BasisTarget& target)
+        : table_(table), shape_(shape), roots_{std::sqrt(target.weight[0]), std::sqrt(target.weight[1]), std::sqrt(target.weight[2])} {
+        HigherByChannel wanted;
+        for (std::size_t c = 0; c < 3; ++c) std::copy(target.ratio[c].begin() + 1, target.ratio[c].end(), wanted[c].begin());
+        wanted_ = load(turned(metric, wanted));
+    }
+
+    /// What a code leaves to be wished for, and its slopes.
+    struct Place {
+        Numbers left;
+        Jacobian slopes;
+        float error;
+    };
+    Place at(const glm::vec4& code) const {
+        Place place;
+        place.slopes = jacobianOf(table_, shape_.codeChannels, code);
+        place.left = leftBy(valueOf(table_, place.slopes, code));
+        place.error = product(place.left, place.left);
+        return place;
+    }
+    /// Of a code that decodes to `value`.
+    float errorOf(const HigherByChannel& value) const {
+        const Numbers left = leftBy(load(value));
+        return product(left, left);
+    }
+
+    Equations equationsAt(const Place& place) const {
+        Jacobian j;
+        for (std::size_t k = 0; k < 4; ++k) j.by[k] = scaled(place.slopes.by[k], roots_);
+        Equations out;
+        for (std::size_t k = 0; k < 4; ++k) {
+            out.right[k] = product(j.by[k], place.left);
+            for (std::size_t l = 0; l <= k; ++l) out.matrix[k][l] = product(j.by[k], j.by[l]);
+        }
+        return out;
+    }
+
+    SolvedCode descend(const glm::vec4& start) const {
+        constexpr int kSteps = 8;
+        constexpr float kEnough = 1e-4f;
+        glm::vec4 code = start;
+        Place place = at(code);
+        Equations equations = equationsAt(place);
+        float damping = 1e-3f;
+        for (int step = 0; step < kSteps && place.error > 0; ++step) {
+            const std::array<float, 4> d = equations.solved(damping * (equations.trace() / 4 + 1e-30f) + 1e-30f);
+            if (!std::isfinite(d[0] + d[1] + d[2] + d[3])) break;
+            glm::vec4 next = glm::clamp(code + glm::vec4(d[0], d[1], d[2], d[3]), 0.0f, 1.0f);
+            if (shape_.codeChannels == 3) next.w = 1;
+            const Place tried = at(next);
+            if (tried.error < place.error) {
+                const bool isEnough = place.error - tried.error < kEnough * place.error;
+                code = next;
+                place = tried;
+                damping *= 0.2f;
+                if (isEnough) break;
+                equations = equationsAt(place);
+            } else {
+                damping *= 10;
+                if (damping > 1e3f) break;
+            }
+        }
+        return {code, place.error};
+    }
+
+private:
+    Numbers leftBy(const Numbers& value) const {
+        Numbers left;
+        for (std::size_t p = 0; p < kParts; ++p) left.part[p] = hn::Sub(wanted_.part[p], value.part[p]);
+        return scaled(left, roots_);
+    }
+
+    const CodeTable& table_;
+    const BasisShape& shape_;
+    std::array<float, 3> roots_;
+    Numbers wanted_;
+};
+
+}  // namespace
+
+CodeSpace::CodeSpace(const CodeTable& table, const BasisShape& shape, const Metric& metric, std::span<const glm::vec4> seeds)
+    : shape_(shape), metric_(&metric), seeds_(seeds) {
+    for (std::size_t m = 0; m < static_cast<std::size_t>(shape.monomialCount()); ++m) table_[m] = turned(metric, table[m]);
+}
+
+SolvedCode CodeSpace::solve(const BasisTarget& target, const glm::vec4& start) const {
+    return Problem(table_, shape_, *metric_, target).descend(start);
+}
+
+SolvedCode CodeSpace::search(const BasisTarget& target) {
+    const glm::vec4 middle(0.5f, 0.5f, 0.5f, shape_.codeChannels == 3 ? 1.0f : 0.5f);
+    const auto candidate = [&](std::size_t i) { return i == 0 ? middle : seeds_[i - 1]; };
+    for (std::size_t i = seedValues_.size(); i <= seeds_.size(); ++i)
+        seedValues_.push_back(stored(valueOf(table_, jacobianOf(table_, shape_.codeChannels, candidate(i)), candidate(i))));
+    const Problem problem(table_, shape_, *metric_, target);
+    std::size_t best = 0;
+    float least = problem.errorOf(seedValues_[0]);
+    for (std::size_t i = 1; i < seedValues_.size(); ++i)
+        if (const float error = problem.errorOf(seedValues_[i]); error < least) {
+            best = i;
+            least = error;
+        }
+    return problem.descend(candidate(best));
+}
+
+glm::vec4 CodeSpace::sensitivity(const BasisTarget& target, const glm::vec4& code) const {
+    const Problem problem(table_, shape_, *metric_, target);
+    const Equations equations = problem.equationsAt(problem.at(code));
+    return glm::vec4(equations.matrix[0][0], equations.matrix[1][1], equations.matrix[2][2], equations.matrix[3][3]);
+}
+
+}  // namespace compress

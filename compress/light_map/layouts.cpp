@@ -1,0 +1,290 @@
+#include "compress/light_map.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "compress/light_map/basis_model.h"
+#include "compress/light_map/rows.h"
+#include "compress/light_map/zonal.h"
+#include "lighting/radiometry.h"
+
+namespace compress {
+
+namespace {
+
+using formats::PixelFormat;
+using rows::halfRange;
+using rows::hdrFormat;
+using rows::ldrFormat;
+
+constexpr std::array<std::string_view, 11> kLayoutNames = {"raw",     "flat",    "luvw",    "luvw-linear", "ratio",   "zh3",
+                                                           "basis-3", "basis-4", "basis-8", "basis-12",    "basis-16"};
+/// Ratios beyond 1.25 times the bound of non-negative light are noise of texels that are almost black.
+constexpr float kRatioAllowance = 1.25f;
+constexpr double kLogUnits = 1 << 24;
+constexpr std::array<float, 3> kRatioBound = {1.0f, 1.7320508f, 2.2360680f};  ///< sqrt(2l + 1)
+
+float largestAbsolute(const glm::vec3& v) {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
+
+/// Half of what rgb1 can add to uvw. Halo 3 has 1; what BC1 colours leave is far less: docs/experiments.md has the curve.
+constexpr float kLuvwSpan = 0.125f;
+/// Where light of the key would be fewer codes than this in 8 bits of L, both alphas hold its square root.
+constexpr double kLuvwFewCodes = 4;
+
+std::vector<float> listOf(const glm::vec3& v) {
+    return {v.x, v.y, v.z};
+}
+
+/// largest: of each value that is stored
+void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure, const std::vector<float>& largest) {
+    const PixelFormat format = ldrFormat(plan.target, PixelFormat::Bc3);
+    const int count = static_cast<int>(largest.size());
+    plan.textures = {{"luvw_first", format, count}, {"luvw_second", format, count}};
+    plan.decodeDegree = 3;
+    // Neutral a1 is 4/5, so that the second texture can lift what the first one rounded down; 204/255 is exact in 8 bits. The centre of
+    // rgb1 is the code nearest to 1/2 that 5 and 6 bits hold exactly: a texel without residual costs nothing.
+    constexpr float neutral = 0.8f;
+    const bool isBc = plan.target == LightMapTarget::Bc;
+    plan.constants["neutral"] = isBc ? std::vector<float>{16.0f / 31, 32.0f / 63, 16.0f / 31, neutral}
+                                     : std::vector<float>{128.0f / 255, 128.0f / 255, 128.0f / 255, neutral};
+    const double dcOfKey = measure.key() / 0.28209479;
+    plan.constants["root"] = {255 * dcOfKey < kLuvwFewCodes * static_cast<double>(measure.maximumAbsolute(0)) ? 1.0f : 0.0f};
+    for (const float each : largest) {
+        plan.constants["range"].push_back(std::min(each, neutral * std::numeric_limits<float>::max()) / neutral);
+        plan.constants["span"].push_back(kLuvwSpan);
+    }
+}
+
+/// Of the first `count` coefficients.
+std::vector<float> largestCoefficients(const LightMapMeasure& measure, int count) {
+    std::vector<float> largest;
+    for (int i = 0; i < count; ++i) largest.push_back(measure.maximumAbsolute(i));
+    return largest;
+}
+
+void planLuvwLinear(LightMapPlan& plan, const LightMapMeasure& measure) {
+    std::vector<float> largest = largestCoefficients(measure, 4);
+    largest.push_back(measure.maximumIntensity());
+    planLuvw(plan, measure, largest);
+    plan.constants["luminance"] = listOf(measure.luminanceWeights());
+}
+
+/// ratios: how many of the coefficients after the first go into texture "ratio", before the zonal one of zh3
+void planRatio(LightMapPlan& plan, const LightMapMeasure& measure, int ratios) {
+    plan.decodeDegree = 2;
+    plan.constants["range"] = {halfRange(measure.maximumAbsolute(0))};
+    const auto add = [&](float minimum, float maximum) {
+        plan.constants["scale"].push_back(maximum - minimum);
+        plan.constants["bias"].push_back(minimum);
+    };
+    for (int i = 1; i <= ratios; ++i) add(measure.minimumRatio(i), measure.maximumRatio(i));
+    if (plan.layout == LightMapLayout::Zh3) {
+        add(measure.minimumZonal(), measure.maximumZonal());
+        plan.constants["luminance"] = listOf(measure.luminanceWeights());
+    }
+    const int layers = static_cast<int>(plan.constants.at("scale").size());
+    plan.textures = {{"l0", hdrFormat(plan.target), 1}, {"ratio", ldrFormat(plan.target, PixelFormat::Bc7), layers}};
+}
+
+}  // namespace
+
+namespace rows {
+
+PixelFormat hdrFormat(LightMapTarget target) {
+    switch (target) {
+        case LightMapTarget::Bc:
+            return PixelFormat::Bc6hUf16;
+        case LightMapTarget::Astc:
+            return PixelFormat::Astc4x4Hdr;
+        case LightMapTarget::Float:
+            break;
+    }
+    return PixelFormat::Rgba16f;
+}
+
+PixelFormat ldrFormat(LightMapTarget target, PixelFormat bc) {
+    switch (target) {
+        case LightMapTarget::Bc:
+            return bc;
+        case LightMapTarget::Astc:
+            return PixelFormat::Astc4x4Ldr;
+        case LightMapTarget::Float:
+            break;
+    }
+    return PixelFormat::Rgba16Unorm;
+}
+
+float halfRange(float largest) {
+    if (!(largest > 0)) return 1;
+    int exponent = 0;
+    const float mantissa = std::frexp(largest, &exponent);  // largest = mantissa 2^exponent, mantissa in [0.5, 1)
+    if (mantissa == 0.5f) --exponent;
+    return std::ldexp(1.0f, exponent - 14);
+}
+
+}  // namespace rows
+
+std::optional<LightMapLayout> lightMapLayoutFromName(std::string_view name) {
+    const auto found = std::ranges::find(kLayoutNames, name);
+    if (found == kLayoutNames.end()) return std::nullopt;
+    return static_cast<LightMapLayout>(found - kLayoutNames.begin());
+}
+
+std::string_view lightMapLayoutName(LightMapLayout layout) {
+    return kLayoutNames[static_cast<std::size_t>(layout)];
+}
+
+bool isLearned(LightMapLayout layout) {
+    return layout >= LightMapLayout::Basis3;
+}
+
+LightMapMeasure::LightMapMeasure(const glm::vec3& luminanceWeights) : luminanceWeights_(luminanceWeights) {}
+
+void LightMapMeasure::add(const formats::LightMapBand& band, int firstRow, int rowCount) {
+    assert(firstRow >= band.firstRow && firstRow + rowCount <= band.firstRow + band.sh.height());
+    for (int y = firstRow - band.firstRow; y < firstRow - band.firstRow + rowCount; ++y)
+        for (int x = 0; x < band.sh.width(); ++x)
+            if (band.covered.at(x, y) != 0) addTexel(band.sh.at(x, y), band.normal.at(x, y));
+}
+
+void LightMapMeasure::addTexel(const lighting::ShRgb& sh, const glm::vec3& normal) {
+    ++coveredTexels_;
+    const glm::vec3 exit = lighting::evaluate(lighting::convolve(sh, lighting::kExitRadianceBands), normal);
+    const double logLuminance = std::log(std::max(static_cast<double>(glm::dot(exit, luminanceWeights_)), 1e-12));
+    logLuminanceSum_ += std::llround(logLuminance * kLogUnits);
+    maximumExit_ = std::max({maximumExit_, exit.x, exit.y, exit.z});
+    for (std::size_t i = 0; i < sh.size(); ++i) maximumAbsolute_[i] = std::max(maximumAbsolute_[i], largestAbsolute(sh[i]));
+    for (int channel = 0; channel < 3; ++channel) {
+        const float dc = sh[0][channel];
+        std::array<float, 3> squared{};
+        for (std::size_t i = 1; i < sh.size(); ++i) {
+            const auto band = static_cast<std::size_t>(lighting::kShBand[i]);
+            squared[band] += sh[i][channel] * sh[i][channel];
+            if (dc > 0) {
+                const float bound = kRatioAllowance * kRatioBound[band];
+                const float ratio = std::clamp(sh[i][channel] / dc, -bound, bound);
+                minimumRatio_[i] = std::min(minimumRatio_[i], ratio);
+                maximumRatio_[i] = std::max(maximumRatio_[i], ratio);
+            }
+        }
+        const float limit = 1.001f * std::max(dc, 0.0f);
+        if (std::sqrt(squared[1]) > limit * kRatioBound[1] || std::sqrt(squared[2]) > limit * kRatioBound[2]) ++beyondPositiveBounds_;
+    }
+    addZonal(sh);
+}
+
+void LightMapMeasure::addZonal(const lighting::ShRgb& sh) {
+    const glm::vec3 axis = rows::linearAxis(sh[1], sh[2], sh[3], luminanceWeights_);
+    maximumIntensity_ = std::max(maximumIntensity_, largestAbsolute(rows::intensityAlong(sh, axis)));
+    const glm::vec3 zonal = rows::zonalAlong(sh, axis);
+    const float bound = kRatioAllowance * kRatioBound[2];
+    for (int channel = 0; channel < 3; ++channel) {
+        if (!(sh[0][channel] > 0)) continue;
+        const float ratio = std::clamp(zonal[channel] / sh[0][channel], -bound, bound);
+        minimumZonal_ = std::min(minimumZonal_, ratio);
+        maximumZonal_ = std::max(maximumZonal_, ratio);
+    }
+}
+
+void LightMapMeasure::merge(const LightMapMeasure& other) {
+    coveredTexels_ += other.coveredTexels_;
+    beyondPositiveBounds_ += other.beyondPositiveBounds_;
+    logLuminanceSum_ += other.logLuminanceSum_;
+    maximumExit_ = std::max(maximumExit_, other.maximumExit_);
+    maximumIntensity_ = std::max(maximumIntensity_, other.maximumIntensity_);
+    minimumZonal_ = std::min(minimumZonal_, other.minimumZonal_);
+    maximumZonal_ = std::max(maximumZonal_, other.maximumZonal_);
+    for (std::size_t i = 0; i < maximumAbsolute_.size(); ++i) {
+        maximumAbsolute_[i] = std::max(maximumAbsolute_[i], other.maximumAbsolute_[i]);
+        minimumRatio_[i] = std::min(minimumRatio_[i], other.minimumRatio_[i]);
+        maximumRatio_[i] = std::max(maximumRatio_[i], other.maximumRatio_[i]);
+    }
+}
+
+double LightMapMeasure::key() const {
+    return coveredTexels_ == 0 ? 0 : std::exp(static_cast<double>(logLuminanceSum_) / kLogUnits / static_cast<double>(coveredTexels_));
+}
+
+int LightMapPlan::blockHeight() const {
+    int largest = 1;
+    for (const LightMapTexture& texture : textures) largest = std::max(largest, formats::info(texture.format).blockHeight);
+    return largest;
+}
+
+std::size_t LightMapPlan::gpuBytes() const {
+    std::size_t bytes = tableBytes();
+    for (const LightMapTexture& texture : textures)
+        bytes += static_cast<std::size_t>(texture.layerCount) * formats::bytesPerImage(texture.format, width, height);
+    return bytes;
+}
+
+double LightMapPlan::bitsPerTexel() const {
+    double bits = 8.0 * static_cast<double>(tableBytes()) / (static_cast<double>(width) * height);
+    for (const LightMapTexture& texture : textures) {
+        const formats::PixelFormatInfo& format = formats::info(texture.format);
+        bits += 8.0 * texture.layerCount * format.bytesPerBlock / (format.blockWidth * format.blockHeight);
+    }
+    return bits;
+}
+
+std::size_t LightMapPlan::tableBytes() const {
+    if (!basis) return 0;
+    return basis->tableBytes() + (isClusterInMesh ? 0 : basis->indexBytes());
+}
+
+LightMapPlan withHalo3Constants(LightMapPlan luvw) {
+    assert(luvw.layout == LightMapLayout::Luvw);
+    for (float& range : luvw.constants.at("range")) range *= luvw.constants.at("neutral")[3];
+    luvw.constants["neutral"] = {0.5f, 0.5f, 0.5f, 1.0f};
+    luvw.constants["root"] = {1.0f};
+    luvw.constants["span"].assign(lighting::kShCount, 1.0f);
+    return luvw;
+}
+
+LightMapPlan planLightMap(LightMapLayout layout, LightMapTarget target, int width, int height, const LightMapMeasure& measure) {
+    LightMapPlan plan;
+    plan.layout = layout;
+    plan.target = target;
+    plan.width = width;
+    plan.height = height;
+    plan.key = measure.key();
+    switch (layout) {
+        case LightMapLayout::Raw: {
+            float largest = 0;
+            for (int i = 0; i < lighting::kShCount; ++i) largest = std::max(largest, measure.maximumAbsolute(i));
+            plan.textures = {{"sh", PixelFormat::Rgba16f, 9}};
+            plan.constants["range"] = {halfRange(largest)};
+            break;
+        }
+        case LightMapLayout::Flat:
+            plan.textures = {{"exit", hdrFormat(target), 1}};
+            plan.constants["range"] = {halfRange(measure.maximumExit())};
+            break;
+        case LightMapLayout::Luvw:
+            planLuvw(plan, measure, largestCoefficients(measure, lighting::kShCount));
+            break;
+        case LightMapLayout::LuvwLinear:
+            planLuvwLinear(plan, measure);
+            break;
+        case LightMapLayout::Ratio:
+            planRatio(plan, measure, 8);
+            break;
+        case LightMapLayout::Zh3:
+            planRatio(plan, measure, 3);
+            break;
+        case LightMapLayout::Basis3:
+        case LightMapLayout::Basis4:
+        case LightMapLayout::Basis8:
+        case LightMapLayout::Basis12:
+        case LightMapLayout::Basis16:
+            assert(false && "a layout that learns needs planLearnedLightMap");
+            break;
+    }
+    return plan;
+}
+
+}  // namespace compress

@@ -1,0 +1,135 @@
+#include "compress/light_map/rows.h"
+
+#include <algorithm>
+
+#include "formats/padding.h"
+#include "lighting/radiometry.h"
+
+namespace compress::rows {
+
+namespace {
+
+using formats::Image;
+using formats::ImageView;
+using formats::PixelFormat;
+
+/// Texels next to charts: sane values at chart edges are worth something, but never at the cost of a texel inside.
+constexpr float kPaddingSignificance = 1.0f / 256;
+
+/// Where errors begin to count by their ratio, of the key. A learned decode serves all light levels with the same tables, and would leave
+/// the dark to chance.
+constexpr float kLearnedKnee = 0.1f;
+
+/// Values of one texel of the band: what the layout stores.
+void texelValues(const formats::LightMapBand& band, bool isFlat, int x, int y, std::span<glm::vec3> out) {
+    const lighting::ShRgb& sh = band.sh.at(x, y);
+    if (isFlat)
+        out[0] = lighting::evaluate(lighting::convolve(sh, lighting::kExitRadianceBands), band.normal.at(x, y));
+    else
+        std::ranges::copy(sh, out.begin());
+}
+
+/// Mean of the covered texels on the smallest ring (1, then 2 texels away) that has any, and the first of them; false where there is none.
+bool padTexel(const formats::LightMapBand& band, bool isFlat, int x, int y, std::span<glm::vec3> out, glm::ivec2& owner) {
+    std::array<glm::vec3, lighting::kShCount> neighbour;
+    const auto values = std::span(neighbour).first(out.size());
+    std::ranges::fill(out, glm::vec3(0));
+    const int count = formats::visitNearestCovered(band.covered.view(), x, y, kLightMapPaddingRows, [&](int nearX, int nearY) {
+        if (owner.x < 0) owner = {nearX, nearY + band.firstRow};
+        texelValues(band, isFlat, nearX, nearY, values);
+        for (std::size_t i = 0; i < out.size(); ++i) out[i] += values[i];
+    });
+    if (count == 0) return false;
+    for (glm::vec3& value : out) value /= static_cast<float>(count);
+    return true;
+}
+
+/// Texels that count for nothing take the mean of those of their 4 x 4 block that do: encoders then see no edge where nobody looks.
+void fillBlocks(Image<glm::vec4>& texels, const Image<float>& significance) {
+    constexpr int size = 4;
+    for (int top = 0; top < texels.height(); top += size)
+        for (int left = 0; left < texels.width(); left += size) {
+            const int bottom = std::min(top + size, texels.height()), right = std::min(left + size, texels.width());
+            glm::vec4 sum(0);
+            int count = 0;
+            for (int y = top; y < bottom; ++y)
+                for (int x = left; x < right; ++x)
+                    if (significance.at(x, y) > 0) {
+                        sum += texels.at(x, y);
+                        ++count;
+                    }
+            if (count == 0 || count == (bottom - top) * (right - left)) continue;
+            for (int y = top; y < bottom; ++y)
+                for (int x = left; x < right; ++x)
+                    if (!(significance.at(x, y) > 0)) texels.at(x, y) = sum / static_cast<float>(count);
+        }
+}
+
+}  // namespace
+
+Source makeSource(const LightMapPlan& plan, const formats::LightMapBand& band, int firstRow, int rowCount) {
+    const bool isFlat = plan.layout == LightMapLayout::Flat;
+    const std::size_t valueCount = isFlat ? 1 : lighting::kShCount;
+    Source source;
+    source.width = plan.width;
+    source.height = rowCount;
+    for (std::size_t i = 0; i < valueCount; ++i) source.values.emplace_back(plan.width, rowCount, glm::vec3(0));
+    source.coverage = Image<float>(plan.width, rowCount, 0);
+    source.importance = Image<float>(plan.width, rowCount, 0);
+    source.owner = Image<glm::ivec2>(plan.width, rowCount, glm::ivec2(-1));
+    const float floor = std::max((isLearned(plan.layout) ? kLearnedKnee : 1.0f) * static_cast<float>(plan.key), 1e-12f);
+    std::array<glm::vec3, lighting::kShCount> texel;
+    const auto values = std::span(texel).first(valueCount);
+    for (int y = 0; y < rowCount; ++y) {
+        const int bandRow = firstRow - band.firstRow + y;
+        for (int x = 0; x < plan.width; ++x) {
+            float coverage = 1;
+            glm::ivec2& owner = source.owner.at(x, y);
+            if (band.covered.at(x, bandRow) != 0) {
+                texelValues(band, isFlat, x, bandRow, values);
+                owner = {x, firstRow + y};
+            } else if (padTexel(band, isFlat, x, bandRow, values, owner)) {
+                coverage = kPaddingSignificance;
+            } else {
+                continue;
+            }
+            for (std::size_t i = 0; i < valueCount; ++i) source.values[i].at(x, y) = values[i];
+            source.coverage.at(x, y) = coverage;
+            // Exit radiance that the DC alone would give, or the exit radiance itself.
+            const glm::vec3& v = values[0];
+            const float exit = (isFlat ? 1.0f : 0.28209479f) * std::max({v.x, v.y, v.z, 0.0f});
+            const float local = floor / (exit + floor);
+            source.importance.at(x, y) = coverage * local * local;
+        }
+    }
+    return source;
+}
+
+Layer encodeLayer(PixelFormat format, Image<glm::vec4>& texels, const Image<float>& significance, const EncodeOptions& options,
+                  bool wantsDecoded, EncodeReport& report) {
+    fillBlocks(texels, significance);
+    Layer layer;
+    layer.bytes.resize(static_cast<std::size_t>(formats::blocksDown(format, texels.height())) *
+                       formats::bytesPerBlockRow(format, texels.width()));
+    if (wantsDecoded) layer.decoded = Image<glm::vec4>(texels.width(), texels.height());
+    report.add(encodeRows(format, texels.view(), significance.view(), options, layer.bytes,
+                          wantsDecoded ? layer.decoded.view() : ImageView<glm::vec4>{}));
+    return layer;
+}
+
+Layer encodeHdr(PixelFormat format, const Source& source, std::size_t value, float range, float key, const EncodeOptions& options,
+                bool wantsDecoded, EncodeReport& report) {
+    Image<glm::vec4> texels(source.width, source.height, glm::vec4(0, 0, 0, 1));
+    for (int y = 0; y < source.height; ++y)
+        for (int x = 0; x < source.width; ++x) texels.at(x, y) = glm::vec4(source.values[value].at(x, y) / range, 1);
+    EncodeOptions hdr = options;
+    hdr.hdrMetric = HdrMetric::Log;
+    hdr.hdrScale = std::max(0.1f * key / range, 1e-6f);
+    return encodeLayer(format, texels, source.coverage, hdr, wantsDecoded, report);
+}
+
+float constant(const LightMapPlan& plan, const char* name, std::size_t index) {
+    return plan.constants.at(name).at(index);
+}
+
+}  // namespace compress::rows

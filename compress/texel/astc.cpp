@@ -1,0 +1,103 @@
+#include "compress/texel/astc.h"
+
+#include <astcenc.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace compress {
+namespace {
+
+using formats::ImageView;
+using formats::PixelFormat;
+
+/// libastcenc's quality runs from 0 to 100 with its presets at 0, 10, 60, 98, 99 and 100. Not every higher one is better on light: these
+/// are, in every format (tests/quality). 80 in place of 60 takes two fifths more time and gains 1.8 dB in HDR blocks of 4 x 4.
+constexpr std::array<float, 10> kQuality = {0, 8, 15, 40, 60, 80, 90, 95, 99, 100};
+
+struct ContextFree {
+    void operator()(astcenc_context* context) const { astcenc_context_free(context); }
+};
+using Context = std::unique_ptr<astcenc_context, ContextFree>;
+
+void check(astcenc_error status) {
+    // Our own arguments are right by construction: what is left is memory.
+    if (status != ASTCENC_SUCCESS) throw std::runtime_error(std::string("libastcenc: ") + astcenc_get_error_string(status));
+}
+
+/// Setting a context up takes far longer than coding a row of blocks, so each thread keeps those it has used. The content of a context
+/// never changes what a call gives.
+astcenc_context* contextFor(const formats::PixelFormatInfo& format, const EncodeOptions& options) {
+    using Key = std::tuple<PixelFormat, int, std::array<float, 4>>;
+    static thread_local std::map<Key, Context> contexts;
+    const int effort = std::clamp(options.effort, 0, 9);
+    Context& context = contexts[Key{format.format, effort, options.channelWeights}];
+    if (!context) {
+        astcenc_config config;
+        const auto blockWidth = static_cast<unsigned>(format.blockWidth), blockHeight = static_cast<unsigned>(format.blockHeight);
+        check(astcenc_config_init(format.isFloat ? ASTCENC_PRF_HDR_RGB_LDR_A : ASTCENC_PRF_LDR, blockWidth, blockHeight, 1,
+                                  kQuality[static_cast<std::size_t>(effort)], 0, &config));
+        config.cw_r_weight = options.channelWeights[0];
+        config.cw_g_weight = options.channelWeights[1];
+        config.cw_b_weight = options.channelWeights[2];
+        config.cw_a_weight = options.channelWeights[3];
+        astcenc_context* raw = nullptr;
+        check(astcenc_context_alloc(&config, 1, &raw));
+        context.reset(raw);
+    }
+    return context.get();
+}
+
+/// Texels that weigh nothing take the value of the nearest of their block that weighs something. Their mean would make one colour more for
+/// the block to hold: 0.3, 0.7 and 0.8 dB worse on light maps in blocks of 4, 6 and 8.
+void fillFreeTexels(ImageView<glm::vec4> texels, ImageView<const float> significance, int blockWidth, int blockHeight) {
+    struct Place {
+        int x, y;
+    };
+    std::vector<Place> counting, free;
+    for (int blockY = 0; blockY < texels.height; blockY += blockHeight)
+        for (int blockX = 0; blockX < texels.width; blockX += blockWidth) {
+            counting.clear(), free.clear();
+            for (int y = blockY; y < std::min(blockY + blockHeight, texels.height); ++y)
+                for (int x = blockX; x < std::min(blockX + blockWidth, texels.width); ++x)
+                    (significance.at(x, y) > 0 ? counting : free).push_back({x, y});
+            if (counting.empty()) continue;
+            for (const Place& place : free) {
+                const auto distance = [&place](const Place& other) {
+                    return (other.x - place.x) * (other.x - place.x) + (other.y - place.y) * (other.y - place.y);
+                };
+                const auto nearest = std::min_element(counting.begin(), counting.end(),
+                                                      [&](const Place& a, const Place& b) { return distance(a) < distance(b); });
+                texels.at(place.x, place.y) = texels.at(nearest->x, nearest->y);
+            }
+        }
+}
+
+}  // namespace
+
+void encodeAstc(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance, const EncodeOptions& options,
+                std::span<std::byte> out, ImageView<glm::vec4> decoded) {
+    const formats::PixelFormatInfo& formatInfo = formats::info(format);
+    formats::Image<glm::vec4> source(texels.width, texels.height);
+    for (int y = 0; y < texels.height; ++y) std::copy_n(texels.row(y), texels.width, source.view().row(y));
+    if (significance.texels) fillFreeTexels(source.view(), significance, formatInfo.blockWidth, formatInfo.blockHeight);
+
+    void* slice = source.texels().data();
+    astcenc_image image{static_cast<unsigned>(texels.width), static_cast<unsigned>(texels.height), 1, ASTCENC_TYPE_F32, &slice};
+    const astcenc_swizzle swizzle{ASTCENC_SWZ_R, ASTCENC_SWZ_G, ASTCENC_SWZ_B, ASTCENC_SWZ_A};
+    astcenc_context* context = contextFor(formatInfo, options);
+    auto* bytes = reinterpret_cast<std::uint8_t*>(out.data());
+    check(astcenc_compress_image(context, &image, &swizzle, bytes, out.size(), 0));
+    check(astcenc_compress_reset(context));
+    if (!decoded.texels) return;
+    check(astcenc_decompress_image(context, bytes, out.size(), &image, &swizzle, 0));
+    check(astcenc_decompress_reset(context));
+    for (int y = 0; y < texels.height; ++y) std::copy_n(source.view().row(y), texels.width, decoded.row(y));
+}
+
+}  // namespace compress

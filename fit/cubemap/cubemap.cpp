@@ -1,0 +1,378 @@
+#include "fit/cubemap.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <string>
+
+#include "fit/cubemap/area_resample.h"
+#include "fit/cubemap/kernel.h"
+#include "fit/cubemap/tree.h"
+#include "lighting/cube.h"
+
+namespace fit {
+namespace {
+
+constexpr int kBlock = 4;  // texels a side that share one list of cells
+/// Narrowest kernel that is worth an integral, over the width of a texel: under it the texel's own footprint is the wider filter.
+constexpr double kNarrowestKernel = 0.25;
+/// Widest piece of a source texel over the narrowest kernel's width. Cells soften the kernel by what their pieces spread, but GGX's does
+/// not soften: there a piece costs 1/12 of the square.
+constexpr double kPiecePerKernelWidth = 0.25, kPiecePerGgxWidth = 0.2;
+/// A cell whose light lies farther from its middle than this part of its size is entered twice: its area here, its light there. Near a
+/// sun all centroids of light lean towards it; areas that went there with them weighed 0.4 % too much at 0.1 of the size.
+constexpr double kSplitDistance = 0.02;
+/// [chord^2 over the kernel's width^2] Only so far from the lobe's centre: what is beyond weighs a hundredth.
+constexpr double kSplitReach = 9, kSplitDistanceInTail = 0.1;
+/// Errors over the environment's mean that a bright cell may cause before it is opened further.
+constexpr double kSpreadError = 1e-4, kHorizonError = 2e-5;
+/// The same of light that is moved to where a cell's other colours are, before each channel is entered by itself.
+constexpr double kColourError = 1e-4;
+/// [rad] Cells as wide as this have smaller ones under them, for lamps 10,000 times as bright as what is around them: half a step of a
+/// coarse cell is much of its lobe. Four times as many cells as narrow lobes have anyway would take half of the whole time.
+constexpr double kWidestFineCell = 0.012;
+
+/// Columns for the inner loop: eight texels against one entry after the other.
+struct CellList {
+    std::vector<float> x, y, z, sharpness, solidAngle, red, green, blue;
+    void clear() {
+        for (std::vector<float>* column : {&x, &y, &z, &sharpness, &solidAngle, &red, &green, &blue}) column->clear();
+    }
+    void add(const glm::vec3& direction, KernelScale::Softened kernel, float entrySolidAngle, const glm::vec3& flux) {
+        x.push_back(direction.x);
+        y.push_back(direction.y);
+        z.push_back(direction.z);
+        sharpness.push_back(kernel.sharpness);
+        solidAngle.push_back(kernel.amplitude * entrySolidAngle);
+        red.push_back(kernel.amplitude * flux.x);
+        green.push_back(kernel.amplitude * flux.y);
+        blue.push_back(kernel.amplitude * flux.z);
+    }
+};
+
+struct Eight {
+    Double8 weight{}, red{}, green{}, blue{};
+};
+/// So many entries are summed in float before the sum moves to double: 64 roundings stay under 1e-6, thousands do not.
+constexpr std::size_t kEntriesPerPartialSum = 64;
+
+template <PrefilterKernel kKernel, bool kNarrow>
+Eight sumCells(const CellList& list, const KernelScale& scale, Float8 x, Float8 y, Float8 z) {
+    Eight sum;
+    for (std::size_t first = 0; first < list.x.size(); first += kEntriesPerPartialSum) {
+        const std::size_t end = std::min(list.x.size(), first + kEntriesPerPartialSum);
+        Float8 weight{}, red{}, green{}, blue{};
+        for (std::size_t i = first; i < end; ++i) {
+            const Float8 dx = x - list.x[i], dy = y - list.y[i], dz = z - list.z[i];
+            const Float8 shape = kernelShape<kKernel, kNarrow>(dx * dx + dy * dy + dz * dz, list.sharpness[i], scale);
+            weight += shape * list.solidAngle[i];
+            red += shape * list.red[i];
+            green += shape * list.green[i];
+            blue += shape * list.blue[i];
+        }
+        sum.weight += __builtin_convertvector(weight, Double8);
+        sum.red += __builtin_convertvector(red, Double8);
+        sum.green += __builtin_convertvector(green, Double8);
+        sum.blue += __builtin_convertvector(blue, Double8);
+    }
+    return sum;
+}
+
+template <PrefilterKernel kKernel>
+Eight sumCells(const CellList& list, const KernelScale& scale, Float8 x, Float8 y, Float8 z) {
+    return scale.isNarrow ? sumCells<kKernel, true>(list, scale, x, y, z) : sumCells<kKernel, false>(list, scale, x, y, z);
+}
+
+Eight sumCells(const CellList& list, const KernelScale& scale, Float8 x, Float8 y, Float8 z) {
+    switch (scale.kernel) {
+        case PrefilterKernel::Beckmann:
+            return sumCells<PrefilterKernel::Beckmann>(list, scale, x, y, z);
+        case PrefilterKernel::Ggx:
+            return sumCells<PrefilterKernel::Ggx>(list, scale, x, y, z);
+        case PrefilterKernel::Phong:
+            break;
+    }
+    return sumCells<PrefilterKernel::Phong>(list, scale, x, y, z);
+}
+
+/// The cells that matter to directions within `radius` [chord] of a centre.
+class Gatherer {
+public:
+    Gatherer(const CellTree& tree, const KernelScale& scale, double cellsPerKernelWidth)
+        : tree_(tree), scale_(scale), widthToSize_(1 / cellsPerKernelWidth) {
+        double brightness = 0;
+        for (int face = 0; face < 6; ++face) brightness += brightnessOf(tree.levels.front().at(face, 0, 0));
+        const double ofMean = brightness * scale.integral / (4 * std::numbers::pi);
+        brightSpreadLimit_ = kSpreadError * ofMean;
+        brightHorizonLimit_ = kHorizonError * ofMean;
+        colourLimit_ = static_cast<float>(kColourError * ofMean * std::sqrt(scale.widthSquared));
+    }
+
+    void gather(const glm::vec3& centre, double radius, CellList& out) const {
+        out.clear();
+        for (int face = 0; face < 6; ++face) visit(0, face, 0, 0, centre, radius, out);
+    }
+
+private:
+    void visit(std::size_t levelIndex, int face, int x, int y, const glm::vec3& centre, double radius, CellList& out) const {
+        const CellLevel& level = tree_.levels[levelIndex];
+        const Cell& cell = level.at(face, x, y);
+        if (cell.solidAngle == 0) return;
+        const double distance = std::max(0.0, static_cast<double>(glm::distance(centre, cell.areaCentroid)) - radius - level.radius);
+        if (distance > scale_.supportChord) return;
+        const double allowed = widthToSize_ * widthToSize_ * scale_.widthSquaredAt(distance);
+        const bool finest = levelIndex + 1 == tree_.levels.size();
+        if (finest || (level.size * level.size <= allowed && !isTooBright(cell, centre, distance, radius + level.radius))) {
+            emit(cell, level.size, distance * distance < kSplitReach * scale_.widthSquared ? kSplitDistance : kSplitDistanceInTail, out);
+            return;
+        }
+        for (int child = 0; child < 4; ++child) visit(levelIndex + 1, face, 2 * x + child % 2, 2 * y + child / 2, centre, radius, out);
+    }
+    static double brightnessOf(const Cell& cell) { return static_cast<double>(cell.flux.x) + cell.flux.y + cell.flux.z; }
+    /// Whether the light of a cell is so strong beside the mean that its own extent shows: by the kernel's curvature anywhere, by its bend
+    /// at the horizon r.l = 0 where the cell lies across it for some of the directions.
+    bool isTooBright(const Cell& cell, const glm::vec3& centre, double distance, double reach) const {
+        const double brightness = brightnessOf(cell), spread = cell.fluxSpread;
+        const double widthSquared = scale_.widthSquaredAt(distance);
+        const double steepness = std::min(4.0, 1 + distance * distance / widthSquared);  // a tail bends more than its height tells
+        if (brightness * spread * steepness > brightSpreadLimit_ * widthSquared) {
+            const double shape = prefilterKernelShapeAt(scale_.kernel, scale_.m, 0.5 * distance * distance);
+            if (brightness * spread * steepness * shape > brightSpreadLimit_ * widthSquared) return true;
+        }
+        const bool acrossHorizon = std::abs(glm::dot(centre, cell.fluxCentroid)) < reach;
+        return acrossHorizon && brightness * std::sqrt(spread) * scale_.horizonSlope > brightHorizonLimit_;
+    }
+    void emit(const Cell& cell, double size, double splitDistance, CellList& out) const {
+        const bool isSplit = glm::distance(cell.areaCentroid, cell.fluxCentroid) > splitDistance * size;
+        enterCell(cell, cell.colourShift > colourLimit_, isSplit,
+                  [&](const glm::vec3& centroid, float spread, float solidAngle, const glm::vec3& flux) {
+                      out.add(centroid, scale_.softened(spread), solidAngle, flux);
+                  });
+    }
+
+    const CellTree& tree_;
+    const KernelScale& scale_;
+    double widthToSize_;
+    double brightSpreadLimit_ = 0, brightHorizonLimit_ = 0;
+    float colourLimit_ = 0;
+};
+
+formats::Error refusal(const std::string& what, const std::string& found, const std::string& expected) {
+    return {formats::ErrorCode::InvalidRequest, "cubemap, " + what, "found " + found + ", expected " + expected};
+}
+
+formats::Result<void> check(const formats::Environment& environment, const CubemapOptions& options) {
+    const int width = environment.texels.width(), height = environment.texels.height();
+    const bool strip = environment.projection == formats::Environment::Projection::CubeStrip;
+    if (width < 1 || height < 1 || (strip && height != 6 * width)) {
+        return formats::failure(formats::ErrorCode::WrongShape, "cubemap, environment",
+                                "found " + std::to_string(width) + " x " + std::to_string(height) + " texels, expected " +
+                                    (strip ? "six faces, one above the other" : "at least one"));
+    }
+    const bool powerOfTwo = options.size >= 1 && (options.size & (options.size - 1)) == 0;
+    if (!powerOfTwo || options.size > 4096)
+        return tl::make_unexpected(refusal("size", std::to_string(options.size), "a power of two, 1 to 4096"));
+    int longestChain = 1;
+    while (options.size >> longestChain) ++longestChain;
+    if (options.mipCount < 0 || options.mipCount > longestChain)
+        return tl::make_unexpected(refusal("mip count", std::to_string(options.mipCount), "0 to " + std::to_string(longestChain)));
+    const int mipCount = options.mipCount == 0 ? longestChain : options.mipCount;
+    if (!options.roughness.empty() && static_cast<int>(options.roughness.size()) != mipCount) {
+        return tl::make_unexpected(
+            refusal("roughness", std::to_string(options.roughness.size()) + " values", "one a mip, " + std::to_string(mipCount)));
+    }
+    for (const double m : options.roughness) {
+        if (!(m >= 0 && m <= 1)) return tl::make_unexpected(refusal("roughness", std::to_string(m), "0 to 1"));
+    }
+    if (!(options.cellsPerKernelWidth >= 1 && options.cellsPerKernelWidth <= 64))
+        return tl::make_unexpected(refusal("cells per kernel width", std::to_string(options.cellsPerKernelWidth), "1 to 64"));
+    return {};
+}
+
+std::vector<MipKernel> chain(const CubemapOptions& options) {
+    std::vector<MipKernel> mips;
+    int mipCount = options.mipCount;
+    if (mipCount == 0) {
+        while (options.size >> mipCount) ++mipCount;
+    }
+    for (int mip = 0; mip < mipCount; ++mip) {
+        MipKernel kernel;
+        kernel.size = options.size >> mip;
+        const double perceptual = mipCount > 1 ? static_cast<double>(mip) / (mipCount - 1) : 0;
+        kernel.m = options.roughness.empty() ? perceptual * perceptual : options.roughness[static_cast<std::size_t>(mip)];
+        kernel.perceptualRoughness = options.roughness.empty() ? perceptual : std::sqrt(kernel.m);
+        mips.push_back(kernel);
+    }
+    return mips;
+}
+
+/// Texels brighter than this times the mean take a full share of what the mean lacks.
+constexpr double kBrightOverMean = 1.5;
+
+/// Adds what a channel's mean lacks, as CubemapPrefilter::keepMean says. Where the level has so much too much that this could make values
+/// negative (a narrow lobe on very few texels), all are scaled. False where a texel would have passed the brightest value.
+bool keepChannelMean(int channel, double mean, double brightest, const std::vector<double>& solidAngles,
+                     formats::ImageView<glm::vec3> strip) {
+    const auto sumOf = [&](auto&& share) {
+        double sum = 0;
+        for (int y = 0; y < strip.height; ++y)
+            for (int x = 0; x < strip.width; ++x)
+                sum += solidAngles[static_cast<std::size_t>(y % strip.width * strip.width + x)] * share(strip.at(x, y)[channel]);
+        return sum / (4 * std::numbers::pi);
+    };
+    const double found = sumOf([](double value) { return value; });
+    if (!(found > 0)) return true;
+    const auto share = [&](double value) {
+        const double bright = std::min(value / (kBrightOverMean * found), 1.0);
+        return value * bright * bright;
+    };
+    const double lack = mean - found, gain = lack / sumOf(share);
+    bool isWhole = true;
+    for (int y = 0; y < strip.height; ++y)
+        for (int x = 0; x < strip.width; ++x) {
+            const double value = strip.at(x, y)[channel], kept = gain > -0.5 ? value + gain * share(value) : value * mean / found;
+            isWhole = isWhole && kept <= brightest;
+            strip.at(x, y)[channel] = static_cast<float>(std::min(kept, brightest));
+        }
+    return isWhole;
+}
+
+}  // namespace
+
+struct CubemapPrefilter::State {
+    State(const formats::Environment& environment, const CubemapOptions& options) : mips(chain(options)), resampler(environment) {
+        double narrowest = 1;
+        int finestSize = 0;
+        for (MipKernel& mip : mips) {
+            scales.push_back(mip.m > 0 ? makeKernelScale(options.kernel, mip.m) : KernelScale{});
+            const double width = std::sqrt(scales.back().widthSquared);
+            if (width < kNarrowestKernel * 2 / mip.size) {
+                mip.m = mip.perceptualRoughness = 0;
+                cellsPerWidth.push_back(0);
+                continue;
+            }
+            finestSize = std::max(finestSize, mip.size);
+            cellsPerWidth.push_back(options.cellsPerKernelWidth * std::min(3.0, std::sqrt(static_cast<double>(finestSize) / mip.size)));
+            mip.bands = prefilterKernelBands(options.kernel, mip.m);
+            narrowest = std::min(narrowest, width);
+        }
+        buildTree(environment, options, narrowest);
+    }
+
+    void buildTree(const formats::Environment& environment, const CubemapOptions& options, double narrowest) {
+        const double cellWidth = narrowest / options.cellsPerKernelWidth;
+        tree = buildCellTree(environment, (cellWidth < kWidestFineCell ? 1 : 0.5) * cellWidth,
+                             narrowest * (options.kernel == PrefilterKernel::Ggx ? kPiecePerGgxWidth : kPiecePerKernelWidth));
+        double solidAngle = 0;
+        for (const Cell& cell : tree.levels.front().cells) {
+            mean += glm::dvec3(cell.flux);
+            solidAngle += cell.solidAngle;
+        }
+        mean *= tree.brightest / solidAngle;
+    }
+
+    void filterBlock(int mip, int face, int blockX, int blockY, int firstRow, formats::ImageView<glm::vec3> out, CellList& list) const;
+
+    std::vector<MipKernel> mips;
+    std::vector<KernelScale> scales;
+    AreaResampler resampler;
+    CellTree tree;
+    glm::dvec3 mean{0};                 ///< of the source, over the sphere
+    std::vector<double> cellsPerWidth;  ///< of each mip
+};
+
+/// Texels of one block, as many of its rows as `out` holds. The list depends on the block alone, so a texel does not see how rows were cut.
+void CubemapPrefilter::State::filterBlock(int mip, int face, int blockX, int blockY, int firstRow, formats::ImageView<glm::vec3> out,
+                                          CellList& list) const {
+    const int size = mips[static_cast<std::size_t>(mip)].size, edge = std::min(kBlock, size);
+    const KernelScale& scale = scales[static_cast<std::size_t>(mip)];
+    const lighting::CubeCoordinate middle{face, {(2.0 * blockX + edge) / size - 1, (2.0 * blockY + edge) / size - 1}};
+    const glm::dvec3 centre = lighting::directionFromCube(middle);
+    std::array<glm::vec3, kBlock * kBlock> directions{};
+    double radius = 0;
+    for (int i = 0; i < edge * edge; ++i) {
+        const glm::dvec3 direction = lighting::cubeTexelDirection(face, blockX + i % edge, blockY + i / edge, size);
+        directions[static_cast<std::size_t>(i)] = glm::vec3(direction);
+        radius = std::max(radius, glm::distance(direction, centre));
+    }
+    Gatherer(tree, scale, cellsPerWidth[static_cast<std::size_t>(mip)]).gather(glm::vec3(centre), radius, list);
+    for (int first = 0; first < edge * edge; first += 8) {
+        Float8 x{}, y{}, z{};
+        for (int lane = 0; lane < 8; ++lane) {
+            const glm::vec3& direction = directions[static_cast<std::size_t>(std::min(first + lane, edge * edge - 1))];
+            x[lane] = direction.x;
+            y[lane] = direction.y;
+            z[lane] = direction.z;
+        }
+        const Eight sum = sumCells(list, scale, x, y, z);
+        for (int lane = 0; lane < std::min(8, edge * edge - first); ++lane) {
+            const int row = blockY + (first + lane) / edge - firstRow;
+            if (row < 0 || row >= out.height) continue;
+            const glm::dvec3 value = glm::dvec3(sum.red[lane], sum.green[lane], sum.blue[lane]) / sum.weight[lane];
+            glm::vec3& texel = out.at(blockX + (first + lane) % edge, row);
+            for (int channel = 0; channel < 3; ++channel)
+                texel[channel] = static_cast<float>(std::clamp(value[channel], 0.0, 1.0) * tree.brightest);
+        }
+    }
+}
+
+formats::Result<CubemapPrefilter> CubemapPrefilter::create(const formats::Environment& environment, const CubemapOptions& options) {
+    if (const formats::Result<void> checked = check(environment, options); !checked) return tl::make_unexpected(checked.error());
+    return CubemapPrefilter(std::make_unique<State>(environment, options));
+}
+
+CubemapPrefilter::CubemapPrefilter(std::unique_ptr<State> state) : state_(std::move(state)) {}
+CubemapPrefilter::CubemapPrefilter(CubemapPrefilter&&) noexcept = default;
+CubemapPrefilter& CubemapPrefilter::operator=(CubemapPrefilter&&) noexcept = default;
+CubemapPrefilter::~CubemapPrefilter() = default;
+
+int CubemapPrefilter::mipCount() const {
+    return static_cast<int>(state_->mips.size());
+}
+const std::vector<MipKernel>& CubemapPrefilter::mips() const {
+    return state_->mips;
+}
+
+void CubemapPrefilter::filterRows(int mip, int face, int firstRow, int rowCount, formats::ImageView<glm::vec3> out) const {
+    const MipKernel& level = state_->mips[static_cast<std::size_t>(mip)];
+    assert(0 <= face && face < 6 && 0 <= firstRow && firstRow + rowCount <= level.size);
+    assert(out.width == level.size && out.height == rowCount);
+    if (level.m == 0) {
+        for (int y = 0; y < rowCount; ++y) {
+            for (int x = 0; x < level.size; ++x) out.at(x, y) = glm::vec3(state_->resampler.mean(face, x, firstRow + y, level.size));
+        }
+        return;
+    }
+    CellList list;
+    const int edge = std::min(kBlock, level.size);
+    for (int blockY = firstRow / edge * edge; blockY < firstRow + rowCount; blockY += edge) {
+        for (int blockX = 0; blockX < level.size; blockX += edge) state_->filterBlock(mip, face, blockX, blockY, firstRow, out, list);
+    }
+}
+
+void CubemapPrefilter::keepMean(int mip, formats::ImageView<glm::vec3> strip) const {
+    const MipKernel& level = state_->mips[static_cast<std::size_t>(mip)];
+    assert(strip.width == level.size && strip.height == 6 * level.size);
+    if (level.m == 0) return;
+    std::vector<double> solidAngles;
+    for (int i = 0; i < level.size * level.size; ++i)
+        solidAngles.push_back(lighting::cubeTexelSolidAngle(i % level.size, i / level.size, level.size));
+    // Texels that would pass the source's brightest stop there: what they lack goes to the others, the next time round.
+    constexpr int kRounds = 4;
+    for (int channel = 0; channel < 3; ++channel)
+        for (int round = 0; round < kRounds; ++round)
+            if (keepChannelMean(channel, state_->mean[channel], state_->tree.brightest, solidAngles, strip)) break;
+}
+
+formats::Image<glm::vec3> CubemapPrefilter::filterMip(int mip) const {
+    const int size = state_->mips[static_cast<std::size_t>(mip)].size;
+    formats::Image<glm::vec3> strip(size, 6 * size);
+    for (int face = 0; face < 6; ++face) filterRows(mip, face, 0, size, strip.view().rows(face * size, size));
+    keepMean(mip, strip.view());
+    return strip;
+}
+
+}  // namespace fit

@@ -1,0 +1,189 @@
+#include "formats/gltf/draco_mesh.h"
+
+#include <draco/attributes/attribute_quantization_transform.h>
+#include <draco/compression/decode.h>
+#include <draco/compression/expert_encode.h>
+#include <draco/mesh/mesh.h>
+#include <fmt/format.h>
+
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <memory>
+
+#include "formats/file/one_line.h"
+
+namespace formats {
+namespace {
+
+draco::DataType dracoType(ComponentType type) {
+    switch (type) {
+        case ComponentType::Int8:
+            return draco::DT_INT8;
+        case ComponentType::Uint8:
+            return draco::DT_UINT8;
+        case ComponentType::Int16:
+            return draco::DT_INT16;
+        case ComponentType::Uint16:
+            return draco::DT_UINT16;
+        case ComponentType::Uint32:
+            return draco::DT_UINT32;
+        case ComponentType::Float32:
+            return draco::DT_FLOAT32;
+    }
+    return draco::DT_INVALID;
+}
+
+draco::GeometryAttribute::Type dracoRole(const MeshAttribute& attribute) {
+    if (attribute.semantic == "POSITION") return draco::GeometryAttribute::POSITION;
+    if (attribute.semantic == "NORMAL") return draco::GeometryAttribute::NORMAL;
+    if (attribute.semantic.starts_with("TEXCOORD_")) return draco::GeometryAttribute::TEX_COORD;
+    if (attribute.semantic.starts_with("COLOR_")) return draco::GeometryAttribute::COLOR;
+    return draco::GeometryAttribute::GENERIC;
+}
+
+std::unique_ptr<draco::PointAttribute> dracoAttribute(const MeshAttribute& attribute) {
+    auto result = std::make_unique<draco::PointAttribute>();
+    result->Init(dracoRole(attribute), static_cast<std::int8_t>(attribute.componentCount), dracoType(attribute.componentType),
+                 attribute.isNormalized, attribute.vertexCount());
+    assert(static_cast<std::size_t>(result->byte_stride()) == attribute.bytesPerVertex());
+    result->buffer()->Write(0, attribute.values.data(), attribute.values.size());
+    return result;
+}
+
+tl::expected<std::unique_ptr<draco::Mesh>, std::string> decodeMesh(std::span<const std::byte> bytes, bool keepsLattice) {
+    draco::DecoderBuffer buffer;
+    buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    draco::Decoder decoder;
+    if (keepsLattice) decoder.SetSkipAttributeTransform(draco::GeometryAttribute::POSITION);
+    auto mesh = decoder.DecodeMeshFromBuffer(&buffer);
+    if (!mesh.ok()) return tl::make_unexpected(oneLine(mesh.status().error_msg_string()));
+    return std::move(mesh).value();
+}
+
+/// Copies one attribute, in the component type that glTF promises for it.
+template <class Component>
+bool copyValues(const draco::PointAttribute& from, std::uint32_t pointCount, MeshAttribute& to) {
+    std::vector<Component> vertex(static_cast<std::size_t>(to.componentCount));
+    std::byte* out = to.values.data();
+    for (std::uint32_t point = 0; point < pointCount; ++point, out += to.bytesPerVertex()) {
+        const draco::AttributeValueIndex index = from.mapped_index(draco::PointIndex(point));
+        if (index.value() >= from.size()) return false;
+        if (!from.ConvertValue<Component>(index, static_cast<std::int8_t>(to.componentCount), vertex.data())) return false;
+        std::memcpy(out, vertex.data(), to.bytesPerVertex());
+    }
+    return true;
+}
+
+bool copyValues(const draco::PointAttribute& from, std::uint32_t pointCount, MeshAttribute& to) {
+    switch (to.componentType) {
+        case ComponentType::Int8:
+            return copyValues<std::int8_t>(from, pointCount, to);
+        case ComponentType::Uint8:
+            return copyValues<std::uint8_t>(from, pointCount, to);
+        case ComponentType::Int16:
+            return copyValues<std::int16_t>(from, pointCount, to);
+        case ComponentType::Uint16:
+            return copyValues<std::uint16_t>(from, pointCount, to);
+        case ComponentType::Uint32:
+            return copyValues<std::uint32_t>(from, pointCount, to);
+        case ComponentType::Float32:
+            return copyValues<float>(from, pointCount, to);
+    }
+    return false;
+}
+
+}  // namespace
+
+tl::expected<DracoMesh, std::string> encodeDraco(const TriangleMesh& mesh, std::span<const std::optional<Quantization>> quantization,
+                                                 int speed) {
+    assert(quantization.size() == mesh.attributes.size());
+    draco::Mesh source;
+    source.set_num_points(static_cast<draco::PointIndex::ValueType>(mesh.vertexCount()));
+    source.SetNumFaces(mesh.triangleCount());
+    for (std::size_t triangle = 0; triangle < mesh.triangleCount(); ++triangle) {
+        const std::uint32_t* corner = &mesh.indices[3 * triangle];
+        source.SetFace(draco::FaceIndex(static_cast<std::uint32_t>(triangle)),
+                       {draco::PointIndex(corner[0]), draco::PointIndex(corner[1]), draco::PointIndex(corner[2])});
+    }
+    DracoMesh result;
+    for (const MeshAttribute& attribute : mesh.attributes) {
+        result.uniqueIds.push_back(static_cast<int>(source.attribute(source.AddAttribute(dracoAttribute(attribute)))->unique_id()));
+    }
+    // Edgebreaker follows the surface by shared positions: without this every seam of a normal or a UV would be a hole.
+    if (!source.DeduplicateAttributeValues()) return tl::make_unexpected(std::string("attribute values cannot be merged"));
+    source.DeduplicatePointIds();
+
+    draco::ExpertEncoder encoder(source);
+    encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
+    encoder.SetSpeedOptions(speed, speed);
+    for (std::size_t i = 0; i < quantization.size(); ++i) {
+        if (!quantization[i]) continue;
+        const Quantization& lattice = *quantization[i];
+        if (lattice.origin.empty()) {
+            encoder.SetAttributeQuantization(static_cast<int>(i), lattice.bits);
+        } else {
+            encoder.SetAttributeExplicitQuantization(static_cast<int>(i), lattice.bits, static_cast<int>(lattice.origin.size()),
+                                                     lattice.origin.data(), lattice.range);
+        }
+    }
+    draco::EncoderBuffer buffer;
+    if (const draco::Status status = encoder.EncodeToBuffer(&buffer); !status.ok())
+        return tl::make_unexpected(oneLine(status.error_msg_string()));
+    const auto bytes = std::as_bytes(std::span(buffer.data(), buffer.size()));
+    result.bytes.assign(bytes.begin(), bytes.end());
+
+    std::vector<DracoAttribute> attributes;
+    for (std::size_t i = 0; i < mesh.attributes.size(); ++i) {
+        const MeshAttribute& attribute = mesh.attributes[i];
+        attributes.push_back(
+            {attribute.semantic, result.uniqueIds[i], attribute.componentType, attribute.componentCount, attribute.isNormalized});
+    }
+    auto decoded = decodeDraco(result.bytes, attributes);
+    if (!decoded) return tl::make_unexpected(decoded.error());
+    result.decoded = std::move(*decoded);
+    return result;
+}
+
+tl::expected<TriangleMesh, std::string> decodeDraco(std::span<const std::byte> bytes, std::span<const DracoAttribute> attributes) {
+    const auto mesh = decodeMesh(bytes, false);
+    if (!mesh) return tl::make_unexpected(mesh.error());
+    TriangleMesh result;
+    const std::uint32_t pointCount = (*mesh)->num_points();
+    for (const DracoAttribute& wanted : attributes) {
+        const draco::PointAttribute* found =
+            wanted.uniqueId < 0 ? nullptr : (*mesh)->GetAttributeByUniqueId(static_cast<std::uint32_t>(wanted.uniqueId));
+        if (found == nullptr) return tl::make_unexpected(fmt::format("no attribute {} for {}", wanted.uniqueId, wanted.semantic));
+        if (found->num_components() != wanted.componentCount) {
+            return tl::make_unexpected(fmt::format("{} components in attribute {}, where {} has {}", found->num_components(),
+                                                   wanted.uniqueId, wanted.semantic, wanted.componentCount));
+        }
+        MeshAttribute& attribute = result.attributes.emplace_back();
+        attribute.semantic = wanted.semantic;
+        attribute.componentType = wanted.componentType;
+        attribute.componentCount = wanted.componentCount;
+        attribute.isNormalized = wanted.isNormalized;
+        attribute.values.resize(attribute.bytesPerVertex() * pointCount);
+        if (!copyValues(*found, pointCount, attribute))
+            return tl::make_unexpected(fmt::format("values of {} that do not fit their type", wanted.semantic));
+    }
+    for (std::uint32_t face = 0; face < (*mesh)->num_faces(); ++face) {
+        for (const draco::PointIndex& corner : (*mesh)->face(draco::FaceIndex(face))) {
+            if (corner.value() >= pointCount)
+                return tl::make_unexpected(fmt::format("a triangle with vertex {} of {}", corner.value(), pointCount));
+            result.indices.push_back(corner.value());
+        }
+    }
+    return result;
+}
+
+tl::expected<double, std::string> dracoPositionStep(std::span<const std::byte> bytes) {
+    const auto mesh = decodeMesh(bytes, true);
+    if (!mesh) return tl::make_unexpected(mesh.error());
+    const draco::PointAttribute* position = (*mesh)->GetNamedAttribute(draco::GeometryAttribute::POSITION);
+    draco::AttributeQuantizationTransform transform;
+    if (position == nullptr || position->GetAttributeTransformData() == nullptr || !transform.InitFromAttribute(*position)) return 0.0;
+    return static_cast<double>(transform.range()) / (std::ldexp(1.0, transform.quantization_bits()) - 1);
+}
+
+}  // namespace formats

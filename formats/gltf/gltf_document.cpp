@@ -1,0 +1,337 @@
+#include "formats/gltf/gltf_document.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <string_view>
+
+#include "formats/file/file_bytes.h"
+#include "formats/file/one_line.h"
+
+namespace formats {
+namespace {
+
+constexpr std::uint32_t kGlbMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;  // "glTF", "JSON", "BIN\0"
+constexpr std::uint64_t kMostElements = std::uint64_t{1} << 28;
+constexpr int kDeepestJson = 256;  // real files stay below 20; writing JSON back recurses
+
+int hexDigit(char c) {
+    if ('0' <= c && c <= '9') return c - '0';
+    if ('a' <= c && c <= 'f') return c - 'a' + 10;
+    if ('A' <= c && c <= 'F') return c - 'A' + 10;
+    return -1;
+}
+
+std::string percentDecoded(std::string_view text) {
+    std::string decoded;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] == '%' && i + 2 < text.size() && hexDigit(text[i + 1]) >= 0 && hexDigit(text[i + 2]) >= 0) {
+            decoded += static_cast<char>(16 * hexDigit(text[i + 1]) + hexDigit(text[i + 2]));
+            i += 2;
+        } else {
+            decoded += text[i];
+        }
+    }
+    return decoded;
+}
+
+int base64Digit(char c) {
+    if ('A' <= c && c <= 'Z') return c - 'A';
+    if ('a' <= c && c <= 'z') return c - 'a' + 26;
+    if ('0' <= c && c <= '9') return c - '0' + 52;
+    if (c == '+' || c == '-') return 62;
+    if (c == '/' || c == '_') return 63;
+    return -1;
+}
+
+/// RFC 4648, both alphabets; false at a character that is neither a digit nor padding at the end.
+bool decodeBase64(std::string_view text, std::vector<std::byte>& bytes) {
+    while (!text.empty() && text.back() == '=') text.remove_suffix(1);
+    std::uint32_t bits = 0;
+    int bitCount = 0;
+    for (const char c : text) {
+        const int digit = base64Digit(c);
+        if (digit < 0) return false;
+        bits = (bits << 6 | static_cast<std::uint32_t>(digit)) & 0xFFFFu;
+        bitCount += 6;
+        if (bitCount < 8) continue;
+        bitCount -= 8;
+        bytes.push_back(static_cast<std::byte>(bits >> bitCount & 0xFFu));
+    }
+    return true;
+}
+
+int componentCountOf(const std::string& type) {
+    constexpr std::array<const char*, 4> kTypes = {"SCALAR", "VEC2", "VEC3", "VEC4"};
+    const auto found = std::find(kTypes.begin(), kTypes.end(), type);
+    return found == kTypes.end() ? 0 : static_cast<int>(found - kTypes.begin()) + 1;
+}
+
+}  // namespace
+
+Result<std::vector<std::byte>> readWholeFile(const std::filesystem::path& file) {
+    const auto opened = FileBytes::openForReading(file);
+    if (!opened) return tl::make_unexpected(opened.error());
+    std::vector<std::byte> bytes(opened->size());
+    if (const auto read = opened->readAt(0, bytes); !read) return tl::make_unexpected(read.error());
+    return bytes;
+}
+
+GltfDocument::GltfDocument(const std::filesystem::path& file) : file_(file) {
+    const auto bytes = readWholeFile(file);
+    if (!bytes) throw GltfFault(bytes.error());
+    fileBytes_ = bytes->size();
+    parse(*bytes);
+    const Json asset = json_.is_object() && json_.contains("asset") ? json_["asset"] : Json();
+    const std::string version = asset.is_object() ? asset.value("version", "") : "";
+    if (!version.starts_with("2."))
+        fail(ErrorCode::FormatUnsupported, "asset", fmt::format("found version \"{}\", expected 2.x", oneLine(version)));
+    for (const Json& extension : json_.value("extensionsRequired", Json::array())) {
+        if (extension == "EXT_meshopt_compression")
+            fail(ErrorCode::FormatUnsupported, "extensionsRequired", "found EXT_meshopt_compression, expected plain or Draco geometry");
+    }
+    readBuffers();
+}
+
+void GltfDocument::fail(ErrorCode code, const std::string& place, const std::string& detail) const {
+    throw GltfFault({code, place.empty() ? file_.string() : fmt::format("{}, {}", file_.string(), place), detail});
+}
+
+void GltfDocument::parse(std::span<const std::byte> bytes) {
+    std::span<const std::byte> text = bytes;
+    if (bytes.size() >= 12 && loadU32(bytes, 0) == kGlbMagic) {
+        if (loadU32(bytes, 4) != 2)
+            fail(ErrorCode::FormatUnsupported, "", fmt::format("found GLB version {}, expected 2", loadU32(bytes, 4)));
+        if (loadU32(bytes, 8) > bytes.size()) {
+            fail(ErrorCode::FileUnreadable, "",
+                 fmt::format("found {} bytes, expected the {} of its header: truncated", bytes.size(), loadU32(bytes, 8)));
+        }
+        text = {};
+        for (std::size_t at = 12; at + 8 <= loadU32(bytes, 8);) {
+            const std::size_t length = loadU32(bytes, at);
+            const std::uint32_t type = loadU32(bytes, at + 4);
+            if (length > bytes.size() - at - 8) {
+                fail(ErrorCode::FileUnreadable, "",
+                     fmt::format("found a chunk of {} bytes, expected at most {}", length, bytes.size() - at - 8));
+            }
+            const auto content = bytes.subspan(at + 8, length);
+            if (type == kJsonChunk && text.empty()) text = content;
+            if (type == kBinaryChunk && glbBuffer_.empty()) glbBuffer_.assign(content.begin(), content.end());
+            at += 8 + length;
+        }
+    }
+    const auto* const first = reinterpret_cast<const char*>(text.data());
+    bool isTooDeep = false;
+    const auto limitDepth = [&isTooDeep](int depth, Json::parse_event_t, Json&) {
+        isTooDeep |= depth > kDeepestJson;
+        return !isTooDeep;
+    };
+    json_ = Json::parse(first, first + text.size(), limitDepth, false);
+    if (isTooDeep || json_.is_discarded() || !json_.is_object()) {
+        fail(ErrorCode::FileUnreadable, "",
+             fmt::format("found {}, expected a glTF 2.0 file", isTooDeep ? "JSON nested too deeply" : "no JSON object"));
+    }
+}
+
+Result<std::vector<std::byte>> GltfDocument::readBeside(const std::string& uri) const {
+    return readWholeFile(beside(uri));
+}
+
+std::filesystem::path GltfDocument::beside(const std::string& uri) const {
+    return file_.parent_path() / percentDecoded(uri);
+}
+
+std::vector<std::filesystem::path> GltfDocument::filesBeside(const std::filesystem::path& file, std::span<const char* const> arrays) {
+    GltfDocument document;
+    document.file_ = file;
+    const auto bytes = readWholeFile(file);
+    if (!bytes) throw GltfFault(bytes.error());
+    document.parse(*bytes);
+    std::vector<std::filesystem::path> files;
+    for (const char* array : arrays)
+        for (const Json& entry : document.json_.value(array, Json::array())) {
+            const std::string uri = entry.value("uri", "");
+            const std::filesystem::path path = document.beside(uri);
+            std::error_code code;
+            if (uri.empty() || uri.starts_with("data:") || !std::filesystem::is_regular_file(path, code)) continue;
+            if (std::find(files.begin(), files.end(), path) == files.end()) files.push_back(path);
+        }
+    return files;
+}
+
+std::vector<std::byte> GltfDocument::readUri(const std::string& uri, const std::string& place) {
+    if (uri.starts_with("data:")) {
+        const std::size_t comma = uri.find(',');
+        std::vector<std::byte> bytes;
+        if (comma == std::string::npos || !uri.substr(0, comma).ends_with(";base64") ||
+            !decodeBase64(std::string_view(uri).substr(comma + 1), bytes)) {
+            fail(ErrorCode::FileUnreadable, place, "found a data URI that is broken, expected base64");
+        }
+        return bytes;
+    }
+    auto bytes = readBeside(uri);
+    if (!bytes) fail(ErrorCode::FileUnreadable, place, fmt::format("found no readable file \"{}\", expected the buffer", oneLine(uri)));
+    fileBytes_ += bytes->size();
+    return std::move(*bytes);
+}
+
+void GltfDocument::readBuffers() {
+    const Json buffers = json_.value("buffers", Json::array());
+    for (std::size_t index = 0; index < buffers.size(); ++index) {
+        const std::string place = fmt::format("buffer {}", index);
+        const std::uint64_t byteLength = number(buffers[index], "byteLength", 0, place);
+        std::vector<std::byte> bytes;
+        if (buffers[index].contains("uri")) {
+            bytes = readUri(buffers[index]["uri"].get<std::string>(), place);
+        } else if (index == 0 && !glbBuffer_.empty()) {
+            bytes = std::move(glbBuffer_);
+        } else {
+            fail(ErrorCode::FileUnreadable, place, "found neither a uri nor a GLB chunk, expected one of them");
+        }
+        if (bytes.size() < byteLength) {
+            fail(ErrorCode::FileUnreadable, place, fmt::format("found {} bytes, expected {}", bytes.size(), byteLength));
+        }
+        bytes.resize(byteLength);
+        buffers_.push_back(std::move(bytes));
+    }
+}
+
+const Json& GltfDocument::entry(const char* array, std::uint64_t index) const {
+    const auto found = json_.find(array);
+    const std::size_t count = found != json_.end() && found->is_array() ? found->size() : 0;
+    if (index >= count)
+        fail(ErrorCode::WrongShape, array, fmt::format("found a reference to entry {}, expected less than {}", index, count));
+    const Json& result = (*found)[index];
+    if (!result.is_object()) fail(ErrorCode::WrongShape, fmt::format("{}, entry {}", array, index), "found no JSON object, expected one");
+    return result;
+}
+
+std::uint64_t GltfDocument::number(const Json& object, const char* key, std::uint64_t fallback, const std::string& place) const {
+    if (!object.is_object()) fail(ErrorCode::WrongShape, place, "found no JSON object, expected one");
+    const auto found = object.find(key);
+    if (found == object.end()) return fallback;
+    if (!found->is_number_unsigned()) {
+        fail(ErrorCode::WrongShape, place, fmt::format("found {} = {}, expected a whole number from 0", key, oneLine(found->dump())));
+    }
+    return found->get<std::uint64_t>();
+}
+
+std::span<const std::byte> GltfDocument::bufferView(std::uint64_t index) const {
+    const Json& view = entry("bufferViews", index);
+    const std::string place = fmt::format("bufferView {}", index);
+    const std::uint64_t buffer = number(view, "buffer", 0, place);
+    if (buffer >= buffers_.size())
+        fail(ErrorCode::WrongShape, place, fmt::format("found buffer {}, expected less than {}", buffer, buffers_.size()));
+    const std::uint64_t offset = number(view, "byteOffset", 0, place), length = number(view, "byteLength", 0, place),
+                        size = buffers_[buffer].size();
+    if (offset > size || length > size - offset) {
+        fail(ErrorCode::WrongShape, place,
+             fmt::format("found bytes {} + {}, expected them within the {} of buffer {}", offset, length, size, buffer));
+    }
+    return std::span(buffers_[buffer]).subspan(offset, length);
+}
+
+/// The bytes of a view from `offset` on, if `count` elements fit.
+std::span<const std::byte> GltfDocument::part(std::uint64_t view, std::uint64_t offset, std::uint64_t count, std::uint64_t stride,
+                                              std::uint64_t elementBytes, const std::string& place) const {
+    const auto bytes = bufferView(view);
+    const std::uint64_t room = bytes.size() - std::min<std::uint64_t>(offset, bytes.size());
+    // count and stride are below 2^28 and 2^16 here: no overflow.
+    if (count > 0 && (count - 1) * stride + elementBytes > room) {
+        fail(ErrorCode::WrongShape, place,
+             fmt::format("found {} elements of {} bytes, expected them within the {} bytes left in bufferView {}", count, elementBytes,
+                         room, view));
+    }
+    return bytes.subspan(bytes.size() - room);
+}
+
+MeshAttribute GltfDocument::accessorType(std::uint64_t accessor, const std::string& semantic) const {
+    const Json& json = entry("accessors", accessor);
+    const std::string place = fmt::format("accessor {} ({})", accessor, semantic);
+    MeshAttribute result;
+    result.semantic = semantic;
+    result.componentType = static_cast<ComponentType>(number(json, "componentType", 0, place));
+    const std::string type = json.value("type", "");
+    result.componentCount = componentCountOf(type);
+    result.isNormalized = json.value("normalized", false);
+    if (componentBytes(result.componentType) == 0 || result.componentCount == 0) {
+        fail(ErrorCode::WrongShape, place,
+             fmt::format("found component type {} and type \"{}\", expected those of vertices or indices",
+                         static_cast<int>(result.componentType), oneLine(type)));
+    }
+    return result;
+}
+
+MeshAttribute GltfDocument::readAccessor(std::uint64_t accessor, const std::string& semantic) const {
+    const std::string place = fmt::format("accessor {} ({})", accessor, semantic);
+    MeshAttribute result = accessorType(accessor, semantic);
+    const Json& json = entry("accessors", accessor);
+    const std::uint64_t count = number(json, "count", 0, place);
+    if (count < 1 || count > kMostElements)
+        fail(ErrorCode::WrongShape, place, fmt::format("found {} elements, expected 1 to {}", count, kMostElements));
+    const std::size_t elementBytes = result.bytesPerVertex();
+    if (json.contains("bufferView")) {
+        const std::uint64_t view = number(json, "bufferView", 0, place);
+        const std::uint64_t stride = number(entry("bufferViews", view), "byteStride", elementBytes, fmt::format("bufferView {}", view));
+        if (stride < elementBytes || stride > 0xFFFF)
+            fail(ErrorCode::WrongShape, place, fmt::format("found a stride of {} bytes, expected at least {}", stride, elementBytes));
+        const auto bytes = part(view, number(json, "byteOffset", 0, place), count, stride, elementBytes, place);
+        result.values.resize(count * elementBytes);
+        for (std::uint64_t i = 0; i < count; ++i)
+            std::memcpy(result.values.data() + i * elementBytes, bytes.data() + i * stride, elementBytes);
+    } else if (json.contains("sparse")) {
+        result.values.resize(count * elementBytes);  // zeros, says the specification
+    } else {
+        fail(ErrorCode::WrongShape, place, "found no bufferView, expected one");
+    }
+    if (json.contains("sparse")) applySparse(json["sparse"], result, place);
+    return result;
+}
+
+void GltfDocument::applySparse(const Json& sparse, MeshAttribute& elements, const std::string& place) const {
+    const std::uint64_t count = number(sparse, "count", 0, place);
+    if (count > elements.vertexCount())
+        fail(ErrorCode::WrongShape, place, fmt::format("found {} sparse elements, expected at most {}", count, elements.vertexCount()));
+    const Json indices = sparse.value("indices", Json::object()), values = sparse.value("values", Json::object());
+    MeshAttribute positions;
+    positions.componentType = static_cast<ComponentType>(number(indices, "componentType", 0, place));
+    positions.componentCount = 1;
+    const std::size_t indexBytes = componentBytes(positions.componentType), valueBytes = elements.bytesPerVertex();
+    if (indexBytes == 0) fail(ErrorCode::WrongShape, place, "found sparse indices of no known type, expected whole numbers");
+    const auto from =
+        part(number(indices, "bufferView", 0, place), number(indices, "byteOffset", 0, place), count, indexBytes, indexBytes, place);
+    const auto with =
+        part(number(values, "bufferView", 0, place), number(values, "byteOffset", 0, place), count, valueBytes, valueBytes, place);
+    positions.values.assign(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(count * indexBytes));
+    for (std::uint64_t i = 0; i < count; ++i) {
+        const double target = positions.at(i).x;
+        if (!(target >= 0 && target < static_cast<double>(elements.vertexCount()))) {
+            fail(ErrorCode::WrongShape, place, fmt::format("found sparse index {}, expected less than {}", target, elements.vertexCount()));
+        }
+        std::memcpy(elements.values.data() + static_cast<std::size_t>(target) * valueBytes, with.data() + i * valueBytes, valueBytes);
+    }
+}
+
+std::vector<std::byte> assembleGlb(const Json& json, std::span<const std::byte> buffer) {
+    std::string text = json.dump();
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    const std::size_t binaryBytes = (buffer.size() + 3) / 4 * 4;
+    std::vector<std::byte> glb;
+    const auto append = [&glb](std::span<const std::byte> bytes) { glb.insert(glb.end(), bytes.begin(), bytes.end()); };
+    appendU32(glb, kGlbMagic);
+    appendU32(glb, 2);
+    appendU32(glb, static_cast<std::uint32_t>(12 + 8 + text.size() + (buffer.empty() ? 0 : 8 + binaryBytes)));
+    appendU32(glb, static_cast<std::uint32_t>(text.size()));
+    appendU32(glb, kJsonChunk);
+    append(std::as_bytes(std::span(text)));
+    if (buffer.empty()) return glb;
+    appendU32(glb, static_cast<std::uint32_t>(binaryBytes));
+    appendU32(glb, kBinaryChunk);
+    append(buffer);
+    glb.resize(glb.size() + binaryBytes - buffer.size());
+    return glb;
+}
+
+}  // namespace formats

@@ -1,0 +1,339 @@
+#include "formats/environment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cctype>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string_view>
+
+#include "formats/file/one_line.h"
+#include "formats/image/exr_file.h"
+#include "formats/image/image_module.h"
+#include "formats/image/radiance_file.h"
+
+namespace formats {
+namespace {
+
+constexpr int kFaceCount = 6;
+
+/// R, G and B of an OpenEXR file that is one flat image; nothing at all for whatever else, broken files among it.
+std::optional<Image<glm::vec3>> readFlatExr(const std::filesystem::path& file) {
+    constexpr std::int64_t kMostTexels = std::int64_t{1} << 28;
+    const auto reader = ExrReader::open(file);
+    if (!reader) return std::nullopt;
+    const ExrInfo& info = reader->info();
+    for (const char* name : {"R", "G", "B"})
+        if (!info.has(name)) return std::nullopt;
+    for (const char* name : {"r", "g", "b"})
+        if (info.has(name)) return std::nullopt;
+    if (std::int64_t{info.width} * info.height > kMostTexels) return std::nullopt;
+    Image<glm::vec3> texels(info.width, info.height);
+    float* const first = &texels.texels().data()->x;
+    const std::array<ExrPlane, 3> planes = {ExrPlane{"R", first, 3, 3 * info.width}, ExrPlane{"G", first + 1, 3, 3 * info.width},
+                                            ExrPlane{"B", first + 2, 3, 3 * info.width}};
+    if (!reader->readRows(0, info.height, planes)) return std::nullopt;
+    return texels;
+}
+
+/// R, G and B as stored; what else the file has does not matter. The two formats of most environments are read here, without the 0.15 s in
+/// which OpenImageIO and its libraries load; what is not plain in them, and every refusal, is OpenImageIO's.
+Result<Image<glm::vec3>> readRgb(const std::filesystem::path& file) {
+    if (auto texels = readRadiancePicture(file)) return std::move(*texels);
+    if (auto texels = readFlatExr(file)) return std::move(*texels);
+    const auto module = imageModule();
+    return module ? (*module)->readRgb(file) : tl::make_unexpected(module.error());
+}
+
+tl::unexpected<Error> badTexel(const std::filesystem::path& file, int x, int y, int channel, float value, const char* when) {
+    const bool finite = std::isfinite(value);
+    return failure(finite ? ErrorCode::ValueOutOfRange : ErrorCode::ValueNotFinite,
+                   fmt::format("{}, channel {}, texel ({}, {})", file.string(), "RGB"[channel], x, y),
+                   fmt::format("found {}{}, expected a {} value", value, when, finite ? "non-negative" : "finite"));
+}
+
+/// The first channel that is not light: NaN, infinite or negative; 3 if all are good.
+int firstBadChannel(const glm::vec3& texel) {
+    for (int channel = 0; channel < 3; ++channel) {
+        if (!(texel[channel] >= 0) || !std::isfinite(texel[channel])) return channel;
+    }
+    return 3;
+}
+
+/// Refuses or repairs what is not light, and brings the rest to the working space. Returns the count of repaired texels.
+Result<std::int64_t> makeCanonical(Image<glm::vec3>& texels, const std::filesystem::path& file, const EnvironmentOptions& options) {
+    const Result<LinearConversion> colors = linearConversion(options.colors);
+    if (!colors) return failure(colors.error().code, fmt::format("{}, {}", file.string(), colors.error().subject), colors.error().detail);
+    std::int64_t repaired = 0;
+    for (int y = 0; y < texels.height(); ++y) {
+        for (int x = 0; x < texels.width(); ++x) {
+            glm::vec3& texel = texels.at(x, y);
+            if (const int channel = firstBadChannel(texel); channel < 3) {
+                if (!options.repair) return badTexel(file, x, y, channel, texel[channel], "");
+                texel = glm::vec3(0);
+                ++repaired;
+            }
+            if (colors->isIdentity) continue;
+            texel = colors->workingFromSource * texel;
+            if (const int channel = firstBadChannel(texel); channel < 3) {
+                if (!options.repair) return badTexel(file, x, y, channel, texel[channel], " once in the working colour space");
+                for (int c = 0; c < 3; ++c) texel[c] = std::isfinite(texel[c]) ? std::max(texel[c], 0.0f) : 0.0f;
+                ++repaired;
+            }
+        }
+    }
+    return repaired;
+}
+
+/// Where the faces +X -X +Y -Y +Z -Z lie in an image, in cells as large as a face.
+struct FaceLayout {
+    int columns, rows;
+    std::array<std::array<int, 2>, kFaceCount> cells;  ///< column and row of each face
+    bool isLastTurned = false;                         ///< -Z is upside down
+};
+constexpr std::array<FaceLayout, 4> kFaceLayouts = {
+    FaceLayout{1, 6, {{{0, 0}, {0, 1}, {0, 2}, {0, 3}, {0, 4}, {0, 5}}}, false},
+    FaceLayout{6, 1, {{{0, 0}, {1, 0}, {2, 0}, {3, 0}, {4, 0}, {5, 0}}}, false},
+    FaceLayout{4, 3, {{{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {3, 1}}}, false},
+    FaceLayout{3, 4, {{{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {1, 3}}}, true},
+};
+
+const FaceLayout* layoutOf(const Image<glm::vec3>& texels) {
+    for (const FaceLayout& layout : kFaceLayouts) {
+        if (texels.width() % layout.columns == 0 && texels.width() / layout.columns * layout.rows == texels.height()) return &layout;
+    }
+    return nullptr;
+}
+
+/// Cells of a cross that no face lies in become black: they are no light, whatever they hold.
+void clearUnusedCells(const FaceLayout& layout, Image<glm::vec3>& texels) {
+    const int size = texels.width() / layout.columns;
+    for (int y = 0; y < texels.height(); ++y) {
+        for (int column = 0; column < layout.columns; ++column) {
+            const std::array<int, 2> cell = {column, y / size};
+            if (std::find(layout.cells.begin(), layout.cells.end(), cell) == layout.cells.end())
+                std::fill_n(texels.view().row(y) + column * size, size, glm::vec3(0));
+        }
+    }
+}
+
+/// Faces as they lie in an image, as six faces from top to bottom.
+Image<glm::vec3> verticalStrip(const FaceLayout& layout, const Image<glm::vec3>& texels) {
+    const int size = texels.width() / layout.columns;
+    Image<glm::vec3> strip(size, kFaceCount * size);
+    for (int face = 0; face < kFaceCount; ++face) {
+        const auto [column, row] = layout.cells[static_cast<std::size_t>(face)];
+        for (int y = 0; y < size; ++y) {
+            const glm::vec3* source = texels.view().row(row * size + y) + column * size;
+            if (layout.isLastTurned && face == kFaceCount - 1) {
+                std::reverse_copy(source, source + size, strip.view().row(face * size + size - 1 - y));
+            } else {
+                std::copy_n(source, size, strip.view().row(face * size + y));
+            }
+        }
+    }
+    return strip;
+}
+
+/// Six square images of one size.
+Result<LoadedEnvironment> loadFaces(const std::array<std::filesystem::path, kFaceCount>& files, const EnvironmentOptions& options) {
+    LoadedEnvironment loaded;
+    loaded.environment.projection = Environment::Projection::CubeStrip;
+    int size = 0;
+    for (std::size_t face = 0; face < files.size(); ++face) {
+        Result<Image<glm::vec3>> texels = readRgb(files[face]);
+        if (!texels) return tl::make_unexpected(texels.error());
+        if (face == 0) {
+            size = texels->width();
+            loaded.environment.texels = Image<glm::vec3>(size, kFaceCount * size);
+        }
+        if (texels->width() != size || texels->height() != size) {
+            return failure(ErrorCode::WrongShape, files[face].string(),
+                           fmt::format("found {} x {} texels, expected {} x {}, as its first face has", texels->width(), texels->height(),
+                                       size, size));
+        }
+        const Result<std::int64_t> repaired = makeCanonical(*texels, files[face], options);
+        if (!repaired) return tl::make_unexpected(repaired.error());
+        loaded.repairedTexels += *repaired;
+        std::copy(texels->texels().begin(), texels->texels().end(), loaded.environment.texels.view().row(static_cast<int>(face) * size));
+    }
+    return loaded;
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> faceFiles(const std::filesystem::path& file) {
+    using Names = std::array<const char*, kFaceCount>;
+    const std::string stem = file.stem().string();
+    for (const Names& names : {Names{"posx", "negx", "posy", "negy", "posz", "negz"}, Names{"px", "nx", "py", "ny", "pz", "nz"}}) {
+        for (const std::string_view name : names) {
+            if (!stem.ends_with(name)) continue;
+            std::vector<std::filesystem::path> files;
+            for (const char* face : names)
+                files.push_back(file.parent_path() / (stem.substr(0, stem.size() - name.size()) + face + file.extension().string()));
+            return files;
+        }
+    }
+    return {};
+}
+
+Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, const EnvironmentOptions& options) {
+    Result<Image<glm::vec3>> texels = readRgb(file);
+    if (!texels) return tl::make_unexpected(texels.error());
+    const int width = texels->width(), height = texels->height();
+    const bool isEquirectangular = width == 2 * height;
+    const FaceLayout* const layout = layoutOf(*texels);
+    const std::vector<std::filesystem::path> faces = width == height ? faceFiles(file) : std::vector<std::filesystem::path>();
+    if (!faces.empty()) {
+        std::array<std::filesystem::path, kFaceCount> files;
+        std::copy(faces.begin(), faces.end(), files.begin());
+        return loadFaces(files, options);
+    }
+    if (!isEquirectangular && layout == nullptr) {
+        return failure(ErrorCode::WrongShape, file.string(),
+                       fmt::format("found {} x {} texels, expected 2:1 (equirectangular), 1:6 or 6:1 (six cube faces), 4:3 or 3:4 (a "
+                                   "cross of faces), or one of six square files whose names end in px nx py ny pz nz",
+                                   width, height));
+    }
+    if (layout != nullptr) clearUnusedCells(*layout, *texels);
+    // Before the faces move, so that a refusal names the texel of the file.
+    const Result<std::int64_t> repaired = makeCanonical(*texels, file, options);
+    if (!repaired) return tl::make_unexpected(repaired.error());
+    LoadedEnvironment loaded;
+    loaded.repairedTexels = *repaired;
+    loaded.environment.projection = isEquirectangular ? Environment::Projection::Equirectangular : Environment::Projection::CubeStrip;
+    const bool isMoved = layout != nullptr && layout->rows != kFaceCount;
+    loaded.environment.texels = isMoved ? verticalStrip(*layout, *texels) : std::move(*texels);
+    return loaded;
+}
+
+namespace {
+
+bool isPictureFile(const std::filesystem::path& file) {
+    std::string extension = file.extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    for (const char* each : {".png", ".jpg", ".jpeg", ".tga", ".bmp"})
+        if (extension == each) return true;
+    return false;
+}
+
+/// Through the sRGB curve (IEC 61966-2-1), texel by texel. What is not finite or negative stays for makeCanonical.
+Result<void> linearize(Image<glm::vec3>& texels, const std::filesystem::path& file) {
+    for (int x = 0; x < texels.width(); ++x)
+        for (int channel = 0; channel < 3; ++channel) {
+            float& value = texels.at(x, 0)[channel];
+            if (!(value > 0) || !std::isfinite(value)) continue;
+            if (value > 1)
+                return failure(ErrorCode::ValueOutOfRange, fmt::format("{}, channel {}, texel ({}, 0)", file.string(), "RGB"[channel], x),
+                               fmt::format("found {}, expected 0 to 1 under the sRGB curve, or encoding = \"linear\"", value));
+            const double encoded = value;
+            value = static_cast<float>(encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4));
+        }
+    return {};
+}
+
+}  // namespace
+
+Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, const EnvironmentOptions& options) {
+    return loadGradient(file, options, GradientEncoding::Linear);
+}
+
+Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, const EnvironmentOptions& options,
+                                            GradientEncoding encoding) {
+    Result<Image<glm::vec3>> texels = readRgb(file);
+    if (!texels) return tl::make_unexpected(texels.error());
+    if (texels->height() != 1) {
+        return failure(ErrorCode::WrongShape, file.string(),
+                       fmt::format("found {} x {} texels, expected N x 1 (an environment needs an axis to be averaged around)",
+                                   texels->width(), texels->height()));
+    }
+    if (encoding == GradientEncoding::Srgb || (encoding == GradientEncoding::Auto && isPictureFile(file)))
+        if (const auto linear = linearize(*texels, file); !linear) return tl::make_unexpected(linear.error());
+    const Result<std::int64_t> repaired = makeCanonical(*texels, file, options);
+    if (!repaired) return tl::make_unexpected(repaired.error());
+    return std::move(texels->texels());
+}
+
+namespace {
+
+/// Nine RGB from [[r, g, b], ...], or why not.
+Result<lighting::ShRgb> shFromJson(const nlohmann::json& rows, const std::string& subject) {
+    const std::string expected = "expected nine rows of three finite numbers";
+    if (!rows.is_array() || rows.size() != lighting::kShCount) {
+        return failure(ErrorCode::WrongShape, subject, fmt::format("found {} rows, {}", rows.is_array() ? rows.size() : 0, expected));
+    }
+    lighting::ShRgb sh{};
+    for (std::size_t i = 0; i < sh.size(); ++i) {
+        if (!rows[i].is_array() || rows[i].size() != 3)
+            return failure(ErrorCode::WrongShape, subject, fmt::format("found another shape in row {}, {}", i, expected));
+        for (int channel = 0; channel < 3; ++channel) {
+            const nlohmann::json& value = rows[i][static_cast<std::size_t>(channel)];
+            const float number = value.is_number() ? value.get<float>() : NAN;
+            if (!std::isfinite(number)) {
+                return failure(ErrorCode::ValueNotFinite, subject,
+                               fmt::format("found {} in row {}, {}", oneLine(value.dump()), i, expected));
+            }
+            sh[i][channel] = number;
+        }
+    }
+    return sh;
+}
+
+}  // namespace
+
+Result<lighting::ShRgb> loadProbeSh(const std::filesystem::path& json, const std::string& probeFileName) {
+    std::ifstream stream(json);
+    if (!stream) return failure(ErrorCode::FileUnreadable, json.string(), "found no such file, expected a list of probes in JSON");
+    const nlohmann::json document = nlohmann::json::parse(stream, nullptr, false);
+    if (document.is_discarded())
+        return failure(ErrorCode::FileUnreadable, json.string(), "found text that is not JSON, expected a list of probes");
+    if (!document.is_object() || !document.contains("probes") || !document["probes"].is_array()) {
+        return failure(ErrorCode::WrongShape, json.string(),
+                       "found no array \"probes\", expected one with \"file\" and \"sh\" of each probe");
+    }
+    const nlohmann::json& probes = document["probes"];
+    for (const nlohmann::json& probe : probes) {
+        if (!probe.is_object() || !probe.contains("file") || probe["file"] != probeFileName) continue;
+        return shFromJson(probe.contains("sh") ? probe["sh"] : nlohmann::json(), fmt::format("{}, sh of {}", json.string(), probeFileName));
+    }
+    return failure(ErrorCode::WrongShape, json.string(),
+                   fmt::format("found {} probes, none with the file \"{}\", expected it", probes.size(), oneLine(probeFileName)));
+}
+
+Result<void> writeExr(const std::filesystem::path& file, ImageView<const glm::vec4> texels, int channelCount) {
+    assert(1 <= channelCount && channelCount <= 4);
+    if (texels.width < 1 || texels.height < 1 || texels.width > kLargestExtent || texels.height > kLargestExtent) {
+        return failure(ErrorCode::WrongShape, file.string(),
+                       fmt::format("found {} x {} texels, expected 1 to {} a side", texels.width, texels.height, kLargestExtent));
+    }
+    constexpr std::array<const char*, 4> kNames = {"R", "G", "B", "A"};
+    Result<ExrWriter> writer =
+        ExrWriter::create(file, texels.width, texels.height, {kNames.begin(), kNames.begin() + channelCount}, ExrLayout::ScanLines);
+    if (!writer) return tl::make_unexpected(writer.error());
+    std::vector<float> row(static_cast<std::size_t>(texels.width) * static_cast<std::size_t>(channelCount));
+    for (int y = 0; y < texels.height; ++y) {
+        for (int x = 0; x < texels.width; ++x) {
+            for (int channel = 0; channel < channelCount; ++channel)
+                row[static_cast<std::size_t>(x * channelCount + channel)] = texels.at(x, y)[channel];
+        }
+        if (const auto written = writer->append(row.data(), texels.width * channelCount, 1); !written) return written;
+    }
+    return writer->commit();
+}
+
+Result<PlainImage> readImage(const std::filesystem::path& file) {
+    const auto module = imageModule();
+    return module ? (*module)->readImage(file) : tl::make_unexpected(module.error());
+}
+
+Result<std::vector<std::byte>> encodePng(ImageView<const glm::u8vec3> texels) {
+    const auto module = imageModule();
+    return module ? (*module)->encodePng(texels) : tl::make_unexpected(module.error());
+}
+
+}  // namespace formats

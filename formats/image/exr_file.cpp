@@ -1,0 +1,370 @@
+#include "formats/image/exr_file.h"
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStdIO.h>
+#include <OpenEXR/ImfTiledInputFile.h>
+#include <OpenEXR/ImfTiledOutputFile.h>
+#include <OpenEXR/ImfVersion.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <mutex>
+#include <system_error>
+
+#include "formats/file/one_line.h"
+#include "formats/pending_file.h"
+
+namespace formats {
+namespace {
+
+constexpr int kTileExtent = 64;
+constexpr int kLargestTile = 1 << 22;  // texels; a light map's are 64 x 64
+
+tl::unexpected<Error> unreadable(const std::filesystem::path& file, std::string detail) {
+    return failure(ErrorCode::FileUnreadable, file.string(), std::move(detail));
+}
+tl::unexpected<Error> unreadable(const std::filesystem::path& file, const std::exception& exception) {
+    return unreadable(file, fmt::format("found \"{}\", expected a whole OpenEXR file", oneLine(exception.what())));
+}
+
+int ceilDivide(int a, int b) {
+    return (a + b - 1) / b;
+}
+
+/// Opens the stream and reads magic number and version; what follows is the header.
+Result<int> readVersion(std::ifstream& stream, const std::filesystem::path& file) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(file, error)) return unreadable(file, "found no such file, expected an OpenEXR image");
+    stream.open(file, std::ios::binary);
+    unsigned char bytes[8] = {};
+    if (!stream.read(reinterpret_cast<char*>(bytes), sizeof bytes)) {
+        return unreadable(file, fmt::format("found {} bytes, expected an OpenEXR file", stream.gcount()));
+    }
+    const auto word = [&bytes](int at) { return bytes[at] | bytes[at + 1] << 8 | bytes[at + 2] << 16 | bytes[at + 3] << 24; };
+    if (word(0) != Imf::MAGIC) {
+        return unreadable(file, fmt::format("found the first bytes {:02x} {:02x} {:02x} {:02x}, expected 76 2f 31 01 of an OpenEXR file",
+                                            bytes[0], bytes[1], bytes[2], bytes[3]));
+    }
+    const int version = word(4);
+    if (Imf::getVersion(version) > Imf::EXR_VERSION || !Imf::supportsFlags(Imf::getFlags(version))) {
+        return failure(ErrorCode::FormatUnsupported, file.string(),
+                       fmt::format("found OpenEXR version word {:#x}, expected version 2 or older", version));
+    }
+    if (Imf::isMultiPart(version) || Imf::isNonImage(version)) {
+        return failure(ErrorCode::FormatUnsupported, file.string(), "found a deep or multi-part EXR, expected one flat image");
+    }
+    return version;
+}
+
+/// The header as ours, if it can be believed. fileBytes guards against offset tables larger than the file that should hold them.
+Result<ExrInfo> checkedInfo(const Imf::Header& header, bool isTiled, std::uintmax_t fileBytes, const std::filesystem::path& file) {
+    const Imath::Box2i window = header.dataWindow();
+    const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1, height = std::int64_t{window.max.y} - window.min.y + 1;
+    if (width < 1 || height < 1 || width > kLargestExtent || height > kLargestExtent) {
+        return failure(ErrorCode::WrongShape, file.string(),
+                       fmt::format("found {} x {} texels, expected 1 to {} a side", width, height, kLargestExtent));
+    }
+    ExrInfo info;
+    info.width = static_cast<int>(width);
+    info.height = static_cast<int>(height);
+    info.isTiled = isTiled;
+    std::uintmax_t chunkCount = static_cast<std::uintmax_t>(height / 256);  // 256 rows: the most that any compression puts in a chunk
+    if (isTiled) {
+        const Imf::TileDescription& tile = header.tileDescription();
+        if (tile.xSize < 1 || tile.ySize < 1 || std::uint64_t{tile.xSize} * tile.ySize > kLargestTile) {
+            return failure(
+                ErrorCode::FormatUnsupported, file.string(),
+                fmt::format("found tiles of {} x {} texels, expected at most {} texels a tile", tile.xSize, tile.ySize, kLargestTile));
+        }
+        info.tileHeight = static_cast<int>(tile.ySize);
+        chunkCount = static_cast<std::uintmax_t>(ceilDivide(info.width, static_cast<int>(tile.xSize))) *
+                     static_cast<std::uintmax_t>(ceilDivide(info.height, static_cast<int>(tile.ySize)));
+    }
+    if (chunkCount * sizeof(std::uint64_t) > fileBytes) {
+        return unreadable(
+            file, fmt::format("found {} bytes, expected more for {} x {} texels: truncated, or a broken header", fileBytes, width, height));
+    }
+    const Imf::ChannelList& channels = header.channels();
+    for (auto channel = channels.begin(); channel != channels.end(); ++channel) {
+        if (channel.channel().xSampling != 1 || channel.channel().ySampling != 1) {
+            return failure(
+                ErrorCode::FormatUnsupported, fmt::format("{}, channel {}", file.string(), oneLine(channel.name())),
+                fmt::format("found a sampling of {} x {}, expected every texel", channel.channel().xSampling, channel.channel().ySampling));
+        }
+        info.channels.emplace_back(channel.name());
+    }
+    return info;
+}
+
+Result<ExrInfo> readInfo(const std::filesystem::path& file) {
+    std::ifstream stream;
+    Result<int> version = readVersion(stream, file);
+    if (!version) return tl::make_unexpected(version.error());
+    try {
+        Imf::StdIFStream source(stream, file.c_str());
+        Imf::Header header;
+        header.readFrom(source, *version);
+        header.sanityCheck(Imf::isTiled(*version));
+        std::error_code error;
+        return checkedInfo(header, Imf::isTiled(*version), std::filesystem::file_size(file, error), file);
+    } catch (const std::exception& exception) {
+        return unreadable(file, exception);
+    }
+}
+
+/// One open file: an OpenEXR file object serves one thread at a time.
+struct Handle {
+    std::unique_ptr<Imf::InputFile> scanLines;
+    std::unique_ptr<Imf::TiledInputFile> tiles;
+
+    const Imf::Header& header() const { return tiles ? tiles->header() : scanLines->header(); }
+    bool isComplete() const { return tiles ? tiles->isComplete() : scanLines->isComplete(); }
+};
+
+std::unique_ptr<Handle> openHandle(const std::filesystem::path& file, bool isTiled) {
+    constexpr int kThreadCount = 0;  // threads belong to the caller
+    auto handle = std::make_unique<Handle>();
+    if (isTiled) {
+        handle->tiles = std::make_unique<Imf::TiledInputFile>(file.c_str(), kThreadCount);
+    } else {
+        handle->scanLines = std::make_unique<Imf::InputFile>(file.c_str(), kThreadCount);
+    }
+    return handle;
+}
+
+/// Slices for planes whose texel (0, 0) is texel `origin` of the file.
+Imf::FrameBuffer frameBuffer(std::span<const ExrPlane> planes, const Imath::V2i& origin, int width, int rowCount) {
+    Imf::FrameBuffer buffer;
+    for (const ExrPlane& plane : planes) {
+        buffer.insert(plane.channel, Imf::Slice::Make(Imf::FLOAT, plane.texels, origin, width, rowCount,
+                                                      static_cast<std::size_t>(plane.texelStride) * sizeof(float),
+                                                      static_cast<std::size_t>(plane.rowStride) * sizeof(float)));
+    }
+    return buffer;
+}
+
+/// The same planes, beginning at a later row.
+std::vector<ExrPlane> fromRow(std::span<const ExrPlane> planes, int row) {
+    std::vector<ExrPlane> moved(planes.begin(), planes.end());
+    for (ExrPlane& plane : moved) plane.texels += row * plane.rowStride;
+    return moved;
+}
+
+/// Reads whole rows of tiles straight into the planes.
+void readTileRows(Imf::TiledInputFile& file, int firstTileRow, int tileRowCount, const ExrInfo& info, std::span<const ExrPlane> planes) {
+    const Imath::V2i corner = file.header().dataWindow().min;
+    const int firstRow = firstTileRow * info.tileHeight;
+    const int rowCount = std::min(info.height - firstRow, tileRowCount * info.tileHeight);
+    file.setFrameBuffer(frameBuffer(planes, {corner.x, corner.y + firstRow}, info.width, rowCount));
+    file.readTiles(0, file.numXTiles() - 1, firstTileRow, firstTileRow + tileRowCount - 1);
+}
+
+/// Reads one row of tiles aside, and copies the rows [begin, end) of the file to planes whose first row is file row `begin`.
+void readPartOfTileRow(Imf::TiledInputFile& file, int tileRow, int begin, int end, const ExrInfo& info, std::span<const ExrPlane> planes) {
+    const std::size_t planeSize = static_cast<std::size_t>(info.width) * static_cast<std::size_t>(info.tileHeight);
+    std::vector<float> texels(planeSize * planes.size());
+    std::vector<ExrPlane> aside;
+    for (const ExrPlane& plane : planes) aside.push_back({plane.channel, texels.data() + aside.size() * planeSize, 1, info.width});
+    readTileRows(file, tileRow, 1, info, aside);
+    for (std::size_t index = 0; index < planes.size(); ++index) {
+        for (int row = begin; row < end; ++row) {
+            const float* from = aside[index].texels + (row - tileRow * info.tileHeight) * aside[index].rowStride;
+            float* to = planes[index].texels + (row - begin) * planes[index].rowStride;
+            for (int x = 0; x < info.width; ++x) to[x * planes[index].texelStride] = from[x];
+        }
+    }
+}
+
+void readTiled(Imf::TiledInputFile& file, int firstRow, int rowCount, const ExrInfo& info, std::span<const ExrPlane> planes) {
+    const int endRow = firstRow + rowCount;
+    for (int row = firstRow; row < endRow;) {
+        const int tileRow = row / info.tileHeight;
+        const int tileEnd = std::min(info.height, (tileRow + 1) * info.tileHeight);
+        const auto rest = fromRow(planes, row - firstRow);
+        if (row != tileRow * info.tileHeight || endRow < tileEnd) {
+            const int end = std::min(endRow, tileEnd);
+            readPartOfTileRow(file, tileRow, row, end, info, rest);
+            row = end;
+        } else {
+            const int wholeTileRows = endRow == info.height ? ceilDivide(endRow - row, info.tileHeight) : (endRow - row) / info.tileHeight;
+            readTileRows(file, tileRow, wholeTileRows, info, rest);
+            row = std::min(info.height, row + wholeTileRows * info.tileHeight);
+        }
+    }
+}
+
+}  // namespace
+
+bool ExrInfo::has(const std::string& channel) const {
+    return std::find(channels.begin(), channels.end(), channel) != channels.end();
+}
+
+struct ExrReader::State {
+    std::filesystem::path file;
+    ExrInfo info;
+    std::mutex mutex;
+    std::vector<std::unique_ptr<Handle>> idle;  ///< guarded by mutex
+
+    std::unique_ptr<Handle> take() {
+        {
+            const std::lock_guard lock(mutex);
+            if (!idle.empty()) {
+                auto handle = std::move(idle.back());
+                idle.pop_back();
+                return handle;
+            }
+        }
+        return openHandle(file, info.isTiled);
+    }
+    void giveBack(std::unique_ptr<Handle> handle) {
+        const std::lock_guard lock(mutex);
+        idle.push_back(std::move(handle));
+    }
+};
+
+ExrReader::ExrReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
+ExrReader::ExrReader(ExrReader&&) noexcept = default;
+ExrReader& ExrReader::operator=(ExrReader&&) noexcept = default;
+ExrReader::~ExrReader() = default;
+
+const ExrInfo& ExrReader::info() const {
+    return state_->info;
+}
+
+Result<ExrReader> ExrReader::open(const std::filesystem::path& file) {
+    // The header alone first: OpenEXR believes it when it allocates.
+    Result<ExrInfo> info = readInfo(file);
+    if (!info) return tl::make_unexpected(info.error());
+    auto state = std::make_unique<State>();
+    state->file = file;
+    state->info = std::move(*info);
+    try {
+        auto handle = openHandle(file, state->info.isTiled);
+        if (!handle->isComplete()) return unreadable(file, "found pixel data missing, expected a whole file: truncated");
+        state->giveBack(std::move(handle));
+    } catch (const std::exception& exception) {
+        return unreadable(file, exception);
+    }
+    return ExrReader(std::move(state));
+}
+
+Result<void> ExrReader::readRows(int firstRow, int rowCount, std::span<const ExrPlane> planes) const {
+    const ExrInfo& info = state_->info;
+    assert(0 <= firstRow && 0 <= rowCount && firstRow + rowCount <= info.height);
+    if (rowCount == 0 || planes.empty()) return {};
+    try {
+        auto handle = state_->take();
+        if (handle->tiles) {
+            readTiled(*handle->tiles, firstRow, rowCount, info, planes);
+        } else {
+            const Imath::V2i corner = handle->header().dataWindow().min;
+            const int first = corner.y + firstRow;
+            handle->scanLines->setFrameBuffer(frameBuffer(planes, {corner.x, first}, info.width, rowCount));
+            handle->scanLines->readPixels(first, first + rowCount - 1);
+        }
+        state_->giveBack(std::move(handle));
+        return {};
+    } catch (const std::exception& exception) {
+        return failure(ErrorCode::FileUnreadable,
+                       fmt::format("{}, rows {} to {}", state_->file.string(), firstRow, firstRow + rowCount - 1),
+                       fmt::format("found \"{}\", expected whole pixel data", oneLine(exception.what())));
+    }
+}
+
+struct ExrWriter::State {
+    PendingFile pending;
+    std::vector<std::string> channels;
+    int width = 0, height = 0, rowsWritten = 0;
+    std::ofstream stream;
+    std::unique_ptr<Imf::StdOFStream> sink;
+    std::unique_ptr<Imf::OutputFile> scanLines;
+    std::unique_ptr<Imf::TiledOutputFile> tiles;
+
+    Error fault(const char* found) const {
+        return {ErrorCode::Internal, pending.target().string(),
+                fmt::format("found \"{}\" while writing, expected room for the file", oneLine(found))};
+    }
+};
+
+ExrWriter::ExrWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
+ExrWriter::ExrWriter(ExrWriter&&) noexcept = default;
+ExrWriter& ExrWriter::operator=(ExrWriter&&) noexcept = default;
+ExrWriter::~ExrWriter() = default;
+
+Result<ExrWriter> ExrWriter::create(const std::filesystem::path& file, int width, int height, std::vector<std::string> channels,
+                                    ExrLayout layout) {
+    assert(0 < width && 0 < height && !channels.empty());
+    Result<PendingFile> pending = PendingFile::create(file);
+    if (!pending) return tl::make_unexpected(pending.error());
+    std::unique_ptr<State> state(new State{std::move(*pending), std::move(channels), width, height, 0, {}, {}, {}, {}});
+    try {
+        Imf::Header header(width, height);
+        header.compression() = Imf::ZIP_COMPRESSION;
+        for (const std::string& channel : state->channels) header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
+        // A stream of our own: OpenEXR's destructors write the offset table and swallow what goes wrong; the stream remembers it.
+        state->stream.open(state->pending.temporary(), std::ios::binary | std::ios::trunc);
+        state->sink = std::make_unique<Imf::StdOFStream>(state->stream, file.c_str());
+        constexpr int kThreadCount = 0;
+        if (layout == ExrLayout::Tiles64) {
+            header.setTileDescription(Imf::TileDescription(kTileExtent, kTileExtent, Imf::ONE_LEVEL));
+            state->tiles = std::make_unique<Imf::TiledOutputFile>(*state->sink, header, kThreadCount);
+        } else {
+            state->scanLines = std::make_unique<Imf::OutputFile>(*state->sink, header, kThreadCount);
+        }
+    } catch (const std::exception& exception) {
+        return tl::make_unexpected(state->fault(exception.what()));
+    }
+    return ExrWriter(std::move(state));
+}
+
+Result<void> ExrWriter::append(const float* texels, std::ptrdiff_t rowStride, int rowCount) {
+    State& state = *state_;
+    assert(0 <= rowCount && state.rowsWritten + rowCount <= state.height);
+    const int channelCount = static_cast<int>(state.channels.size());
+    try {
+        Imf::FrameBuffer buffer;
+        for (int channel = 0; channel < channelCount; ++channel) {
+            buffer.insert(state.channels[static_cast<std::size_t>(channel)],
+                          Imf::Slice::Make(Imf::FLOAT, texels + channel, Imath::V2i(0, state.rowsWritten), state.width, rowCount,
+                                           static_cast<std::size_t>(channelCount) * sizeof(float),
+                                           static_cast<std::size_t>(rowStride) * sizeof(float)));
+        }
+        if (state.tiles) {
+            assert(state.rowsWritten % kTileExtent == 0 && (rowCount == kTileExtent || state.rowsWritten + rowCount == state.height));
+            const int firstTileRow = state.rowsWritten / kTileExtent;
+            state.tiles->setFrameBuffer(buffer);
+            state.tiles->writeTiles(0, state.tiles->numXTiles() - 1, firstTileRow, firstTileRow + ceilDivide(rowCount, kTileExtent) - 1);
+        } else {
+            state.scanLines->setFrameBuffer(buffer);
+            state.scanLines->writePixels(rowCount);
+        }
+    } catch (const std::exception& exception) {
+        return tl::make_unexpected(state.fault(exception.what()));
+    }
+    state.rowsWritten += rowCount;
+    return {};
+}
+
+Result<void> ExrWriter::commit() {
+    State& state = *state_;
+    if (state.rowsWritten != state.height) {
+        return failure(ErrorCode::Internal, state.pending.target().string(),
+                       fmt::format("found {} rows written, expected {}", state.rowsWritten, state.height));
+    }
+    state.tiles.reset();
+    state.scanLines.reset();
+    state.sink.reset();
+    state.stream.close();
+    if (state.stream.fail()) return tl::make_unexpected(state.fault("a write that failed"));
+    return state.pending.commit();
+}
+
+}  // namespace formats

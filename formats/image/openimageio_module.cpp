@@ -1,0 +1,157 @@
+// The module: everything that needs OpenImageIO, and nothing else. Linked into no program; image_module.cpp loads it at first use.
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <mutex>
+#include <span>
+#include <system_error>
+
+#include "formats/file/one_line.h"
+#include "formats/image/image_module.h"
+
+namespace formats {
+namespace {
+
+constexpr std::int64_t kMostTexels = std::int64_t{1} << 28;  // 4 GiB as RGBA float; the largest panoramas in use are 16k x 8k, half of that
+
+/// Once a process: no pools of threads behind our back. Each caller brings its own.
+void quietImageIo() {
+    static std::once_flag once;
+    std::call_once(once, [] {
+        OIIO::attribute("threads", 1);
+        OIIO::attribute("exr_threads", -1);  // none; 1 would send every thread's OpenEXR work, light maps included, through one
+    });
+}
+
+tl::unexpected<Error> unreadable(const std::filesystem::path& file, const std::string& library) {
+    return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found \"{}\", expected a whole image file", oneLine(library)));
+}
+
+/// An open image whose size can be believed.
+struct OpenedImage {
+    std::unique_ptr<OIIO::ImageInput> input;
+    int width = 0, height = 0, channelCount = 0;
+    std::vector<std::string> channels;
+};
+
+Result<OpenedImage> openImage(const std::filesystem::path& file) {
+    quietImageIo();
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(file, error)) {
+        return failure(ErrorCode::FileUnreadable, file.string(), "found no such file, expected an image");
+    }
+    OIIO::ImageSpec hints;
+    hints["oiio:UnassociatedAlpha"] = 1;  // colours as the file has them, not multiplied by alpha
+    OpenedImage image;
+    image.input = OIIO::ImageInput::open(file.string(), &hints);
+    if (!image.input) return unreadable(file, OIIO::geterror());
+    const OIIO::ImageSpec& spec = image.input->spec();
+    image.width = spec.width;
+    image.height = spec.height;
+    image.channelCount = spec.nchannels;
+    image.channels = spec.channelnames;
+    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || std::int64_t{spec.width} * spec.height > kMostTexels) {
+        return failure(ErrorCode::WrongShape, file.string(),
+                       fmt::format("found {} x {} texels of {} channels, expected 1 to {} texels", spec.width, spec.height, spec.nchannels,
+                                   kMostTexels));
+    }
+    if (spec.depth > 1 || spec.deep) {
+        return failure(ErrorCode::FormatUnsupported, file.string(), "found a volume or a deep image, expected a flat one");
+    }
+    if (const int orientation = spec.get_int_attribute("Orientation", 1); orientation != 1) {
+        return failure(ErrorCode::FormatUnsupported, file.string(),
+                       fmt::format("found texels stored in orientation {}, expected row 0 on top and x to the right (1)", orientation));
+    }
+    return image;
+}
+
+/// Reads channels [begin, end) of every texel, interleaved and packed.
+Result<void> readChannels(OpenedImage& image, const std::filesystem::path& file, int begin, int end, float* out) {
+    if (image.input->read_image(0, 0, begin, end, OIIO::TypeDesc::FLOAT, out)) return {};
+    return unreadable(file, image.input->geterror());
+}
+
+int indexOf(const OpenedImage& image, char name) {
+    for (int index = 0; index < image.channelCount; ++index) {
+        const std::string& found = image.channels[static_cast<std::size_t>(index)];
+        if (found.size() == 1 && (found[0] == name || found[0] == name - 'A' + 'a')) return index;
+    }
+    return -1;
+}
+
+/// R, G and B as stored; what else the file has does not matter.
+Result<Image<glm::vec3>> loadRgb(const std::filesystem::path& file) {
+    Result<OpenedImage> image = openImage(file);
+    if (!image) return tl::make_unexpected(image.error());
+    const std::array<int, 3> rgb = {indexOf(*image, 'R'), indexOf(*image, 'G'), indexOf(*image, 'B')};
+    const auto [least, most] = std::minmax_element(rgb.begin(), rgb.end());
+    if (*least < 0) {
+        return failure(ErrorCode::WrongShape, file.string(),
+                       fmt::format("found {} channel{} ({}), expected R, G and B", image->channelCount, image->channelCount == 1 ? "" : "s",
+                                   oneLine(fmt::format("{}", fmt::join(image->channels, ", ")))));
+    }
+    Image<glm::vec3> texels(image->width, image->height);
+    if (rgb[1] == rgb[0] + 1 && rgb[2] == rgb[0] + 2) {
+        if (const auto read = readChannels(*image, file, rgb[0], rgb[0] + 3, &texels.texels().data()->x); !read)
+            return tl::make_unexpected(read.error());
+        return texels;
+    }
+    const std::size_t channelCount = static_cast<std::size_t>(*most - *least + 1);
+    std::vector<float> values(texels.texels().size() * channelCount);
+    if (const auto read = readChannels(*image, file, *least, *most + 1, values.data()); !read) return tl::make_unexpected(read.error());
+    for (std::size_t texel = 0; texel < texels.texels().size(); ++texel) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            texels.texels()[texel][static_cast<int>(c)] = values[texel * channelCount + static_cast<std::size_t>(rgb[c] - *least)];
+        }
+    }
+    return texels;
+}
+
+Result<PlainImage> loadPlainImage(const std::filesystem::path& file) {
+    Result<OpenedImage> image = openImage(file);
+    if (!image) return tl::make_unexpected(image.error());
+    PlainImage plain;
+    plain.channelCount = image->channelCount;
+    plain.texels = Image<glm::vec4>(image->width, image->height, glm::vec4(0, 0, 0, 1));
+    const int alpha = image->input->spec().alpha_channel;
+    const int readCount = std::min(image->channelCount, 4);
+    std::vector<float> values(plain.texels.texels().size() * static_cast<std::size_t>(readCount));
+    if (const auto read = readChannels(*image, file, 0, readCount, values.data()); !read) return tl::make_unexpected(read.error());
+    const float* next = values.data();
+    for (glm::vec4& texel : plain.texels.texels()) {
+        for (int channel = 0; channel < readCount; ++channel) texel[channel == alpha ? 3 : channel] = *next++;
+    }
+    return plain;
+}
+
+Result<std::vector<std::byte>> makePng(ImageView<const glm::u8vec3> texels) {
+    quietImageIo();
+    const char* const subject = "PNG thumbnail";
+    if (texels.width < 1 || texels.height < 1) return failure(ErrorCode::WrongShape, subject, "found no texels, expected some");
+    const auto fault = [subject](const std::string& library) {
+        return failure(ErrorCode::Internal, subject, fmt::format("found \"{}\" while encoding, expected bytes", oneLine(library)));
+    };
+    std::vector<unsigned char> encoded;
+    OIIO::Filesystem::IOVecOutput sink(encoded);
+    const auto output = OIIO::ImageOutput::create("thumbnail.png");
+    if (!output) return fault(OIIO::geterror());
+    if (!output->set_ioproxy(&sink)) return fault("an encoder that cannot write to memory");
+    const OIIO::ImageSpec spec(texels.width, texels.height, 3, OIIO::TypeDesc::UINT8);
+    if (!output->open("thumbnail.png", spec)) return fault(output->geterror());
+    const auto rowBytes = static_cast<OIIO::stride_t>(texels.rowStride * static_cast<std::ptrdiff_t>(sizeof(glm::u8vec3)));
+    if (!output->write_image(OIIO::TypeDesc::UINT8, texels.texels, sizeof(glm::u8vec3), rowBytes) || !output->close())
+        return fault(output->geterror());
+    const auto bytes = std::as_bytes(std::span(encoded));
+    return std::vector<std::byte>(bytes.begin(), bytes.end());
+}
+
+}  // namespace
+}  // namespace formats
+
+extern "C" [[gnu::visibility("default")]] const formats::ImageModule* lightcookImageModule() {
+    static constexpr formats::ImageModule kModule = {LIGHTCOOK_VERSION, formats::loadRgb, formats::loadPlainImage, formats::makePng};
+    return &kModule;
+}

@@ -1,0 +1,161 @@
+#include "formats/image/radiance_file.h"
+
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "formats/file/file_bytes.h"
+
+namespace formats {
+namespace {
+
+constexpr std::size_t kLargestHeader = 1 << 16;
+constexpr int kLargestExtent = 1 << 16;
+constexpr std::int64_t kMostTexels = std::int64_t{1} << 28;
+/// Rows of other widths are stored flat.
+constexpr int kNarrowestEncoded = 8, kWidestEncoded = 32767;
+
+/// What is left of a file, or nothing once it has ended too soon.
+class Bytes {
+public:
+    explicit Bytes(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+    std::optional<std::span<const std::uint8_t>> take(std::size_t count) {
+        if (bytes_.size() < count) return std::nullopt;
+        const auto taken = bytes_.first(count);
+        bytes_ = bytes_.subspan(count);
+        return taken;
+    }
+    /// Up to the next line feed, which goes too.
+    std::optional<std::string_view> line() {
+        const std::string_view text(reinterpret_cast<const char*>(bytes_.data()), std::min(bytes_.size(), kLargestHeader));
+        const std::size_t end = text.find('\n');
+        if (end == std::string_view::npos) return std::nullopt;
+        bytes_ = bytes_.subspan(end + 1);
+        return text.substr(0, end);
+    }
+    std::size_t size() const { return bytes_.size(); }
+
+private:
+    std::span<const std::uint8_t> bytes_;
+};
+
+/// A positive number at the head of a text, which it leaves.
+std::optional<int> takeNumber(std::string_view& text) {
+    int number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc() || number < 1 || number > kLargestExtent) return std::nullopt;
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    return number;
+}
+
+/// "-Y height +X width" and nothing else.
+std::optional<std::array<int, 2>> extentOf(std::string_view line) {
+    constexpr std::string_view kDown = "-Y ", kRight = " +X ";
+    if (!line.starts_with(kDown)) return std::nullopt;
+    line.remove_prefix(kDown.size());
+    const auto height = takeNumber(line);
+    if (!height || !line.starts_with(kRight)) return std::nullopt;
+    line.remove_prefix(kRight.size());
+    const auto width = takeNumber(line);
+    if (!width || !line.empty() || std::int64_t{*width} * *height > kMostTexels) return std::nullopt;
+    return std::array<int, 2>{*width, *height};
+}
+
+/// Reads the header and returns width and height.
+std::optional<std::array<int, 2>> readHeader(Bytes& bytes) {
+    const auto magic = bytes.line();
+    if (!magic || !magic->starts_with("#?")) return std::nullopt;
+    bool isRgbe = false;
+    for (auto line = bytes.line(); line; line = bytes.line()) {
+        if (line->empty()) {
+            const auto extent = bytes.line();
+            return isRgbe && extent ? extentOf(*extent) : std::nullopt;
+        }
+        if (line->starts_with("FORMAT=")) {
+            if (*line != "FORMAT=32-bit_rle_rgbe") return std::nullopt;
+            isRgbe = true;
+        }
+    }
+    return std::nullopt;
+}
+
+/// One component of a row: literal bytes after their count, or a count over 128 and what repeats.
+bool readComponent(Bytes& bytes, std::span<std::uint8_t> out) {
+    while (!out.empty()) {
+        const auto head = bytes.take(2);  // a count is always followed by a byte
+        if (!head) return false;
+        const std::size_t code = (*head)[0], count = code > 128 ? code - 128 : code;
+        if (count == 0 || count > out.size()) return false;
+        out[0] = (*head)[1];
+        if (code > 128) {
+            std::fill_n(out.begin(), count, (*head)[1]);
+        } else {
+            const auto rest = bytes.take(count - 1);
+            if (!rest) return false;
+            std::copy(rest->begin(), rest->end(), out.begin() + 1);
+        }
+        out = out.subspan(count);
+    }
+    return true;
+}
+
+/// 2^(exponent - 136); nothing for exponent 0, which means black. Below 10 a float of that value is denormal.
+std::array<float, 256> makeScales() {
+    std::array<float, 256> scales{};
+    for (int exponent = 1; exponent < 256; ++exponent) {
+        const int power = exponent - 136;
+        scales[static_cast<std::size_t>(exponent)] =
+            std::bit_cast<float>(power >= -126 ? static_cast<std::uint32_t>(power + 127) << 23 : 1u << (power + 149));
+    }
+    return scales;
+}
+
+void convertRow(std::span<const std::uint8_t> rgbe, std::size_t stride, std::size_t step, std::span<glm::vec3> out) {
+    static const std::array<float, 256> scales = makeScales();
+    for (std::size_t x = 0; x < out.size(); ++x) {
+        const std::uint8_t* const texel = rgbe.data() + x * step;
+        out[x] = scales[texel[3 * stride]] * glm::vec3(texel[0], texel[stride], texel[2 * stride]);
+    }
+}
+
+bool readRow(Bytes& bytes, std::vector<std::uint8_t>& planes, std::span<glm::vec3> out) {
+    const std::size_t width = out.size();
+    if (width < kNarrowestEncoded || width > kWidestEncoded) {
+        const auto flat = bytes.take(4 * width);
+        if (flat) convertRow(*flat, 1, 4, out);
+        return flat.has_value();
+    }
+    const auto head = bytes.take(4);
+    if (!head || (*head)[0] != 2 || (*head)[1] != 2 || std::size_t{(*head)[2]} * 256 + (*head)[3] != width) return false;
+    for (std::size_t component = 0; component < 4; ++component)
+        if (!readComponent(bytes, std::span(planes).subspan(component * width, width))) return false;
+    convertRow(planes, width, 1, out);
+    return true;
+}
+
+}  // namespace
+
+std::optional<Image<glm::vec3>> readRadiancePicture(const std::filesystem::path& file) {
+    const auto opened = FileBytes::openForReading(file);
+    if (!opened || opened->size() < 16) return std::nullopt;
+    std::array<std::byte, 2> magic{};
+    if (!opened->readAt(0, magic) || magic != std::array{std::byte{'#'}, std::byte{'?'}}) return std::nullopt;
+    std::vector<std::uint8_t> content(opened->size());
+    if (!opened->readAt(0, std::as_writable_bytes(std::span(content)))) return std::nullopt;
+    Bytes bytes(content);
+    const auto extent = readHeader(bytes);
+    // Four bytes open every row: a header that promises more than the file could hold is believed by nobody.
+    if (!extent || bytes.size() < 4 * static_cast<std::size_t>((*extent)[1])) return std::nullopt;
+    const auto [width, height] = *extent;
+    Image<glm::vec3> texels(width, height);
+    std::vector<std::uint8_t> planes(4 * static_cast<std::size_t>(width));
+    for (int y = 0; y < height; ++y)
+        if (!readRow(bytes, planes, {texels.view().row(y), static_cast<std::size_t>(width)})) return std::nullopt;
+    return texels;
+}
+
+}  // namespace formats

@@ -1,0 +1,122 @@
+#include "pipeline/assets/light_map/ground_truth.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <tuple>
+
+#include "fit/light_search.h"
+#include "formats/color.h"
+
+namespace pipeline {
+namespace {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::Result;
+using formats::ShadingValue;
+using verify::TruthErrors;
+using verify::TruthSums;
+
+Json splitOf(const TruthErrors& errors) {
+    return {{"truncation", errors.model}, {"quantization", errors.cooking}, {"total", errors.total}};
+}
+
+Json dominantSplit(const TruthErrors& area, const TruthErrors& one, const TruthErrors& withRest, const TruthErrors& two) {
+    return {{"truncation", area.model},    {"fit", one.model},       {"quantization", one.cooking}, {"total", one.total},
+            {"with_rest", withRest.total}, {"two_lights", two.total}};
+}
+
+}  // namespace
+
+Result<GroundTruth> GroundTruth::open(const ActionContext& context, const LightMapSource& bake, const Json& description) {
+    GroundTruth truth;
+    const auto file = context.action.inputs.find(kGroundTruthRole);
+    if (file == context.action.inputs.end()) return truth;
+    auto values = formats::readShadingValues(file->second, bake.width(), bake.height());
+    if (!values) return tl::make_unexpected(values.error());
+    const auto colors = formats::linearConversion(colorSpacesOf(description.at("color_source").get<std::string>(),
+                                                                description.at("color_working").get<std::string>(), context.action));
+    if (!colors) return tl::make_unexpected(colors.error());
+    if (!colors->isIdentity)
+        for (ShadingValue& value : *values) value.value = glm::dmat3(colors->workingFromSource) * value.value;
+    truth.file_ = file->second.string();
+    truth.values_ = std::move(*values);
+    std::ranges::stable_sort(truth.values_, {}, [](const ShadingValue& value) { return std::tuple(value.y, value.x); });
+    return truth;
+}
+
+Result<std::span<const ShadingValue>> GroundTruth::within(const formats::LightMapBand& band, int firstRow, int rowCount) const {
+    const auto first = std::ranges::lower_bound(values_, firstRow, {}, &ShadingValue::y);
+    const auto last = std::ranges::lower_bound(values_, firstRow + rowCount, {}, &ShadingValue::y);
+    for (auto value = first; value != last; ++value)
+        if (band.covered.at(value->x, value->y - band.firstRow) == 0)
+            return failure(ErrorCode::WrongShape, fmt::format("{}, line {}", file_, value->line),
+                           fmt::format("found texel ({}, {}) outside every chart, expected one inside", value->x, value->y));
+    return std::span(first, last);
+}
+
+std::vector<verify::LightMapTruthPlace> lightMapPlaces(std::span<const ShadingValue> values, const formats::LightMapBand& band,
+                                                       const formats::Image<lighting::ShRgb>& cooked, int firstRow) {
+    std::vector<verify::LightMapTruthPlace> places;
+    for (const ShadingValue& value : values) {
+        const int row = value.y - band.firstRow;
+        places.push_back(
+            {value, glm::dvec3(band.normal.at(value.x, row)), band.sh.at(value.x, row), cooked.at(value.x, value.y - firstRow)});
+    }
+    return places;
+}
+
+std::vector<verify::DominantTruthPlace> dominantPlaces(std::span<const ShadingValue> values, const formats::LightMapBand& band,
+                                                       const verify::DominantVerifier& verifier, const verify::DecodedDominantRows& texels,
+                                                       bool hasAmbient) {
+    std::vector<verify::DominantTruthPlace> places;
+    for (const ShadingValue& value : values) {
+        if (value.kind != ShadingValue::Kind::Specular) continue;
+        // Many values speak of one texel, and come one after the other.
+        if (!places.empty() && places.back().value.x == value.x && places.back().value.y == value.y) {
+            places.push_back(places.back());
+            places.back().value = value;
+            continue;
+        }
+        const int row = value.y - band.firstRow;
+        verify::DominantTruthPlace place{value, glm::dvec3(band.normal.at(value.x, row)), band.sh.at(value.x, row), {}, {}, {}};
+        place.cooked = verifier.decode(texels, value.x, value.y);
+        place.fitted = verifier.reference(place.baked, place.normal, place.cooked);
+        const fit::TwoLights two = fit::bestTwoLights(place.baked, glm::normalize(place.fitted.direction), hasAmbient);
+        place.two = {verify::DominantLightSample{two.first.direction, two.first.intensity},
+                     verify::DominantLightSample{two.second.direction, two.second.intensity}};
+        places.push_back(place);
+    }
+    return places;
+}
+
+Json toJson(const verify::LightMapTruth& truth) {
+    const TruthSums specular = sumOf(truth.areaSpecular);
+    Json json = {{"values", truth.lambert.count() + specular.count()}};
+    if (truth.lambert.count() > 0) json["lambert"] = splitOf(truth.lambert.errors());
+    if (specular.count() == 0) return json;
+    json["area_specular"] = splitOf(specular.errors());
+    for (const auto& [m, sums] : truth.areaSpecular) {
+        json["area_specular"]["by_m"].push_back(splitOf(sums.errors()));
+        json["area_specular"]["by_m"].back()["m"] = m;
+    }
+    return json;
+}
+
+Json toJson(const verify::DominantTruth& truth) {
+    const TruthErrors one = sumOf(truth.oneLight).errors(), two = sumOf(truth.twoLights).errors(),
+                      area = sumOf(truth.areaSpecular).errors();
+    Json specular = dominantSplit(area, one, sumOf(truth.withRest).errors(), two);
+    for (const auto& [m, sums] : truth.oneLight) {
+        specular["by_m"].push_back(
+            dominantSplit(truth.areaSpecular.at(m).errors(), sums.errors(), truth.withRest.at(m).errors(), truth.twoLights.at(m).errors()));
+        specular["by_m"].back()["m"] = m;
+    }
+    return {{"values", sumOf(truth.oneLight).count()},
+            {"specular", specular},
+            {"fit_is_largest", one.model > area.model && one.model > one.cooking}};
+}
+
+}  // namespace pipeline

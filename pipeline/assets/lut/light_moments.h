@@ -1,0 +1,43 @@
+// How much light the glossy lobes of the tables meet, band by band: what their error is worth on the light of a real map.
+//
+// In the frame of a view (z along the normal, the view above x) area specular is T . c, with T of the tables (f0 C + (1 - f0) D, nothing at
+// coefficients 1, 4, 5) and c the incident coefficients. Over views all around the normal, its mean square is a sum of ten products: of
+// the second moments of T, and those of c averaged over the azimuth, under which only coefficients of one |m| stay related.
+#pragma once
+
+#include <array>
+#include <glm/vec3.hpp>
+
+#include "lighting/sh.h"
+#include "pipeline/graph/action.h"
+#include "verify/specular_tables.h"
+
+namespace pipeline {
+
+/// Means of products 00, 22, 66, 02, 06, 26, 33, 77, 37, 88 of coefficients.
+using Moments = std::array<double, 10>;
+
+/// Of light around normals, averaged over azimuth and colour channels.
+class LightMoments {
+public:
+    /// incident  world frame; normal: unit
+    void add(const lighting::ShRgb& incident, const glm::vec3& normal);
+    void merge(const LightMoments& other);
+    Moments moments() const;  ///< zeros of nothing
+    double texels() const { return texels_; }
+
+private:
+    Moments sums_{};
+    double texels_ = 0;
+};
+
+/// Of the kernels that tables hold: as they should be, and of their error.
+struct TableMoments {
+    Moments reference{}, error{};
+};
+TableMoments tableMoments(const std::vector<verify::SpecularTableResult>& kernels, const std::vector<double>& f0);
+
+/// Mean square of T . c.
+double meanSquare(const Moments& table, const Moments& light);
+
+}  // namespace pipeline

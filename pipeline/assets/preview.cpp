@@ -1,0 +1,88 @@
+#include "pipeline/assets/preview.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <glm/common.hpp>
+
+#include "formats/environment.h"
+#include "pipeline/graph/files.h"
+
+namespace pipeline {
+namespace {
+
+/// The largest local relative error that the heat scale tells apart: 10 %, shown white.
+constexpr double kHeatRange = 0.1;
+
+/// Black, violet, red, orange, yellow, white: growing luminance, so that it reads in grey as well.
+constexpr std::array<std::array<double, 3>, 6> kHeatRamp = {
+    {{0, 0, 0}, {70, 15, 110}, {190, 40, 75}, {240, 110, 30}, {250, 205, 60}, {255, 255, 255}}};
+
+}  // namespace
+
+Preview::Preview(int width, int height, double key)
+    : key_(key), stride_(std::max(1, (std::max(width, height) + kLongestSide - 1) / kLongestSide)) {
+    const int across = (width + stride_ - 1) / stride_, down = (height + stride_ - 1) / stride_;
+    reference_ = formats::Image<glm::u8vec3>(across, down);
+    cooked_ = formats::Image<glm::u8vec3>(across, down);
+    worst_ = formats::Image<float>(across, down);
+}
+
+glm::u8vec3 Preview::toneMapped(const glm::vec3& radiance) const {
+    glm::u8vec3 pixel(0);
+    for (int channel = 0; channel < 3; ++channel) {
+        const double exposed = key_ > 0 ? std::max(0.0, 0.7 * static_cast<double>(radiance[channel]) / key_) : 0.0;
+        pixel[channel] = static_cast<std::uint8_t>(std::lround(255 * std::pow(exposed / (1 + exposed), 1 / 2.2)));
+    }
+    return pixel;
+}
+
+void Preview::compare(int x, int y, const glm::vec3& reference, const glm::vec3& cooked) {
+    float worst = 0;
+    for (int channel = 0; channel < 3; ++channel) {
+        const float allowed = std::abs(reference[channel]) + static_cast<float>(0.02 * key_);
+        worst = std::max(worst, allowed > 0 ? std::abs(cooked[channel] - reference[channel]) / allowed : 0.0f);
+    }
+    // Threads may share a pixel. The largest of them all is the same in any order.
+    const std::atomic_ref<float> pixel(worst_.at(x / stride_, y / stride_));
+    for (float seen = pixel.load(); worst > seen && !pixel.compare_exchange_weak(seen, worst);) {
+    }
+}
+
+glm::u8vec3 Preview::heat(float worst) {
+    const double place = std::min(static_cast<double>(worst) / kHeatRange, 1.0) * (kHeatRamp.size() - 1);
+    const std::size_t low = std::min(static_cast<std::size_t>(place), kHeatRamp.size() - 2);
+    const double fraction = place - static_cast<double>(low);
+    glm::u8vec3 pixel(0);
+    for (int channel = 0; channel < 3; ++channel) {
+        const std::size_t c = static_cast<std::size_t>(channel);
+        pixel[channel] = static_cast<std::uint8_t>(std::lround((1 - fraction) * kHeatRamp[low][c] + fraction * kHeatRamp[low + 1][c]));
+    }
+    return pixel;
+}
+
+void Preview::set(int x, int y, const glm::vec3& reference, const glm::vec3& cooked) {
+    compare(x, y, reference, cooked);
+    if (!shows(x, y)) return;
+    reference_.at(x / stride_, y / stride_) = toneMapped(reference);
+    cooked_.at(x / stride_, y / stride_) = toneMapped(cooked);
+}
+
+formats::Result<void> Preview::write(const std::filesystem::path& folder, const std::string& name, ActionOutcome& outcome) const {
+    formats::Image<glm::u8vec3> difference(worst_.width(), worst_.height());
+    std::ranges::transform(worst_.texels(), difference.texels().begin(), heat);
+    const std::pair<const char*, const formats::Image<glm::u8vec3>*> pictures[] = {
+        {"reference", &reference_}, {"cooked", &cooked_}, {"difference", &difference}};
+    for (const auto& [suffix, picture] : pictures) {
+        const std::string file = "preview/" + name + "_" + suffix + ".png";
+        const auto png = formats::encodePng(picture->view());
+        if (!png) return tl::make_unexpected(png.error());
+        if (auto written = writeFile(folder / file, *png); !written) return written;
+        outcome.files.push_back(file);
+        outcome.result["preview"][suffix] = file;
+    }
+    return {};
+}
+
+}  // namespace pipeline

@@ -1,0 +1,117 @@
+#include "pipeline/command/irradiance_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+
+#include "fit/environment_sh.h"
+#include "fit/irradiance.h"
+#include "formats/environment.h"
+#include "lighting/radiometry.h"
+#include "pipeline/graph/files.h"
+#include "verify/irradiance.h"
+#include "verify/texture_unit.h"
+
+namespace pipeline {
+namespace {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::Image;
+using formats::Result;
+
+/// [s] of this process so far, all threads.
+double cpuSeconds() {
+    return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+Json rowsOf(const lighting::ShRgb& sh) {
+    Json rows = Json::array();
+    for (const glm::vec3& c : sh) rows.push_back({c.x, c.y, c.z});
+    return rows;
+}
+
+/// Every texel of a written file against brute force.
+Result<verify::IrradianceFigures> verified(const std::filesystem::path& file, float range, double wrap,
+                                           const formats::Environment& environment) {
+    const auto texture = formats::TextureReader::open(file);
+    if (!texture) return tl::make_unexpected(texture.error());
+    std::vector<Image<glm::vec4>> faces;
+    for (int face = 0; face < 6; ++face) {
+        auto image = verify::decodeImage(*texture, {0, 0, face});
+        if (!image) return tl::make_unexpected(image.error());
+        faces.push_back(std::move(*image));
+    }
+    return verify::compareIrradiance(faces, range, wrap, environment);
+}
+
+}  // namespace
+
+Result<Json> cookIrradiance(const IrradianceCommand& command) {
+    const std::string extension = command.output.extension().string();
+    if (extension != ".ktx2" && extension != ".dds")
+        return failure(ErrorCode::InvalidRequest, command.output.string(),
+                       fmt::format("found the extension \"{}\", expected .ktx2 or .dds for an irradiance cubemap", extension));
+    const auto loaded = formats::loadEnvironment(command.input, {{}, command.repair});
+    if (!loaded) return tl::make_unexpected(loaded.error());
+    const auto strip = fit::irradianceCubemap(loaded->environment, {command.size, command.wrap});
+    if (!strip) return tl::make_unexpected(strip.error());
+    float largest = 0;
+    for (const glm::vec3& texel : strip->texels()) largest = std::max({largest, texel.x, texel.y, texel.z});
+    const float range = hdrRange(largest);
+
+    formats::TextureShape shape;
+    shape.format = hdrFormat(command.target);
+    shape.width = shape.height = command.size;
+    shape.faceCount = 6;
+    TextureSettings settings = command.textures;
+    settings.container = extension == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
+    compress::EncodeReport report;
+    const auto images = encodeFaces(shape.format, strip->view(), range, settings.encodeOptions(), report);
+    const Json constants = {{"range", range}, {"wrap", command.wrap}, {"quantity", "exit radiance of a white surface"}};
+    const auto metadata = textureMetadata({{"layout", "irradiance-cubemap"}, {"constants", constants}});
+    // Beside nothing until it is verified: what lies at the output stays until there is a better one.
+    auto folder = TemporaryFolder::create();
+    if (!folder) return tl::make_unexpected(folder.error());
+    const std::filesystem::path file = folder->path() / ("irradiance" + extension);
+    if (auto written = writeTexture(file, shape, settings, metadata, images); !written) return tl::make_unexpected(written.error());
+    const double converted = cpuSeconds();
+    const auto figures = verified(file, range, command.wrap, loaded->environment);
+    if (!figures) return tl::make_unexpected(figures.error());
+    if (!(figures->relRms <= command.maxError))
+        return failure(
+            ErrorCode::Verification, command.output.string(),
+            fmt::format("found an error of {:.4f} (rms) against brute force, expected at most {}", figures->relRms, command.maxError));
+    const double verifySeconds = cpuSeconds() - converted;
+    if (auto copied = copyFile(file, command.output); !copied) return tl::make_unexpected(copied.error());
+    std::error_code code;
+    return Json{{"texels", figures->texelCount},
+                {"rel_rms", figures->relRms},
+                {"worst", figures->worst},
+                {"bytes", std::filesystem::file_size(command.output, code)},
+                {"range", range},
+                {"repaired_texels", loaded->repairedTexels},
+                {"convert_cpu_seconds", converted},
+                {"verify_cpu_seconds", verifySeconds}};
+}
+
+Result<Json> cookSh(const ShCommand& command) {
+    if (command.output.extension() != ".json")
+        return failure(
+            ErrorCode::InvalidRequest, command.output.string(),
+            fmt::format("found the extension \"{}\", expected .json for nine coefficients", command.output.extension().string()));
+    const auto loaded = formats::loadEnvironment(command.input, {{}, command.repair});
+    if (!loaded) return tl::make_unexpected(loaded.error());
+    lighting::ShRgb sh = fit::projectEnvironment(loaded->environment);
+    if (command.normalize == "d3dx")
+        for (glm::vec3& coefficient : sh) coefficient *= 16.0f / 17.0f;
+    const Json document = {{"sh", rowsOf(sh)},     {"exit", rowsOf(lighting::convolve(sh, lighting::wrappedLambertBands(command.wrap)))},
+                           {"wrap", command.wrap}, {"normalize", command.normalize},
+                           {"phase", "none"},      {"repaired_texels", loaded->repairedTexels}};
+    if (auto written = writeFile(command.output, document.dump(1) + "\n"); !written) return tl::make_unexpected(written.error());
+    return document;
+}
+
+}  // namespace pipeline

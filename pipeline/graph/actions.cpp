@@ -1,0 +1,39 @@
+#include <array>
+#include <utility>
+
+#include "pipeline/assets/cubemap/actions.h"
+#include "pipeline/assets/dominant/actions.h"
+#include "pipeline/assets/light_map/actions.h"
+#include "pipeline/assets/light_map/planning.h"
+#include "pipeline/assets/mesh/actions.h"
+#include "pipeline/assets/rsrm/actions.h"
+#include "pipeline/graph/action.h"
+
+namespace pipeline {
+
+ActionFunction actionFunction(const std::string& kind) {
+    static constexpr std::array<std::pair<std::string_view, ActionFunction>, 14> kFunctions = {{
+        {"materials", readMaterials},
+        {"light-map", cookLightMap},
+        {"light-map-trial", tryLightMap},
+        {"dominant", cookDominant},
+        {"cubemap", cookCubemap},
+        {"lut", cookTables},
+        {"rsrm", cookRsrm},
+        {"mesh", cookMesh},
+        {"verify-light-map", verifyLightMap},
+        {"verify-dominant", verifyDominant},
+        {"verify-cubemap", verifyCubemap},
+        {"verify-lut", verifyTables},
+        {"verify-rsrm", verifyRsrm},
+        {"verify-mesh", verifyMesh},
+    }};
+    for (const auto& [name, function] : kFunctions)
+        if (name == kind) return function;
+    return [](const ActionContext& context) -> formats::Result<ActionOutcome> {
+        return formats::failure(formats::ErrorCode::FileUnreadable, context.action.asset,
+                                "found the kind '" + context.action.kind + "', expected one that this version knows");
+    };
+}
+
+}  // namespace pipeline

@@ -1,0 +1,116 @@
+#include "pipeline/graph/cache.h"
+
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+
+#include "pipeline/graph/digest.h"
+#include "pipeline/graph/files.h"
+
+namespace pipeline {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::Result;
+
+Json ActionRecord::toJson() const {
+    Json json = {{"id", id}, {"seconds", seconds}, {"result", result}, {"files", Json::array()}};
+    for (const FileRecord& file : files) json["files"].push_back({{"name", file.name}, {"digest", file.digest}, {"bytes", file.bytes}});
+    return json;
+}
+
+Result<ActionRecord> ActionRecord::fromJson(const Json& json, const std::string& subject) {
+    try {
+        ActionRecord record;
+        record.id = json.at("id").get<std::string>();
+        record.seconds = json.at("seconds").get<double>();
+        record.result = json.at("result");
+        for (const Json& file : json.at("files"))
+            record.files.push_back(
+                {file.at("name").get<std::string>(), file.at("digest").get<std::string>(), file.at("bytes").get<std::uint64_t>()});
+        return record;
+    } catch (const nlohmann::json::exception& mistake) {
+        return failure(ErrorCode::FileUnreadable, subject, fmt::format("found {}, expected an action's record", mistake.what()));
+    }
+}
+
+Cache::Cache(std::filesystem::path root, std::uint64_t limitBytes) : root_(std::move(root)), limitBytes_(limitBytes) {}
+
+std::filesystem::path Cache::recordPath(const std::string& key) const {
+    return root_ / "ac" / key;
+}
+std::filesystem::path Cache::contentPath(const std::string& digest) const {
+    return root_ / "cas" / digest;
+}
+
+std::optional<ActionRecord> Cache::find(const std::string& key) const {
+    const auto text = readFile(recordPath(key));
+    if (!text) return std::nullopt;
+    // A record begins with the digest of its text: one that a disk has changed is as good as none.
+    const std::size_t end = text->find('\n');
+    if (end == std::string::npos || digestOfText(std::string_view(*text).substr(end + 1)) != text->substr(0, end)) return std::nullopt;
+    const Json json = Json::parse(text->begin() + static_cast<std::ptrdiff_t>(end) + 1, text->end(), nullptr, false);
+    auto record = ActionRecord::fromJson(json, recordPath(key).string());
+    if (!record) return std::nullopt;
+    return std::move(*record);
+}
+
+Result<void> Cache::store(const std::string& key, const ActionRecord& record, const std::filesystem::path& folder) const {
+    for (const FileRecord& file : record.files) {
+        std::error_code code;
+        if (std::filesystem::exists(contentPath(file.digest), code)) continue;
+        if (auto copied = copyFile(folder / file.name, contentPath(file.digest)); !copied) return copied;
+    }
+    const std::string text = record.toJson().dump(-1, ' ', false, Json::error_handler_t::replace);
+    return writeFile(recordPath(key), digestOfText(text) + "\n" + text);
+}
+
+bool Cache::restore(const std::string& digest, const std::filesystem::path& destination) const {
+    const std::filesystem::path content = contentPath(digest);
+    const auto found = digestOfFile(content);
+    if (!found) return false;
+    std::error_code ignored;
+    if (*found != digest) {
+        std::filesystem::remove(content, ignored);
+        return false;
+    }
+    std::filesystem::last_write_time(content, std::filesystem::file_time_type::clock::now(), ignored);
+    return copyFile(content, destination).has_value();
+}
+
+void Cache::prune() const {
+    struct Content {
+        std::filesystem::file_time_type used;
+        std::filesystem::path path;
+        std::uint64_t bytes;
+    };
+    std::vector<Content> contents;
+    std::uint64_t total = 0;
+    std::error_code code;
+    for (const auto& entry : std::filesystem::directory_iterator(root_ / "cas", code)) {
+        std::error_code each;
+        const Content content{entry.last_write_time(each), entry.path(), entry.file_size(each)};
+        if (each) continue;
+        total += content.bytes;
+        contents.push_back(content);
+    }
+    if (total <= limitBytes_) return;
+    std::sort(contents.begin(), contents.end(), [](const Content& a, const Content& b) { return a.used < b.used; });
+    for (const Content& content : contents) {
+        if (total <= limitBytes_) break;
+        if (std::filesystem::remove(content.path, code)) total -= content.bytes;
+    }
+}
+
+std::filesystem::path defaultCacheFolder() {
+    if (const char* named = std::getenv("LIGHTCOOK_CACHE"); named != nullptr && *named != 0) return named;
+    if (const char* xdg = std::getenv("XDG_CACHE_HOME"); xdg != nullptr && *xdg != 0) return std::filesystem::path(xdg) / "lightcook";
+    if (const char* home = std::getenv("HOME"); home != nullptr && *home != 0) return std::filesystem::path(home) / ".cache" / "lightcook";
+    std::error_code code;
+    return std::filesystem::temp_directory_path(code) / fmt::format("lightcook-cache-{}", ::getuid());
+}
+
+}  // namespace pipeline

@@ -1,0 +1,200 @@
+#include "pipeline/graph/executor.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <chrono>
+#include <mutex>
+#include <optional>
+#include <set>
+
+#include "pipeline/assets/light_map/source.h"
+#include "pipeline/graph/files.h"
+#include "pipeline/source_digest.h"
+
+namespace pipeline {
+namespace {
+
+using formats::Error;
+using formats::ErrorCode;
+using formats::failure;
+using formats::Result;
+
+/// Everything an action's result depends on: its function, parameters, inputs, the files and facts of its dependencies, the tool itself,
+/// and the asset's name, which its files and its manifest entry bear.
+Result<std::string> keyOf(const Action& action, const std::vector<const ActionRecord*>& upstream, DigestMemo& digests) {
+    Json key = {{"tool", kSourceDigest},           {"kind", action.kind},      {"asset", action.asset},
+                {"parameters", action.parameters}, {"inputs", Json::object()}, {"upstream", Json::array()}};
+    for (const auto& [role, path] : action.inputs) {
+        const auto digest = digests.of(path);
+        if (!digest) return tl::make_unexpected(digest.error());
+        key["inputs"][role] = *digest;
+    }
+    for (const ActionRecord* record : upstream) {
+        Json files = Json::array();
+        for (const FileRecord& file : record->files) files.push_back({file.name, file.digest});
+        key["upstream"].push_back({{"result", record->result}, {"files", files}});
+    }
+    return digestOfText(key.dump());
+}
+
+class Execution {
+public:
+    Execution(const ExecuteOptions& options, const std::filesystem::path& staging, const Cache& cache, DigestMemo& digests,
+              const RunState& state)
+        : options_(options), staging_(staging), cache_(cache), digests_(digests), state_(state) {}
+
+    struct Done {
+        ActionRecord record;
+        bool reused = false;
+    };
+
+    Result<Done> perform(const Action& action, const std::vector<const ActionRecord*>& upstream) {
+        const auto key = keyOf(action, upstream, digests_);
+        if (!key) return tl::make_unexpected(key.error());
+        if (!options_.force) {
+            if (auto record = cache_.find(*key); record && bringBack(*record)) return Done{std::move(*record), true};
+        }
+        return run(action, upstream, *key);
+    }
+
+private:
+    /// Every file of the record is in the output folder with its content, or comes from the cache into the staging folder.
+    bool bringBack(const ActionRecord& record) {
+        for (const FileRecord& file : record.files) {
+            std::error_code code;
+            const std::filesystem::path present = options_.outputFolder / file.name;
+            if (std::filesystem::is_regular_file(present, code) && digests_.of(present) == file.digest) continue;
+            if (!cache_.restore(file.digest, staging_ / file.name)) return false;
+        }
+        return true;
+    }
+
+    Result<Done> run(const Action& action, const std::vector<const ActionRecord*>& upstream, const std::string& key) {
+        const auto start = std::chrono::steady_clock::now();
+        for (const ActionRecord* record : upstream)
+            if (auto gathered = gather(*record); !gathered) return tl::make_unexpected(gathered.error());
+        const ActionContext context{action, staging_, staging_, upstream, lightMaps_, state_};
+        auto outcome = actionFunction(action.kind)(context);
+        if (!outcome) return tl::make_unexpected(outcome.error());
+        Done done;
+        done.record.id = action.id;
+        done.record.result = std::move(outcome->result);
+        for (const std::string& name : outcome->files) {
+            const auto digest = digestOfFile(staging_ / name);
+            if (!digest) return tl::make_unexpected(digest.error());
+            done.record.files.push_back({name, *digest, std::filesystem::file_size(staging_ / name)});
+        }
+        done.record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        (void)cache_.store(key, done.record, staging_);  // a cache that is full or read-only costs time later, nothing now
+        return done;
+    }
+
+    /// A dependency's files may be in the output folder only: the action that reads them finds all in one place.
+    Result<void> gather(const ActionRecord& record) {
+        const std::lock_guard lock(gatherMutex_);
+        for (const FileRecord& file : record.files) {
+            std::error_code code;
+            const std::filesystem::path place = staging_ / file.name;
+            if (std::filesystem::exists(place, code)) continue;
+            if (auto made = makeFolder(place.parent_path()); !made) return made;
+            std::filesystem::create_symlink(std::filesystem::absolute(options_.outputFolder / file.name), place, code);
+            if (code)
+                return failure(ErrorCode::Internal, place.string(), "found '" + code.message() + "', expected to link a cooked file here");
+        }
+        return {};
+    }
+
+    const ExecuteOptions& options_;
+    const std::filesystem::path& staging_;
+    const Cache& cache_;
+    DigestMemo& digests_;
+    const RunState& state_;
+    LightMapSources lightMaps_;
+    std::mutex gatherMutex_;
+};
+
+/// Actions whose dependencies are all in earlier waves.
+std::vector<std::vector<std::size_t>> waves(const std::vector<Action>& graph) {
+    std::map<std::string, std::size_t> waveOf;
+    std::vector<std::vector<std::size_t>> result;
+    for (std::size_t index = 0; index < graph.size(); ++index) {
+        std::size_t wave = 0;
+        for (const std::string& id : graph[index].dependencies) wave = std::max(wave, waveOf.at(id) + 1);
+        waveOf[graph[index].id] = wave;
+        if (result.size() <= wave) result.resize(wave + 1);
+        result[wave].push_back(index);
+    }
+    return result;
+}
+
+}  // namespace
+
+void ExecutionResult::add(ExecutionResult later) {
+    records.merge(later.records);
+    reused.merge(later.reused);
+    errors.insert(errors.end(), later.errors.begin(), later.errors.end());
+    files.insert(files.end(), later.files.begin(), later.files.end());
+    actionsRun += later.actionsRun;
+    actionsReused += later.actionsReused;
+}
+
+ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& options, const std::filesystem::path& staging,
+                        const Cache& cache, DigestMemo& digests, const RunState& state) {
+    Execution execution(options, staging, cache, digests, state);
+    std::vector<std::optional<Result<Execution::Done>>> done(graph.size());
+    std::map<std::string, std::size_t> indexOf;
+    for (std::size_t index = 0; index < graph.size(); ++index) indexOf[graph[index].id] = index;
+    std::atomic<std::size_t> lowestFailure{graph.size()};
+    for (const auto& wave : waves(graph)) {
+        // Of several failures the first one of the graph is told, whichever thread was quickest: what stands before it is still tried.
+        if (lowestFailure < graph.size() && !options.keepGoing) break;
+        tbb::parallel_for(std::size_t{0}, wave.size(), [&](std::size_t i) {
+            const Action& action = graph[wave[i]];
+            if (state.interrupted || (wave[i] > lowestFailure && !options.keepGoing)) return;
+            std::vector<const ActionRecord*> upstream;
+            for (const std::string& id : action.dependencies) {
+                const auto& dependency = done[indexOf.at(id)];
+                if (!dependency || !*dependency) return;
+                upstream.push_back(&(*dependency)->record);
+            }
+            done[wave[i]] = execution.perform(action, upstream);
+            std::size_t lowest = lowestFailure;
+            while (!*done[wave[i]] && wave[i] < lowest && !lowestFailure.compare_exchange_weak(lowest, wave[i])) {
+            }
+        });
+    }
+    ExecutionResult result;
+    for (std::size_t index = 0; index < graph.size(); ++index) {
+        if (!done[index]) continue;
+        if (!*done[index]) {
+            // One bad input can stop several actions: it is told once.
+            const std::string line = done[index]->error().line();
+            const bool isTold =
+                std::any_of(result.errors.begin(), result.errors.end(), [&](const Error& each) { return each.line() == line; });
+            if (!isTold && (options.keepGoing || result.errors.empty())) result.errors.push_back(done[index]->error());
+            continue;
+        }
+        Execution::Done& each = **done[index];
+        (each.reused ? result.actionsReused : result.actionsRun) += 1;
+        if (each.reused) result.reused[graph[index].id] = each.record.seconds;
+        result.files.insert(result.files.end(), each.record.files.begin(), each.record.files.end());
+        result.records.emplace(graph[index].id, std::move(each.record));
+    }
+    if (state.interrupted)  // what the actions say is that they were interrupted, or what else would have been told
+        result.errors.assign(1, Error{ErrorCode::Interrupted, "cook", "found an interrupt, expected to finish"});
+    return result;
+}
+
+Result<void> publish(const ExecutionResult& result, const std::filesystem::path& staging, const std::filesystem::path& outputFolder) {
+    for (const FileRecord& file : result.files) {
+        std::error_code code;
+        const std::filesystem::path staged = staging / file.name;
+        if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(staged, code))) continue;
+        if (auto made = makeFolder((outputFolder / file.name).parent_path()); !made) return made;
+        if (auto moved = moveFile(staged, outputFolder / file.name); !moved) return moved;
+    }
+    return {};
+}
+
+}  // namespace pipeline

@@ -1,0 +1,41 @@
+#include "pipeline/manifest/self_digest.h"
+
+#include <fmt/format.h>
+
+#include "pipeline/graph/digest.h"
+#include "pipeline/manifest/json_shape.h"
+
+namespace pipeline {
+namespace {
+
+constexpr const char* kKey = "digest";
+constexpr std::size_t kDigits = 32;
+
+}  // namespace
+
+std::string sealed(Json document) {
+    const std::string zeros(kDigits, '0');
+    document.erase(std::string(kKey));
+    document.push_back({kKey, zeros});
+    std::string text = textOf(document) + "\n";
+    text.replace(text.rfind(zeros), kDigits, digestOfText(text));
+    return text;
+}
+
+formats::Result<void> checkSeal(const std::string& text, const std::string& subject) {
+    const Json document = parseJson(text);
+    std::string told;
+    if (document.is_object() && document.contains(kKey) && document.at(kKey).is_string()) told = document.at(kKey).get<std::string>();
+    if (told.size() != kDigits || text.rfind(told) == std::string::npos)
+        return formats::failure(formats::ErrorCode::Verification, subject,
+                                "found no digest of its own, expected the file as `lightcook cook` left it");
+    std::string blank = text;
+    blank.replace(blank.rfind(told), kDigits, std::string(kDigits, '0'));
+    const std::string digest = digestOfText(blank);
+    if (digest != told)
+        return formats::failure(formats::ErrorCode::Verification, subject,
+                                fmt::format("found content {}, expected {} as cooked", digest, told));
+    return {};
+}
+
+}  // namespace pipeline

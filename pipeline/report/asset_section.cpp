@@ -1,0 +1,295 @@
+#include "pipeline/report/asset_section.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "pipeline/report/failures.h"
+#include "pipeline/report/layout_curve.h"
+#include "pipeline/report/page_parts.h"
+
+namespace pipeline {
+namespace {
+
+Html pictureFigure(const std::filesystem::path& folder, const Json& preview, const char* role, const Html& caption) {
+    constexpr std::uint32_t kSmoothFrom = 256;  // [pixels] smaller pictures are enlarged: as squares, since their texels are the subject
+    const std::string file = words(member(preview, role));
+    const auto picture = loadPicture(folder, file);
+    Html content;
+    if (picture) {
+        const char* scaling = std::max(picture->width, picture->height) < kSmoothFrom ? "pixels" : "smooth";
+        content = voidElement("img", {{"src", picture->dataUri},
+                                      {"alt", role},
+                                      {"class", scaling},
+                                      {"width", std::to_string(picture->width)},
+                                      {"height", std::to_string(picture->height)}});
+    } else {
+        content = element("div", {{"class", "missing"}}, text(file.empty() ? "no picture" : "picture missing: " + file));
+    }
+    return element("figure", content + element("figcaption", caption));
+}
+
+Html pictures(const std::filesystem::path& folder, const Json& asset) {
+    const Json& preview = member(asset, "preview");
+    if (!preview.is_object()) return {};
+    // The ramp of this scale is that of preview.cpp.
+    const Html ramp = word("0") + element("span", {{"class", "heat"}}, {}) + word("10 % or more");
+    const std::string kind = words(member(asset, "kind"));
+    const char *reference = ": the float bake", *cooked = ": as the shader reads it", *difference = "";
+    if (kind == "lut") {
+        reference = ": integrated; NoV from grazing (left) to facing, m from smooth (top) to rough, constant light off F0 0.04";
+        difference = "; RMS over all lights and F0";
+    } else if (kind == "mesh") {
+        reference = ": the float bake, over the light map";
+        cooked = ": light-map UVs moved and normals turned by the most that quantization did";
+    }
+    const Html differenceCaption = element("b", word("Difference")) +
+                                   text(": local relative error, the worst under each pixel" + std::string(difference)) +
+                                   element("span", {{"class", "scale"}}, ramp);
+    return element("div", {{"class", "pictures"}},
+                   pictureFigure(folder, preview, "reference", element("b", word("Reference")) + word(reference)) +
+                       pictureFigure(folder, preview, "cooked", element("b", word("Cooked")) + word(cooked)) +
+                       pictureFigure(folder, preview, "difference", differenceCaption));
+}
+
+Html stageRow(const Json& stage, bool isLast, double limit) {
+    Html cells = element("th", {{"scope", "row"}}, text(words(member(stage, "name"))));
+    for (const char* shading : kShadings) {
+        const Json& figures = member(member(stage, "error"), shading);
+        cells += isLast ? limitedCell(figures, limit) : numberCell(figureMarkup(figures, "rel_rms"));
+        for (const char* name : {"p99", "max_sampled", "max_bound"}) cells += numberCell(figureMarkup(figures, name));
+    }
+    return element("tr", {{"class", isLast ? "last" : ""}}, cells + numberCell(secondsMarkup(member(stage, "seconds"))));
+}
+
+Html stageTable(const Json& asset) {
+    const Json& stages = list(asset, "stages");
+    if (stages.empty()) return element("p", {{"class", "soft"}}, word("No stage was measured."));
+    const Html groups = headCell("Stage", "", {{"rowspan", "2"}}) + headCell("diffuse", "group", {{"colspan", "4"}}) +
+                        headCell("specular", "group", {{"colspan", "4"}}) + headCell("Time", "num", {{"rowspan", "2"}});
+    Html names, rows;
+    for (int i = 0; i < 2; ++i)
+        names += headCell("rel_rms", "num first") + headCell("p99", "num") + headCell("max sampled", "num") + headCell("bound", "num");
+    for (const Json& stage : stages) rows += stageRow(stage, &stage == &stages.back(), limitOf(asset));
+    return table("stages", element("tr", groups) + element("tr", names), rows);
+}
+
+/// Where the worst sample and the largest bound of the last stage are, as far as the verifier tells.
+Html worstTable(const Json& asset) {
+    Html rows;
+    for (const char* shading : kShadings) {
+        const Json& error = member(member(lastStage(asset), "error"), shading);
+        constexpr std::array<std::array<const char*, 3>, 2> kPlaces = {
+            {{"sampled_at", "max_sampled", "largest sample"}, {"bound_at", "max_bound", "proven bound"}}};
+        for (const auto& [key, figure, name] : kPlaces) {
+            const Json& at = member(error, key);
+            if (placeWords(at).empty()) continue;
+            const auto light = [&](const char* which) {
+                const Json& value = member(at, which);
+                return value.is_number() ? withTitle(humanNumber(number(value)), exactNumber(number(value))) : text(kDash);
+            };
+            rows += element("tr", element("th", {{"scope", "row"}}, text(fmt::format("{}, {}", shading, name))) +
+                                      numberCell(figureMarkup(error, figure)) + element("td", text(placeWords(at))) +
+                                      numberCell(light("reference")) + numberCell(light("found")));
+        }
+    }
+    if (rows.isEmpty()) return {};
+    const Html head =
+        headCell("Worst") + headCell("Local error", "num") + headCell("Where") + headCell("Light", "num") + headCell("Cooked", "num");
+    return table("worst", element("tr", head), rows);
+}
+
+Html textureTable(const Json& asset) {
+    Html rows;
+    for (const Json& texture : list(asset, "textures"))
+        rows += element("tr", element("th", {{"scope", "row"}}, text(words(member(texture, "role")))) +
+                                  element("td", text(words(member(texture, "format")))) +
+                                  numberCell(bytesMarkup(count(member(texture, "bytes_gpu")))) +
+                                  element("td", {{"class", "file"}}, text(words(member(texture, "file")))));
+    if (rows.isEmpty()) return {};
+    return table("textures", element("tr", headCell("Texture") + headCell("Format") + headCell("GPU", "num") + headCell("File")), rows);
+}
+
+/// What a note's count counts.
+std::string noteWords(const std::string& key) {
+    static const std::array<std::pair<const char*, const char*>, 13> kNotes = {
+        {{"covered_texels", "Texels inside charts"},
+         {"beyond_positive_bounds", "Texels whose coefficients no positive light could give"},
+         {"repaired_not_finite", "Texels set to zero because a coefficient was not finite"},
+         {"repaired_negative_dc", "Channels set to zero because their mean was negative"},
+         {"repaired_bands", "Bands scaled down to what light of their mean can have"},
+         {"repaired_fireflies", "Stray bright texels that took the mean of their neighbours"},
+         {"repaired_texels", "Texels repaired because they were negative or not finite"},
+         {"negative_after_gamut", "Values negative in the working colour space"},
+         {"clamped_high", "Values clamped to the format's largest"},
+         {"clamped_negative", "Negative values clamped to zero, all an unsigned format holds"},
+         {"division_clamped", "Values whose division passed the largest float,"},
+         {"division_lost", "Values lost under the texture's smallest step,"},
+         {"window_lambda", "Strength of the window against ringing (lambda)"}}};
+    for (const auto& [name, meaning] : kNotes)
+        if (key == name) return meaning;
+    std::string spaced = key;
+    std::replace(spaced.begin(), spaced.end(), '_', ' ');
+    return spaced;
+}
+
+Html valueMarkup(const Json& value) {
+    if (value.is_number_integer()) return text(groupedCount(count(value)));
+    if (value.is_number_float() || value.is_null()) return withTitle(humanNumber(number(value)), exactNumber(number(value)));
+    return text(words(value));
+}
+
+/// Term and value for each of an object's entries; objects inside give their entries "outer inner". Zeros say nothing and are left out.
+Html entries(const Json& object, const std::string& prefix) {
+    Html rows;
+    if (!object.is_object()) return rows;
+    for (const auto& [key, value] : object.items()) {
+        if (value.is_object())
+            rows += entries(value, prefix + noteWords(key) + " ");
+        else if (!value.is_number() || value.get<double>() != 0)
+            rows += element("div", element("dt", text(prefix + noteWords(key))) + element("dd", valueMarkup(value)));
+    }
+    return rows;
+}
+
+Html meshError(const Json& error) {
+    Html rows;
+    constexpr std::array<std::pair<const char*, const char*>, 3> kTerms = {
+        {{"position", "Largest shift of a position [scene units]"},
+         {"normal_radians", "Largest turn of a normal [rad]"},
+         {"light_map_uv", "Largest shift of a light-map UV [of the map's side]"}}};
+    if (error.is_object())
+        for (const auto& [key, meaning] : kTerms)
+            if (error.contains(key)) rows += fact(meaning, valueMarkup(error.at(key)));
+    return rows;
+}
+
+Html notes(const Json& asset) {
+    const Html rows = entries(member(asset, "notes"), "") + meshError(member(asset, "mesh_error")) + entries(member(asset, "measures"), "");
+    return rows.isEmpty() ? Html() : element("div", {{"class", "notes"}}, element("h3", word("Notes")) + element("dl", rows));
+}
+
+double relRms(const Json& candidate, const char* shading) {
+    return number(member(candidate, shading));
+}
+/// What a bound on both errors would ask of it.
+double worseError(const Json& candidate) {
+    return std::max(relRms(candidate, "diffuse"), relRms(candidate, "specular"));
+}
+
+/// Of the candidates: the chosen one, the best of the smaller, and the smallest of those that are better.
+struct Alternatives {
+    const Json *chosen = nullptr, *cheaper = nullptr, *better = nullptr;
+
+    Alternatives(const Json& candidates, const std::string& layout) {
+        const auto bytes = [](const Json* candidate) { return count(member(*candidate, "bytes_gpu")); };
+        for (const Json& each : candidates)
+            if (words(member(each, "layout")) == layout) chosen = &each;
+        if (chosen == nullptr) return;
+        for (const Json& each : candidates) {
+            if (bytes(&each) < bytes(chosen) && (cheaper == nullptr || worseError(each) < worseError(*cheaper))) cheaper = &each;
+            if (worseError(each) < worseError(*chosen) && (better == nullptr || bytes(&each) < bytes(better))) better = &each;
+        }
+    }
+    const char* roleOf(const Json& candidate) const {
+        return &candidate == chosen    ? " (chosen)"
+               : &candidate == cheaper ? " (next cheaper)"
+               : &candidate == better  ? " (next better)"
+                                       : "";
+    }
+};
+
+Html candidateCurve(const Json& asset) {
+    std::vector<CurvePoint> points;
+    for (const Json& each : list(asset, "trial_candidates"))
+        points.push_back({words(member(each, "layout")), number(member(each, "bits_per_texel")), relRms(each, "diffuse"),
+                          relRms(each, "specular"), words(member(each, "layout")) == words(member(asset, "layout"))});
+    return errorCurve(points, number(member(member(asset, "limit"), "value")));
+}
+
+/// What else this map could have been, smallest first.
+Html candidateTable(const Json& asset) {
+    const Json& candidates = list(asset, "trial_candidates");
+    if (candidates.empty()) return {};
+    const Alternatives alternatives(candidates, words(member(asset, "layout")));
+    Html rows;
+    for (const Json& each : candidates) {
+        rows += element("tr", &each == alternatives.chosen ? Attributes{{"class", "total"}} : Attributes{},
+                        element("th", {{"scope", "row"}}, text(words(member(each, "layout")) + alternatives.roleOf(each))) +
+                            numberCell(bytesMarkup(count(member(each, "bytes_gpu")))) +
+                            numberCell(text(humanNumber(number(member(each, "bits_per_texel"))))) +
+                            numberCell(figureMarkup(each, "diffuse")) + numberCell(figureMarkup(each, "specular")));
+    }
+    const Html head = headCell("Candidate") + headCell("GPU", "num") + headCell("Bits per texel", "num") +
+                      headCell("Diffuse rel_rms", "num") + headCell("Specular rel_rms", "num");
+    return element("div", {{"class", "notes"}},
+                   element("h3", word("Layouts tried")) + candidateCurve(asset) + table("candidates", element("tr", head), rows));
+}
+
+constexpr std::array kTruthParts = {"truncation", "fit", "quantization", "total", "with_rest", "two_lights"};
+
+Html truthRow(const std::string& name, const Json& errors) {
+    Html cells = element("th", {{"scope", "row"}}, text(name));
+    for (const char* part : kTruthParts) cells += numberCell(errors.contains(part) ? figureMarkup(errors, part) : text(kDash));
+    return element("tr", cells);
+}
+
+/// Of one way to shade: all values, and those of each roughness.
+Html truthRows(const std::string& name, const Json& errors) {
+    if (!errors.is_object()) return {};
+    Html rows = truthRow(name, errors);
+    for (const Json& each : list(errors, "by_m"))
+        if (each.is_object()) rows += truthRow("m " + humanNumber(number(member(each, "m"))), each);
+    return rows;
+}
+
+/// Traced light, and whose the difference is.
+Html groundTruth(const Json& asset) {
+    const Json& truth = member(asset, "ground_truth");
+    const Html rows = truthRows("Lambert", member(truth, "lambert")) +
+                      truthRows("Area specular of the nine coefficients", member(truth, "area_specular")) +
+                      truthRows("Specular of the dominant light", member(truth, "specular"));
+    if (rows.isEmpty()) return {};
+    const Html head = headCell("Against traced light, rel_rms") + headCell("Nine coefficients", "num") + headCell("One light", "num") +
+                      headCell("Cooking", "num") + headCell("Total", "num") + headCell("With area specular of the rest", "num") +
+                      headCell("Two lights", "num");
+    const Json &specular = member(truth, "specular"), &isFit = member(truth, "fit_is_largest");
+    Html told;
+    if (isFit.is_boolean() && isFit.get<bool>())
+        told = element(
+            "p", text(fmt::format("One light cannot explain this scene: its fit is the largest of the three parts. A second light "
+                                  "would take it from {} to {}.",
+                                  humanPercent(number(member(specular, "fit"))), humanPercent(number(member(specular, "two_lights"))))));
+    return element("div", {{"class", "notes"}},
+                   element("h3", text(fmt::format("Ground truth: {} values", groupedCount(count(member(truth, "values")))))) +
+                       table("truth", element("tr", head), rows) + told);
+}
+
+Html assetFacts(const Json& asset) {
+    const std::string size = sizeWords(asset);
+    const double bits = number(member(asset, "bits_per_texel"));
+    Html facts = fact("Kind", swatch(words(member(asset, "kind"))) + text(words(member(asset, "kind")))) +
+                 fact("Layout", text(words(member(asset, "layout"))));
+    if (!size.empty()) facts += fact("Size", text(size));
+    if (count(member(asset, "bytes_in")) > 0) facts += fact("Read", bytesMarkup(count(member(asset, "bytes_in"))));
+    facts += fact("GPU", bytesMarkup(count(member(asset, "bytes_gpu")))) + fact("Disk", bytesMarkup(count(member(asset, "bytes_disk"))));
+    if (bits > 0) facts += fact("Bits/texel", withTitle(humanNumber(bits), exactNumber(bits)));
+    facts +=
+        fact("Cooked in", secondsMarkup(member(asset, "seconds"))) + fact("Verified in", secondsMarkup(member(asset, "verify_seconds")));
+    if (const Json& key = member(asset, "key"); key.is_number())
+        facts += fact("Key", withTitle(humanNumber(number(key)), exactNumber(number(key))));
+    return element("dl", {{"class", "facts small"}}, facts);
+}
+
+}  // namespace
+
+Html assetSection(const std::filesystem::path& folder, const Json& asset, std::size_t index) {
+    const Html title = element("div", {{"class", "title"}}, element("h2", text(words(member(asset, "name")))) + verdictChip(passed(asset)));
+    const Html lists = textureTable(asset) + notes(asset);
+    return element("section", {{"class", "card asset"}, {"id", assetAnchor(index)}},
+                   title + assetFacts(asset) + pictures(folder, asset) + stageTable(asset) + worstTable(asset) + groundTruth(asset) +
+                       candidateTable(asset) + (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
+}
+
+}  // namespace pipeline

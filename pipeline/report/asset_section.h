@@ -1,0 +1,15 @@
+// A section of report.html: all that the report says of one asset.
+#pragma once
+
+#include <filesystem>
+
+#include "pipeline/graph/action.h"
+#include "pipeline/report/html.h"
+
+namespace pipeline {
+
+/// folder  of the cooked scene, where the asset's pictures lie
+/// index   of the asset in the report, for assetAnchor
+Html assetSection(const std::filesystem::path& folder, const Json& asset, std::size_t index);
+
+}  // namespace pipeline

@@ -1,0 +1,138 @@
+#include "pipeline/report/layout_curve.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace pipeline {
+
+namespace {
+
+constexpr double kWidth = 640, kHeight = 300, kLeft = 58, kRight = 14, kTop = 12, kBottom = 38;
+constexpr double kLabelHeight = 13, kLetterWidth = 6.4;
+
+/// A logarithmic axis from one place on the page to another, a little wider than its values.
+class Axis {
+public:
+    Axis(double from, double to, double low, double high)
+        : from_(from), to_(to), low_(std::log2(low) - 0.35), high_(std::log2(high) + 0.35) {}
+    double at(double value) const { return from_ + (to_ - from_) * (std::log2(value) - low_) / (high_ - low_); }
+    /// 1, 2 and 5 of each decade inside.
+    std::vector<double> ticks() const {
+        std::vector<double> ticks;
+        for (int decade = -8; decade <= 8; ++decade)
+            for (const double step : {1.0, 2.0, 5.0})
+                if (const double value = step * std::pow(10.0, decade); std::log2(value) >= low_ && std::log2(value) <= high_)
+                    ticks.push_back(value);
+        return ticks;
+    }
+
+private:
+    double from_, to_, low_, high_;
+};
+
+std::string place(double value) {
+    return fmt::format("{:.1f}", value);
+}
+
+Html line(const char* kind, double x1, double y1, double x2, double y2) {
+    return element("line", {{"class", kind}, {"x1", place(x1)}, {"y1", place(y1)}, {"x2", place(x2)}, {"y2", place(y2)}}, {});
+}
+
+Html label(const char* kind, double x, double y, const std::string& words) {
+    return element("text", {{"class", kind}, {"x", place(x)}, {"y", place(y)}}, text(words));
+}
+
+Html grid(const Axis& bits, const Axis& error) {
+    Html out;
+    for (const double tick : error.ticks()) {
+        out += line("grid", kLeft, error.at(tick), kWidth - kRight, error.at(tick));
+        out += label("tick end", kLeft - 7, error.at(tick) + 4, fmt::format("{:g} %", 100 * tick));
+    }
+    for (const double tick : bits.ticks()) {
+        out += line("grid", bits.at(tick), kTop, bits.at(tick), kHeight - kBottom);
+        out += label("tick middle", bits.at(tick), kHeight - kBottom + 15, fmt::format("{:g}", tick));
+    }
+    return out + label("tick middle", (kLeft + kWidth - kRight) / 2, kHeight - 4, "bits per texel, tables included");
+}
+
+/// Names beside their dots, moved up or down until they cover no other.
+class Labels {
+public:
+    /// A dot or a ring stands here.
+    void takeMark(double x, double y) { taken_.push_back({x - 6, y + 4, 12}); }
+    Html put(const std::string& name, double x, double y) {
+        const double width = kLetterWidth * static_cast<double>(name.size());
+        const double left = x + 8 + width > kWidth - kRight ? x - 8 - width : x + 8;
+        double baseline = y + 4;
+        for (const double offset : {0.0, -13.0, 13.0, -26.0, 26.0, -39.0, 39.0}) {
+            baseline = y + 4 + offset;
+            if (isFree(left, baseline, width)) break;
+        }
+        taken_.push_back({left, baseline, width});
+        return label("name", left, baseline, name);
+    }
+
+private:
+    struct Box {
+        double left, baseline, width;
+    };
+    bool isFree(double left, double baseline, double width) const {
+        return baseline > kTop + 8 && baseline < kHeight - kBottom && std::ranges::none_of(taken_, [&](const Box& box) {
+                   return left < box.left + box.width && box.left < left + width && std::abs(baseline - box.baseline) < kLabelHeight;
+               });
+    }
+    std::vector<Box> taken_;
+};
+
+bool canBeDrawn(const CurvePoint& point) {
+    return std::ranges::all_of(std::array{point.bits, point.diffuse, point.specular},
+                               [](double value) { return std::isfinite(value) && value > 1e-8 && value < 1e8; });
+}
+
+}  // namespace
+
+Html errorCurve(const std::vector<CurvePoint>& points, double limit) {
+    std::vector<CurvePoint> drawn;
+    std::ranges::copy_if(points, std::back_inserter(drawn), canBeDrawn);
+    if (drawn.size() < 2) return {};
+    double leastBits = 1e9, mostBits = 0, leastError = 1e9, mostError = 0;
+    for (const CurvePoint& point : drawn) {
+        leastBits = std::min(leastBits, point.bits);
+        mostBits = std::max(mostBits, point.bits);
+        leastError = std::min({leastError, point.diffuse, point.specular});
+        mostError = std::max({mostError, point.diffuse, point.specular});
+    }
+    const bool hasLimit = limit > 0.5 * leastError && limit < 2 * mostError;
+    if (hasLimit) {
+        leastError = std::min(leastError, limit);
+        mostError = std::max(mostError, limit);
+    }
+    const Axis bits(kLeft, kWidth - kRight, leastBits, mostBits), error(kHeight - kBottom, kTop, leastError, mostError);
+    Html drawing = grid(bits, error);
+    if (hasLimit) {
+        drawing += line("limit", kLeft, error.at(limit), kWidth - kRight, error.at(limit));
+        drawing += label("tick end limit", kWidth - kRight, error.at(limit) - 4, "limit");
+    }
+    Labels labels;
+    for (const CurvePoint& point : drawn)
+        for (const double value : {point.diffuse, point.specular}) labels.takeMark(bits.at(point.bits), error.at(value));
+    for (const CurvePoint& point : drawn) {
+        const double x = bits.at(point.bits), diffuse = error.at(point.diffuse), specular = error.at(point.specular);
+        drawing += element("g", {{"class", point.isChosen ? "chosen" : "other"}},
+                           line("stem", x, diffuse, x, specular) +
+                               element("circle", {{"class", "ring"}, {"cx", place(x)}, {"cy", place(specular)}, {"r", "4"}}, {}) +
+                               element("circle", {{"class", "dot"}, {"cx", place(x)}, {"cy", place(diffuse)}, {"r", "4.5"}}, {}) +
+                               labels.put(point.name, x, diffuse));
+    }
+    return element("svg",
+                   {{"class", "curve"},
+                    {"viewBox", fmt::format("0 0 {} {}", kWidth, kHeight)},
+                    {"role", "img"},
+                    {"aria-label", "Error of each layout against its bits per texel: dots diffuse, rings specular"}},
+                   drawing);
+}
+
+}  // namespace pipeline

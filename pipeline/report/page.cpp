@@ -1,0 +1,265 @@
+// report.html from report.json: the page, and what it says of all assets together.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "pipeline/report/asset_section.h"
+#include "pipeline/report/failures.h"
+#include "pipeline/report/html.h"
+#include "pipeline/report/page_parts.h"
+#include "pipeline/report/report.h"
+#include "pipeline/report/whole_section.h"
+
+namespace pipeline {
+namespace {
+
+constexpr std::array kFigures = {"rel_rms", "p99", "max_sampled", "max_bound"};
+
+// The head of the page
+
+std::string budgetSentence(const Json& budget) {
+    const std::uint64_t used = count(member(budget, "used_bytes"));
+    if (member(budget, "limit_bytes").is_null()) return humanBytes(used) + " used; no limit was set";
+    const std::uint64_t limit = count(member(budget, "limit_bytes"));
+    std::string sentence = fmt::format("{} of {} used", humanBytes(used), humanBytes(limit));
+    if (limit > 0) sentence += fmt::format(" ({})", humanPercent(static_cast<double>(used) / static_cast<double>(limit)));
+    return sentence +
+           (used > limit ? fmt::format(", {} over", humanBytes(used - limit)) : fmt::format(", {} free", humanBytes(limit - used)));
+}
+
+Html header(const Json& report) {
+    const Json &assets = list(report, "assets"), &tool = member(report, "tool"), &budget = member(report, "budget");
+    const auto passedCount = std::count_if(assets.begin(), assets.end(), passed);
+    const Html title = element("h1", text(words(member(report, "scene")))) + verdictChip(passed(report));
+    const Html facts = fact("GPU memory", bytesMarkup(count(member(budget, "used_bytes")))) +
+                       fact("Assets passed", text(fmt::format("{} of {}", passedCount, assets.size()))) +
+                       fact("Time", secondsMarkup(member(report, "seconds"))) +
+                       fact("Peak memory", bytesMarkup(count(member(report, "peak_rss_bytes")))) +
+                       fact("Tool", text(words(member(tool, "name")) + " " + words(member(tool, "version"))));
+    return element("header", element("p", {{"class", "eyebrow"}}, word("Cooked lighting")) + element("div", {{"class", "title"}}, title) +
+                                 element("dl", {{"class", "facts"}}, facts));
+}
+
+// Why it failed
+
+/// "rel_rms, p99": which of the figures are no finite numbers.
+std::string notFiniteNames(const Json& figures) {
+    std::string names;
+    for (const char* name : kFigures)
+        if (figures.is_object() && figures.contains(name) && !std::isfinite(number(figures.at(name))))
+            names += (names.empty() ? "" : ", ") + std::string(name);
+    return names;
+}
+
+std::vector<std::string> reasonsOf(const Json& asset) {
+    std::vector<std::string> reasons;
+    const Json& stages = list(asset, "stages");
+    if (stages.empty()) reasons.emplace_back("nothing was measured");
+    for (const Json& stage : stages)
+        for (const char* shading : kShadings)
+            if (const std::string names = notFiniteNames(member(member(stage, "error"), shading)); !names.empty())
+                reasons.push_back(fmt::format("{} after stage {} is not finite ({})", shading, words(member(stage, "name")), names));
+    const double limit = limitOf(asset);
+    const auto worstAt = [](const Json& at) {
+        const std::string place = placeWords(at);
+        return place.empty() ? place : "; worst at " + place;
+    };
+    for (const char* shading : kShadings) {
+        const Json& error = member(member(lastStage(asset), "error"), shading);
+        const double relRms = number(member(error, "rel_rms"));
+        if (relRms > limit)
+            reasons.push_back(fmt::format("{} rel_rms is {}, the limit is {}{}", shading, humanPercent(relRms), humanPercent(limit),
+                                          worstAt(member(error, "sampled_at"))));
+    }
+    for (const Json& law : list(asset, "violations"))
+        reasons.push_back(fmt::format("{}: found {}, expected {}{}", words(member(law, "place")), words(member(law, "found")),
+                                      words(member(law, "expected")), worstAt(member(law, "at"))));
+    if (reasons.empty()) reasons.emplace_back("the verifier refused it; its section has the figures");
+    return reasons;
+}
+
+Html failedAsset(const Json& asset, std::size_t index) {
+    const std::vector<std::string> reasons = reasonsOf(asset);
+    Html line = element("a", {{"href", "#" + assetAnchor(index)}}, text(words(member(asset, "name")))) + word(": ");
+    for (std::size_t i = 0; i < reasons.size(); ++i) line += text((i > 0 ? "; " : "") + reasons[i]);
+    return element("li", line);
+}
+
+Html failures(const Json& report) {
+    const Json& assets = list(report, "assets");
+    Html lines;
+    for (std::size_t i = 0; i < assets.size(); ++i)
+        if (!passed(assets[i])) lines += failedAsset(assets[i], i);
+    const Json& budget = member(report, "budget");
+    if (!member(budget, "limit_bytes").is_null() && count(member(budget, "used_bytes")) > count(member(budget, "limit_bytes")))
+        lines += element("li", text("memory budget: " + budgetSentence(budget)));
+    if (lines.isEmpty()) return {};
+    return element("section", {{"class", "card failures"}}, element("h2", word("What failed")) + element("ul", lines));
+}
+
+// Memory
+
+struct Share {
+    std::string name;
+    std::uint64_t bytes;
+};
+
+/// Largest first, so that the bar and its table tell the same story.
+std::vector<Share> sharesOf(const Json& bytesByName) {
+    std::vector<Share> shares;
+    if (bytesByName.is_object())
+        for (const auto& [name, bytes] : bytesByName.items()) shares.push_back({name, count(bytes)});
+    std::stable_sort(shares.begin(), shares.end(), [](const Share& a, const Share& b) { return a.bytes > b.bytes; });
+    return shares;
+}
+
+double ratio(std::uint64_t part, std::uint64_t whole) {
+    return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+Html budgetBar(const Json& budget) {
+    const std::uint64_t used = count(member(budget, "used_bytes")), limit = count(member(budget, "limit_bytes"));
+    const std::uint64_t whole = std::max(used, limit);
+    Html segments;
+    for (const Share& share : sharesOf(member(budget, "by_kind"))) {
+        if (share.bytes == 0) continue;
+        const std::string style = fmt::format("width:{:.3f}%;background:{}", 100 * ratio(share.bytes, whole), kindColor(share.name));
+        segments += element("i", {{"style", style}, {"title", fmt::format("{}: {}", share.name, humanBytes(share.bytes))}}, {});
+    }
+    const bool isOverLimit = !member(budget, "limit_bytes").is_null() && used > limit;
+    if (isOverLimit) {
+        const std::string place = fmt::format("left:{:.3f}%", 100 * ratio(limit, whole));
+        segments += element("b", {{"style", place}, {"title", "limit: " + humanBytes(limit)}}, {});
+    }
+    const std::string sentence = budgetSentence(budget);
+    const Html bar = element("div", {{"class", isOverLimit ? "bar over" : "bar"}, {"role", "img"}, {"aria-label", sentence}}, segments);
+    return bar + element("p", {{"class", isOverLimit ? "sentence over" : "sentence"}}, text(sentence));
+}
+
+Html shareTable(const char* title, const Json& bytesByName, std::uint64_t used, bool hasSwatches) {
+    Html rows;
+    for (const Share& share : sharesOf(bytesByName)) {
+        const double part = ratio(share.bytes, used);
+        const Html name = (hasSwatches ? swatch(share.name) : Html()) + text(share.name);
+        rows += element("tr", element("td", name) + numberCell(bytesMarkup(share.bytes)) +
+                                  numberCell(withTitle(fmt::format("{:.1f} %", 100 * part), exactNumber(part))));
+    }
+    if (rows.isEmpty()) rows = element("tr", element("td", {{"colspan", "3"}, {"class", "soft"}}, word("nothing")));
+    return table("shares", element("tr", headCell(title) + headCell("GPU memory", "num") + headCell("Share", "num")), rows);
+}
+
+Html memory(const Json& report) {
+    const Json& budget = member(report, "budget");
+    const std::uint64_t used = count(member(budget, "used_bytes"));
+    const Html tables =
+        shareTable("By kind", member(budget, "by_kind"), used, true) + shareTable("By format", member(budget, "by_format"), used, false);
+    return card("Memory", budgetBar(budget) + element("div", {{"class", "pair"}}, tables));
+}
+
+// All assets
+
+Html limitNote(const Json& asset) {
+    const double limit = limitOf(asset);
+    return element("span", {{"class", "sub"}}, word("limit ") + percentMarkup(limit));
+}
+
+/// Every row speaks of one shading; what both share spans the two.
+Html assetRow(const Json& asset, std::size_t index, std::size_t shading) {
+    const Json& figures = member(member(lastStage(asset), "error"), kShadings[shading]);
+    const Attributes both = {{"rowspan", "2"}};
+    Html cells;
+    if (shading == 0) {
+        const std::string kind = words(member(asset, "kind")), size = sizeWords(asset);
+        const Html name = element("a", {{"href", "#" + assetAnchor(index)}}, text(words(member(asset, "name"))));
+        const std::string facts = kind + (size.empty() ? "" : ", " + size) + ", " + words(member(asset, "layout"));
+        cells += element("th", {{"scope", "rowgroup"}, {"rowspan", "2"}},
+                         name + element("span", {{"class", "sub"}}, swatch(kind) + text(facts)));
+        const double bits = number(member(asset, "bits_per_texel"));
+        cells += numberCell(bytesMarkup(count(member(asset, "bytes_gpu"))), both) +
+                 numberCell(bytesMarkup(count(member(asset, "bytes_disk"))), both) +
+                 numberCell(withTitle(bits > 0 ? humanNumber(bits) : kDash, exactNumber(bits)), both);
+    }
+    cells += element("td", {{"class", "shading"}}, word(kShadings[shading])) + limitedCell(figures, limitOf(asset));
+    for (const char* name : {"p99", "max_sampled", "max_bound"}) cells += numberCell(figureMarkup(figures, name));
+    if (shading == 0) cells += element("td", both, verdictChip(passed(asset)) + limitNote(asset));
+    return element("tr", cells);
+}
+
+Html allAssets(const Json& report) {
+    const Json& assets = list(report, "assets");
+    if (assets.empty()) return card("Assets", element("p", {{"class", "soft"}}, word("No assets were cooked.")));
+    const Html head = headCell("Asset") + headCell("GPU", "num") + headCell("Disk", "num") + headCell("Bits per texel", "num") +
+                      headCell("Shading") + headCell("rel_rms", "num") + headCell("p99", "num") + headCell("max sampled", "num") +
+                      headCell("proven bound", "num") + headCell("Verdict");
+    const Html grid = element("thead", element("tr", head));
+    Html bodies;
+    for (std::size_t i = 0; i < assets.size(); ++i) bodies += element("tbody", assetRow(assets[i], i, 0) + assetRow(assets[i], i, 1));
+    const Html whole = element("table", {{"class", "assets"}}, grid + bodies);
+    return card("Assets", element("div", {{"class", "scroll"}}, whole) +
+                              element("p", {{"class", "soft"}},
+                                      word("Thin lines show rel_rms on the way to its limit. All figures are of "
+                                           "the last stage; point at a number for its exact value.")));
+}
+
+// What was left out, and what the words mean
+
+Html skips(const Json& report) {
+    const Json& skipped = list(report, "skipped");
+    if (skipped.empty()) return card("Skipped", element("p", {{"class", "soft"}}, word("Nothing was skipped.")));
+    std::uint64_t bytes = 0;
+    double seconds = 0;
+    Html rows;
+    for (const Json& skip : skipped) {
+        bytes += count(member(skip, "bytes_saved"));
+        if (member(skip, "seconds_saved").is_number()) seconds += number(member(skip, "seconds_saved"));
+        rows += element("tr", element("th", {{"scope", "row"}}, text(words(member(skip, "what")))) +
+                                  element("td", text(words(member(skip, "why")))) +
+                                  numberCell(bytesMarkup(count(member(skip, "bytes_saved")))) +
+                                  numberCell(secondsMarkup(member(skip, "seconds_saved"))));
+    }
+    rows += element("tr", {{"class", "total"}},
+                    element("th", {{"scope", "row"}}, word("Together")) + element("td", {}) + numberCell(bytesMarkup(bytes)) +
+                        numberCell(secondsMarkup(seconds)));
+    const Html head = headCell("What") + headCell("Why") + headCell("Memory saved", "num") + headCell("Time saved", "num");
+    return card("Skipped", table("skips", element("tr", head), rows));
+}
+
+Html footnote() {
+    constexpr std::array<std::pair<const char*, const char*>, 6> kTerms = {
+        {{"error",
+          "of shaded exit radiance on a white surface, against the float bake, at texels inside charts; bilinear magnification is "
+          "part of it"},
+         {"rel_rms",
+          "the RMS of the error over the RMS of the reference, over texels, directions and channels. The limit is on this "
+          "figure of the last stage, diffuse and specular"},
+         {"local relative error", "|error| / (|reference| + 0.02 key). p99, max sampled and the proven bound are of this one"},
+         {"key", "the log-average, over the map, of the luminance of the exit radiance at each texel's own normal"},
+         {"p99, max sampled", "99 of 100 samples are below p99; max sampled is the largest that was seen"},
+         {"proven bound", "no normal, view, material or sub-texel position can exceed it: computed, not sampled"}}};
+    Html terms;
+    for (const auto& [term, meaning] : kTerms) terms += element("dt", word(term)) + element("dd", word(meaning));
+    return element("footer", element("h2", word("What the figures mean")) + element("dl", terms));
+}
+
+Html pageHead(const Json& report) {
+    const std::string title = words(member(report, "scene")) + (passed(report) ? ": passed" : ": failed");
+    return element("head", voidElement("meta", {{"charset", "utf-8"}}) +
+                               voidElement("meta", {{"name", "viewport"}, {"content", "width=device-width, initial-scale=1"}}) +
+                               voidElement("meta", {{"name", "color-scheme"}, {"content", "light dark"}}) + element("title", text(title)) +
+                               element("style", raw(reportStyle())));
+}
+
+}  // namespace
+
+std::string renderReportHtml(const Json& report, const std::filesystem::path& folder) {
+    const Json& assets = list(report, "assets");
+    Html main = header(report) + failures(report) + memory(report) + wholeSection(member(report, "whole")) + allAssets(report);
+    for (std::size_t i = 0; i < assets.size(); ++i) main += assetSection(folder, assets[i], i);
+    main += skips(report) + footnote();
+    const Html page = element("html", {{"lang", "en"}}, pageHead(report) + element("body", element("main", main)));
+    return "<!DOCTYPE html>\n" + page.markup() + "\n";
+}
+
+}  // namespace pipeline

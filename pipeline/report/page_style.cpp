@@ -1,0 +1,182 @@
+#include "pipeline/report/html.h"
+
+namespace pipeline {
+
+// Colour never speaks alone: verdicts are words, segments are named in the table under the bar.
+// The hues of kinds differ in lightness too, so that they stay apart for colour-blind eyes and on a grey printer.
+std::string_view reportStyle() {
+    return R"css(
+:root {
+  --page: #f5f5f2; --card: #ffffff; --ink: #1d1f21; --soft: #62666b; --line: #e4e4df; --track: #ecece7; --link: #1f5fa8;
+  --good: #0b6b3c; --good-back: #e3f3ea; --bad: #b3261e; --bad-back: #fbe9e7; --meter: #8a9299;
+  --kind-light-map: #2a78d6; --kind-dominant: #eda100; --kind-cubemap: #1baf7a; --kind-lut: #4a3aa7; --kind-rsrm: #e87ba4;
+  --kind-mesh: #008300; --kind-other: #8a9299;
+}
+@media screen and (prefers-color-scheme: dark) {
+  :root {
+    --page: #15171a; --card: #1e2125; --ink: #e6e7e8; --soft: #9ba1a8; --line: #30343a; --track: #2b2f34; --link: #86b7f0;
+    --good: #6fd19c; --good-back: #17372a; --bad: #ff9d94; --bad-back: #45211f; --meter: #7d858d;
+    --kind-light-map: #3987e5; --kind-dominant: #c98500; --kind-cubemap: #199e70; --kind-lut: #9085e9; --kind-rsrm: #d55181;
+    --kind-mesh: #3c9a3c; --kind-other: #7d858d;
+  }
+}
+* { box-sizing: border-box; }
+html { -webkit-text-size-adjust: 100%; scroll-behavior: smooth; }
+body { margin: 0; background: var(--page); color: var(--ink);
+  font: 14px/1.5 system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", "Helvetica Neue", Arial, sans-serif; }
+main { max-width: 1200px; margin: 0 auto; padding: 32px 24px 48px; }
+a { color: var(--link); text-decoration: none; }
+a:hover { text-decoration: underline; }
+h1 { margin: 0; font-size: 30px; line-height: 1.2; font-weight: 650; letter-spacing: -0.01em; overflow-wrap: anywhere; }
+h2 { margin: 0 0 12px; font-size: 17px; line-height: 1.3; font-weight: 650; overflow-wrap: anywhere; }
+p { margin: 0; }
+.soft { color: var(--soft); }
+.eyebrow { color: var(--soft); font-size: 12px; letter-spacing: 0.06em; text-transform: uppercase; margin-bottom: 2px; }
+.title { display: flex; flex-wrap: wrap; align-items: center; gap: 6px 14px; margin-bottom: 14px; }
+.title h2 { margin: 0; font-size: 20px; }
+header { margin-bottom: 24px; }
+
+.verdict { display: inline-block; padding: 1px 9px 2px; border-radius: 999px; font-size: 13px; font-weight: 600; white-space: nowrap; }
+.verdict.passed { color: var(--good); background: var(--good-back); }
+.verdict.failed { color: var(--bad); background: var(--bad-back); }
+h1 + .verdict { font-size: 16px; padding: 3px 14px 4px; }
+
+.card { background: var(--card); border: 1px solid var(--line); border-radius: 10px; padding: 20px 22px 22px; margin: 0 0 20px; }
+.failures { border-color: var(--bad); }
+.failures h2 { color: var(--bad); }
+.failures ul { margin: 0; padding-left: 20px; }
+.facts { display: flex; flex-wrap: wrap; gap: 12px 40px; margin: 0; }
+.facts dt { color: var(--soft); font-size: 12px; }
+.facts dd { margin: 0; font-size: 19px; line-height: 1.35; font-variant-numeric: tabular-nums; }
+.facts.small { gap: 8px 28px; margin-bottom: 18px; }
+.facts.small dd { font-size: 14px; }
+.whole-facts { margin-bottom: 14px; }
+.card > .scroll + .scroll { margin-top: 18px; }
+.pair { display: flex; flex-wrap: wrap; gap: 20px 48px; align-items: flex-start; }
+.pair > * { flex: 1 1 300px; min-width: 0; max-width: 640px; }
+
+.bar { position: relative; display: flex; gap: 2px; height: 26px; border-radius: 6px; overflow: hidden; background: var(--track); }
+.bar i { display: block; flex: 0 1 auto; min-width: 2px; }
+.bar b { position: absolute; top: 0; bottom: 0; right: 0; border-left: 3px solid var(--bad);
+  background: repeating-linear-gradient(135deg, var(--bad) 0 2px, transparent 2px 8px); }
+.sentence { margin: 6px 0 18px; font-variant-numeric: tabular-nums; }
+.over { color: var(--bad); font-weight: 600; }
+.bar.over { box-shadow: none; }
+.swatch { display: inline-block; width: 10px; height: 10px; border-radius: 3px; margin-right: 7px; }
+
+.scroll { overflow-x: auto; }
+table { width: 100%; border-collapse: collapse; }
+th, td { padding: 6px 10px; text-align: left; vertical-align: top; font-weight: 400; }
+th:first-child, td:first-child { padding-left: 0; }
+th:last-child, td:last-child { padding-right: 0; }
+thead th { color: var(--soft); font-size: 12px; vertical-align: bottom; border-bottom: 1px solid var(--line); padding-top: 0; }
+tbody tr + tr > *, tbody + tbody > tr:first-child > * { border-top: 1px solid var(--line); }
+.num { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; }
+thead .num { white-space: normal; }
+tbody th { font-weight: 550; }
+.assets tbody tr:last-child > * { border-top: none; padding-top: 1px; padding-bottom: 9px; }
+.assets tbody tr:first-child > * { padding-top: 9px; }
+.assets tbody tr + tr > td { padding-left: 10px; padding-right: 10px; }
+.assets tbody th { min-width: 150px; overflow-wrap: anywhere; }
+.assets + p, .scroll + p { margin-top: 12px; font-size: 12.5px; }
+.sub { display: block; color: var(--soft); font-size: 12.5px; font-weight: 400; }
+.sub .swatch { width: 8px; height: 8px; }
+.shading { color: var(--soft); }
+.meter { display: block; height: 3px; width: 52px; margin: 2px 0 0 auto; border-radius: 2px; background: var(--track); overflow: hidden; }
+.meter i { display: block; height: 100%; background: var(--meter); margin-right: auto; }
+.over .meter i { background: var(--bad); }
+@media (min-width: 861px) {
+  .stages { table-layout: fixed; }
+  .stages thead tr:first-child > :first-child { width: 12%; }
+}
+.stages .group { text-align: left; border-bottom: none; padding: 0 0 3px 30px; color: var(--ink); font-weight: 600; }
+.stages thead tr + tr > * { padding-left: 10px; padding-right: 10px; }
+.stages .first { padding-left: 30px; }
+.stages .last > * { font-weight: 600; }
+.total > * { font-weight: 600; }
+.scroll + .pair { margin-top: 22px; }
+.file { color: var(--soft); overflow-wrap: anywhere; }
+
+.pictures { display: flex; flex-wrap: wrap; gap: 16px; margin-bottom: 20px; }
+figure { flex: 1 1 200px; min-width: 0; margin: 0; }
+figure img, .missing { display: block; width: 100%; border-radius: 6px; background: #000; }
+figure img { height: auto; max-height: 400px; object-fit: contain; }
+.pixels { image-rendering: pixelated; }
+.missing { display: grid; place-items: center; min-height: 120px; padding: 12px; color: var(--soft); background: var(--track);
+  overflow-wrap: anywhere; text-align: center; }
+figcaption { margin-top: 6px; color: var(--soft); font-size: 12.5px; }
+figcaption b { color: var(--ink); font-weight: 600; }
+.scale { display: flex; align-items: center; gap: 8px; white-space: nowrap; }
+.heat { flex: 0 1 130px; height: 9px; border-radius: 2px; border: 1px solid var(--line);
+  background: linear-gradient(90deg, #000, #460f6e, #be284b, #f06e1e, #facd3c, #fff); }
+
+.curve { display: block; width: 100%; max-width: 760px; margin: 10px 0 14px; font-size: 11px; }
+.curve text { fill: var(--ink); }
+.curve .tick { fill: var(--soft); font-variant-numeric: tabular-nums; }
+.curve .end { text-anchor: end; }
+.curve .middle { text-anchor: middle; }
+.curve .grid { stroke: var(--line); }
+.curve line.limit { stroke: var(--bad); stroke-dasharray: 5 4; }
+.curve text.limit { fill: var(--bad); }
+.curve .stem { stroke: var(--meter); }
+.curve .dot { fill: var(--meter); }
+.curve .ring { fill: var(--card); stroke: var(--meter); stroke-width: 1.5; }
+.curve .chosen .dot { fill: var(--link); }
+.curve .chosen .ring, .curve .chosen .stem { stroke: var(--link); }
+.curve .chosen .name { fill: var(--link); font-weight: 650; }
+
+.notes h3 { margin: 0; padding-bottom: 6px; color: var(--soft); font-size: 12px; font-weight: 400; border-bottom: 1px solid var(--line); }
+.notes dl { margin: 0; }
+.notes div { display: flex; justify-content: space-between; gap: 24px; padding: 5px 0; border-top: 1px solid var(--line); }
+.notes div:first-child { border-top: none; }
+.notes dt { color: var(--soft); }
+.notes dd { margin: 0; flex: 0 0 auto; max-width: 60%; text-align: right; font-variant-numeric: tabular-nums; overflow-wrap: anywhere; }
+footer { padding: 4px 22px 0; color: var(--soft); font-size: 12.5px; }
+footer h2 { font-size: 14px; margin-bottom: 8px; color: var(--ink); }
+footer dl { display: grid; grid-template-columns: max-content 1fr; gap: 3px 18px; margin: 0; }
+footer dt { color: var(--ink); }
+footer dd { margin: 0; max-width: 76ch; }
+
+@media (max-width: 860px) {
+  main { padding: 22px 14px 36px; }
+  .card { padding: 16px 16px 18px; }
+  .facts { gap: 10px 28px; }
+  th, td { padding-left: 7px; padding-right: 7px; }
+  table { font-size: 13px; }
+  .assets, .stages { font-size: 12.5px; }
+  .assets tbody th { min-width: 110px; }
+  .assets th, .assets td { padding-left: 5px; padding-right: 5px; }
+  .assets .sub, .assets .verdict { font-size: 12px; }
+  .assets .verdict { padding: 1px 7px 2px; }
+  .assets th:first-child { padding-left: 0; }
+  .assets th:last-child { padding-right: 0; }
+  .assets tbody tr:first-child td:last-child { padding-right: 0; }
+  .stages .first { padding-left: 18px; }
+  .stages .group { padding-left: 18px; }
+  .stages thead tr + tr > :not(.first) { padding-left: 7px; padding-right: 7px; }
+  .assets tbody tr + tr > td { padding-left: 5px; padding-right: 5px; }
+}
+@media (max-width: 560px) {
+  footer dl { grid-template-columns: 1fr; }
+  footer dd { margin-bottom: 6px; }
+}
+@media print {
+  :root { --page: #ffffff; }
+  * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+  body, table, .stages, .assets { font-size: 10.5px; }
+  .facts dd { font-size: 14px; }
+  .facts.small dd { font-size: 11px; }
+  thead th, .notes h3, .facts dt, .sub, .verdict, figcaption, footer, .assets .sub, .assets .verdict, .scroll + p { font-size: 9.5px; }
+  main { max-width: none; padding: 0; }
+  .card { border-radius: 0; padding: 10px 0; border-width: 1px 0 0; }
+  .scroll { overflow: visible; }
+  th, td { padding: 3px 5px; }
+  thead { display: table-header-group; }
+  tr, figure, .bar, .facts, .title { break-inside: avoid; }
+  h2, .title { break-after: avoid; }
+  a { color: inherit; }
+}
+)css";
+}
+
+}  // namespace pipeline

@@ -1,0 +1,102 @@
+#include "pipeline/scene/needs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+namespace pipeline {
+namespace {
+
+struct MaterialFacts {
+    bool normalMap, specular;
+    Range m, f0;
+};
+
+MaterialFacts factsOf(const Json& json) {
+    return {json.at("normal_map").get<bool>(),
+            json.at("specular").get<bool>(),
+            {json.at("m")[0].get<double>(), json.at("m")[1].get<double>()},
+            {json.at("f0")[0].get<double>(), json.at("f0")[1].get<double>()}};
+}
+
+void lay(const MaterialEntry& entry, MaterialFacts& over) {
+    if (entry.normalMap) over.normalMap = *entry.normalMap;
+    if (entry.specular) over.specular = *entry.specular;
+    if (entry.m) over.m = *entry.m;
+    if (entry.f0) over.f0 = *entry.f0;
+}
+
+Range unite(const Range& a, const Range& b) {
+    return {std::min(a.low, b.low), std::max(a.high, b.high)};
+}
+
+}  // namespace
+
+Json Skip::toJson() const {
+    return {{"what", what}, {"why", why}, {"bytes_saved", bytesSaved}, {"seconds_saved", secondsSaved}};
+}
+
+Needs resolveNeeds(const Scene& scene, const std::vector<const ActionRecord*>& meshMaterials) {
+    const Needs everything;
+    const MaterialFacts unknown{everything.normalMap, everything.specular, everything.m, everything.f0};
+    std::map<std::string, MaterialFacts> materials;
+    for (const ActionRecord* record : meshMaterials)
+        for (const Json& material : record->result.at("materials")) {
+            const auto [place, isNew] = materials.emplace(material.at("name").get<std::string>(), factsOf(material));
+            if (isNew) continue;  // the same name in two meshes: both count
+            const MaterialFacts other = factsOf(material);
+            place->second = {place->second.normalMap || other.normalMap, place->second.specular || other.specular,
+                             unite(place->second.m, other.m), unite(place->second.f0, other.f0)};
+        }
+    if (materials.empty()) materials.emplace("", unknown);
+    for (const MaterialEntry& entry : scene.materials) {
+        if (entry.name == "*") {
+            for (auto& [name, facts] : materials) lay(entry, facts);
+        } else {
+            lay(entry, materials.emplace(entry.name, unknown).first->second);
+        }
+    }
+    Needs needs{false, false, {}, {}};
+    std::optional<Range> m, f0;
+    for (const auto& [name, facts] : materials) {
+        needs.normalMap = needs.normalMap || facts.normalMap;
+        if (!facts.specular) continue;
+        needs.specular = true;
+        m = m ? unite(*m, facts.m) : facts.m;
+        f0 = f0 ? unite(*f0, facts.f0) : facts.f0;
+    }
+    needs.m = m.value_or(everything.m);
+    needs.f0 = f0.value_or(everything.f0);
+    return needs;
+}
+
+std::string lightMapLayoutFor(const Scene& scene, const Needs& needs) {
+    return needs.specular || needs.normalMap ? layoutAsked(scene.output) : "flat";
+}
+
+TableRows tableRowsFor(const Needs& needs) {
+    // A bilinear fetch at m between rows needs both; a range inside one row still needs two, since a table of one row has no slope.
+    const int first = std::clamp(static_cast<int>(std::floor(needs.m.low * 16)) - 1, 0, 14);
+    const int last = std::clamp(static_cast<int>(std::ceil(needs.m.high * 16)) - 1, first + 1, 15);
+    return {first, last - first + 1};
+}
+
+std::vector<double> samplesOf(const Range& range, const std::vector<double>& usual) {
+    std::vector<double> samples = {range.low, range.high};
+    for (const double value : usual)
+        if (value > range.low && value < range.high) samples.push_back(value);
+    std::sort(samples.begin(), samples.end());
+    samples.erase(std::unique(samples.begin(), samples.end()), samples.end());
+    return samples;
+}
+
+double estimatedSeconds(const std::string& kind, double megapixels) {
+    // Seconds a megapixel, two threads; see docs/experiments.md for the bench these rates come from.
+    static const std::map<std::string, double> kRates = {
+        {"dominant", 0.6}, {"cubemap", 12.0}, {"lut", 26.0}, {"light-map", 3.0}, {"rsrm", 10.0}};
+    const auto rate = kRates.find(kind);
+    return rate == kRates.end() ? 0.0 : rate->second * megapixels;
+}
+
+}  // namespace pipeline

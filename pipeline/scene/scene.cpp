@@ -1,0 +1,460 @@
+#include "pipeline/scene/scene.h"
+
+#include <fmt/format.h>
+
+#include <toml++/toml.h>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <initializer_list>
+#include <set>
+
+#include "fit/specular_tables.h"
+#include "formats/nearest.h"
+
+namespace pipeline {
+namespace {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::Result;
+
+/// Thrown inside this file only: reading a table stops at its first mistake, and readScene turns it into a value.
+struct SceneMistake {
+    formats::Error error;
+};
+
+std::string inQuotes(std::string_view text) {
+    return fmt::format("'{}'", text);
+}
+
+std::string listed(const std::vector<std::string>& names) {
+    return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// One table of the file, read key by key; `close` refuses what nobody asked for.
+class TableReader {
+public:
+    TableReader(const toml::table& table, std::filesystem::path file, std::string name)
+        : table_(table), file_(std::move(file)), name_(std::move(name)) {}
+
+    [[noreturn]] void fail(const toml::node& node, const std::string& detail) const {
+        const toml::source_position at = node.source().begin;
+        throw SceneMistake{{ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file_.string(), at.line, at.column), detail}};
+    }
+
+    bool has(const char* key) const { return table_.contains(key); }
+
+    template <class T>
+    std::optional<T> optional(const char* key, const char* expected) {
+        known_.push_back(key);
+        const toml::node* node = table_.get(key);
+        if (node == nullptr) return std::nullopt;
+        const std::optional<T> value = node->value<T>();
+        if (!value) fail(*node, fmt::format("found {} for {}.{}, expected {}", typeName(*node), name_, key, expected));
+        return value;
+    }
+
+    template <class T>
+    T required(const char* key, const char* expected) {
+        const std::optional<T> value = optional<T>(key, expected);
+        if (!value) fail(table_, fmt::format("found no key '{}' in {}, expected {}", key, name_, expected));
+        return *value;
+    }
+
+    std::string oneOf(const char* key, const std::vector<std::string>& choices, const std::string& otherwise) {
+        const std::string value = optional<std::string>(key, "a string").value_or(otherwise);
+        if (std::find(choices.begin(), choices.end(), value) == choices.end())
+            fail(*table_.get(key), fmt::format("found {} for {}.{}, expected one of: {}", inQuotes(value), name_, key, listed(choices)));
+        return value;
+    }
+
+    /// A relative path counts from the scene file's folder.
+    std::filesystem::path resolve(const std::string& text) const { return (file_.parent_path() / text).lexically_normal(); }
+    std::filesystem::path requiredPath(const char* key) { return resolve(required<std::string>(key, "a path")); }
+    std::optional<std::filesystem::path> optionalPath(const char* key) {
+        const auto text = optional<std::string>(key, "a path");
+        if (!text) return std::nullopt;
+        return resolve(*text);
+    }
+
+    std::optional<std::vector<double>> numbers(const char* key, const char* expected) {
+        known_.push_back(key);
+        const toml::node* node = table_.get(key);
+        if (node == nullptr) return std::nullopt;
+        const toml::array* array = node->as_array();
+        if (array == nullptr) fail(*node, fmt::format("found {} for {}.{}, expected {}", typeName(*node), name_, key, expected));
+        std::vector<double> values;
+        for (const toml::node& element : *array) {
+            const std::optional<double> value = element.value<double>();
+            if (!value || !std::isfinite(*value))
+                fail(element, fmt::format("found {} in {}.{}, expected {}", typeName(element), name_, key, expected));
+            values.push_back(*value);
+        }
+        return values;
+    }
+
+    std::optional<Range> range(const char* key, double lowest, double highest) {
+        const std::string expected = fmt::format("[low, high] with {} <= low <= high <= {}", lowest, highest);
+        const auto values = numbers(key, expected.c_str());
+        if (!values) return std::nullopt;
+        if (values->size() != 2 || (*values)[0] > (*values)[1] || (*values)[0] < lowest || (*values)[1] > highest)
+            fail(*table_.get(key), fmt::format("found [{}] for {}.{}, expected {}", fmt::join(*values, ", "), name_, key, expected));
+        return Range{(*values)[0], (*values)[1]};
+    }
+
+    const toml::table* table(const char* key) {
+        known_.push_back(key);
+        const toml::node* node = table_.get(key);
+        if (node == nullptr) return nullptr;
+        if (!node->is_table()) fail(*node, fmt::format("found {} for '{}', expected a table [{}]", typeName(*node), key, key));
+        return node->as_table();
+    }
+
+    std::vector<const toml::table*> tables(const char* key) {
+        known_.push_back(key);
+        std::vector<const toml::table*> found;
+        const toml::node* node = table_.get(key);
+        if (node == nullptr) return found;
+        const toml::array* array = node->as_array();
+        if (array == nullptr) fail(*node, fmt::format("found {} for '{}', expected tables [[{}]]", typeName(*node), key, key));
+        for (const toml::node& element : *array) {
+            if (!element.is_table()) fail(element, fmt::format("found {} in '{}', expected a table", typeName(element), key));
+            found.push_back(element.as_table());
+        }
+        return found;
+    }
+
+    void close() const {
+        for (const auto& [key, node] : table_) {
+            const std::string name(key.str());
+            if (std::find(known_.begin(), known_.end(), name) != known_.end()) continue;
+            const toml::source_position at = key.source().begin;
+            throw SceneMistake{{ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file_.string(), at.line, at.column),
+                                fmt::format("found unknown key '{}' in {}, expected one of its keys; nearest is '{}'", name, name_,
+                                            formats::nearestName(name, known_))}};
+        }
+    }
+
+    const toml::node& node(const char* key) const { return *table_.get(key); }
+    std::string place(const char* key) const {
+        const toml::source_position at = table_.get(key)->source().begin;
+        return fmt::format("{}:{}:{}", file_.string(), at.line, at.column);
+    }
+
+private:
+    static std::string typeName(const toml::node& node) {
+        switch (node.type()) {
+            case toml::node_type::string:
+                return fmt::format("the string '{}'", node.value_or(std::string()));
+            case toml::node_type::integer:
+                return fmt::format("the integer {}", node.value_or(std::int64_t{0}));
+            case toml::node_type::floating_point:
+                return fmt::format("the number {}", node.value_or(0.0));
+            case toml::node_type::boolean:
+                return node.value_or(false) ? "true" : "false";
+            case toml::node_type::array:
+                return "an array";
+            case toml::node_type::table:
+                return "a table";
+            default:
+                return "a date or time";
+        }
+    }
+
+    const toml::table& table_;
+    std::filesystem::path file_;
+    std::string name_;
+    std::vector<std::string> known_;
+};
+
+OutputSettings readOutput(TableReader reader) {
+    OutputSettings output;
+    const std::string target = reader.oneOf("target", {"bc", "astc", "float"}, "bc");
+    output.target = *targetFromName(target, "");
+    const auto fraction = [&](const char* key, double otherwise) {
+        const auto value = reader.optional<double>(key, "a positive fraction, 0.02 for 2 %");
+        if (value && (!(*value > 0) || !std::isfinite(*value)))
+            reader.fail(reader.node(key), fmt::format("found {} for output.{}, expected a positive fraction, 0.02 for 2 %", *value, key));
+        return value.value_or(otherwise);
+    };
+    output.isErrorAsked = reader.has("max_error");
+    output.maxError = fraction("max_error", output.maxError);
+    output.maxConverterError = fraction("max_converter_error", output.maxConverterError);
+    if (const auto text = reader.optional<std::string>("budget", "a size such as \"2 MiB\"")) {
+        const auto bytes = parseByteCount(*text, reader.place("budget"));
+        if (!bytes) throw SceneMistake{bytes.error()};
+        output.budgetBytes = *bytes;
+    }
+    std::vector<std::string> layouts = lightMapLayoutNames();
+    layouts.push_back(kAutoLayout);
+    if (reader.has("light_map_layout")) output.lightMapLayout = reader.oneOf("light_map_layout", layouts, "");
+    output.container = reader.oneOf("container", {"ktx2", "dds"}, "ktx2") == "dds" ? formats::Container::Dds : formats::Container::Ktx2;
+    output.zstd = reader.optional<bool>("zstd", "true or false").value_or(false);
+    if (output.zstd && output.container == formats::Container::Dds)
+        reader.fail(reader.node("zstd"),
+                    "found zstd = true with container = \"dds\", expected container = \"ktx2\": DDS has no supercompression");
+    if (const auto effort = reader.optional<std::int64_t>("effort", "an integer from 0 to 9")) {
+        if (*effort < 0 || *effort > 9)
+            reader.fail(reader.node("effort"), fmt::format("found {} for output.effort, expected an integer from 0 to 9", *effort));
+        output.effort = static_cast<int>(*effort);
+    }
+    if (const auto rdo = reader.optional<double>("rdo", "a fraction from 0 to 1")) {
+        if (!(*rdo >= 0 && *rdo <= kLargestRdo))
+            reader.fail(reader.node("rdo"), fmt::format("found {} for output.rdo, expected a fraction from 0 to {}", *rdo, kLargestRdo));
+        if (*rdo > 0 && output.target != Target::Bc)
+            reader.fail(reader.node("rdo"), fmt::format("found output.rdo with target = \"{}\", expected target = \"bc\"", target));
+        output.rdo = *rdo;
+    }
+    output.draco = reader.optional<bool>("draco", "true or false").value_or(true);
+    reader.close();
+    return output;
+}
+
+formats::ColorSpaces readColors(TableReader reader) {
+    formats::ColorSpaces colors;
+    colors.source = reader.optional<std::string>("source", "the name of a colour space").value_or(colors.source);
+    colors.working = reader.optional<std::string>("working", "the name of a colour space").value_or(colors.working);
+    colors.config = reader.optionalPath("config").value_or(std::filesystem::path());
+    reader.close();
+    return colors;
+}
+
+/// Names become file names and keys: they have to be usable as both.
+std::string readName(TableReader& reader) {
+    const std::string name = reader.required<std::string>("name", "a string");
+    const bool usable = !name.empty() && name.front() != '.' &&
+                        name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.") == std::string::npos;
+    if (!usable)
+        reader.fail(reader.node("name"), fmt::format("found the name {}, expected letters, digits, '_', '-' and '.'", inQuotes(name)));
+    return name;
+}
+
+LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& colors) {
+    LightMapEntry entry;
+    entry.name = readName(reader);
+    entry.file = reader.requiredPath("file");
+    entry.description.layout = reader.oneOf("layout", {"sh9"}, "sh9");
+    entry.description.phase =
+        reader.oneOf("phase", {"none", "condon-shortley"}, "none") == "none" ? formats::ShPhase::None : formats::ShPhase::CondonShortley;
+    entry.description.frame =
+        reader.oneOf("frame", {"world", "tangent"}, "world") == "world" ? formats::ShFrame::World : formats::ShFrame::Tangent;
+    entry.description.quantity = reader.oneOf("quantity", {"radiance", "irradiance"}, "radiance") == "radiance"
+                                     ? formats::ShQuantity::Radiance
+                                     : formats::ShQuantity::Irradiance;
+    entry.description.lightUnits = reader.oneOf("light_units", {"radiometric", "game"}, "radiometric") == "radiometric"
+                                       ? formats::LightUnits::Radiometric
+                                       : formats::LightUnits::Game;
+    if (const auto limit = reader.optional<double>("firefly_limit", "a number from 1, or 0 to believe all")) {
+        if (!formats::isFireflyLimit(*limit))
+            reader.fail(reader.node("firefly_limit"),
+                        fmt::format("found {} for light_map.firefly_limit, expected a number from 1, or 0 to believe all", *limit));
+        entry.description.fireflyLimit = *limit;
+    }
+    entry.description.colors = colors;
+    entry.mesh = reader.optionalPath("mesh");
+    entry.groundTruth = reader.optionalPath("ground_truth");
+    entry.dominantFit = reader.oneOf("dominant_fit", kDominantFitNames, entry.dominantFit);
+    reader.close();
+    return entry;
+}
+
+ProbeEntry readProbe(TableReader reader) {
+    ProbeEntry entry;
+    entry.name = readName(reader);
+    entry.file = reader.requiredPath("file");
+    entry.sh = reader.optionalPath("sh");
+    reader.close();
+    return entry;
+}
+
+bool isUsableAxis(const glm::dvec3& axis) {
+    const double length = glm::length(axis);
+    return length > 0 && std::isfinite(length);
+}
+
+GradientEntry readGradient(TableReader reader) {
+    GradientEntry entry;
+    entry.name = readName(reader);
+    entry.file = reader.requiredPath("file");
+    constexpr const char* kExpected = "1 to 256 increasing Phong exponents from 1 to 65536";
+    if (const auto exponents = reader.numbers("exponents", kExpected)) {
+        entry.exponents = *exponents;
+        bool usable = !exponents->empty() && exponents->size() <= 256;
+        for (std::size_t i = 0; usable && i < exponents->size(); ++i)
+            usable = (*exponents)[i] >= 1 && (*exponents)[i] <= 65536 && (i == 0 || (*exponents)[i - 1] < (*exponents)[i]);
+        if (!usable)
+            reader.fail(reader.node("exponents"),
+                        fmt::format("found [{}] for gradient.exponents, expected {}", fmt::join(*exponents, ", "), kExpected));
+    }
+    entry.encoding = reader.oneOf("encoding", kGradientEncodings, entry.encoding);
+    constexpr const char* kAxis = "a direction [x, y, z] other than zero";
+    if (const auto axis = reader.numbers("axis", kAxis)) {
+        const bool isDirection = axis->size() == 3 && isUsableAxis({(*axis)[0], (*axis)[1], (*axis)[2]});
+        if (!isDirection)
+            reader.fail(reader.node("axis"), fmt::format("found [{}] for gradient.axis, expected {}", fmt::join(*axis, ", "), kAxis));
+        entry.axis = glm::dvec3((*axis)[0], (*axis)[1], (*axis)[2]);
+        if (reader.has("encoding") && entry.encoding != "auto")
+            reader.fail(reader.node("encoding"), "found gradient.encoding beside an axis, expected it for painted gradients alone");
+    }
+    if (const auto zones = reader.optional<std::int64_t>("zones", "an integer from 1 to 4096")) {
+        if (*zones < 1 || *zones > kMostGradientZones)
+            reader.fail(reader.node("zones"), fmt::format("found {} for gradient.zones, expected 1 to {}", *zones, kMostGradientZones));
+        if (!entry.axis) reader.fail(reader.node("zones"), "found gradient.zones without an axis, expected the axis to average around");
+        entry.zones = static_cast<int>(*zones);
+    }
+    entry.format = reader.oneOf("format", kRsrmFormats, entry.format);
+    entry.dither = reader.optional<bool>("dither", "true or false").value_or(false);
+    reader.close();
+    return entry;
+}
+
+MaterialEntry readMaterial(TableReader reader) {
+    MaterialEntry entry;
+    entry.name = reader.required<std::string>("name", "a material's name, or \"*\"");
+    entry.normalMap = reader.optional<bool>("normal_map", "true or false");
+    entry.specular = reader.optional<bool>("specular", "true or false");
+    entry.m = reader.range("m", 0, 1);
+    entry.f0 = reader.range("f0", 0, 1);
+    reader.close();
+    return entry;
+}
+
+/// Assets are files in one folder: two of one name, of whatever kind, would write over each other.
+void refuseRepeatedNames(const Scene& scene) {
+    std::set<std::string> names = {"cooked", "report", "lightcook", "specular"};
+    const auto claim = [&](const std::string& name) {
+        if (!names.insert(name).second)
+            throw SceneMistake{
+                {ErrorCode::InvalidRequest, scene.file.string(),
+                 fmt::format("found the name '{}' twice or reserved, expected a name of its own for every light map, probe and gradient",
+                             name)}};
+    };
+    for (const auto& entry : scene.lightMaps) claim(entry.name);
+    for (const auto& entry : scene.probes) claim(entry.name);
+    for (const auto& entry : scene.gradients) claim(entry.name);
+}
+
+std::vector<std::string> axisNames(const std::vector<fit::AxisMapping>& mappings) {
+    std::vector<std::string> names = {"auto"};
+    for (const fit::AxisMapping& mapping : mappings) names.push_back(mapping.name);
+    return names;
+}
+
+TableSettings readTables(TableReader reader) {
+    TableSettings tables;
+    const auto count = [&](const char* key, int least) -> std::optional<int> {
+        const auto value = reader.optional<std::int64_t>(key, "an integer up to 1024");
+        if (value && (*value < least || *value > 1024))
+            reader.fail(reader.node(key), fmt::format("found {} for tables.{}, expected an integer from {} to 1024", *value, key, least));
+        return value ? std::optional(static_cast<int>(*value)) : std::nullopt;
+    };
+    tables.viewCount = count("views", 2).value_or(tables.viewCount);
+    tables.roughnessCount = count("rows", 1);
+    tables.lobe = reader.oneOf("lobe", kLobeNames, tables.lobe);
+    tables.normalization = reader.oneOf("normalization", {"energy", "halo3"}, tables.normalization);
+    if (tables.lobe.starts_with("phong") && tables.normalization != "energy")
+        reader.fail(reader.node("normalization"),
+                    fmt::format("found \"{}\" for tables.normalization with lobe = \"{}\", expected \"energy\", "
+                                "the only one of a Phong lobe",
+                                tables.normalization, tables.lobe));
+    tables.viewAxis = reader.oneOf("view_axis", axisNames(fit::viewMappings()), tables.viewAxis);
+    tables.roughnessAxis = reader.oneOf("roughness_axis", axisNames(fit::roughnessMappings()), tables.roughnessAxis);
+    reader.close();
+    return tables;
+}
+
+Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
+    Scene scene;
+    scene.file = file;
+    scene.directory = file.parent_path();
+    TableReader reader(root, file, "the scene");
+    const std::int64_t schema = reader.required<std::int64_t>("schema", "schema = 1");
+    if (schema != 1) reader.fail(reader.node("schema"), fmt::format("found schema {}, expected 1", schema));
+    scene.name = readName(reader);
+    if (const toml::table* table = reader.table("output")) scene.output = readOutput({*table, file, "output"});
+    if (const toml::table* table = reader.table("color")) scene.colors = readColors({*table, file, "color"});
+    if (const toml::table* table = reader.table("tables")) scene.tables = readTables({*table, file, "tables"});
+    for (const toml::table* table : reader.tables("light_map"))
+        scene.lightMaps.push_back(readLightMap({*table, file, "light_map"}, scene.colors));
+    for (const toml::table* table : reader.tables("probe")) scene.probes.push_back(readProbe({*table, file, "probe"}));
+    for (const toml::table* table : reader.tables("gradient")) scene.gradients.push_back(readGradient({*table, file, "gradient"}));
+    for (const toml::table* table : reader.tables("material")) scene.materials.push_back(readMaterial({*table, file, "material"}));
+    reader.close();
+    refuseRepeatedNames(scene);
+    return scene;
+}
+
+}  // namespace
+
+std::string_view nameOf(Target target) {
+    switch (target) {
+        case Target::Bc:
+            return "bc";
+        case Target::Astc:
+            return "astc";
+        case Target::Float:
+            return "float";
+    }
+    return "bc";
+}
+
+std::string whyNotRsrm(const GradientEntry& entry, Target target) {
+    if (entry.format != "rgba8" && target != Target::Bc)
+        return fmt::format("found format \"{}\" with target \"{}\", expected target \"bc\" or format \"rgba8\"", entry.format,
+                           nameOf(target));
+    if (entry.format != "rgba8" && entry.dither)
+        return fmt::format("found dither with format \"{}\", expected format \"rgba8\": blocks round a pattern away", entry.format);
+    return "";
+}
+
+Result<Target> targetFromName(std::string_view name, const std::string& subject) {
+    for (const Target target : {Target::Bc, Target::Astc, Target::Float})
+        if (nameOf(target) == name) return target;
+    return failure(ErrorCode::InvalidRequest, subject, fmt::format("found {}, expected one of: bc, astc, float", inQuotes(name)));
+}
+
+std::string layoutAsked(const OutputSettings& output) {
+    if (!output.lightMapLayout.empty()) return output.lightMapLayout;
+    return output.isErrorAsked || output.budgetBytes ? kAutoLayout : "ratio";
+}
+
+const std::vector<std::string>& lightMapLayoutNames() {
+    static const std::vector<std::string> names = {"ratio",   "zh3",     "luvw",    "luvw-linear", "flat",    "raw",
+                                                   "basis-3", "basis-4", "basis-8", "basis-12",    "basis-16"};
+    return names;
+}
+
+Result<std::uint64_t> parseByteCount(std::string_view text, const std::string& subject) {
+    const std::string copy(text);
+    const auto refuse = [&] {
+        return failure(ErrorCode::InvalidRequest, subject,
+                       fmt::format("found {}, expected a size such as \"4096\", \"512 KiB\", \"2 MiB\" or \"1.5 GB\"", inQuotes(text)));
+    };
+    char* end = nullptr;
+    const double number = std::strtod(copy.c_str(), &end);
+    if (end == copy.c_str() || !std::isfinite(number) || number < 0) return refuse();
+    while (*end == ' ') ++end;
+    static const std::pair<const char*, double> kUnits[] = {{"", 1},         {"B", 1},       {"kB", 1e3},     {"KB", 1e3},
+                                                            {"MB", 1e6},     {"GB", 1e9},    {"KiB", 0x1p10}, {"MiB", 0x1p20},
+                                                            {"GiB", 0x1p30}, {"TiB", 0x1p40}};
+    for (const auto& [unit, scale] : kUnits)
+        if (std::string_view(end) == unit && number * scale < 0x1p63) return static_cast<std::uint64_t>(std::llround(number * scale));
+    return refuse();
+}
+
+Result<Scene> readScene(const std::filesystem::path& file) {
+    std::error_code code;
+    if (!std::filesystem::is_regular_file(file, code))
+        return failure(ErrorCode::InvalidRequest, file.string(), "found no such file, expected a scene file (TOML)");
+    try {
+        return readRoot(toml::parse_file(file.string()), file);
+    } catch (const SceneMistake& mistake) {
+        return tl::make_unexpected(mistake.error);
+    } catch (const toml::parse_error& mistake) {
+        const toml::source_position at = mistake.source().begin;
+        return failure(ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file.string(), at.line, at.column),
+                       fmt::format("found a syntax error ({}), expected TOML", mistake.description()));
+    }
+}
+
+}  // namespace pipeline

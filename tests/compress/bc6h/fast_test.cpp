@@ -1,0 +1,179 @@
+// The kernel of BC6H's low efforts: the same bytes at any width, and whatever a light map may throw at it.
+#include "compress/block/highway_targets.h"
+
+#include <gtest/gtest.h>
+
+#include <hwy/targets.h>
+
+#include <bit>
+
+#include "compress/bc6h/fast-inl.h"
+#include "compress/texel/half.h"
+#include "tests/compress/codec_images.h"
+
+// The kernels are compiled for Highway's target, and so must be what inlines them.
+HWY_BEFORE_NAMESPACE();
+namespace compress::test {
+namespace {
+
+using formats::PixelFormat;
+namespace kernel = HWY_NAMESPACE;
+
+constexpr std::array kBothFormats = {PixelFormat::Bc6hUf16, PixelFormat::Bc6hSf16};
+constexpr int kRowBlocks = 64;
+
+/// A row of blocks: smooth, noisy, dark beside lamps, of one colour; and what they weigh, some blocks nothing at all.
+struct RowOfBlocks {
+    TexelImage texels{4 * kRowBlocks, 4};
+    formats::Image<float> significance{4 * kRowBlocks, 4};
+
+    explicit RowOfBlocks(bool withSigns) {
+        Random random(61);
+        for (int block = 0; block < kRowBlocks; ++block) {
+            const int kind = random.below(4), weighing = random.below(4);
+            const float base = std::exp2(random.unit() * 30 - 15);
+            for (int t = 0; t < kTexelCount; ++t) {
+                glm::vec4& texel = texels.at(4 * block + t % 4, t / 4);
+                for (int c = 0; c < 4; ++c) {
+                    texel[c] = kind == 0 ? base : base * (1 + static_cast<float>(t) * 0.1f * random.unit());
+                    if (kind == 2 && random.below(3) == 0) texel[c] = 0;
+                    if (kind == 3) texel[c] = 65504 * random.unit();
+                    if (withSigns && random.below(2)) texel[c] = -texel[c];
+                }
+                significance.at(4 * block + t % 4, t / 4) = weighing == 0   ? 0.0f
+                                                            : weighing == 1 ? static_cast<float>(random.below(3))
+                                                                            : 1.0f;
+            }
+        }
+    }
+};
+
+template <class D, bool kSigned>
+std::vector<std::uint32_t> wordsOf(const RowOfBlocks& row, bool weighted, std::vector<float>& errors) {
+    const std::size_t lanes = kernel::hn::Lanes(D());
+    std::vector<std::uint32_t> words(4 * kRowBlocks);
+    errors.assign(kRowBlocks, -1.0f);
+    const EncodeOptions options;
+    kernel::Bc6hFast<D, kSigned> fit(options);
+    for (std::size_t block = 0; block < kRowBlocks; block += lanes) {
+        std::array<const float*, 4> texels, weights;
+        for (std::size_t y = 0; y < 4; ++y) {
+            texels[y] = &row.texels.texels()[(y * kRowBlocks + block) * 4].x;
+            weights[y] = &row.significance.texels()[(y * kRowBlocks + block) * 4];
+        }
+        fit.run(texels, weighted ? &weights : nullptr, words.data() + 4 * block, errors.data() + block);
+    }
+    return words;
+}
+
+template <bool kSigned>
+void expectAlike() {
+    const RowOfBlocks row(kSigned);
+    for (const bool weighted : {false, true}) {
+        std::vector<float> oneErrors, allErrors;
+        const auto one = wordsOf<kernel::hn::CappedTag<float, 1>, kSigned>(row, weighted, oneErrors);
+        const auto all = wordsOf<kernel::hn::ScalableTag<float>, kSigned>(row, weighted, allErrors);
+        EXPECT_EQ(one, all);
+        EXPECT_EQ(oneErrors, allErrors);
+    }
+}
+
+TEST(Bc6hFast, OneLaneMatchesAVectorOfThem) {
+    expectAlike<false>();
+    expectAlike<true>();
+}
+
+TEST(Bc6hFast, EveryInstructionSetGivesTheSameBytes) {
+    const std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
+    if (targets.size() < 2) GTEST_SKIP() << "this machine has one instruction set";
+    // An odd width, so that rows of blocks end in the middle of a vector.
+    const RowOfBlocks row(true);
+    const auto image = imageOf(251, 4, [&](int x, int y) { return row.texels.at(x, y); });
+    formats::Image<float> significance(251, 4);
+    for (int y = 0; y < 4; ++y) std::copy_n(&row.significance.at(0, y), 251, &significance.at(0, y));
+    for (const PixelFormat format : kBothFormats)
+        for (const int level : {0, 1, 2}) {
+            std::vector<std::byte> first;
+            for (const std::int64_t target : targets) {
+                hwy::GetChosenTarget().Update(target);
+                const std::vector<std::byte> bytes = encode(format, image, effort(level), significance.view()).bytes;
+                if (first.empty()) first = bytes;
+                EXPECT_EQ(bytes, first) << formats::info(format).name << " effort " << level;
+            }
+        }
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+}
+
+TEST(Bc6hFast, EveryColourOfHalvesIsExact) {
+    for (int bits = 0; bits < 0x7C00; bits += 7) {
+        glm::vec4 colour(0, 0, 0, 1);
+        for (int c = 0; c < 3; ++c) colour[c] = floatFromHalf(static_cast<std::uint16_t>(std::min(bits + c, 0x7BFF)));
+        const auto image = imageOf(4, 4, [&](int, int) { return colour; });
+        ASSERT_EQ(encode(PixelFormat::Bc6hUf16, image, effort(0)).decoded.at(2, 1), colour) << bits;
+        ASSERT_EQ(encode(PixelFormat::Bc6hSf16, image, effort(0)).decoded.at(2, 1), colour) << bits;
+        const auto negative = imageOf(4, 4, [&](int, int) { return glm::vec4(-colour.r, -colour.g, -colour.b, 1); });
+        ASSERT_EQ(encode(PixelFormat::Bc6hSf16, negative, effort(0)).decoded.at(2, 1), negative.at(0, 0)) << bits;
+    }
+}
+
+TEST(Bc6hFast, NegativeZeroIsZeroAndWhatIsClampedIsCounted) {
+    const auto image = [](const glm::vec4& colour) { return imageOf(4, 4, [&](int, int) { return colour; }); };
+    for (const PixelFormat format : kBothFormats) {
+        const Encoded zero = encode(format, image({-0.0f, 0.0f, -0.0f, 1}), effort(0));
+        EXPECT_EQ(zero.decoded.at(3, 3), glm::vec4(0, 0, 0, 1));
+        EXPECT_FALSE(std::signbit(zero.decoded.at(3, 3).r));
+        const Encoded beyond = encode(format, image({1e30f, -1e30f, 65504, 1}), effort(0));
+        const bool isSigned = format == PixelFormat::Bc6hSf16;
+        EXPECT_EQ(beyond.decoded.at(0, 0), glm::vec4(65504, isSigned ? -65504 : 0, 65504, 1));
+        EXPECT_EQ(beyond.report.clampedHigh, isSigned ? 32 : 16);
+        EXPECT_EQ(beyond.report.clampedNegative, isSigned ? 0 : 16);
+    }
+}
+
+TEST(Bc6hFast, TexelsThatWeighNothingOrLieBeyondTheEdgeDoNotMatter) {
+    const glm::vec4 colour(0.3f, 60000, 0, 1);
+    for (const PixelFormat format : kBothFormats) {
+        const glm::vec4 clean = encode(format, imageOf(4, 4, [&](int, int) { return colour; }), effort(0)).decoded.at(0, 0);
+        const auto dirty = imageOf(7, 6, [&](int x, int y) { return x == 5 || y == 2 ? glm::vec4(65504, 0, 7, 1) : colour; });
+        formats::Image<float> significance(7, 6);
+        for (int y = 0; y < 6; ++y)
+            for (int x = 0; x < 7; ++x) significance.at(x, y) = x == 5 || y == 2 ? 0.0f : 3.0f;
+        const Encoded found = encode(format, dirty, effort(0), significance.view());
+        for (int y = 0; y < 6; ++y)
+            for (int x = 0; x < 7; ++x)
+                if (significance.at(x, y) > 0) {
+                    EXPECT_EQ(found.decoded.at(x, y), clean) << x << ' ' << y;
+                }
+    }
+}
+
+TEST(Bc6hFast, ABlockThatWeighsNothingIsCodedAsIfItCounted) {
+    const RowOfBlocks row(false);
+    formats::Image<float> nothing(4 * kRowBlocks, 4, 0.0f);
+    EXPECT_EQ(encode(PixelFormat::Bc6hUf16, row.texels, effort(0), nothing.view()).bytes,
+              encode(PixelFormat::Bc6hUf16, row.texels, effort(0)).bytes);
+}
+
+TEST(Bc6hFast, ExtremesStayFiniteInEveryMetric) {
+    Random random(62);
+    const auto extreme = [&] {
+        constexpr float kSome[] = {0, 3e38f, -3e38f, 1e-45f, 65504, -0.0f, 6e-8f, 6.1e-5f, 1};
+        return random.below(2) ? kSome[random.below(9)] : std::ldexp(random.unit() - 0.5f, random.below(60) - 40);
+    };
+    const auto image = imageOf(128, 64, [&](int, int) { return glm::vec4(extreme(), extreme(), extreme(), extreme()); });
+    formats::Image<float> significance(128, 64);
+    for (float& weight : significance.texels()) weight = random.below(3) ? std::ldexp(random.unit(), random.below(40) - 20) : 0.0f;
+    for (const PixelFormat format : kBothFormats)
+        for (const HdrMetric metric : {HdrMetric::Log, HdrMetric::Linear, HdrMetric::Relative})
+            for (const int level : {0, 1}) {
+                EncodeOptions options = effort(level);
+                options.hdrMetric = metric;
+                const Encoded found = encode(format, image, options, significance.view());
+                for (const glm::vec4& texel : found.decoded.texels())
+                    for (int c = 0; c < 3; ++c) ASSERT_LE(std::abs(texel[c]), 65504) << formats::info(format).name;
+            }
+}
+
+}  // namespace
+}  // namespace compress::test
+HWY_AFTER_NAMESPACE();

@@ -1,0 +1,116 @@
+// Hostile blocks through the kernels one lane at a time and a vector at a time: the same codes, whatever the values.
+#include "tests/compress/hostile_blocks.h"
+//
+#include <cstdlib>
+
+#include "compress/bc1/fit-inl.h"
+#include "compress/bc4/fit-inl.h"
+#include "compress/bc6h/fit-inl.h"
+#include "compress/bc7/fit-inl.h"
+
+// The kernels are compiled for Highway's target, and so must be what inlines them.
+HWY_BEFORE_NAMESPACE();
+namespace compress::test {
+namespace {
+
+using formats::PixelFormat;
+namespace kernel = HWY_NAMESPACE;
+using OneLane = kernel::hn::CappedTag<float, 1>;
+using AllLanes = kernel::hn::ScalableTag<float>;
+
+/// The blocks of an image as encodeRows would hand them on, weights as in a light map.
+std::vector<Block> blocksOf(const HostileImage& image, PixelFormat format, Random& random) {
+    std::vector<Block> blocks;
+    for (int y = 0; y < image.texels.height(); y += 4)
+        for (int x = 0; x < image.texels.width(); x += 4) {
+            Block& block = blocks.emplace_back();
+            for (std::size_t t = 0; t < kTexelCount; ++t) {
+                block.significance[t] = static_cast<float>(random.below(3)) / 2;
+                for (std::size_t c = 0; c < 4; ++c) {
+                    const float largest = rangeOf(format).high[static_cast<int>(c)],
+                                least = formats::info(format).isSigned ? -largest : 0.0f;
+                    const float value = image.texels.at(x + static_cast<int>(t) % 4, y + static_cast<int>(t) / 4)[static_cast<int>(c)];
+                    block.channel[c][t] = std::clamp(value, least, largest) + 0.0f;
+                }
+            }
+            block.significance[static_cast<std::size_t>(random.below(kTexelCount))] = 1;
+        }
+    return blocks;
+}
+
+bool same(const Bc6hResult& a, const Bc6hResult& b) {
+    return a.mode == b.mode && a.partition == b.partition && a.code == b.code && a.index == b.index;
+}
+bool same(const Bc7Result& a, const Bc7Result& b) {
+    return a.mode == b.mode && a.code == b.code && a.index == b.index;
+}
+bool same(const Bc1Result& a, const Bc1Result& b) {
+    return a.first == b.first && a.second == b.second && a.threeColours == b.threeColours;
+}
+bool same(const Bc4Result& a, const Bc4Result& b) {
+    return a.low == b.low && a.high == b.high && a.sixSteps == b.sixSteps;
+}
+
+template <class D, class Result, class Fit, class Run>
+std::vector<Result> results(const std::vector<Block>& blocks, Fit fit, Run run) {
+    std::vector<const Block*> pointers;
+    for (const Block& block : blocks) pointers.push_back(&block);
+    std::vector<Result> found(blocks.size());
+    for (std::size_t first = 0; first < blocks.size(); first += kernel::hn::Lanes(D()))
+        run(fit, pointers.data() + first, found.data() + first);
+    return found;
+}
+
+/// Fit<D> for one lane and for all over hostile blocks, a multiple of every width at a time.
+template <template <class> class Fit, class Result, class Search, class Run, class... More>
+void expectAlike(PixelFormat format, int level, std::int64_t blockCount, const Search& search, Run run, const More&... more) {
+    Random random(static_cast<std::uint64_t>(level) + 77);
+    for (; blockCount > 0; blockCount -= 4096) {
+        HostileImage image = makeHostileImage(random, static_cast<int>(std::min<std::int64_t>(4096, blockCount + 63) / 64 * 64), level);
+        const std::vector<Block> blocks = blocksOf(image, format, random);
+        const auto make = [&]<class D>(D) {
+            if constexpr (std::is_constructible_v<Fit<D>, const Search&, const EncodeOptions&, More...>)
+                return Fit<D>(search, image.options, more...);
+            else
+                return Fit<D>(search);
+        };
+        const auto one = results<OneLane, Result>(blocks, make(OneLane()), run);
+        const auto all = results<AllLanes, Result>(blocks, make(AllLanes()), run);
+        for (std::size_t i = 0; i < blocks.size(); ++i)
+            if (!same(one[i], all[i])) {
+                const auto x = static_cast<int>(i % 64) * 4, y = static_cast<int>(i / 64) * 4;
+                ADD_FAILURE() << "one lane and all of them disagree on block " << i << ": " << describeBlock(image, format, x, y);
+                return;
+            }
+    }
+}
+
+template <class D>
+using UnsignedFit = kernel::Bc6hFit<D, false>;
+template <class D>
+using SignedFit = kernel::Bc6hFit<D, true>;
+
+void expectLanesAlike(int level, std::int64_t blockCount) {
+    const auto plain = [](auto& fit, const Block* const* at, auto* found) { fit.run(at, found); };
+    expectAlike<UnsignedFit, Bc6hResult>(PixelFormat::Bc6hUf16, level, blockCount, bc6hSearchOf(level), plain);
+    expectAlike<SignedFit, Bc6hResult>(PixelFormat::Bc6hSf16, level, blockCount, bc6hSearchOf(level), plain);
+    expectAlike<kernel::Bc7Fit, Bc7Result>(PixelFormat::Bc7, level, blockCount, bc7SearchOf(level), plain);
+    expectAlike<kernel::Bc1Fit, Bc1Result>(PixelFormat::Bc1, level, blockCount, bc1SearchOf(level), plain, true);
+    if (level == 9) return;  // searches every pair of ends without lanes
+    expectAlike<kernel::Bc4Fit, Bc4Result>(PixelFormat::Bc4, level, blockCount, bc4SearchOf(level),
+                                           [](auto& fit, const Block* const* at, auto* found) { fit.run(at, 1, found); });
+}
+
+TEST(HostileLanes, OneLaneIsAsAll) {
+    for (const int level : {0, 2, 5}) expectLanesAlike(level, 2048);
+}
+
+TEST(HostileLanesSoak, OneLaneIsAsAllAtEveryEffort) {
+    const char* asked = std::getenv("LIGHTCOOK_SOAK_BLOCKS");
+    const double blocks = (asked ? std::atof(asked) : 1e8) / 400;
+    for (int level = 0; level < 10; ++level) expectLanesAlike(level, static_cast<std::int64_t>(blocks / std::exp2(level)) + 64);
+}
+
+}  // namespace
+}  // namespace compress::test
+HWY_AFTER_NAMESPACE();

@@ -1,0 +1,131 @@
+// A block gets the same bytes whatever it is coded beside, and on whatever instruction set.
+#include "compress/block/highway_targets.h"
+
+#include <gtest/gtest.h>
+
+#include <hwy/targets.h>
+
+#include "compress/bc1/fit-inl.h"
+#include "compress/bc4/fit-inl.h"
+#include "compress/bc6h/fit-inl.h"
+#include "compress/bc7/fit-inl.h"
+#include "tests/compress/codec_images.h"
+
+// The kernels are compiled for Highway's target, and so must be what inlines them.
+HWY_BEFORE_NAMESPACE();
+namespace compress::test {
+namespace {
+
+using formats::PixelFormat;
+namespace kernel = HWY_NAMESPACE;
+using OneLane = kernel::hn::CappedTag<float, 1>;
+using AllLanes = kernel::hn::ScalableTag<float>;
+
+/// Blocks of every kind, as many as a vector has lanes and more.
+std::vector<Block> someBlocks(bool hdr) {
+    Random random(51);
+    std::vector<Block> blocks(128);
+    for (Block& block : blocks) {
+        const int kind = random.below(4);
+        const float base = hdr ? std::exp2(random.unit() * 24 - 10) : random.unit();
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            block.significance[t] = kind == 2 ? static_cast<float>(random.below(3)) : 1.0f;
+            for (auto& channel : block.channel) {
+                channel[t] = kind == 0 ? random.unit() : base * (1 + static_cast<float>(t) * 0.05f * random.unit());
+                if (kind == 3 && random.below(3) == 0) channel[t] = 0;
+                channel[t] = std::min(channel[t], hdr ? 65504.0f : 1.0f);
+            }
+        }
+        block.significance[5] = 1;
+    }
+    return blocks;
+}
+
+/// Results of fit over all blocks, lanes at a time.
+template <class D, class Result, class Fit, class Run>
+std::vector<Result> results(const std::vector<Block>& blocks, Fit fit, Run run) {
+    const std::size_t lanes = kernel::hn::Lanes(D());
+    std::vector<Result> found(blocks.size());
+    std::vector<const Block*> pointers;
+    for (const Block& block : blocks) pointers.push_back(&block);
+    for (std::size_t first = 0; first < blocks.size(); first += lanes) run(fit, pointers.data() + first, found.data() + first);
+    return found;
+}
+
+template <bool kSigned>
+void expectBc6hAlike(int level) {
+    const std::vector<Block> blocks = someBlocks(true);
+    const EncodeOptions options;
+    const auto run = [](auto& fit, const Block* const* at, Bc6hResult* found) { fit.run(at, found); };
+    const auto one = results<OneLane, Bc6hResult>(blocks, kernel::Bc6hFit<OneLane, kSigned>(bc6hSearchOf(level), options), run);
+    const auto all = results<AllLanes, Bc6hResult>(blocks, kernel::Bc6hFit<AllLanes, kSigned>(bc6hSearchOf(level), options), run);
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+        EXPECT_EQ(one[i].mode, all[i].mode) << i;
+        EXPECT_EQ(one[i].partition, all[i].partition) << i;
+        EXPECT_EQ(one[i].code, all[i].code) << i;
+        EXPECT_EQ(one[i].index, all[i].index) << i;
+    }
+}
+
+TEST(Lanes, OneLaneOfBc6hMatchesAVectorOfThem) {
+    for (const int level : {0, 3, 6}) {
+        expectBc6hAlike<false>(level);
+        expectBc6hAlike<true>(level);
+    }
+}
+
+TEST(Lanes, OneLaneOfBc7MatchesAVectorOfThem) {
+    const std::vector<Block> blocks = someBlocks(false);
+    const EncodeOptions options;
+    const auto run = [](auto& fit, const Block* const* at, Bc7Result* found) { fit.run(at, found); };
+    for (const int level : {0, 4, 6}) {
+        const auto one = results<OneLane, Bc7Result>(blocks, kernel::Bc7Fit<OneLane>(bc7SearchOf(level), options), run);
+        const auto all = results<AllLanes, Bc7Result>(blocks, kernel::Bc7Fit<AllLanes>(bc7SearchOf(level), options), run);
+        for (std::size_t i = 0; i < blocks.size(); ++i) {
+            EXPECT_EQ(one[i].mode, all[i].mode) << i;
+            EXPECT_EQ(one[i].code, all[i].code) << i;
+            EXPECT_EQ(one[i].index, all[i].index) << i;
+        }
+    }
+}
+
+TEST(Lanes, OneLaneOfBc1AndBc4MatchesAVectorOfThem) {
+    const std::vector<Block> blocks = someBlocks(false);
+    const EncodeOptions options;
+    const auto run1 = [](auto& fit, const Block* const* at, Bc1Result* found) { fit.run(at, found); };
+    const auto run4 = [](auto& fit, const Block* const* at, Bc4Result* found) { fit.run(at, 2, found); };
+    const auto one1 = results<OneLane, Bc1Result>(blocks, kernel::Bc1Fit<OneLane>(bc1SearchOf(6), options, true), run1);
+    const auto all1 = results<AllLanes, Bc1Result>(blocks, kernel::Bc1Fit<AllLanes>(bc1SearchOf(6), options, true), run1);
+    const auto one4 = results<OneLane, Bc4Result>(blocks, kernel::Bc4Fit<OneLane>(bc4SearchOf(6)), run4);
+    const auto all4 = results<AllLanes, Bc4Result>(blocks, kernel::Bc4Fit<AllLanes>(bc4SearchOf(6)), run4);
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+        EXPECT_EQ(one1[i].first, all1[i].first) << i;
+        EXPECT_EQ(one1[i].second, all1[i].second) << i;
+        EXPECT_EQ(one1[i].threeColours, all1[i].threeColours) << i;
+        EXPECT_EQ(one4[i].low, all4[i].low) << i;
+        EXPECT_EQ(one4[i].high, all4[i].high) << i;
+        EXPECT_EQ(one4[i].sixSteps, all4[i].sixSteps) << i;
+    }
+}
+
+TEST(Lanes, EveryInstructionSetGivesTheSameBytes) {
+    const std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
+    if (targets.size() < 2) GTEST_SKIP() << "this machine has one instruction set";
+    const std::vector<NamedImage> unit = unitImages(), light = lightImages();
+    for (const PixelFormat format : {PixelFormat::Bc1, PixelFormat::Bc3, PixelFormat::Bc5, PixelFormat::Bc4Snorm, PixelFormat::Bc5Snorm,
+                                     PixelFormat::Bc7, PixelFormat::Bc6hUf16, PixelFormat::Bc6hSf16})
+        for (const NamedImage& named : formats::info(format).isFloat ? light : unit) {
+            std::vector<std::byte> first;
+            for (const std::int64_t target : targets) {
+                hwy::GetChosenTarget().Update(target);
+                const std::vector<std::byte> bytes = encode(format, named.image).bytes;
+                if (first.empty()) first = bytes;
+                EXPECT_EQ(bytes, first) << formats::info(format).name << ' ' << named.name;
+            }
+        }
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+}
+
+}  // namespace
+}  // namespace compress::test
+HWY_AFTER_NAMESPACE();

@@ -1,0 +1,136 @@
+// Our reader of Radiance pictures against OpenImageIO's, and against files that are cut, changed or of another kind.
+#include "formats/image/radiance_file.h"
+
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "tests/formats/temporary_folder.h"
+
+namespace formats {
+namespace {
+
+/// Nothing if OpenImageIO refuses.
+std::optional<Image<glm::vec3>> readByOpenImageIO(const std::filesystem::path& file) {
+    const auto input = OIIO::ImageInput::open(file.string());
+    if (!input || input->spec().nchannels != 3) return std::nullopt;
+    Image<glm::vec3> texels(input->spec().width, input->spec().height);
+    if (!input->read_image(0, 0, 0, 3, OIIO::TypeDesc::FLOAT, texels.texels().data())) return std::nullopt;
+    return texels;
+}
+
+/// Runs and noise, zeros, and every exponent that a picture can hold.
+void writePicture(const std::filesystem::path& file, int width, int height, std::mt19937& random) {
+    std::vector<float> values;
+    float run = 1;
+    for (int i = 0; i < width * height; ++i) {
+        if (random() % 4 == 0) run = static_cast<float>(std::exp2(static_cast<double>(random() % 240) - 120.0));
+        for (int channel = 0; channel < 3; ++channel)
+            values.push_back(random() % 8 == 0 ? 0 : run * (random() % 3 == 0 ? static_cast<float>(random() % 256) / 256 : 1.0f));
+    }
+    const auto output = OIIO::ImageOutput::create(file.string());
+    ASSERT_TRUE(output && output->open(file.string(), OIIO::ImageSpec(width, height, 3, OIIO::TypeDesc::FLOAT)));
+    ASSERT_TRUE(output->write_image(OIIO::TypeDesc::FLOAT, values.data()) && output->close());
+}
+
+/// Equal but for the last bit: OpenImageIO's powers of two are not exact for some of the exponents (2^-89 becomes the float below it).
+void expectEqual(const Image<glm::vec3>& ours, const Image<glm::vec3>& theirs) {
+    ASSERT_EQ(ours.width(), theirs.width());
+    ASSERT_EQ(ours.height(), theirs.height());
+    for (std::size_t i = 0; i < ours.texels().size(); ++i)
+        for (int channel = 0; channel < 3; ++channel) {
+            const float own = ours.texels()[i][channel], other = theirs.texels()[i][channel];
+            ASSERT_TRUE(other == own || other == std::nextafter(own, 0.0f)) << "texel " << i << ": " << own << " and " << other;
+        }
+}
+
+TEST(ReadRadiancePicture, EqualsOpenImageIO) {
+    const TemporaryFolder folder;
+    std::mt19937 random(1);
+    for (const auto& [width, height] : {std::pair{1, 1}, {7, 3}, {8, 4}, {127, 2}, {128, 64}, {513, 9}, {32767, 1}, {32768, 2}}) {
+        writePicture(folder / "p.hdr", width, height, random);
+        const auto ours = readRadiancePicture(folder / "p.hdr"), theirs = readByOpenImageIO(folder / "p.hdr");
+        ASSERT_TRUE(ours && theirs) << width;
+        EXPECT_EQ(ours->width(), width);
+        EXPECT_EQ(ours->height(), height);
+        expectEqual(*ours, *theirs);
+    }
+}
+
+/// Any byte changed: either it is left to OpenImageIO, or both read the same.
+TEST(ReadRadiancePicture, ChangedFilesAreReadAlikeOrNotAtAll) {
+    const TemporaryFolder folder;
+    const auto file = folder / "p.hdr";
+    std::mt19937 random(2);
+    int readCount = 0;
+    for (int trial = 0; trial < 4000; ++trial) {
+        if (trial % 40 == 0)
+            writePicture(folder / "whole.hdr", 8 + static_cast<int>(random() % 40), 1 + static_cast<int>(random() % 6), random);
+        std::string content = contentOf(folder / "whole.hdr");
+        content[random() % content.size()] = static_cast<char>(random());
+        writeContent(file, content);
+        const auto ours = readRadiancePicture(file);
+        if (!ours) continue;
+        ++readCount;
+        const auto theirs = readByOpenImageIO(file);
+        ASSERT_TRUE(theirs) << trial;
+        expectEqual(*ours, *theirs);
+        if (testing::Test::HasFatalFailure()) FAIL() << trial;
+    }
+    EXPECT_GT(readCount, 1000);
+}
+
+TEST(ReadRadiancePicture, CutFilesAreNone) {
+    const TemporaryFolder folder;
+    const auto file = folder / "p.hdr";
+    std::mt19937 random(3);
+    writePicture(file, 20, 4, random);
+    for (std::size_t length = std::filesystem::file_size(file); length-- > 0;) {
+        std::filesystem::resize_file(file, length);
+        ASSERT_FALSE(readRadiancePicture(file)) << length;
+    }
+    EXPECT_FALSE(readRadiancePicture(folder / "absent.hdr"));
+    EXPECT_FALSE(readRadiancePicture(folder.path()));
+}
+
+TEST(ReadRadiancePicture, OtherKindsAreLeftToOpenImageIO) {
+    const TemporaryFolder folder;
+    const auto file = folder / "p.hdr";
+    const std::string texels(8, '\x80');
+    const auto isRead = [&](const std::string& head) {
+        writeContent(file, head + texels);
+        return readRadiancePicture(file).has_value();
+    };
+    EXPECT_TRUE(isRead("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n"));
+    EXPECT_TRUE(isRead("#?RGBE\n# any comment\nFORMAT=32-bit_rle_rgbe\nGAMMA=1\n\n-Y 2 +X 1\n"));
+    for (const char* head :
+         {"#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 2\n", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n+Y 1 +X 2\n",
+          "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n+X 2 -Y 1\n", "#?RADIANCE\n\n-Y 1 +X 2\n",
+          "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n-Y 1 +X 2\n", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 0 +X 2\n",
+          "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y -1 +X 2\n", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 70000 +X 70000\n",
+          "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 99999999999 +X 2\n", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2 \n",
+          "RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n"})
+        EXPECT_FALSE(isRead(head)) << head;
+}
+
+TEST(ReadRadiancePicture, EqualsOpenImageIOBitForBitOnTheSharedPanoramas) {
+    const std::filesystem::path data = std::filesystem::path(LIGHTCOOK_SHARED_DATA) / "env";
+    if (!std::filesystem::is_directory(data)) GTEST_SKIP() << "needs the shared test data at " << data;
+    int count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(data)) {
+        if (entry.path().extension() != ".hdr") continue;
+        const auto ours = readRadiancePicture(entry.path()), theirs = readByOpenImageIO(entry.path());
+        ASSERT_TRUE(ours && theirs) << entry.path();
+        EXPECT_TRUE(ours->texels() == theirs->texels()) << entry.path();
+        ++count;
+    }
+    EXPECT_GE(count, 4);
+}
+
+}  // namespace
+}  // namespace formats

@@ -1,0 +1,122 @@
+// Traced light beside a light map: what the report makes of it, and what is refused.
+#include "pipeline/assets/light_map/ground_truth.h"
+
+#include <gmock/gmock.h>
+
+#include <numbers>
+
+#include "lighting/radiometry.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace pipeline {
+namespace {
+
+using testing::HasSubstr;
+using Parts = SmallScene::Parts;
+
+const std::string kHead = "x,y,kind,m,f0,dx,dy,dz,r,g,b\n";
+
+/// What a tracer would find at some texels, if nine coefficients were all of the light.
+std::string tracedIrradiance(float scale) {
+    std::string csv = kHead;
+    for (int y = 3; y < SmallScene::kHeight; y += 17)
+        for (int x = 1; x < SmallScene::kWidth; x += 9) {
+            const lighting::ShRgb sh = shOf(sunAndSky, {(x + 0.5) / SmallScene::kWidth, (y + 0.5) / SmallScene::kHeight});
+            const glm::vec3 light = scale * lighting::irradiance(sh, glm::vec3(0, 0, 1)).value;
+            csv += fmt::format("{},{},lambert,0,0,0,0,1,{},{},{}\n", x, y, light.x, light.y, light.z);
+        }
+    return csv;
+}
+
+class GroundTruthScene : public testing::Test {
+protected:
+    Outcome cookWith(const std::string& csv) const {
+        formats::writeContent(scene_ / "truth.csv", csv);
+        formats::writeContent(
+            scene_.sceneFile(),
+            "schema = 1\nname = \"small\"\n[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\nground_truth = \"truth.csv\"\n");
+        const RunState state;
+        return cookScene(scene_.options(), state);
+    }
+    const Json* truthOf(const Outcome& outcome, const char* asset) const {
+        for (const Json& row : outcome.report.at("assets"))
+            if (row.at("name") == asset && row.contains("ground_truth")) return &row.at("ground_truth");
+        return nullptr;
+    }
+    const SmallScene scene_{Parts::LightMap};
+};
+
+/// Light that nine coefficients hold is not truncated; light a fifth brighter than the bake is, by a sixth, and cooking is what it was.
+TEST_F(GroundTruthScene, TruncationIsTheBakesAndQuantizationOurs) {
+    for (const float scale : {1.0f, 1.2f}) {
+        const Outcome outcome = cookWith(tracedIrradiance(scale));
+        ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+        const Json* truth = truthOf(outcome, "map");
+        ASSERT_NE(truth, nullptr);
+        EXPECT_EQ(truth->at("values"), 25);
+        const Json& lambert = truth->at("lambert");
+        EXPECT_NEAR(lambert.at("truncation").get<double>(), 1 - 1 / scale, 1e-6);
+        EXPECT_GT(lambert.at("quantization").get<double>(), 0);
+        EXPECT_LT(lambert.at("quantization").get<double>(), 0.01);
+        EXPECT_FALSE(truth->contains("area_specular"));
+        EXPECT_EQ(truthOf(outcome, "map_dominant"), nullptr) << "no value of its kind";
+    }
+}
+
+TEST_F(GroundTruthScene, VerifyTellsTheSameAndAChangedTruthAlone) {
+    const std::string specular =
+        "4,5,spec,0.25,0.04,0.1,0,1,0.5,0.5,0.4\n4,5,spec,0.5,0.6,0,0.2,1,0.5,0.5,0.4\n7,5,spec,0.5,0.6,0,0.2,1,0.6,0.5,0.4\n";
+    const Outcome cooked = cookWith(kHead + specular);
+    ASSERT_TRUE(cooked.errors.empty()) << cooked.errors.front().line();
+    const RunState state;
+    const Outcome verified = verifyCooked({scene_ / "out", {}, {}}, state);
+    ASSERT_TRUE(verified.errors.empty()) << verified.errors.front().line();
+    for (const char* asset : {"map", "map_dominant"}) {
+        ASSERT_NE(truthOf(verified, asset), nullptr);
+        EXPECT_EQ(*truthOf(verified, asset), *truthOf(cooked, asset));
+    }
+    const Json& dominant = *truthOf(cooked, "map_dominant");
+    EXPECT_EQ(dominant.at("values"), 3);
+    EXPECT_EQ(dominant.at("specular").at("by_m").size(), 2u);
+    for (const char* part : {"truncation", "fit", "quantization", "total", "two_lights"})
+        EXPECT_GT(dominant.at("specular").at(part).get<double>(), 0) << part;
+    EXPECT_EQ(cookWith(kHead + specular).actionsRun, 0);
+    EXPECT_EQ(cookWith(kHead + specular + "9,9,spec,0.5,0.6,0,0.2,1,0.6,0.5,0.4\n").actionsRun, 2) << "both are verified, none is cooked";
+}
+
+TEST_F(GroundTruthScene, WhatCannotBeMeantIsRefused) {
+    const Outcome outside = cookWith(kHead + "40,5,lambert,0,0,0,0,1,1,1,1\n");
+    ASSERT_FALSE(outside.errors.empty());
+    EXPECT_EQ(outside.errors.front().code, formats::ErrorCode::WrongShape);
+    EXPECT_THAT(outside.errors.front().line(),
+                HasSubstr("truth.csv, line 2: found texel (40, 5), expected one of the light map's 40 x 72"));
+    std::filesystem::remove(scene_ / "truth.csv");
+    const RunState state;
+    const Outcome missing = cookScene(scene_.options(), state);
+    ASSERT_FALSE(missing.errors.empty());
+    EXPECT_THAT(missing.errors.front().line(), HasSubstr("truth.csv"));
+}
+
+TEST(GroundTruthValues, OutsideEveryChartThereIsNothingToCompare) {
+    const SmallScene scene(Parts::LightMap);
+    formats::writeContent(scene / "truth.csv", kHead + "4,5,lambert,0,0,0,0,1,1,1,1\n6,9,lambert,0,0,0,0,1,1,1,1\n");
+    const formats::LightMapDescription description;
+    LightMapSources sources;
+    const auto bake = sources.open(scene / "map.exr", description);
+    ASSERT_TRUE(bake.has_value());
+    const Action action{"", "", "map", {}, {{kGroundTruthRole, scene / "truth.csv"}}, {}};
+    const RunState state;
+    const auto truth = GroundTruth::open({action, {}, {}, {}, sources, state}, **bake, toJson(description));
+    ASSERT_TRUE(truth.has_value()) << truth.error().line();
+    formats::LightMapBand band = *(*bake)->stripWithMargin(0, 0, 0);
+    EXPECT_EQ(truth->within(band, 0, 9)->size(), 1u);
+    EXPECT_EQ(truth->within(band, 5, 5)->size(), 2u);
+    band.covered.at(6, 9) = 0;
+    EXPECT_EQ(truth->within(band, 0, 9)->size(), 1u);
+    const auto refused = truth->within(band, 0, 64);
+    ASSERT_FALSE(refused.has_value());
+    EXPECT_THAT(refused.error().line(), HasSubstr("truth.csv, line 3: found texel (6, 9) outside every chart"));
+}
+
+}  // namespace
+}  // namespace pipeline

@@ -1,0 +1,344 @@
+// A light map of learned bases and the mesh that reads it: each vertex names its basis, whatever the texels of its island look like.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "formats/gltf_scene.h"
+#include "formats/image/exr_file.h"
+#include "pipeline/graph/digest.h"
+#include "pipeline/manifest/json_shape.h"
+#include "pipeline/manifest/manifest.h"
+#include "tests/pipeline/sealed_folder.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace pipeline {
+namespace {
+
+using testing::HasSubstr;
+
+/// Two squares of light that have nothing in common, and the mesh: a square over each and, where it is asked for, a neck between them that
+/// is narrower than a texel and runs between the rows of texel centres.
+class TwoSquares : public testing::Test {
+protected:
+    enum class Neck { Absent, Present };
+    static constexpr int kWidth = 96, kHeight = 128;
+
+    TwoSquares() { writeMap(); }
+
+    static bool isLeft(int x, int y) { return 8 <= x && x < 40 && 8 <= y && y < 120; }
+    static bool isRight(int x, int y) { return 56 <= x && x < 88 && 8 <= y && y < 120; }
+
+    void writeMap() const {
+        std::vector<std::string> channels;
+        for (int i = 0; i < 9; ++i)
+            for (const char channel : {'R', 'G', 'B'}) channels.push_back(fmt::format("sh0{}.{}", i, channel));
+        channels.push_back("coverage.Y");
+        auto writer = formats::ExrWriter::create(folder_ / "map.exr", kWidth, kHeight, channels, formats::ExrLayout::ScanLines);
+        ASSERT_TRUE(writer.has_value());
+        std::vector<float> texels;
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x) {
+                for (std::size_t i = 0; i < 27; ++i) texels.push_back(coefficient(i / 3, i % 3, x, y));
+                texels.push_back(isLeft(x, y) || isRight(x, y) ? 1.0f : 0.0f);
+            }
+        ASSERT_TRUE(writer->append(texels.data(), static_cast<std::ptrdiff_t>(channels.size()) * kWidth, kHeight) && writer->commit());
+    }
+    /// Left light turns about one axis, right light about another, each in four waves that no few directions hold together.
+    static float coefficient(std::size_t i, std::size_t channel, int x, int y) {
+        if (i == 0) return 1;
+        const double wave = 0.2 * std::sin(0.21 * x * (1 + static_cast<double>(channel)) + 0.17 * y);
+        const bool isOurs = isLeft(x, y) ? i <= 4 : i > 4;
+        return static_cast<float>(isOurs ? wave * (1 + 0.1 * static_cast<double>(i)) : isLeft(x, y) ? 0.3 : -0.3);
+    }
+
+    void writeMesh(Neck neck) const {
+        std::vector<float> corners = {8,  8, 40, 8, 40, 24.1f, 40, 24.3f, 40, 120,   8,  120,     // the left square's outline
+                                      56, 8, 88, 8, 88, 120,   56, 120,   56, 24.3f, 56, 24.1f};  // the right one's
+        std::vector<std::uint16_t> indices = {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5, 6, 7, 8, 6, 8, 11, 8, 10, 11, 8, 9, 10};
+        if (neck == Neck::Present) indices.insert(indices.end(), {2, 11, 10, 2, 10, 3});
+        std::vector<float> buffer;
+        for (std::size_t i = 0; i < corners.size(); i += 2) buffer.insert(buffer.end(), {corners[i], 0, corners[i + 1]});
+        for (std::size_t i = 0; i < corners.size(); i += 2) buffer.insert(buffer.end(), {corners[i] / kWidth, corners[i + 1] / kHeight});
+        std::string bytes(reinterpret_cast<const char*>(buffer.data()), buffer.size() * sizeof(float));
+        bytes.append(reinterpret_cast<const char*>(indices.data()), indices.size() * sizeof(std::uint16_t));
+        formats::writeContent(folder_ / "room.bin", bytes);
+        const std::size_t count = corners.size() / 2;
+        const Json document = {
+            {"asset", {{"version", "2.0"}}},
+            {"buffers", {{{"uri", "room.bin"}, {"byteLength", bytes.size()}}}},
+            {"bufferViews",
+             {{{"buffer", 0}, {"byteLength", 12 * count}},
+              {{"buffer", 0}, {"byteOffset", 12 * count}, {"byteLength", 8 * count}},
+              {{"buffer", 0}, {"byteOffset", 20 * count}, {"byteLength", 2 * indices.size()}}}},
+            {"accessors",
+             {{{"bufferView", 0}, {"componentType", 5126}, {"count", count}, {"type", "VEC3"}, {"min", {8, 0, 8}}, {"max", {88, 0, 120}}},
+              {{"bufferView", 1}, {"componentType", 5126}, {"count", count}, {"type", "VEC2"}},
+              {{"bufferView", 2}, {"componentType", 5123}, {"count", indices.size()}, {"type", "SCALAR"}}}},
+            {"meshes", {{{"primitives", {{{"attributes", {{"POSITION", 0}, {"TEXCOORD_1", 1}}}, {"indices", 2}}}}}}},
+            {"images", {{{"uri", "wood.png"}}}},
+            {"nodes", {{{"mesh", 0}}}},
+            {"scenes", {{{"nodes", {0}}}}},
+            {"scene", 0}};
+        formats::writeContent(folder_ / "room.gltf", document.dump());
+    }
+
+    void writeScene(const std::string& output, bool hasMesh = true) const {
+        formats::writeContent(folder_ / "scene.toml",
+                              fmt::format("schema = 1\nname = \"two\"\n[output]\neffort = 2\n{}\n[[light_map]]\nname = \"map\"\nfile = "
+                                          "\"map.exr\"\n{}\n[[material]]\nname = \"*\"\nnormal_map = true\nspecular = false\n",
+                                          output, hasMesh ? "mesh = \"room.gltf\"" : ""));
+    }
+    Outcome cook(const std::optional<std::string>& only = {}) const {
+        CookOptions options;
+        options.scene = folder_ / "scene.toml";
+        options.output = folder_ / "out";
+        options.cache = folder_ / "cache";
+        options.only = only;
+        const RunState state;
+        return cookScene(options, state);
+    }
+    Outcome verify() const {
+        const RunState state;
+        return verifyCooked({folder_ / "out", {}, {}}, state);
+    }
+    void expectCooksAndVerifies() const {
+        for (const Outcome& outcome : {cook(), verify()}) {
+            for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+            ASSERT_TRUE(outcome.report.is_object());
+            EXPECT_TRUE(outcome.report.at("passed").get<bool>());
+        }
+    }
+    /// An asset of the manifest; null without it.
+    Json asset(const std::string& name) const {
+        const auto manifest = readManifest(folder_ / "out");
+        if (!manifest) return nullptr;
+        for (const Json& each : manifest->at("assets"))
+            if (each.at("name") == name) return each;
+        return nullptr;
+    }
+    formats::ClusterMap clusterMap() const {
+        const auto runs = asset("map").at("constants").at("index_runs").get<std::vector<float>>();
+        const auto map = formats::ClusterMap::fromRuns(kWidth, kHeight, runs);
+        EXPECT_TRUE(map) << map.error();
+        return *map;
+    }
+    std::optional<formats::GltfScene> cookedMesh() const {
+        auto scene = formats::GltfScene::load(folder_ / "out" / "room_mesh.glb");
+        if (!scene) return std::nullopt;
+        return std::move(*scene);
+    }
+    /// Flips the first vertices' clusters in the cooked mesh, and has the manifest believe it.
+    void breakClusters() const {
+        std::string glb = formats::contentOf(folder_ / "out" / "room_mesh.glb");
+        std::uint32_t length = 0;
+        std::memcpy(&length, glb.data() + 12, 4);
+        const Json document = parseJson(glb.substr(20, length));
+        const Json& attributes = document["meshes"][0]["primitives"][0]["attributes"];
+        const Json& accessor = document["accessors"][attributes[formats::kBasisAttribute].get<std::size_t>()];
+        const Json& view = document["bufferViews"][accessor["bufferView"].get<std::size_t>()];
+        for (std::size_t vertex = 0; vertex < 6; ++vertex) glb[28 + length + view["byteOffset"].get<std::size_t>() + 4 * vertex] ^= 1;
+        formats::writeContent(folder_ / "out" / "room_mesh.glb", glb);
+        Json manifest = parseJson(formats::contentOf(folder_ / "out" / kManifestName));
+        for (Json& each : manifest["assets"])
+            if (each["name"] == "room_mesh") each["digest"] = digestOfText(glb);
+        writeSealedManifest(folder_ / "out", manifest);
+    }
+
+    const formats::TemporaryFolder folder_;
+};
+
+TEST_F(TwoSquares, TheirClustersDifferUnlessAnIslandJoinsThem) {
+    writeMesh(Neck::Absent);
+    writeScene("light_map_layout = \"basis-4\"");
+    expectCooksAndVerifies();
+    const formats::ClusterMap apart = clusterMap();
+    EXPECT_NE(apart.at(20, 24), apart.at(70, 24)) << "else the rest says nothing";
+    writeMesh(Neck::Present);
+    expectCooksAndVerifies();
+    const formats::ClusterMap joined = clusterMap();
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x)
+            EXPECT_TRUE(!(isLeft(x, y) || isRight(x, y)) || joined.at(x, y) == joined.at(20, 24)) << x << " " << y;
+    writeScene("light_map_layout = \"basis-4\"", false);
+    expectCooksAndVerifies();
+    EXPECT_EQ(clusterMap().ofBlock, apart.ofBlock) << "no mesh, no island";
+}
+
+TEST_F(TwoSquares, WhoseVerticesBearTheClusterNeedNoIndexInMemory) {
+    writeMesh(Neck::Absent);
+    const std::size_t index = kWidth / 4 * (kHeight / 4);
+    for (const bool hasMesh : {true, false}) {
+        writeScene("light_map_layout = \"basis-8\"", hasMesh);
+        expectCooksAndVerifies();
+        const Json map = asset("map");
+        const std::size_t halves = map.at("constants").at("code").size() + map.at("constants").at("residual").size();
+        EXPECT_EQ(map.at("bytes_gpu").get<std::size_t>(), 2 * halves + (hasMesh ? 0 : index));
+        EXPECT_NEAR(map.at("bits_per_texel").get<double>(), 24 + 8.0 * map.at("bytes_gpu").get<double>() / (kWidth * kHeight), 1e-9);
+    }
+}
+
+/// A looser limit takes fewer bits, a tighter one more; what the chosen ones do stays under what was promised of them.
+TEST_F(TwoSquares, BitsAreTheLeastThatKeepATenthOfTheLimit) {
+    writeMesh(Neck::Absent);
+    int bitsBefore = 0;
+    for (const double limit : {0.9, 0.3, 0.05}) {
+        SCOPED_TRACE(limit);
+        writeScene(fmt::format("light_map_layout = \"raw\"\nmax_error = {}", limit));
+        const RunState state;
+        CookOptions options;
+        options.scene = folder_ / "scene.toml";
+        options.output = folder_ / "out";
+        options.cache = folder_ / "cache";
+        const Outcome outcome = cookScene(options, state);
+        ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+        for (const Json& row : outcome.report.at("assets")) {
+            if (row.at("kind") != "mesh") continue;
+            const Json& notes = row.at("notes");
+            const int bits = notes.at("light_map_uv_bits").get<int>() + notes.at("normal_bits").get<int>();
+            EXPECT_GT(bits, bitsBefore);
+            bitsBefore = bits;
+            const double bound = notes.at("bound_of_rel_rms").get<double>();
+            EXPECT_LE(bound, 0.1 * limit);
+            EXPECT_LE(row.at("stages").back().at("error").at("diffuse").at("rel_rms").get<double>(), bound);
+            EXPECT_EQ(asset("room_mesh").at("quantization").at("normal_bits"), notes.at("normal_bits"));
+        }
+    }
+    EXPECT_GT(bitsBefore, 0);
+}
+
+TEST_F(TwoSquares, EveryVertexBearsTheClusterOfItsSquareInDracoAndPlain) {
+    writeMesh(Neck::Absent);
+    for (const char* draco : {"true", "false"}) {
+        SCOPED_TRACE(draco);
+        writeScene(fmt::format("light_map_layout = \"basis-8\"\ndraco = {}", draco));
+        expectCooksAndVerifies();
+        const Json mesh = asset("room_mesh");
+        ASSERT_TRUE(mesh.is_object());
+        EXPECT_EQ(mesh.at("basis"), (Json{{"attribute", "_LIGHTCOOK_BASIS"}, {"light_map", "map"}}));
+        EXPECT_EQ(mesh.at("layout"), std::string(draco) == "true" ? "glb-draco" : "glb");
+        const formats::ClusterMap map = clusterMap();
+        const auto scene = cookedMesh();
+        ASSERT_TRUE(scene);
+        std::size_t vertices = 0;
+        for (const formats::TriangleMesh* primitive : scene->triangleMeshes()) {
+            const formats::MeshAttribute *uv = primitive->find("TEXCOORD_1"), *cluster = primitive->find("_LIGHTCOOK_BASIS");
+            ASSERT_TRUE(uv != nullptr && cluster != nullptr);
+            EXPECT_EQ(cluster->componentType, formats::ComponentType::Uint8);
+            for (std::size_t i = 0; i < uv->vertexCount(); ++i, ++vertices)
+                EXPECT_EQ(cluster->at(i).x, uv->at(i).x < 0.5 ? map.at(20, 24) : map.at(70, 24));
+        }
+        EXPECT_EQ(vertices, 12u);
+    }
+}
+
+TEST_F(TwoSquares, OtherLayoutsHaveNoBasisToName) {
+    writeMesh(Neck::Present);
+    for (const char* layout : {"ratio", "luvw"}) {
+        writeScene(fmt::format("light_map_layout = \"{}\"", layout));
+        expectCooksAndVerifies();
+        EXPECT_FALSE(asset("room_mesh").contains("basis"));
+        EXPECT_FALSE(asset("map").at("source").at("files").contains("mesh")) << "the map's bytes do not hang on it";
+        const auto scene = cookedMesh();
+        ASSERT_TRUE(scene);
+        for (const formats::TriangleMesh* primitive : scene->triangleMeshes()) EXPECT_EQ(primitive->find("_LIGHTCOOK_BASIS"), nullptr);
+    }
+    writeScene("light_map_layout = \"ratio\"\ndraco = false");
+    expectCooksAndVerifies();
+    EXPECT_TRUE(asset("room_mesh").is_null()) << "nothing to write";
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "out" / "room_mesh.glb"));
+}
+
+TEST_F(TwoSquares, AWrongClusterIsFoundByTriangleAndTexel) {
+    writeMesh(Neck::Absent);
+    writeScene("light_map_layout = \"basis-4\"\ndraco = false");
+    expectCooksAndVerifies();
+    breakClusters();
+    const Outcome outcome = verify();
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.errors[0].code, formats::ErrorCode::Verification);
+    EXPECT_THAT(outcome.errors[0].line(), testing::AllOf(HasSubstr("room_mesh.glb"), HasSubstr("found cluster"), HasSubstr("in triangle 0"),
+                                                         HasSubstr("expected"), HasSubstr("at texel (")));
+}
+
+TEST_F(TwoSquares, AManifestThatNamesNoSuchLightMapIsRefused) {
+    writeMesh(Neck::Absent);
+    writeScene("light_map_layout = \"basis-4\"");
+    expectCooksAndVerifies();
+    const Json whole = parseJson(formats::contentOf(folder_ / "out" / kManifestName));
+    const auto verifiedWith = [&](auto&& edit) {
+        Json manifest = whole;
+        for (Json& each : manifest["assets"]) edit(each);
+        writeSealedManifest(folder_ / "out", manifest);
+        const Outcome outcome = verify();
+        return outcome.errors.empty() ? formats::Error{formats::ErrorCode::Internal, "nothing", ""} : outcome.errors[0];
+    };
+    const auto ofMesh = [](const char* key, const Json& value) {
+        return [key, value](Json& each) {
+            if (each.contains("basis")) each["basis"][key] = value;
+        };
+    };
+    EXPECT_THAT(verifiedWith(ofMesh("light_map", "sky")).line(), HasSubstr("found no light map \"sky\" in the manifest"));
+    EXPECT_EQ(verifiedWith(ofMesh("light_map", "sky")).code, formats::ErrorCode::Verification);
+    EXPECT_EQ(verifiedWith(ofMesh("light_map", 7)).code, formats::ErrorCode::FileUnreadable);
+    for (const Json& runs : {Json{0, 5}, Json{0, 1e30}, Json{300, 768}, Json::array()})
+        EXPECT_NE(verifiedWith([&](Json& each) {
+                      if (each["kind"] == "light-map") each["constants"]["index_runs"] = runs;
+                  }).code,
+                  formats::ErrorCode::Internal)
+            << runs;
+}
+
+TEST_F(TwoSquares, TheMeshIsAnInputOfTheLightMapOnlyWhereBasesAreLearned) {
+    writeMesh(Neck::Absent);
+    const auto again = [&](Neck neck) {
+        writeMesh(neck);
+        const Outcome outcome = cook();
+        EXPECT_TRUE(outcome.errors.empty());
+        return outcome.actionsRun;
+    };
+    writeScene("light_map_layout = \"ratio\"");
+    expectCooksAndVerifies();
+    EXPECT_EQ(again(Neck::Present), 3) << "its materials, itself, its verification";
+    writeScene("light_map_layout = \"basis-4\"");
+    expectCooksAndVerifies();
+    EXPECT_EQ(again(Neck::Absent), 4) << "itself, the light map, and their verifications: its materials are known by now";
+    EXPECT_EQ(cook().actionsRun, 0);
+    formats::writeContent(folder_ / "wood.png", "no picture, but one that the mesh names");
+    EXPECT_EQ(cook().actionsRun, 3) << "of a picture the light map knows nothing";
+}
+
+TEST_F(TwoSquares, AMeshAloneBringsTheLightMapThatItsVerticesSpeakOf) {
+    writeMesh(Neck::Present);
+    for (const char* output : {"light_map_layout = \"basis-3\"", "max_error = 0.05"}) {
+        writeScene(output);
+        const Outcome outcome = cook("room_mesh");
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        EXPECT_TRUE(asset("room_mesh").is_object());
+        const bool isLearned = asset("map").is_object() && asset("map").at("layout").get<std::string>().starts_with("basis-");
+        EXPECT_EQ(asset("room_mesh").contains("basis"), isLearned);
+        for (const formats::Error& error : verify().errors) ADD_FAILURE() << error.line();
+    }
+}
+
+TEST_F(TwoSquares, AMeshThatCannotBeReadDoesNotStopALearnedLightMap) {
+    writeScene("light_map_layout = \"basis-4\"");
+    const auto keepGoing = [&] {
+        CookOptions options;
+        options.scene = folder_ / "scene.toml";
+        options.output = folder_ / "out";
+        options.cache = folder_ / "cache";
+        options.keepGoing = true;
+        const RunState state;
+        const Outcome outcome = cookScene(options, state);
+        EXPECT_EQ(outcome.errors.size(), 1u);
+        EXPECT_TRUE(asset("map").is_object());
+        EXPECT_TRUE(asset("room_mesh").is_null());
+    };
+    keepGoing();  // there is none
+    formats::writeContent(folder_ / "room.gltf", "no glTF");
+    keepGoing();
+}
+
+}  // namespace
+}  // namespace pipeline

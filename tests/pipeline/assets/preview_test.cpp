@@ -1,0 +1,53 @@
+#include "pipeline/assets/preview.h"
+
+#include <gtest/gtest.h>
+#include <tbb/parallel_for.h>
+
+#include "formats/environment.h"
+#include "tests/formats/temporary_folder.h"
+
+namespace pipeline {
+namespace {
+
+formats::Image<glm::vec4> differenceOf(const Preview& preview) {
+    const formats::TemporaryFolder folder;
+    ActionOutcome outcome;
+    EXPECT_TRUE(preview.write(folder / "", "map", outcome).has_value());
+    EXPECT_EQ(outcome.files.size(), 3u);
+    auto picture = formats::readImage(folder / "preview/map_difference.png");
+    return std::move(picture->texels);
+}
+
+/// 800 texels are 267 pixels of three: an error at a texel that no pixel stands for is seen all the same, and only there.
+TEST(Preview, NoErrorHidesBetweenPixels) {
+    Preview preview(800, 6, 1);
+    ASSERT_EQ(preview.stride(), 3);
+    ASSERT_FALSE(preview.shows(301, 4));
+    preview.set(301, 4, glm::vec3(1), glm::vec3(2));
+    preview.set(300, 3, glm::vec3(1), glm::vec3(1));
+    preview.set(302, 5, glm::vec3(1), glm::vec3(1));
+    const auto picture = differenceOf(preview);
+    for (int y = 0; y < picture.height(); ++y)
+        for (int x = 0; x < picture.width(); ++x) {
+            const bool isWorst = x == 100 && y == 1;
+            EXPECT_EQ(picture.at(x, y).x > 0.9f, isWorst) << x << ", " << y;
+        }
+}
+
+/// Whoever comes last, the worst stays: pixels are the same however threads meet.
+TEST(Preview, ThreadsMayShareAPixel) {
+    Preview preview(3840, 3840, 0);
+    ASSERT_EQ(preview.stride(), 10);
+    tbb::parallel_for(0, 3840, [&](int y) {
+        for (int x = 0; x < 3840; ++x) preview.set(x, y, glm::vec3(1), glm::vec3(1 + 1e-3f * static_cast<float>((7 * x + 3 * y) % 97)));
+    });
+    const auto picture = differenceOf(preview);
+    Preview again(3840, 3840, 0);
+    for (int y = 3839; y >= 0; --y)
+        for (int x = 0; x < 3840; ++x) again.set(x, y, glm::vec3(1), glm::vec3(1 + 1e-3f * static_cast<float>((7 * x + 3 * y) % 97)));
+    const auto expected = differenceOf(again);
+    EXPECT_TRUE(std::ranges::equal(picture.texels(), expected.texels()));
+}
+
+}  // namespace
+}  // namespace pipeline

@@ -1,0 +1,158 @@
+// Gradients from every kind of source, in every format, and at the edges: cooked and verified, or refused by name.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <limits>
+
+#include "formats/environment.h"
+#include "lighting/sphere.h"
+#include "pipeline/command/convert.h"
+#include "pipeline/graph/files.h"
+#include "tests/formats/temporary_folder.h"
+
+namespace pipeline {
+namespace {
+
+using testing::HasSubstr;
+
+class Rsrm : public testing::Test {
+protected:
+    void write(const std::string& name, int width, int height, const std::function<glm::vec3(int x, int y)>& texel) {
+        formats::Image<glm::vec4> image(width, height);
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) image.at(x, y) = glm::vec4(texel(x, y), 1.0f);
+        ASSERT_TRUE(formats::writeExr(folder_ / name, image.view(), 3));
+    }
+    ConvertOptions options(const std::string& input) {
+        ConvertOptions options;
+        options.converter = "rsrm";
+        options.input = folder_ / input;
+        options.output = folder_ / ("out" + std::to_string(++count_));
+        options.cook.cache = folder_ / "cache";
+        return options;
+    }
+    Json asset(const ConvertOptions& options) {
+        const Outcome outcome = convert(options, state_);
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        return outcome.report.is_object() ? outcome.report.at("assets").at(0) : Json();
+    }
+    std::string refusal(const ConvertOptions& options) {
+        const Outcome outcome = convert(options, state_);
+        EXPECT_FALSE(outcome.errors.empty()) << "expected a refusal";
+        return outcome.errors.empty() ? "" : outcome.errors[0].line();
+    }
+
+    formats::TemporaryFolder folder_;
+    RunState state_;
+    int count_ = 0;
+};
+
+glm::vec3 warm(int x, int) {
+    return (0.2f + 0.01f * static_cast<float>(x)) * glm::vec3(3, 2, 1);
+}
+
+TEST_F(Rsrm, EveryFormatAndTheDitherAreVerified) {
+    write("warm.exr", 64, 1, warm);
+    std::map<std::string, std::uint64_t> bytes;
+    for (const char* format : {"rgba8", "bc7", "bc4"}) {
+        ConvertOptions wanted = options("warm.exr");
+        wanted.rsrmFormat = format;
+        const Json found = asset(wanted);
+        bytes[format] = found.at("bytes_gpu");
+        EXPECT_LT(found.at("measures").at("code_error"), std::string(format) == "rgba8" ? 0.56 : 8) << format;
+        EXPECT_TRUE(found.contains("preview"));
+    }
+    EXPECT_EQ(bytes["rgba8"], 8192u);
+    EXPECT_EQ(bytes["bc7"], 2048u);
+    EXPECT_EQ(bytes["bc4"], 1024u);
+    ConvertOptions dithered = options("warm.exr");
+    dithered.dither = true;
+    const Json found = asset(dithered).at("measures");
+    EXPECT_LT(found.at("code_error"), 1.06);
+    EXPECT_LT(found.at("band_codes"), 0.18);  // an eighth of a code, and what the reference is off
+}
+
+TEST_F(Rsrm, FormatsThatDoNotFitAreRefused) {
+    write("warm.exr", 64, 1, warm);
+    write("many.exr", 64, 1, [](int x, int) { return glm::vec3(1, 0.01f * static_cast<float>(x), 1); });
+    ConvertOptions wanted = options("warm.exr");
+    wanted.rsrmFormat = "bc7";
+    wanted.cook.target = Target::Astc;
+    EXPECT_THAT(refusal(wanted), HasSubstr("found format \"bc7\" with target \"astc\""));
+    wanted.cook.target = Target::Bc;
+    wanted.dither = true;
+    EXPECT_THAT(refusal(wanted), HasSubstr("found dither with format \"bc7\""));
+    ConvertOptions grey = options("many.exr");
+    grey.rsrmFormat = "bc4";
+    EXPECT_THAT(refusal(grey), HasSubstr("zone 0: found a colour of its own, expected one colour"));
+}
+
+TEST_F(Rsrm, PicturesAreSrgbUnlessSaidOtherwise) {
+    formats::Image<glm::u8vec3> painted(32, 1);
+    for (int x = 0; x < 32; ++x) painted.at(x, 0) = glm::u8vec3(188);
+    const auto png = formats::encodePng(painted.view());
+    ASSERT_TRUE(png);
+    ASSERT_TRUE(writeFile(folder_ / "grey.png", *png));
+    const auto srgb = formats::loadGradient(folder_ / "grey.png", {}, formats::GradientEncoding::Auto);
+    const auto linear = formats::loadGradient(folder_ / "grey.png", {}, formats::GradientEncoding::Linear);
+    ASSERT_TRUE(srgb && linear);
+    EXPECT_NEAR((*srgb)[7].x, 0.5029, 1e-4);  // code 188 of the sRGB curve
+    EXPECT_NEAR((*linear)[7].x, 188.0 / 255, 1e-6);
+    EXPECT_LT(asset(options("grey.png")).at("measures").at("code_error"), 0.5);
+    write("bright.exr", 8, 1, [](int x, int) { return glm::vec3(static_cast<float>(x)); });
+    ConvertOptions wanted = options("bright.exr");
+    wanted.encoding = "srgb";
+    EXPECT_THAT(refusal(wanted), HasSubstr("channel R, texel (2, 0): found 2, expected 0 to 1 under the sRGB curve"));
+}
+
+TEST_F(Rsrm, EnvironmentsAreAveragedAroundTheirAxis) {
+    // Bright on one side of the world: symmetric around X, not at all around Y.
+    write("sky.exr", 64, 32, [](int x, int y) {
+        const glm::dvec3 direction = lighting::directionFromEquirectangular({(x + 0.5) / 64, (y + 0.5) / 32});
+        return glm::vec3(static_cast<float>(direction.x > 0 ? 3 : 1));
+    });
+    const auto around = [&](std::vector<double> axis) {
+        ConvertOptions wanted = options("sky.exr");
+        wanted.axis = std::move(axis);
+        wanted.zones = 64;
+        return asset(wanted).at("measures").at("asymmetric_energy").get<double>();
+    };
+    EXPECT_LT(around({1, 0, 0}), 0.01);
+    EXPECT_NEAR(around({0, 1, 0}), 0.2, 0.01);  // mean 2 squared of mean square 5
+    EXPECT_THAT(refusal(options("sky.exr")), HasSubstr("an environment needs an axis"));
+    ConvertOptions wanted = options("sky.exr");
+    wanted.axis = {0, 0, 0};
+    EXPECT_THAT(refusal(wanted), HasSubstr("axis"));
+}
+
+TEST_F(Rsrm, TheEdgesOfNumbersAreCookedOrRefusedByName) {
+    const float denormal = std::numeric_limits<float>::denorm_min();
+    const auto spike = [](float value) { return [value](int x, int) { return glm::vec3(x == 5 ? value : 1.0f); }; };
+    write("black.exr", 256, 1, [](int, int) { return glm::vec3(0); });
+    write("one.exr", 1, 1, [](int, int) { return glm::vec3(0.3f, 2, 1000); });
+    write("denormal.exr", 64, 1, [&](int x, int) { return glm::vec3(x % 2 == 0 ? denormal : 3 * denormal); });
+    write("long.exr", 16384, 1, [](int x, int) { return glm::vec3(1 + std::sin(0.001f * static_cast<float>(x))); });
+    write("huge.exr", 64, 1, [](int x, int) { return glm::vec3(x < 32 ? 1e30f : 5e29f); });
+    write("spike.exr", 64, 1, spike(1e30f));
+    for (const char* name : {"black.exr", "one.exr", "denormal.exr", "long.exr", "huge.exr", "spike.exr"}) {
+        SCOPED_TRACE(name);
+        ConvertOptions wanted = options(name);
+        wanted.exponents = {256, 4096, 65536};
+        const Json found = asset(wanted);
+        EXPECT_LT(found.at("measures").at("code_error"), 0.56);
+        for (const auto& [figure, value] : found.at("measures").items()) EXPECT_TRUE(std::isfinite(value.get<double>())) << figure;
+    }
+    write("negative.exr", 64, 1, spike(-1));
+    EXPECT_THAT(refusal(options("negative.exr")), HasSubstr("negative.exr, channel R, texel (5, 0): found -1, expected a non-negative"));
+    write("nan.exr", 64, 1, spike(NAN));
+    EXPECT_THAT(refusal(options("nan.exr")), HasSubstr("nan.exr, channel R, texel (5, 0): found nan, expected a finite"));
+    ConvertOptions mended = options("nan.exr");
+    mended.repair = true;
+    EXPECT_LT(asset(mended).at("measures").at("code_error"), 0.56);
+}
+
+}  // namespace
+}  // namespace pipeline

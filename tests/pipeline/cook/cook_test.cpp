@@ -1,0 +1,346 @@
+#include "pipeline/cook/cook.h"
+
+#include <gmock/gmock.h>
+#include <tbb/task_arena.h>
+
+#include <set>
+
+#include "pipeline/graph/digest.h"
+#include "pipeline/graph/files.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/report/report.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace pipeline {
+namespace {
+
+using formats::ErrorCode;
+using testing::HasSubstr;
+
+Outcome cook(const CookOptions& options) {
+    const RunState state;
+    return cookScene(options, state);
+}
+
+/// Every file of a folder but the reports (they hold seconds), by name: what has to be the same bytes.
+std::map<std::string, std::string> digestsOf(const std::filesystem::path& folder) {
+    std::map<std::string, std::string> digests;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+        const std::string name = entry.path().lexically_relative(folder).generic_string();
+        if (entry.is_regular_file() && name != kReportName && name != kReportHtmlName) digests[name] = *digestOfFile(entry.path());
+    }
+    return digests;
+}
+
+std::set<std::string> filesIn(const std::filesystem::path& folder) {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) names.insert(entry.path().filename().string());
+    return names;
+}
+
+void expectCooks(const SmallScene& scene, const CookOptions& options) {
+    const Outcome outcome = cook(options);
+    for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+    ASSERT_TRUE(outcome.report.is_object());
+    EXPECT_TRUE(outcome.report.at("passed").get<bool>());
+    for (const char* file : {kManifestName, kReportName, kReportHtmlName, kShaderName})
+        EXPECT_TRUE(std::filesystem::exists(scene / "out" / file)) << file;
+}
+
+using Parts = SmallScene::Parts;
+
+TEST(CookScene, EveryLayoutAndTargetPassesAndIsDescribedInFull) {
+    for (const char* target : {"bc", "astc", "float"})
+        for (const char* layout : {"ratio", "luvw", "raw"}) {
+            SCOPED_TRACE(fmt::format("{} {}", target, layout));
+            const SmallScene scene(Parts::LightMap);
+            scene.writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"", target, layout));
+            expectCooks(scene, scene.options());
+            const auto manifest = readManifest(scene / "out");
+            ASSERT_TRUE(manifest.has_value());
+            EXPECT_EQ(manifest->at("assets").size(), 3u);
+            for (const FileRecord& file : filesOf(*manifest)) EXPECT_EQ(digestOfFile(scene / "out" / file.name), file.digest) << file.name;
+        }
+}
+
+/// Two lamps and a sky: where band 1 points there is no light.
+glm::vec3 twoLamps(const glm::dvec3& direction, const glm::dvec2& place) {
+    const auto lamp = [&](const glm::dvec3& towards) { return std::pow(std::max(0.0, glm::dot(direction, glm::normalize(towards))), 40); };
+    const double first = 9 * lamp({0.7, 0.1, 0.7}), second = (3 + 4 * place.x) * lamp({-0.8, 0.2, 0.4});
+    return glm::vec3(first * glm::dvec3(1, 0.9, 0.7) + second * glm::dvec3(0.6, 0.8, 1) + glm::dvec3(0.05, 0.06, 0.08) * (1 + place.y));
+}
+
+const Json& assetNamed(const Json& report, const std::string& name) {
+    for (const Json& asset : report.at("assets"))
+        if (asset.at("name") == name) return asset;
+    throw std::out_of_range(name);
+}
+
+TEST(CookScene, RefinedDominantLightsExplainMoreAndAreHeldAgainstTheBestLight) {
+    const SmallScene scene(Parts::LightMap, twoLamps);
+    std::map<std::string, double> unexplained;
+    for (const std::string fit : {"closed", "refined", "explained", "refined-ambient"}) {
+        SCOPED_TRACE(fit);
+        formats::writeContent(scene.sceneFile(), fmt::format("schema = 1\nname = \"small\"\n[output]\nlight_map_layout = \"raw\"\n"
+                                                             "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\ndominant_fit = \"{}\"\n",
+                                                             fit));
+        const Outcome outcome = cook(scene.options());
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        const Json& asset = assetNamed(outcome.report, "map_dominant");
+        const Json& notes = asset.at("notes");
+        EXPECT_EQ(notes.at("fit"), fit);
+        EXPECT_EQ(notes.contains("refined"), fit != "closed");
+        if (fit != "closed") {
+            EXPECT_GT(notes.at("refined").get<int>(), 100);
+            EXPECT_GE(notes.at("skipped").get<int>(), 0);
+        }
+        unexplained[fit] = asset.at("measures").at("unexplained_energy_stored").get<double>();
+        EXPECT_NEAR(unexplained[fit], asset.at("measures").at("unexplained_energy_reference").get<double>(), 5e-3);
+        const auto manifest = readManifest(scene / "out");
+        ASSERT_TRUE(manifest.has_value());
+        EXPECT_EQ(assetNamed(*manifest, "map_dominant").at("fit"), fit);
+    }
+    EXPECT_LT(unexplained["refined"], 0.9 * unexplained["closed"]);
+    EXPECT_LT(unexplained["refined-ambient"], unexplained["refined"]);
+}
+
+TEST(CookScene, TheReportHoldsWhatTheProductPromises) {
+    const SmallScene scene(Parts::All);
+    const Outcome outcome = cook(scene.options());
+    ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+    const Json& report = outcome.report;
+    for (const char* key : {"scene", "tool", "passed", "seconds", "peak_rss_bytes", "assets", "skipped", "budget"})
+        EXPECT_TRUE(report.contains(key)) << key;
+    std::uint64_t sum = 0;
+    for (const Json& asset : report.at("assets")) {
+        for (const char* key : {"name", "kind", "width", "height", "bytes_in", "bytes_gpu", "bytes_disk", "bits_per_texel", "layout",
+                                "seconds", "stages", "limit", "passed"})
+            EXPECT_TRUE(asset.contains(key)) << key;
+        sum += asset.at("bytes_gpu").get<std::uint64_t>();
+        ASSERT_FALSE(asset.at("stages").empty());
+        for (const Json& stage : asset.at("stages"))
+            for (const char* kind : {"diffuse", "specular"})
+                for (const char* figure : {"rel_rms", "p99", "max_sampled", "max_bound"})
+                    EXPECT_TRUE(stage.at("error").at(kind).at(figure).is_number()) << asset.at("name") << figure;
+        const Json& error = asset.at("stages").back().at("error");
+        for (const char* kind : {"diffuse", "specular"})
+            EXPECT_LE(error.at(kind).at("max_sampled").get<double>(), error.at(kind).at("max_bound").get<double>()) << asset.at("name");
+    }
+    EXPECT_EQ(report.at("budget").at("used_bytes").get<std::uint64_t>(), sum);
+    EXPECT_GT(report.at("peak_rss_bytes").get<std::uint64_t>(), 1u << 20);
+    EXPECT_EQ(*readReport(scene / "out" / kReportName), report);
+}
+
+TEST(CookScene, OneThreadAndThreeGiveTheSameBytes) {
+    const SmallScene scene(Parts::All);
+    CookOptions options = scene.options();
+    std::vector<std::map<std::string, std::string>> digests;
+    for (const int threads : {1, 3}) {
+        options.output = scene / fmt::format("out{}", threads);
+        options.force = true;
+        tbb::task_arena arena(threads);
+        const Outcome outcome = arena.execute([&] { return cook(options); });
+        ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+        digests.push_back(digestsOf(options.output));
+    }
+    EXPECT_GT(digests[0].size(), 8u);
+    EXPECT_EQ(digests[0], digests[1]);
+}
+
+TEST(CookScene, NothingChangedMeansNothingDoneAndNoFileTouched) {
+    const SmallScene scene(Parts::LightMap);
+    ASSERT_TRUE(cook(scene.options()).errors.empty());
+    std::map<std::filesystem::path, std::filesystem::file_time_type> times;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(scene / "out")) times[entry.path()] = entry.last_write_time();
+    const Outcome again = cook(scene.options());
+    ASSERT_TRUE(again.errors.empty());
+    EXPECT_EQ(again.actionsRun, 0);
+    EXPECT_GT(again.actionsReused, 0);
+    for (const auto& [path, time] : times) EXPECT_EQ(std::filesystem::last_write_time(path), time) << path;
+}
+
+TEST(CookScene, OnlyWhatChangedIsDoneAgain) {
+    const SmallScene scene(Parts::LightMap);
+    const Outcome first = cook(scene.options());
+    scene.writeSceneFile("", "[[material]]\nname = \"*\"\nm = [0.1, 0.5]\n");  // the tables' range as before
+    EXPECT_EQ(cook(scene.options()).actionsRun, 0);
+    scene.writeSceneFile("light_map_layout = \"luvw\"");
+    const Outcome luvw = cook(scene.options());
+    EXPECT_EQ(luvw.actionsRun, 2) << "the light map and its verification";
+    EXPECT_FALSE(std::filesystem::exists(scene / "out" / "map_l0.ktx2")) << "what the manifest no longer names is gone";
+    scene.writeSceneFile("");
+    EXPECT_EQ(cook(scene.options()).actionsRun, 0) << "the cache still knows the first layout";
+    EXPECT_TRUE(std::filesystem::exists(scene / "out" / "map_l0.ktx2"));
+    CookOptions forced = scene.options();
+    forced.force = true;
+    EXPECT_EQ(cook(forced).actionsRun, first.actionsRun);
+}
+
+TEST(CookScene, ALostOrDamagedOutputComesBack) {
+    const SmallScene scene(Parts::All);
+    ASSERT_TRUE(cook(scene.options()).errors.empty());
+    const auto before = digestsOf(scene / "out");
+    std::filesystem::remove(scene / "out" / "probe.ktx2");
+    formats::writeContent(scene / "out" / "sky.ktx2", "damaged");
+    ASSERT_TRUE(cook(scene.options()).errors.empty());
+    EXPECT_EQ(digestsOf(scene / "out"), before);
+}
+
+TEST(CookScene, OnlyLeavesTheOtherAssetsAsTheyWere) {
+    const SmallScene scene(Parts::All);
+    CookOptions options = scene.options();
+    ASSERT_TRUE(cook(options).errors.empty());
+    options.only = "sky";
+    options.force = true;
+    const Outcome outcome = cook(options);
+    ASSERT_TRUE(outcome.errors.empty());
+    EXPECT_EQ(outcome.actionsRun, 2);
+    EXPECT_EQ(readManifest(scene / "out")->at("assets").size(), 5u);
+    EXPECT_EQ(outcome.report.at("assets").size(), 5u);
+}
+
+TEST(CookScene, AFailureLeavesNothingBehind) {
+    const SmallScene scene(Parts::All);
+    std::filesystem::remove(scene / "probe.exr");
+    const auto before = filesIn(scene / "");
+    const Outcome outcome = cook(scene.options());
+    ASSERT_FALSE(outcome.errors.empty());
+    EXPECT_EQ(outcome.errors.front().code, ErrorCode::FileUnreadable);
+    EXPECT_THAT(outcome.errors.front().line(), HasSubstr("probe.exr"));
+    auto after = filesIn(scene / "");
+    after.erase("cache");
+    EXPECT_EQ(after, before);
+}
+
+TEST(CookScene, KeepGoingDoesTheRest) {
+    const SmallScene scene(Parts::All);
+    std::filesystem::remove(scene / "probe.exr");
+    CookOptions options = scene.options();
+    options.keepGoing = true;
+    const Outcome outcome = cook(options);
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.errors.front().code, ErrorCode::FileUnreadable);
+    EXPECT_EQ(readManifest(scene / "out")->at("assets").size(), 4u);
+}
+
+TEST(CookScene, ABoundThatIsNotHeldFailsButIsReported) {
+    const SmallScene scene(Parts::LightMap);
+    CookOptions options = scene.options();
+    options.maxError = 1e-7;
+    const Outcome outcome = cook(options);
+    ASSERT_FALSE(outcome.errors.empty());
+    EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
+    EXPECT_FALSE(outcome.report.at("passed").get<bool>());
+    EXPECT_TRUE(std::filesystem::exists(scene / "out" / kReportName));
+}
+
+TEST(CookScene, AnExceededBudgetFailsButIsReported) {
+    const SmallScene scene(Parts::LightMap);
+    CookOptions options = scene.options();
+    options.budgetBytes = 100;
+    const Outcome outcome = cook(options);
+    ASSERT_FALSE(outcome.errors.empty());
+    EXPECT_EQ(outcome.errors.front().code, ErrorCode::OverBudget);
+    EXPECT_EQ(outcome.report.at("budget").at("limit_bytes"), 100);
+}
+
+TEST(CookScene, AnInterruptIsToldAndLeavesNothing) {
+    const SmallScene scene(Parts::LightMap);
+    RunState state;
+    state.interrupted = true;
+    const Outcome outcome = cookScene(scene.options(), state);
+    ASSERT_FALSE(outcome.errors.empty());
+    EXPECT_EQ(outcome.errors.front().code, ErrorCode::Interrupted);
+    EXPECT_FALSE(std::filesystem::exists(scene / "out"));
+}
+
+TEST(CookScene, TheDepfileNamesEveryInput) {
+    const SmallScene scene(Parts::All);
+    CookOptions options = scene.options();
+    options.depfile = scene / "out.d";
+    ASSERT_TRUE(cook(options).errors.empty());
+    const std::string depfile = *readFile(*options.depfile);
+    EXPECT_THAT(depfile, testing::StartsWith((scene / "out" / kManifestName).string() + ": "));
+    for (const char* input : {"scene.toml", "map.exr", "probe.exr", "sky.exr"}) EXPECT_THAT(depfile, HasSubstr((scene / input).string()));
+}
+
+TEST(CookScene, DdsAndZstdAreWrittenAndVerified) {
+    const SmallScene scene(Parts::LightMap);
+    CookOptions options = scene.options();
+    options.container = formats::Container::Dds;
+    expectCooks(scene, options);
+    EXPECT_TRUE(std::filesystem::exists(scene / "out" / "map_l0.dds"));
+    options.container = formats::Container::Ktx2;
+    options.zstd = true;
+    expectCooks(scene, options);
+    EXPECT_FALSE(std::filesystem::exists(scene / "out" / "map_l0.dds"));
+}
+
+TEST(VerifyCooked, AgreesWithTheCookAndNamesADamagedByte) {
+    const SmallScene scene(Parts::All);
+    const Outcome cooked = cook(scene.options());
+    ASSERT_TRUE(cooked.errors.empty());
+    const RunState state;
+    const VerifyOptions options{scene / "out", {}, {}};
+    const Outcome verified = verifyCooked(options, state);
+    ASSERT_TRUE(verified.errors.empty()) << verified.errors.front().line();
+    for (std::size_t i = 0; i < cooked.report.at("assets").size(); ++i) {
+        const Json& a = cooked.report.at("assets")[i].at("stages").back().at("error");
+        const Json& b = verified.report.at("assets")[i].at("stages").back().at("error");
+        EXPECT_EQ(a, b) << cooked.report.at("assets")[i].at("name");
+    }
+    for (const FileRecord& file : filesOf(*readManifest(scene / "out"))) {
+        std::string content = *readFile(scene / "out" / file.name);
+        content[content.size() / 2] = static_cast<char>(content[content.size() / 2] ^ 1);
+        const std::string whole = *readFile(scene / "out" / file.name);
+        formats::writeContent(scene / "out" / file.name, content);
+        const Outcome damaged = verifyCooked(options, state);
+        ASSERT_EQ(damaged.errors.size(), 1u) << file.name;
+        EXPECT_EQ(damaged.errors[0].code, ErrorCode::Verification);
+        EXPECT_THAT(damaged.errors[0].subject, HasSubstr(file.name));
+        formats::writeContent(scene / "out" / file.name, whole);
+    }
+}
+
+TEST(VerifyCooked, AChangedSourceIsToldAndAManifestOfAnothersMakingIsRefused) {
+    const SmallScene scene(Parts::LightMap);
+    ASSERT_TRUE(cook(scene.options()).errors.empty());
+    const RunState state;
+    const VerifyOptions options{scene / "out", {}, {}};
+    const SmallScene other(Parts::LightMap, grey);
+    std::filesystem::copy_file(other / "map.exr", scene / "map.exr", std::filesystem::copy_options::overwrite_existing);
+    const Outcome stale = verifyCooked(options, state);
+    ASSERT_FALSE(stale.errors.empty());
+    EXPECT_EQ(stale.errors[0].code, ErrorCode::Verification);
+    EXPECT_THAT(stale.errors[0].line(), HasSubstr("the source changed"));
+    formats::writeContent(scene / "out" / kManifestName, R"({"schema": 1, "assets": [{"name": 3}]})");
+    const Outcome broken = verifyCooked(options, state);
+    ASSERT_FALSE(broken.errors.empty());
+    EXPECT_EQ(broken.errors[0].code, ErrorCode::FileUnreadable);
+    EXPECT_EQ(verifyCooked({scene / "nowhere", {}, {}}, state).errors.at(0).code, ErrorCode::FileUnreadable);
+}
+
+TEST(ReconstructLightMap, IsTheBakeWithinTheCooksError) {
+    const SmallScene scene(Parts::LightMap);
+    ASSERT_TRUE(cook(scene.options()).errors.empty());
+    const RunState state;
+    ASSERT_TRUE(reconstructLightMap(scene / "out", "map", scene / "back.exr", state).has_value());
+    const auto bake = formats::LightMapReader::open(scene / "map.exr", {}), back = formats::LightMapReader::open(scene / "back.exr", {});
+    ASSERT_TRUE(bake.has_value() && back.has_value());
+    const auto a = bake->read(0, bake->height()), b = back->read(0, back->height());
+    double error = 0, reference = 0;
+    for (std::size_t t = 0; t < a->sh.texels().size(); ++t)
+        for (std::size_t i = 0; i < 9; ++i) {
+            const glm::dvec3 e = glm::dvec3(b->sh.texels()[t][i]) - glm::dvec3(a->sh.texels()[t][i]);
+            error += glm::dot(e, e);
+            reference += glm::dot(glm::dvec3(a->sh.texels()[t][i]), glm::dvec3(a->sh.texels()[t][i]));
+        }
+    EXPECT_LT(std::sqrt(error / reference), 0.02);
+    const auto unknown = reconstructLightMap(scene / "out", "mop", scene / "no.exr", state);
+    ASSERT_FALSE(unknown.has_value());
+    EXPECT_EQ(unknown.error().code, ErrorCode::InvalidRequest);
+    EXPECT_FALSE(std::filesystem::exists(scene / "no.exr"));
+}
+
+}  // namespace
+}  // namespace pipeline

@@ -1,0 +1,108 @@
+#include "pipeline/graph/cache.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "pipeline/graph/digest.h"
+#include "pipeline/graph/files.h"
+#include "tests/formats/temporary_folder.h"
+
+namespace pipeline {
+namespace {
+
+ActionRecord storeOneFile(const Cache& cache, const std::filesystem::path& folder, const std::string& key, const std::string& content) {
+    EXPECT_TRUE(writeFile(folder / "file", content).has_value());
+    ActionRecord record;
+    record.id = "cook/a";
+    record.result = {{"answer", 42}, {"fraction", 0.1f}};
+    record.seconds = 1.5;
+    record.files = {{"file", *digestOfFile(folder / "file"), content.size()}};
+    EXPECT_TRUE(cache.store(key, record, folder).has_value());
+    return record;
+}
+
+TEST(Cache, GivesBackWhatItWasGiven) {
+    const formats::TemporaryFolder folder;
+    const Cache cache(folder / "cache", 1 << 20);
+    const ActionRecord stored = storeOneFile(cache, folder.path(), "key", "content");
+    const auto found = cache.find("key");
+    ASSERT_TRUE(found.has_value());
+    EXPECT_EQ(found->toJson(), stored.toJson());
+    ASSERT_TRUE(cache.restore(stored.files[0].digest, folder / "back"));
+    EXPECT_EQ(*readFile(folder / "back"), "content");
+    EXPECT_FALSE(cache.find("other key").has_value());
+}
+
+TEST(Cache, ADamagedRecordOrContentIsAMiss) {
+    const formats::TemporaryFolder folder;
+    const Cache cache(folder / "cache", 1 << 20);
+    const ActionRecord stored = storeOneFile(cache, folder.path(), "key", "content");
+    formats::writeContent(folder / "cache" / "cas" / stored.files[0].digest, "CONTENT");
+    EXPECT_FALSE(cache.restore(stored.files[0].digest, folder / "back"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "back"));
+    formats::writeContent(folder / "cache" / "ac" / "key", "{\"id\": 3}");
+    EXPECT_FALSE(cache.find("key").has_value());
+    formats::writeContent(folder / "cache" / "ac" / "key", "not json");
+    EXPECT_FALSE(cache.find("key").has_value());
+}
+
+TEST(Cache, PruningForgetsTheLeastRecentlyUsedFirst) {
+    const formats::TemporaryFolder folder;
+    const Cache cache(folder / "cache", 250);
+    std::vector<std::string> digests;
+    for (const char c : {'a', 'b', 'c'}) {
+        digests.push_back(storeOneFile(cache, folder.path(), std::string(1, c), std::string(100, c)).files[0].digest);
+        std::filesystem::last_write_time(
+            folder / "cache" / "cas" / digests.back(),
+            std::filesystem::file_time_type::clock::now() - std::chrono::hours(10 - static_cast<int>(digests.size())));
+    }
+    EXPECT_TRUE(cache.restore(digests[0], folder / "used again"));
+    cache.prune();
+    EXPECT_TRUE(cache.restore(digests[0], folder / "x"));
+    EXPECT_FALSE(cache.restore(digests[1], folder / "x")) << "the oldest use";
+    EXPECT_TRUE(cache.restore(digests[2], folder / "x"));
+}
+
+TEST(DigestMemo, RemembersUntilTheFileChanges) {
+    const formats::TemporaryFolder folder;
+    const auto file = folder / "file";
+    formats::writeContent(file, "one");
+    {
+        DigestMemo memo(folder / "memo");
+        EXPECT_EQ(memo.of(file), digestOfText("one"));
+        memo.save();
+    }
+    DigestMemo memo(folder / "memo");
+    EXPECT_EQ(memo.of(file), digestOfText("one"));
+    formats::writeContent(file, "two");  // same size
+    EXPECT_EQ(memo.of(file), digestOfText("two"));
+    std::filesystem::remove(file);
+    const auto gone = memo.of(file);
+    ASSERT_FALSE(gone.has_value());
+    EXPECT_EQ(gone.error().code, formats::ErrorCode::FileUnreadable);
+}
+
+TEST(Digest, AMegabyteOfFileAndOfTextAgree) {
+    const formats::TemporaryFolder folder;
+    const std::string content(3'000'001, 'x');
+    formats::writeContent(folder / "file", content);
+    EXPECT_EQ(digestOfFile(folder / "file"), digestOfText(content));
+    EXPECT_EQ(digestOfText("").size(), 32u);
+}
+
+TEST(WriteFileIfChanged, LeavesTheTimesOfAnUnchangedFile) {
+    const formats::TemporaryFolder folder;
+    const auto file = folder / "deep" / "file";
+    ASSERT_TRUE(writeFileIfChanged(file, "one").has_value());
+    const auto old = std::filesystem::file_time_type::clock::now() - std::chrono::hours(1);
+    std::filesystem::last_write_time(file, old);
+    ASSERT_TRUE(writeFileIfChanged(file, "one").has_value());
+    EXPECT_EQ(std::filesystem::last_write_time(file), old);
+    ASSERT_TRUE(writeFileIfChanged(file, "two").has_value());
+    EXPECT_NE(std::filesystem::last_write_time(file), old);
+    EXPECT_EQ(*readFile(file), "two");
+}
+
+}  // namespace
+}  // namespace pipeline

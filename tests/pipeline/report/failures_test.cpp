@@ -1,0 +1,101 @@
+// What is said of an asset that did not pass: in one line, in report.json, on the page, to JUnit and to SARIF.
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "pipeline/manifest/json_shape.h"
+#include "pipeline/report/ci_report.h"
+#include "pipeline/report/failures.h"
+#include "pipeline/report/report.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace pipeline {
+namespace {
+
+using testing::HasSubstr;
+
+class Failures : public testing::Test {
+protected:
+    /// The small scene under limits that nothing keeps.
+    static void SetUpTestSuite() {
+        scene_ = std::make_unique<SmallScene>(SmallScene::Parts::All);
+        scene_->writeSceneFile("max_error = 1e-6\nmax_converter_error = 1e-6\nlight_map_layout = \"basis-3\"",
+                               "[[material]]\nname = \"*\"\nnormal_map = true\nspecular = true\nm = [0.1, 0.5]\nf0 = [0.04, 0.6]\n");
+        const RunState state;
+        outcome_ = std::make_unique<Outcome>(cookScene(scene_->options(), state));
+    }
+    static void TearDownTestSuite() {
+        outcome_.reset();
+        scene_.reset();
+    }
+    static const Json& asset(const std::string& kind) {
+        for (const Json& each : outcome_->report.at("assets"))
+            if (each.at("kind") == kind) return each;
+        throw std::runtime_error("no " + kind);
+    }
+    static inline std::unique_ptr<SmallScene> scene_;
+    static inline std::unique_ptr<Outcome> outcome_;
+};
+
+TEST_F(Failures, NameStageTexelNormalFoundAndAllowedOfEveryKindOfAsset) {
+    for (const char* kind : {"light-map", "dominant", "cubemap", "lut", "rsrm"}) {
+        SCOPED_TRACE(kind);
+        const Json& row = asset(kind);
+        ASSERT_TRUE(row.contains("failures"));
+        const Json& failure = row.at("failures")[0];
+        for (const char* key : {"asset", "kind", "stage", "texel", "normal", "found", "reference", "allowed", "message"})
+            EXPECT_TRUE(failure.contains(key)) << key << " in " << failure.dump(2);
+        const double off = std::abs(failure.value("found", 0.0) - failure.value("reference", 0.0));
+        EXPECT_GT(off, failure.value("allowed", 0.0)) << failure.dump(2);
+        const std::string message = failure.at("message").get<std::string>();
+        for (const char* word : {"texel (", "normal (", ": found ", "allowed "}) EXPECT_THAT(message, HasSubstr(word));
+        EXPECT_TRUE(std::ranges::any_of(outcome_->errors, [&](const auto& error) { return error.line() == message; })) << message;
+    }
+    EXPECT_TRUE(asset("cubemap").at("failures")[0].contains("mip"));
+    EXPECT_TRUE(asset("lut").at("failures")[0].contains("m"));
+    EXPECT_TRUE(asset("dominant").at("failures")[0].contains("view"));
+}
+
+/// The place's own error is the figure that it explains.
+TEST_F(Failures, PlacesOfTheWorstSampleHaveItsError) {
+    int places = 0;
+    for (const Json& row : outcome_->report.at("assets"))
+        for (const Json& stage : row.at("stages"))
+            for (const char* shading : {"diffuse", "specular"}) {
+                const Json& error = stage.at("error").at(shading);
+                for (const auto& [key, figure] : {std::pair("sampled_at", "max_sampled"), std::pair("bound_at", "max_bound")}) {
+                    if (!error.contains(key)) continue;
+                    ++places;
+                    EXPECT_DOUBLE_EQ(error.at(key).value("local", 0.0), error.at(figure).get<double>())
+                        << row.at("name") << ' ' << stage.at("name") << ' ' << shading << ' ' << key;
+                }
+            }
+    EXPECT_GT(places, 20);
+}
+
+TEST_F(Failures, AreToldToJunitSarifAndReadersOfThePage) {
+    const std::string junit = junitReport(outcome_->report, outcome_->errors, "out");
+    for (const char* property : {"asset", "stage", "texel", "normal", "found", "reference", "allowed"})
+        EXPECT_THAT(junit, HasSubstr(fmt::format("<property name=\"{}\" value=", property)));
+    const Json sarif = parseJson(sarifReport(outcome_->report, outcome_->errors));
+    const Json& results = sarif.at("runs")[0].at("results");
+    ASSERT_EQ(results.size(), outcome_->errors.size());
+    for (const Json& result : results) {
+        ASSERT_TRUE(result.contains("properties")) << result.dump(2);
+        for (const char* key : {"asset", "stage", "texel", "normal", "found", "allowed"})
+            EXPECT_TRUE(result.at("properties").contains(key)) << key << " in " << result.dump(2);
+        EXPECT_EQ(result.at("locations")[0].at("logicalLocations")[0].at("name"), result.at("properties").at("asset"));
+    }
+    const std::string page = formats::contentOf(*scene_ / "out/report.html");
+    EXPECT_THAT(page, HasSubstr("worst at texel ("));
+    EXPECT_THAT(page, HasSubstr("largest sample"));
+}
+
+TEST(PlaceWords, TolerateWhatTheyDoNotKnow) {
+    EXPECT_EQ(placeWords(Json()), "");
+    EXPECT_EQ(placeWords(parseJson(R"({"texel": [3, 4.5], "channel": "red", "f0": 0.04})")), "texel (3, 4.5), red, F0 0.04");
+    EXPECT_EQ(placeWords(parseJson(R"({"texel": {"x": 3}, "channel": 7, "normal": ["up"]})")), "channel 7, normal (nan)");
+}
+
+}  // namespace
+}  // namespace pipeline

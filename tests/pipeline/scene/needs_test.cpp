@@ -1,0 +1,125 @@
+#include "pipeline/scene/needs.h"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/cook/plan.h"
+
+namespace pipeline {
+namespace {
+
+Json material(const char* name, bool normalMap, bool specular, double m0, double m1, double f0, double f1) {
+    return {{"name", name}, {"normal_map", normalMap}, {"specular", specular}, {"m", {m0, m1}}, {"f0", {f0, f1}}};
+}
+
+ActionRecord meshWith(std::vector<Json> materials) {
+    ActionRecord record;
+    record.result["materials"] = materials;
+    return record;
+}
+
+Scene sceneWithOneMap() {
+    Scene scene;
+    scene.name = "s";
+    LightMapEntry map;
+    map.name = "map";
+    map.file = "map.exr";
+    scene.lightMaps.push_back(map);
+    scene.probes.push_back({"probe", "probe.exr", std::nullopt});
+    scene.gradients.push_back({"sky", "sky.exr", {1, 16}});
+    return scene;
+}
+
+bool hasAsset(const Plan& plan, const std::string& name) {
+    return std::find(plan.assets.begin(), plan.assets.end(), name) != plan.assets.end();
+}
+
+TEST(ResolveNeeds, NothingKnownMeansEverythingIsNeeded) {
+    const Needs needs = resolveNeeds(sceneWithOneMap(), {});
+    EXPECT_TRUE(needs.specular);
+    EXPECT_TRUE(needs.normalMap);
+    EXPECT_EQ(needs.m.low, 0.1);
+    EXPECT_EQ(needs.f0.high, 0.6);
+}
+
+TEST(ResolveNeeds, TheUnionOfTheMeshsMaterials) {
+    const ActionRecord mesh = meshWith({material("a", false, true, 0.2, 0.3, 0.04, 0.04), material("b", true, true, 0.25, 0.5, 0.02, 0.1),
+                                        material("c", false, false, 1, 1, 0, 1)});
+    const Needs needs = resolveNeeds(sceneWithOneMap(), {&mesh});
+    EXPECT_TRUE(needs.normalMap);
+    EXPECT_EQ(needs.m.low, 0.2);
+    EXPECT_EQ(needs.m.high, 0.5) << "a material that is not specular asks for no roughness";
+    EXPECT_EQ(needs.f0.low, 0.02);
+    EXPECT_EQ(needs.f0.high, 0.1);
+}
+
+TEST(ResolveNeeds, TheSceneFileOverridesTheMesh) {
+    const ActionRecord mesh = meshWith({material("a", true, true, 0.2, 0.3, 0.04, 0.04), material("b", true, true, 0.6, 0.6, 0.04, 0.04)});
+    Scene scene = sceneWithOneMap();
+    scene.materials = {{"*", false, std::nullopt, std::nullopt, std::nullopt}, {"b", std::nullopt, false, std::nullopt, std::nullopt}};
+    const Needs needs = resolveNeeds(scene, {&mesh});
+    EXPECT_FALSE(needs.normalMap);
+    EXPECT_EQ(needs.m.high, 0.3);
+}
+
+TEST(PlanScene, WithoutSpecularThereIsNoDominantLightNoTableNoCubemap) {
+    Scene scene = sceneWithOneMap();
+    scene.materials = {{"*", true, false, std::nullopt, std::nullopt}};
+    const auto plan = planScene(scene, resolveNeeds(scene, {}), {});
+    ASSERT_TRUE(plan.has_value());
+    EXPECT_EQ(plan->assets, (std::vector<std::string>{"map", "sky"}));
+    EXPECT_EQ(plan->actions[0].parameters.at("layout"), "ratio") << "normal maps still need directions";
+    EXPECT_EQ(plan->skipped.size(), 4u) << "dominant light, cubemap, specular rows of the gradient, tables";
+    for (const Skip& skip : plan->skipped) EXPECT_FALSE(skip.why.empty());
+}
+
+TEST(PlanScene, WithoutNormalMapsAndSpecularTheLightMapIsFlat) {
+    Scene scene = sceneWithOneMap();
+    scene.materials = {{"*", false, false, std::nullopt, std::nullopt}};
+    const auto plan = planScene(scene, resolveNeeds(scene, {}), {});
+    ASSERT_TRUE(plan.has_value());
+    EXPECT_EQ(plan->actions[0].parameters.at("layout"), "flat");
+}
+
+TEST(PlanScene, EverythingIsPlannedWhereEverythingIsNeeded) {
+    const Scene scene = sceneWithOneMap();
+    const auto plan = planScene(scene, resolveNeeds(scene, {}), {});
+    ASSERT_TRUE(plan.has_value());
+    for (const char* name : {"map", "map_dominant", "probe", "sky", "specular"}) EXPECT_TRUE(hasAsset(*plan, name)) << name;
+    for (const Action& action : plan->actions) EXPECT_NE(actionFunction(action.kind), nullptr) << action.kind;
+}
+
+TEST(PlanScene, OnlyTakesAnAssetAndWhatDerivesFromIt) {
+    const Scene scene = sceneWithOneMap();
+    PlanOptions options;
+    options.only = "map";
+    const auto plan = planScene(scene, {}, options);
+    ASSERT_TRUE(plan.has_value());
+    EXPECT_EQ(plan->assets, (std::vector<std::string>{"map", "map_dominant"}));
+    options.only = "mop";
+    const auto refused = planScene(scene, {}, options);
+    ASSERT_FALSE(refused.has_value());
+    EXPECT_NE(refused.error().detail.find("nearest is 'map'"), std::string::npos);
+}
+
+TEST(TableRows, CoverTheNeededRoughnessAndNoMore) {
+    for (const Range m : {Range{0.1, 0.5}, Range{0.3, 0.6}, Range{0, 1}, Range{0.25, 0.25}, Range{1, 1}, Range{0.01, 0.02}}) {
+        Needs needs;
+        needs.m = m;
+        const TableRows rows = tableRowsFor(needs);
+        EXPECT_GE(rows.count, 2);
+        EXPECT_LE(rows.first + rows.count, 16);
+        EXPECT_LE(rows.minimumM(), std::max(m.low, 1.0 / 16)) << m.low;
+        EXPECT_GE(rows.maximumM(), m.high) << m.high;
+    }
+    Needs narrow;
+    narrow.m = {0.3, 0.6};
+    EXPECT_EQ(tableRowsFor(narrow).count, 7) << "4/16 .. 10/16";
+}
+
+TEST(Samples, TheRangesEndsAndTheUsualValuesInside) {
+    EXPECT_EQ(samplesOf({0.1, 0.5}, {0.1, 0.25, 0.5}), (std::vector<double>{0.1, 0.25, 0.5}));
+    EXPECT_EQ(samplesOf({0.2, 0.2}, {0.1, 0.25, 0.5}), (std::vector<double>{0.2}));
+}
+
+}  // namespace
+}  // namespace pipeline

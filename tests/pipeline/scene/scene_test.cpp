@@ -1,0 +1,168 @@
+#include "pipeline/scene/scene.h"
+
+#include <gmock/gmock.h>
+
+#include "tests/formats/temporary_folder.h"
+
+namespace pipeline {
+namespace {
+
+using formats::ErrorCode;
+using testing::HasSubstr;
+
+formats::Result<Scene> sceneFromText(const std::string& text) {
+    const formats::TemporaryFolder folder;
+    formats::writeContent(folder / "scene.toml", text);
+    return readScene(folder / "scene.toml");
+}
+
+const std::string kHead = "schema = 1\nname = \"s\"\n";
+
+void expectRefused(const std::string& text, const std::string& place, const std::string& found) {
+    const auto scene = sceneFromText(text);
+    ASSERT_FALSE(scene.has_value()) << text;
+    EXPECT_EQ(scene.error().code, ErrorCode::InvalidRequest);
+    EXPECT_THAT(scene.error().subject, HasSubstr(place.empty() ? "scene.toml" : "scene.toml:" + place));
+    EXPECT_THAT(scene.error().detail, HasSubstr(found));
+    EXPECT_EQ(scene.error().line().find('\n'), std::string::npos) << "one line";
+}
+
+TEST(ReadScene, TablesHaveASectionOfTheirOwn) {
+    const auto scene = sceneFromText(kHead + R"toml([tables]
+views = 12
+rows = 6
+lobe = "ggx"
+normalization = "halo3"
+view_axis = "NoV"
+roughness_axis = "sqrt(m)"
+)toml");
+    ASSERT_TRUE(scene.has_value()) << scene.error().line();
+    EXPECT_EQ(scene->tables.viewCount, 12);
+    EXPECT_EQ(scene->tables.roughnessCount, 6);
+    EXPECT_EQ(scene->tables.lobe, "ggx");
+    EXPECT_EQ(scene->tables.normalization, "halo3");
+    EXPECT_EQ(scene->tables.viewAxis, "NoV");
+    EXPECT_EQ(scene->tables.roughnessAxis, "sqrt(m)");
+    EXPECT_EQ(sceneFromText(kHead)->tables.viewAxis, "auto");
+    expectRefused(kHead + "[tables]\nlobes = \"ggx\"\n", "4:1", "nearest is 'lobe'");
+    expectRefused(kHead + "[tables]\nview_axes = \"NoV\"\n", "4:1", "nearest is 'view_axis'");
+    expectRefused(kHead + "[tables]\nviews = 1\n", "4:9", "expected an integer from 2 to 1024");
+    expectRefused(kHead + "[tables]\nrows = 2000\n", "4:8", "expected an integer from 1 to 1024");
+    expectRefused(kHead + "[tables]\nview_axis = \"m\"\n", "4:13", "expected one of: ");
+    expectRefused(kHead + "[tables]\nlobe = \"phong\"\nnormalization = \"halo3\"\n", "5:17", "the only one of a Phong lobe");
+    expectRefused(kHead + "tables = 3\n", "3:10", "expected a table [tables]");
+}
+
+TEST(ReadScene, TheFixedNamesAreUnderstood) {
+    const auto scene = sceneFromText(R"(
+schema = 1
+name = "cornell"
+[output]
+target = "astc"
+max_error = 0.02
+budget = "2 MiB"
+[color]
+source = "acescg"
+working = "lin_rec709"
+[[light_map]]
+name = "lightmap"
+file = "maps/a.exr"
+layout = "sh9"
+phase = "condon-shortley"
+frame = "tangent"
+quantity = "irradiance"
+light_units = "game"
+mesh = "a.glb"
+dominant_fit = "refined-ambient"
+[[probe]]
+name = "probe0"
+file = "p.exr"
+sh = "p.json"
+[[gradient]]
+name = "sky"
+file = "g.exr"
+exponents = [1, 4, 16]
+[[material]]
+name = "*"
+normal_map = true
+specular = false
+m = [0.1, 0.5]
+f0 = [0.04, 0.6]
+)");
+    ASSERT_TRUE(scene.has_value()) << scene.error().line();
+    EXPECT_EQ(scene->output.target, Target::Astc);
+    EXPECT_EQ(scene->output.maxError, 0.02);
+    EXPECT_EQ(scene->output.budgetBytes, 2u << 20);
+    ASSERT_EQ(scene->lightMaps.size(), 1u);
+    EXPECT_EQ(scene->lightMaps[0].file, scene->directory / "maps/a.exr");
+    EXPECT_EQ(scene->lightMaps[0].description.phase, formats::ShPhase::CondonShortley);
+    EXPECT_EQ(scene->lightMaps[0].description.frame, formats::ShFrame::Tangent);
+    EXPECT_EQ(scene->lightMaps[0].description.quantity, formats::ShQuantity::Irradiance);
+    EXPECT_EQ(scene->lightMaps[0].description.lightUnits, formats::LightUnits::Game);
+    EXPECT_EQ(scene->lightMaps[0].description.colors.source, "acescg");
+    EXPECT_EQ(scene->lightMaps[0].mesh, scene->directory / "a.glb");
+    EXPECT_EQ(scene->lightMaps[0].dominantFit, "refined-ambient");
+    EXPECT_EQ(scene->probes[0].sh, scene->directory / "p.json");
+    EXPECT_EQ(scene->gradients[0].exponents, (std::vector<double>{1, 4, 16}));
+    EXPECT_EQ(scene->materials[0].specular, false);
+    EXPECT_EQ(scene->materials[0].m->high, 0.5);
+}
+
+TEST(ReadScene, AnUnknownKeyIsRefusedWithItsPlaceAndTheNearestKnownOne) {
+    expectRefused(kHead + "[output]\ntargt = \"bc\"\n", "4:1", "unknown key 'targt' in output");
+    expectRefused(kHead + "[output]\ntargt = \"bc\"\n", "4:1", "nearest is 'target'");
+    expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\nphse = \"none\"\n", "6:1", "nearest is 'phase'");
+    expectRefused(kHead + "[[lightmap]]\nname = \"a\"\n", "3:", "nearest is 'light_map'");
+}
+
+TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
+    expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\ndominant_fit = \"best\"\n",
+                  "6:", "expected one of: closed, refined, explained, refined-ambient");
+    for (const char* limit : {"0.5", "-1", "nan", "inf"})
+        expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\nfirefly_limit = " + limit + "\n",
+                      "6:", "expected a number from 1, or 0 to believe all");
+    expectRefused("schema = 2\nname = \"s\"\n", "1:", "found schema 2, expected 1");
+    expectRefused("name = \"s\"\n", "1:", "found no key 'schema'");
+    expectRefused(kHead + "[output]\ntarget = \"etc2\"\n", "4:10", "found 'etc2' for output.target, expected one of: bc, astc, float");
+    expectRefused(kHead + "[output]\nmax_error = -1\n", "4:", "found -1 for output.max_error");
+    expectRefused(kHead + "[output]\nmax_error = nan\n", "4:", "expected a positive fraction");
+    expectRefused(kHead + "[output]\nbudget = \"2 MiBs\"\n", "4:", "found '2 MiBs'");
+    expectRefused(kHead + "[output]\neffort = 10\n", "4:", "found 10 for output.effort");
+    expectRefused(kHead + "[output]\ncontainer = \"dds\"\nzstd = true\n", "5:", "DDS has no supercompression");
+    expectRefused(kHead + "[[material]]\nname = \"*\"\nm = [0.5, 0.1]\n", "5:", "expected [low, high]");
+    expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\naxis = [0, 0, 0]\n",
+                  "6:", "a direction [x, y, z] other than zero");
+    expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\nzones = 64\n", "6:", "zones without an axis");
+    expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\naxis = [0, 1, 0]\nzones = 5000\n", "7:", "expected 1 to 4096");
+    expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\naxis = [0, 1, 0]\nencoding = \"srgb\"\n",
+                  "7:", "painted gradients alone");
+    expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\nformat = \"bc5\"\n", "6:", "rgba8, bc7, bc4");
+    expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\nexponents = [0.5]\n", "6:", "increasing Phong exponents");
+    expectRefused(kHead + "[[probe]]\nname = \"../p\"\nfile = \"p.exr\"\n", "4:", "found the name '../p'");
+    expectRefused(kHead + "[[probe]]\nname = \"p\"\nfile = 3\n", "5:", "found the integer 3 for probe.file, expected a path");
+    expectRefused(kHead + "[output\n", "3:", "syntax error");
+}
+
+TEST(ReadScene, TwoAssetsOfOneNameAreRefused) {
+    expectRefused(kHead + "[[probe]]\nname = \"a\"\nfile = \"a.exr\"\n[[gradient]]\nname = \"a\"\nfile = \"b.exr\"\n", "",
+                  "found the name 'a' twice");
+}
+
+TEST(ReadScene, AMissingFileIsABadSceneFile) {
+    const auto scene = readScene("/nowhere/scene.toml");
+    ASSERT_FALSE(scene.has_value());
+    EXPECT_EQ(scene.error().code, ErrorCode::InvalidRequest);
+    EXPECT_THAT(scene.error().subject, HasSubstr("/nowhere/scene.toml"));
+}
+
+TEST(ParseByteCount, UnitsAreWhatTheySay) {
+    EXPECT_EQ(parseByteCount("4096", ""), 4096u);
+    EXPECT_EQ(parseByteCount("2 MiB", ""), 2u << 20);
+    EXPECT_EQ(parseByteCount("1.5 GB", ""), 1'500'000'000u);
+    EXPECT_EQ(parseByteCount("512KiB", ""), 512u << 10);
+    for (const char* bad : {"", "MiB", "-1", "1 mib", "1e30 GiB", "nan", "2 MiB x"})
+        EXPECT_FALSE(parseByteCount(bad, "budget").has_value()) << bad;
+}
+
+}  // namespace
+}  // namespace pipeline

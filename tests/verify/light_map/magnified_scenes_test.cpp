@@ -1,0 +1,479 @@
+// The public scenes between their texels: random shadings (place, normal, view, roughness, F0) through a sampler that takes every liberty
+// it has, each held against what the verifier proved of its quad. Filtered and shaded here, in lanes and on all cores. LIGHTCOOK_SOAK=1
+// runs a thousand million of them, and says how far above the worst that a dense search finds the bounds are.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <numeric>
+#include <thread>
+
+#include "lighting/brdf.h"
+#include "lighting/radiometry.h"
+#include "lighting/sphere.h"
+#include "tests/verify/cooked_light_map.h"
+#include "verify/error/random.h"
+#include "verify/light_map/layouts.h"
+
+namespace {
+
+using compress::LightMapLayout;
+using lighting::ShDouble;
+using test::Cooked;
+using verify::Random;
+
+constexpr std::size_t kCount = lighting::kShCount, kLanes = 16;
+constexpr double kLowM = 0.1, kHighM = 0.5, kLowF0 = 0.04, kHighF0 = 0.6;
+
+/// Work of all cores: body(index) for each of `count`.
+template <class Body>
+void onAllCores(std::size_t count, Body body) {
+    std::atomic<std::size_t> next{0};
+    std::vector<std::jthread> threads;
+    for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i)
+        threads.emplace_back([&] {
+            for (std::size_t index = next++; index < count; index = next++) body(index);
+        });
+}
+
+ShDouble normalRow(const glm::dvec3& normal) {
+    ShDouble row = lighting::evaluateBasis(normal);
+    for (std::size_t k = 0; k < kCount; ++k) row[k] *= lighting::kExitRadianceBands[static_cast<std::size_t>(lighting::kShBand[k])];
+    return row;
+}
+
+lighting::AreaSpecularKernel kernelAt(double NoV, double m) {
+    return lighting::integrateAreaSpecular(NoV, m, lighting::NormalDistribution::Beckmann, lighting::CookTorranceNormalization::Energy, 48);
+}
+ShDouble atF0(const lighting::AreaSpecularKernel& kernel, double f0) {
+    ShDouble sum;
+    for (std::size_t k = 0; k < kCount; ++k) sum[k] = f0 * kernel.c[k] + (1 - f0) * kernel.d[k];
+    return sum;
+}
+/// In a random frame: any normal, any view around it.
+ShDouble turned(const ShDouble& row, Random& random) {
+    const glm::dvec3 normal = random.direction(), tangent = glm::normalize(glm::cross(normal, random.direction()));
+    return lighting::ShRotation(glm::dmat3(tangent, glm::cross(normal, tangent), normal)).apply(row);
+}
+
+/// Factors of the nine coefficients of light, in the world's frame, by coefficient.
+class Shadings {
+public:
+    static constexpr std::size_t kRows = 1 << 15;
+    static const Shadings& get() {
+        static const Shadings kShadings;
+        return kShadings;
+    }
+    std::array<std::vector<float>, kCount> diffuse, specular;
+    static ShDouble rowOf(const std::array<std::vector<float>, kCount>& rows, std::size_t at) {
+        ShDouble row;
+        for (std::size_t k = 0; k < kCount; ++k) row[k] = static_cast<double>(rows[k][at]);
+        return row;
+    }
+
+private:
+    Shadings() {
+        for (auto* rows : {&diffuse, &specular})
+            for (auto& row : *rows) row.resize(kRows);
+        constexpr std::size_t kKernels = 2048;
+        onAllCores(kKernels, [&](std::size_t index) {
+            Random random(100 + index);
+            const double m = kLowM + (kHighM - kLowM) * random.next(),
+                         NoV = std::max(1e-3, index % 8 == 0 ? 0.01 * random.next() : random.next());
+            const auto kernel = kernelAt(NoV, m);
+            for (std::size_t at = index; at < kRows; at += kKernels) {
+                const double f0 =
+                    random.next() < 0.3 ? (random.next() < 0.5 ? kLowF0 : kHighF0) : kLowF0 + (kHighF0 - kLowF0) * random.next();
+                const ShDouble glossy = turned(atF0(kernel, f0), random), white = normalRow(random.direction());
+                for (std::size_t k = 0; k < kCount; ++k) {
+                    specular[k][at] = static_cast<float>(glossy[k]);
+                    diffuse[k][at] = static_cast<float>(white[k]);
+                }
+            }
+        });
+    }
+};
+
+/// A place between four texels, with the decode that a surface there brings along.
+struct Quad {
+    int x, y;
+};
+
+/// Error and reference of the three channels.
+struct Light {
+    shaders::LcSh error, reference;
+};
+
+/// A cooked map and everything about its quads.
+class Map {
+public:
+    Map(const std::filesystem::path& file, LightMapLayout layout, int effort) : cooked_(cook(file, layout, effort)) {
+        const auto any = verify::layouts::layoutOf(cooked_.map);
+        layout_ = *any;
+        for (int y = 0; y + 1 < cooked_.map.height; ++y)
+            for (int x = 0; x + 1 < cooked_.map.width; ++x)
+                if (covered(x, y) && covered(x + 1, y) && covered(x, y + 1) && covered(x + 1, y + 1)) quads.push_back({x, y});
+        for (std::size_t t = 0; t < cooked_.texels.textures.size(); ++t) {
+            const verify::FormatFreedom freedom = verify::freedomOf(cooked_.map.formats[t]);
+            for (std::size_t layer = 0; layer < cooked_.texels.textures[t].size(); ++layer) {
+                layers_.push_back(&cooked_.texels.textures[t][layer]);
+                spans_.push_back(&cooked_.texels.spans[t][layer]);
+                freedom_.push_back(freedom);
+            }
+        }
+        verify::LightMapShading shading;
+        shading.m = {kLowM, kHighM};
+        shading.f0 = {kLowF0, kHighF0};
+        shading.normalCount = shading.viewCount = 1;
+        verifier_ = std::make_unique<verify::LightMapVerifier>(cooked_.verifier(shading, {}));
+        verify::CookedLightMap ideal = cooked_.map;
+        ideal.formats.clear();
+        ideal_ = std::make_unique<verify::LightMapVerifier>(
+            std::move(*verify::LightMapVerifier::create(ideal, shading, verify::LightMapSampling{}, cooked_.key)));
+    }
+    verify::LightMapVerifier::QuadBound bound(const Quad& quad) const {
+        return verifier_->boundQuad(cooked_.texels, cooked_.reference, quad.x, quad.y);
+    }
+    verify::LightMapVerifier::QuadBound idealBound(const Quad& quad) const {
+        return ideal_->boundQuad(cooked_.texels, cooked_.reference, quad.x, quad.y);
+    }
+    double key() const { return cooked_.key; }
+
+    /// The light at a place, in units of the key, when the sampler's fractions are off by `shift` texels and its filtered values by
+    /// liberty(layer, channel) in [-1, 1] of what they may.
+    template <class Liberty>
+    Light lightAt(const Quad& quad, int corner, const glm::vec2& place, const glm::vec2& shift, Liberty&& liberty) const {
+        Light light;
+        const auto perKey = static_cast<float>(1 / cooked_.key);
+        const glm::vec2 seen = glm::clamp(place + shift, 0.0f, 1.0f);
+        std::visit(
+            [&](const auto& layout) {
+                verify::layouts::Texels<std::decay_t<decltype(layout)>::kLayers> texels{};
+                for (std::size_t layer = 0; layer < texels.size(); ++layer) {
+                    const auto& image = *layers_[layer];
+                    texels[layer] = blend(quad, seen, [&](int x, int y) { return image.at(x, y); });
+                    const glm::vec4 most = mostAt(layer, quad);
+                    for (int channel = 0; channel < 4; ++channel) texels[layer][channel] += liberty(layer, channel) * most[channel];
+                }
+                light.error = verify::layouts::decodeAt(layout, quad.x + corner % 2, quad.y + corner / 2).decode(texels);
+            },
+            layout_);
+        for (std::size_t k = 0; k < kCount; ++k) {
+            light.reference.c[k] = perKey * blend(quad, place, [&](int x, int y) { return cooked_.reference.sh.at(x, y)[k]; });
+            light.error.c[k] = perKey * light.error.c[k] - light.reference.c[k];
+        }
+        return light;
+    }
+    std::size_t layerCount() const { return layers_.size(); }
+    std::vector<Quad> quads;
+
+private:
+    static Cooked cook(const std::filesystem::path& file, LightMapLayout layout, int effort) {
+        const auto reader = formats::LightMapReader::open(file, {});
+        EXPECT_TRUE(reader.has_value());
+        auto band = reader->read(0, reader->height());
+        EXPECT_TRUE(band.has_value());
+        return test::cook(std::move(*band), layout, compress::LightMapTarget::Bc, effort);
+    }
+    bool covered(int x, int y) const { return cooked_.reference.covered.at(x, y) != 0; }
+    template <class Get>
+    static auto blend(const Quad& q, const glm::vec2& p, Get&& get) {
+        return (1 - p.y) * ((1 - p.x) * get(q.x, q.y) + p.x * get(q.x + 1, q.y)) +
+               p.y * ((1 - p.x) * get(q.x, q.y + 1) + p.x * get(q.x + 1, q.y + 1));
+    }
+    /// What a filtered value of the layer may be off in the quad.
+    glm::vec4 mostAt(std::size_t layer, const Quad& quad) const {
+        const verify::FormatFreedom& freedom = freedom_[layer];
+        glm::vec4 span(0), largest(0);
+        for (int i = 0; i < 4; ++i) {
+            const int x = quad.x + i % 2, y = quad.y + i / 2;
+            largest = glm::max(largest, glm::abs(layers_[layer]->at(x, y)));
+            if (freedom.hasSpans()) span = glm::max(span, spans_[layer]->at(x / 4, y / 4));
+        }
+        // Each texel may be off, so that their mean may; then the filter.
+        return freedom.decoded + freedom.perSpan * span + freedom.absolute + freedom.relative * largest;
+    }
+
+    Cooked cooked_;
+    verify::layouts::Layout layout_;
+    std::vector<const formats::Image<glm::vec4>*> layers_, spans_;
+    std::vector<verify::FormatFreedom> freedom_;
+    std::unique_ptr<verify::LightMapVerifier> verifier_, ideal_;
+};
+
+/// Shades light by kLanes * count rows from `first` on; the largest local error.
+float shadedMost(const Light& light, const std::array<std::vector<float>, kCount>& rows, std::size_t first, std::size_t count) {
+    float most[kLanes] = {};
+    for (int channel = 0; channel < 3; ++channel)
+        for (std::size_t at = first; at < first + count * kLanes; at += kLanes) {
+            float error[kLanes] = {}, reference[kLanes] = {};
+            for (std::size_t k = 0; k < kCount; ++k) {
+                const float e = light.error.c[k][channel], r = light.reference.c[k][channel];
+                const float* row = rows[k].data() + at;
+                for (std::size_t lane = 0; lane < kLanes; ++lane) {
+                    error[lane] += e * row[lane];
+                    reference[lane] += r * row[lane];
+                }
+            }
+            for (std::size_t lane = 0; lane < kLanes; ++lane)
+                most[lane] = std::max(most[lane], std::abs(error[lane]) / (std::abs(reference[lane]) + 0.02f));
+        }
+    return *std::max_element(most, most + kLanes);
+}
+
+struct Tally {
+    std::int64_t shadings = 0, above = 0;
+    double nearest = 0, seconds = 0;
+};
+
+/// Random shadings of random quads: of each, some places, and at each some of every kind.
+Tally shadeAtRandom(const Map& map, std::int64_t shadings, std::uint64_t seed) {
+    constexpr std::size_t kPlacesAQuad = 256, kGroups = 2;
+    constexpr std::int64_t kAQuad = static_cast<std::int64_t>(kPlacesAQuad * kGroups * kLanes * 2);
+    const Shadings& rows = Shadings::get();
+    const auto start = std::chrono::steady_clock::now();
+    std::atomic<std::int64_t> above{0}, done{0};
+    std::atomic<double> nearest{0};
+    onAllCores(static_cast<std::size_t>((shadings + kAQuad - 1) / kAQuad), [&](std::size_t index) {
+        Random random(seed * 1000003 + index);
+        const Quad quad = map.quads[static_cast<std::size_t>(random.next() * static_cast<double>(map.quads.size()))];
+        const auto bound = map.bound(quad);
+        double worst = 0;
+        for (std::size_t i = 0; i < kPlacesAQuad; ++i) {
+            const auto number = [&] { return static_cast<float>(random.next()); };
+            const glm::vec2 place(number(), number()), shift = (2.0f * glm::vec2(number(), number()) - 1.0f) / 256.0f;
+            // An ideal sampler, one that is off by chance, and one that is off as far as it may be.
+            const int kind = static_cast<int>(i % 3);
+            const Light light = map.lightAt(quad, random.below(4), place, kind == 0 ? glm::vec2(0) : shift, [&](std::size_t, int) {
+                const float liberty = 2 * number() - 1;
+                return kind == 0 ? 0 : kind == 1 ? liberty : liberty < 0 ? -1.0f : 1.0f;
+            });
+            const auto first = [&] {
+                return static_cast<std::size_t>(random.below(static_cast<int>(Shadings::kRows / kLanes - kGroups))) * kLanes;
+            };
+            const double diffuse = static_cast<double>(shadedMost(light, rows.diffuse, first(), kGroups));
+            const double specular = static_cast<double>(shadedMost(light, rows.specular, first(), kGroups));
+            if (!(diffuse <= bound.diffuse) || !(specular <= bound.specular)) ++above;
+            if (bound.diffuse > 0) worst = std::max(worst, diffuse / bound.diffuse);
+            if (bound.specular > 0) worst = std::max(worst, specular / bound.specular);
+        }
+        done += kAQuad;
+        double before = nearest;
+        while (before < worst && !nearest.compare_exchange_weak(before, worst)) {
+        }
+    });
+    return {done, above, nearest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
+}
+
+// ---- how far above ----
+
+double localError(const Light& light, const ShDouble& row) {
+    double most = 0;
+    for (int channel = 0; channel < 3; ++channel) {
+        double error = 0, reference = 0;
+        for (std::size_t k = 0; k < kCount; ++k) {
+            error += row[k] * static_cast<double>(light.error.c[k][channel]);
+            reference += row[k] * static_cast<double>(light.reference.c[k][channel]);
+        }
+        most = std::max(most, std::abs(error) / (std::abs(reference) + 0.02));
+    }
+    return most;
+}
+
+/// Looks for the worst of a quad: over places and shadings, then over the liberties of a sampler, in turn.
+template <class Perturb>
+class Search {
+public:
+    Search(const Map& map, const Quad& quad, const std::array<std::vector<float>, kCount>& rows, Perturb perturb, Random& random)
+        : map_(map), quad_(quad), rows_(rows), perturb_(perturb), random_(random), liberties_(4 * map.layerCount(), 0.0f) {}
+
+    struct Found {
+        double ideal = 0, free = 0;
+    };
+    Found run() {
+        for (int corner = 0; corner < 4; ++corner)
+            for (int i = 0; i < 25; ++i) tryRows(corner, glm::vec2(static_cast<float>(i % 5) / 4, static_cast<float>(i / 5) / 4));
+        climb(300);
+        const double ideal = best_.most;
+        for (int round = 0; round < 4; ++round) {
+            takeLiberties();
+            for (int i = 0; i < 9; ++i) tryRows(best_.corner, glm::vec2(static_cast<float>(i % 3) / 2, static_cast<float>(i / 3) / 2));
+            climb(150);
+        }
+        takeLiberties();
+        return {ideal, best_.most};
+    }
+
+private:
+    struct Candidate {
+        double most = 0;
+        int corner = 0;
+        glm::vec2 place{0};
+        ShDouble row{};
+    };
+    Light lightAt(const Candidate& candidate) const {
+        return map_.lightAt(quad_, candidate.corner, candidate.place, shift_,
+                            [&](std::size_t layer, int channel) { return liberties_[4 * layer + static_cast<std::size_t>(channel)]; });
+    }
+    void tryRows(int corner, const glm::vec2& place) {
+        const Light light = lightAt({0, corner, place, {}});
+        for (std::size_t first = 0; first < 2048; first += kLanes) {
+            if (static_cast<double>(shadedMost(light, rows_, first, 1)) <= best_.most) continue;
+            for (std::size_t at = first; at < first + kLanes; ++at) {
+                const ShDouble row = Shadings::rowOf(rows_, at);
+                const double most = localError(light, row);
+                if (most > best_.most) best_ = {most, corner, place, row};
+            }
+        }
+    }
+    void climb(int steps) {
+        double reach = 0.5;
+        for (int step = 0; step < steps; ++step, reach *= std::pow(0.01, 1.0 / steps)) {
+            Candidate next = best_;
+            const auto off = [&] { return static_cast<float>(reach * (random_.next() - 0.5)); };
+            next.place = glm::clamp(next.place + glm::vec2(off(), off()), 0.0f, 1.0f);
+            next.row = perturb_(next.row, reach);
+            next.most = localError(lightAt(next), next.row);
+            if (next.most > best_.most) best_ = next;
+        }
+    }
+    void takeLiberties() {
+        const auto tryBoth = [&](float& liberty, float most) {
+            for (const float way : {-most, most}) {
+                const float before = std::exchange(liberty, way);
+                const double found = localError(lightAt(best_), best_.row);
+                if (found > best_.most)
+                    best_.most = found;
+                else
+                    liberty = before;
+            }
+        };
+        tryBoth(shift_.x, 1.0f / 256);
+        tryBoth(shift_.y, 1.0f / 256);
+        for (float& liberty : liberties_) tryBoth(liberty, 1);
+    }
+
+    const Map& map_;
+    const Quad& quad_;
+    const std::array<std::vector<float>, kCount>& rows_;
+    Perturb perturb_;
+    Random& random_;
+    Candidate best_;
+    glm::vec2 shift_{0};
+    std::vector<float> liberties_;
+};
+
+double medianOf(std::vector<double> values) {
+    std::ranges::sort(values);
+    return values.empty() ? 0 : values[values.size() / 2];
+}
+
+struct Tightness {
+    double diffuseIdeal, diffuse, specularIdeal, specular;
+};
+Tightness tightness(const Map& map, std::size_t quadCount) {
+    std::vector<std::array<double, 4>> ratios(quadCount);
+    const Shadings& rows = Shadings::get();
+    onAllCores(quadCount, [&](std::size_t index) {
+        Random random(77 + index);
+        const Quad quad = map.quads[static_cast<std::size_t>(random.next() * static_cast<double>(map.quads.size()))];
+        const auto bound = map.bound(quad), ideal = map.idealBound(quad);
+        const auto small = [&](double reach) {
+            const glm::dvec3 axis = random.direction();
+            const double angle = reach * (random.next() - 0.5), c = std::cos(angle), s = std::sin(angle);
+            glm::dmat3 turn(0);
+            for (int i = 0; i < 3; ++i) {
+                glm::dvec3 e(0);
+                e[i] = 1;
+                turn[i] = c * e + s * glm::cross(axis, e) + (1 - c) * glm::dot(axis, e) * axis;
+            }
+            return lighting::ShRotation(turn);
+        };
+        const auto turn = [&](const ShDouble& row, double reach) { return small(reach).apply(row); };
+        const auto diffuse = Search(map, quad, rows.diffuse, turn, random).run(),
+                   specular = Search(map, quad, rows.specular, turn, random).run();
+        ratios[index] = {ideal.diffuse / diffuse.ideal, bound.diffuse / diffuse.free, ideal.specular / specular.ideal,
+                         bound.specular / specular.free};
+    });
+    const auto median = [&](std::size_t which) {
+        std::vector<double> values;
+        for (const auto& each : ratios)
+            if (std::isfinite(each[which])) values.push_back(each[which]);
+        return medianOf(std::move(values));
+    };
+    return {median(0), median(1), median(2), median(3)};
+}
+
+// ---- the tests ----
+
+std::filesystem::path fileOf(const std::string& scene) {
+    return std::filesystem::path(LIGHTCOOK_SHARED_DATA) / "scenes" / (scene + "_lightmap.exr");
+}
+
+void expectWithinTheBound(const std::string& scene, LightMapLayout layout, int effort, std::int64_t shadings) {
+    if (!std::filesystem::exists(fileOf(scene))) GTEST_SKIP() << "the shared scenes are not here";
+    const Map map(fileOf(scene), layout, effort);
+    const Tally tally = shadeAtRandom(map, shadings, 23);
+    EXPECT_EQ(tally.above, 0) << scene << ' ' << compress::lightMapLayoutName(layout);
+    // A bound that nothing comes near would hold anything.
+    EXPECT_GT(tally.nearest, 0.1);
+    fmt::print("{:8} {:11} {:.3g} shadings, {:.1f} s, {:.3g} a second, {} above, nearest {:.2f} of its bound\n", scene,
+               compress::lightMapLayoutName(layout), static_cast<double>(tally.shadings), tally.seconds,
+               static_cast<double>(tally.shadings) / tally.seconds, tally.above, tally.nearest);
+}
+
+using SceneAndLayout = std::tuple<const char*, LightMapLayout>;
+std::string nameOf(const testing::TestParamInfo<SceneAndLayout>& tested) {
+    std::string name = std::string(std::get<0>(tested.param)) + "_" + std::string(compress::lightMapLayoutName(std::get<1>(tested.param)));
+    std::ranges::replace(name, '-', '_');
+    return name;
+}
+constexpr auto kScenes = {"cornell", "interior", "outdoor", "zdm2_sun"};
+
+class MagnifiedScenes : public testing::TestWithParam<SceneAndLayout> {};
+TEST_P(MagnifiedScenes, NoShadingExceedsTheBoundOfItsQuad) {
+    expectWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 1, 2'000'000);
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, MagnifiedScenes,
+                         testing::Combine(testing::ValuesIn(kScenes), testing::Values(LightMapLayout::Ratio, LightMapLayout::Basis4)),
+                         nameOf);
+
+class MagnifiedScenesSoak : public testing::TestWithParam<SceneAndLayout> {};
+TEST_P(MagnifiedScenesSoak, NoShadingExceedsTheBoundOfItsQuad) {
+    expectWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 3, 25'000'000);
+}
+/// A thousand million in all.
+INSTANTIATE_TEST_SUITE_P(Scenes, MagnifiedScenesSoak,
+                         testing::Combine(testing::ValuesIn(kScenes),
+                                          testing::Values(LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear,
+                                                          LightMapLayout::Ratio, LightMapLayout::Zh3, LightMapLayout::Basis3,
+                                                          LightMapLayout::Basis4, LightMapLayout::Basis8, LightMapLayout::Basis12,
+                                                          LightMapLayout::Basis16)),
+                         nameOf);
+
+class TightBoundsSoak : public testing::TestWithParam<SceneAndLayout> {};
+TEST_P(TightBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {
+    const auto& [scene, layout] = GetParam();
+    if (!std::filesystem::exists(fileOf(scene))) GTEST_SKIP() << "the shared scenes are not here";
+    const Map map(fileOf(scene), layout, 3);
+    const Tightness median = tightness(map, 200);
+    fmt::print("tight {:8} {:11} diffuse {:.2f}, with liberties {:.2f}; specular {:.2f}, with liberties {:.2f}\n", scene,
+               compress::lightMapLayoutName(layout), median.diffuseIdeal, median.diffuse, median.specularIdeal, median.specular);
+    EXPECT_LE(median.diffuse, 3);
+    EXPECT_LE(median.specular, 6);
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, TightBoundsSoak,
+                         testing::Combine(testing::ValuesIn(kScenes),
+                                          testing::Values(LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio,
+                                                          LightMapLayout::Zh3, LightMapLayout::Basis3, LightMapLayout::Basis4,
+                                                          LightMapLayout::Basis8, LightMapLayout::Basis16)),
+                         nameOf);
+
+}  // namespace

@@ -1,0 +1,118 @@
+#include "verify/light_map/score.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "compress/light_map.h"
+#include "tests/compress/light_map_plan.h"
+#include "tests/compress/synthetic_light_map.h"
+#include "verify/texture_unit.h"
+
+namespace {
+
+using synthetic::Kind;
+
+constexpr int kWidth = 46, kHeight = 38;
+
+double keyOf(const formats::LightMapBand& band) {
+    verify::LightMapKey key;
+    key.add(band, 0, band.sh.height());
+    return key.key();
+}
+
+verify::LightMapScore scoreFor(const formats::LightMapBand& band, const verify::LightMapShading& shading = {}) {
+    auto score = verify::LightMapScore::create(shading, keyOf(band));
+    EXPECT_TRUE(score.has_value());
+    return std::move(*score);
+}
+
+/// The bake through a layout's blocks and back, and what the verifier says of it.
+struct Coded {
+    formats::Image<lighting::ShRgb> seen;
+    verify::StageError total;
+};
+Coded code(const formats::LightMapBand& band, compress::LightMapLayout layout) {
+    compress::EncodeOptions options;
+    options.effort = 2;
+    const auto plan = synthetic::planOf(layout, compress::LightMapTarget::Bc, band, options);
+    const auto rows = compress::encodeLightMapRows(plan, band, 0, kHeight, options);
+    verify::DecodedLightMapRows texels;
+    for (std::size_t t = 0; t < rows.textures.size(); ++t) {
+        texels.textures.emplace_back();
+        for (const auto& bytes : rows.textures[t].layers) {
+            texels.textures.back().emplace_back(kWidth, kHeight);
+            verify::decodeRows(plan.textures[t].format, bytes, texels.textures.back().back().view());
+        }
+    }
+    const verify::CookedLightMap map{std::string(compress::lightMapLayoutName(layout)), plan.constants, kWidth, kHeight};
+    const auto verifier = verify::LightMapVerifier::create(map, {}, {}, keyOf(band));
+    return {verifier->reconstruct(texels, 0, kHeight), verifier->verifyRows(texels, band, 0, kHeight).stages().back()};
+}
+
+TEST(LightMapScore, SaysWhatTheVerifierSaysOfOurOwnLayouts) {
+    for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::Night})
+        for (const auto layout : {compress::LightMapLayout::Ratio, compress::LightMapLayout::Luvw, compress::LightMapLayout::Basis8}) {
+            const auto band = synthetic::makeBand(kind, kWidth, 0, kHeight);
+            const Coded coded = code(band, layout);
+            const auto errors = scoreFor(band).score(band, coded.seen.view(), 0);
+            const auto diffuse = errors.diffuse.figures(), specular = errors.specular.figures();
+            EXPECT_GT(diffuse.relRms, 1e-6);
+            EXPECT_DOUBLE_EQ(diffuse.relRms, coded.total.diffuse.relRms);
+            EXPECT_DOUBLE_EQ(specular.relRms, coded.total.specular.relRms);
+            EXPECT_DOUBLE_EQ(diffuse.p99, coded.total.diffuse.p99);
+            EXPECT_DOUBLE_EQ(specular.p99, coded.total.specular.p99);
+        }
+}
+
+TEST(LightMapScore, IsZeroForTheBakeAndTheScaleOfAScaledOne) {
+    const auto band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+    const auto score = scoreFor(band);
+    formats::Image<lighting::ShRgb> result = band.sh.copy();
+    EXPECT_EQ(score.score(band, result.view(), 0).diffuse.figures().maxSampled, 0);
+    EXPECT_EQ(score.score(band, result.view(), 0).specular.figures().relRms, 0);
+    for (lighting::ShRgb& sh : result.texels())
+        for (glm::vec3& c : sh) c *= 1.25f;
+    const auto errors = score.score(band, result.view(), 0);
+    EXPECT_NEAR(errors.diffuse.figures().relRms, 0.25, 1e-6);
+    EXPECT_NEAR(errors.specular.figures().relRms, 0.25, 1e-6);
+}
+
+TEST(LightMapScore, BandsOfRowsMergeToTheWhole) {
+    const auto band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+    const auto score = scoreFor(band);
+    formats::Image<lighting::ShRgb> result = band.sh.copy();
+    for (lighting::ShRgb& sh : result.texels()) sh[2] *= 0.9f;
+    const auto whole = score.score(band, result.view(), 0);
+    verify::LightMapScore::Errors merged;
+    for (int row = 0; row < kHeight; row += 12)
+        merged.merge(score.score(band, std::as_const(result).view().rows(row, std::min(12, kHeight - row)), row));
+    EXPECT_NEAR(merged.diffuse.figures().relRms, whole.diffuse.figures().relRms, 1e-14);
+    EXPECT_EQ(merged.diffuse.figures().p99, whole.diffuse.figures().p99);
+    EXPECT_EQ(merged.specular.figures().maxSampled, whole.specular.figures().maxSampled);
+    EXPECT_EQ(merged.specular.sampleCount(), whole.specular.sampleCount());
+}
+
+TEST(LightMapScore, TexelsOutsideChartsDoNotCountAndNotANumberIsTheWorst) {
+    const auto band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+    const auto score = scoreFor(band);
+    formats::Image<lighting::ShRgb> result = band.sh.copy();
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x)
+            if (band.covered.at(x, y) == 0) result.at(x, y).fill(glm::vec3(std::numeric_limits<float>::quiet_NaN()));
+    EXPECT_EQ(score.score(band, result.view(), 0).diffuse.figures().maxSampled, 0);
+    result.at(1, 1)[0].y = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_EQ(score.score(band, result.view(), 0).diffuse.figures().maxSampled, std::numeric_limits<double>::max());
+}
+
+TEST(LightMapScore, RefusesShadingThatIsNone) {
+    verify::LightMapShading shading;
+    shading.normalCount = 0;
+    EXPECT_FALSE(verify::LightMapScore::create(shading, 1).has_value());
+    shading = {};
+    shading.m = {};
+    EXPECT_FALSE(verify::LightMapScore::create(shading, 1).has_value());
+}
+
+}  // namespace

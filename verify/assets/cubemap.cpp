@@ -1,0 +1,496 @@
+#include "verify/cubemap.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <cstdint>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <numbers>
+
+#include "lighting/cube.h"
+#include "lighting/quadratic.h"
+#include "lighting/sphere.h"
+#include "shaders/lightcook_cpp.h"
+#include "verify/error/random.h"
+#include "verify/texture_unit.h"
+
+namespace verify {
+namespace {
+
+using formats::Environment;
+
+constexpr int kTileSize = 32;
+/// Directions of faces before normalisation: major + u right + v down (the table at the head of lighting/cube.h, as signed axes).
+struct FaceAxes {
+    glm::dvec3 major, right, down;
+};
+constexpr FaceAxes kFaceAxes[6] = {{{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
+                                   {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
+                                   {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}}};
+
+/// exp(x) for x <= 0, never below exp(-700), within 3e-10 of itself: 2^n by its bits, the rest by Taylor's series as far as x^8 / 8!.
+/// Without a branch or a call, so that loops over it run in lanes.
+inline double expOfNegative(double x) {
+    constexpr double kRounder = 0x1.8p52;  // added to it a number keeps its integer part in the lowest bits
+    const double scaled = (x < -700 ? -700 : x) * std::numbers::log2e;
+    const double shifted = scaled + kRounder, r = (scaled - (shifted - kRounder)) * std::numbers::ln2;
+    const double power = std::bit_cast<double>((std::bit_cast<std::uint64_t>(shifted) + 1023) << 52);
+    const double even = 1 + r * r * (1.0 / 2 + r * r * (1.0 / 24 + r * r * (1.0 / 720 + r * r * (1.0 / 40320))));
+    return power * (even + r * (1 + r * r * (1.0 / 6 + r * r * (1.0 / 120 + r * r * (1.0 / 5040)))));
+}
+
+/// Beckmann's prefilter kernel before its division by its integral: D(NoH) c with n = v = r, so that NoH is the cosine of half the angle.
+/// NoH^2 = (1 + c) / 2 and tan^2 = 1 / NoH^2 - 1; zero behind the plane.
+inline double kernelShape(double cosine, double inverseSquaredM) {
+    const double c = cosine < 0 ? 0 : cosine, inverse = 2 / (1 + c);
+    return expOfNegative((1 - inverse) * inverseSquaredM) * inverse * inverse * c;
+}
+
+/// Angle [rad] beyond which the kernel is under 1e-7 of its peak, or zero.
+double kernelSupport(double m) {
+    return std::min(2 * std::atan(4 * m), 0.5 * std::numbers::pi);
+}
+
+lighting::ShDouble channelOf(const lighting::ShRgb& sh, int channel) {
+    lighting::ShDouble coefficients{};
+    for (std::size_t i = 0; i < sh.size(); ++i) coefficients[i] = sh[i][channel];
+    return coefficients;
+}
+
+bool isFinite(const lighting::ShDouble& coefficients, const lighting::ShBands& bands) {
+    const auto finite = [](double value) { return std::isfinite(value); };
+    return std::all_of(coefficients.begin(), coefficients.end(), finite) && std::all_of(bands.begin(), bands.end(), finite);
+}
+
+struct Range {
+    double low, high;
+};
+
+/// The largest local relative error of any result against any reference of two ranges. The error falls with the reference below the
+/// result and grows above it, so that it peaks at an end.
+double largestLocalError(Range reference, Range result, double key) {
+    const double floor = 0.02 * key;
+    const double above = result.high > reference.low ? (result.high - reference.low) / (reference.low + floor) : 0;
+    const double below = reference.high > result.low ? (reference.high - result.low) / (reference.high + floor) : 0;
+    return std::max(above, below);
+}
+
+Range storedRange(const CookedCubemap::Mip& mip, int channel) {
+    Range range{std::numeric_limits<double>::max(), -std::numeric_limits<double>::max()};
+    for (const auto& face : mip.faces)
+        for (const glm::vec4& texel : face.texels()) {
+            range.low = std::min(range.low, static_cast<double>(texel[channel]));
+            range.high = std::max(range.high, static_cast<double>(texel[channel]));
+        }
+    return range;
+}
+
+/// Sound for every direction, but loose: all that is known of the reference is that it lies between the ends of its source, and of the
+/// result that a filter gives no more than the largest stored value, times the exact maximum of S. Infinite where S is not positive.
+/// The place is a mip and a channel: `local` is the bound.
+ErrorPlace boundOf(const CookedCubemap& map, const CubemapReference& reference, double key) {
+    ErrorPlace worst;
+    for (std::size_t index = 0; index < map.mips.size(); ++index)
+        for (int channel = 0; channel < 3; ++channel) {
+            const CookedCubemap::Mip& mip = map.mips[index];
+            const auto raise = [&](double bound) {
+                if (!(bound > worst.local)) return;
+                worst.mip = static_cast<int>(index);
+                worst.channel = channel;
+                worst.m = mip.m;
+                worst.local = bound;
+            };
+            const lighting::ShDouble coefficients = channelOf(map.windowedSh, channel);
+            if (!isFinite(coefficients, mip.bands)) raise(std::numeric_limits<double>::infinity());
+            if (!std::isfinite(worst.local)) return worst;
+            const lighting::Extrema s = lighting::extremaOnSphere(lighting::sphereQuadratic(coefficients, mip.bands));
+            if (!(s.minimum > 0)) raise(std::numeric_limits<double>::infinity());
+            if (!std::isfinite(worst.local)) return worst;
+            const Range stored = storedRange(mip, channel);
+            // 1e-5: the shader evaluates S in floats.
+            const Range result{map.range * stored.low * s.minimum * (1 - 1e-5), map.range * stored.high * s.maximum * (1 + 1e-5)};
+            raise(largestLocalError({reference.smallest()[channel], reference.largest()[channel]}, result, key));
+        }
+    return worst;
+}
+
+/// Where a sample lies: a texel, or a direction between texels, with the face that it meets.
+ErrorPlace placeOf(const CookedCubemap& map, const CubemapSample& sample, int channel) {
+    const CookedCubemap::Mip& mip = map.mips[static_cast<std::size_t>(sample.mip)];
+    const lighting::CubeCoordinate met = lighting::cubeFromDirection(sample.direction);
+    const double size = mip.faces[0].width();
+    ErrorPlace place;
+    place.mip = sample.mip;
+    place.face = sample.isTexel ? sample.face : met.face;
+    place.x = sample.isTexel ? sample.x : std::clamp(0.5 * (met.uv.x + 1) * size - 0.5, 0.0, size - 1);
+    place.y = sample.isTexel ? sample.y : std::clamp(0.5 * (met.uv.y + 1) * size - 0.5, 0.0, size - 1);
+    place.channel = channel;
+    place.normal = sample.direction;
+    place.m = mip.m;
+    return place;
+}
+
+}  // namespace
+
+/// What a call of prefiltered() looks for.
+struct CubemapReference::Lobe {
+    glm::dvec3 direction;
+    double inverseSquaredM;
+    double reach, cosine, sine;  ///< [rad] of the texels' centres, and of it
+};
+
+/// Columns of pieces of one tile, as far as a row of pieces needs them, and what a row makes of them. In panoramas c = y cos(theta) +
+/// sin(theta) along; on faces c = (along + v down) / sqrt(squared + v^2).
+struct CubemapReference::Columns {
+    std::vector<double> along;    ///< x sin(phi) - z cos(phi), or major + u right: the direction's parts
+    std::vector<double> squared;  ///< 1 + u^2
+    std::vector<double> cosine, solidAngle;
+
+    void resize(std::size_t count) {
+        for (std::vector<double>* values : {&along, &squared, &cosine, &solidAngle}) values->resize(count);
+    }
+};
+
+/// What one call of prefiltered() works with: texel centres and pieces of the tile at hand, their weights, and sums for each column of a
+/// tile, which are added up only at the end, so that adding runs in lanes.
+struct CubemapReference::Workspace {
+    Columns centres, pieces;
+    std::vector<double> pieceWeights, weights;
+    struct Sums {
+        std::array<double, kTileSize> weight{};
+        std::array<std::array<double, kTileSize>, 3> radiance{};
+    } sums;
+};
+
+CubemapReference::CubemapReference(const Environment& environment)
+    : environment_(environment), isPanorama_(environment.projection == Environment::Projection::Equirectangular) {
+    const int width = environment.texels.width(), height = environment.texels.height();
+    assert(width > 0 && height == (isPanorama_ ? width / 2 : 6 * width));
+    texelWidth_ = isPanorama_ ? 2 * std::numbers::pi / width : 2.0 / width;
+    const auto fill = [](Angles& angles, int count, double first, double step) {
+        for (int i = 0; i < count; ++i) {
+            angles.sine.push_back(std::sin(first + step * (i + 0.5)));
+            angles.cosine.push_back(std::cos(first + step * (i + 0.5)));
+        }
+    };
+    if (isPanorama_) {
+        fill(longitudes_, width, -std::numbers::pi, texelWidth_);
+        fill(colatitudes_, height, 0, std::numbers::pi / height);
+    } else {
+        for (int y = 0; y < width; ++y)
+            for (int x = 0; x < width; ++x) {
+                const double u = (2.0 * x + 1) / width - 1, v = (2.0 * y + 1) / width - 1;
+                faceSolidAngles_.push_back(lighting::cubeTexelSolidAngle(x, y, width));
+                faceInverseLengths_.push_back(1 / std::sqrt(1 + u * u + v * v));
+            }
+    }
+    for (std::vector<float>& channel : radiance_) channel.reserve(environment.texels.texels().size());
+    smallest_ = largest_ = glm::dvec3(environment.texels.at(0, 0));
+    double total = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const glm::dvec3 radiance(environment.texels.at(x, y));
+            const double solidAngle = solidAngleOf(x, y);
+            mean_ += solidAngle * radiance;
+            total += solidAngle;
+            smallest_ = glm::min(smallest_, radiance);
+            largest_ = glm::max(largest_, radiance);
+        }
+    mean_ /= total;
+    const int faceHeight = isPanorama_ ? height : width;  // a tile stays on its face
+    for (int face = 0; face < height; face += faceHeight)
+        for (int top = face; top < face + faceHeight; top += kTileSize)
+            for (int left = 0; left < width; left += kTileSize)
+                addTile(left, top, std::min(kTileSize, width - left), std::min(kTileSize, face + faceHeight - top));
+}
+
+glm::dvec3 CubemapReference::directionOf(int x, int y) const {
+    const int width = environment_.texels.width(), height = environment_.texels.height();
+    return isPanorama_ ? lighting::directionFromEquirectangular({(x + 0.5) / width, (y + 0.5) / height})
+                       : lighting::cubeTexelDirection(y / width, x, y % width, width);
+}
+
+double CubemapReference::solidAngleOf(int x, int y) const {
+    const int width = environment_.texels.width();
+    return isPanorama_ ? lighting::equirectangularTexelSolidAngle(y, width, environment_.texels.height())
+                       : faceSolidAngles_[static_cast<std::size_t>(y % width * width + x)];
+}
+
+void CubemapReference::addTile(int left, int top, int width, int height) {
+    std::vector<glm::dvec3> directions;
+    glm::dvec3 sum(0);
+    for (int y = top; y < top + height; ++y)
+        for (int x = left; x < left + width; ++x) {
+            directions.push_back(directionOf(x, y));
+            sum += directions.back();
+        }
+    Tile tile{left, top, width, height, radiance_[0].size()};
+    for (int y = top; y < top + height; ++y)
+        for (int x = left; x < left + width; ++x)
+            for (int channel = 0; channel < 3; ++channel)
+                radiance_[static_cast<std::size_t>(channel)].push_back(environment_.texels.at(x, y)[channel]);
+    const double length = glm::length(sum);
+    tile.centre = length > 1e-6 ? sum / length : glm::dvec3(0, 1, 0);
+    for (const glm::dvec3& direction : directions)
+        tile.radius = std::max(tile.radius, std::acos(std::clamp(glm::dot(tile.centre, direction), -1.0, 1.0)));
+    tile.radius += 1e-6;  // of rounding
+    tile.cosine = std::cos(tile.radius);
+    tile.sine = std::sin(tile.radius);
+    tiles_.push_back(tile);
+}
+
+void CubemapReference::fillColumns(const Tile& tile, const Lobe& lobe, int pieces, Columns& columns) const {
+    columns.resize(static_cast<std::size_t>(tile.width) * static_cast<std::size_t>(pieces));
+    const int size = environment_.texels.width() * pieces;
+    const FaceAxes& axes = kFaceAxes[isPanorama_ ? 0 : tile.top / environment_.texels.width()];
+    const double major = glm::dot(lobe.direction, axes.major), right = glm::dot(lobe.direction, axes.right);
+    for (int piece = 0; piece < pieces; ++piece) {
+        const double offset = texelWidth_ * ((piece + 0.5) / pieces - 0.5), offsetSine = std::sin(offset), offsetCosine = std::cos(offset);
+        for (int x = 0; x < tile.width; ++x) {
+            const std::size_t column = static_cast<std::size_t>(x * pieces + piece);
+            if (isPanorama_) {
+                const double sine = longitudes_.sine[static_cast<std::size_t>(tile.left + x)];
+                const double cosine = longitudes_.cosine[static_cast<std::size_t>(tile.left + x)];
+                columns.along[column] = lobe.direction.x * (sine * offsetCosine + cosine * offsetSine) -
+                                        lobe.direction.z * (cosine * offsetCosine - sine * offsetSine);
+            } else {
+                const double u = (2.0 * ((tile.left + x) * pieces + piece) + 1) / size - 1;
+                columns.along[column] = major + u * right;
+                columns.squared[column] = 1 + u * u;
+            }
+        }
+    }
+}
+
+/// Cosine against the lobe and solid angle of the columns [begin, end) of one row of pieces, counted from the top of the image.
+void CubemapReference::meetRow(const Lobe& lobe, const Tile& tile, int pieceY, int pieces, std::size_t begin, std::size_t end,
+                               Columns& columns) const {
+    const double* const along = columns.along.data();
+    double* const cosine = columns.cosine.data();
+    double* const solidAngle = columns.solidAngle.data();
+    if (isPanorama_) {
+        const std::size_t y = static_cast<std::size_t>(pieceY / pieces);
+        const double step = std::numbers::pi / environment_.texels.height(), offset = step * ((pieceY % pieces + 0.5) / pieces - 0.5);
+        const double offsetSine = std::sin(offset), offsetCosine = std::cos(offset);
+        const double sinTheta = colatitudes_.sine[y] * offsetCosine + colatitudes_.cosine[y] * offsetSine;
+        const double base = lobe.direction.y * (colatitudes_.cosine[y] * offsetCosine - colatitudes_.sine[y] * offsetSine);
+        // cos - cos at the ends of the row, as a product: exact.
+        const double area = 2 * std::numbers::pi / (environment_.texels.width() * pieces) * 2 * std::sin(0.5 * step / pieces) * sinTheta;
+        for (std::size_t i = begin; i < end; ++i) {
+            cosine[i] = base + sinTheta * along[i];
+            solidAngle[i] = area;
+        }
+        return;
+    }
+    const int width = environment_.texels.width(), size = width * pieces;
+    const double v = (2.0 * (pieceY % size) + 1) / size - 1, vSquared = v * v, area = 4 / (static_cast<double>(size) * size);
+    const double base = v * glm::dot(lobe.direction, kFaceAxes[pieceY / size].down);
+    const double* const squared = columns.squared.data();
+    if (pieces == 1) {
+        const std::size_t first = static_cast<std::size_t>(pieceY % size * size + tile.left);
+        const double *const inverse = faceInverseLengths_.data() + first, *const exact = faceSolidAngles_.data() + first;
+        for (std::size_t i = begin; i < end; ++i) {
+            cosine[i] = (along[i] + base) * inverse[i];
+            solidAngle[i] = exact[i];
+        }
+        return;
+    }
+    for (std::size_t i = begin; i < end; ++i) {
+        // Of pieces the density at their middle will do: 4 / size^2 (1 + u^2 + v^2)^(-3/2).
+        const double inverse = 1 / std::sqrt(squared[i] + vSquared);
+        cosine[i] = (along[i] + base) * inverse;
+        solidAngle[i] = area * inverse * inverse * inverse;
+    }
+}
+
+glm::dvec3 CubemapReference::prefiltered(const glm::dvec3& direction, double m, double piecesPerWidth) const {
+    assert(0 < m && m <= 1);
+    // One standard deviation of the lobe is sqrt(2) m: pieces an eighth of it widen it by a thousandth.
+    const double width = std::numbers::sqrt2 * m;
+    const int pieces = std::clamp(static_cast<int>(std::ceil(piecesPerWidth * texelWidth_ / width)), 1, 256);
+    const double reach = std::min(kernelSupport(m) + texelWidth_, std::numbers::pi);
+    const Lobe lobe{direction, 1 / (m * m), reach, std::cos(reach), std::sin(reach)};
+    Workspace workspace;
+    for (const Tile& tile : tiles_) {
+        const bool isSurelyMet = reach + tile.radius >= std::numbers::pi;
+        if (isSurelyMet || glm::dot(tile.centre, direction) >= lobe.cosine * tile.cosine - lobe.sine * tile.sine)
+            gatherTile(lobe, tile, pieces, workspace);
+    }
+    glm::dvec3 sum(0);
+    double weightSum = 0;
+    for (std::size_t column = 0; column < kTileSize; ++column) {
+        weightSum += workspace.sums.weight[column];
+        for (int channel = 0; channel < 3; ++channel) sum[channel] += workspace.sums.radiance[static_cast<std::size_t>(channel)][column];
+    }
+    return weightSum > 0 ? sum / weightSum : glm::dvec3(0);
+}
+
+/// A tile's share of a lobe: every texel from the first to the last of each row whose centre is in reach, cut into pieces x pieces.
+void CubemapReference::gatherTile(const Lobe& lobe, const Tile& tile, int pieces, Workspace& workspace) const {
+    const std::size_t width = static_cast<std::size_t>(tile.width), cuts = static_cast<std::size_t>(pieces);
+    Columns& centres = workspace.centres;
+    fillColumns(tile, lobe, 1, centres);
+    if (pieces > 1) fillColumns(tile, lobe, pieces, workspace.pieces);
+    for (int y = tile.top; y < tile.top + tile.height; ++y) {
+        meetRow(lobe, tile, y, 1, 0, width, centres);
+        std::size_t begin = 0, end = width;
+        while (begin < end && centres.cosine[begin] < lobe.cosine) ++begin;
+        while (begin < end && centres.cosine[end - 1] < lobe.cosine) --end;
+        if (begin == end) continue;
+        workspace.weights.assign(width, 0.0);
+        if (pieces == 1)
+            addWeights(lobe, centres, begin, end, workspace.weights);
+        else {
+            workspace.pieceWeights.assign(width * cuts, 0.0);
+            for (int piece = 0; piece < pieces; ++piece) {
+                meetRow(lobe, tile, y * pieces + piece, pieces, begin * cuts, end * cuts, workspace.pieces);
+                addWeights(lobe, workspace.pieces, begin * cuts, end * cuts, workspace.pieceWeights);
+            }
+            for (std::size_t i = begin * cuts; i < end * cuts; ++i) workspace.weights[i / cuts] += workspace.pieceWeights[i];
+        }
+        addRadiance(tile, y, begin, end, workspace);
+    }
+}
+
+void CubemapReference::addWeights(const Lobe& lobe, const Columns& columns, std::size_t begin, std::size_t end,
+                                  std::vector<double>& weights) {
+    const double* const cosine = columns.cosine.data();
+    const double* const solidAngle = columns.solidAngle.data();
+    double* const weight = weights.data();
+    const double inverseSquaredM = lobe.inverseSquaredM;
+    for (std::size_t i = begin; i < end; ++i) weight[i] += solidAngle[i] * kernelShape(cosine[i], inverseSquaredM);
+}
+
+void CubemapReference::addRadiance(const Tile& tile, int y, std::size_t begin, std::size_t end, Workspace& workspace) const {
+    const std::size_t first = tile.first + static_cast<std::size_t>((y - tile.top) * tile.width);
+    const double* const weight = workspace.weights.data();
+    double* const weightSum = workspace.sums.weight.data();
+    for (std::size_t x = begin; x < end; ++x) weightSum[x] += weight[x];
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+        const float* const radiance = radiance_[channel].data() + first;
+        double* const sum = workspace.sums.radiance[channel].data();
+        for (std::size_t x = begin; x < end; ++x) sum[x] += weight[x] * static_cast<double>(radiance[x]);
+    }
+}
+
+glm::dvec3 CubemapReference::radianceAt(const glm::dvec3& direction) const {
+    const auto texels = environment_.texels.view();
+    const auto index = [](double coordinate, int size) { return std::clamp(static_cast<int>(coordinate * size), 0, size - 1); };
+    if (isPanorama_) {
+        const glm::dvec2 uv = lighting::equirectangularFromDirection(direction);
+        return glm::dvec3(texels.at(index(uv.x, texels.width), index(uv.y, texels.height)));
+    }
+    const lighting::CubeCoordinate place = lighting::cubeFromDirection(direction);
+    return glm::dvec3(
+        texels.at(index(0.5 * (place.uv.x + 1), texels.width), place.face * texels.width + index(0.5 * (place.uv.y + 1), texels.width)));
+}
+
+glm::dvec3 CubemapReference::footprintMean(const glm::dvec3& direction, int size, int places) const {
+    const lighting::CubeCoordinate centre = lighting::cubeFromDirection(direction);
+    const double step = 2.0 / (static_cast<double>(size) * places);
+    // On a strip's own face, whole, a place is looked up without the way through its direction.
+    const auto texels = environment_.texels.view();
+    const double farthest = std::max(std::abs(centre.uv.x), std::abs(centre.uv.y)) + 0.5 * step * (places - 1);
+    const bool isOnFace = !isPanorama_ && farthest < 1;
+    const auto index = [&](double coordinate) {
+        return std::clamp(static_cast<int>(0.5 * (coordinate + 1) * texels.width), 0, texels.width - 1);
+    };
+    glm::dvec3 sum(0);
+    double weightSum = 0;
+    for (int j = 0; j < places; ++j)
+        for (int i = 0; i < places; ++i) {
+            const glm::dvec2 uv = centre.uv + step * (glm::dvec2(i, j) + 0.5 - 0.5 * places);
+            const double squared = 1 + glm::dot(uv, uv), weight = 1 / (squared * std::sqrt(squared));
+            sum += weight * (isOnFace ? glm::dvec3(texels.at(index(uv.x), centre.face * texels.width + index(uv.y)))
+                                      : radianceAt(lighting::directionFromCube({centre.face, uv})));
+            weightSum += weight;
+        }
+    return sum / weightSum;
+}
+
+std::vector<CubemapSample> cubemapSamples(const CookedCubemap& map, const CubemapSampling& sampling) {
+    std::vector<CubemapSample> samples;
+    Random random(sampling.seed);
+    for (int mip = 0; mip < static_cast<int>(map.mips.size()); ++mip) {
+        const int size = map.mips[static_cast<std::size_t>(mip)].faces[0].width(), count = 6 * size * size;
+        const auto addTexel = [&](int index) {
+            const int face = index / (size * size), y = index / size % size, x = index % size;
+            samples.push_back({mip, true, face, x, y, lighting::cubeTexelDirection(face, x, y, size)});
+        };
+        const int blocksAcross = (size + 3) / 4, blockCount = 6 * blocksAcross * blocksAcross;
+        const auto inBlock = [&](int block) {
+            const auto place = [&](int first) { return 4 * first + random.below(std::min(4, size - 4 * first)); };
+            const int face = block / (blocksAcross * blocksAcross), x = place(block % blocksAcross);
+            return (face * size + place(block / blocksAcross % blocksAcross)) * size + x;
+        };
+        if (count <= sampling.texelsPerMip)
+            for (int index = 0; index < count; ++index) addTexel(index);
+        else
+            // One out of each of as many even parts: where there are no more blocks than samples, each block is met.
+            for (int i = 0; i < sampling.texelsPerMip; ++i) addTexel(inBlock(i * blockCount / sampling.texelsPerMip));
+        for (int i = 0; i < sampling.directionsPerMip; ++i) samples.push_back({mip, false, 0, 0, 0, random.direction()});
+    }
+    return samples;
+}
+
+lighting::ShBands kernelBands(double m) {
+    if (!(m > 0)) return {1, 1, 1};
+    constexpr int kSteps = 4096;
+    std::array<double, 3> sums{};
+    const double support = kernelSupport(m);
+    for (int i = 0; i < kSteps; ++i) {  // midpoints of the angle, so that a narrow lobe gets its share
+        const double angle = support * (i + 0.5) / kSteps, c = std::cos(angle);
+        const double weight = std::sin(angle) * kernelShape(c, 1 / (m * m));
+        sums[0] += weight;
+        sums[1] += weight * c;
+        sums[2] += weight * 0.5 * (3 * c * c - 1);
+    }
+    return {1, sums[1] / sums[0], sums[2] / sums[0]};
+}
+
+glm::dvec3 shadeCubemap(const CookedCubemap& map, int mip, const glm::vec3& stored, const glm::dvec3& direction) {
+    shaders::LcSh sh;
+    for (std::size_t i = 0; i < map.windowedSh.size(); ++i) sh.c[i] = map.windowedSh[i];
+    const lighting::ShBands& bands = map.mips[static_cast<std::size_t>(mip)].bands;
+    const glm::vec3 s = shaders::lcZonalSpecular(sh, glm::vec3(direction), glm::vec3(glm::dvec3(bands[0], bands[1], bands[2])));
+    return glm::dvec3(shaders::lcEnvironment(map.range * stored, s));
+}
+
+CubemapResult compareCubemap(const CookedCubemap& map, const CubemapReference& reference, const CubemapSample& sample) {
+    const CookedCubemap::Mip& mip = map.mips[static_cast<std::size_t>(sample.mip)];
+    const glm::vec4 stored =
+        sample.isTexel ? mip.faces[static_cast<std::size_t>(sample.face)].at(sample.x, sample.y) : sampleCube(mip.faces, sample.direction);
+    CubemapResult result;
+    result.cooked = shadeCubemap(map, sample.mip, glm::vec3(stored), sample.direction);
+    // 128 places a side meet an edge between two source texels within half a step: 0.4 % of their difference at worst.
+    result.reference =
+        mip.m > 0 ? reference.prefiltered(sample.direction, mip.m) : reference.footprintMean(sample.direction, mip.faces[0].width(), 128);
+    return result;
+}
+
+std::vector<StageError> cubemapStages(const CookedCubemap& map, const CubemapReference& reference, std::span<const CubemapSample> samples,
+                                      std::span<const CubemapResult> results, const glm::vec3& luminanceWeights) {
+    assert(samples.size() == results.size());
+    const double key = glm::dot(reference.mean(), glm::dvec3(luminanceWeights));
+    ErrorAccumulator divide(key), filter(key);
+    for (std::size_t i = 0; i < samples.size(); ++i)
+        for (int channel = 0; channel < 3; ++channel)
+            (samples[i].isTexel ? divide : filter).add(results[i].reference[channel], results[i].cooked[channel], [&] {
+                return placeOf(map, samples[i], channel);
+            });
+    const ErrorPlace bound = boundOf(map, reference, key);
+    divide.addBound(bound.local, bound);
+    filter.addBound(bound.local, bound);
+    // No sample may have met the direction in which S is not positive.
+    if (!std::isfinite(bound.local)) divide.add(0, bound.local, [&] { return bound; });
+    std::vector<StageError> stages = {
+        {"divide", {}, divide.figures(), 0}, {"filter", {}, filter.figures(), 0}, {"total", {}, divide.figures(), 0}};
+    takeLarger(stages[2].specular, stages[1].specular);
+    return stages;
+}
+
+}  // namespace verify

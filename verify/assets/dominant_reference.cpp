@@ -1,0 +1,272 @@
+#include "verify/assets/dominant_reference.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "lighting/sphere.h"
+
+namespace verify {
+namespace {
+
+using std::numbers::pi;
+
+/// Directionality below which a direction is noise, and above which it counts in full.
+constexpr double kFadeStart = 0.02, kFadeEnd = 0.08;
+/// Coefficient 0 of constant radiance 1.
+constexpr double kAmbientDc = 2 / std::numbers::inv_sqrtpi;
+
+/// v of the closed form.
+glm::dvec3 linearVector(const lighting::ShRgb& incident, const glm::vec3& weights) {
+    const auto luminance = [&](std::size_t i) { return glm::dot(glm::dvec3(incident[i]), glm::dvec3(weights)); };
+    const double dc = luminance(0);
+    if (!(dc > 0)) return glm::dvec3(0);
+    const glm::dvec3 vector = glm::dvec3(luminance(3), luminance(1), luminance(2)) / (std::numbers::sqrt3 * dc);
+    const double length = glm::length(vector);
+    if (!std::isfinite(length)) return glm::dvec3(0);
+    return length > 1 ? vector / length : vector;
+}
+
+double smoothStep(double start, double end, double at) {
+    const double x = std::clamp((at - start) / (end - start), 0.0, 1.0);
+    return x * x * (3 - 2 * x);
+}
+
+double fadeOf(const glm::dvec3& vector) {
+    return smoothStep(kFadeStart, kFadeEnd, glm::length(vector));
+}
+
+glm::dvec3 storedDirection(const glm::dvec3& vector, double fade, const glm::dvec3& normal) {
+    const glm::dvec3 direction = fade * vector + (1 - fade) * kFadeEnd * normal;
+    return glm::length(direction) < 1e-3 * kFadeEnd ? kFadeEnd * normal : direction;  // both parts cancel
+}
+
+/// Least squares of one channel for a direction: every choice of which of the two unknowns are zero, the best that is allowed. No branches,
+/// so that it runs in lanes.
+template <class T>
+struct ChannelFit {
+    T intensity = 0, gain = 0;
+};
+template <class T>
+inline ChannelFit<T> fitChannel(T projection, T dc, bool hasAmbient) {
+    constexpr T kPerNorm = static_cast<T>(4 * pi / lighting::kShCount), kNorm = static_cast<T>(lighting::kShCount / (4 * pi));
+    const T positive = projection > 0 ? projection : 0, alone = positive * positive * kPerNorm;
+    if (!hasAmbient) return {positive * kPerNorm, alone};
+    constexpr T kDc = static_cast<T>(kAmbientDc), kCross = static_cast<T>(lighting::kShConstant) * kDc, kOwn = kDc * kDc;
+    constexpr T kPerDeterminant = 1 / (kNorm * kOwn - kCross * kCross);
+    const T intensity = (kOwn * projection - kCross * kDc * dc) * kPerDeterminant;
+    const T ambient = (kNorm * kDc * dc - kCross * projection) * kPerDeterminant;
+    const T light = dc > 0 ? dc * dc : 0;  // ambient light alone
+    const T smaller = intensity < ambient ? intensity : ambient, both = smaller >= 0 ? intensity * projection + ambient * kDc * dc : 0;
+    const T one = alone > light ? alone : light;
+    const T intensityOfOne = alone > light ? positive * kPerNorm : 0;
+    return {both >= one ? intensity : intensityOfOne, both >= one ? both : one};
+}
+
+/// Coefficients over the largest of them, and what a light from a direction explains of their squares.
+class Light {
+public:
+    Light(const lighting::ShRgb& incident, bool hasAmbient) : hasAmbient_(hasAmbient) {
+        for (const glm::vec3& c : incident)
+            scale_ = std::max(
+                {scale_, std::abs(static_cast<double>(c.x)), std::abs(static_cast<double>(c.y)), std::abs(static_cast<double>(c.z))});
+        if (scale_ == 0) return;
+        for (std::size_t i = 0; i < incident.size(); ++i) {
+            coefficients_[i] = glm::dvec3(incident[i]) / scale_;
+            energy_ += glm::dot(coefficients_[i], coefficients_[i]);
+        }
+    }
+    bool isBlack() const { return scale_ == 0; }
+    double gain(const glm::dvec3& direction) const {
+        const glm::dvec3 projection = projectionOn(direction);
+        double sum = 0;
+        for (int channel = 0; channel < 3; ++channel) sum += fitChannel(projection[channel], coefficients_[0][channel], hasAmbient_).gain;
+        return sum;
+    }
+    glm::dvec3 intensity(const glm::dvec3& direction) const {
+        const glm::dvec3 projection = projectionOn(direction);
+        glm::dvec3 result;
+        for (int channel = 0; channel < 3; ++channel)
+            result[channel] = scale_ * fitChannel(projection[channel], coefficients_[0][channel], hasAmbient_).intensity;
+        return result;
+    }
+    double coefficient(std::size_t i, int channel) const { return coefficients_[i][channel]; }
+    bool hasAmbient() const { return hasAmbient_; }
+    /// Root of the squared error over the norm.
+    double residual(double gain) const { return std::sqrt(std::max(0.0, 1 - gain / energy_)); }
+
+private:
+    glm::dvec3 projectionOn(const glm::dvec3& direction) const {
+        const lighting::ShDouble basis = lighting::evaluateBasis(direction);
+        glm::dvec3 sum(0);
+        for (std::size_t i = 0; i < basis.size(); ++i) sum += basis[i] * coefficients_[i];
+        return sum;
+    }
+
+    bool hasAmbient_;
+    double scale_ = 0, energy_ = 0;
+    std::array<glm::dvec3, lighting::kShCount> coefficients_{};
+};
+
+struct Peak {
+    glm::dvec3 direction;
+    double gain;
+};
+
+/// One move on a hill: to the summit of a paraboloid through six directions around, if it has one that is near; false: not near yet.
+bool moveUphill(const Light& light, double width, Peak& peak) {
+    constexpr double kFarthest = 3;
+    const glm::dmat3 frame = lighting::worldFromTangentFrame(peak.direction);
+    const auto at = [&](double x, double y) { return glm::normalize(peak.direction + width * (x * frame[0] + y * frame[1])); };
+    const auto rise = [&](double x, double y) { return light.gain(at(x, y)) - peak.gain; };
+    const double right = rise(1, 0), left = rise(-1, 0), up = rise(0, 1), down = rise(0, -1), corner = rise(1, 1);
+    const double gx = 0.5 * (right - left), gy = 0.5 * (up - down), xx = right + left, yy = up + down;
+    const double xy = corner - gx - gy - 0.5 * (xx + yy), determinant = xx * yy - xy * xy;
+    const bool hasSummit = xx < 0 && determinant > 0;
+    double x = gx, y = gy;
+    if (hasSummit) x = -(yy * gx - xy * gy) / determinant, y = -(xx * gy - xy * gx) / determinant;
+    const double length = std::hypot(x, y), scale = length > kFarthest || (!hasSummit && length > 0) ? kFarthest / length : 1;
+    for (double share = 1; share > 0.1; share *= 0.4) {
+        const glm::dvec3 next = at(share * scale * x, share * scale * y);
+        const double gain = light.gain(next);
+        if (gain <= peak.gain) continue;
+        peak = {next, gain};
+        return hasSummit && scale == 1;
+    }
+    return true;
+}
+
+/// To the top of the hill, with ever narrower paraboloids; narrow ones at once where the summit is near, as it is from a direction that
+/// textures hold.
+Peak polish(const Light& light, const glm::dvec3& start) {
+    constexpr int kMostMoves = 6;
+    Peak peak{start, light.gain(start)};
+    if (moveUphill(light, 0.01, peak) && moveUphill(light, 0.001, peak)) return peak;
+    for (const double width : {0.1, 0.03, 0.005, 0.0005})
+        for (int move = 0; move < kMostMoves; ++move)
+            if (moveUphill(light, width, peak)) break;
+    return peak;
+}
+
+/// Directions all over the sphere in opposite pairs, with the basis at one of each as rows.
+struct Sphere {
+    static constexpr std::size_t kPairs = 120, kCount = 2 * kPairs;
+    using Row = std::array<float, kPairs>;
+    std::array<glm::dvec3, kCount> directions;
+    std::array<Row, lighting::kShCount> basis;
+    Sphere() {
+        for (std::size_t j = 0; j < kPairs; ++j) {
+            directions[j] = lighting::fibonacciHemisphere(static_cast<int>(j), static_cast<int>(kPairs));
+            directions[j + kPairs] = -directions[j];
+            const lighting::ShDouble values = lighting::evaluateBasis(directions[j]);
+            for (std::size_t i = 0; i < values.size(); ++i) basis[i][j] = static_cast<float>(values[i]);
+        }
+    }
+};
+
+/// Float is enough to tell hills apart. Arrays of its own throughout, or the compiler would have to fear that they overlap.
+template <bool hasAmbient>
+std::array<float, Sphere::kCount> gainsAllOver(const Light& light, const Sphere& sphere) {
+    Sphere::Row gains{}, gainsOfOpposites{};
+    for (int channel = 0; channel < 3; ++channel) {
+        Sphere::Row parts[2] = {};  // of even bands and of band 1, which opposite directions see with the other sign
+        for (std::size_t i = 0; i < sphere.basis.size(); ++i) {
+            const float coefficient = static_cast<float>(light.coefficient(i, channel));
+            Sphere::Row& part = parts[lighting::kShBand[i] % 2];
+            for (std::size_t j = 0; j < Sphere::kPairs; ++j) part[j] += coefficient * sphere.basis[i][j];
+        }
+        const float dc = static_cast<float>(light.coefficient(0, channel));
+        for (std::size_t j = 0; j < Sphere::kPairs; ++j) gains[j] += fitChannel(parts[0][j] + parts[1][j], dc, hasAmbient).gain;
+        for (std::size_t j = 0; j < Sphere::kPairs; ++j) gainsOfOpposites[j] += fitChannel(parts[0][j] - parts[1][j], dc, hasAmbient).gain;
+    }
+    std::array<float, Sphere::kCount> both;
+    std::copy(gains.begin(), gains.end(), both.begin());
+    std::copy(gainsOfOpposites.begin(), gainsOfOpposites.end(), both.begin() + Sphere::kPairs);
+    return both;
+}
+
+/// The best direction of the sphere, and the best of those away from it.
+std::array<glm::dvec3, 2> twoHills(const Light& light) {
+    static const Sphere kSphere;
+    constexpr double kOtherHill = 0.8;  // cosine
+    const auto gains = light.hasAmbient() ? gainsAllOver<true>(light, kSphere) : gainsAllOver<false>(light, kSphere);
+    const std::size_t best = static_cast<std::size_t>(std::max_element(gains.begin(), gains.end()) - gains.begin());
+    std::size_t other = best;
+    float highest = -1;
+    for (std::size_t j = 0; j < gains.size(); ++j)
+        if (gains[j] > highest && glm::dot(kSphere.directions[j], kSphere.directions[best]) < kOtherHill) other = j, highest = gains[j];
+    return {kSphere.directions[best], kSphere.directions[other]};
+}
+
+/// Only hills that may be higher than what was seen are climbed.
+glm::dvec3 bestDirection(const Light& light, const glm::dvec3& seen) {
+    constexpr double kEqual = 1e-3;
+    constexpr double kSameHill = 0.95;  // cosine: less than two steps of the sphere's directions
+    constexpr double kMostAbove = 1.3;  // of a summit over the nearest direction of the sphere
+    const std::array<glm::dvec3, 2> hills = twoHills(light);
+    const double length = glm::length(seen);
+    const bool isSeen = length > 0;
+    const Peak near = polish(light, isSeen ? seen / length : hills[0]);
+    Peak best = near;
+    for (const glm::dvec3& hill : hills) {
+        const double gain = light.gain(hill);
+        if (gain <= near.gain && (glm::dot(near.direction, hill) > kSameHill || gain * kMostAbove < near.gain)) continue;
+        const Peak found = polish(light, hill);
+        if (found.gain > best.gain) best = found;
+    }
+    return isSeen && light.residual(near.gain) <= light.residual(best.gain) + kEqual ? near.direction : best.direction;
+}
+
+}  // namespace
+
+DominantLightSample dominantReference(const lighting::ShRgb& incident, const glm::dvec3& normal, const glm::vec3& luminanceWeights) {
+    const glm::dvec3 vector = linearVector(incident, luminanceWeights);
+    const double fade = fadeOf(vector);
+    DominantLightSample result;
+    result.direction = storedDirection(vector, fade, normal);
+    const lighting::ShDouble basis = lighting::evaluateBasis(glm::normalize(result.direction));
+    for (std::size_t i = 0; i < basis.size(); ++i) result.intensity += basis[i] * glm::dvec3(incident[i]);
+    result.intensity = glm::max(fade * 4 * pi / lighting::kShCount * result.intensity, glm::dvec3(0));
+    return result;
+}
+
+DominantLightSample refinedReference(const lighting::ShRgb& incident, const glm::dvec3& normal, const glm::vec3& luminanceWeights,
+                                     bool hasAmbient, const glm::dvec3& seen) {
+    glm::dvec3 vector = linearVector(incident, luminanceWeights);
+    const double fade = fadeOf(vector);
+    const Light light(incident, hasAmbient);
+    DominantLightSample result;
+    if (fade > 0 && !light.isBlack()) vector = glm::length(vector) * bestDirection(light, seen);
+    result.direction = storedDirection(vector, fade, normal);
+    if (fade > 0) result.intensity = fade * light.intensity(glm::normalize(result.direction));
+    return result;
+}
+
+DominantLightSample explainedReference(const lighting::ShRgb& incident, const glm::dvec3& normal, const glm::vec3& luminanceWeights,
+                                       const glm::dvec3& seen) {
+    constexpr double kDimStart = 0.3, kDimEnd = 0.4;
+    DominantLightSample result = refinedReference(incident, normal, luminanceWeights, false, seen);
+    const Light light(incident, false);
+    if (light.isBlack()) return result;
+    result.intensity *= 1 - smoothStep(kDimStart, kDimEnd, light.residual(light.gain(glm::normalize(result.direction))));
+    return result;
+}
+
+Unexplained unexplainedBy(const lighting::ShRgb& incident, const DominantLightSample& light, bool hasAmbient) {
+    const double length = glm::length(light.direction);
+    const lighting::ShDouble basis = lighting::evaluateBasis(length > 0 ? light.direction / length : glm::dvec3(0, 0, 1));
+    Unexplained sum;
+    for (std::size_t i = 0; i < basis.size(); ++i) {
+        const glm::dvec3 truth(incident[i]);
+        glm::dvec3 left = truth - basis[i] * light.intensity;
+        if (i == 0 && hasAmbient) left = glm::min(left, glm::dvec3(0));
+        sum.error += glm::dot(left, left);
+        sum.energy += glm::dot(truth, truth);
+    }
+    return sum;
+}
+
+}  // namespace verify

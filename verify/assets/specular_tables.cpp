@@ -1,0 +1,261 @@
+#include "verify/specular_tables.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "lighting/sh.h"
+#include "lighting/sphere.h"
+#include "shaders/lightcook_cpp.h"
+#include "verify/error/random.h"
+#include "verify/texture_unit.h"
+
+namespace verify {
+namespace {
+
+constexpr int kLightCount = 12;
+/// More Gauss points a piece than tables are made with.
+constexpr int kReferencePoints = 24;
+/// Which coefficient each entry of a kernel belongs to.
+constexpr std::array<std::size_t, 6> kCoefficients = {0, 2, 3, 6, 7, 8};
+
+SpecularKernelEntries entriesOf(const shaders::LcSpecularKernel& k) {
+    SpecularKernelEntries entries;
+    for (int i = 0; i < 4; ++i) {
+        entries[static_cast<std::size_t>(i)] = k.c0236[i];
+        entries[static_cast<std::size_t>(4 + i)] = k.d0236[i];
+        entries[static_cast<std::size_t>(8 + i)] = k.cd78[i];
+    }
+    return entries;
+}
+
+shaders::LcSpecularKernel kernelOf(const SpecularKernelEntries& entries) {
+    const auto four = [&](std::size_t first) {
+        return glm::vec4(glm::dvec4(entries[first], entries[first + 1], entries[first + 2], entries[first + 3]));
+    };
+    return {four(0), four(4), four(8)};
+}
+
+/// Light 0 is constant; the others are half that and a directional light of the same mean radiance, 1 in all.
+lighting::ShDouble lightOf(int index) {
+    lighting::ShDouble light{};
+    if (index > 0) {
+        light = lighting::evaluateBasis(lighting::fibonacciHemisphere(index - 1, kLightCount));
+        for (double& coefficient : light) coefficient *= 2 * std::numbers::pi;
+    }
+    light[0] += (index > 0 ? 0.5 : 1.0) * std::sqrt(4 * std::numbers::pi);
+    return light;
+}
+
+double reflected(const SpecularKernelEntries& k, const SpecularKernelEntries& shading) {
+    double sum = 0;
+    for (std::size_t i = 0; i < k.size(); ++i) sum += shading[i] * k[i];
+    return sum;
+}
+
+double shadedByShader(const SpecularKernelEntries& k, const lighting::ShDouble& light, double f0) {
+    shaders::LcSh sh;
+    for (std::size_t i = 0; i < light.size(); ++i) sh.c[i] = glm::vec3(static_cast<float>(light[i]));
+    return shaders::lcAreaSpecular(sh, kernelOf(k), glm::vec3(static_cast<float>(f0))).x;
+}
+
+struct Pair {
+    double reference, cooked;
+    std::size_t sample = 0;
+    double f0 = 0;
+};
+
+ErrorFigures figuresOf(const CookedSpecularTables& tables, const std::vector<SpecularTableSample>& samples, const std::vector<Pair>& pairs,
+                       double key) {
+    ErrorAccumulator errors(key);
+    for (const Pair& pair : pairs)
+        errors.add(pair.reference, pair.cooked, [&] {
+            ErrorPlace place = tablePlace(tables, samples[pair.sample].NoV, samples[pair.sample].m);
+            place.f0 = pair.f0;
+            return place;
+        });
+    return errors.figures();
+}
+
+double logAverage(const std::vector<Pair>& pairs) {
+    double logSum = 0;
+    std::size_t count = 0;
+    for (const Pair& pair : pairs) {
+        if (!(pair.reference > 0)) continue;
+        logSum += std::log(pair.reference);
+        ++count;
+    }
+    return count > 0 ? std::exp(logSum / static_cast<double>(count)) : 0;
+}
+
+}  // namespace
+
+ErrorPlace tablePlace(const CookedSpecularTables& tables, double NoV, double m) {
+    const auto texelOf = [](const SpecularTableAxis& axis, double t) {
+        const double coordinate = axis.of(t) * static_cast<double>(axis.scale) + static_cast<double>(axis.offset);
+        return std::clamp(coordinate * axis.count - 0.5, 0.0, std::max(0.0, axis.count - 1.0));
+    };
+    ErrorPlace place;
+    place.channel = -1;
+    place.x = texelOf(tables.view, NoV);
+    place.y = texelOf(tables.roughness, m);
+    place.normal = {0, 0, 1};
+    place.view = {std::sqrt(std::max(0.0, 1 - NoV * NoV)), 0, NoV};
+    place.m = m;
+    return place;
+}
+
+void SpecularTableBounds::raise(const SpecularTableBounds& other) {
+    if (other.filter > filter) {
+        filter = other.filter;
+        filterAt = other.filterAt;
+    }
+    if (other.total > total) {
+        total = other.total;
+        totalAt = other.totalAt;
+    }
+}
+
+double SpecularTableAxis::at(double index) const {
+    return count == 1 ? minimum : minimum + (maximum - minimum) * index / (count - 1);
+}
+
+double SpecularTableAxis::of(double t) const {
+    return std::sqrt(std::max(0.0, (factors[0] + factors[1] * t) * (factors[2] + factors[3] * t)));
+}
+
+std::array<double, 3> SpecularTableAxis::radicand() const {
+    return {factors[0] * factors[2], factors[0] * factors[3] + factors[1] * factors[2], factors[1] * factors[3]};
+}
+
+double SpecularTableAxis::inverse(double value) const {
+    const auto [ends, linear, quadratic] = radicand();
+    const double constant = ends - value * value;
+    const double root = std::sqrt(std::max(0.0, linear * linear - 4 * quadratic * constant));
+    const double t = quadratic == 0 ? -constant / linear : ((linear + quadratic > 0 ? root : -root) - linear) / (2 * quadratic);
+    return std::clamp(t, 0.0, 1.0);
+}
+
+SpecularKernelEntries entriesOf(const lighting::AreaSpecularKernel& k) {
+    return {k.c[0], k.c[2], k.c[3], k.c[6], k.d[0], k.d[2], k.d[3], k.d[6], k.c[7], k.c[8], k.d[7], k.d[8]};
+}
+
+SpecularKernelEntries fetchSpecularTables(const CookedSpecularTables& tables, double NoV, double m) {
+    const auto coordinate = [](const SpecularTableAxis& axis, double t) {
+        const glm::vec4 factors(glm::dvec4(axis.factors[0], axis.factors[1], axis.factors[2], axis.factors[3]));
+        const float value = shaders::lcTableAxis(static_cast<float>(t), factors);
+        return static_cast<double>(shaders::lcTableCoordinate(value, axis.scale, axis.offset));
+    };
+    const glm::dvec2 uv(coordinate(tables.view, NoV), coordinate(tables.roughness, m));
+    const auto texel = [&](std::size_t texture) { return sampleBilinear(tables.textures[texture].view(), uv); };
+    const shaders::LcSpecularConstants constants{{tables.scale[0], tables.scale[1], tables.scale[2]},
+                                                 {tables.bias[0], tables.bias[1], tables.bias[2]}};
+    return entriesOf(shaders::lcSpecularKernel({texel(0), texel(1), texel(2)}, constants));
+}
+
+std::vector<SpecularTableSample> specularTableSamples(const CookedSpecularTables& tables, int randomCount, std::uint64_t seed) {
+    const SpecularTableAxis &view = tables.view, &roughness = tables.roughness;
+    const auto sampleAt = [&](double x, double y, bool isNode, bool isMiddle) {
+        return SpecularTableSample{view.inverse(view.at(x)), roughness.inverse(roughness.at(y)), isNode, isMiddle};
+    };
+    std::vector<SpecularTableSample> samples;
+    for (int y = 0; y < roughness.count; ++y)
+        for (int x = 0; x < view.count; ++x) samples.push_back(sampleAt(x, y, true, false));
+    for (int y = 0; y < std::max(1, roughness.count - 1); ++y)
+        for (int x = 0; x + 1 < view.count; ++x) samples.push_back(sampleAt(x + 0.5, y + 0.5, false, true));
+    Random random(seed);
+    const double low = roughness.inverse(roughness.minimum), high = roughness.inverse(roughness.maximum);
+    for (int i = 0; i < randomCount; ++i) {
+        const double NoV = random.next();
+        samples.push_back({NoV, low + (high - low) * random.next(), false, false});
+    }
+    return samples;
+}
+
+SpecularTableResult compareSpecularTables(const CookedSpecularTables& tables, const SpecularTableSample& sample) {
+    const auto kernel =
+        lighting::areaSpecular(std::max(sample.NoV, kSmallestTableNoV), sample.m, tables.lobe, tables.normalization, kReferencePoints);
+    return {entriesOf(kernel), fetchSpecularTables(tables, sample.NoV, sample.m)};
+}
+
+SpecularTableStepError specularTableStepError(const CookedSpecularTables& tables, const std::vector<SpecularTableSample>& samples,
+                                              const std::vector<SpecularTableResult>& results) {
+    assert(samples.size() == results.size());
+    SpecularTableStepError worst;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        if (!samples[i].isNode) continue;
+        for (std::size_t k = 0; k < results[i].reference.size(); ++k) {
+            const double step = std::abs(static_cast<double>(tables.scale[k / 4][static_cast<int>(k % 4)])) / 65535;
+            // A NaN is an error too: the largest there is.
+            const double error = std::abs(results[i].cooked[k] - results[i].reference[k]);
+            const double steps = std::isnan(error) ? 65535.0 : error / std::max(step, 1e-9);
+            if (steps > worst.steps) worst = {steps, k, samples[i].NoV, samples[i].m};
+        }
+    }
+    return worst;
+}
+
+std::vector<SpecularKernelEntries> specularTableShadings(const std::vector<double>& f0) {
+    constexpr std::array<std::size_t, 6> kC = {0, 1, 2, 3, 8, 9}, kD = {4, 5, 6, 7, 10, 11};
+    std::vector<SpecularKernelEntries> shadings;
+    for (int light = 0; light <= kLightCount; ++light)
+        for (const double f : f0) {
+            const lighting::ShDouble incident = lightOf(light);
+            SpecularKernelEntries shading{};
+            for (std::size_t i = 0; i < kC.size(); ++i) {
+                shading[kC[i]] = f * incident[kCoefficients[i]];
+                shading[kD[i]] = (1 - f) * incident[kCoefficients[i]];
+            }
+            shadings.push_back(shading);
+        }
+    return shadings;
+}
+
+SpecularTableKeys specularTableKeys(const std::vector<SpecularTableSample>& samples, const std::vector<SpecularTableResult>& results,
+                                    const std::vector<double>& f0) {
+    const std::vector<SpecularKernelEntries> shadings = specularTableShadings(f0);
+    std::vector<Pair> shaded;
+    double squares = 0;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        for (const SpecularKernelEntries& shading : shadings) shaded.push_back({reflected(results[i].reference, shading), 0});
+        if (!samples[i].isNode) continue;
+        for (const double entry : results[i].reference) squares += entry * entry;
+        count += results[i].reference.size();
+    }
+    return {std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, count))), logAverage(shaded)};
+}
+
+std::vector<StageError> specularTableStages(const CookedSpecularTables& tables, const std::vector<SpecularTableSample>& samples,
+                                            const std::vector<SpecularTableResult>& results, const std::vector<double>& f0,
+                                            const SpecularTableBounds& bounds) {
+    assert(samples.size() == results.size());
+    const SpecularTableKeys keys = specularTableKeys(samples, results, f0);
+    const std::vector<SpecularKernelEntries> shadings = specularTableShadings(f0);
+    std::vector<Pair> nodes, between, shaded;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        for (std::size_t k = 0; k < results[i].reference.size(); ++k)
+            (samples[i].isNode ? nodes : between).push_back({results[i].reference[k], results[i].cooked[k], i});
+        std::size_t shading = 0;
+        for (int light = 0; light <= kLightCount; ++light)
+            for (const double f : f0)
+                shaded.push_back(
+                    {reflected(results[i].reference, shadings[shading++]), shadedByShader(results[i].cooked, lightOf(light), f), i, f});
+    }
+    const auto stage = [&](const char* name, const std::vector<Pair>& pairs, double key) {
+        return StageError{name, {}, figuresOf(tables, samples, pairs, key), 0};
+    };
+    std::vector<StageError> stages = {stage("quantize", nodes, keys.kernel), stage("filter", between, keys.kernel),
+                                      stage("total", shaded, keys.shaded)};
+    const auto bound = [](ErrorFigures& figures, double most, const ErrorPlace& at) {
+        figures.maxBound = std::isfinite(most) ? most : std::numeric_limits<double>::max();
+        figures.boundAt = at;
+    };
+    bound(stages[0].specular, stages[0].specular.maxSampled, stages[0].specular.sampledAt);
+    bound(stages[1].specular, bounds.filter, bounds.filterAt);
+    bound(stages[2].specular, bounds.total, bounds.totalAt);
+    return stages;
+}
+
+}  // namespace verify

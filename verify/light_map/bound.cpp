@@ -1,0 +1,284 @@
+#include "verify/light_map/bound.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "lighting/quadratic.h"
+#include "lighting/radiometry.h"
+
+namespace verify {
+
+namespace {
+
+/// Dinkelbach's iteration takes four or five steps; rings of light that make a denominator vanish end it by themselves.
+constexpr int kMaximumSteps = 32;
+/// Of those, the first may go by any place; a place that does not get t further by this factor is not worth it.
+constexpr int kQuickSteps = 6;
+constexpr double kWorthwhile = 1.001;
+/// A denominator below this part of the floor: the reference is negative there, and the other bound serves better.
+constexpr double kVanishing = 1e-3;
+constexpr double kRelativeSlack = 1e-12;
+/// What sums and extrema in double may be off, as a part of the lengths that go into them: extremaOnSphere promises 1e-12.
+constexpr double kArithmetic = 4e-12;
+/// |r| >= share r for any share in [-1, 1]. Light that rings below zero, by less than floor / share, is still bounded by that share of
+/// its bright side, instead of by the floor alone (share 0).
+constexpr std::array<double, 6> kShares = {1.0, 1.0 / 4, 1.0 / 16, 1.0 / 64, 1.0 / 256, 0.0};
+
+/// sign e - t r.
+lighting::ShDouble combined(const ErrorPair& pair, double sign, double t) {
+    lighting::ShDouble out;
+    for (std::size_t i = 0; i < out.size(); ++i)
+        out[i] = sign * static_cast<double>(pair.error[i]) - t * static_cast<double>(pair.reference[i]);
+    return out;
+}
+
+/// Whether a quadratic on the sphere stays under a limit, as far as a quick look tells.
+enum class Look { Under, Over, Unclear };
+
+/// mu I - A of a quadratic c + b n + n A n, and what its inverse does.
+class Shifted {
+public:
+    Shifted(const glm::dmat3& a, double mu) : m_{mu - a[0][0], -a[0][1], -a[0][2], mu - a[1][1], -a[1][2], mu - a[2][2]} {
+        adjugate_ = {m_[3] * m_[5] - m_[4] * m_[4], m_[2] * m_[4] - m_[1] * m_[5], m_[1] * m_[4] - m_[2] * m_[3],
+                     m_[0] * m_[5] - m_[2] * m_[2], m_[1] * m_[2] - m_[0] * m_[4], m_[0] * m_[3] - m_[1] * m_[1]};
+        determinant_ = m_[0] * adjugate_[0] + m_[1] * adjugate_[1] + m_[2] * adjugate_[2];
+    }
+    /// Positive definite, and by enough that products with its inverse are good to some 1e-13 of themselves.
+    bool isSound() const {
+        constexpr double kSound = 1e-3;
+        const double trace = m_[0] + m_[3] + m_[5];
+        return m_[0] > 0 && adjugate_[5] > 0 && determinant_ > kSound * trace * trace * trace;
+    }
+    glm::dvec3 solve(const glm::dvec3& b) const {
+        return glm::dvec3(adjugate_[0] * b.x + adjugate_[1] * b.y + adjugate_[2] * b.z,
+                          adjugate_[1] * b.x + adjugate_[3] * b.y + adjugate_[4] * b.z,
+                          adjugate_[2] * b.x + adjugate_[4] * b.y + adjugate_[5] * b.z) /
+               determinant_;
+    }
+
+private:
+    std::array<double, 6> m_, adjugate_{};  ///< xx xy xz yy yz zz
+    double determinant_ = 0;
+};
+
+/// max over n of b n + n A n is the least mu + b (mu I - A)^-1 b / 4 over mu above A's largest eigenvalue: any such mu is a proof, and a
+/// few steps towards the best one settle nearly every case for a tenth of what an eigenproblem costs. y = (mu I - A)^-1 b / 2 has length
+/// 1 at the best mu, and is the place of the maximum; Newton's steps on 1 / |y|, as in lighting/sh/quadratic.cpp.
+/// over  if not null, a place over the limit
+Look lookAt(const lighting::SphereQuadratic& quadratic, double limit, glm::dvec3* over = nullptr) {
+    constexpr int kSteps = 6;
+    const double allowed = limit - quadratic.constant;
+    const glm::dmat3& a = quadratic.symmetric;
+    const glm::dvec3& b = quadratic.linear;
+    double squares = 0;
+    for (int i = 0; i < 3; ++i) squares += glm::dot(a[i], a[i]);
+    const double slope = glm::length(b);
+    double low = std::max({a[0][0], a[1][1], a[2][2]}), high = allowed;
+    // A has no trace: its eigenvalues are at most sqrt(2 / 3) of its norm.
+    double mu = std::min(std::sqrt(squares / 1.5) + 0.5 * slope, allowed - 0.25 * slope);
+    for (int step = 0; step < kSteps && high > low; ++step) {
+        if (!(mu > low && mu < high)) mu = 0.5 * (low + high);
+        const Shifted shifted(a, mu);
+        if (!shifted.isSound()) {
+            low = mu;
+            continue;
+        }
+        const glm::dvec3 w = shifted.solve(b);
+        const double along = glm::dot(b, w), squared = glm::dot(w, w);
+        if (mu + 0.25 * along <= allowed) return Look::Under;
+        if (!(squared > 0)) return Look::Unclear;
+        const double length = std::sqrt(squared);
+        if (along / length + mu - along / squared > allowed) {  // the quadratic at w / |w|
+            if (over != nullptr) *over = w / length;
+            return Look::Over;
+        }
+        (squared < 4 ? high : low) = mu;
+        mu += (0.5 * length - 1) * squared / glm::dot(w, shifted.solve(w));
+    }
+    return Look::Unclear;
+}
+
+bool isUnder(const lighting::ShDouble& coefficients, const Response& response, double limit) {
+    const lighting::SphereQuadratic quadratic = lighting::sphereQuadratic(coefficients, response.bands);
+    const Look look = lookAt(quadratic, limit);
+    return look == Look::Unclear ? lighting::extremaOnSphere(quadratic).maximum <= limit : look == Look::Under;
+}
+
+lighting::ShBands normsOf(const lighting::ShDouble& k) {
+    return {std::abs(k[0]), std::sqrt(k[1] * k[1] + k[2] * k[2] + k[3] * k[3]),
+            std::sqrt(k[4] * k[4] + k[5] * k[5] + k[6] * k[6] + k[7] * k[7] + k[8] * k[8])};
+}
+
+lighting::ShBands axialNorms(const Response& response) {
+    return Response{response.bands, {}}.norms();
+}
+
+/// Maximum over directions, from above, without an eigenproblem. norms: axialNorms of the response
+double cheapMaximum(const lighting::ShDouble& k, const lighting::ShBands& norms) {
+    const lighting::ShBands lengths = normsOf(k);
+    return norms[0] * k[0] + norms[1] * lengths[1] + norms[2] * lengths[2];
+}
+
+/// One condition of the bound: error and reference of a pair under a response, with all that is beside the quadratic.
+struct Condition {
+    double over = 0;   ///< added to the error
+    double floor = 0;  ///< what is left of it for this share of the reference
+};
+Condition conditionOf(const ErrorPair& pair, const Response& response, double share, double floor, const lighting::ShBands& slack) {
+    lighting::ShBands beside = response.residual;
+    for (std::size_t l = 0; l < beside.size(); ++l) beside[l] += kArithmetic * response.bands[l];
+    return {bandSum(slack, response.norms()) + bandSum(bandNorms(pair.error), beside),
+            floor - share * bandSum(bandNorms(pair.reference), beside)};
+}
+
+bool staysUnder(const ErrorPair& pair, const Response& response, double share, double floor, const lighting::ShBands& slack, double limit) {
+    const Condition condition = conditionOf(pair, response, share, floor, slack);
+    const lighting::ShBands norms = axialNorms(response);
+    const double allowed = limit * condition.floor - condition.over;
+    for (const double sign : {1.0, -1.0}) {
+        const lighting::ShDouble k = combined(pair, sign, limit * share);
+        if (cheapMaximum(k, norms) <= allowed) continue;
+        if (!isUnder(k, response, allowed)) return false;
+    }
+    return true;
+}
+
+double valueAt(const lighting::Sh& coefficients, const Response& response, const glm::dvec3& n) {
+    lighting::ShDouble out;
+    std::ranges::copy(coefficients, out.begin());
+    return lighting::sphereQuadratic(out, response.bands)(n);
+}
+
+/// Raises t until s e - t (share r + floor) is nowhere positive; infinity where it cannot.
+/// at  the direction that t was raised for last, if it was
+double raised(const ErrorPair& pair, const Response& response, double sign, double share, double floor, const lighting::ShBands& slack,
+              double t, std::optional<glm::dvec3>& at) {
+    const Condition condition = conditionOf(pair, response, share, floor, slack);
+    const lighting::ShBands norms = axialNorms(response);
+    const auto underAt = [&](const glm::dvec3& n) { return share * valueAt(pair.reference, response, n) + condition.floor; };
+    const auto ratioAt = [&](const glm::dvec3& n, double under) {
+        return (sign * valueAt(pair.error, response, n) + condition.over) / under;
+    };
+    for (int step = 0; step < kMaximumSteps; ++step) {
+        const lighting::ShDouble k = combined(pair, sign, t * share);
+        const double allowed = t * condition.floor - condition.over;
+        if (cheapMaximum(k, norms) <= allowed) return t;
+        const lighting::SphereQuadratic quadratic = lighting::sphereQuadratic(k, response.bands);
+        glm::dvec3 place;
+        const Look look = lookAt(quadratic, allowed, &place);
+        if (look == Look::Under) return t;
+        // Any place over the limit takes t further; only the highest of all ends it.
+        if (look == Look::Over && step < kQuickSteps) {
+            const double under = underAt(place);
+            const double next = under >= kVanishing * floor ? ratioAt(place, under) : 0;
+            if (next > t * kWorthwhile) {
+                t = next;
+                at = place;
+                continue;
+            }
+        }
+        const lighting::Extrema extrema = lighting::extremaOnSphere(quadratic);
+        if (extrema.maximum <= allowed) return t;
+        const double under = underAt(extrema.maximumAt);
+        if (!(under >= kVanishing * floor)) break;
+        const double next = ratioAt(extrema.maximumAt, under);
+        if (!(next > t * (1 + kRelativeSlack))) return t * (1 + 2 * kRelativeSlack);
+        t = next;
+        at = extrema.maximumAt;
+    }
+    return std::numeric_limits<double>::infinity();
+}
+
+/// Nothing can be proven of what is not a number: every comparison with it is false.
+bool areFinite(std::span<const ErrorPair> pairs) {
+    const auto isFinite = [](double value) { return std::isfinite(value); };
+    return std::ranges::all_of(pairs, [&](const ErrorPair& pair) {
+        return std::ranges::all_of(pair.error, isFinite) && std::ranges::all_of(pair.reference, isFinite);
+    });
+}
+
+}  // namespace
+
+lighting::ShBands bandNorms(const lighting::Sh& c) {
+    // In double: squares of floats neither vanish nor overflow in it.
+    lighting::ShDouble k;
+    std::ranges::copy(c, k.begin());
+    return {std::abs(k[0]), std::sqrt(k[1] * k[1] + k[2] * k[2] + k[3] * k[3]),
+            std::sqrt(k[4] * k[4] + k[5] * k[5] + k[6] * k[6] + k[7] * k[7] + k[8] * k[8])};
+}
+
+double bandSum(const lighting::ShBands& norms, const lighting::ShBands& factors) {
+    return norms[0] * factors[0] + norms[1] * factors[1] + norms[2] * factors[2];
+}
+
+lighting::ShBands Response::norms() const {
+    lighting::ShBands out = residual;
+    constexpr lighting::ShBands kLargest = {lighting::kShConstant, lighting::kShLinear, 2 * lighting::kShZonal};
+    for (std::size_t l = 0; l < out.size(); ++l) out[l] += bands[l] * kLargest[l];
+    return out;
+}
+
+double localErrorBound(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
+                       double atMost, BoundPlace* place) {
+    if (!areFinite(pairs)) return std::numeric_limits<double>::infinity();
+    double bound = atMost;
+    for (const double share : kShares) {
+        double relative = 0;
+        BoundPlace reached;
+        for (const Response& response : responses)
+            for (std::size_t i = 0; i < pairs.size(); ++i)
+                for (const double sign : {1.0, -1.0}) {
+                    if (!(relative < bound)) continue;
+                    std::optional<glm::dvec3> at;
+                    relative = raised(pairs[i], response, sign, share, floor, slack, relative, at);
+                    if (at && place != nullptr)
+                        reached = {i, *at, valueAt(pairs[i].error, response, *at), valueAt(pairs[i].reference, response, *at)};
+                }
+        if (!(relative < bound)) continue;
+        bound = relative;
+        if (place != nullptr) *place = reached;
+    }
+    return bound;
+}
+
+AxisCone axisCone(std::span<const glm::vec3> vectors, double rounding) {
+    AxisCone cone{glm::vec3(0, 0, 1), std::numbers::sqrt3};
+    glm::dvec3 sum(0);
+    for (const glm::vec3& v : vectors) sum += glm::dvec3(v);
+    if (!(glm::length(sum) > 0)) return cone;
+    cone.axis = glm::vec3(glm::normalize(sum));
+    double slope = 0;
+    for (const glm::vec3& v : vectors) {
+        const double along = glm::dot(glm::dvec3(cone.axis), glm::dvec3(v));
+        const double across = glm::length(glm::dvec3(v) - along * glm::dvec3(cone.axis));
+        if (!(along > 2 * rounding)) return cone;
+        slope = std::max(slope, (across + 2 * rounding) / (along - 2 * rounding));
+    }
+    cone.deviation = std::numbers::sqrt3 * slope / std::sqrt(1 + slope * slope);
+    return cone;
+}
+
+bool staysWithin(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
+                 double limit) {
+    if (!areFinite(pairs)) return false;
+    return std::ranges::all_of(responses,
+                               [&](const Response& response) {
+                                   const lighting::ShBands norms = response.norms();
+                                   const double allowed = limit * floor - bandSum(slack, norms);
+                                   return std::ranges::all_of(
+                                       pairs, [&](const ErrorPair& pair) { return bandSum(bandNorms(pair.error), norms) <= allowed; });
+                               }) ||
+           std::ranges::any_of(kShares, [&](double share) {
+               return std::ranges::all_of(responses, [&](const Response& response) {
+                   return std::ranges::all_of(
+                       pairs, [&](const ErrorPair& pair) { return staysUnder(pair, response, share, floor, slack, limit); });
+               });
+           });
+}
+
+}  // namespace verify

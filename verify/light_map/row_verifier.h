@@ -1,0 +1,140 @@
+// One run over rows of a map whose layout is known at compile time. Private to verify/.
+#pragma once
+
+#include "verify/light_map/quads.h"
+
+namespace verify::lightmap {
+
+/// A random number in [0, 1) that is a function of its place alone.
+inline float hashedFraction(std::uint64_t seed, std::uint64_t place) {
+    std::uint64_t z = seed * 0x9e3779b97f4a7c15u + place * 0xbf58476d1ce4e5b9u + 0x94d049bb133111ebu;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return static_cast<float>((z ^ (z >> 31)) >> 40) * 0x1p-24f;
+}
+
+/// What float sums of nine products may add to a sampled error, as a part of it.
+inline constexpr double kShadingRounding = 2e-6;
+
+template <class Layout>
+class RowVerifier {
+public:
+    /// errors  none yet, one stage for each of the layout's, and "magnified"
+    RowVerifier(const Layout& layout, LightMapErrors errors, const CookedLightMap& map, const LightMapSampling& sampling,
+                const ShadingSetup& setup, float perKey, const DecodedLightMapRows& texels, const formats::LightMapBand& reference)
+        : rows_(layout, map, perKey, texels, reference),
+          sampling_(sampling),
+          liberties_(rows_, setup.freedom),
+          judge_(setup, perKey),
+          quads_(rows_, liberties_, judge_),
+          errors_(std::move(errors)),
+          worst_(kStages),
+          shader_(setup.diffuse, setup.specular, 1 / static_cast<double>(perKey)) {}
+
+    LightMapErrors run(int firstRow, int rowCount) {
+        rows_.forEachTexel(firstRow, rowCount, [&](const Row& row, int x, int y) { centre(row, x, y); });
+        if (sampling_.bounds) {
+            if (sampling_.positionsPerQuad > 0)
+                rows_.forEachQuad(firstRow, rowCount, [&](const Corners& corners, int x, int y) {
+                    for (int sample = 0; sample < sampling_.positionsPerQuad; ++sample) magnified(corners, x, y, sample);
+                });
+            // Where samples were worst the bounds are likely to be: after those most quads are settled at a glance.
+            for (const auto& [x, y] : worstSampled_)
+                if (x >= 0) quads_.look(x, y);
+            quads_.glance(firstRow, rowCount);
+            quads_.settle();
+        }
+        for (std::size_t stage = 0; stage < kStages; ++stage) addBounds(errors_.accumulators[stage], worst_[stage]);
+        addBounds(errors_.accumulators.back(), quads_.worst());
+        return std::move(errors_);
+    }
+
+    LightMapVerifier::QuadBound oneQuad(int x, int y) {
+        quads_.look(x, y);
+        return {quads_.worst().diffuse.bound, quads_.worst().specular.bound};
+    }
+
+private:
+    using Row = typename MapRows<Layout>::Row;
+    using Corners = typename MapRows<Layout>::Corners;
+    static constexpr std::size_t kStages = Layout::kEarlyStages.size() + 1;  ///< at texel centres
+
+    void addBounds(LightMapErrors::Stage& stage, const Worst& worst) const {
+        stage.diffuse.addBound(worst.diffuse.bound, worst.diffuse.place);
+        if (judge_.setup().hasSpecular()) stage.specular.addBound(worst.specular.bound, worst.specular.place);
+    }
+    void addErrors(std::size_t stage, const LcSh& error) {
+        LightMapErrors::Stage& accumulators = errors_.accumulators[stage];
+        shader_.add(error, accumulators.diffuse, accumulators.specular);
+    }
+
+    void centre(const Row& row, int x, int y) {
+        const LcSh& reference = row.reference[index(x)];
+        shader_.setReference(reference, rows_.normalAt(x, y), {x, y});
+        std::size_t stage = 0;
+        const auto stageError = [&](const LcSh& result) {
+            const LcSh error = difference(result, reference);
+            addErrors(stage, error);
+            if (sampling_.bounds) {
+                // Stages before the last are told as an ideal sampler has them.
+                const bool isLast = stage == Layout::kEarlyStages.size();
+                boundCentre(worst_[stage], error, reference, isLast ? liberties_.ofCentre(row.texels[index(x)], x, y) : ChannelSlack{}, x,
+                            y);
+            }
+            ++stage;
+        };
+        if constexpr (Layout::kEarlyStages.size() > 0) {
+            const LcSh unscaledReference = scaled(reference, 1 / rows_.perKey());
+            const auto& decode = layouts::decodeAt(rows_.layout(), x, y);
+            for (std::size_t early = 0; early < Layout::kEarlyStages.size(); ++early)
+                stageError(scaled(decode.decodeEarly(early, row.texels[index(x)], unscaledReference), rows_.perKey()));
+        }
+        stageError(rows_.decoded(row.texels[index(x)], x, y));
+    }
+    void boundCentre(Worst& worst, const LcSh& error, const LcSh& reference, const ChannelSlack& freedom, int x, int y) const {
+        BandLengths all = bandLengths(error);
+        for (std::size_t l = 0; l < 3; ++l)
+            for (std::size_t c = 0; c < kChannels; ++c)
+                all[3 * l + c] =
+                    kOutward * (all[3 * l + c] + static_cast<float>(kShadingRounding) * all[3 * l + c] + static_cast<float>(freedom[c][l]));
+        if (judge_.isCertainlyWithin(worst, judge_.mostOf(all))) return;
+        ChannelSlack slack = freedom;
+        addLengths(slack, error, kShadingRounding);
+        if (judge_.isCertainlyWithin(worst, largestSquares({&error, 1}), slack)) return;
+        const Channels errors = channelsOf(error), references = channelsOf(reference);
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            const std::array<ErrorPair, 1> pair = {ErrorPair{errors[c], references[c]}};
+            judge_.raise(worst, pair, slack[c], {static_cast<double>(x), static_cast<double>(y), 0, 1, static_cast<int>(c)});
+        }
+    }
+
+    void magnified(const Corners& corners, int x, int y, int sample) {
+        const auto place =
+            2 * ((static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(rows_.width()) + static_cast<std::uint64_t>(x)) *
+                     static_cast<std::uint64_t>(sampling_.positionsPerQuad) +
+                 static_cast<std::uint64_t>(sample));
+        const float u = hashedFraction(sampling_.seed, place), v = hashedFraction(sampling_.seed, place + 1);
+        // The four corners as the filter sees them there.
+        const auto filter = [&](const auto& at) { return blend(blend(*at[0], *at[1], u), blend(*at[2], *at[3], u), v); };
+        const LcSh reference = filter(corners.references);
+        shader_.setReference(reference, rows_.normalAt(x, y), glm::dvec2(x, y) + glm::dvec2(u, v));
+        const LightMapErrors::Stage& stage = errors_.accumulators.back();
+        const std::array<double, 2> before = {stage.diffuse.maxSampled(), stage.specular.maxSampled()};
+        addErrors(kStages, difference(rows_.decoded(filter(corners.texels), x, y), reference));
+        const std::array<double, 2> after = {stage.diffuse.maxSampled(), stage.specular.maxSampled()};
+        for (std::size_t kind = 0; kind < after.size(); ++kind)
+            if (after[kind] > before[kind]) worstSampled_[kind] = {x, y};
+    }
+
+    const MapRows<Layout> rows_;
+    const LightMapSampling& sampling_;
+    const Liberties<Layout> liberties_;
+    const BoundJudge judge_;
+    QuadBounds<Layout> quads_;
+    LightMapErrors errors_;
+    std::vector<Worst> worst_;  ///< [stage], at texel centres
+    ErrorShader shader_;
+    std::array<std::pair<int, int>, 2> worstSampled_{{{-1, -1}, {-1, -1}}};  ///< the quads with the worst diffuse and specular samples
+};
+
+}  // namespace verify::lightmap

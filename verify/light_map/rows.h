@@ -1,0 +1,148 @@
+// Rows of a cooked map and its reference, side by side, as the verifier walks over them. Private to verify/.
+#pragma once
+
+#include <algorithm>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "verify/light_map.h"
+#include "verify/light_map/layouts.h"
+#include "verify/light_map/vectors.h"
+
+namespace verify::lightmap {
+
+inline std::size_t index(int x) {
+    return static_cast<std::size_t>(x);
+}
+
+/// A map whose layout is known at compile time.
+template <class Layout>
+class MapRows {
+public:
+    using LayerTexels = layouts::Texels<Layout::kLayers>;
+    /// Of the corners (0, 0), (1, 0), (0, 1), (1, 1) of a quad.
+    using QuadTexels = std::array<const LayerTexels*, 4>;
+    using QuadReferences = std::array<const LcSh*, 4>;
+
+    /// perKey  light in units of the key
+    MapRows(const Layout& layout, const CookedLightMap& map, float perKey, const DecodedLightMapRows& texels,
+            const formats::LightMapBand& reference)
+        : layout_(layout), map_(map), perKey_(perKey), texels_(texels), reference_(reference) {}
+
+    const Layout& layout() const { return layout_; }
+    int width() const { return map_.width; }
+    float perKey() const { return perKey_; }
+    const DecodedLightMapRows& texels() const { return texels_; }
+    const glm::vec3& normalAt(int x, int y) const { return reference_.normal.at(x, y - reference_.firstRow); }
+
+    /// A row of the map; light in units of the key.
+    struct Row {
+        std::vector<std::uint8_t> covered;
+        std::vector<LcSh> reference;
+        std::vector<LayerTexels> texels;
+    };
+    struct Corners {
+        QuadTexels texels;
+        QuadReferences references;
+    };
+    static Corners cornersOf(const Row& above, const Row& below, int x) {
+        const std::size_t i = index(x);
+        return {{&above.texels[i], &above.texels[i + 1], &below.texels[i], &below.texels[i + 1]},
+                {&above.reference[i], &above.reference[i + 1], &below.reference[i], &below.reference[i + 1]}};
+    }
+
+    /// work(row, x, y) for every covered texel of these rows.
+    template <class Work>
+    void forEachTexel(int firstRow, int rowCount, Work&& work) const {
+        Row row;
+        for (int y = firstRow; y < firstRow + rowCount; ++y) {
+            loadRow(y, row);
+            for (int x = 0; x < map_.width; ++x)
+                if (row.covered[index(x)] != 0) work(row, x, y);
+        }
+    }
+    /// work(row, row below, y) for these rows, as far as there is a row below.
+    template <class Work>
+    void forEachPairOfRows(int firstRow, int rowCount, Work&& work) const {
+        Row above, below;
+        loadRow(firstRow, above);
+        for (int y = firstRow; y < std::min(firstRow + rowCount, map_.height - 1); ++y) {
+            loadRow(y + 1, below);
+            work(above, below, y);
+            std::swap(above, below);
+        }
+    }
+    static bool isQuad(const Row& above, const Row& below, int x) {
+        const std::size_t i = index(x);
+        return above.covered[i] != 0 && above.covered[i + 1] != 0 && below.covered[i] != 0 && below.covered[i + 1] != 0;
+    }
+    /// work(corners, x, y) for every quad of covered texels that begins in these rows.
+    template <class Work>
+    void forEachQuad(int firstRow, int rowCount, Work&& work) const {
+        forEachPairOfRows(firstRow, rowCount, [&](const Row& above, const Row& below, int y) {
+            for (int x = 0; x + 1 < map_.width; ++x)
+                if (isQuad(above, below, x)) work(cornersOf(above, below, x), x, y);
+        });
+    }
+    /// work(corners) for the quad whose top left texel is (x, y).
+    template <class Work>
+    void withQuad(int x, int y, Work&& work) const {
+        Row above, below;
+        loadTexels(x, 2, y, above);
+        loadTexels(x, 2, y + 1, below);
+        work(cornersOf(above, below, 0));
+    }
+
+    /// Whether corners i and j of the quad at (x, y) have the same decode.
+    bool hasSameDecode(int x, int y, int i, int j) const {
+        if constexpr (requires { layout_.at(x, y); }) return i == j || layout_.at(x + i % 2, y + i / 2) == layout_.at(x + j % 2, y + j / 2);
+        return true;
+    }
+    /// Whether no corner before this one has the same decode: a quad is bounded under each that a surface could bring along.
+    bool isNewDecode(int x, int y, int corner) const {
+        for (int before = 0; before < corner; ++before)
+            if (hasSameDecode(x, y, before, corner)) return false;
+        return true;
+    }
+
+    /// The decode of texel (x, y) in units of the key.
+    LcSh decoded(const LayerTexels& texels, int x, int y) const { return scaled(layouts::decodeAt(layout_, x, y).decode(texels), perKey_); }
+
+private:
+    void loadRow(int y, Row& row) const { loadTexels(0, map_.width, y, row); }
+    void loadTexels(int firstX, int count, int y, Row& row) const {
+        row.covered.resize(index(count));
+        row.reference.resize(index(count));
+        row.texels.resize(index(count));
+        const int bandRow = y - reference_.firstRow, texelRow = y - texels_.firstRow;
+        for (int i = 0; i < count; ++i) {
+            const int x = firstX + i;
+            row.covered[index(i)] = reference_.covered.at(x, bandRow);
+            if (row.covered[index(i)] == 0) continue;
+            row.reference[index(i)] = referenceAt(x, bandRow);
+            std::size_t layer = 0;
+            for (const auto& texture : texels_.textures)
+                for (const formats::Image<glm::vec4>& image : texture) row.texels[index(i)][layer++] = image.at(x, texelRow);
+        }
+    }
+    LcSh referenceAt(int x, int bandRow) const {
+        LcSh out{};
+        const lighting::ShRgb& sh = reference_.sh.at(x, bandRow);
+        for (std::size_t i = 0; i < kCount; ++i) out.c[i] = perKey_ * sh[i];
+        if constexpr (std::is_same_v<Layout, layouts::Flat>) {
+            LcSh flat{};
+            flat.c[0] = shaders::lcExitRadiance(out, reference_.normal.at(x, bandRow)) / layouts::Flat::kY0;
+            return flat;
+        }
+        return out;
+    }
+
+    const Layout& layout_;
+    const CookedLightMap& map_;
+    float perKey_;
+    const DecodedLightMapRows& texels_;
+    const formats::LightMapBand& reference_;
+};
+
+}  // namespace verify::lightmap

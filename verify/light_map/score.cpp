@@ -1,0 +1,56 @@
+#include "verify/light_map/score.h"
+
+#include <cassert>
+
+#include "verify/light_map/shading.h"
+
+namespace verify {
+
+struct LightMapScore::State {
+    ShadingMatrix diffuse, specular;
+    float perKey = 1;
+};
+
+void LightMapScore::Errors::merge(const Errors& other) {
+    diffuse.merge(other.diffuse);
+    specular.merge(other.specular);
+}
+
+formats::Result<LightMapScore> LightMapScore::create(const LightMapShading& shading, double key) {
+    if (auto error = checkShading(shading)) return tl::make_unexpected(*error);
+    auto state = std::make_unique<State>();
+    state->perKey = key > 0 ? static_cast<float>(1 / key) : 1.0f;
+    state->diffuse = diffuseMatrix(shading.normalCount);
+    if (shading.specular) state->specular = specularMatrix(shading);
+    return LightMapScore(std::move(state));
+}
+
+LightMapScore::LightMapScore(std::unique_ptr<const State> state) : state_(std::move(state)) {}
+LightMapScore::LightMapScore(LightMapScore&&) noexcept = default;
+LightMapScore& LightMapScore::operator=(LightMapScore&&) noexcept = default;
+LightMapScore::~LightMapScore() = default;
+
+LightMapScore::Errors LightMapScore::score(const formats::LightMapBand& reference, formats::ImageView<const lighting::ShRgb> result,
+                                           int firstRow) const {
+    assert(reference.sh.width() == result.width && reference.firstRow <= firstRow &&
+           firstRow + result.height <= reference.firstRow + reference.sh.height());
+    Errors errors;
+    ErrorShader shader(state_->diffuse, state_->specular, 1 / static_cast<double>(state_->perKey));
+    for (int y = 0; y < result.height; ++y) {
+        const int bandRow = firstRow - reference.firstRow + y;
+        for (int x = 0; x < result.width; ++x) {
+            if (reference.covered.at(x, bandRow) == 0) continue;
+            shaders::LcSh inUnits{}, error{};
+            for (std::size_t i = 0; i < lighting::kShCount; ++i) {
+                inUnits.c[i] = state_->perKey * reference.sh.at(x, bandRow)[i];
+                // Both in units of the key before they are subtracted, as LightMapVerifier does it.
+                error.c[i] = state_->perKey * result.at(x, y)[i] - inUnits.c[i];
+            }
+            shader.setReference(inUnits, reference.normal.at(x, bandRow), {x, firstRow + y});
+            shader.add(error, errors.diffuse, errors.specular);
+        }
+    }
+    return errors;
+}
+
+}  // namespace verify

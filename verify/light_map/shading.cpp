@@ -1,0 +1,393 @@
+#include "verify/light_map/shading.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <span>
+
+#include "lighting/brdf.h"
+#include "lighting/sphere.h"
+
+namespace verify {
+
+namespace {
+
+/// Half-vector samples an axis: 5e-5 of a kernel's norm, far under what an 8-bit texture leaves.
+constexpr int kKernelSamples = 160;
+constexpr int kScanSamples = 64;
+constexpr std::size_t kChannels = 3;
+constexpr auto kFloor = static_cast<float>(0.02);  ///< of the key, as ErrorAccumulator has it
+
+/// A kernel whose view lies in the x-z plane, for a view of any azimuth: turned around the normal.
+lighting::ShDouble turnedAroundNormal(const lighting::ShDouble& kernel, const glm::dvec3& view) {
+    const double azimuth = std::atan2(view.y, view.x);
+    const double c = std::cos(azimuth), s = std::sin(azimuth);
+    return lighting::ShRotation(glm::dmat3(c, s, 0, -s, c, 0, 0, 0, 1)).apply(kernel);
+}
+
+lighting::ShDouble atF0(const lighting::AreaSpecularKernel& kernel, double f0) {
+    lighting::ShDouble out{};
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = f0 * kernel.c[i] + (1 - f0) * kernel.d[i];
+    return out;
+}
+
+lighting::AreaSpecularKernel kernelAt(double NoV, double m, int sampleCount) {
+    return lighting::integrateAreaSpecular(NoV, m, lighting::NormalDistribution::Beckmann, lighting::CookTorranceNormalization::Energy,
+                                           sampleCount);
+}
+
+lighting::ShBands normsOf(const lighting::ShDouble& kernel) {
+    lighting::ShBands squared{};
+    for (std::size_t i = 0; i < kernel.size(); ++i) squared[static_cast<std::size_t>(lighting::kShBand[i])] += kernel[i] * kernel[i];
+    return {std::sqrt(squared[0]), std::sqrt(squared[1]), std::sqrt(squared[2])};
+}
+
+/// Lengths of the bands of Y(direction).
+constexpr lighting::ShBands kAxisNorms = {lighting::kShConstant, lighting::kShLinear, 2 * lighting::kShZonal};
+
+/// The part of a kernel that is round about an axis in the plane of normal and view, and the lengths of what it leaves: about the axis, of
+/// those near the direction of band 1, for which that is least.
+Response splitOf(const lighting::ShDouble& kernel) {
+    const lighting::ShBands norms = normsOf(kernel);
+    const auto about = [&](double angle) {
+        const lighting::ShDouble axis = lighting::evaluateBasis(glm::dvec3(std::sin(angle), 0, std::cos(angle)));
+        Response response;
+        for (std::size_t i = 0; i < kernel.size(); ++i)
+            response.bands[static_cast<std::size_t>(lighting::kShBand[i])] += kernel[i] * axis[i];
+        for (std::size_t l = 0; l < norms.size(); ++l) {
+            response.bands[l] /= kAxisNorms[l] * kAxisNorms[l];
+            const double along = response.bands[l] * kAxisNorms[l];
+            response.residual[l] = l == 0 ? 0 : std::sqrt(std::max(0.0, norms[l] * norms[l] - along * along));
+        }
+        return response;
+    };
+    constexpr int kSteps = 20;
+    const double middle = std::atan2(kernel[3], kernel[2]);
+    Response best = about(middle);
+    for (int i = -kSteps; i <= kSteps; ++i) {
+        const Response each = about(middle + std::numbers::pi / 180 * i);
+        if (each.residual[1] + each.residual[2] < best.residual[1] + best.residual[2]) best = each;
+    }
+    return best;
+}
+
+/// Kernels by roughness and view, scanned over the ranges: as they are, and what lies between them.
+class ScannedKernels {
+public:
+    explicit ScannedKernels(const LightMapShading& shading) {
+        const auto [lowM, highM] = std::ranges::minmax(shading.m);
+        const int steps = highM > lowM ? std::clamp(static_cast<int>(std::ceil(kStepsPerOctave * std::log2(highM / lowM))), 2, 24) : 0;
+        roughnessCount_ = steps + 1;
+        for (int r = 0; r <= steps; ++r) {
+            const double m = steps == 0 ? lowM : lowM * std::pow(highM / lowM, static_cast<double>(r) / steps);
+            // Even in angle: kernels change fastest towards grazing.
+            for (int v = 0; v < kViews; ++v)
+                kernels_.push_back(kernelAt(std::max(1e-3, std::cos(0.5 * std::numbers::pi * v / (kViews - 1))), m, kScanSamples));
+        }
+    }
+    /// Each kernel for this F0, split; what lies between it and its neighbours is in its residual.
+    void addSplit(double f0, std::vector<Response>& out) const {
+        for (int r = 0; r < roughnessCount_; ++r)
+            for (int v = 0; v < kViews; ++v) {
+                Response split = splitOf(atF0(at(r, v), f0));
+                lighting::ShBands largest{};
+                for (int row = std::max(r - 1, 0); row <= std::min(r + 1, roughnessCount_ - 1); ++row)
+                    for (int column = std::max(v - 1, 0); column <= std::min(v + 1, kViews - 1); ++column) {
+                        const lighting::ShBands bend = bendAt(row, column, f0);
+                        for (std::size_t l = 0; l < bend.size(); ++l) largest[l] = std::max(largest[l], bend[l]);
+                    }
+                for (std::size_t l = 0; l < largest.size(); ++l) split.residual[l] += kBetween * largest[l];
+                out.push_back(split);
+            }
+    }
+
+private:
+    static constexpr int kViews = 49, kStepsPerOctave = 5;
+    static constexpr double kBetween = 2.0 / 8;  ///< of second differences
+    const lighting::AreaSpecularKernel& at(int roughness, int view) const {
+        return kernels_[static_cast<std::size_t>(roughness * kViews + view)];
+    }
+    /// Lengths of second differences along both axes, added up.
+    lighting::ShBands bendAt(int r, int v, double f0) const {
+        const lighting::ShDouble middle = atF0(at(r, v), f0);
+        lighting::ShBands sum{};
+        const auto add = [&](const lighting::AreaSpecularKernel& before, const lighting::AreaSpecularKernel& after) {
+            const lighting::ShDouble low = atF0(before, f0), high = atF0(after, f0);
+            lighting::ShDouble second;
+            for (std::size_t i = 0; i < second.size(); ++i) second[i] = low[i] - 2 * middle[i] + high[i];
+            const lighting::ShBands norms = normsOf(second);
+            for (std::size_t l = 0; l < sum.size(); ++l) sum[l] += norms[l];
+        };
+        if (r > 0 && r + 1 < roughnessCount_) add(at(r - 1, v), at(r + 1, v));
+        if (v > 0 && v + 1 < kViews) add(at(r, v - 1), at(r, v + 1));
+        return sum;
+    }
+
+    int roughnessCount_ = 1;
+    std::vector<lighting::AreaSpecularKernel> kernels_;  ///< [roughness][view]
+};
+
+/// A kernel as a place beside the chain: its size, bands 1 and 2 and residual as parts of band 0.
+struct KernelPoint {
+    double size, first, second;
+    lighting::ShBands residual;
+};
+
+/// Knots at even steps of band 1; band 2 of each by least squares of the points around it.
+class KernelChain {
+public:
+    explicit KernelChain(std::span<const KernelPoint> points) {
+        constexpr double kKnotDistance = 0.07;
+        constexpr int kRounds = 20;
+        low_ = 1;
+        double high = -1;
+        for (const KernelPoint& point : points) {
+            low_ = std::min(low_, point.first);
+            high = std::max(high, point.first);
+        }
+        const double width = std::max(high - low_, 0.0);
+        const int count = std::clamp(static_cast<int>(std::ceil(width / kKnotDistance)) + 1, 2, 8);
+        step_ = std::max(width / (count - 1), 1e-6);
+        second_.assign(static_cast<std::size_t>(count), 0.5);
+        for (int round = 0; round < kRounds; ++round)
+            for (std::size_t knot = 0; knot < second_.size(); ++knot) improve(knot, points);
+    }
+    std::size_t size() const { return second_.size(); }
+    /// The knot before a point, and how far it is from there to the next.
+    std::pair<std::size_t, double> placeOf(const KernelPoint& point) const {
+        const double last = static_cast<double>(second_.size() - 1), place = std::clamp((point.first - low_) / step_, 0.0, last);
+        const std::size_t before = std::min(static_cast<std::size_t>(place), second_.size() - 2);
+        return {before, place - static_cast<double>(before)};
+    }
+    /// Band 2 beside the chain.
+    double offBy(const KernelPoint& point) const {
+        const auto [before, part] = placeOf(point);
+        return point.second - ((1 - part) * second_[before] + part * second_[before + 1]);
+    }
+    lighting::ShBands bandsAt(std::size_t knot) const { return {1, low_ + step_ * static_cast<double>(knot), second_[knot]}; }
+
+private:
+    void improve(std::size_t knot, std::span<const KernelPoint> points) {
+        double sum = 0, weights = 0;
+        for (const KernelPoint& point : points) {
+            const auto [before, part] = placeOf(point);
+            const double weight = before == knot ? 1 - part : before + 1 == knot ? part : 0;
+            if (weight == 0) continue;
+            sum += weight * offBy(point);
+            weights += weight * weight;
+        }
+        if (weights > 0) second_[knot] += sum / weights;
+    }
+    double low_ = 0, step_ = 1;
+    std::vector<double> second_;
+};
+
+}  // namespace
+
+ShadingMatrix::ShadingMatrix(const std::vector<lighting::ShDouble>& rows, std::vector<ShadedWay> ways)
+    : count_(rows.size()),
+      stride_((rows.size() + kLanes - 1) / kLanes * kLanes),
+      weights_(stride_ * static_cast<std::size_t>(lighting::kShCount), 0.0f),
+      ways_(std::move(ways)) {
+    assert(ways_.size() == count_);
+    for (std::size_t k = 0; k < rows.size(); ++k)
+        for (std::size_t i = 0; i < rows[k].size(); ++i) weights_[i * stride_ + k] = static_cast<float>(rows[k][i]);
+}
+
+void ShadingMatrix::apply(const std::array<float, lighting::kShCount>& coefficients, float* out) const {
+    // The first stage of many layouts errs in coefficient 0 alone; what is 0 adds nothing.
+    if (std::all_of(coefficients.begin() + 1, coefficients.end(), [](float c) { return c == 0; })) {
+        for (std::size_t k = 0; k < stride_; ++k) out[k] = weights_[k] * coefficients[0];
+        return;
+    }
+    // One expression: with sums in an array every step waits for the store of the one before.
+    const auto [c0, c1, c2, c3, c4, c5, c6, c7, c8] = coefficients;
+    for (std::size_t first = 0; first < stride_; first += kLanes) {
+        const float* w = weights_.data() + first;
+        float sum[kLanes];
+        for (std::size_t k = 0; k < kLanes; ++k)
+            sum[k] = w[k] * c0 + w[stride_ + k] * c1 + w[2 * stride_ + k] * c2 + w[3 * stride_ + k] * c3 + w[4 * stride_ + k] * c4 +
+                     w[5 * stride_ + k] * c5 + w[6 * stride_ + k] * c6 + w[7 * stride_ + k] * c7 + w[8 * stride_ + k] * c8;
+        std::copy_n(sum, kLanes, out + first);
+    }
+}
+
+ShadingMatrix diffuseMatrix(int count) {
+    std::vector<lighting::ShDouble> rows(static_cast<std::size_t>(count));
+    std::vector<ShadedWay> ways;
+    for (int k = 0; k < count; ++k) {
+        ways.push_back({.normal = lighting::fibonacciHemisphere(k, count)});
+        for (std::size_t i = 0; i < static_cast<std::size_t>(lighting::kShCount); ++i) {
+            shaders::LcSh one{};
+            one.c[i] = glm::vec3(1);
+            rows[static_cast<std::size_t>(k)][i] = static_cast<double>(shaders::lcExitRadiance(one, glm::vec3(ways.back().normal)).x);
+        }
+    }
+    return ShadingMatrix(rows, std::move(ways));
+}
+
+ShadingMatrix flatMatrix() {
+    shaders::LcSh one{};
+    one.c[0] = glm::vec3(1);
+    return ShadingMatrix({lighting::ShDouble{static_cast<double>(shaders::lcExitRadiance(one, glm::vec3(0, 0, 1)).x)}}, {ShadedWay{}});
+}
+
+ShadingMatrix specularMatrix(const LightMapShading& shading) {
+    std::vector<lighting::ShDouble> rows;
+    std::vector<ShadedWay> ways;
+    for (int k = 0; k < shading.viewCount; ++k) {
+        const glm::dvec3 view = lighting::fibonacciHemisphere(k, shading.viewCount);
+        for (const double m : shading.m) {
+            const lighting::AreaSpecularKernel kernel = kernelAt(view.z, m, kKernelSamples);
+            for (const double f0 : shading.f0) {
+                rows.push_back(turnedAroundNormal(atF0(kernel, f0), view));
+                ways.push_back({.view = view, .m = m, .f0 = f0});
+            }
+        }
+    }
+    return ShadingMatrix(rows, std::move(ways));
+}
+
+std::vector<Response> specularResponses(const LightMapShading& shading) {
+    // Of the brightest kernel: what is darker is next to nothing, and is told as a residual alone.
+    constexpr double kNegligible = 1e-3;
+    const ScannedKernels scanned(shading);
+    std::vector<Response> kernels;
+    const auto [lowF0, highF0] = std::ranges::minmax(shading.f0);
+    scanned.addSplit(lowF0, kernels);
+    if (highF0 > lowF0) scanned.addSplit(highF0, kernels);
+    double brightest = 0;
+    for (const Response& kernel : kernels) brightest = std::max(brightest, kernel.bands[0]);
+    Response dim;
+    std::vector<KernelPoint> points;
+    for (const Response& kernel : kernels) {
+        const double size = kernel.bands[0];
+        const lighting::ShBands norms = kernel.norms(), &residual = kernel.residual;
+        if (size > kNegligible * brightest)
+            points.push_back(
+                {size, kernel.bands[1] / size, kernel.bands[2] / size, {residual[0] / size, residual[1] / size, residual[2] / size}});
+        else
+            for (std::size_t l = 0; l < norms.size(); ++l) dim.residual[l] = std::max(dim.residual[l], norms[l]);
+    }
+    // A point is a mean of the knots on both sides, if they are as large, and have as much beside them for their size.
+    const KernelChain chain(points);
+    std::vector<Response> responses(chain.size());
+    for (const KernelPoint& point : points) {
+        const std::size_t before = chain.placeOf(point).first;
+        for (const std::size_t knot : {before, before + 1}) {
+            Response& response = responses[knot];
+            response.bands[0] = std::max(response.bands[0], point.size);
+            for (std::size_t l = 0; l < 3; ++l) {
+                const double off = l == 2 ? kAxisNorms[2] * std::abs(chain.offBy(point)) : 0;
+                response.residual[l] = std::max(response.residual[l], point.residual[l] + off);
+            }
+        }
+    }
+    for (std::size_t knot = 0; knot < responses.size(); ++knot) {
+        const double size = responses[knot].bands[0];
+        for (std::size_t l = 0; l < 3; ++l) {
+            responses[knot].bands[l] = size * chain.bandsAt(knot)[l];
+            responses[knot].residual[l] *= size;
+        }
+    }
+    std::erase_if(responses, [](const Response& response) { return !(response.bands[0] > 0); });
+    if (dim.residual != lighting::ShBands{}) responses.push_back(dim);
+    return responses;
+}
+
+std::optional<formats::Error> checkShading(const LightMapShading& shading) {
+    const auto refuse = [](const char* what, const char* detail) {
+        return formats::Error{formats::ErrorCode::InvalidRequest, std::string("light map shading, ") + what, detail};
+    };
+    if (shading.normalCount < 1) return refuse("normals", "found none, expected at least 1");
+    if (!shading.specular) return std::nullopt;
+    if (shading.viewCount < 1) return refuse("views", "found none, expected at least 1");
+    if (shading.m.empty() || !std::ranges::all_of(shading.m, [](double m) { return m >= 0.005 && m <= 1; }))
+        return refuse("m", "found an empty list or a value out of range, expected values in [0.005, 1]");
+    if (shading.f0.empty() || !std::ranges::all_of(shading.f0, [](double f) { return f >= 0 && f <= 1; }))
+        return refuse("f0", "found an empty list or a value out of range, expected values in [0, 1]");
+    return std::nullopt;
+}
+
+std::array<lighting::Sh, 3> channelsOf(const shaders::LcSh& sh) {
+    std::array<lighting::Sh, 3> out;
+    for (std::size_t i = 0; i < lighting::kShCount; ++i)
+        for (std::size_t c = 0; c < out.size(); ++c) out[c][i] = sh.c[i][static_cast<int>(c)];
+    return out;
+}
+
+static_assert(ShadingMatrix::kLanes % ErrorAccumulator::kLanes == 0);
+
+ErrorShader::ErrorShader(const ShadingMatrix& diffuse, const ShadingMatrix& specular, double unit)
+    : diffuse_(diffuse),
+      specular_(specular),
+      shadedReference_(kChannels * (diffuse.stride() + specular.stride())),
+      shadedError_(shadedReference_.size()),
+      unit_(unit) {}
+
+void ErrorShader::setReference(const shaders::LcSh& reference, const glm::vec3& normal, const glm::dvec2& place) {
+    place_ = place;
+    if (normal != normal_) {
+        const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(normal));
+        frame_ = {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])};
+        normal_ = normal;
+    }
+    shade(reference, shadedReference_);
+}
+
+void ErrorShader::add(const shaders::LcSh& error, ErrorAccumulator& diffuse, ErrorAccumulator& specular) {
+    shade(error, shadedError_);
+    const auto addAll = [&](ErrorAccumulator& accumulator, const ShadingMatrix& matrix, std::size_t offset) {
+        const double before = accumulator.maxSampled();
+        const auto addRows = [&](std::size_t first, std::size_t stride, std::size_t count) {
+            accumulator.addPaddedErrors(std::span(shadedReference_).subspan(first, stride), std::span(shadedError_).subspan(first, stride),
+                                        count);
+        };
+        if (matrix.count() == matrix.stride())  // nothing between the channels
+            addRows(offset, kChannels * matrix.stride(), kChannels * matrix.count());
+        else
+            for (std::size_t c = 0; c < kChannels; ++c) addRows(offset + c * matrix.stride(), matrix.stride(), matrix.count());
+        if (accumulator.maxSampled() > before) accumulator.setSampledAt(worstOf(matrix, offset));
+    };
+    addAll(diffuse, diffuse_, 0);
+    addAll(specular, specular_, kChannels * diffuse_.stride());
+}
+
+ErrorPlace ErrorShader::worstOf(const ShadingMatrix& matrix, std::size_t offset) const {
+    // As the accumulators have it: what is no finite number is the largest.
+    const auto localAt = [&](std::size_t at) {
+        const float error = std::abs(shadedError_[at]), local = error == 0 ? 0.0f : error / (std::abs(shadedReference_[at]) + kFloor);
+        return local <= std::numeric_limits<float>::max() ? static_cast<double>(local) : std::numeric_limits<double>::max();
+    };
+    ErrorPlace worst{.x = place_.x, .y = place_.y, .local = -1};
+    std::size_t row = 0;
+    for (std::size_t c = 0; c < kChannels; ++c)
+        for (std::size_t k = 0; k < matrix.count(); ++k) {
+            const std::size_t at = offset + c * matrix.stride() + k;
+            if (!(localAt(at) > worst.local)) continue;
+            const auto error = static_cast<double>(shadedError_[at]), reference = static_cast<double>(shadedReference_[at]);
+            worst.channel = static_cast<int>(c);
+            worst.reference = unit_ * reference;
+            worst.found = unit_ * (reference + error);
+            worst.local = localAt(at);
+            row = k;
+        }
+    const ShadedWay& way = matrix.way(row);
+    const glm::dmat3 frame(frame_[0], frame_[1], frame_[2]);
+    worst.normal = frame * way.normal;
+    worst.view = frame * way.view;
+    worst.m = way.m;
+    worst.f0 = way.f0;
+    return worst;
+}
+
+void ErrorShader::shade(const shaders::LcSh& sh, std::vector<float>& out) const {
+    const auto local = channelsOf(shaders::lcLocalSh(sh, frame_[0], frame_[1], frame_[2]));
+    float* next = out.data();
+    for (std::size_t c = 0; c < kChannels; ++c, next += diffuse_.stride()) diffuse_.apply(local[c], next);
+    for (std::size_t c = 0; c < kChannels; ++c, next += specular_.stride()) specular_.apply(local[c], next);
+}
+
+}  // namespace verify
