@@ -5,7 +5,7 @@
 #include <ctime>
 #include <limits>
 
-namespace bench {
+namespace lightcook::bench {
 
 /// CPU seconds of the whole process, best of the runs (at least one).
 template <class Work>
@@ -19,4 +19,4 @@ double cpuSeconds(int runs, Work&& work) {
     return best;
 }
 
-}  // namespace bench
+}  // namespace lightcook::bench

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 constexpr double kWidth = 640, kHeight = 460, kLeft = 54, kRight = 18, kTop = 12, kBottom = 44;
@@ -171,4 +171,4 @@ std::string curvePage(const std::string& title, const std::vector<std::string>& 
     return page + "</main></body></html>\n";
 }
 
-}  // namespace bench
+}  // namespace lightcook::bench

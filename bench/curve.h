@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace bench {
+namespace lightcook::bench {
 
 struct CurvePoint {
     std::string name;
@@ -22,4 +22,4 @@ struct CurvePanel {
 std::string curvePage(const std::string& title, const std::vector<std::string>& notes, const std::string& first, const std::string& second,
                       const std::vector<CurvePanel>& panels);
 
-}  // namespace bench
+}  // namespace lightcook::bench

@@ -15,7 +15,7 @@
 #include "bench/timing.h"
 #include "pipeline/graph/files.h"
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 using formats::PixelFormat;
@@ -271,10 +271,10 @@ void writeTable(const std::filesystem::path& file) {
 }
 
 }  // namespace
-}  // namespace bench
+}  // namespace lightcook::bench
 
 int main(int argumentCount, char** arguments) {
-    bench::Options options;
+    lightcook::bench::Options options;
     bool quick = false;
     CLI::App app("Speed and error of the encoders at each effort: as tables, CSV and a page of scatter plots.");
     app.add_option("--formats", options.formats, "names as of `lightcook encode --format`")->delimiter(',');
@@ -296,9 +296,9 @@ int main(int argumentCount, char** arguments) {
     std::sort(options.efforts.begin(), options.efforts.end());
     try {
         if (options.table.empty())
-            bench::measureAll(options);
+            lightcook::bench::measureAll(options);
         else
-            bench::writeTable(options.table);
+            lightcook::bench::writeTable(options.table);
     } catch (const std::exception& error) {
         fmt::print(stderr, "lightcook_encoder_bench: {}\n", error.what());
         return 1;

@@ -7,7 +7,7 @@
 
 #include "verify/texture_unit.h"
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 constexpr double kExactDb = 120;
@@ -75,4 +75,4 @@ formats::Image<glm::vec4> decodedByVerifier(formats::PixelFormat format, std::sp
     return decoded;
 }
 
-}  // namespace bench
+}  // namespace lightcook::bench

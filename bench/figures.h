@@ -9,7 +9,7 @@
 #include "formats/image.h"
 #include "formats/pixel_format.h"
 
-namespace bench {
+namespace lightcook::bench {
 
 /// Over the texels that count and the channels that the format holds (three of ASTC HDR: its alpha is a constant here).
 struct Figures {
@@ -28,4 +28,4 @@ Figures measure(formats::PixelFormat format, formats::ImageView<const glm::vec4>
 /// What the verifier's decoder, which shares nothing with the encoders, makes of the bytes of a whole image.
 formats::Image<glm::vec4> decodedByVerifier(formats::PixelFormat format, std::span<const std::byte> bytes, int width, int height);
 
-}  // namespace bench
+}  // namespace lightcook::bench

@@ -24,7 +24,7 @@
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -329,4 +329,4 @@ void benchCubemaps(const fs::path& data, const fs::path& csvFile, int runs, FitC
     for (const char* scene : {"cornell", "interior", "outdoor", "zdm2_sun"}) benchRelighting(data, scene);
 }
 
-}  // namespace bench
+}  // namespace lightcook::bench

@@ -5,9 +5,9 @@
 
 #include "bench/fit_curves.h"
 
-namespace bench {
+namespace lightcook::bench {
 
 /// Prints Markdown tables; csv (may be empty) gets the first for machines. Nothing where data holds no panoramas and no probes.
 void benchCubemaps(const std::filesystem::path& data, const std::filesystem::path& csv, int runs, FitCurves& curves);
 
-}  // namespace bench
+}  // namespace lightcook::bench

@@ -9,7 +9,7 @@
 
 #include "bench/scatter.h"
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 void writeText(const std::filesystem::path& file, const std::string& text) {
@@ -74,4 +74,4 @@ void FitCurves::write(const std::filesystem::path& folder) const {
                           panels));
 }
 
-}  // namespace bench
+}  // namespace lightcook::bench

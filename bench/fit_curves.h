@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace bench {
+namespace lightcook::bench {
 
 struct FitPoint {
     std::string converter;  ///< what is fitted, on what: a panel of the page
@@ -33,4 +33,4 @@ private:
     std::vector<Panel> panels_;
 };
 
-}  // namespace bench
+}  // namespace lightcook::bench

@@ -17,7 +17,7 @@
 #include "fit/rsrm.h"
 #include "formats/environment.h"
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -198,4 +198,4 @@ void benchRsrm(const fs::path& data, const fs::path& csv, int runs, FitCurves& c
     }
 }
 
-}  // namespace bench
+}  // namespace lightcook::bench

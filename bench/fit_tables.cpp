@@ -12,7 +12,7 @@
 #include "bench/cpu_time.h"
 #include "fit/specular_tables.h"
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 using lighting::SpecularLobe;
@@ -124,4 +124,4 @@ void benchTables(const std::filesystem::path& csv, int runs, FitCurves& curves) 
     benchAxes(csv);
 }
 
-}  // namespace bench
+}  // namespace lightcook::bench

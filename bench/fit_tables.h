@@ -5,9 +5,9 @@
 
 #include "bench/fit_curves.h"
 
-namespace bench {
+namespace lightcook::bench {
 
 /// Prints both tables as Markdown and leaves them as CSV: PATH, and PATH with "_axes" before its extension.
 void benchTables(const std::filesystem::path& csv, int runs, FitCurves& curves);
 
-}  // namespace bench
+}  // namespace lightcook::bench

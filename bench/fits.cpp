@@ -27,7 +27,7 @@
 #include "lighting/brdf.h"
 #include "lighting/sphere.h"
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -390,10 +390,10 @@ void benchSpecular(const std::vector<Map>& maps) {
 }
 
 }  // namespace
-}  // namespace bench
+}  // namespace lightcook::bench
 
 int main(int argc, char** argv) {
-    bench::Options options;
+    lightcook::bench::Options options;
     CLI::App app("Seconds and errors of the fits of a dominant light", "lightcook_fit_bench");
     app.add_option("--data", options.data, "folder of the shared data")->capture_default_str();
     app.add_option("--scene", options.scene, "only scenes whose name holds this");
@@ -407,25 +407,25 @@ int main(int argc, char** argv) {
     app.add_option("--curves", curvesFolder, "leave run time against error of every fit in this folder: fits.csv, fits.html");
     CLI11_PARSE(app, argc, argv);
     try {
-        bench::FitCurves curves;
+        lightcook::bench::FitCurves curves;
         if (!tables.empty()) {
-            bench::benchTables(tables, options.runs, curves);
+            lightcook::bench::benchTables(tables, options.runs, curves);
             return 0;
         }
         if (!curvesFolder.empty()) {
             std::filesystem::create_directories(curvesFolder);
             if (options.csv.empty()) options.csv = curvesFolder / "dominant.csv";
-            bench::benchTables(curvesFolder / "tables.csv", options.runs, curves);
+            lightcook::bench::benchTables(curvesFolder / "tables.csv", options.runs, curves);
         }
-        const std::vector<bench::Map> maps = bench::readMaps(options);
-        bench::benchMaps(maps, options, curves);
+        const std::vector<lightcook::bench::Map> maps = lightcook::bench::readMaps(options);
+        lightcook::bench::benchMaps(maps, options, curves);
         const bool hasReference =
             std::any_of(maps.begin(), maps.end(), [](const auto& map) { return std::filesystem::exists(map.reference); });
-        if (hasReference) bench::benchSpecular(maps);
-        bench::benchRsrm(options.data, options.csv, options.runs, curves);
-        bench::benchCubemaps(options.data,
-                             options.csv.empty() ? options.csv : std::filesystem::path(options.csv.string() + ".cubemaps.csv"),
-                             options.runs, curves);
+        if (hasReference) lightcook::bench::benchSpecular(maps);
+        lightcook::bench::benchRsrm(options.data, options.csv, options.runs, curves);
+        lightcook::bench::benchCubemaps(options.data,
+                                        options.csv.empty() ? options.csv : std::filesystem::path(options.csv.string() + ".cubemaps.csv"),
+                                        options.runs, curves);
         if (!curvesFolder.empty()) curves.write(curvesFolder);
     } catch (const std::exception& fault) {
         fmt::print(stderr, "{}\n", fault.what());

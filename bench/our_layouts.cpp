@@ -10,7 +10,7 @@
 #include "pipeline/assets/textures.h"
 #include "pipeline/scene/scene.h"
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 class TemporaryFolder {
@@ -105,4 +105,4 @@ PeerMaps cookLayout(const Bake& bake, const std::filesystem::path& file, const s
     return {seen.bitsPerTexel, throughPlan(uncodedPlan(bake, layout, seen.clusters, effort), bake.band, effort), std::move(seen.sh)};
 }
 
-}  // namespace bench
+}  // namespace lightcook::bench

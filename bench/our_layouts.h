@@ -7,7 +7,7 @@
 
 #include "bench/peer_layouts.h"
 
-namespace bench {
+namespace lightcook::bench {
 
 /// Names of the cook's layouts that keep light's directions and that no peer stands for already ("raw" is nine halfs).
 std::vector<std::string> ourLayouts();
@@ -17,4 +17,4 @@ std::vector<std::string> ourLayouts();
 /// std::runtime_error where the cook refuses.
 PeerMaps cookLayout(const Bake& bake, const std::filesystem::path& file, const std::string& layout, int effort);
 
-}  // namespace bench
+}  // namespace lightcook::bench

@@ -14,7 +14,7 @@
 #include "verify/light_map.h"
 #include "verify/texture_unit.h"
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 using compress::HdrMetric;
@@ -440,4 +440,4 @@ const std::vector<PeerLayout>& peerLayouts() {
     return layouts;
 }
 
-}  // namespace bench
+}  // namespace lightcook::bench

@@ -13,7 +13,7 @@
 #include "formats/image.h"
 #include "formats/light_map.h"
 
-namespace bench {
+namespace lightcook::bench {
 
 /// A whole light map, and what encoders ask of one.
 struct Bake {
@@ -52,4 +52,4 @@ lighting::ShRgb withDominantLight(const lighting::ShRgb& linear, const glm::vec3
 /// The intensity that it stores: the least-squares fit to all nine coefficients, never negative.
 glm::vec3 dominantIntensity(const lighting::ShRgb& sh);
 
-}  // namespace bench
+}  // namespace lightcook::bench

@@ -19,7 +19,7 @@
 #include "pipeline/graph/files.h"
 #include "verify/light_map/score.h"
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -226,10 +226,10 @@ void measureAll(const Options& options) {
 }
 
 }  // namespace
-}  // namespace bench
+}  // namespace lightcook::bench
 
 int main(int argumentCount, char** arguments) {
-    bench::Options options;
+    lightcook::bench::Options options;
     CLI::App app("Light-map layouts of other engines and our own: bits a texel against error, on the same bakes by the same score.");
     app.add_option("--data", options.data, "the folder that holds scenes/");
     app.add_option("--scene", options.scene, "only scenes whose name holds this");
@@ -240,7 +240,7 @@ int main(int argumentCount, char** arguments) {
     app.add_option("--html", options.html, "the curves");
     CLI11_PARSE(app, argumentCount, arguments);
     try {
-        bench::measureAll(options);
+        lightcook::bench::measureAll(options);
         return 0;
     } catch (const std::exception& error) {
         fmt::print(stderr, "lightcook_peers: {}\n", error.what());

@@ -10,7 +10,7 @@
 #include "formats/environment.h"
 #include "formats/light_map.h"
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -217,4 +217,4 @@ formats::Image<glm::vec4> texelsFor(const Picture& picture, formats::PixelFormat
     return texels;
 }
 
-}  // namespace bench
+}  // namespace lightcook::bench

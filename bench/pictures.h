@@ -9,7 +9,7 @@
 #include "formats/image.h"
 #include "formats/pixel_format.h"
 
-namespace bench {
+namespace lightcook::bench {
 
 enum class PictureKind { Panorama, LightMap, Generated, ShBand };
 std::string_view nameOf(PictureKind kind);
@@ -36,4 +36,4 @@ bool suits(const Picture& picture, formats::PixelFormat format);
 /// of it, 1 - (r + 2 g + b) / 4.
 formats::Image<glm::vec4> texelsFor(const Picture& picture, formats::PixelFormat format);
 
-}  // namespace bench
+}  // namespace lightcook::bench

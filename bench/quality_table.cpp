@@ -7,7 +7,7 @@
 
 #include "compress/encode.h"
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 constexpr std::string_view kHeader = "format,effort,picture,psnr_db,log_rmse,rel_rmse,p99_relative,max_relative";
@@ -98,4 +98,4 @@ formats::Result<std::vector<QualityRow>> readQualityTable(const std::filesystem:
     return rows;
 }
 
-}  // namespace bench
+}  // namespace lightcook::bench

@@ -10,7 +10,7 @@
 #include "bench/pictures.h"
 #include "formats/error.h"
 
-namespace bench {
+namespace lightcook::bench {
 
 /// Texels of a side of the table's pictures: enough for every kind of block, few enough for the slowest efforts.
 inline constexpr int kTablePictureSize = 64;
@@ -37,4 +37,4 @@ std::string csvOf(const std::vector<QualityRow>& rows);
 /// Any line that is not as csvOf writes it is refused with its number.
 formats::Result<std::vector<QualityRow>> readQualityTable(const std::filesystem::path& file);
 
-}  // namespace bench
+}  // namespace lightcook::bench

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 constexpr double kWidth = 620, kHeight = 400, kLeft = 66, kRight = 16, kTop = 12, kBottom = 44;
@@ -225,4 +225,4 @@ std::string scatterPage(const std::string& title, const std::vector<std::string>
     return page + "</main></body></html>\n";
 }
 
-}  // namespace bench
+}  // namespace lightcook::bench

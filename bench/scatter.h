@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace bench {
+namespace lightcook::bench {
 
 struct ScatterPoint {
     double secondsPerMpix = 0, db = 0;  ///< of a panel of errors: seconds, and log10 of the error
@@ -34,4 +34,4 @@ struct ScatterPanel {
 /// notes  paragraphs of text under the title
 std::string scatterPage(const std::string& title, const std::vector<std::string>& notes, const std::vector<ScatterPanel>& panels);
 
-}  // namespace bench
+}  // namespace lightcook::bench

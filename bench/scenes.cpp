@@ -21,7 +21,7 @@
 #include <string>
 #include <vector>
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -208,10 +208,10 @@ int benchScenes(const Options& options) {
 }
 
 }  // namespace
-}  // namespace bench
+}  // namespace lightcook::bench
 
 int main(int argumentCount, char** arguments) {
-    bench::Options options;
+    lightcook::bench::Options options;
     CLI::App app("What cooking costs, and what it is worth");
     app.add_option("--data", options.data, "the folder that holds scenes/");
     app.add_option("--layouts", options.layouts, "light-map layouts to try")->delimiter(',');
@@ -220,7 +220,7 @@ int main(int argumentCount, char** arguments) {
     app.add_option("--json", options.json, "write the rows there as well");
     CLI11_PARSE(app, argumentCount, arguments);
     try {
-        return bench::benchScenes(options);
+        return lightcook::bench::benchScenes(options);
     } catch (const std::exception& error) {
         fmt::print(stderr, "lightcook_bench: {}\n", error.what());
         return 1;

@@ -11,7 +11,7 @@
 
 #include "pipeline/assets/textures.h"
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 using formats::PixelFormat;
@@ -123,4 +123,4 @@ Timing timeEncoder(PixelFormat format, int effort, const Picture& picture, doubl
     return timing;
 }
 
-}  // namespace bench
+}  // namespace lightcook::bench

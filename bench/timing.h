@@ -6,7 +6,7 @@
 #include "bench/figures.h"
 #include "bench/pictures.h"
 
-namespace bench {
+namespace lightcook::bench {
 
 struct Timing {
     double mpixPerCpuSecond = 0;  ///< one thread; processor time, so that other work on the machine does not count
@@ -28,4 +28,4 @@ struct Control {
 Timing timeEncoder(formats::PixelFormat format, int effort, const Picture& picture, double secondsEach,
                    const std::optional<Control>& control);
 
-}  // namespace bench
+}  // namespace lightcook::bench

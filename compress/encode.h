@@ -11,7 +11,7 @@
 #include "formats/image.h"
 #include "formats/pixel_format.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 /// The domain in which the error of floating-point formats is minimised.
 enum class HdrMetric {
@@ -52,4 +52,4 @@ EncodeReport encodeRows(formats::PixelFormat format, formats::ImageView<const gl
                         formats::ImageView<const float> significance, const EncodeOptions& options, std::span<std::byte> out,
                         formats::ImageView<glm::vec4> decoded);
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -1,7 +1,7 @@
 // Which vector instructions the encoders may use. The bytes do not depend on it; tests force each and compare.
 #pragma once
 
-namespace compress {
+namespace lightcook::compress {
 
 enum class InstructionSet {
     Widest,  ///< the best that this processor has
@@ -11,4 +11,4 @@ enum class InstructionSet {
 /// For the whole process, before any encoding.
 void allowInstructionSet(InstructionSet set);
 
-}  // namespace compress
+}  // namespace lightcook::compress

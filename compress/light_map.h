@@ -38,7 +38,7 @@
 #include "formats/light_map.h"
 #include "formats/pixel_format.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 enum class LightMapLayout { Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis3, Basis4, Basis8, Basis12, Basis16 };
 /// Which family of formats. Bc: BC6H, BC7, BC3. Astc: 4x4 HDR and LDR. Float: half and 16-bit unorm, no blocks.
@@ -163,4 +163,4 @@ struct EncodedLightMapRows {
 EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::LightMapBand& band, int firstRow, int rowCount,
                                        const EncodeOptions& options);
 
-}  // namespace compress
+}  // namespace lightcook::compress

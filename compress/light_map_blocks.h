@@ -10,7 +10,7 @@
 #include "formats/chart_clusters.h"
 #include "formats/light_map.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 /// Texels of a side of the blocks that charts are told apart by.
 inline constexpr int kChartBlock = formats::kClusterBlock;
@@ -69,4 +69,4 @@ private:
     formats::LightMapBand texels_;
 };
 
-}  // namespace compress
+}  // namespace lightcook::compress

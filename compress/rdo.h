@@ -7,7 +7,7 @@
 
 #include "compress/encode.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 /// Whether reduceRow knows the format: BC1, BC3, BC4, BC5, BC6H and BC7.
 bool canReduce(formats::PixelFormat format);
@@ -22,4 +22,4 @@ bool canReduce(formats::PixelFormat format);
 void reduceRow(formats::PixelFormat format, formats::ImageView<const glm::vec4> texels, formats::ImageView<const float> significance,
                const EncodeOptions& options, std::span<std::byte> row);
 
-}  // namespace compress
+}  // namespace lightcook::compress

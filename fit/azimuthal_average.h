@@ -7,7 +7,7 @@
 #include "formats/environment.h"
 #include "formats/error.h"
 
-namespace fit {
+namespace lightcook::fit {
 
 struct AzimuthalAverage {
     std::vector<glm::vec3> gradient;  ///< zones of equal solid angle, from the axis (north) to its opposite, as makeRsrm takes them
@@ -26,4 +26,4 @@ formats::Result<void> checkAzimuthalAverage(const glm::dvec3& axis, int zoneCoun
 /// axis turned by 1e-8 (so that no side of a texel passes through it).
 AzimuthalAverage averageAroundAxis(const formats::Environment& environment, const glm::dvec3& axis, int zoneCount);
 
-}  // namespace fit
+}  // namespace lightcook::fit

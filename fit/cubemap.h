@@ -15,7 +15,7 @@
 #include "formats/error.h"
 #include "formats/image.h"
 
-namespace fit {
+namespace lightcook::fit {
 
 struct CubemapOptions {
     int size = 128;    ///< [texels] of a face at mip 0, a power of two, 1..4096
@@ -66,4 +66,4 @@ private:
     std::unique_ptr<State> state_;
 };
 
-}  // namespace fit
+}  // namespace lightcook::fit

@@ -9,7 +9,7 @@
 #include "formats/image.h"
 #include "lighting/sh.h"
 
-namespace fit {
+namespace lightcook::fit {
 
 enum class DominantFit {
     Closed,         ///< direction of band 1, intensity by least squares
@@ -63,4 +63,4 @@ DominantCounts dominantLight(formats::ImageView<const lighting::ShRgb> sh, forma
 /// No intensity of any fit of this texel is above it; within a factor of 2 or so of what one light needs.
 float largestIntensity(const lighting::ShRgb& incident);
 
-}  // namespace fit
+}  // namespace lightcook::fit

@@ -4,7 +4,7 @@
 #include "formats/environment.h"
 #include "lighting/sh.h"
 
-namespace fit {
+namespace lightcook::fit {
 
 /// lambda_i = integral of L Y_i over the sphere, of the piecewise-constant texels. Equirectangular: closed-form integral of each Y_i over
 /// each texel; cube strips: Gauss quadrature per texel (1e-9 relative). Sums in double, in one order.
@@ -30,4 +30,4 @@ double prefilterKernelIntegral(PrefilterKernel kernel, double m);
 /// below 1e-9.
 lighting::ShBands prefilterKernelBands(PrefilterKernel kernel, double m);
 
-}  // namespace fit
+}  // namespace lightcook::fit

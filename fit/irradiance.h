@@ -7,7 +7,7 @@
 #include "formats/error.h"
 #include "formats/image.h"
 
-namespace fit {
+namespace lightcook::fit {
 
 struct IrradianceOptions {
     int size = 32;    ///< [texels] of a face, 1..1024
@@ -24,4 +24,4 @@ struct IrradianceOptions {
 /// Source: lighting-math section 1; the kernel is linear but for its horizon, so cells with exact moments err only there.
 formats::Result<formats::Image<glm::vec3>> irradianceCubemap(const formats::Environment& environment, const IrradianceOptions& options);
 
-}  // namespace fit
+}  // namespace lightcook::fit

@@ -12,7 +12,7 @@
 
 #include "lighting/sh.h"
 
-namespace fit {
+namespace lightcook::fit {
 
 struct LightFit {
     glm::dvec3 direction{0, 0, 1};  ///< towards the light, unit
@@ -39,4 +39,4 @@ struct TwoLights {
 };
 TwoLights bestTwoLights(const lighting::ShRgb& incident, const glm::dvec3& hint, bool hasAmbient);
 
-}  // namespace fit
+}  // namespace lightcook::fit

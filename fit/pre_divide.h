@@ -10,7 +10,7 @@
 #include "formats/image.h"
 #include "lighting/sh.h"
 
-namespace fit {
+namespace lightcook::fit {
 
 /// S of a channel whose mean is smaller than this is this constant: a black probe stores zero and stays finite.
 inline constexpr double kBlackDenominator = 1e-30;
@@ -41,4 +41,4 @@ PreDivide makePreDivide(const lighting::ShRgb& incident, const std::vector<light
 std::int64_t preDivideRows(const PreDivide& preDivide, int mip, int face, int size, int firstRow,
                            formats::ImageView<const glm::vec3> prefiltered, formats::ImageView<glm::vec3> stored);
 
-}  // namespace fit
+}  // namespace lightcook::fit

@@ -10,7 +10,7 @@
 #include "formats/error.h"
 #include "formats/image.h"
 
-namespace fit {
+namespace lightcook::fit {
 
 struct RsrmOptions {
     int width = 256;  ///< [texels] of a row, 1..65536; texel j is the lobe around r with z = 1 - (2j + 1) / width, north to south
@@ -43,4 +43,4 @@ formats::Image<glm::vec3> scaledValues(const Rsrm& map);
 /// are multiples of one, to 1e-4 of each one's largest value. Black channels are multiples of anything.
 std::optional<std::size_t> firstZoneOfAnotherHue(const std::vector<glm::vec3>& gradient);
 
-}  // namespace fit
+}  // namespace lightcook::fit

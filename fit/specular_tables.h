@@ -12,7 +12,7 @@
 #include "formats/image.h"
 #include "lighting/area_specular.h"
 
-namespace fit {
+namespace lightcook::fit {
 
 /// What an axis measures of t, NoV or m: sqrt((p0 + p1 t) (q0 + q1 t)), monotone over [0, 1]. Four numbers that a shader can decode by, in
 /// single precision too, and enough for sines, cosines, roots, offsets, and steps that grow with the distance from grazing.
@@ -89,4 +89,4 @@ SpecularTables makeSpecularTables(const SpecularTableOptions& options);
 /// Bilinear fetch of a texture, as the hardware does it on the quantized values (edge clamped).
 glm::vec4 sampleSpecularTexture(const SpecularTexture& texture, double u, double v);
 
-}  // namespace fit
+}  // namespace lightcook::fit

@@ -10,7 +10,7 @@
 
 #include "formats/gltf/triangle_mesh.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 /// The vertex attribute of cooked meshes: one unsigned byte, the cluster.
 inline constexpr const char* kBasisAttribute = "_LIGHTCOOK_BASIS";
@@ -43,4 +43,4 @@ struct ClusterMap {
 /// Fails with a sentence where texels inside one island have different clusters, or without TEXCOORD_1.
 tl::expected<std::vector<std::uint8_t>, std::string> clustersOfVertices(const TriangleMesh& mesh, const ClusterMap& map);
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -8,7 +8,7 @@
 
 #include "formats/error.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 /// The spaces of one scene, as scene.toml names them. An empty config is our own, built in code: scene-linear spaces by their usual names
 /// (lin_rec709 / lin_srgb, acescg / lin_ap1, aces2065-1 / lin_ap0, lin_rec2020, lin_p3d65, lin_ciexyzd65) and the encoded ones people
@@ -33,4 +33,4 @@ struct LinearConversion {
 /// and added colours, not by the space's name.
 Result<LinearConversion> linearConversion(const ColorSpaces& spaces);
 
-}  // namespace formats
+}  // namespace lightcook::formats

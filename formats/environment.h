@@ -15,7 +15,7 @@
 #include "formats/image.h"
 #include "lighting/sh.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 /// Incident radiance from every direction, scene-linear working colour, finite and non-negative.
 struct Environment {
@@ -76,4 +76,4 @@ Result<PlainImage> readImage(const std::filesystem::path& file);
 /// An 8-bit RGB PNG, for thumbnails.
 Result<std::vector<std::byte>> encodePng(ImageView<const glm::u8vec3> texels);
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -5,7 +5,7 @@
 #include <tl/expected.hpp>
 #include <utility>
 
-namespace formats {
+namespace lightcook::formats {
 
 enum class ErrorCode {
     InvalidRequest,     ///< command line or scene file: exit code 2
@@ -37,4 +37,4 @@ inline tl::unexpected<Error> failure(ErrorCode code, std::string subject, std::s
     return tl::make_unexpected(Error{code, std::move(subject), std::move(detail)});
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -6,7 +6,7 @@
 
 #include "formats/light_map.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 struct Firefly {
     int x = 0, y = 0;                ///< y: row of the map
@@ -20,4 +20,4 @@ std::vector<Firefly> findFireflies(const LightMapBand& band, double limit);
 /// Refuses the first one, or with `repair` gives each the mean of its neighbours and counts it. file: for the error.
 Result<void> settleFireflies(LightMapBand& band, double limit, bool repair, const std::string& file);
 
-}  // namespace formats
+}  // namespace lightcook::formats

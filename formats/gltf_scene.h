@@ -13,7 +13,7 @@
 #include "formats/chart_clusters.h"
 #include "formats/error.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 /// What one glTF material asks of the lighting (metallic-roughness, KHR_materials_specular, KHR_materials_ior).
 struct MaterialNeeds {
@@ -89,4 +89,4 @@ enum class GltfFiles { All, Geometry };  ///< buffers and images, or buffers alo
 /// is a change of the scene. Empty for a scene that cannot be read; load() tells why.
 std::vector<std::filesystem::path> gltfFilesBeside(const std::filesystem::path& file, GltfFiles which = GltfFiles::All);
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -14,7 +14,7 @@
 #include "formats/error.h"
 #include "formats/pixel_format.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 enum class Container { Ktx2, Dds };
 
@@ -91,4 +91,4 @@ private:
     std::unique_ptr<State> state_;
 };
 
-}  // namespace formats
+}  // namespace lightcook::formats

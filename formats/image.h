@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace formats {
+namespace lightcook::formats {
 
 /// Borrowed texels. Row y starts at texels + y * rowStride.
 template <class T>
@@ -58,4 +58,4 @@ private:
     std::vector<T> texels_;
 };
 
-}  // namespace formats
+}  // namespace lightcook::formats

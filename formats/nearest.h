@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace formats {
+namespace lightcook::formats {
 
 /// Levenshtein distance: insertions, deletions and substitutions of one character.
 inline std::size_t editDistance(std::string_view a, std::string_view b) {
@@ -39,4 +39,4 @@ inline std::string nearestName(std::string_view found, std::span<const std::stri
     return nearest;
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -6,7 +6,7 @@
 
 #include "formats/image.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 /// Calls add(x, y) for every covered texel on the smallest square ring around (centreX, centreY), 1 .. largestRing texels away, that has
 /// any. Rings are walked row by row, so that sums have one order. Returns how many there were; 0: none within reach.
@@ -28,4 +28,4 @@ int visitNearestCovered(ImageView<const std::uint8_t> covered, int centreX, int 
     return 0;
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -7,7 +7,7 @@
 
 #include "formats/error.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 /// Owns the temporary name until commit(); without it the temporary file is removed when this goes.
 class PendingFile {
@@ -32,4 +32,4 @@ private:
 /// The same for bytes that are in memory already.
 Result<void> writeWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes);
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -7,7 +7,7 @@
 #include <span>
 #include <string_view>
 
-namespace formats {
+namespace lightcook::formats {
 
 enum class PixelFormat : std::uint8_t {
     Bc1,
@@ -58,4 +58,4 @@ int blocksDown(PixelFormat format, int height);
 std::size_t bytesPerBlockRow(PixelFormat format, int width);
 std::size_t bytesPerImage(PixelFormat format, int width, int height);
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -8,7 +8,7 @@
 
 #include "formats/error.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 struct ShadingValue {
     enum class Kind {
@@ -28,4 +28,4 @@ struct ShadingValue {
 /// finite or negative, directions without length.
 Result<std::vector<ShadingValue>> readShadingValues(const std::filesystem::path& file, int width, int height);
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -7,7 +7,7 @@
 
 #include "lighting/brdf.h"
 
-namespace lighting {
+namespace lightcook::lighting {
 
 /// What a table of C and D can hold. The two Phong lobes lie around the reflected view (Chen and Liu, appendix B) and are not cut at the
 /// surface's horizon: C_i = k_l Y_i(reflection). Appendix B has no Fresnel; D is C times Schlick's (1 - NoV)^5, that of the lobe's middle.
@@ -55,4 +55,4 @@ private:
 AreaSpecularKernel areaSpecular(double NoV, double m, SpecularLobe lobe, CookTorranceNormalization normalization,
                                 int pointCount = AreaSpecularColumn::kDefaultPoints);
 
-}  // namespace lighting
+}  // namespace lightcook::lighting

@@ -6,7 +6,7 @@
 
 #include "lighting/sh.h"
 
-namespace lighting {
+namespace lightcook::lighting {
 
 /// Which constant Cook-Torrance carries. Energy: D normalised by pi, D G F / (4 NoL NoV). Halo3: the listing's, four times as bright.
 enum class CookTorranceNormalization { Energy, Halo3 };
@@ -42,4 +42,4 @@ struct AreaSpecularKernel {
 AreaSpecularKernel integrateAreaSpecular(double NoV, double m, NormalDistribution distribution, CookTorranceNormalization normalization,
                                          int sampleCount);
 
-}  // namespace lighting
+}  // namespace lightcook::lighting

@@ -6,7 +6,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-namespace lighting {
+namespace lightcook::lighting {
 
 struct CubeCoordinate {
     int face = 0;      ///< 0..5
@@ -21,4 +21,4 @@ glm::dvec3 cubeTexelDirection(int face, int x, int y, int size);
 /// Solid angle [sr] of that texel, exact: the closed form by atan2 at its corners. The six faces add up to 4 pi.
 double cubeTexelSolidAngle(int x, int y, int size);
 
-}  // namespace lighting
+}  // namespace lightcook::lighting

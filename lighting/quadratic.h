@@ -6,7 +6,7 @@
 
 #include "lighting/sh.h"
 
-namespace lighting {
+namespace lightcook::lighting {
 
 struct SphereQuadratic {
     double constant = 0;
@@ -31,4 +31,4 @@ Extrema extremaOnSphere(const SphereQuadratic& quadratic);
 /// |coefficients of band l|.
 double bandNormBound(const ShDouble& coefficients, const ShBands& bands);
 
-}  // namespace lighting
+}  // namespace lightcook::lighting

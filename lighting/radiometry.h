@@ -6,7 +6,7 @@
 
 #include "lighting/sh.h"
 
-namespace lighting {
+namespace lightcook::lighting {
 
 template <class Quantity>
 struct Rgb {
@@ -38,4 +38,4 @@ enum class GameLightNormalization {
 /// A punctual game light as incident radiance in SH: the radiometric delta pi * c from direction (towards the light, unit).
 ShRgb projectGameLight(GameLight light, const glm::vec3& direction, GameLightNormalization normalization);
 
-}  // namespace lighting
+}  // namespace lightcook::lighting

@@ -12,7 +12,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 
-namespace lighting {
+namespace lightcook::lighting {
 
 inline constexpr int kShCount = 9;
 inline constexpr std::array<int, kShCount> kShBand = {0, 1, 1, 1, 2, 2, 2, 2, 2};
@@ -132,4 +132,4 @@ ShRgb flipCondonShortley(const ShRgb& coefficients);
 Sh luminance(const ShRgb& coefficients, const glm::vec3& weights);
 inline constexpr glm::vec3 kRec709Luminance{0.2126f, 0.7152f, 0.0722f};
 
-}  // namespace lighting
+}  // namespace lightcook::lighting

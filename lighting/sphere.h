@@ -5,7 +5,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-namespace lighting {
+namespace lightcook::lighting {
 
 /// Orthonormal frame (columns: tangent, bitangent, normal) around a unit normal. Source: Duff et al. 2017, Building an Orthonormal Basis,
 /// Revisited.
@@ -22,4 +22,4 @@ glm::dvec3 directionFromEquirectangular(const glm::dvec2& uv);
 /// Solid angle [sr] of a texel of row y: the exact area of its latitude-longitude rectangle.
 double equirectangularTexelSolidAngle(int y, int width, int height);
 
-}  // namespace lighting
+}  // namespace lightcook::lighting

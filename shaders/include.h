@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace shaders {
+namespace lightcook::shaders {
 
 struct ShaderSource {
     std::string_view name;  ///< "light_map_luvw.glsl"
@@ -20,4 +20,4 @@ std::span<const ShaderSource> allSources();
 /// promise) with the specular, environment and RSRM functions. The same layouts give the same text, in any order and however often named.
 std::string shaderInclude(std::span<const std::string> layouts);
 
-}  // namespace shaders
+}  // namespace lightcook::shaders

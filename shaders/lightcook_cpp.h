@@ -9,7 +9,7 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
-namespace shaders {
+namespace lightcook::shaders {
 using glm::abs;
 using glm::clamp;
 using glm::cross;
@@ -42,4 +42,4 @@ using glm::vec4;
 #include "shaders/rsrm.glsl"
 // clang-format on
 #undef LC_FUNCTION
-}  // namespace shaders
+}  // namespace lightcook::shaders

@@ -6,7 +6,7 @@
 
 #include "formats/environment.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 struct AxialGradient {
     std::vector<glm::vec3> gradient;  ///< zones of equal solid angle, from the axis to its opposite
@@ -17,4 +17,4 @@ struct AxialGradient {
 /// Mean radiance of each zone. axis: any length but 0. Lines run along rows of texels, exactly cut; across rows their count decides.
 AxialGradient axialGradient(const formats::Environment& environment, const glm::dvec3& axis, int zoneCount);
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-namespace verify {
+namespace lightcook::verify {
 
 /// Sums of squared error and squared reference by 4 x 4 blocks, of an image or of some rows of it.
 class BlockErrors {
@@ -46,4 +46,4 @@ private:
     int fullest_ = 0;
 };
 
-}  // namespace verify
+}  // namespace lightcook::verify

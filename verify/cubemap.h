@@ -15,7 +15,7 @@
 #include "lighting/sh.h"
 #include "verify/figures.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 /// A pre-divided cubemap as its manifest describes it, decoded. Kernel: Beckmann with n = v = r (lighting-math section 5).
 struct CookedCubemap {
@@ -118,4 +118,4 @@ std::vector<StageError> cubemapStages(const CookedCubemap& map, const CubemapRef
                                       std::span<const CubemapResult> results,
                                       const glm::vec3& luminanceWeights = lighting::kRec709Luminance);
 
-}  // namespace verify
+}  // namespace lightcook::verify

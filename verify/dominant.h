@@ -11,7 +11,7 @@
 #include "verify/assets/dominant_reference.h"
 #include "verify/figures.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 /// Textures as the manifest describes them: direction = scale * texel + bias, intensity = range * texel.
 struct CookedDominant {
@@ -85,4 +85,4 @@ private:
     double key_;
 };
 
-}  // namespace verify
+}  // namespace lightcook::verify

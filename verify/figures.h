@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace verify {
+namespace lightcook::verify {
 
 /// Where the worst of some errors is, and what it is: enough to find it again. Not known: neither x nor mip.
 /// Cubemaps have the direction as `normal`. Reflection maps (x along the angle, y the row) have the reflected direction, about +Z, as
@@ -98,4 +98,4 @@ private:
     std::vector<std::int64_t> histogram_;
 };
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -13,7 +13,7 @@
 #include "lighting/sh.h"
 #include "verify/assets/dominant_reference.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 /// RMS errors over the RMS of the truth, all channels of all values.
 struct TruthErrors {
@@ -66,4 +66,4 @@ DominantTruth dominantTruth(std::span<const DominantTruthPlace> places);
 /// All m together.
 TruthSums sumOf(const std::map<double, TruthSums>& byM);
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -8,7 +8,7 @@
 #include "formats/environment.h"
 #include "formats/image.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 struct IrradianceFigures {
     int texelCount = 0;
@@ -21,4 +21,4 @@ struct IrradianceFigures {
 IrradianceFigures compareIrradiance(std::span<const formats::Image<glm::vec4>> faces, float range, double wrap,
                                     const formats::Environment& environment);
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -21,7 +21,7 @@
 #include "formats/light_map.h"
 #include "verify/figures.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 /// A light map as its manifest describes it.
 struct CookedLightMap {
@@ -130,4 +130,4 @@ private:
     std::unique_ptr<const State> state_;
 };
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -9,7 +9,7 @@
 #include "formats/chart_clusters.h"
 #include "formats/light_map.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 /// Which texels of a map are covered, a bit each.
 class CoveredTexels {
@@ -37,4 +37,4 @@ private:
 std::optional<std::string> clusterMistake(const formats::TriangleMesh& mesh, const formats::ClusterMap& map, const CoveredTexels& covered,
                                           double inset);
 
-}  // namespace verify
+}  // namespace lightcook::verify

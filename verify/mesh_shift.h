@@ -7,7 +7,7 @@
 #include "formats/light_map.h"
 #include "verify/figures.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 /// How far the vertices of a cooked mesh are from those of its source, at the most.
 struct MeshShift {
@@ -40,4 +40,4 @@ private:
     double uu_ = 0, vv_ = 0, nn_ = 0, uv_ = 0, un_ = 0, vn_ = 0, reference_ = 0;
 };
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -10,7 +10,7 @@
 #include "verify/figures.h"
 #include "verify/sampler_tolerance.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 /// How far a texel's centre may be off: what its codes are.
 enum class RsrmCodes {
@@ -88,4 +88,4 @@ RsrmBlend compareRsrmBlend(const CookedRsrm& first, const std::vector<glm::vec3>
 std::vector<StageError> rsrmStages(const CookedRsrm& map, const RsrmSource& source, const std::vector<RsrmRow>& rows,
                                    const glm::vec3& luminanceWeights);
 
-}  // namespace verify
+}  // namespace lightcook::verify

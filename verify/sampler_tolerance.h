@@ -20,7 +20,7 @@
 #include "formats/gpu_texture.h"
 #include "formats/image.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 inline constexpr float kFractionFreedom = 1.0f / 256;  ///< [texels] along each axis
 
@@ -45,4 +45,4 @@ struct TexelBox {
     glm::vec4 largest() const { return glm::abs(centre) + half + freedom; }
 };
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -16,7 +16,7 @@
 
 #include "verify/specular_tables.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 struct SpecularTableCellBound {
     SpecularKernelEntries entries{};  ///< largest absolute error of each entry in the cell
@@ -32,4 +32,4 @@ std::vector<SpecularTableCellBound> boundSpecularTables(const CookedSpecularTabl
 SpecularTableBounds boundSpecularTables(const CookedSpecularTables& tables, const SpecularTableKeys& keys, const std::vector<double>& f0);
 SpecularTableBounds largestOf(const CookedSpecularTables& tables, int viewCell, const std::vector<SpecularTableCellBound>& cells);
 
-}  // namespace verify
+}  // namespace lightcook::verify

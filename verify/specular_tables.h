@@ -12,7 +12,7 @@
 #include "lighting/area_specular.h"
 #include "verify/figures.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 /// Tables are evaluated no nearer to grazing than this: below it shadowing ends in a fold narrower than any sample, and tables hold what
 /// they have there.
@@ -97,4 +97,4 @@ std::vector<StageError> specularTableStages(const CookedSpecularTables& tables, 
                                             const std::vector<SpecularTableResult>& results, const std::vector<double>& f0,
                                             const SpecularTableBounds& bounds);
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -13,7 +13,7 @@
 #include "formats/gpu_texture.h"
 #include "formats/image.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 /// Decodes one block of the format into blockWidth * blockHeight texels, row by row. Channels that the format has not are 0, alpha 1.
 /// Any bytes give finite or format-given values: reserved BC6H and BC7 modes decode to zero, as Direct3D's specification asks.
@@ -34,4 +34,4 @@ glm::vec4 sampleBilinear(formats::ImageView<const glm::vec4> image, glm::dvec2 u
 /// faces  six square images of one size, +X -X +Y -Y +Z -Z; direction need not be unit
 glm::vec4 sampleCube(std::span<const formats::Image<glm::vec4>> faces, glm::dvec3 direction);
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -5,7 +5,7 @@
 
 #include "verify/figures.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 struct Violation {
     std::string place;  ///< inside the asset
@@ -13,4 +13,4 @@ struct Violation {
     ErrorPlace at = {};  ///< its worst sample, where there is one
 };
 
-}  // namespace verify
+}  // namespace lightcook::verify

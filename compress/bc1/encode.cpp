@@ -13,7 +13,7 @@
 #include "compress/bc1/fit-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace compress {
+namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 
 void fitBc1(std::span<const Block* const> blocks, const Bc1Search& search, const EncodeOptions& options, bool mayUseThree,
@@ -32,12 +32,12 @@ void fitBc1(std::span<const Block* const> blocks, const Bc1Search& search, const
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace compress
+}  // namespace lightcook::compress
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 #include "compress/block/two_colours.h"
-namespace compress {
+namespace lightcook::compress {
 namespace {
 
 HWY_EXPORT(fitBc1);
@@ -238,5 +238,5 @@ void encodeBc3(std::span<const Block> blocks, const EncodeOptions& options, std:
     encodeColours(blocks, options, false, out + 8, 16);
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress
 #endif

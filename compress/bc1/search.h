@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-namespace compress {
+namespace lightcook::compress {
 
 struct Bc1Search {
     int refits;         ///< least-squares steps
@@ -25,4 +25,4 @@ inline constexpr std::array<std::array<float, 2>, 6> kBc1Starts = {{{0, 0}, {0.1
 
 const Bc1Search& bc1SearchOf(int effort);
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -15,7 +15,7 @@
 #include "compress/bc4/rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace compress {
+namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 
 void fitBc4(std::span<const Block* const> blocks, std::size_t channel, const Bc4Search& search, const Bc4Codes& codes, Bc4Result* found) {
@@ -58,11 +58,11 @@ void searchBc4(const Block& block, std::size_t channel, const Bc4Codes& codes, B
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace compress
+}  // namespace lightcook::compress
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace compress {
+namespace lightcook::compress {
 namespace {
 
 HWY_EXPORT(fitBc4);
@@ -184,5 +184,5 @@ bool encodeBc4Rows(const TexelRows& rows, int channelCount, bool isSigned, int e
     return HWY_DYNAMIC_DISPATCH(fitBc5Rows)(rows, search, codes, out);
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress
 #endif

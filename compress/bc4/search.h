@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-namespace compress {
+namespace lightcook::compress {
 
 struct Bc4Search {
     int starts;            ///< of kBc4Starts, for the layout of eight steps
@@ -47,4 +47,4 @@ inline constexpr std::array<float, 4> kBc4Nears = {0.5f, 12, 4, 24};
 
 const Bc4Search& bc4SearchOf(int effort);
 
-}  // namespace compress
+}  // namespace lightcook::compress

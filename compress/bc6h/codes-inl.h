@@ -13,7 +13,7 @@
 #include "compress/bc6h/values-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace compress {
+namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -141,6 +141,6 @@ private:
 };
 
 }  // namespace HWY_NAMESPACE
-}  // namespace compress
+}  // namespace lightcook::compress
 HWY_AFTER_NAMESPACE();
 #endif

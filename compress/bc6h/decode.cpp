@@ -6,7 +6,7 @@
 #include "compress/block/partitions.h"
 #include "compress/texel/half.h"
 
-namespace compress {
+namespace lightcook::compress {
 namespace {
 
 int signExtend(int value, int bits) {
@@ -58,4 +58,4 @@ void decodeBc6h(const std::byte* block, bool isSigned, DecodedBlock& out) {
     }
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -16,7 +16,7 @@
 #include "compress/block/texel_rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace compress {
+namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 
 template <bool kSigned>
@@ -65,13 +65,13 @@ bool fitRowsSigned(const TexelRows& rows, const EncodeOptions& options, std::byt
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace compress
+}  // namespace lightcook::compress
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 #include "compress/bc6h/two_colours.h"
 #include "compress/texel/half.h"
-namespace compress {
+namespace lightcook::compress {
 namespace {
 
 HWY_EXPORT(fitUnsigned);
@@ -188,5 +188,5 @@ void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOption
     }
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress
 #endif

@@ -17,7 +17,7 @@
 #include "compress/block/texel_rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace compress {
+namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -368,6 +368,6 @@ private:
 };
 
 }  // namespace HWY_NAMESPACE
-}  // namespace compress
+}  // namespace lightcook::compress
 HWY_AFTER_NAMESPACE();
 #endif

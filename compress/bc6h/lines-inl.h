@@ -15,7 +15,7 @@
 #include "compress/block/principal_axis-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace compress {
+namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -405,6 +405,6 @@ private:
 };
 
 }  // namespace HWY_NAMESPACE
-}  // namespace compress
+}  // namespace lightcook::compress
 HWY_AFTER_NAMESPACE();
 #endif

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-namespace compress {
+namespace lightcook::compress {
 namespace {
 
 /// Each field is channel, end (w x y z) and its bits; "gy3:0" is stored from bit 0 up to bit 3, "rw10:15" from 15 down to 10.
@@ -79,4 +79,4 @@ std::span<const Bc6hRun> bc6hRuns(int modeIndex) {
     return runs[static_cast<std::size_t>(modeIndex)];
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-namespace compress {
+namespace lightcook::compress {
 
 struct Bc6hMode {
     std::uint8_t header;      ///< value of the mode bits
@@ -71,4 +71,4 @@ constexpr int bc6hFinish(int value, bool isSigned) {
     return value < 0 ? ((-value * 31) >> 5) | 0x8000 : (value * 31) >> 5;
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

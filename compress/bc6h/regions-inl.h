@@ -12,7 +12,7 @@
 #include "compress/block/partitions.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace compress {
+namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -69,6 +69,6 @@ struct Bc6hTwoRegions {
 };
 
 }  // namespace HWY_NAMESPACE
-}  // namespace compress
+}  // namespace lightcook::compress
 HWY_AFTER_NAMESPACE();
 #endif

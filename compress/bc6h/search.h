@@ -8,7 +8,7 @@
 
 #include "compress/block/block.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 /// Parameters of the search: what each point on the curve of time against error buys.
 struct Bc6hSearch {
@@ -43,4 +43,4 @@ bool encodeBc6hRows(const TexelRows& rows, bool isSigned, const EncodeOptions& o
 /// m p(m), p of these coefficients from m^0 up, is log2(1 + m) on [0, 1] to 2e-5, exact at both ends (minimax by Lawson's iteration).
 inline constexpr std::array<float, 5> kBc6hLog2 = {1.4419170f, -0.7090964f, 0.4156059f, -0.1935755f, 0.0451490f};
 
-}  // namespace compress
+}  // namespace lightcook::compress

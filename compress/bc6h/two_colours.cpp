@@ -9,7 +9,7 @@
 #include "compress/block/partitions.h"
 #include "compress/texel/half.h"
 
-namespace compress {
+namespace lightcook::compress {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -450,4 +450,4 @@ void Bc6hTwoColours::setIndices(int region, const Mode& mode, int partition, con
     }
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

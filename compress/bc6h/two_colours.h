@@ -8,7 +8,7 @@
 #include "compress/bc6h/search.h"
 #include "compress/block/two_colours.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 /// Every mode, every partition, every pair of places for the colours of each region, every pair of ends: cut wherever what is left cannot
 /// beat the best so far.
@@ -87,4 +87,4 @@ private:
     const TwoColours* two_ = nullptr;
 };
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -6,7 +6,7 @@
 #include "compress/bc7/modes.h"
 #include "compress/block/partitions.h"
 
-namespace compress {
+namespace lightcook::compress {
 namespace {
 
 std::uint16_t anchorsOf(int regionCount, int partition) {
@@ -52,4 +52,4 @@ void putIndices(const BlockHead& head, std::span<const std::array<std::uint8_t, 
     out.store(block, 16);
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

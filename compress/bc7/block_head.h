@@ -8,7 +8,7 @@
 
 #include "compress/block/block.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 /// One index a texel; texels of `anchors` store theirs without the highest bit.
 struct IndexSet {
@@ -29,4 +29,4 @@ BlockHead headOfBc7(const std::byte* block);
 /// indices  of each set, 0 .. 2^bits - 1; of anchors below half of that
 void putIndices(const BlockHead& head, std::span<const std::array<std::uint8_t, kTexelCount>, 2> indices, std::byte* block);
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -12,7 +12,7 @@
 #include "compress/bc7/modes.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace compress {
+namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -119,6 +119,6 @@ private:
 };
 
 }  // namespace HWY_NAMESPACE
-}  // namespace compress
+}  // namespace lightcook::compress
 HWY_AFTER_NAMESPACE();
 #endif

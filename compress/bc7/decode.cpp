@@ -5,7 +5,7 @@
 #include "compress/block/decode.h"
 #include "compress/block/partitions.h"
 
-namespace compress {
+namespace lightcook::compress {
 namespace {
 
 struct Endpoints {
@@ -81,4 +81,4 @@ void decodeBc7(const std::byte* block, DecodedBlock& out) {
     }
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -13,7 +13,7 @@
 #include "compress/bc7/fit-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace compress {
+namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 
 void fitBc7(std::span<const Block* const> blocks, const Bc7Search& search, const EncodeOptions& options, Bc7Result* found) {
@@ -31,12 +31,12 @@ void fitBc7(std::span<const Block* const> blocks, const Bc7Search& search, const
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace compress
+}  // namespace lightcook::compress
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 #include "compress/bc7/two_colours.h"
-namespace compress {
+namespace lightcook::compress {
 namespace {
 
 HWY_EXPORT(fitBc7);
@@ -165,5 +165,5 @@ void encodeBc7(std::span<const Block> blocks, const EncodeOptions& options, std:
     }
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress
 #endif

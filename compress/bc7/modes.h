@@ -3,7 +3,7 @@
 
 #include <array>
 
-namespace compress {
+namespace lightcook::compress {
 
 struct Bc7Mode {
     int regionCount;
@@ -33,4 +33,4 @@ constexpr int expandTo8(int value, int bits) {
     return high | (high >> bits);
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -6,7 +6,7 @@
 
 #include "compress/block/block.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 /// Parameters of the search: what each point on the curve of time against error buys.
 struct Bc7Search {
@@ -33,4 +33,4 @@ struct Bc7Result {
 
 const Bc7Search& bc7SearchOf(int effort);
 
-}  // namespace compress
+}  // namespace lightcook::compress

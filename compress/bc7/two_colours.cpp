@@ -8,7 +8,7 @@
 #include "compress/bc7/modes.h"
 #include "compress/block/partitions.h"
 
-namespace compress {
+namespace lightcook::compress {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -252,4 +252,4 @@ void Bc7TwoColours::tryPartition(int mode, int partition) {
         setRegion(of.regionCount, partition, r, 0, channelCountOf(of), coded[static_cast<std::size_t>(r)]);
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

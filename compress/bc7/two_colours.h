@@ -8,7 +8,7 @@
 #include "compress/bc7/search.h"
 #include "compress/block/two_colours.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 /// Every mode, every partition and rotation, every pair of places for the colours of each region, all low bits, every pair of ends: cut
 /// wherever what is left cannot beat the best so far.
@@ -54,4 +54,4 @@ private:
     const TwoColours* two_ = nullptr;
 };
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -10,7 +10,7 @@
 
 #include "compress/encode.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 constexpr int kTexelCount = 16;  ///< of a 4x4 block
 
@@ -91,4 +91,4 @@ bool encodeBc4Rows(const TexelRows& rows, int channelCount, bool isSigned, int e
 void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out);
 void encodeBc7(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -4,7 +4,7 @@
 
 #include "compress/block/decode.h"
 
-namespace compress {
+namespace lightcook::compress {
 namespace {
 
 glm::vec3 colourFrom565(std::uint32_t packed) {
@@ -115,4 +115,4 @@ void decodeBlock(formats::PixelFormat format, const std::byte* block, DecodedBlo
     }
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -7,7 +7,7 @@
 
 #include "compress/block/block.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 using DecodedBlock = std::array<glm::vec4, kTexelCount>;
 
@@ -26,4 +26,4 @@ void decodeBc7(const std::byte* block, DecodedBlock& out);
 /// A block of any of these formats, BC1 with its three-colour form.
 void decodeBlock(formats::PixelFormat format, const std::byte* block, DecodedBlock& out);
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -14,7 +14,7 @@
 #include "compress/texel/astc.h"
 #include "compress/texel/packed_texels.h"
 
-namespace compress {
+namespace lightcook::compress {
 namespace {
 
 using formats::ImageView;
@@ -313,4 +313,4 @@ EncodeReport encodeRows(PixelFormat format, ImageView<const glm::vec4> texels, I
     }
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

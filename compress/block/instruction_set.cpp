@@ -4,7 +4,7 @@
 //
 #include <hwy/highway.h>
 
-namespace compress {
+namespace lightcook::compress {
 
 void allowInstructionSet(InstructionSet set) {
     // Targets better than AVX2 are the bits under it; zero allows all that the processor has.
@@ -12,4 +12,4 @@ void allowInstructionSet(InstructionSet set) {
     hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

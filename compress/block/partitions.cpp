@@ -1,6 +1,6 @@
 #include "compress/block/partitions.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 const std::array<std::uint16_t, 64> kTwoRegions = {
     0xCCCC, 0x8888, 0xEEEE, 0xECC8, 0xC880, 0xFEEC, 0xFEC8, 0xEC80, 0xC800, 0xFFEC, 0xFE80, 0xE800, 0xFFE8, 0xFF00, 0xFFF0, 0xF000,
@@ -30,4 +30,4 @@ const std::array<std::uint8_t, 4> kWeights2 = {0, 21, 43, 64};
 const std::array<std::uint8_t, 8> kWeights3 = {0, 9, 18, 27, 37, 46, 55, 64};
 const std::array<std::uint8_t, 16> kWeights4 = {0, 4, 9, 13, 17, 21, 26, 30, 34, 38, 43, 47, 51, 55, 60, 64};
 
-}  // namespace compress
+}  // namespace lightcook::compress

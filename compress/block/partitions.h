@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdint>
 
-namespace compress {
+namespace lightcook::compress {
 
 /// Bit t is set where texel t belongs to region 1 of 2.
 extern const std::array<std::uint16_t, 64> kTwoRegions;
@@ -36,4 +36,4 @@ inline int weightOf(int indexBits, int index) {
     return indexBits == 2 ? kWeights2[i] : indexBits == 3 ? kWeights3[i] : kWeights4[i];
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -15,7 +15,7 @@
 #include "compress/block/decode.h"
 #include "compress/texel/packed_texels.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 namespace {
 
@@ -421,4 +421,4 @@ void reduceRow(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<
     RowReducer(format, texels, significance, options, row).run();
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

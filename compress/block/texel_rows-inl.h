@@ -15,7 +15,7 @@
 #include "compress/block/block.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace compress {
+namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -86,6 +86,6 @@ void loadWeights(const std::array<const float*, 4>& rows, hn::Vec<D> (&weight)[k
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace compress
+}  // namespace lightcook::compress
 HWY_AFTER_NAMESPACE();
 #endif

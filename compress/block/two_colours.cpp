@@ -7,7 +7,7 @@
 
 #include "compress/block/partitions.h"
 
-namespace compress {
+namespace lightcook::compress {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -423,4 +423,4 @@ double RegionSearch::place(const int* shares, const EndValues& first, const EndV
     return error;
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

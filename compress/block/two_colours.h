@@ -13,7 +13,7 @@
 
 #include "compress/block/block.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 /// The colours of a block that has two where it counts.
 struct TwoColours {
@@ -164,4 +164,4 @@ private:
 /// What is taken for no improvement, as a share of the error: searches end where less is to be had.
 constexpr double kTwoColoursHair = 1e-9;
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -11,7 +11,7 @@
 #include "compress/light_map/rows.h"
 #include "compress/light_map_blocks.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 namespace {
 
@@ -274,4 +274,4 @@ EncodedLightMapRows encodeBasis(const LightMapPlan& plan, const formats::LightMa
 
 }  // namespace rows
 
-}  // namespace compress
+}  // namespace lightcook::compress

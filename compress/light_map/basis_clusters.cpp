@@ -6,7 +6,7 @@
 #include <numeric>
 #include <optional>
 
-namespace compress {
+namespace lightcook::compress {
 
 namespace {
 
@@ -174,4 +174,4 @@ std::vector<int> clusterCharts(const ChartPoints& points, int dimension, int clu
     return clusters.result();
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace compress {
+namespace lightcook::compress {
 
 /// Points in a space whose squared distances are costs, each of a chart.
 struct ChartPoints {
@@ -26,4 +26,4 @@ struct Subspace {
 };
 Subspace fitSubspace(const Eigen::MatrixXf& points, const Eigen::VectorXf& weights, int dimension, bool isCentred);
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-namespace compress {
+namespace lightcook::compress {
 
 namespace {
 
@@ -243,4 +243,4 @@ glm::vec4 CodeSpace::sensitivity(const BasisTarget& target, const glm::vec4& cod
     return glm::vec4(equations.matrix[0][0], equations.matrix[1][1], equations.matrix[2][2], equations.matrix[3][3]);
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -6,7 +6,7 @@
 
 #include "compress/light_map/basis_model.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 struct SolvedCode {
     glm::vec4 code;
@@ -35,4 +35,4 @@ private:
     std::vector<HigherByChannel> seedValues_;  ///< what the seeds decode to: made by the first search
 };
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -11,7 +11,7 @@
 #include "compress/light_map/rows.h"
 #include "compress/texel/half.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 namespace {
 
@@ -545,4 +545,4 @@ BasisModel fitBasis(const LightMapPlan& plan, const BasisShape& shape, const Lig
     return BasisFitter(plan, shape, samples, options).run(charts, blocksAcross, clusterCount);
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

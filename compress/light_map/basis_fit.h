@@ -6,7 +6,7 @@
 #include "compress/light_map/basis_model.h"
 #include "compress/light_map_blocks.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 /// Assigns charts to at most clusterCount clusters (1 .. 256) and fits every cluster's tables.
 /// plan    of the map: textures, range and key are read
@@ -14,4 +14,4 @@ namespace compress {
 BasisModel fitBasis(const LightMapPlan& plan, const BasisShape& shape, const LightMapSamples& samples, const std::vector<int>& charts,
                     int blocksAcross, int clusterCount, const EncodeOptions& options);
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -8,7 +8,7 @@
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 namespace {
 
@@ -152,4 +152,4 @@ glm::vec4 residualSensitivity(const ResidualTable& table, const BasisTarget& tar
     return sum;
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -11,7 +11,7 @@
 
 #include "lighting/sh.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 inline constexpr int kCodeMonomials = 15;
 /// What a residual channel holds where nothing is left: 8 bits have it exactly.
@@ -88,4 +88,4 @@ glm::vec4 solveResidual(const ResidualTable& table, const BasisTarget& target);
 /// How the error grows with each channel: the metric of its direction, summed over colours.
 glm::vec4 residualSensitivity(const ResidualTable& table, const BasisTarget& target);
 
-}  // namespace compress
+}  // namespace lightcook::compress

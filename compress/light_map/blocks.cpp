@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <numeric>
 
-namespace compress {
+namespace lightcook::compress {
 
 namespace {
 
@@ -202,4 +202,4 @@ void LightMapSamples::add(const LightMapBand& band, int firstRow, int rowCount) 
     }
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

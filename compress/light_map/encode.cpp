@@ -7,7 +7,7 @@
 #include "compress/light_map/rows.h"
 #include "compress/light_map/zonal.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 namespace {
 
@@ -319,4 +319,4 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
     return out;
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

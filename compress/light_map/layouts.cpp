@@ -10,7 +10,7 @@
 #include "compress/light_map/zonal.h"
 #include "lighting/radiometry.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 namespace {
 
@@ -287,4 +287,4 @@ LightMapPlan planLightMap(LightMapLayout layout, LightMapTarget target, int widt
     return plan;
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

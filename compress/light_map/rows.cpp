@@ -5,7 +5,7 @@
 #include "formats/padding.h"
 #include "lighting/radiometry.h"
 
-namespace compress::rows {
+namespace lightcook::compress::rows {
 
 namespace {
 
@@ -132,4 +132,4 @@ float constant(const LightMapPlan& plan, const char* name, std::size_t index) {
     return plan.constants.at(name).at(index);
 }
 
-}  // namespace compress::rows
+}  // namespace lightcook::compress::rows

@@ -7,7 +7,7 @@
 
 #include "compress/light_map.h"
 
-namespace compress::rows {
+namespace lightcook::compress::rows {
 
 /// The rows to encode, padded: one value array per coefficient, and how much each texel counts.
 struct Source {
@@ -43,4 +43,4 @@ float constant(const LightMapPlan& plan, const char* name, std::size_t index);
 EncodedLightMapRows encodeBasis(const LightMapPlan& plan, const formats::LightMapBand& band, const Source& source,
                                 const EncodeOptions& options);
 
-}  // namespace compress::rows
+}  // namespace lightcook::compress::rows

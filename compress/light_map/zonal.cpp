@@ -7,7 +7,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-namespace compress::rows {
+namespace lightcook::compress::rows {
 
 glm::vec3 linearAxis(const glm::vec3& c1, const glm::vec3& c2, const glm::vec3& c3, const glm::vec3& luminanceWeights) {
     const glm::vec3 v(glm::dot(luminanceWeights, c3), glm::dot(luminanceWeights, c1), glm::dot(luminanceWeights, c2));
@@ -30,4 +30,4 @@ glm::vec3 intensityAlong(const lighting::ShRgb& sh, const glm::vec3& axis) {
     return glm::max(zonalAlong(sh, axis) / lengthOfBand2, 0.0f);
 }
 
-}  // namespace compress::rows
+}  // namespace lightcook::compress::rows

@@ -5,7 +5,7 @@
 
 #include "lighting/sh.h"
 
-namespace compress::rows {
+namespace lightcook::compress::rows {
 
 /// The direction of band 1 (coefficients 1, 2, 3) as luminance sees it; 0 where that is 0. Light of any unit.
 glm::vec3 linearAxis(const glm::vec3& c1, const glm::vec3& c2, const glm::vec3& c3, const glm::vec3& luminanceWeights);
@@ -15,4 +15,4 @@ glm::vec3 zonalAlong(const lighting::ShRgb& sh, const glm::vec3& axis);
 /// from it, and light from everywhere must not look like a lamp along what noise its band 1 has.
 glm::vec3 intensityAlong(const lighting::ShRgb& sh, const glm::vec3& axis);
 
-}  // namespace compress::rows
+}  // namespace lightcook::compress::rows

@@ -10,7 +10,7 @@
 #include <tuple>
 #include <vector>
 
-namespace compress {
+namespace lightcook::compress {
 namespace {
 
 using formats::ImageView;
@@ -100,4 +100,4 @@ void encodeAstc(PixelFormat format, ImageView<const glm::vec4> texels, ImageView
     for (int y = 0; y < texels.height; ++y) std::copy_n(source.view().row(y), texels.width, decoded.row(y));
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

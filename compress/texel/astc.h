@@ -3,7 +3,7 @@
 
 #include "compress/encode.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 /// Encodes whole images or bands of ASTC blocks; arguments as encodeRows, texels already in the format's range.
 /// libastcenc 4.2 knows no weight of a single texel: texels without significance take the value of the nearest of their block that has
@@ -11,4 +11,4 @@ namespace compress {
 void encodeAstc(formats::PixelFormat format, formats::ImageView<const glm::vec4> texels, formats::ImageView<const float> significance,
                 const EncodeOptions& options, std::span<std::byte> out, formats::ImageView<glm::vec4> decoded);
 
-}  // namespace compress
+}  // namespace lightcook::compress

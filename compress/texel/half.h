@@ -4,7 +4,7 @@
 #include <bit>
 #include <cstdint>
 
-namespace compress {
+namespace lightcook::compress {
 
 constexpr float kLargestHalf = 65504.0f;
 constexpr int kLargestHalfBits = 0x7BFF;
@@ -35,4 +35,4 @@ inline float floatFromHalf(std::uint16_t half) {
     return std::bit_cast<float>(std::bit_cast<std::uint32_t>(value) | sign);
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

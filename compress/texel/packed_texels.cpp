@@ -8,7 +8,7 @@
 
 #include "compress/texel/half.h"
 
-namespace compress {
+namespace lightcook::compress {
 namespace {
 
 using formats::PixelFormat;
@@ -189,4 +189,4 @@ ChannelRange rangeOf(PixelFormat format) {
     return range;
 }
 
-}  // namespace compress
+}  // namespace lightcook::compress

@@ -6,7 +6,7 @@
 
 #include "compress/encode.h"
 
-namespace compress {
+namespace lightcook::compress {
 
 /// Writes one texel and returns what it decodes to (missing channels 0, alpha 1).
 /// texel   finite, already clamped to the format's range
@@ -19,4 +19,4 @@ struct ChannelRange {
 };
 ChannelRange rangeOf(formats::PixelFormat format);
 
-}  // namespace compress
+}  // namespace lightcook::compress

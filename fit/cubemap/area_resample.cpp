@@ -7,7 +7,7 @@
 
 #include "fit/lut/quadrature.h"
 
-namespace fit {
+namespace lightcook::fit {
 namespace {
 
 using std::numbers::pi;
@@ -148,4 +148,4 @@ void AreaResampler::addPolarFace(bool north, glm::dvec2 low, glm::dvec2 high, Su
     for (std::size_t i = 0; i + 1 < breaks.size(); ++i) integrateAzimuth(breaks[i], breaks[i + 1], intervalAt, sum);
 }
 
-}  // namespace fit
+}  // namespace lightcook::fit

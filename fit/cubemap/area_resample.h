@@ -6,7 +6,7 @@
 
 #include "formats/environment.h"
 
-namespace fit {
+namespace lightcook::fit {
 
 class AreaResampler {
 public:
@@ -31,4 +31,4 @@ private:
     std::vector<double> rowEdges_;  ///< y = cos(theta) of the panorama's row edges, from 1 down to -1
 };
 
-}  // namespace fit
+}  // namespace lightcook::fit

@@ -13,7 +13,7 @@
 #include "fit/cubemap/tree.h"
 #include "lighting/cube.h"
 
-namespace fit {
+namespace lightcook::fit {
 namespace {
 
 constexpr int kBlock = 4;  // texels a side that share one list of cells
@@ -375,4 +375,4 @@ formats::Image<glm::vec3> CubemapPrefilter::filterMip(int mip) const {
     return strip;
 }
 
-}  // namespace fit
+}  // namespace lightcook::fit

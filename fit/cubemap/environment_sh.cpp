@@ -13,7 +13,7 @@
 #include "fit/lut/quadrature.h"
 #include "lighting/cube.h"
 
-namespace fit {
+namespace lightcook::fit {
 namespace {
 
 using ShRgbDouble = std::array<glm::dvec3, lighting::kShCount>;
@@ -254,4 +254,4 @@ lighting::ShBands prefilterKernelBands(PrefilterKernel kernel, double m) {
     return {1, moments[1] / moments[0], moments[2] / moments[0]};
 }
 
-}  // namespace fit
+}  // namespace lightcook::fit

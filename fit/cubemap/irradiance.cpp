@@ -9,7 +9,7 @@
 #include "fit/cubemap/tree.h"
 #include "lighting/cube.h"
 
-namespace fit {
+namespace lightcook::fit {
 namespace {
 
 /// [rad] Finer ones are there for cells that hold so much of all light, times their size [chord], that all of it stepping over the horizon
@@ -138,4 +138,4 @@ formats::Result<formats::Image<glm::vec3>> irradianceCubemap(const formats::Envi
     return strip;
 }
 
-}  // namespace fit
+}  // namespace lightcook::fit

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace fit {
+namespace lightcook::fit {
 namespace {
 
 constexpr double kSupportFraction = 1e-7;
@@ -80,4 +80,4 @@ KernelScale makeKernelScale(PrefilterKernel kernel, double m) {
     return scale;
 }
 
-}  // namespace fit
+}  // namespace lightcook::fit

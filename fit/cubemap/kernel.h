@@ -9,7 +9,7 @@
 
 #include "fit/environment_sh.h"
 
-namespace fit {
+namespace lightcook::fit {
 
 /// Eight floats as GCC and Clang know them: the same bits on every instruction set, one output texel a lane.
 using Float8 = float __attribute__((vector_size(32)));
@@ -108,4 +108,4 @@ inline Float8 kernelShape(Float8 chordSquared, float sharpness, const KernelScal
     return kNarrow ? shape : select(c > 0.0f, shape, zero);
 }
 
-}  // namespace fit
+}  // namespace lightcook::fit

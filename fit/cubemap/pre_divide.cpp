@@ -9,7 +9,7 @@
 #include "lighting/cube.h"
 #include "lighting/quadratic.h"
 
-namespace fit {
+namespace lightcook::fit {
 namespace {
 
 const double kConstantBasis = 0.5 * std::sqrt(1 / std::numbers::pi);  // Y0
@@ -118,4 +118,4 @@ std::int64_t preDivideRows(const PreDivide& preDivide, int mip, int face, int si
     return clamped;
 }
 
-}  // namespace fit
+}  // namespace lightcook::fit

@@ -9,7 +9,7 @@
 
 #include "lighting/cube.h"
 
-namespace fit {
+namespace lightcook::fit {
 namespace {
 
 using std::numbers::pi;
@@ -244,4 +244,4 @@ CellTree buildCellTree(const formats::Environment& environment, double cellWidth
     return tree;
 }
 
-}  // namespace fit
+}  // namespace lightcook::fit

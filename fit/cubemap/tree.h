@@ -7,7 +7,7 @@
 
 #include "formats/environment.h"
 
-namespace fit {
+namespace lightcook::fit {
 
 struct Cell {
     glm::vec3 areaCentroid{0};  ///< unit; weighted by solid angle
@@ -98,4 +98,4 @@ MomentTree buildMomentTree(const formats::Environment& environment, double cellW
 /// The same with every cell finished.
 CellTree buildCellTree(const formats::Environment& environment, double cellWidth, double pieceWidth);
 
-}  // namespace fit
+}  // namespace lightcook::fit

@@ -10,7 +10,7 @@
 
 #include "fit/light_search.h"
 
-namespace fit {
+namespace lightcook::fit {
 namespace {
 
 /// Sums leave float's range where coefficients are near its end; the light stays finite.
@@ -123,4 +123,4 @@ float largestIntensity(const lighting::ShRgb& incident) {
     return toFiniteFloat(largest);
 }
 
-}  // namespace fit
+}  // namespace lightcook::fit

@@ -12,7 +12,7 @@
 
 #include "lighting/sphere.h"
 
-namespace fit {
+namespace lightcook::fit {
 namespace {
 
 using std::numbers::pi;
@@ -363,4 +363,4 @@ TwoLights bestTwoLights(const lighting::ShRgb& incident, const glm::dvec3& hint,
     return lights;
 }
 
-}  // namespace fit
+}  // namespace lightcook::fit

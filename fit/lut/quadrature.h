@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace fit {
+namespace lightcook::fit {
 
 template <int kCount>
 struct GaussRule {
@@ -34,4 +34,4 @@ GaussRule<kCount> gaussLegendre() {
     return rule;
 }
 
-}  // namespace fit
+}  // namespace lightcook::fit

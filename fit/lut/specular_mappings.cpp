@@ -5,7 +5,7 @@
 
 #include "fit/specular_tables.h"
 
-namespace fit {
+namespace lightcook::fit {
 namespace {
 
 /// Places of the reference, uniform in NoV and in m, at middles: none is a node.
@@ -167,4 +167,4 @@ void chooseMappings(SpecularTableOptions& options, double lowF0, double highF0) 
     if (options.roughnessCount > 1) best(roughnessMappings(), &SpecularTableOptions::roughness);
 }
 
-}  // namespace fit
+}  // namespace lightcook::fit

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace fit {
+namespace lightcook::fit {
 namespace {
 
 constexpr double kSmallestM = 1e-4, kLargestM = 1.0;
@@ -207,4 +207,4 @@ glm::vec4 sampleSpecularTexture(const SpecularTexture& texture, double u, double
     return glm::vec4(glm::mix(top, bottom, y - y0) * glm::dvec4(texture.scale) + glm::dvec4(texture.bias));
 }
 
-}  // namespace fit
+}  // namespace lightcook::fit

@@ -12,7 +12,7 @@
 #include "lighting/cube.h"
 #include "lighting/sphere.h"
 
-namespace fit {
+namespace lightcook::fit {
 namespace {
 
 using std::numbers::pi;
@@ -260,4 +260,4 @@ AzimuthalAverage averageAroundAxis(const formats::Environment& environment, cons
     }
 }
 
-}  // namespace fit
+}  // namespace lightcook::fit

@@ -9,7 +9,7 @@
 #include <limits>
 #include <string>
 
-namespace fit {
+namespace lightcook::fit {
 namespace {
 
 constexpr int kMaximumDegree = 2048;
@@ -228,4 +228,4 @@ std::optional<std::size_t> firstZoneOfAnotherHue(const std::vector<glm::vec3>& g
     return std::nullopt;
 }
 
-}  // namespace fit
+}  // namespace lightcook::fit

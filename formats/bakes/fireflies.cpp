@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <optional>
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 float lightOf(const lighting::ShRgb& sh) {
@@ -83,4 +83,4 @@ Result<void> settleFireflies(LightMapBand& band, double limit, bool repair, cons
     return {};
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -15,7 +15,7 @@
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 using lighting::ShRgb;
@@ -362,4 +362,4 @@ Result<void> LightMapWriter::commit() {
     return state_->writer.commit();
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

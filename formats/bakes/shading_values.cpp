@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 constexpr std::string_view kColumns = "x,y,kind,m,f0,dx,dy,dz,r,g,b";
@@ -112,4 +112,4 @@ Result<std::vector<ShadingValue>> readShadingValues(const std::filesystem::path&
     return values;
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -4,7 +4,7 @@
 
 #include <array>
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 constexpr std::uint32_t fourCc(const char (&text)[5]) {
@@ -171,4 +171,4 @@ Result<TextureFileLayout> readDds(const FileBytes& file) {
     return layout;
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -7,7 +7,7 @@
 #include "formats/container/texture_file.h"
 #include "formats/file/file_bytes.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 /// Lays a file out: layer by layer, face by face, each with all its mips, largest first. DDS tells an array of one texture from no array
 /// as little as DXGI does: it reads back as no array. Refused: formats without a DXGI number (ASTC, rgb16f), and Zstandard.
@@ -19,4 +19,4 @@ std::vector<std::byte> ddsPrefix(const TextureShape& shape);
 /// Reads and checks everything but the texels.
 Result<TextureFileLayout> readDds(const FileBytes& file);
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -16,7 +16,7 @@
 #include "formats/file/file_bytes.h"
 #include "formats/pending_file.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 /// Rows [firstBlockRow, ...) that `bytes` bytes are, as an offset inside the image; a caller's mistake is told, never written or read.
@@ -267,4 +267,4 @@ Result<std::vector<std::byte>> TextureReader::readImage(SubImage image) const {
     return bytes;
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -7,7 +7,7 @@
 #include <bit>
 #include <numeric>
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 constexpr std::array<unsigned char, 12> kIdentifier = {0xab, 'K', 'T', 'X', ' ', '2', '0', 0xbb, '\r', '\n', 0x1a, '\n'};
@@ -415,4 +415,4 @@ Result<TextureFileLayout> readKtx2(const FileBytes& file) {
     return HeaderReader(file).readAll();
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

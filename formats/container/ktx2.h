@@ -8,7 +8,7 @@
 #include "formats/container/texture_file.h"
 #include "formats/file/file_bytes.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 /// The data format descriptor of a format, its total size included. Bytes of the texel block are kept under supercompression, as
 /// KTX-Software 5 writes them (older revisions of the specification wanted zeros there; both are read).
@@ -23,4 +23,4 @@ std::vector<std::byte> ktx2Prefix(const TextureFileLayout& layout);
 /// Reads and checks everything but the texels.
 Result<TextureFileLayout> readKtx2(const FileBytes& file);
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -3,7 +3,7 @@
 #include <array>
 #include <cassert>
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 // VkFormat and DXGI_FORMAT numbers: the enumerations of the Vulkan specification (34.1) and of dxgiformat.h. BC1 is the RGB one (no alpha):
@@ -77,4 +77,4 @@ std::size_t bytesPerImage(PixelFormat format, int width, int height) {
     return bytesPerBlockRow(format, width) * static_cast<std::size_t>(blocksDown(format, height));
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -8,7 +8,7 @@
 
 #include "formats/gpu_texture.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 /// Largest extent and array length that we read or write. Sizes of whole textures then stay below 2^56 bytes: 64-bit sums cannot overflow.
 inline constexpr int kMaxTextureExtent = 65536;
@@ -42,4 +42,4 @@ struct TextureFileLayout {
     std::uint64_t imageOffset(SubImage image) const;
 };
 
-}  // namespace formats
+}  // namespace lightcook::formats

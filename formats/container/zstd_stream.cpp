@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <memory>
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 constexpr std::size_t kPiece = std::size_t{1} << 20;
@@ -95,4 +95,4 @@ Result<std::vector<std::byte>> zstdDecompress(const FileBytes& source, std::uint
     return bytes;
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

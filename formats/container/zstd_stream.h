@@ -8,7 +8,7 @@
 
 #include "formats/file/file_bytes.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 Result<void> checkZstdLevel(int level, const std::string& subject);
 
@@ -22,4 +22,4 @@ Result<std::uint64_t> zstdCompress(const FileBytes& source, std::uint64_t source
 Result<std::vector<std::byte>> zstdDecompress(const FileBytes& source, std::uint64_t offset, std::uint64_t length,
                                               std::uint64_t expectedLength, const std::string& subject);
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -11,7 +11,7 @@
 #include <cstring>
 #include <utility>
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 // One system call moves at most 0x7ffff000 bytes on Linux; 1 GiB stays under it everywhere.
@@ -118,4 +118,4 @@ void appendU64(std::vector<std::byte>& bytes, std::uint64_t value) {
     appendU32(bytes, static_cast<std::uint32_t>(value >> 32));
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -9,7 +9,7 @@
 
 #include "formats/error.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 class FileBytes {
 public:
@@ -44,4 +44,4 @@ std::uint64_t loadU64(std::span<const std::byte> bytes, std::size_t offset);
 void appendU32(std::vector<std::byte>& bytes, std::uint32_t value);
 void appendU64(std::vector<std::byte>& bytes, std::uint64_t value);
 
-}  // namespace formats
+}  // namespace lightcook::formats

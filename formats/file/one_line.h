@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace formats {
+namespace lightcook::formats {
 
 /// Runs of white space and control characters become one space; what is too long to read in a line is cut.
 inline std::string oneLine(std::string_view text) {
@@ -23,4 +23,4 @@ inline std::string oneLine(std::string_view text) {
     return line;
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -10,7 +10,7 @@
 #include <string>
 #include <system_error>
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 tl::unexpected<Error> machineFailure(const std::filesystem::path& file, const char* step, int errorNumber) {
@@ -85,4 +85,4 @@ Result<void> writeWholeFile(const std::filesystem::path& file, std::span<const s
     return pending->commit();
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -8,7 +8,7 @@
 #include <glm/vec2.hpp>
 #include <numeric>
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 constexpr int kBlock = kClusterBlock;
@@ -193,4 +193,4 @@ tl::expected<std::vector<std::uint8_t>, std::string> clustersOfVertices(const Tr
     return result;
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

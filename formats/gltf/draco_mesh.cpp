@@ -13,7 +13,7 @@
 
 #include "formats/file/one_line.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 draco::DataType dracoType(ComponentType type) {
@@ -186,4 +186,4 @@ tl::expected<double, std::string> dracoPositionStep(std::span<const std::byte> b
     return static_cast<double>(transform.range()) / (std::ldexp(1.0, transform.quantization_bits()) - 1);
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -9,7 +9,7 @@
 
 #include "formats/gltf/triangle_mesh.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 /// A lattice that float components are rounded to: 2^bits - 1 steps from origin to origin + range on each axis.
 /// Of normals only the bits count: they are rounded on an octahedron.
@@ -45,4 +45,4 @@ tl::expected<TriangleMesh, std::string> decodeDraco(std::span<const std::byte> b
 /// The lattice step that positions in the stream were rounded to; 0 if they were not.
 tl::expected<double, std::string> dracoPositionStep(std::span<const std::byte> bytes);
 
-}  // namespace formats
+}  // namespace lightcook::formats

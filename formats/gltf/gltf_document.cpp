@@ -10,7 +10,7 @@
 #include "formats/file/file_bytes.h"
 #include "formats/file/one_line.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 constexpr std::uint32_t kGlbMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;  // "glTF", "JSON", "BIN\0"
@@ -334,4 +334,4 @@ std::vector<std::byte> assembleGlb(const Json& json, std::span<const std::byte> 
     return glb;
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

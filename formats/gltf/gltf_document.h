@@ -15,7 +15,7 @@
 #include "formats/error.h"
 #include "formats/gltf/triangle_mesh.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 /// Keeps the order of keys, so that writing back changes nothing that was not meant.
 using Json = nlohmann::ordered_json;
@@ -94,4 +94,4 @@ std::vector<std::byte> assembleGlb(const Json& json, std::span<const std::byte> 
 /// The whole file, if it is there.
 Result<std::vector<std::byte>> readWholeFile(const std::filesystem::path& file);
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -20,7 +20,7 @@
 #include "formats/gltf/triangle_mesh.h"
 #include "formats/pending_file.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 const char* const kDraco = "KHR_draco_mesh_compression";
@@ -660,4 +660,4 @@ Result<MeshError> GltfScene::errorOf(const GltfScene& cooked) const {
     return worst;
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

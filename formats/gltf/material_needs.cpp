@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 struct Range {
@@ -73,4 +73,4 @@ MaterialNeeds materialNeeds(const Json& material) {
     return needs;
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -4,9 +4,9 @@
 #include "formats/gltf/gltf_document.h"
 #include "formats/gltf_scene.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 /// Throws what nlohmann::json throws where a member has the wrong type.
 MaterialNeeds materialNeeds(const Json& material);
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -13,7 +13,7 @@
 #include <tuple>
 #include <type_traits>
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 template <class Component>
@@ -244,4 +244,4 @@ tl::expected<TriangleMatch, std::string> matchTriangles(const TriangleMesh& orig
     return worst;
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

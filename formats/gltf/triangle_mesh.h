@@ -11,7 +11,7 @@
 
 #include "formats/error.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 /// glTF's numbers for component types.
 enum class ComponentType { Int8 = 5120, Uint8 = 5121, Int16 = 5122, Uint16 = 5123, Uint32 = 5125, Float32 = 5126 };
@@ -59,4 +59,4 @@ struct TriangleMatch {
 /// Fails with a sentence when the counts differ or a triangle has no counterpart.
 tl::expected<TriangleMatch, std::string> matchTriangles(const TriangleMesh& original, const TriangleMesh& coded, double positionStep);
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -16,7 +16,7 @@
 
 namespace OCIO = OCIO_NAMESPACE;
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 /// CIE xy of the three primaries and of white.
@@ -303,4 +303,4 @@ Result<LinearConversion> linearConversion(const ColorSpaces& spaces) {
     }
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

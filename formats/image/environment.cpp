@@ -17,7 +17,7 @@
 #include "formats/image/image_module.h"
 #include "formats/image/radiance_file.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 constexpr int kFaceCount = 6;
@@ -336,4 +336,4 @@ Result<std::vector<std::byte>> encodePng(ImageView<const glm::u8vec3> texels) {
     return module ? (*module)->encodePng(texels) : tl::make_unexpected(module.error());
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -22,7 +22,7 @@
 #include "formats/file/one_line.h"
 #include "formats/pending_file.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 constexpr int kTileExtent = 64;
@@ -367,4 +367,4 @@ Result<void> ExrWriter::commit() {
     return state.pending.commit();
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

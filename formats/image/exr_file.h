@@ -10,7 +10,7 @@
 
 #include "formats/error.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 /// The largest extent that is believed [texels]; a header that says more is broken or hostile.
 inline constexpr int kLargestExtent = 65536;
@@ -73,4 +73,4 @@ private:
     std::unique_ptr<State> state_;
 };
 
-}  // namespace formats
+}  // namespace lightcook::formats

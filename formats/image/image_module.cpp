@@ -9,7 +9,7 @@
 
 #include "formats/file/one_line.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 constexpr const char* kFileName = "lightcook_images.so";
@@ -51,4 +51,4 @@ Result<const ImageModule*> imageModule() {
     return module;
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -12,7 +12,7 @@
 #include "formats/error.h"
 #include "formats/image.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 /// The functions of the module, safe from several threads.
 struct ImageModule {
@@ -28,7 +28,7 @@ struct ImageModule {
 /// from several threads; an Error says where it was sought, or why it does not load.
 Result<const ImageModule*> imageModule();
 
-}  // namespace formats
+}  // namespace lightcook::formats
 
 /// What the module exports.
-extern "C" const formats::ImageModule* lightcookImageModule();
+extern "C" const lightcook::formats::ImageModule* lightcookImageModule();

@@ -12,7 +12,7 @@
 #include "formats/file/one_line.h"
 #include "formats/image/image_module.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 constexpr std::int64_t kMostTexels = std::int64_t{1} << 28;  // 4 GiB as RGBA float; the largest panoramas in use are 16k x 8k, half of that
@@ -149,9 +149,10 @@ Result<std::vector<std::byte>> makePng(ImageView<const glm::u8vec3> texels) {
 }
 
 }  // namespace
-}  // namespace formats
+}  // namespace lightcook::formats
 
-extern "C" [[gnu::visibility("default")]] const formats::ImageModule* lightcookImageModule() {
+extern "C" [[gnu::visibility("default")]] const lightcook::formats::ImageModule* lightcookImageModule() {
+    namespace formats = lightcook::formats;
     static constexpr formats::ImageModule kModule = {LIGHTCOOK_VERSION, formats::loadRgb, formats::loadPlainImage, formats::makePng};
     return &kModule;
 }

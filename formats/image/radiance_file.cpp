@@ -10,7 +10,7 @@
 
 #include "formats/file/file_bytes.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 constexpr std::size_t kLargestHeader = 1 << 16;
@@ -158,4 +158,4 @@ std::optional<Image<glm::vec3>> readRadiancePicture(const std::filesystem::path&
     return texels;
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -8,11 +8,11 @@
 
 #include "formats/image.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 /// R, G and B of a picture whose rows run from top to bottom and left to right ("-Y height +X width"), in RGBE, flat or with each component
 /// run-length encoded; a texel is mantissa * 2^(exponent - 136). Nothing at all if the file is missing, not such a picture, damaged, or of
 /// another kind (XYZE, other orientations, the run lengths of before 1991): then it is for OpenImageIO to read or to refuse.
 std::optional<Image<glm::vec3>> readRadiancePicture(const std::filesystem::path& file);
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace lighting {
+namespace lightcook::lighting {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -265,4 +265,4 @@ AreaSpecularKernel areaSpecular(double NoV, double m, SpecularLobe lobe, CookTor
     return AreaSpecularColumn(NoV, m, m, lobe, pointCount).kernel(m, normalization);
 }
 
-}  // namespace lighting
+}  // namespace lightcook::lighting

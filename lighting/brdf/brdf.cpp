@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-namespace lighting {
+namespace lightcook::lighting {
 
 namespace {
 
@@ -170,4 +170,4 @@ AreaSpecularKernel integrateAreaSpecular(double NoV, double m, NormalDistributio
     return {scaledC.coefficients(), scaledD.coefficients()};
 }
 
-}  // namespace lighting
+}  // namespace lightcook::lighting

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-namespace lighting {
+namespace lightcook::lighting {
 
 namespace {
 
@@ -63,4 +63,4 @@ double cubeTexelSolidAngle(int x, int y, int size) {
     return cornerSolidAngle(u1, v1) - cornerSolidAngle(u0, v1) - cornerSolidAngle(u1, v0) + cornerSolidAngle(u0, v0);
 }
 
-}  // namespace lighting
+}  // namespace lightcook::lighting

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace lighting {
+namespace lightcook::lighting {
 
 namespace {
 
@@ -57,4 +57,4 @@ double equirectangularTexelSolidAngle(int y, int width, int height) {
     return 2 * kPi / width * 2 * std::sin(middle) * std::sin(half);
 }
 
-}  // namespace lighting
+}  // namespace lightcook::lighting

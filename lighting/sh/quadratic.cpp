@@ -9,7 +9,7 @@
 #include <limits>
 #include <numbers>
 
-namespace lighting {
+namespace lightcook::lighting {
 
 namespace {
 
@@ -190,4 +190,4 @@ double bandNormBound(const ShDouble& coefficients, const ShBands& bands) {
     return bound;
 }
 
-}  // namespace lighting
+}  // namespace lightcook::lighting

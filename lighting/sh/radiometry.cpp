@@ -2,7 +2,7 @@
 
 #include <cassert>
 
-namespace lighting {
+namespace lightcook::lighting {
 
 ShBands wrappedLambertBands(double wrap) {
     assert(0 <= wrap && wrap <= 1);
@@ -23,4 +23,4 @@ ShRgb projectGameLight(GameLight light, const glm::vec3& direction, GameLightNor
     return projectDirectional(direction, std::numbers::pi_v<float> * scale * light.value);
 }
 
-}  // namespace lighting
+}  // namespace lightcook::lighting

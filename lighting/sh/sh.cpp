@@ -1,6 +1,6 @@
 #include "lighting/sh.h"
 
-namespace lighting {
+namespace lightcook::lighting {
 
 namespace {
 
@@ -70,4 +70,4 @@ Sh luminance(const ShRgb& coefficients, const glm::vec3& weights) {
     return result;
 }
 
-}  // namespace lighting
+}  // namespace lightcook::lighting

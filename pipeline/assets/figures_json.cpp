@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 bool isFinite(const verify::ErrorFigures& figures) {
@@ -92,4 +92,4 @@ void checkStage(const std::vector<verify::StageError>& stages, const std::string
                           fmt::format("no more than without it ({:.4g}): it belongs to something else", errorBefore)});
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

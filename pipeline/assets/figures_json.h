@@ -8,7 +8,7 @@
 #include "verify/figures.h"
 #include "verify/violation.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// What is known of {"mip", "face", "texel": [x, y], "channel", "normal", "view", "m", "f0", "reference", "found", "local"}.
 Json toJson(const verify::ErrorPlace& place);
@@ -29,4 +29,4 @@ std::optional<verify::BlockErrors::Block> checkBlocks(const verify::BlockErrors&
 void checkStage(const std::vector<verify::StageError>& stages, const std::string& before, const std::string& after,
                 std::vector<verify::Violation>& violations);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -9,7 +9,7 @@
 #include "formats/environment.h"
 #include "pipeline/graph/files.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 /// The largest local relative error that the heat scale tells apart: 10 %, shown white.
@@ -85,4 +85,4 @@ formats::Result<void> Preview::write(const std::filesystem::path& folder, const 
     return {};
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -7,7 +7,7 @@
 #include "formats/image.h"
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// Three pictures of one asset, filled texel by texel from any thread, each texel by one of them. Those of the reference and of what was
 /// cooked are points; no error hides between them: the difference is the worst local relative error of all texels under a pixel.
@@ -41,4 +41,4 @@ private:
     formats::Image<float> worst_;  ///< local relative error
 };
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -159,4 +159,4 @@ formats::Image<glm::vec4> toRgba(formats::ImageView<const glm::vec3> image) {
     return rgba;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

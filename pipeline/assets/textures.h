@@ -14,7 +14,7 @@
 #include "formats/image.h"
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// How the textures of an asset are written: part of the parameters of every action that writes some.
 struct TextureSettings {
@@ -90,4 +90,4 @@ std::vector<std::byte> bytesOf(const formats::Image<Texel>& image) {
 /// Channels of an image as RGBA, missing ones 0, alpha 1.
 formats::Image<glm::vec4> toRgba(formats::ImageView<const glm::vec3> image);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

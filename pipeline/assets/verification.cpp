@@ -2,7 +2,7 @@
 
 #include "pipeline/assets/figures_json.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 double maxErrorOf(const ActionContext& context) {
     return context.action.parameters.at("max_error").get<double>();
@@ -16,4 +16,4 @@ ActionOutcome outcomeOf(std::vector<verify::StageError> stages, const ActionCont
     return outcome;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

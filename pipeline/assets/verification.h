@@ -8,7 +8,7 @@
 #include "verify/figures.h"
 #include "verify/violation.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// Wall time since it was made.
 class Stopwatch {
@@ -26,4 +26,4 @@ double maxErrorOf(const ActionContext& context);
 ActionOutcome outcomeOf(std::vector<verify::StageError> stages, const ActionContext& context, const Stopwatch& watch,
                         const std::vector<verify::Violation>& violations);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -31,7 +31,7 @@
 #include "verify/specular_table_bound.h"
 #include "verify/texture_unit.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -552,4 +552,4 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     return outcome;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

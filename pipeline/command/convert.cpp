@@ -9,7 +9,7 @@
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/explained_light.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::Error;
@@ -142,4 +142,4 @@ Outcome convert(const ConvertOptions& options, const RunState& state) {
     return outcome.errors.empty() ? keepTexture(std::move(outcome), options.output) : outcome;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

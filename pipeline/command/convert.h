@@ -7,7 +7,7 @@
 
 #include "pipeline/cook/cook.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 struct ConvertOptions {
     std::string converter;  ///< lightmap, dominant, cubemap, lut or rsrm
@@ -30,4 +30,4 @@ formats::Result<Json> explain(const ConvertOptions& options, const RunState& sta
 /// output: a folder as `cook` leaves it; or a .ktx2 or .dds file, where the asset is one texture.
 Outcome convert(const ConvertOptions& options, const RunState& state);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -14,7 +14,7 @@
 #include "verify/irradiance.h"
 #include "verify/texture_unit.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -114,4 +114,4 @@ Result<Json> cookSh(const ShCommand& command) {
     return document;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

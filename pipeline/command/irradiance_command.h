@@ -9,7 +9,7 @@
 #include "pipeline/assets/textures.h"
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 struct IrradianceCommand {
     std::filesystem::path input, output;  ///< output: .ktx2 or .dds
@@ -38,4 +38,4 @@ struct ShCommand {
 /// white surface, "wrap", "normalize", "phase": "none", "repaired_texels"}, nine rows of R, G and B each, and returns it.
 formats::Result<Json> cookSh(const ShCommand& command);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

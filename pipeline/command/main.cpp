@@ -29,7 +29,7 @@
 #include "pipeline/report/report.h"
 #include "pipeline/report/whole_error.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::Error;
@@ -628,7 +628,7 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline
 
 int main(int argc, char** argv) {
     // A standard stream that is closed would give its number to the next file that opens, and messages would end up in there.
@@ -637,5 +637,5 @@ int main(int argc, char** argv) {
             ::close(descriptor);
             break;
         }
-    return pipeline::run(argc, argv);
+    return lightcook::pipeline::run(argc, argv);
 }

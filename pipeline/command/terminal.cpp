@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 using formats::ErrorCode;
 
@@ -90,4 +90,4 @@ int exitCode(ErrorCode code) {
     return 1;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

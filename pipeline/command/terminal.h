@@ -6,7 +6,7 @@
 
 #include "formats/error.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 enum class LogFormat { Text, JsonLines };
 
@@ -38,4 +38,4 @@ private:
 /// Exit code of an error: product.md's table.
 int exitCode(formats::ErrorCode code);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -18,7 +18,7 @@
 #include "pipeline/scene/scene.h"
 #include "verify/texture_unit.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -369,4 +369,4 @@ Result<Json> describeFile(const std::filesystem::path& file) {
     return formats::readImage(file).map(describeImage);
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

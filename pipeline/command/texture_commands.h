@@ -11,7 +11,7 @@
 #include "formats/gpu_texture.h"
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 struct EncodeCommand {
     std::filesystem::path input, output;
@@ -43,4 +43,4 @@ formats::Result<Json> compareFiles(const std::filesystem::path& a, const std::fi
 /// What a file or a cooked folder holds.
 formats::Result<Json> describeFile(const std::filesystem::path& file);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -22,7 +22,7 @@
 #include "pipeline/scene/needs.h"
 #include "shaders/include.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::Error;
@@ -538,4 +538,4 @@ formats::Result<void> reconstructLightMap(const std::filesystem::path& folder, c
     return tl::make_unexpected(brokenManifest(folder, mistake));
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -10,7 +10,7 @@
 #include "pipeline/graph/action.h"
 #include "pipeline/scene/scene.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// What the command line lays over the scene file.
 struct CookOptions {
@@ -57,4 +57,4 @@ Outcome verifyCooked(const VerifyOptions& options, const RunState& state);
 formats::Result<void> reconstructLightMap(const std::filesystem::path& folder, const std::string& name, const std::filesystem::path& output,
                                           const RunState& state);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

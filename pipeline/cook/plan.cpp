@@ -15,7 +15,7 @@
 #include "pipeline/assets/mesh/actions.h"
 #include "pipeline/assets/textures.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 constexpr int kCubemapSize = 128;           ///< the paper's
@@ -331,4 +331,4 @@ formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const Pl
     return planned;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

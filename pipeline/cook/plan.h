@@ -10,7 +10,7 @@
 #include "pipeline/scene/needs.h"
 #include "pipeline/scene/scene.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 struct PlanOptions {
     std::optional<std::string> only;      ///< cook the asset, light map, probe or gradient of this name and what derives from it
@@ -41,4 +41,4 @@ bool hasLearnedBases(const std::string& layout);
 Action verifyAction(const std::string& asset, const std::string& kind, const std::map<std::string, std::filesystem::path>& sources,
                     Json parameters);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

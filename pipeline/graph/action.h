@@ -11,7 +11,7 @@
 
 #include "formats/error.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 using Json = nlohmann::ordered_json;  ///< keys keep the order in which a reader wants to see them
 
@@ -68,4 +68,4 @@ using ActionFunction = formats::Result<ActionOutcome> (*)(const ActionContext&);
 /// The function behind a kind; every kind that plan() names has one.
 ActionFunction actionFunction(const std::string& kind);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -9,7 +9,7 @@
 #include "pipeline/assets/rsrm/actions.h"
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 ActionFunction actionFunction(const std::string& kind) {
     static constexpr std::array<std::pair<std::string_view, ActionFunction>, 14> kFunctions = {{
@@ -36,4 +36,4 @@ ActionFunction actionFunction(const std::string& kind) {
     };
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -10,7 +10,7 @@
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 using formats::ErrorCode;
 using formats::failure;
@@ -113,4 +113,4 @@ std::filesystem::path defaultCacheFolder() {
     return std::filesystem::temp_directory_path(code) / fmt::format("lightcook-cache-{}", ::getuid());
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -8,7 +8,7 @@
 #include "formats/error.h"
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 class Cache {
 public:
@@ -37,4 +37,4 @@ private:
 /// $LIGHTCOOK_CACHE, else $XDG_CACHE_HOME/lightcook, else ~/.cache/lightcook, else a folder in the system's temporary one.
 std::filesystem::path defaultCacheFolder();
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -14,7 +14,7 @@
 
 #include "pipeline/graph/files.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -125,4 +125,4 @@ void DigestMemo::save() const {
     (void)writeFile(memoFile_, json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

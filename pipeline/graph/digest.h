@@ -10,7 +10,7 @@
 
 #include "formats/error.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// XXH3-128 as 32 hexadecimal digits: for change and corruption, not against an adversary.
 std::string digestOfText(std::string_view text);
@@ -45,4 +45,4 @@ private:
     bool changed_ = false;
 };
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -12,7 +12,7 @@
 #include "pipeline/graph/files.h"
 #include "pipeline/source_digest.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::Error;
@@ -197,4 +197,4 @@ Result<void> publish(const ExecutionResult& result, const std::filesystem::path&
     return {};
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

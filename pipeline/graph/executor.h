@@ -11,7 +11,7 @@
 #include "pipeline/graph/cache.h"
 #include "pipeline/graph/digest.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 struct ExecuteOptions {
     std::filesystem::path outputFolder;
@@ -39,4 +39,4 @@ ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& 
 formats::Result<void> publish(const ExecutionResult& result, const std::filesystem::path& staging,
                               const std::filesystem::path& outputFolder);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -13,7 +13,7 @@
 
 #include "formats/pending_file.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -119,4 +119,4 @@ TemporaryFolder::~TemporaryFolder() {
         if (std::filesystem::is_empty(parent, ignored)) std::filesystem::remove(parent, ignored);
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -10,7 +10,7 @@
 
 #include "formats/error.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// Written beside its place, synced, renamed; folders are made as needed.
 formats::Result<void> writeFile(const std::filesystem::path& file, std::string_view content);
@@ -41,4 +41,4 @@ private:
     std::vector<std::filesystem::path> madeParents_;  ///< the deepest first
 };
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

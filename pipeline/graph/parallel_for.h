@@ -12,7 +12,7 @@
 #include "formats/error.h"
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// Calls work(index) for index 0 .. count - 1, each a Result<T>, on the threads of the arena, and merge(T) with each in the order of their
 /// indices, one at a time. Indices are begun in that order: what is in flight or waits to be merged is about one a thread, and neighbours
@@ -71,4 +71,4 @@ bool forEachPiece(std::size_t count, const ActionContext& context, const std::st
     return !context.state.interrupted;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

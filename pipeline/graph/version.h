@@ -1,9 +1,9 @@
 // Who wrote a file.
 #pragma once
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 inline constexpr const char* kToolName = "lightcook";
 inline constexpr const char* kToolVersion = LIGHTCOOK_VERSION;
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -10,7 +10,7 @@
 #include "pipeline/manifest/json_shape.h"
 #include "shaders/include.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::Error;
@@ -147,4 +147,4 @@ std::vector<Error> checkContract(const std::filesystem::path& folder, const Json
     return Contract(folder, manifest).check();
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

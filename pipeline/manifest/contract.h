@@ -8,11 +8,11 @@
 #include "formats/error.h"
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// Everything in the manifest that the shader, the files or the sources contradict: conventions that the shader does not follow, samplers
 /// that the verifier did not use, sizes that are not those of the files, constants inside textures that are not the manifest's, a shader
 /// that is not the one that this program verifies by. manifest: one that readManifest took.
 std::vector<formats::Error> checkContract(const std::filesystem::path& folder, const Json& manifest);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -278,4 +278,4 @@ Result<void> checkReport(const Json& report, const std::string& subject) {
     });
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

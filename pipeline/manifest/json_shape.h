@@ -7,7 +7,7 @@
 #include "formats/error.h"
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// Parses; discarded (is_discarded()) if the text is no JSON, or nested deeper than any file of ours.
 Json parseJson(const std::string& text);
@@ -21,4 +21,4 @@ formats::Result<void> checkManifest(const Json& manifest, const std::string& sub
 /// report.json, as far as anything reads it.
 formats::Result<void> checkReport(const Json& report, const std::string& subject);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -6,7 +6,7 @@
 #include "pipeline/graph/version.h"
 #include "pipeline/manifest/json_shape.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 using formats::ErrorCode;
 using formats::failure;
@@ -82,4 +82,4 @@ std::vector<FileRecord> filesOf(const Json& manifest) {
     return files;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

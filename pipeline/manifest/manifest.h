@@ -10,7 +10,7 @@
 #include "pipeline/graph/executor.h"
 #include "pipeline/scene/scene.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 inline constexpr const char* kManifestName = "cooked.json";
 inline constexpr const char* kShaderName = "lightcook.glsl";
@@ -27,4 +27,4 @@ formats::Result<Json> readManifest(const std::filesystem::path& folder);
 /// Every file that the manifest names, relative to its folder.
 std::vector<FileRecord> filesOf(const Json& manifest);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

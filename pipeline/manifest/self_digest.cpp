@@ -5,7 +5,7 @@
 #include "pipeline/graph/digest.h"
 #include "pipeline/manifest/json_shape.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 constexpr const char* kKey = "digest";
@@ -38,4 +38,4 @@ formats::Result<void> checkSeal(const std::string& text, const std::string& subj
     return {};
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -9,7 +9,7 @@
 #include "pipeline/report/layout_curve.h"
 #include "pipeline/report/page_parts.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 Html pictureFigure(const std::filesystem::path& folder, const Json& preview, const char* role, const Html& caption) {
@@ -292,4 +292,4 @@ Html assetSection(const std::filesystem::path& folder, const Json& asset, std::s
                        candidateTable(asset) + (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

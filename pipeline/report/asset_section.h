@@ -6,10 +6,10 @@
 #include "pipeline/graph/action.h"
 #include "pipeline/report/html.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// folder  of the cooked scene, where the asset's pictures lie
 /// index   of the asset in the report, for assetAnchor
 Html assetSection(const std::filesystem::path& folder, const Json& asset, std::size_t index);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

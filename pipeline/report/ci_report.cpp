@@ -7,7 +7,7 @@
 #include "pipeline/graph/version.h"
 #include "pipeline/manifest/json_shape.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 std::string xmlEscaped(const std::string& text) {
@@ -115,4 +115,4 @@ std::string sarifReport(const Json& report, const std::vector<formats::Error>& e
     return textOf(sarif) + "\n";
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

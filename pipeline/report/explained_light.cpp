@@ -12,7 +12,7 @@
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/parallel_for.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::Result;
@@ -214,4 +214,4 @@ std::vector<std::string> linesOf(const Json& explanation) {
     return lines;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

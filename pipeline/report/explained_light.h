@@ -8,7 +8,7 @@
 #include "formats/light_map.h"
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// Of every covered texel: what is left of its SH by the closed form and by the best single light, as the root of the squared error over
 /// the norm of the coefficients (the residual, in [0, 1]); of a sample of them by two lights. Shares are of texels and of energy, the sum
@@ -19,4 +19,4 @@ formats::Result<Json> explainDominant(const std::filesystem::path& file, const f
 /// The same as a table for people.
 std::vector<std::string> linesOf(const Json& explanation);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 double figure(const Json& error, const char* key) {
@@ -118,4 +118,4 @@ std::vector<formats::Error> errorsOf(const Json& failures) {
     return errors;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -6,7 +6,7 @@
 
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// The asset's accusations, each
 /// {"asset", "kind", "stage", "shading", "place", "texel", "mip", "face", "channel", "normal", "view", "m", "f0",
@@ -22,4 +22,4 @@ std::string placeWords(const Json& at);
 /// The errors of a report's failures, in their order: code Verification.
 std::vector<formats::Error> errorsOf(const Json& failures);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

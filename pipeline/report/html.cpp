@@ -8,7 +8,7 @@
 
 #include "pipeline/graph/files.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 constexpr const char* kNotFinite = "not finite";
@@ -163,4 +163,4 @@ std::string exactNumber(double value) {
     return std::isfinite(value) ? fmt::format("{}", value) : kNotFinite;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// Finished markup. Text becomes markup only through text(), which escapes it, so nothing gets in unescaped by oversight.
 class Html {
@@ -70,4 +70,4 @@ std::string humanNumber(double value);
 /// The shortest digits that give the same double back.
 std::string exactNumber(double value);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 namespace {
 
@@ -135,4 +135,4 @@ Html errorCurve(const std::vector<CurvePoint>& points, double limit) {
                    drawing);
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -6,7 +6,7 @@
 
 #include "pipeline/report/html.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 struct CurvePoint {
     std::string name;
@@ -19,4 +19,4 @@ struct CurvePoint {
 /// there is one (above 0). Points that are not finite and above 0 are left out; empty where fewer than two are left.
 Html errorCurve(const std::vector<CurvePoint>& points, double limit);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -12,7 +12,7 @@
 #include "pipeline/report/report.h"
 #include "pipeline/report/whole_section.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 constexpr std::array kFigures = {"rel_rms", "p99", "max_sampled", "max_bound"};
@@ -262,4 +262,4 @@ std::string renderReportHtml(const Json& report, const std::filesystem::path& fo
     return "<!DOCTYPE html>\n" + page.markup() + "\n";
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

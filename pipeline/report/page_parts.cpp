@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 bool isOver(double figure, double limit) {
@@ -141,4 +141,4 @@ Html limitedCell(const Json& figures, double limit) {
     return element("td", {{"class", isMeasured && isOver(figure, limit) ? "num over" : "num"}}, content);
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -9,7 +9,7 @@
 #include "pipeline/graph/action.h"
 #include "pipeline/report/html.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 inline constexpr const char* kDash = "\u2013";
 inline constexpr std::array kShadings = {"diffuse", "specular"};
@@ -62,4 +62,4 @@ Html swatch(const std::string& kind);
 /// Where the page has the section of an asset.
 std::string assetAnchor(std::size_t index);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -1,6 +1,6 @@
 #include "pipeline/report/html.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 // Colour never speaks alone: verdicts are words, segments are named in the table under the bar.
 // The hues of kinds differ in lightness too, so that they stay apart for colour-blind eyes and on a grey printer.
@@ -179,4 +179,4 @@ footer dd { margin: 0; max-width: 76ch; }
 )css";
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -8,7 +8,7 @@
 #include "pipeline/report/failures.h"
 #include "pipeline/report/whole_error.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -113,4 +113,4 @@ std::uint64_t peakResidentBytes() {
     return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

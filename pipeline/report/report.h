@@ -9,7 +9,7 @@
 #include "pipeline/graph/action.h"
 #include "pipeline/scene/needs.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 inline constexpr const char* kReportName = "report.json";
 inline constexpr const char* kReportHtmlName = "report.html";
@@ -39,4 +39,4 @@ formats::Result<Json> readReport(const std::filesystem::path& file);
 /// Most memory that this process has had resident [bytes].
 std::uint64_t peakResidentBytes();
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

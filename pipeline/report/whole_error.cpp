@@ -11,7 +11,7 @@
 #include "pipeline/report/html.h"
 #include "pipeline/report/page_parts.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -294,4 +294,4 @@ std::string lineOf(const Json& whole) {
                        humanPercent(figure(whole, "rel_rms_bound")), adviceOf(whole));
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -13,7 +13,7 @@
 
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// From the rows of a report (reportAsset). Null where no light map says how much light it holds.
 /// {"rel_rms", "rel_rms_bound", "light_rms",
@@ -30,4 +30,4 @@ std::string adviceOf(const Json& whole);
 /// One line: the number, its bound and the advice.
 std::string lineOf(const Json& whole);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

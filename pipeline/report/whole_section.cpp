@@ -8,7 +8,7 @@
 #include "pipeline/report/page_parts.h"
 #include "pipeline/report/whole_error.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 /// A name, and smaller under it what else is to be said.
@@ -89,4 +89,4 @@ Html wholeSection(const Json& whole) {
                                      apart(whole));
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -4,9 +4,9 @@
 #include "pipeline/graph/action.h"
 #include "pipeline/report/html.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// whole  as wholeError gives it; nothing for what is no object. What is absent or of another type is a dash.
 Html wholeSection(const Json& whole);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -5,7 +5,7 @@
 #include <map>
 #include <optional>
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 struct MaterialFacts {
@@ -99,4 +99,4 @@ double estimatedSeconds(const std::string& kind, double megapixels) {
     return rate == kRates.end() ? 0.0 : rate->second * megapixels;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -7,7 +7,7 @@
 #include "pipeline/graph/action.h"
 #include "pipeline/scene/scene.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 struct Needs {
     bool specular = true;
@@ -49,4 +49,4 @@ std::vector<double> samplesOf(const Range& range, const std::vector<double>& usu
 /// Estimated cost of an asset that is skipped, from rates measured on two cores of the reference machine.
 double estimatedSeconds(const std::string& kind, double megapixels);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

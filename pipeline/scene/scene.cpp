@@ -11,7 +11,7 @@
 #include "fit/specular_tables.h"
 #include "formats/nearest.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -457,4 +457,4 @@ Result<Scene> readScene(const std::filesystem::path& file) {
     }
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

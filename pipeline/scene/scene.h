@@ -14,7 +14,7 @@
 #include "formats/gpu_texture.h"
 #include "formats/light_map.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 enum class Target { Bc, Astc, Float };
 std::string_view nameOf(Target target);
@@ -119,4 +119,4 @@ formats::Result<Scene> readScene(const std::filesystem::path& file);
 /// "2 MiB", "1.5 GB", "4096": bytes.
 formats::Result<std::uint64_t> parseByteCount(std::string_view text, const std::string& subject);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

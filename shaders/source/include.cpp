@@ -4,7 +4,7 @@
 #include <array>
 #include <cassert>
 
-namespace shaders {
+namespace lightcook::shaders {
 
 // Defined in sources.cpp, which the build writes from the .glsl files (embed.cmake).
 extern const std::array<ShaderSource, 11> kShaderSources;
@@ -35,4 +35,4 @@ std::string shaderInclude(std::span<const std::string> layouts) {
     return text;
 }
 
-}  // namespace shaders
+}  // namespace lightcook::shaders

@@ -11,7 +11,7 @@
 #include "tests/architecture/include_rules.h"
 #include "tests/formats/temporary_folder.h"
 
-namespace architecture {
+namespace lightcook::architecture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -90,4 +90,4 @@ TEST(DigestSources, LeaveOutWhatOnlyTellsOfResults) {
 }
 
 }  // namespace
-}  // namespace architecture
+}  // namespace lightcook::architecture

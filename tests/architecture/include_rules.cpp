@@ -7,7 +7,7 @@
 
 #include "tests/formats/temporary_folder.h"
 
-namespace architecture {
+namespace lightcook::architecture {
 namespace {
 
 using Rooms = std::set<std::string>;
@@ -180,4 +180,4 @@ TreeCheck checkTree(const std::filesystem::path& tree) {
     return check;
 }
 
-}  // namespace architecture
+}  // namespace lightcook::architecture

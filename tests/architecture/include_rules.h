@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace architecture {
+namespace lightcook::architecture {
 
 struct Violation {
     std::string place;  ///< "compress/bc6h/encode.cpp:12", relative to the tree
@@ -34,4 +34,4 @@ struct TreeCheck {
 /// Checks every C++ and shader source under each room's folder of `tree`.
 TreeCheck checkTree(const std::filesystem::path& tree);
 
-}  // namespace architecture
+}  // namespace lightcook::architecture

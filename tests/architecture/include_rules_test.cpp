@@ -9,7 +9,7 @@
 
 #include "tests/formats/temporary_folder.h"
 
-namespace architecture {
+namespace lightcook::architecture {
 
 void PrintTo(const Violation& violation, std::ostream* out) {
     *out << violation.place << ": " << violation.what;
@@ -119,4 +119,4 @@ TEST(IncludeRules, APlantedViolationIsFoundInATree) {
 }
 
 }  // namespace
-}  // namespace architecture
+}  // namespace lightcook::architecture

@@ -10,7 +10,7 @@
 
 #include "compress/encode.h"
 
-namespace compress::test {
+namespace lightcook::compress::test {
 
 using TexelImage = formats::Image<glm::vec4>;
 
@@ -125,4 +125,4 @@ inline double logRmsError(const TexelImage& a, const TexelImage& b, int channelC
     return std::sqrt(sum / static_cast<double>(a.texels().size()) / channelCount);
 }
 
-}  // namespace compress::test
+}  // namespace lightcook::compress::test

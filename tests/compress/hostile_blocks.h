@@ -19,7 +19,7 @@
 #include "tests/compress/codec_images.h"
 #include "verify/texture_unit.h"
 
-namespace compress::test {
+namespace lightcook::compress::test {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
@@ -214,4 +214,4 @@ inline bool expectSound(formats::PixelFormat format, const HostileImage& image) 
     return true;
 }
 
-}  // namespace compress::test
+}  // namespace lightcook::compress::test

@@ -4,7 +4,7 @@
 #include "compress/light_map.h"
 #include "compress/light_map_blocks.h"
 
-namespace synthetic {
+namespace lightcook::synthetic {
 
 inline compress::LightMapPlan planOf(compress::LightMapLayout layout, compress::LightMapTarget target, const formats::LightMapBand& map,
                                      const compress::EncodeOptions& options, int clusters = 0) {
@@ -20,4 +20,4 @@ inline compress::LightMapPlan planOf(compress::LightMapLayout layout, compress::
     return compress::planLearnedLightMap(layout, target, width, height, measure, blocks, charts, samples, clusters, options);
 }
 
-}  // namespace synthetic
+}  // namespace lightcook::synthetic

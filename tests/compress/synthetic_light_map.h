@@ -11,7 +11,7 @@
 #include "lighting/sh.h"
 #include "lighting/sphere.h"
 
-namespace synthetic {
+namespace lightcook::synthetic {
 
 enum class Kind {
     Grey,           ///< radiance 0.5 from everywhere, all covered
@@ -99,4 +99,4 @@ inline formats::LightMapBand makeBandWithContext(Kind kind, int width, int heigh
     return makeBand(kind, width, first, end - first, outside);
 }
 
-}  // namespace synthetic
+}  // namespace lightcook::synthetic

@@ -8,7 +8,7 @@
 
 #include "tests/pipeline/small_scene.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::contentOf;
@@ -288,4 +288,4 @@ TEST_F(Command, ThreadsAndInstructionSetsDoNotChangeAByte) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

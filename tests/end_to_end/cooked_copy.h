@@ -19,7 +19,7 @@
 #include "tests/pipeline/sealed_folder.h"
 #include "verify/texture_unit.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 using TexelImage = formats::Image<glm::vec4>;
 
@@ -166,4 +166,4 @@ private:
     formats::TemporaryFolder folder_;
 };
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -11,7 +11,7 @@
 #include "pipeline/report/report.h"
 #include "tests/formats/temporary_folder.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -118,4 +118,4 @@ TEST_F(CookedFolder, AMissingFileIsFoundAndNamedAndAMissingReportIsNoFault) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

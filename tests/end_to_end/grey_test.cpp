@@ -11,7 +11,7 @@
 #include "tests/pipeline/small_scene.h"
 #include "verify/texture_unit.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 constexpr double kGrey = 0.5, kTolerance = 1e-3 * kGrey;
@@ -129,4 +129,4 @@ INSTANTIATE_TEST_SUITE_P(EveryWay, GreyTest,
                          });
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

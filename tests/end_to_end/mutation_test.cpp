@@ -14,7 +14,7 @@
 #include "tests/end_to_end/cooked_copy.h"
 #include "tests/pipeline/small_scene.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using glm::vec3;
@@ -630,4 +630,4 @@ TEST(Mutation, OfTheSceneThatShipsIsCaught) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

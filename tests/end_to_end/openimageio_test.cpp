@@ -19,7 +19,7 @@
 #include "tests/formats/temporary_folder.h"
 #include "verify/texture_unit.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::PixelFormat;
@@ -284,4 +284,4 @@ INSTANTIATE_TEST_SUITE_P(Public, DdsThroughOpenImageIOSoak, testing::Values("cor
                          [](const auto& each) { return std::string(each.param); });
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -13,7 +13,7 @@
 #include "pipeline/report/report.h"
 #include "tests/formats/temporary_folder.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 struct Case {
@@ -171,4 +171,4 @@ INSTANTIATE_TEST_SUITE_P(Every, SharedMeshes, testing::Values("cornell", "interi
                          [](const auto& each) { return std::string(each.param); });
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

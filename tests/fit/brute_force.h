@@ -14,7 +14,7 @@
 #include "lighting/cube.h"
 #include "lighting/sphere.h"
 
-namespace truth {
+namespace lightcook::truth {
 
 inline constexpr double kPi = std::numbers::pi;
 
@@ -121,4 +121,4 @@ inline formats::Environment constantStrip(int size, const glm::vec3& value) {
     return {formats::Environment::Projection::CubeStrip, formats::Image<glm::vec3>(size, 6 * size, value)};
 }
 
-}  // namespace truth
+}  // namespace lightcook::truth

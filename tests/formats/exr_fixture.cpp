@@ -9,7 +9,7 @@
 
 #include <Imath/half.h>
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 /// One channel's texels in the file's own type.
@@ -76,4 +76,4 @@ void poke(ExrRecipe& recipe, const std::string& channel, int x, int y, float val
     recipe.channels[channel] = [=](int atX, int atY) { return atX == x && atY == y ? value : before(atX, atY); };
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

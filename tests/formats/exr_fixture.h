@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace formats {
+namespace lightcook::formats {
 
 /// The value of a channel at texel (x, y) of the image.
 using ChannelValue = std::function<float(int x, int y)>;
@@ -33,4 +33,4 @@ float seededSh(int index, int channel, int x, int y);
 /// One channel set to `value` at one texel.
 void poke(ExrRecipe& recipe, const std::string& channel, int x, int y, float value);
 
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace formats {
+namespace lightcook::formats {
 
 class TemporaryFolder {
 public:
@@ -48,4 +48,4 @@ inline void setByte(const std::filesystem::path& file, std::size_t at, char byte
     stream.put(byte);
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

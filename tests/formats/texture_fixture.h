@@ -11,7 +11,7 @@
 
 #include "formats/gpu_texture.h"
 
-namespace formats {
+namespace lightcook::formats {
 
 inline std::vector<std::byte> wholeFile(const std::filesystem::path& file) {
     std::ifstream stream(file, std::ios::binary);
@@ -81,4 +81,4 @@ inline std::vector<NamedShape> shapesOf(PixelFormat format) {
     return shapes;
 }
 
-}  // namespace formats
+}  // namespace lightcook::formats

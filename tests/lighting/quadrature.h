@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace lighting::test {
+namespace lightcook::lighting::test {
 
 struct Rule {
     std::vector<double> nodes, weights;
@@ -75,4 +75,4 @@ inline glm::dmat3 randomRotation(std::mt19937_64& random) {
             glm::dvec3(2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))};
 }
 
-}  // namespace lighting::test
+}  // namespace lightcook::lighting::test

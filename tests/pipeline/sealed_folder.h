@@ -9,7 +9,7 @@
 #include "pipeline/report/report.h"
 #include "tests/formats/temporary_folder.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 inline void writeSealedManifest(const std::filesystem::path& folder, const Json& manifest) {
     const std::string text = sealed(manifest);
@@ -21,4 +21,4 @@ inline void writeSealedManifest(const std::filesystem::path& folder, const Json&
     formats::writeContent(folder / kReportName, sealed(report));
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -15,7 +15,7 @@
 #include "pipeline/cook/cook.h"
 #include "tests/formats/temporary_folder.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// Radiance from a direction, at a place of the light map in [0, 1]^2.
 using LightField = std::function<glm::vec3(const glm::dvec3& direction, const glm::dvec2& place)>;
@@ -118,4 +118,4 @@ private:
     formats::TemporaryFolder folder_;
 };
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

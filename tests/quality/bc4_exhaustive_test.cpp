@@ -15,7 +15,7 @@
 #include "bench/pictures.h"
 #include "compress/encode.h"
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 using formats::PixelFormat;
@@ -195,4 +195,4 @@ TEST_P(Bc4ExhaustiveSoak, EffortNineHasTheLeastErrorOnAHundredThousandRealBlocks
 INSTANTIATE_TEST_SUITE_P(Quality, Bc4ExhaustiveSoak, testing::ValuesIn(kKinds), nameOfKind);
 
 }  // namespace
-}  // namespace bench
+}  // namespace lightcook::bench

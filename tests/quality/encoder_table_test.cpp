@@ -11,7 +11,7 @@
 #include <map>
 #include <set>
 
-namespace bench {
+namespace lightcook::bench {
 namespace {
 
 using formats::PixelFormat;
@@ -101,4 +101,4 @@ TEST(EncoderTableFile, ABrokenLineIsNamed) {
 }
 
 }  // namespace
-}  // namespace bench
+}  // namespace lightcook::bench

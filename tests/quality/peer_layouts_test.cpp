@@ -10,6 +10,7 @@
 #include "tests/compress/synthetic_light_map.h"
 #include "verify/light_map/score.h"
 
+namespace lightcook {
 namespace {
 
 using bench::PeerMaps;
@@ -114,3 +115,4 @@ TEST(PeerLayouts, BlackAndSpikesStayFinite) {
 }
 
 }  // namespace
+}  // namespace lightcook

@@ -11,7 +11,7 @@
 #include "verify/light_map/layouts.h"
 #include "verify/sampler_tolerance.h"
 
-namespace samplers {
+namespace lightcook::samplers {
 namespace {
 
 using glm::vec3;
@@ -253,4 +253,4 @@ INSTANTIATE_TEST_SUITE_P(Public, CertifiedBoundsSoak, testing::Values("cornell",
                          [](const auto& each) { return std::string(each.param); });
 
 }  // namespace
-}  // namespace samplers
+}  // namespace lightcook::samplers

@@ -15,7 +15,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace samplers {
+namespace lightcook::samplers {
 namespace {
 
 using nlohmann::json;
@@ -240,4 +240,4 @@ std::vector<glm::vec4> BrowserDevice::run(const std::string& declarations, const
     return results;
 }
 
-}  // namespace samplers
+}  // namespace lightcook::samplers

@@ -6,7 +6,7 @@
 
 #include "tests/samplers/device.h"
 
-namespace samplers {
+namespace lightcook::samplers {
 
 /// One browser with one page.
 class BrowserDevice : public Device {
@@ -26,4 +26,4 @@ private:
     std::unique_ptr<Page> page_;
 };
 
-}  // namespace samplers
+}  // namespace lightcook::samplers

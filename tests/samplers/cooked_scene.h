@@ -12,7 +12,7 @@
 #include "tests/samplers/second_opinion.h"
 #include "verify/texture_unit.h"
 
-namespace samplers {
+namespace lightcook::samplers {
 
 using Image = formats::Image<glm::vec4>;
 
@@ -70,4 +70,4 @@ private:
     pipeline::Json manifest_;
 };
 
-}  // namespace samplers
+}  // namespace lightcook::samplers

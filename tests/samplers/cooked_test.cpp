@@ -8,7 +8,7 @@
 #include "tests/samplers/second_opinion.h"
 #include "verify/light_map/layouts.h"
 
-namespace samplers {
+namespace lightcook::samplers {
 namespace {
 
 using glm::vec3;
@@ -358,4 +358,4 @@ INSTANTIATE_TEST_SUITE_P(Public, SamplersSoak, testing::ValuesIn(kPublicScenes),
 INSTANTIATE_TEST_SUITE_P(Public, BrowserSamplersSoak, testing::ValuesIn(kPublicScenes), nameOfScene);
 
 }  // namespace
-}  // namespace samplers
+}  // namespace lightcook::samplers

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace samplers {
+namespace lightcook::samplers {
 
 /// A KTX2 file as its header tells it, read anew from the specification: no supercompression.
 struct Ktx2 {
@@ -37,4 +37,4 @@ public:
                                        std::span<const glm::vec4> directions = {}, std::span<const float> table = {}) = 0;
 };
 
-}  // namespace samplers
+}  // namespace lightcook::samplers

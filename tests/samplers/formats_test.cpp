@@ -7,7 +7,7 @@
 #include "tests/samplers/second_opinion.h"
 #include "verify/texture_unit.h"
 
-namespace samplers {
+namespace lightcook::samplers {
 namespace {
 
 using formats::PixelFormat;
@@ -199,4 +199,4 @@ INSTANTIATE_TEST_SUITE_P(All, FormatsOfADevice, testing::ValuesIn(formatCases())
 });
 
 }  // namespace
-}  // namespace samplers
+}  // namespace lightcook::samplers

@@ -12,7 +12,7 @@
 #include <map>
 #include <stdexcept>
 
-namespace samplers {
+namespace lightcook::samplers {
 namespace {
 
 /// How OpenGL takes a format: by blocks, or by texels of a type.
@@ -273,4 +273,4 @@ std::vector<glm::vec4> GlDevice::run(const std::string& declarations, const std:
     return results;
 }
 
-}  // namespace samplers
+}  // namespace lightcook::samplers

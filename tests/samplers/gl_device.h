@@ -5,7 +5,7 @@
 
 #include "tests/samplers/device.h"
 
-namespace samplers {
+namespace lightcook::samplers {
 
 /// One context.
 class GlDevice : public Device {
@@ -25,4 +25,4 @@ private:
     std::unique_ptr<State> state_;
 };
 
-}  // namespace samplers
+}  // namespace lightcook::samplers

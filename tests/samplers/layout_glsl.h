@@ -9,7 +9,7 @@
 
 #include "pipeline/manifest/manifest.h"
 
-namespace samplers {
+namespace lightcook::samplers {
 
 inline std::string glslFloat(double value) {
     const std::string text = fmt::format("{:.9g}", value);
@@ -138,4 +138,4 @@ private:
     std::vector<std::string> units_;
 };
 
-}  // namespace samplers
+}  // namespace lightcook::samplers

@@ -21,7 +21,7 @@
 #include "tests/samplers/browser_device.h"
 #include "tests/samplers/gl_device.h"
 
-namespace samplers {
+namespace lightcook::samplers {
 
 inline constexpr double kFraction = 1.0 / 256;  ///< [texels] that a sampler's 8-bit fractions may be off
 
@@ -93,4 +93,4 @@ glm::vec4 filterSlack(const Sample& sample, const glm::dvec2& uv, const glm::dve
     return slack;
 }
 
-}  // namespace samplers
+}  // namespace lightcook::samplers

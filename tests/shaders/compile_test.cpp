@@ -13,6 +13,7 @@
 
 #include "shaders/include.h"
 
+namespace lightcook {
 namespace {
 
 enum class Dialect { Glsl450, GlslEs300, Hlsl };
@@ -155,3 +156,4 @@ TEST(ShaderInclude, HoldsOnlyTheLayoutsAskedForInOneOrder) {
 }
 
 }  // namespace
+}  // namespace lightcook

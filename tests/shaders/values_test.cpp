@@ -12,6 +12,7 @@
 #include "lighting/sphere.h"
 #include "shaders/lightcook_cpp.h"
 
+namespace lightcook {
 namespace {
 
 using glm::vec3;
@@ -231,3 +232,4 @@ TEST(ShaderRsrm, TexelCentresAndRowsAreWhereTheMapHasThem) {
 }
 
 }  // namespace
+}  // namespace lightcook

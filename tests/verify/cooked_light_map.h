@@ -13,7 +13,7 @@
 #include "verify/sampler_tolerance.h"
 #include "verify/texture_unit.h"
 
-namespace test {
+namespace lightcook::test {
 
 /// A map, cooked, and opened again from its bytes.
 struct Cooked {
@@ -74,4 +74,4 @@ inline Cooked cook(formats::LightMapBand reference, compress::LightMapLayout lay
     return cooked;
 }
 
-}  // namespace test
+}  // namespace lightcook::test

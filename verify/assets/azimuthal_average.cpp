@@ -8,7 +8,7 @@
 
 #include "lighting/cube.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using std::numbers::pi;
@@ -162,4 +162,4 @@ AxialGradient axialGradient(const formats::Environment& environment, const glm::
     return result;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -18,7 +18,7 @@
 #include "verify/error/random.h"
 #include "verify/texture_unit.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using formats::Environment;
@@ -493,4 +493,4 @@ std::vector<StageError> cubemapStages(const CookedCubemap& map, const CubemapRef
     return stages;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

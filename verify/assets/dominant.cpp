@@ -9,7 +9,7 @@
 #include "lighting/sphere.h"
 #include "shaders/lightcook_cpp.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 /// Largest value of Beckmann's distribution over all angles: at the peak for smooth surfaces, on a ring around it for m^2 > 1/2. It falls
@@ -185,4 +185,4 @@ DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, c
     return errors;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

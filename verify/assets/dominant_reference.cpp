@@ -9,7 +9,7 @@
 
 #include "lighting/sphere.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using std::numbers::pi;
@@ -269,4 +269,4 @@ Unexplained unexplainedBy(const lighting::ShRgb& incident, const DominantLightSa
     return sum;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -5,7 +5,7 @@
 
 #include "lighting/sh.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 /// A light as it is meant to be: direction in the unit ball, radiometric delta intensity.
 struct DominantLightSample {
@@ -38,4 +38,4 @@ struct Unexplained {
 };
 Unexplained unexplainedBy(const lighting::ShRgb& incident, const DominantLightSample& light, bool hasAmbient);
 
-}  // namespace verify
+}  // namespace lightcook::verify

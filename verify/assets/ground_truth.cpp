@@ -9,7 +9,7 @@
 #include "lighting/radiometry.h"
 #include "shaders/lightcook_cpp.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using Kind = formats::ShadingValue::Kind;
@@ -125,4 +125,4 @@ TruthSums sumOf(const std::map<double, TruthSums>& byM) {
     return sum;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -11,7 +11,7 @@
 #include "lighting/cube.h"
 #include "lighting/sphere.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 constexpr int kTexels = 96;
@@ -167,4 +167,4 @@ IrradianceFigures compareIrradiance(std::span<const formats::Image<glm::vec4>> f
     return figures;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -7,7 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using Corners = std::array<glm::dvec2, 3>;  ///< [texels]
@@ -101,4 +101,4 @@ std::optional<std::string> clusterMistake(const formats::TriangleMesh& mesh, con
     return std::nullopt;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -9,7 +9,7 @@
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using lighting::ShRgb;
@@ -156,4 +156,4 @@ double MeshShiftBound::relRms(const MeshShift& shift) const {
     return squares > 0 && reference_ > 0 ? std::sqrt(squares / reference_) : 0;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -10,7 +10,7 @@
 #include "shaders/lightcook_cpp.h"
 #include "verify/texture_unit.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 /// Rings around the reflection vector that a convolution sums over.
@@ -366,4 +366,4 @@ std::vector<StageError> rsrmStages(const CookedRsrm& map, const RsrmSource& sour
             {"total", diffuse.total.figures(), specular.total.figures(), 0}};
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using lighting::SpecularLobe;
@@ -511,4 +511,4 @@ SpecularTableBounds largestOf(const CookedSpecularTables& tables, int viewCell, 
     return bounds;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

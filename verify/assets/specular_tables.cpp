@@ -11,7 +11,7 @@
 #include "verify/error/random.h"
 #include "verify/texture_unit.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 constexpr int kLightCount = 12;
@@ -258,4 +258,4 @@ std::vector<StageError> specularTableStages(const CookedSpecularTables& tables, 
     return stages;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace verify {
+namespace lightcook::verify {
 
 namespace {
 
@@ -79,4 +79,4 @@ double BlockErrors::allowed(double maxError) {
     return std::max(0.7, 7 * maxError);
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 constexpr double kLargest = std::numeric_limits<double>::max();
@@ -164,4 +164,4 @@ ErrorFigures ErrorAccumulator::figures() const {
     return figures;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

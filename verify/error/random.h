@@ -6,7 +6,7 @@
 #include <glm/vec3.hpp>
 #include <numbers>
 
-namespace verify {
+namespace lightcook::verify {
 
 class Random {
 public:
@@ -32,4 +32,4 @@ private:
     std::uint64_t state_;
 };
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -11,7 +11,7 @@
 #include "lighting/quadratic.h"
 #include "lighting/radiometry.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 namespace {
 
@@ -281,4 +281,4 @@ bool staysWithin(std::span<const ErrorPair> pairs, std::span<const Response> res
            });
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

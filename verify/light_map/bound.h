@@ -8,7 +8,7 @@
 
 #include "lighting/sh.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 /// Error and reference of one channel: nine coefficients of incident radiance each.
 struct ErrorPair {
@@ -69,4 +69,4 @@ AxisCone axisCone(std::span<const glm::vec3> vectors, double rounding);
 bool staysWithin(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
                  double limit);
 
-}  // namespace verify
+}  // namespace lightcook::verify

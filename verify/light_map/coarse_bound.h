@@ -12,7 +12,7 @@
 #include "verify/light_map/deviation.h"
 #include "verify/light_map/vectors.h"
 
-namespace verify::layouts {
+namespace lightcook::verify::layouts {
 
 using lightmap::BandLengths;
 using lightmap::kBandLanes;
@@ -355,4 +355,4 @@ private:
     std::vector<Norms> clusters_;
 };
 
-}  // namespace verify::layouts
+}  // namespace lightcook::verify::layouts

@@ -5,7 +5,7 @@
 #include "verify/light_map/rows.h"
 #include "verify/light_map/shading.h"
 
-namespace verify::lightmap {
+namespace lightcook::verify::lightmap {
 
 /// A square part of a quad.
 struct Part {
@@ -65,4 +65,4 @@ private:
     }
 };
 
-}  // namespace verify::lightmap
+}  // namespace lightcook::verify::lightmap

@@ -8,7 +8,7 @@
 #include "verify/light_map/layouts.h"
 #include "verify/sampler_tolerance.h"
 
-namespace verify::layouts {
+namespace lightcook::verify::layouts {
 
 template <std::size_t kLayers>
 using Boxes = std::array<TexelBox, kLayers>;
@@ -154,4 +154,4 @@ Deviation<1 + kResiduals> deviationOf(const typename Basis<kCodes, kResiduals>::
     return out;
 }
 
-}  // namespace verify::layouts
+}  // namespace lightcook::verify::layouts

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <span>
 
-namespace verify::layouts {
+namespace lightcook::verify::layouts {
 
 namespace {
 
@@ -162,4 +162,4 @@ std::vector<LightMapVerifier::TextureNeed> texturesOf(const Layout& layout) {
     }
 }
 
-}  // namespace verify::layouts
+}  // namespace lightcook::verify::layouts

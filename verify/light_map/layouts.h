@@ -16,7 +16,7 @@
 #include "shaders/lightcook_cpp.h"
 #include "verify/light_map.h"
 
-namespace verify::layouts {
+namespace lightcook::verify::layouts {
 
 /// Filtered texels of every layer, in the order of the layout's textures.
 template <std::size_t kLayers>
@@ -201,4 +201,4 @@ decltype(auto) decodeAt(const AnyLayout& layout, int x, int y) {
 formats::Result<Layout> layoutOf(const CookedLightMap& map);
 std::vector<LightMapVerifier::TextureNeed> texturesOf(const Layout& layout);
 
-}  // namespace verify::layouts
+}  // namespace lightcook::verify::layouts

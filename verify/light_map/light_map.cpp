@@ -12,7 +12,7 @@
 #include "verify/light_map/shading.h"
 #include "verify/light_map/worst.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 namespace {
 
@@ -191,4 +191,4 @@ formats::Image<lighting::ShRgb> LightMapVerifier::reconstruct(const DecodedLight
     return out;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -10,7 +10,7 @@
 #include "verify/light_map/tolerance.h"
 #include "verify/light_map/worst.h"
 
-namespace verify::lightmap {
+namespace lightcook::verify::lightmap {
 
 /// Of a texel, in units of the key.
 struct TexelLengths {
@@ -159,4 +159,4 @@ private:
     const Liberties<Layout>& liberties_;
 };
 
-}  // namespace verify::lightmap
+}  // namespace lightcook::verify::lightmap

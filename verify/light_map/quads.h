@@ -13,7 +13,7 @@
 #include "verify/light_map/tolerance.h"
 #include "verify/light_map/zonal.h"
 
-namespace verify::lightmap {
+namespace lightcook::verify::lightmap {
 
 /// The worst quads of some rows, found with few close looks: most quads are settled at a glance by the worst so far, what is left is put
 /// down and looked at later, the worst first.
@@ -258,4 +258,4 @@ private:
     std::vector<Doubtful> doubtful_;
 };
 
-}  // namespace verify::lightmap
+}  // namespace lightcook::verify::lightmap

@@ -3,7 +3,7 @@
 
 #include "verify/light_map/quads.h"
 
-namespace verify::lightmap {
+namespace lightcook::verify::lightmap {
 
 /// A random number in [0, 1) that is a function of its place alone.
 inline float hashedFraction(std::uint64_t seed, std::uint64_t place) {
@@ -137,4 +137,4 @@ private:
     std::array<std::pair<int, int>, 2> worstSampled_{{{-1, -1}, {-1, -1}}};  ///< the quads with the worst diffuse and specular samples
 };
 
-}  // namespace verify::lightmap
+}  // namespace lightcook::verify::lightmap

@@ -10,7 +10,7 @@
 #include "verify/light_map/layouts.h"
 #include "verify/light_map/vectors.h"
 
-namespace verify::lightmap {
+namespace lightcook::verify::lightmap {
 
 inline std::size_t index(int x) {
     return static_cast<std::size_t>(x);
@@ -145,4 +145,4 @@ private:
     const formats::LightMapBand& reference_;
 };
 
-}  // namespace verify::lightmap
+}  // namespace lightcook::verify::lightmap

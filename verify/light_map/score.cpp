@@ -4,7 +4,7 @@
 
 #include "verify/light_map/shading.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 struct LightMapScore::State {
     ShadingMatrix diffuse, specular;
@@ -53,4 +53,4 @@ LightMapScore::Errors LightMapScore::score(const formats::LightMapBand& referenc
     return errors;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -10,7 +10,7 @@
 #include "verify/figures.h"
 #include "verify/light_map.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 class LightMapScore {
 public:
@@ -37,4 +37,4 @@ private:
     std::unique_ptr<const State> state_;
 };
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -10,7 +10,7 @@
 #include "lighting/brdf.h"
 #include "lighting/sphere.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 namespace {
 
@@ -390,4 +390,4 @@ void ErrorShader::shade(const shaders::LcSh& sh, std::vector<float>& out) const 
     for (std::size_t c = 0; c < kChannels; ++c, next += specular_.stride()) specular_.apply(local[c], next);
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -15,7 +15,7 @@
 #include "verify/light_map.h"
 #include "verify/light_map/bound.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 /// What a row of a shading matrix stands for, in the texel's frame.
 struct ShadedWay {
@@ -89,4 +89,4 @@ private:
 /// of which twice as much is added.
 std::vector<Response> specularResponses(const LightMapShading& shading);
 
-}  // namespace verify
+}  // namespace lightcook::verify

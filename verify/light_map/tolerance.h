@@ -8,7 +8,7 @@
 #include "verify/light_map/rows.h"
 #include "verify/light_map/worst.h"
 
-namespace verify::lightmap {
+namespace lightcook::verify::lightmap {
 
 template <class Layout>
 class Liberties {
@@ -114,4 +114,4 @@ private:
     std::vector<const formats::Image<glm::vec4>*> spans_;  ///< [layer]
 };
 
-}  // namespace verify::lightmap
+}  // namespace lightcook::verify::lightmap

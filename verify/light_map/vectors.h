@@ -11,7 +11,7 @@
 #include "lighting/sh.h"
 #include "shaders/lightcook_cpp.h"
 
-namespace verify::lightmap {
+namespace lightcook::verify::lightmap {
 
 using shaders::LcSh;
 
@@ -155,4 +155,4 @@ inline void addRounding(ChannelSlack& slack, const Squares& error, const Squares
             slack[c][l] += kRounding * (outwardLength(error[l][static_cast<int>(c)]) + outwardLength(reference[l][static_cast<int>(c)]));
 }
 
-}  // namespace verify::lightmap
+}  // namespace lightcook::verify::lightmap

@@ -2,7 +2,7 @@
 
 #include <tuple>
 
-namespace verify::lightmap {
+namespace lightcook::verify::lightmap {
 
 void WorstBound::raise(double by, const ErrorPlace& at) {
     const auto order = [](const ErrorPlace& p) { return std::tuple(p.y, p.x, p.channel); };
@@ -74,4 +74,4 @@ ErrorPlace BoundJudge::placeOf(const BoundPlace& found, double bound, const Pair
     return place;
 }
 
-}  // namespace verify::lightmap
+}  // namespace lightcook::verify::lightmap

@@ -10,7 +10,7 @@
 #include "verify/light_map/vectors.h"
 #include "verify/sampler_tolerance.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 /// How a map is shaded and bounded, whatever its layout.
 struct ShadingSetup {
@@ -87,4 +87,4 @@ private:
 inline constexpr double kClearly = 1 - 1e-9;
 
 }  // namespace lightmap
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -7,7 +7,7 @@
 #include "verify/light_map/controls.h"
 #include "verify/light_map/tolerance.h"
 
-namespace verify::lightmap {
+namespace lightcook::verify::lightmap {
 
 /// A layout whose band 2 is z(p) Y(a(p)), z a polynomial and a(p) the axis of another, is bounded as the polynomial z(p) Y(a0) with one
 /// axis a0 for the part, and at most |z| |Y(a) - Y(a0)| beside it (axisCone). Where that is much of the error and could be the map's
@@ -142,4 +142,4 @@ private:
     const BoundJudge& judge_;
 };
 
-}  // namespace verify::lightmap
+}  // namespace lightcook::verify::lightmap

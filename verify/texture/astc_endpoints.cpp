@@ -4,7 +4,7 @@
 #include <cassert>
 #include <utility>
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using Colour = std::array<int, 4>;
@@ -241,4 +241,4 @@ AstcEndpoints astcDecodeEndpoints(int mode, std::span<const int> v) {
     return ends;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

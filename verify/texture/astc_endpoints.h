@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-namespace verify {
+namespace lightcook::verify {
 
 struct AstcEndpoints {
     std::array<int, 4> low{}, high{};  ///< at weight 0 and 64; LDR channels 0..255, HDR ones 0..4095
@@ -19,4 +19,4 @@ constexpr int astcEndpointValueCount(int mode) {
 /// mode 0..15; values: at least astcEndpointValueCount(mode) of 0..255
 AstcEndpoints astcDecodeEndpoints(int mode, std::span<const int> values);
 
-}  // namespace verify
+}  // namespace lightcook::verify

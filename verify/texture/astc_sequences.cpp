@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 /// levels = 2^bits, 3 * 2^bits or 5 * 2^bits.
@@ -224,4 +224,4 @@ std::uint8_t astcUnquantizeWeight(std::uint8_t stored, int levels) {
     return computeWeight(stored, levels);
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

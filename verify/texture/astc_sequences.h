@@ -8,7 +8,7 @@
 
 #include "verify/texture/decode.h"
 
-namespace verify {
+namespace lightcook::verify {
 
 /// 128 bits, the lowest in words[0].
 struct AstcBits {
@@ -34,4 +34,4 @@ int astcColourLevels(int count, int bitsAvailable);
 std::uint8_t astcUnquantizeColour(std::uint8_t stored, int levels);
 std::uint8_t astcUnquantizeWeight(std::uint8_t stored, int levels);
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -5,7 +5,7 @@
 
 #include "verify/texture/decode.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 // Two subsets: bit i is the subset of texel i.
@@ -84,4 +84,4 @@ std::span<const std::uint8_t> bptcWeights(int indexBits) {
     return kWeights4;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -10,7 +10,7 @@
 #include <glm/vec4.hpp>
 #include <span>
 
-namespace verify {
+namespace lightcook::verify {
 
 using Block8 = std::span<const std::byte, 8>;
 using Block16 = std::span<const std::byte, 16>;
@@ -91,4 +91,4 @@ const Partition& bptcPartition(int subsetCount, int index);
 /// Interpolation weights of BC6H and BC7 in 64ths, for indices of 2, 3 and 4 bits.
 std::span<const std::uint8_t> bptcWeights(int indexBits);
 
-}  // namespace verify
+}  // namespace lightcook::verify

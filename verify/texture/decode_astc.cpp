@@ -11,7 +11,7 @@
 #include "verify/texture/astc_sequences.h"
 #include "verify/texture/decode.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 struct BlockMode {
@@ -292,4 +292,4 @@ void decodeAstc(Block16 block, int width, int height, bool isHdrProfile, std::sp
     Decoder(block, width, height, isHdrProfile, out.first(static_cast<std::size_t>(width * height))).decode();
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

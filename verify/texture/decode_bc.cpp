@@ -4,7 +4,7 @@
 
 #include "verify/texture/decode.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 std::uint64_t load(Block8 block) {
@@ -102,4 +102,4 @@ void decodeBc5Snorm(Block16 block, Texels4x4 out) {
     for (std::size_t texel = 0; texel < 16; ++texel) out[texel] = {red[texel], green[texel], 0.0f, 1.0f};
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -3,7 +3,7 @@
 
 #include "verify/texture/decode.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 // Endpoint 0 to 3 of each channel; endpoints 2 and 3 belong to the second subset.
@@ -282,4 +282,4 @@ void decodeBc6h(Block16 block, bool isSigned, Texels4x4 out) {
     }
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

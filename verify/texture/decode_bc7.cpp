@@ -4,7 +4,7 @@
 
 #include "verify/texture/decode.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 struct Mode {
@@ -107,4 +107,4 @@ void decodeBc7(Block16 block, Texels4x4 out) {
     }
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

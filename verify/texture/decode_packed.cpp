@@ -6,7 +6,7 @@
 
 #include "verify/texture/decode.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 std::uint32_t load(std::span<const std::byte> bytes, std::size_t offset, std::size_t count) {
@@ -74,4 +74,4 @@ glm::vec4 decodeSrgb8(std::span<const std::byte, 4> texel) {
     return value;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

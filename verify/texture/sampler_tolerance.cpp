@@ -3,7 +3,7 @@
 #include <cassert>
 #include <cstdint>
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 /// Of the difference of a block's ends, in every channel of BC1 to BC5.
@@ -100,4 +100,4 @@ formats::Image<glm::vec4> blockSpans(formats::PixelFormat format, std::span<cons
     return spans;
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

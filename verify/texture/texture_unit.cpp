@@ -8,7 +8,7 @@
 
 #include "verify/texture/decode.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using formats::PixelFormat;
@@ -201,4 +201,4 @@ glm::vec4 sampleCube(std::span<const formats::Image<glm::vec4>> faces, glm::dvec
     return mix(texels[0], texels[1], texels[2], texels[3], px - x, py - y);
 }
 
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -13,7 +13,7 @@
 #include "pipeline/assets/textures.h"
 #include "pipeline/graph/parallel_for.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::Image;
@@ -261,4 +261,4 @@ Result<ActionOutcome> cookTables(const ActionContext& context) {
     return outcome;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

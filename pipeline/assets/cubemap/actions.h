@@ -8,7 +8,7 @@
 #include "pipeline/graph/action.h"
 #include "pipeline/scene/scene.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// "cubemap". Inputs "source" and optionally "sh"; parameters: colors, probe_file (with "sh"), target, textures, size, repair.
 formats::Result<ActionOutcome> cookCubemap(const ActionContext& context);
@@ -27,4 +27,4 @@ Json toJson(const formats::ColorSpaces& colors);
 /// How an action reads its source. json   with members colors and repair
 formats::EnvironmentOptions environmentOptions(const Json& json, const Action& action);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

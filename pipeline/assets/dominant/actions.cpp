@@ -13,7 +13,7 @@
 #include "pipeline/assets/textures.h"
 #include "pipeline/graph/parallel_for.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::LightMapBand;
@@ -269,4 +269,4 @@ Result<ActionOutcome> cookDominant(const ActionContext& context) {
     return outcome;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -3,11 +3,11 @@
 
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// "dominant". Input "source"; parameters: description, fit, target, textures.
 formats::Result<ActionOutcome> cookDominant(const ActionContext& context);
 /// "verify-dominant". Input "source"; upstream: the cooked textures; parameters: max_error, shading.
 formats::Result<ActionOutcome> verifyDominant(const ActionContext& context);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

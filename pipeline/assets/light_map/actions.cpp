@@ -20,7 +20,7 @@
 #include "verify/sampler_tolerance.h"
 #include "verify/texture_unit.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -381,4 +381,4 @@ verify::LightMapShading shadingFromJson(const Json& json) {
     return shading;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -7,7 +7,7 @@
 #include "pipeline/graph/action.h"
 #include "verify/light_map.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// "light-map". Input "source", and "mesh" where the layout learns and the map has one; parameters: asset, description, layout, target,
 /// textures.
@@ -42,4 +42,4 @@ private:
 Json toJson(const verify::LightMapShading& shading);
 verify::LightMapShading shadingFromJson(const Json& json);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

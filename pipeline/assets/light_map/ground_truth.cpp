@@ -9,7 +9,7 @@
 #include "fit/light_search.h"
 #include "formats/color.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -119,4 +119,4 @@ Json toJson(const verify::DominantTruth& truth) {
             {"fit_is_largest", one.model > area.model && one.model > one.cooking}};
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

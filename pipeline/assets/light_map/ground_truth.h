@@ -11,7 +11,7 @@
 #include "verify/dominant.h"
 #include "verify/ground_truth.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// Input of the verify actions of a light map and of its dominant light.
 inline constexpr const char* kGroundTruthRole = "ground_truth";
@@ -46,4 +46,4 @@ Json toJson(const verify::LightMapTruth& truth);
 /// is that of area specular from the nine coefficients; two_lights is what `fit` would be with a second light.
 Json toJson(const verify::DominantTruth& truth);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -16,7 +16,7 @@
 #include "pipeline/scene/scene.h"
 #include "verify/texture_unit.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::Result;
@@ -270,4 +270,4 @@ std::map<std::string, std::string> bestWithin(const LightMapCandidates& candidat
     return layouts;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

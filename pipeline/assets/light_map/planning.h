@@ -12,7 +12,7 @@
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 struct MeasuredLightMap {
     compress::LightMapMeasure measure;
@@ -63,4 +63,4 @@ std::map<std::string, std::string> smallestWithin(const LightMapCandidates& cand
 /// smallest of all.
 std::map<std::string, std::string> bestWithin(const LightMapCandidates& candidates, std::uint64_t bytes);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

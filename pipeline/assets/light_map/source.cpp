@@ -6,7 +6,7 @@
 
 #include "formats/fireflies.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -174,4 +174,4 @@ Result<LightMapSource*> openLightMap(const ActionContext& context, const Json& d
     return context.lightMaps.open(context.action.inputs.at("source"), *read);
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -11,7 +11,7 @@
 #include "formats/light_map.h"
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// Rows that are read together: one row of the usual tiles, and a whole number of blocks of every format.
 inline constexpr int kBandRows = 64;
@@ -110,4 +110,4 @@ formats::Result<LightMapSource*> openLightMap(const ActionContext& context, cons
 /// The colour spaces of some JSON; a configuration file is an input of the action, so that its content counts and the file may move.
 formats::ColorSpaces colorSpacesOf(const std::string& source, const std::string& working, const Action& action);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

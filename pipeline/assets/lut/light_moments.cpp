@@ -6,7 +6,7 @@
 #include <glm/mat3x3.hpp>
 #include <numbers>
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 /// T of a view and F0: coefficients 0, 2, 3, 6, 7, 8.
@@ -81,4 +81,4 @@ double meanSquare(const Moments& table, const Moments& light) {
     return sum;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

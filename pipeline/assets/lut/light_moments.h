@@ -12,7 +12,7 @@
 #include "pipeline/graph/action.h"
 #include "verify/specular_tables.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// Means of products 00, 22, 66, 02, 06, 26, 33, 77, 37, 88 of coefficients.
 using Moments = std::array<double, 10>;
@@ -40,4 +40,4 @@ TableMoments tableMoments(const std::vector<verify::SpecularTableResult>& kernel
 /// Mean square of T . c.
 double meanSquare(const Moments& table, const Moments& light);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

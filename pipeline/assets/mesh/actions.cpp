@@ -16,7 +16,7 @@
 #include "verify/mesh_clusters.h"
 #include "verify/mesh_shift.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::Result;
@@ -282,4 +282,4 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     return outcome;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

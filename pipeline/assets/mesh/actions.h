@@ -3,7 +3,7 @@
 
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// Input of an action that reads a mesh.
 inline constexpr const char* kMeshRole = "mesh";
@@ -16,4 +16,4 @@ formats::Result<ActionOutcome> cookMesh(const ActionContext& context);
 /// description.
 formats::Result<ActionOutcome> verifyMesh(const ActionContext& context);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -19,7 +19,7 @@
 #include "verify/rsrm.h"
 #include "verify/texture_unit.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -301,4 +301,4 @@ Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
     return outcome;
 }
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

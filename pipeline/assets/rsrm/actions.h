@@ -3,7 +3,7 @@
 
 #include "pipeline/graph/action.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 
 /// "rsrm". Input "source"; parameters: colors, exponents, width, format, dither, textures, repair, and of a painted gradient encoding, of
 /// an environment axis and zones.
@@ -12,4 +12,4 @@ formats::Result<ActionOutcome> cookRsrm(const ActionContext& context);
 /// verify::RsrmBanding), and of an environment asymmetric_energy and gradient_uncertainty (over the gradient's largest value).
 formats::Result<ActionOutcome> verifyRsrm(const ActionContext& context);
 
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

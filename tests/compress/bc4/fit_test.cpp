@@ -6,7 +6,7 @@
 
 #include "tests/compress/codec_images.h"
 
-namespace compress::test {
+namespace lightcook::compress::test {
 namespace {
 
 using formats::PixelFormat;
@@ -132,4 +132,4 @@ TEST(Bc4, RowsGiveTheBytesOfBlocks) {
 }
 
 }  // namespace
-}  // namespace compress::test
+}  // namespace lightcook::compress::test

@@ -11,7 +11,7 @@
 #include "tests/compress/codec_images.h"
 #include "verify/texture_unit.h"
 
-namespace compress::test {
+namespace lightcook::compress::test {
 namespace {
 
 using formats::PixelFormat;
@@ -207,4 +207,4 @@ TEST(BcSnorm, ChannelsOfBc5AreThoseOfTwoBc4) {
 }
 
 }  // namespace
-}  // namespace compress::test
+}  // namespace lightcook::compress::test

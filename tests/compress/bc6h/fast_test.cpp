@@ -13,7 +13,7 @@
 
 // The kernels are compiled for Highway's target, and so must be what inlines them.
 HWY_BEFORE_NAMESPACE();
-namespace compress::test {
+namespace lightcook::compress::test {
 namespace {
 
 using formats::PixelFormat;
@@ -175,5 +175,5 @@ TEST(Bc6hFast, ExtremesStayFiniteInEveryMetric) {
 }
 
 }  // namespace
-}  // namespace compress::test
+}  // namespace lightcook::compress::test
 HWY_AFTER_NAMESPACE();

@@ -13,7 +13,7 @@
 #include "compress/texel/half.h"
 #include "tests/compress/hostile_blocks.h"
 
-namespace compress::test {
+namespace lightcook::compress::test {
 namespace {
 
 using formats::PixelFormat;
@@ -357,4 +357,4 @@ TEST(TwoColoursBc6hSoak, EqualEveryBlockOfTheFormat) {
 }
 
 }  // namespace
-}  // namespace compress::test
+}  // namespace lightcook::compress::test

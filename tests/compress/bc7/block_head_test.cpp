@@ -8,7 +8,7 @@
 #include "tests/compress/codec_images.h"
 #include "verify/texture_unit.h"
 
-namespace compress::test {
+namespace lightcook::compress::test {
 namespace {
 
 using Bytes = std::array<std::byte, 16>;
@@ -95,4 +95,4 @@ TEST(BlockHead, IndicesOfABlockPutBackGiveTheSameBytes) {
 }
 
 }  // namespace
-}  // namespace compress::test
+}  // namespace lightcook::compress::test

@@ -14,7 +14,7 @@
 #include "compress/block/partitions.h"
 #include "tests/compress/hostile_blocks.h"
 
-namespace compress::test {
+namespace lightcook::compress::test {
 namespace {
 
 using formats::PixelFormat;
@@ -197,4 +197,4 @@ TEST(TwoColoursBc7Soak, EqualEveryBlockOfTheFormat) {
 }
 
 }  // namespace
-}  // namespace compress::test
+}  // namespace lightcook::compress::test

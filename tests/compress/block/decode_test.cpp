@@ -6,7 +6,7 @@
 #include "tests/compress/codec_images.h"
 #include "verify/texture_unit.h"
 
-namespace compress::test {
+namespace lightcook::compress::test {
 namespace {
 
 using formats::PixelFormat;
@@ -54,4 +54,4 @@ TEST(Decode, AnyBytesOfBc1ToBc5AgreeToRounding) {
 }
 
 }  // namespace
-}  // namespace compress::test
+}  // namespace lightcook::compress::test

@@ -8,7 +8,7 @@
 #include "tests/compress/codec_images.h"
 #include "verify/texture_unit.h"
 
-namespace compress::test {
+namespace lightcook::compress::test {
 namespace {
 
 using formats::PixelFormat;
@@ -268,4 +268,4 @@ TEST(EncodeRows, SignedBc6hKeepsSigns) {
 }
 
 }  // namespace
-}  // namespace compress::test
+}  // namespace lightcook::compress::test

@@ -5,7 +5,7 @@
 
 #include "tests/compress/hostile_blocks.h"
 
-namespace compress::test {
+namespace lightcook::compress::test {
 namespace {
 
 using formats::PixelFormat;
@@ -227,4 +227,4 @@ TEST_P(HostileBlocksSoak, EveryEffort) {
 INSTANTIATE_TEST_SUITE_P(Encoders, HostileBlocksSoak, testing::ValuesIn(kBlockFormats), nameOf);
 
 }  // namespace
-}  // namespace compress::test
+}  // namespace lightcook::compress::test

@@ -10,7 +10,7 @@
 
 // The kernels are compiled for Highway's target, and so must be what inlines them.
 HWY_BEFORE_NAMESPACE();
-namespace compress::test {
+namespace lightcook::compress::test {
 namespace {
 
 using formats::PixelFormat;
@@ -112,5 +112,5 @@ TEST(HostileLanesSoak, OneLaneIsAsAllAtEveryEffort) {
 }
 
 }  // namespace
-}  // namespace compress::test
+}  // namespace lightcook::compress::test
 HWY_AFTER_NAMESPACE();

@@ -13,7 +13,7 @@
 
 // The kernels are compiled for Highway's target, and so must be what inlines them.
 HWY_BEFORE_NAMESPACE();
-namespace compress::test {
+namespace lightcook::compress::test {
 namespace {
 
 using formats::PixelFormat;
@@ -127,5 +127,5 @@ TEST(Lanes, EveryInstructionSetGivesTheSameBytes) {
 }
 
 }  // namespace
-}  // namespace compress::test
+}  // namespace lightcook::compress::test
 HWY_AFTER_NAMESPACE();

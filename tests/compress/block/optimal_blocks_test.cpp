@@ -7,7 +7,7 @@
 
 #include "tests/compress/hostile_blocks.h"
 
-namespace compress::test {
+namespace lightcook::compress::test {
 namespace {
 
 using formats::PixelFormat;
@@ -263,4 +263,4 @@ TEST(OneColour, Bc7IsTheNearestByteAtEveryEffort) {
 }
 
 }  // namespace
-}  // namespace compress::test
+}  // namespace lightcook::compress::test

@@ -10,7 +10,7 @@
 #include "tests/compress/codec_images.h"
 #include "verify/texture_unit.h"
 
-namespace compress::test {
+namespace lightcook::compress::test {
 namespace {
 
 using formats::PixelFormat;
@@ -158,4 +158,4 @@ TEST(ReduceRow, Bc7BlocksTakeOverHeadsWithIndicesOfTheirOwn) {
 }
 
 }  // namespace
-}  // namespace compress::test
+}  // namespace lightcook::compress::test

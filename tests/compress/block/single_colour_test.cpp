@@ -7,7 +7,7 @@
 #include "compress/texel/half.h"
 #include "tests/compress/codec_images.h"
 
-namespace compress::test {
+namespace lightcook::compress::test {
 namespace {
 
 using formats::PixelFormat;
@@ -90,4 +90,4 @@ TEST(SingleColour, TexelsWithoutSignificanceDoNotMatter) {
 }
 
 }  // namespace
-}  // namespace compress::test
+}  // namespace lightcook::compress::test

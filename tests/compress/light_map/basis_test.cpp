@@ -12,6 +12,7 @@
 #include "lighting/sphere.h"
 #include "shaders/lightcook_cpp.h"
 
+namespace lightcook {
 namespace {
 
 using compress::BasisShape;
@@ -200,3 +201,4 @@ TEST_F(BasisTest, SubspacesAreThoseOfTheSingularValues) {
 }
 
 }  // namespace
+}  // namespace lightcook

@@ -11,6 +11,7 @@
 
 #include "tests/compress/synthetic_light_map.h"
 
+namespace lightcook {
 namespace {
 
 using compress::kChartBlock;
@@ -207,3 +208,4 @@ TEST(LightMapSamples, HoldTheirBlocksAndWhatLiesBesideThemHoweverTheMapIsCut) {
 }
 
 }  // namespace
+}  // namespace lightcook

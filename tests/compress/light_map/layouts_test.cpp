@@ -9,6 +9,7 @@
 #include "tests/compress/light_map_plan.h"
 #include "tests/compress/synthetic_light_map.h"
 
+namespace lightcook {
 namespace {
 
 using compress::LightMapLayout;
@@ -177,3 +178,4 @@ TEST(EncodeLightMap, WhatDoesNotFitIsCounted) {
 }
 
 }  // namespace
+}  // namespace lightcook

@@ -7,7 +7,7 @@
 
 #include "tests/compress/codec_images.h"
 
-namespace compress::test {
+namespace lightcook::compress::test {
 namespace {
 
 using formats::PixelFormat;
@@ -125,4 +125,4 @@ TEST(PackedTexels, ValuesBeyondTheFormatAreClampedAndCounted) {
 }
 
 }  // namespace
-}  // namespace compress::test
+}  // namespace lightcook::compress::test

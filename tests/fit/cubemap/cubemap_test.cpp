@@ -10,6 +10,7 @@
 #include "lighting/radiometry.h"
 #include "tests/fit/brute_force.h"
 
+namespace lightcook {
 namespace {
 
 using fit::CubemapOptions;
@@ -386,3 +387,4 @@ TEST(Cubemap, BadRequestsAreRefused) {
 }
 
 }  // namespace
+}  // namespace lightcook

@@ -11,6 +11,7 @@
 #include "fit/pre_divide.h"
 #include "tests/fit/brute_force.h"
 
+namespace lightcook {
 namespace {
 
 const std::filesystem::path kData = LIGHTCOOK_SHARED_DATA;
@@ -179,3 +180,4 @@ TEST(EnvironmentFiles, RelightingAnotherPlaceComesNearerThanBorrowing) {
 }
 
 }  // namespace
+}  // namespace lightcook

@@ -11,6 +11,7 @@
 #include "fit/pre_divide.h"
 #include "tests/fit/brute_force.h"
 
+namespace lightcook {
 namespace {
 
 constexpr long long kCases = 1'000'000, kSoakCases = 100'000'000;
@@ -173,3 +174,4 @@ TEST(EnvironmentProperties, TheSmallestSourcesFilterToTheirMean) {
 }
 
 }  // namespace
+}  // namespace lightcook

@@ -7,6 +7,7 @@
 #include "lighting/radiometry.h"
 #include "tests/fit/brute_force.h"
 
+namespace lightcook {
 namespace {
 
 using truth::kPi;
@@ -160,3 +161,4 @@ TEST(PrefilterKernel, RoughnessZeroChangesNothing) {
 }
 
 }  // namespace
+}  // namespace lightcook

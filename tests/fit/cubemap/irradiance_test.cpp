@@ -12,6 +12,7 @@
 #include "lighting/radiometry.h"
 #include "tests/fit/brute_force.h"
 
+namespace lightcook {
 namespace {
 
 using truth::kPi;
@@ -135,3 +136,4 @@ TEST(IrradianceCubemap, SharedPanoramas) {
 }
 
 }  // namespace
+}  // namespace lightcook

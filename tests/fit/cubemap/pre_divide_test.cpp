@@ -9,6 +9,7 @@
 #include "lighting/quadratic.h"
 #include "tests/fit/brute_force.h"
 
+namespace lightcook {
 namespace {
 
 using truth::kPi;
@@ -165,3 +166,4 @@ TEST(PreDivide, RowsInPlaceGiveTheSame) {
 }
 
 }  // namespace
+}  // namespace lightcook

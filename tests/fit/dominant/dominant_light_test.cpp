@@ -12,6 +12,7 @@
 #include "fit/light_search.h"
 #include "tests/fit/brute_force.h"
 
+namespace lightcook {
 namespace {
 
 lighting::ShRgb randomSh(truth::Random& random, double magnitude) {
@@ -313,3 +314,4 @@ TEST(DominantLight, FigureOfAMegapixel) {
 }
 
 }  // namespace
+}  // namespace lightcook

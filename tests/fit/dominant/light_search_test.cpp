@@ -14,6 +14,7 @@
 #include "fit/dominant_light.h"
 #include "tests/fit/brute_force.h"
 
+namespace lightcook {
 namespace {
 
 using lighting::ShRgb;
@@ -384,3 +385,4 @@ TEST(LightSearch, ASecondLightNeverTakesAway) {
 }
 
 }  // namespace
+}  // namespace lightcook

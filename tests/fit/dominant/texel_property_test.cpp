@@ -16,6 +16,7 @@
 #include "shaders/lightcook_cpp.h"
 #include "tests/fit/brute_force.h"
 
+namespace lightcook {
 namespace {
 
 constexpr long long kCases = 1'000'000, kSoakCases = 100'000'000;
@@ -311,3 +312,4 @@ TEST(TexelSoak, WrappedDiffuseAndGameLights) {
 }
 
 }  // namespace
+}  // namespace lightcook

@@ -9,6 +9,7 @@
 #include <limits>
 #include <stdexcept>
 
+namespace lightcook {
 namespace {
 
 using fit::SpecularTableOptions;
@@ -284,3 +285,4 @@ TEST(SpecularTables, FigureOfTheDefaultSet) {
 }
 
 }  // namespace
+}  // namespace lightcook

@@ -9,6 +9,7 @@
 
 #include "tests/fit/brute_force.h"
 
+namespace lightcook {
 namespace {
 
 using formats::Environment;
@@ -155,3 +156,4 @@ TEST(AzimuthalAverage, FigureOfAPanorama) {
 }
 
 }  // namespace
+}  // namespace lightcook

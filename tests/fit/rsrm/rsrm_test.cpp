@@ -13,6 +13,7 @@
 #include "shaders/lightcook_cpp.h"
 #include "tests/fit/brute_force.h"
 
+namespace lightcook {
 namespace {
 
 constexpr long double kPi = 3.14159265358979323846264338327950288L;
@@ -366,3 +367,4 @@ TEST(Rsrm, DefaultMapTakesUnderTenMilliseconds) {
 }
 
 }  // namespace
+}  // namespace lightcook

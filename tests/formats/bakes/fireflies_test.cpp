@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 LightMapBand darkRoom(int width, int height, float light) {
@@ -87,4 +87,4 @@ TEST(Fireflies, MendedOnesHaveTheirNeighboursMeanAndAreCounted) {
 }
 
 }  // namespace
-}  // namespace formats
+}  // namespace lightcook::formats

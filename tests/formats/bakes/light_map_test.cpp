@@ -17,7 +17,7 @@
 #include "tests/formats/exr_fixture.h"
 #include "tests/formats/temporary_folder.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 using lighting::ShRgb;
@@ -585,4 +585,4 @@ TEST(LightMapReader, TheSharedBakesAreReadWhole) {
 }
 
 }  // namespace
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -7,7 +7,7 @@
 
 #include "tests/formats/temporary_folder.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 using testing::HasSubstr;
@@ -76,4 +76,4 @@ TEST_F(ShadingValues, AFileWithoutItsColumnsOrValuesIsRefused) {
 }
 
 }  // namespace
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -10,7 +10,7 @@
 #include "tests/formats/temporary_folder.h"
 #include "tests/formats/texture_fixture.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 constexpr std::array kReadable = {PixelFormat::Bc1,      PixelFormat::Bc3,      PixelFormat::Bc4, PixelFormat::Bc5,
@@ -185,4 +185,4 @@ TEST(DdsFile, ArraysKeepWholeMipChainsTogether) {
 }
 
 }  // namespace
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -9,7 +9,7 @@
 #include "tests/formats/temporary_folder.h"
 #include "tests/formats/texture_fixture.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 using testing::HasSubstr;
@@ -374,4 +374,4 @@ TEST(GpuTexture, OtherFilesAreRefusedByName) {
 }
 
 }  // namespace
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -11,7 +11,7 @@
 #include "tests/formats/temporary_folder.h"
 #include "tests/formats/texture_fixture.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 using nlohmann::json;
@@ -209,4 +209,4 @@ TEST(Ktx2File, LevelsComeSmallestFirstAndAligned) {
 }
 
 }  // namespace
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -9,7 +9,7 @@
 
 #include "tests/formats/temporary_folder.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 std::ptrdiff_t filesIn(const std::filesystem::path& folder) {
@@ -61,4 +61,4 @@ TEST(WriteWholeFile, WritesTheBytes) {
 }
 
 }  // namespace
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -11,7 +11,7 @@
 #include <set>
 #include <tuple>
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 using testing::HasSubstr;
@@ -170,4 +170,4 @@ TEST(IslandRuns, TrianglesThatShareVerticesAreOneIslandWhateverMeshTheyAreOf) {
 }
 
 }  // namespace
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -16,7 +16,7 @@
 
 #include "tests/formats/temporary_folder.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 using nlohmann::json;
@@ -695,4 +695,4 @@ TEST(GltfScene, TheSharedScenesShrinkWithinTheirSteps) {
 }
 
 }  // namespace
-}  // namespace formats
+}  // namespace lightcook::formats

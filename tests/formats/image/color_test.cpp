@@ -9,7 +9,7 @@
 
 #include "tests/formats/temporary_folder.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 using testing::HasSubstr;
@@ -205,4 +205,4 @@ TEST(LinearConversion, ABrokenConfigFileIsOneLine) {
 }
 
 }  // namespace
-}  // namespace formats
+}  // namespace lightcook::formats

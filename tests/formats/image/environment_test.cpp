@@ -16,7 +16,7 @@
 #include "tests/formats/exr_fixture.h"
 #include "tests/formats/temporary_folder.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 using testing::AllOf;
@@ -424,4 +424,4 @@ TEST(LoadEnvironment, TheSharedPanoramasProbesAndGradientsAreReadWhole) {
 }
 
 }  // namespace
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -12,7 +12,7 @@
 
 #include "tests/formats/temporary_folder.h"
 
-namespace formats {
+namespace lightcook::formats {
 namespace {
 
 /// Nothing if OpenImageIO refuses.
@@ -133,4 +133,4 @@ TEST(ReadRadiancePicture, EqualsOpenImageIOBitForBitOnTheSharedPanoramas) {
 }
 
 }  // namespace
-}  // namespace formats
+}  // namespace lightcook::formats

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-namespace lighting {
+namespace lightcook::lighting {
 namespace {
 
 constexpr CookTorranceNormalization kEnergy = CookTorranceNormalization::Energy, kHalo3 = CookTorranceNormalization::Halo3;
@@ -241,4 +241,4 @@ TEST(AreaSpecularSoak, IsSoundInAHundredMillionRandomCases) {
 }
 
 }  // namespace
-}  // namespace lighting
+}  // namespace lightcook::lighting

@@ -10,7 +10,7 @@
 #include "lighting/sphere.h"
 #include "tests/lighting/quadrature.h"
 
-namespace lighting {
+namespace lightcook::lighting {
 namespace {
 
 using test::gaussLegendre;
@@ -313,4 +313,4 @@ TEST(AreaSpecular, ANarrowLobeIsADeltaAlongTheReflection) {
 }
 
 }  // namespace
-}  // namespace lighting
+}  // namespace lightcook::lighting

@@ -9,7 +9,7 @@
 
 #include "tests/lighting/quadrature.h"
 
-namespace lighting {
+namespace lightcook::lighting {
 namespace {
 
 using test::gaussLegendre;
@@ -92,4 +92,4 @@ TEST(CubeSolidAngle, MatchesIntegrationOverTheTexel) {
 }
 
 }  // namespace
-}  // namespace lighting
+}  // namespace lightcook::lighting

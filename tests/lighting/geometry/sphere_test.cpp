@@ -9,7 +9,7 @@
 
 #include "tests/lighting/quadrature.h"
 
-namespace lighting {
+namespace lightcook::lighting {
 namespace {
 
 using test::randomDirection;
@@ -128,4 +128,4 @@ TEST(Equirectangular, SolidAnglesAreTheExactZones) {
 }
 
 }  // namespace
-}  // namespace lighting
+}  // namespace lightcook::lighting

@@ -15,7 +15,7 @@
 #include "lighting/sphere.h"
 #include "tests/lighting/quadrature.h"
 
-namespace lighting {
+namespace lightcook::lighting {
 namespace {
 
 using test::randomDirection;
@@ -299,4 +299,4 @@ TEST(BandNormBound, IsReachedByOneDirectionalLight) {
 }
 
 }  // namespace
-}  // namespace lighting
+}  // namespace lightcook::lighting

@@ -8,7 +8,7 @@
 
 #include "tests/lighting/quadrature.h"
 
-namespace lighting {
+namespace lightcook::lighting {
 namespace {
 
 using test::gaussLegendre;
@@ -157,4 +157,4 @@ TEST(Rgb, AddsAndScales) {
 }
 
 }  // namespace
-}  // namespace lighting
+}  // namespace lightcook::lighting

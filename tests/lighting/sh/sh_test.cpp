@@ -9,7 +9,7 @@
 
 #include "tests/lighting/quadrature.h"
 
-namespace lighting {
+namespace lightcook::lighting {
 namespace {
 
 using test::overSphere;
@@ -210,4 +210,4 @@ TEST(Luminance, WeighsTheChannels) {
 }
 
 }  // namespace
-}  // namespace lighting
+}  // namespace lightcook::lighting

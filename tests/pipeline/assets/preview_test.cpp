@@ -6,7 +6,7 @@
 #include "formats/environment.h"
 #include "tests/formats/temporary_folder.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 formats::Image<glm::vec4> differenceOf(const Preview& preview) {
@@ -50,4 +50,4 @@ TEST(Preview, ThreadsMayShareAPixel) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

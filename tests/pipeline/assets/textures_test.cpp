@@ -10,7 +10,7 @@
 #include "pipeline/assets/textures.h"
 #include "tests/formats/temporary_folder.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -336,4 +336,4 @@ TEST(HdrRange, BringsTheLargestUnderATopThatHalvesHoldWell) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -12,7 +12,7 @@
 #include "tests/formats/temporary_folder.h"
 #include "verify/irradiance.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::Image;
@@ -129,4 +129,4 @@ TEST(IrradianceCommand, TheVerifierSeesAMissingLampAndAWrongRange) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -8,7 +8,7 @@
 #include "pipeline/cook/cook.h"
 #include "tests/pipeline/small_scene.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using Parts = SmallScene::Parts;
@@ -157,4 +157,4 @@ TEST(CookScene, ANamedLayoutIsNotTried) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -11,7 +11,7 @@
 #include "pipeline/report/report.h"
 #include "tests/pipeline/small_scene.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -343,4 +343,4 @@ TEST(ReconstructLightMap, IsTheBakeWithinTheCooksError) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

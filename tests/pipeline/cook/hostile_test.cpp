@@ -10,7 +10,7 @@
 #include "pipeline/report/report.h"
 #include "tests/pipeline/small_scene.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -381,4 +381,4 @@ TEST(ParseJson, DeepNestingIsNoFileOfOurs) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

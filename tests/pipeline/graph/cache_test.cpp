@@ -8,7 +8,7 @@
 #include "pipeline/graph/files.h"
 #include "tests/formats/temporary_folder.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 ActionRecord storeOneFile(const Cache& cache, const std::filesystem::path& folder, const std::string& key, const std::string& content) {
@@ -105,4 +105,4 @@ TEST(WriteFileIfChanged, LeavesTheTimesOfAnUnchangedFile) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -9,7 +9,7 @@
 #include "pipeline/report/report.h"
 #include "tests/pipeline/small_scene.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using testing::HasSubstr;
@@ -98,4 +98,4 @@ TEST(PlaceWords, TolerateWhatTheyDoNotKnow) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -12,7 +12,7 @@
 #include "pipeline/report/html.h"
 #include "pipeline/report/report.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using ::testing::HasSubstr;
@@ -346,4 +346,4 @@ TEST_F(ReportHtml, SameReportSamePage) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

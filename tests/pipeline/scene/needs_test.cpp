@@ -4,7 +4,7 @@
 
 #include "pipeline/cook/plan.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 Json material(const char* name, bool normalMap, bool specular, double m0, double m1, double f0, double f1) {
@@ -122,4 +122,4 @@ TEST(Samples, TheRangesEndsAndTheUsualValuesInside) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -4,7 +4,7 @@
 
 #include "tests/formats/temporary_folder.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using formats::ErrorCode;
@@ -165,4 +165,4 @@ TEST(ParseByteCount, UnitsAreWhatTheySay) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -7,7 +7,7 @@
 
 #include "fit/azimuthal_average.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using formats::Environment;
@@ -64,4 +64,4 @@ TEST(AxialGradient, AConstantStaysConstantAndIsSymmetric) {
 }
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -12,7 +12,7 @@
 #include "lighting/cube.h"
 #include "lighting/sphere.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using formats::Environment;
@@ -323,4 +323,4 @@ TEST(VerifyCubemap, SamplesAreTheSameEveryTimeAndInsideTheMap) {
 }
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -10,7 +10,7 @@
 #include "fit/dominant_light.h"
 #include "lighting/sphere.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 constexpr int kWidth = 24, kHeight = 20;
@@ -264,4 +264,4 @@ TEST(DominantStride, KeepsLargeMapsAffordable) {
 }
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

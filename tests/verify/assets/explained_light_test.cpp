@@ -8,7 +8,7 @@
 #include "fit/light_search.h"
 #include "verify/assets/dominant_reference.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 const glm::vec3 kNormal(0, 0, 1);
@@ -80,4 +80,4 @@ TEST(ExplainedLight, TheVerifierFindsTheSame) {
 }
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -9,7 +9,7 @@
 #include "lighting/brdf.h"
 #include "lighting/sh.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using Kind = formats::ShadingValue::Kind;
@@ -114,4 +114,4 @@ TEST(GroundTruth, SumsAreOfSquares) {
 }
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

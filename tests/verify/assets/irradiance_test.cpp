@@ -12,7 +12,7 @@
 #include "lighting/cube.h"
 #include "lighting/sphere.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using formats::Environment;
@@ -74,4 +74,4 @@ TEST(CompareIrradiance, OneTexelOfLightIsSeenFromEverywhere) {
 }
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

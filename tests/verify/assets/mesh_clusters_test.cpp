@@ -5,7 +5,7 @@
 
 #include <cstring>
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using testing::HasSubstr;
@@ -97,4 +97,4 @@ TEST(ClusterMistake, AMeshWithoutTheAttributeIsOne) {
 }
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

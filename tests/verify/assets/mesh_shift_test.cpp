@@ -6,7 +6,7 @@
 
 #include "lighting/radiometry.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using formats::LightMapBand;
@@ -117,4 +117,4 @@ TEST(MeshShiftBound, OfOneQuadIsItsSlopes) {
 }
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

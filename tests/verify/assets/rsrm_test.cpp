@@ -9,7 +9,7 @@
 
 #include "lighting/sh.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 std::vector<glm::vec3> sky(std::size_t zones) {
@@ -265,4 +265,4 @@ TEST(VerifyRsrm, BlackIsExact) {
 }
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -12,7 +12,7 @@
 
 #include "verify/specular_table_bound.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using lighting::CookTorranceNormalization;
@@ -244,4 +244,4 @@ TEST(SpecularTableBoundSoak, HoldsAtAHundredMillionPlaces) {
 }
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 constexpr int kWidth = 22, kHeight = 10;  ///< no whole number of blocks
@@ -95,4 +95,4 @@ TEST(BlockErrors, ADarkImageAmongBrightOnesCountsForLittle) {
 }
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 struct Samples {
@@ -128,4 +128,4 @@ TEST(ErrorAccumulator, TheReferenceIsTheLightThatTheErrorIsAPartOf) {
 }
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -14,6 +14,7 @@
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 
+namespace lightcook {
 namespace {
 
 constexpr double kFloor = 0.02;
@@ -195,3 +196,4 @@ TEST(LocalErrorBound, ExitNormsAreTheAdditionTheorem) {
 }
 
 }  // namespace
+}  // namespace lightcook

@@ -13,6 +13,7 @@
 #include "verify/light_map/controls.h"
 #include "verify/light_map/zonal.h"
 
+namespace lightcook {
 namespace {
 
 using compress::LightMapLayout;
@@ -162,3 +163,4 @@ TEST(LightMapGlance, IsNotFarAboveACloserLook) {
 }
 
 }  // namespace
+}  // namespace lightcook

@@ -18,6 +18,7 @@
 #include "tests/verify/cooked_light_map.h"
 #include "verify/light_map/shading.h"
 
+namespace lightcook {
 namespace {
 
 using compress::LightMapLayout;
@@ -616,3 +617,4 @@ TEST(LightMapScenes, CornellCooksWithinOnePercent) {
 }
 
 }  // namespace
+}  // namespace lightcook

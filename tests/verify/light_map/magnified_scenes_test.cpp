@@ -22,6 +22,7 @@
 #include "verify/error/random.h"
 #include "verify/light_map/layouts.h"
 
+namespace lightcook {
 namespace {
 
 using compress::LightMapLayout;
@@ -477,3 +478,4 @@ INSTANTIATE_TEST_SUITE_P(Scenes, TightBoundsSoak,
                          nameOf);
 
 }  // namespace
+}  // namespace lightcook

@@ -10,6 +10,7 @@
 #include "tests/compress/synthetic_light_map.h"
 #include "verify/texture_unit.h"
 
+namespace lightcook {
 namespace {
 
 using synthetic::Kind;
@@ -116,3 +117,4 @@ TEST(LightMapScore, RefusesShadingThatIsNone) {
 }
 
 }  // namespace
+}  // namespace lightcook

@@ -12,6 +12,7 @@
 #include "tests/compress/synthetic_light_map.h"
 #include "tests/verify/cooked_light_map.h"
 
+namespace lightcook {
 namespace {
 
 using compress::LightMapLayout;
@@ -142,3 +143,4 @@ INSTANTIATE_TEST_SUITE_P(Layouts, Stress,
                          });
 
 }  // namespace
+}  // namespace lightcook

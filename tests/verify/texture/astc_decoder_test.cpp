@@ -12,7 +12,7 @@
 
 #include "verify/texture_unit.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using formats::PixelFormat;
@@ -202,4 +202,4 @@ INSTANTIATE_TEST_SUITE_P(BlockDecoders, Astc, kAstcFormats, nameOf);
 INSTANTIATE_TEST_SUITE_P(BlockDecoders, AstcSoak, kAstcFormats, nameOf);
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

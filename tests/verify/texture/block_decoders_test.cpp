@@ -10,7 +10,7 @@
 #include "compress/block/decode.h"
 #include "verify/texture_unit.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using formats::PixelFormat;
@@ -289,4 +289,4 @@ TEST(BlockDecoders, PartialBlocksAreCutAtTheEdge) {
 }
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -7,7 +7,7 @@
 #include "verify/texture/decode.h"
 #include "verify/texture_unit.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using formats::PixelFormat;
@@ -94,4 +94,4 @@ TEST(PackedFormats, EverySrgbCodeEncodesBack) {
 }
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -10,7 +10,7 @@
 
 #include "verify/texture/decode.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 using formats::PixelFormat;
@@ -165,4 +165,4 @@ TEST(FormatFreedom, EveryGpuWhoseDecoderIsKnownStaysInsideIt) {
 }
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -8,7 +8,7 @@
 #include "lighting/cube.h"
 #include "verify/texture_unit.h"
 
-namespace verify {
+namespace lightcook::verify {
 namespace {
 
 formats::Image<glm::vec4> ramp(int width, int height) {
@@ -97,4 +97,4 @@ TEST(SampleCube, SmoothFunctionsComeOutSmoothEverywhere) {
 }
 
 }  // namespace
-}  // namespace verify
+}  // namespace lightcook::verify

@@ -8,7 +8,7 @@
 #include "lighting/radiometry.h"
 #include "tests/pipeline/small_scene.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using testing::HasSubstr;
@@ -119,4 +119,4 @@ TEST(GroundTruthValues, OutsideEveryChartThereIsNothingToCompare) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -12,7 +12,7 @@
 #include "tests/pipeline/sealed_folder.h"
 #include "tests/pipeline/small_scene.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using testing::HasSubstr;
@@ -341,4 +341,4 @@ TEST_F(TwoSquares, AMeshThatCannotBeReadDoesNotStopALearnedLightMap) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline

@@ -13,7 +13,7 @@
 #include "pipeline/graph/files.h"
 #include "tests/formats/temporary_folder.h"
 
-namespace pipeline {
+namespace lightcook::pipeline {
 namespace {
 
 using testing::HasSubstr;
@@ -155,4 +155,4 @@ TEST_F(Rsrm, TheEdgesOfNumbersAreCookedOrRefusedByName) {
 }
 
 }  // namespace
-}  // namespace pipeline
+}  // namespace lightcook::pipeline
