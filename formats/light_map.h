@@ -11,17 +11,10 @@
 #include "formats/color.h"
 #include "formats/error.h"
 #include "formats/image.h"
+#include "formats/light_map_conventions.h"
 #include "lighting/sh.h"
 
-namespace formats {
-
-enum class ShPhase { None, CondonShortley };
-enum class ShFrame { World, Tangent };  ///< Tangent: the frame of lighting::worldFromTangentFrame around the texel's own normal
-enum class ShQuantity {
-    Radiance,   ///< incident radiance, lambda_i
-    Irradiance  ///< already convolved with the clamped cosine [pi, 2pi/3, pi/4]
-};
-enum class LightUnits { Radiometric, Game };  ///< Game: baked from lights without their pi; canonical is pi times what is stored
+namespace lightcook::formats {
 
 /// What a file holds; the keys of [[light_map]] in scene.toml.
 struct LightMapDescription {
@@ -102,4 +95,4 @@ private:
     std::unique_ptr<State> state_;
 };
 
-}  // namespace formats
+}  // namespace lightcook::formats

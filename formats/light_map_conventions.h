@@ -1,0 +1,85 @@
+// Conventions of a light map's coefficients: what the numbers of a baker's file mean. A convention is a property of a file; inside the
+// program all coefficients are canonical (the first row of each table).
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "formats/vocabulary.h"
+
+namespace lightcook::formats {
+
+/// Sign convention of the real SH basis: scene key `phase`.
+enum class ShPhase { None, CondonShortley };
+/// Frame of the coefficients: scene key `frame`.
+enum class ShFrame { World, Tangent };
+/// Quantity that the coefficients expand: scene key `quantity`.
+enum class ShQuantity { Radiance, Irradiance };
+/// Units of the light sources of the bake: scene key `light_units`.
+enum class LightUnits { Radiometric, Game };
+
+template <class Enum>
+struct ConventionInfo {
+    Enum id;
+    std::string_view name;     ///< as in the scene file and on the command line
+    std::string_view caption;  ///< for help texts and documents
+};
+
+inline constexpr std::array kShPhases = {
+    ConventionInfo<ShPhase>{ShPhase::None, "none", "no Condon-Shortley signs"},
+    ConventionInfo<ShPhase>{ShPhase::CondonShortley, "condon-shortley", "coefficients 1, 3, 5 and 7 are negated"},
+};
+static_assert(isCompleteTable(kShPhases, ShPhase::CondonShortley));
+
+inline constexpr std::array kShFrames = {
+    ConventionInfo<ShFrame>{ShFrame::World, "world", "world axes"},
+    ConventionInfo<ShFrame>{ShFrame::Tangent, "tangent", "the tangent frame of each texel's normal (Duff and others 2017)"},
+};
+static_assert(isCompleteTable(kShFrames, ShFrame::Tangent));
+
+inline constexpr std::array kShQuantities = {
+    ConventionInfo<ShQuantity>{ShQuantity::Radiance, "radiance", "incident radiance"},
+    ConventionInfo<ShQuantity>{ShQuantity::Irradiance, "irradiance", "convolved with the clamped cosine, [pi, 2 pi / 3, pi / 4] by band"},
+};
+static_assert(isCompleteTable(kShQuantities, ShQuantity::Irradiance));
+
+inline constexpr std::array kLightUnits = {
+    ConventionInfo<LightUnits>{LightUnits::Radiometric, "radiometric", "radiometric units"},
+    ConventionInfo<LightUnits>{LightUnits::Game, "game", "light sources without their pi: pi times the stored value is radiometric"},
+};
+static_assert(isCompleteTable(kLightUnits, LightUnits::Game));
+
+/// Returns the table of a convention: `conventions<ShPhase>()`.
+template <class Enum>
+constexpr std::span<const ConventionInfo<Enum>> conventions();
+template <>
+constexpr std::span<const ConventionInfo<ShPhase>> conventions<ShPhase>() {
+    return kShPhases;
+}
+template <>
+constexpr std::span<const ConventionInfo<ShFrame>> conventions<ShFrame>() {
+    return kShFrames;
+}
+template <>
+constexpr std::span<const ConventionInfo<ShQuantity>> conventions<ShQuantity>() {
+    return kShQuantities;
+}
+template <>
+constexpr std::span<const ConventionInfo<LightUnits>> conventions<LightUnits>() {
+    return kLightUnits;
+}
+
+template <class Enum>
+constexpr std::string_view conventionName(Enum value) {
+    return conventions<Enum>()[static_cast<std::size_t>(value)].name;
+}
+
+template <class Enum>
+constexpr std::optional<Enum> conventionFromName(std::string_view name) {
+    const ConventionInfo<Enum>* row = findByName(conventions<Enum>(), name);
+    return row == nullptr ? std::nullopt : std::optional(row->id);
+}
+
+}  // namespace lightcook::formats

@@ -1,0 +1,272 @@
+// Light-map layouts: how the SH coefficients of a texel lie in GPU textures. The table below holds everything about a layout that can be
+// said without encoding or decoding it; compress/ (encoder), verify/ (decoder) and shaders/ (GLSL) each add a function for it.
+// docs/theory/layouts.md gives the decode of each as a formula.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "formats/pixel_format.h"
+#include "formats/target.h"
+#include "formats/vocabulary.h"
+
+namespace lightcook::formats {
+
+enum class LightMapLayout { Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis3, Basis4, Basis8, Basis12, Basis16 };
+
+/// Layouts of one family share their encoder, their decoder and the shader source light_map_<family>.glsl.
+enum class LightMapFamily { Raw, Flat, Luvw, Ratio, Zh3, Basis };
+
+/// Which of a target's formats holds the texels of a texture.
+enum class TexelRole {
+    Half,      ///< signed 16-bit floats on every target
+    Hdr,       ///< TargetInfo::hdr
+    Ldr,       ///< TargetInfo::ldr
+    LdrRgb,    ///< TargetInfo::ldrRgb
+    LdrAlpha,  ///< TargetInfo::ldrAlpha
+};
+
+struct LightMapTextureInfo {
+    std::string_view name;  ///< in manifest and shader: "l0"
+    int layerCount;         ///< of the 2-D array
+    TexelRole role;
+};
+
+struct LightMapFamilyInfo {
+    LightMapFamily id;
+    std::string_view name;  ///< "basis", as in light_map_basis.glsl
+};
+
+struct LightMapLayoutInfo {
+    LightMapLayout id;
+    std::string_view name;  ///< as in `light_map_layout`, `--layout` and the manifest
+    LightMapFamily family;
+    std::string_view caption;                       ///< one line for help texts and documents
+    std::span<const LightMapTextureInfo> textures;  ///< in the order in which encoder and decoder take them
+    std::span<const std::string_view> stages;       ///< of compression, in order; the last is the whole layout
+    int codeCount;                                  ///< numbers that the first stage of a learned layout stores; 0: not learned
+    bool isZonal;                                   ///< band 2 follows the axis of the filtered band 1: no polynomial of the texels
+    int decodeDegree;                               ///< of the decode as a polynomial of the filtered texels; if isZonal, of bands 0 and 1
+    int decodeOps;                                  ///< scalar multiply-adds of the shader's decode of one sample
+    LightMapLayout trialLayout;                     ///< the layout whose trial measures this one's error; Flat is never tried
+    std::string_view trialStage;                    ///< the stage of that trial; "total" is the last one
+
+    /// The decode is fitted to the map.
+    constexpr bool isLearned() const { return codeCount > 0; }
+    /// Texture fetches of a sample: one a layer.
+    constexpr int tapCount() const {
+        int taps = 0;
+        for (const LightMapTextureInfo& texture : textures) taps += texture.layerCount;
+        return taps;
+    }
+    /// Layers after the code of a learned layout.
+    constexpr int residualCount() const { return isLearned() && textures.size() > 2 ? textures[2].layerCount : 0; }
+};
+
+inline constexpr std::array kLightMapFamilies = {
+    LightMapFamilyInfo{LightMapFamily::Raw, "raw"},   LightMapFamilyInfo{LightMapFamily::Flat, "flat"},
+    LightMapFamilyInfo{LightMapFamily::Luvw, "luvw"}, LightMapFamilyInfo{LightMapFamily::Ratio, "ratio"},
+    LightMapFamilyInfo{LightMapFamily::Zh3, "zh3"},   LightMapFamilyInfo{LightMapFamily::Basis, "basis"},
+};
+static_assert(isCompleteTable(kLightMapFamilies, LightMapFamily::Basis));
+
+namespace layout_tables {
+
+using Texture = LightMapTextureInfo;
+
+inline constexpr std::array kRaw = {Texture{"sh", 9, TexelRole::Half}};
+inline constexpr std::array kFlat = {Texture{"exit", 1, TexelRole::Hdr}};
+inline constexpr std::array kLuvw = {Texture{"luvw_first", 9, TexelRole::LdrAlpha}, Texture{"luvw_second", 9, TexelRole::LdrAlpha}};
+inline constexpr std::array kLuvwLinear = {Texture{"luvw_first", 5, TexelRole::LdrAlpha}, Texture{"luvw_second", 5, TexelRole::LdrAlpha}};
+inline constexpr std::array kRatio = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"ratio", 8, TexelRole::Ldr}};
+inline constexpr std::array kZh3 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"ratio", 4, TexelRole::Ldr}};
+inline constexpr std::array kBasis3 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::LdrRgb}};
+inline constexpr std::array kBasis4 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::Ldr}};
+template <int kResiduals>
+inline constexpr std::array kBasisResidual = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::Ldr},
+                                              Texture{"residual", kResiduals, TexelRole::Ldr}};
+
+inline constexpr std::array<std::string_view, 1> kRawStages = {"half"};
+inline constexpr std::array<std::string_view, 1> kFlatStages = {"exit"};
+inline constexpr std::array<std::string_view, 2> kLuvwStages = {"stage 1", "stage 2"};
+inline constexpr std::array<std::string_view, 2> kRatioStages = {"l0", "ratio"};
+inline constexpr std::array<std::string_view, 3> kZh3Stages = {"l0", "ratio", "zonal"};
+inline constexpr std::array<std::string_view, 5> kBasisStages = {"l0", "code", "residual 1", "residual 2", "residual 3"};
+
+}  // namespace layout_tables
+
+inline constexpr std::array kLightMapLayouts = {
+    LightMapLayoutInfo{.id = LightMapLayout::Raw,
+                       .name = "raw",
+                       .family = LightMapFamily::Raw,
+                       .caption = "the coefficients as 16-bit floats, to compare with",
+                       .textures = layout_tables::kRaw,
+                       .stages = layout_tables::kRawStages,
+                       .codeCount = 0,
+                       .isZonal = false,
+                       .decodeDegree = 1,
+                       .decodeOps = 27,
+                       .trialLayout = LightMapLayout::Raw,
+                       .trialStage = "total"},
+    LightMapLayoutInfo{.id = LightMapLayout::Flat,
+                       .name = "flat",
+                       .family = LightMapFamily::Flat,
+                       .caption = "exit radiance at the texel's own normal: no normal maps, no specular",
+                       .textures = layout_tables::kFlat,
+                       .stages = layout_tables::kFlatStages,
+                       .codeCount = 0,
+                       .isZonal = false,
+                       .decodeDegree = 1,
+                       .decodeOps = 3,
+                       .trialLayout = LightMapLayout::Flat,
+                       .trialStage = "total"},
+    LightMapLayoutInfo{.id = LightMapLayout::Luvw,
+                       .name = "luvw",
+                       .family = LightMapFamily::Luvw,
+                       .caption = "length and signed colour of each coefficient in two stages (Hu 2008)",
+                       .textures = layout_tables::kLuvw,
+                       .stages = layout_tables::kLuvwStages,
+                       .codeCount = 0,
+                       .isZonal = false,
+                       .decodeDegree = 3,
+                       .decodeOps = 135,
+                       .trialLayout = LightMapLayout::Luvw,
+                       .trialStage = "total"},
+    LightMapLayoutInfo{.id = LightMapLayout::LuvwLinear,
+                       .name = "luvw-linear",
+                       .family = LightMapFamily::Luvw,
+                       .caption = "luvw of bands 0 and 1, and the intensity of one light for band 2 (Halo 3)",
+                       .textures = layout_tables::kLuvwLinear,
+                       .stages = layout_tables::kLuvwStages,
+                       .codeCount = 0,
+                       .isZonal = true,
+                       .decodeDegree = 3,
+                       .decodeOps = 121,
+                       .trialLayout = LightMapLayout::LuvwLinear,
+                       .trialStage = "total"},
+    LightMapLayoutInfo{.id = LightMapLayout::Ratio,
+                       .name = "ratio",
+                       .family = LightMapFamily::Ratio,
+                       .caption = "coefficient 0 as HDR colour, the others divided by it",
+                       .textures = layout_tables::kRatio,
+                       .stages = layout_tables::kRatioStages,
+                       .codeCount = 0,
+                       .isZonal = false,
+                       .decodeDegree = 2,
+                       .decodeOps = 51,
+                       .trialLayout = LightMapLayout::Ratio,
+                       .trialStage = "total"},
+    LightMapLayoutInfo{.id = LightMapLayout::Zh3,
+                       .name = "zh3",
+                       .family = LightMapFamily::Zh3,
+                       .caption = "ratio of bands 0 and 1, and one zonal number for band 2 (Roughton and others 2024)",
+                       .textures = layout_tables::kZh3,
+                       .stages = layout_tables::kZh3Stages,
+                       .codeCount = 0,
+                       .isZonal = true,
+                       .decodeDegree = 2,
+                       .decodeOps = 70,
+                       .trialLayout = LightMapLayout::Zh3,
+                       .trialStage = "total"},
+    LightMapLayoutInfo{.id = LightMapLayout::Basis3,
+                       .name = "basis-3",
+                       .family = LightMapFamily::Basis,
+                       .caption = "coefficient 0 and three numbers under a learned quadratic decode",
+                       .textures = layout_tables::kBasis3,
+                       .stages = std::span(layout_tables::kBasisStages).first(2),
+                       .codeCount = 3,
+                       .isZonal = false,
+                       .decodeDegree = 3,
+                       .decodeOps = 249,
+                       .trialLayout = LightMapLayout::Basis3,
+                       .trialStage = "total"},
+    LightMapLayoutInfo{.id = LightMapLayout::Basis4,
+                       .name = "basis-4",
+                       .family = LightMapFamily::Basis,
+                       .caption = "coefficient 0 and four numbers under a learned quadratic decode",
+                       .textures = layout_tables::kBasis4,
+                       .stages = std::span(layout_tables::kBasisStages).first(2),
+                       .codeCount = 4,
+                       .isZonal = false,
+                       .decodeDegree = 3,
+                       .decodeOps = 373,
+                       .trialLayout = LightMapLayout::Basis16,
+                       .trialStage = "code"},
+    LightMapLayoutInfo{.id = LightMapLayout::Basis8,
+                       .name = "basis-8",
+                       .family = LightMapFamily::Basis,
+                       .caption = "basis-4 and four linear numbers of what it left",
+                       .textures = layout_tables::kBasisResidual<1>,
+                       .stages = std::span(layout_tables::kBasisStages).first(3),
+                       .codeCount = 4,
+                       .isZonal = false,
+                       .decodeDegree = 3,
+                       .decodeOps = 515,
+                       .trialLayout = LightMapLayout::Basis16,
+                       .trialStage = "residual 1"},
+    LightMapLayoutInfo{.id = LightMapLayout::Basis12,
+                       .name = "basis-12",
+                       .family = LightMapFamily::Basis,
+                       .caption = "basis-8 and four more linear numbers",
+                       .textures = layout_tables::kBasisResidual<2>,
+                       .stages = std::span(layout_tables::kBasisStages).first(4),
+                       .codeCount = 4,
+                       .isZonal = false,
+                       .decodeDegree = 3,
+                       .decodeOps = 657,
+                       .trialLayout = LightMapLayout::Basis16,
+                       .trialStage = "residual 2"},
+    LightMapLayoutInfo{.id = LightMapLayout::Basis16,
+                       .name = "basis-16",
+                       .family = LightMapFamily::Basis,
+                       .caption = "basis-12 and four more linear numbers",
+                       .textures = layout_tables::kBasisResidual<3>,
+                       .stages = std::span(layout_tables::kBasisStages).first(5),
+                       .codeCount = 4,
+                       .isZonal = false,
+                       .decodeDegree = 3,
+                       .decodeOps = 799,
+                       .trialLayout = LightMapLayout::Basis16,
+                       .trialStage = "total"},
+};
+static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::Basis16));
+
+/// Returns every layout, in the order of the enumeration.
+constexpr std::span<const LightMapLayoutInfo> allLightMapLayouts() {
+    return kLightMapLayouts;
+}
+
+constexpr const LightMapLayoutInfo& info(LightMapLayout layout) {
+    return kLightMapLayouts[static_cast<std::size_t>(layout)];
+}
+
+constexpr std::optional<LightMapLayout> lightMapLayoutFromName(std::string_view name) {
+    const LightMapLayoutInfo* row = findByName(allLightMapLayouts(), name);
+    return row == nullptr ? std::nullopt : std::optional(row->id);
+}
+
+constexpr std::string_view nameOf(LightMapFamily family) {
+    return kLightMapFamilies[static_cast<std::size_t>(family)].name;
+}
+
+/// Returns the format that a target has for a role.
+constexpr PixelFormat formatFor(TexelRole role, const TargetInfo& target) {
+    switch (role) {
+        case TexelRole::Half:
+            return PixelFormat::Rgba16f;
+        case TexelRole::Hdr:
+            return target.hdr;
+        case TexelRole::Ldr:
+            return target.ldr;
+        case TexelRole::LdrRgb:
+            return target.ldrRgb;
+        case TexelRole::LdrAlpha:
+            break;
+    }
+    return target.ldrAlpha;
+}
+
+}  // namespace lightcook::formats
