@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "compress/light_map_blocks.h"
-#include "pipeline/assets/light_map/actions.h"
+#include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/textures.h"
 #include "pipeline/scene/scene.h"
 

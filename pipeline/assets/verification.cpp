@@ -1,6 +1,6 @@
 #include "pipeline/assets/verification.h"
 
-#include "pipeline/assets/figures_json.h"
+#include "pipeline/assets/verdict.h"
 
 namespace lightcook::pipeline {
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <set>
 
-#include "pipeline/assets/light_map/actions.h"
-#include "pipeline/assets/light_map/planning.h"
+#include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/light_map/planner.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/cache.h"
 #include "pipeline/graph/executor.h"

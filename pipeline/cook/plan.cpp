@@ -8,11 +8,11 @@
 #include "formats/environment.h"
 #include "formats/gltf_scene.h"
 #include "formats/nearest.h"
-#include "pipeline/assets/cubemap/actions.h"
-#include "pipeline/assets/light_map/actions.h"
+#include "pipeline/assets/cubemap/cubemap.h"
 #include "pipeline/assets/light_map/ground_truth.h"
+#include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/source.h"
-#include "pipeline/assets/mesh/actions.h"
+#include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/textures.h"
 
 namespace lightcook::pipeline {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "pipeline/assets/light_map/actions.h"
+#include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/textures.h"
 #include "pipeline/manifest/manifest.h"
 #include "shaders/lightcook_cpp.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <random>
 
-#include "pipeline/assets/light_map/planning.h"
+#include "pipeline/assets/light_map/planner.h"
 #include "pipeline/cook/cook.h"
 #include "tests/pipeline/small_scene.h"
 

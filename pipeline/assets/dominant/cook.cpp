@@ -1,4 +1,4 @@
-#include "pipeline/assets/dominant/actions.h"
+#include "pipeline/assets/dominant/dominant.h"
 
 #include <tbb/task_arena.h>
 

@@ -1,12 +1,12 @@
 #include <array>
 #include <utility>
 
-#include "pipeline/assets/cubemap/actions.h"
-#include "pipeline/assets/dominant/actions.h"
-#include "pipeline/assets/light_map/actions.h"
-#include "pipeline/assets/light_map/planning.h"
-#include "pipeline/assets/mesh/actions.h"
-#include "pipeline/assets/rsrm/actions.h"
+#include "pipeline/assets/cubemap/cubemap.h"
+#include "pipeline/assets/dominant/dominant.h"
+#include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/light_map/planner.h"
+#include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/rsrm/rsrm.h"
 #include "pipeline/graph/action.h"
 
 namespace lightcook::pipeline {

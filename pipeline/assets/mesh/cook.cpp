@@ -1,4 +1,4 @@
-#include "pipeline/assets/mesh/actions.h"
+#include "pipeline/assets/mesh/mesh.h"
 
 #include <fmt/format.h>
 
@@ -8,9 +8,9 @@
 #include <optional>
 
 #include "formats/gltf_scene.h"
-#include "pipeline/assets/figures_json.h"
-#include "pipeline/assets/light_map/actions.h"
+#include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/preview.h"
+#include "pipeline/assets/verdict.h"
 #include "pipeline/assets/verification.h"
 #include "pipeline/graph/parallel_for.h"
 #include "verify/mesh_clusters.h"

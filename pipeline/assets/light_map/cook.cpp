@@ -1,4 +1,4 @@
-#include "pipeline/assets/light_map/actions.h"
+#include "pipeline/assets/light_map/light_map.h"
 
 #include <fmt/format.h>
 
@@ -9,12 +9,12 @@
 #include "compress/light_map.h"
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
-#include "pipeline/assets/figures_json.h"
 #include "pipeline/assets/light_map/ground_truth.h"
-#include "pipeline/assets/light_map/planning.h"
+#include "pipeline/assets/light_map/planner.h"
 #include "pipeline/assets/lut/light_moments.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/assets/textures.h"
+#include "pipeline/assets/verdict.h"
 #include "pipeline/assets/verification.h"
 #include "pipeline/graph/parallel_for.h"
 #include "verify/sampler_tolerance.h"

@@ -1,4 +1,4 @@
-#include "pipeline/assets/cubemap/actions.h"
+#include "pipeline/assets/cubemap/cubemap.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>

@@ -1,4 +1,4 @@
-#include "pipeline/assets/light_map/planning.h"
+#include "pipeline/assets/light_map/planner.h"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,8 @@
 #include <set>
 
 #include "formats/gltf_scene.h"
-#include "pipeline/assets/light_map/actions.h"
-#include "pipeline/assets/mesh/actions.h"
+#include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/textures.h"
 #include "pipeline/graph/parallel_for.h"
 #include "pipeline/scene/scene.h"

@@ -1,4 +1,4 @@
-#include "pipeline/assets/rsrm/actions.h"
+#include "pipeline/assets/rsrm/rsrm.h"
 
 #include <fmt/format.h>
 
@@ -8,10 +8,10 @@
 
 #include "fit/azimuthal_average.h"
 #include "fit/rsrm.h"
-#include "pipeline/assets/cubemap/actions.h"
-#include "pipeline/assets/figures_json.h"
+#include "pipeline/assets/cubemap/cubemap.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/assets/textures.h"
+#include "pipeline/assets/verdict.h"
 #include "pipeline/assets/verification.h"
 #include "pipeline/graph/parallel_for.h"
 #include "verify/azimuthal_average.h"

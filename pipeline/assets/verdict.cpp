@@ -1,4 +1,4 @@
-#include "pipeline/assets/figures_json.h"
+#include "pipeline/assets/verdict.h"
 
 #include <fmt/format.h>
 
