@@ -43,7 +43,7 @@ struct Options {
 /// All rows of a map at once.
 struct Map {
     std::string name;
-    formats::LightMapBand band;
+    formats::LightMapStrip band;
     glm::vec3 weights;
     fs::path reference;  ///< brute-force values; empty if there are none
 };

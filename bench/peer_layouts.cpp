@@ -334,8 +334,8 @@ PeerMaps truncation(const Bake& bake, int) {
     return maps;
 }
 
-formats::LightMapBand copyOf(const formats::LightMapBand& band) {
-    formats::LightMapBand copy;
+formats::LightMapStrip copyOf(const formats::LightMapStrip& band) {
+    formats::LightMapStrip copy;
     copy.firstRow = band.firstRow;
     copy.sh = band.sh.copy();
     copy.covered = band.covered.copy();
@@ -345,7 +345,7 @@ formats::LightMapBand copyOf(const formats::LightMapBand& band) {
 
 /// The first `count` coefficients through the two DXT5 images each of Halo 3's Luvw form, with its constants but by our encoder of luvw,
 /// which fits the second L to the colours that came out and weighs texels by what is seen; zero after them.
-Image<ShRgb> throughLuvw(const formats::LightMapBand& band, double key, std::size_t count, int effort) {
+Image<ShRgb> throughLuvw(const formats::LightMapStrip& band, double key, std::size_t count, int effort) {
     compress::LightMapMeasure measure;
     measure.add(band);
     compress::LightMapPlan plan = compress::withHalo3Constants(
@@ -363,7 +363,7 @@ PeerMaps halo3Quadratic(const Bake& bake, int effort) {
 
 PeerMaps halo3Linear(const Bake& bake, int effort) {
     constexpr std::size_t count = kLinearCount + 1;
-    formats::LightMapBand stored = copyOf(bake.band);
+    formats::LightMapStrip stored = copyOf(bake.band);
     for (ShRgb& sh : stored.sh.texels()) sh = withIntensity(sh);
     PeerMaps maps{count * 2 * bitsOf(PixelFormat::Bc3), {}, throughLuvw(stored, bake.measure.key(), count, effort)};
     maps.ideal = std::move(stored.sh);
@@ -374,7 +374,7 @@ PeerMaps halo3Linear(const Bake& bake, int effort) {
 
 }  // namespace
 
-Image<ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::LightMapBand& band, int effort) {
+Image<ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::LightMapStrip& band, int effort) {
     compress::EncodeOptions options;
     options.effort = effort;
     const verify::CookedLightMap map{std::string(compress::lightMapLayoutName(plan.layout)), plan.constants, plan.width, plan.height};
@@ -410,7 +410,7 @@ ShRgb withDominantLight(const ShRgb& linear, const glm::vec3& intensity) {
     return sh;
 }
 
-Bake::Bake(formats::LightMapBand whole) : band(std::move(whole)), significance(band.sh.width(), band.sh.height(), 0) {
+Bake::Bake(formats::LightMapStrip whole) : band(std::move(whole)), significance(band.sh.width(), band.sh.height(), 0) {
     measure.add(band);
     std::ranges::transform(band.covered.texels(), significance.texels().begin(), [](std::uint8_t c) { return c != 0 ? 1.0f : 0.0f; });
 }

@@ -17,11 +17,11 @@ namespace lightcook::bench {
 
 /// A whole light map, and what encoders ask of one.
 struct Bake {
-    formats::LightMapBand band;
+    formats::LightMapStrip band;
     compress::LightMapMeasure measure;
     formats::Image<float> significance;  ///< 1 inside charts, else 0
 
-    explicit Bake(formats::LightMapBand whole);
+    explicit Bake(formats::LightMapStrip whole);
     int width() const { return band.sh.width(); }
     int height() const { return band.sh.height(); }
 };
@@ -45,7 +45,7 @@ const std::vector<PeerLayout>& peerLayouts();
 
 /// A map through the blocks that a plan of ours gives and back by the verifier's decoders. Throws std::runtime_error where the verifier
 /// refuses the plan.
-formats::Image<lighting::ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::LightMapBand& band, int effort);
+formats::Image<lighting::ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::LightMapStrip& band, int effort);
 
 /// Halo 3 as shipped: bands 0 and 1 as stored, band 2 that of one light in the direction of band 1.
 lighting::ShRgb withDominantLight(const lighting::ShRgb& linear, const glm::vec3& intensity);

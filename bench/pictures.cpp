@@ -54,7 +54,7 @@ void addImage(const fs::path& file, std::vector<Picture>& pictures) {
 void addLightMap(const fs::path& file, const std::string& name, std::vector<Picture>& pictures) {
     const formats::Result<formats::LightMapReader> reader = formats::LightMapReader::open(file, {});
     if (!reader) return complain(reader.error());
-    const formats::Result<formats::LightMapBand> band = reader->read(0, reader->height());
+    const formats::Result<formats::LightMapStrip> band = reader->read(0, reader->height());
     if (!band) return complain(band.error());
     for (const std::size_t coefficient : {std::size_t{0}, std::size_t{2}, std::size_t{6}}) {
         const int width = reader->width(), height = reader->height();

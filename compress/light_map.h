@@ -56,8 +56,8 @@ public:
     /// luminanceWeights  of the working colour space
     explicit LightMapMeasure(const glm::vec3& luminanceWeights = lighting::kRec709Luminance);
     /// Rows [firstRow, firstRow + rowCount) of the map, which the band must hold.
-    void add(const formats::LightMapBand& band, int firstRow, int rowCount);
-    void add(const formats::LightMapBand& band) { add(band, band.firstRow, band.sh.height()); }
+    void add(const formats::LightMapStrip& band, int firstRow, int rowCount);
+    void add(const formats::LightMapStrip& band) { add(band, band.firstRow, band.sh.height()); }
     void merge(const LightMapMeasure& other);
 
     std::int64_t coveredTexels() const { return coveredTexels_; }
@@ -160,7 +160,7 @@ struct EncodedLightMapRows {
 /// Texels outside charts within two texels of a chart take the mean of their nearest covered neighbours and weigh next to nothing; all
 /// others weigh nothing. Values that do not fit (negative L0 in an unsigned format, ratios beyond the plan's range) are counted in the
 /// report.
-EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::LightMapBand& band, int firstRow, int rowCount,
+EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::LightMapStrip& band, int firstRow, int rowCount,
                                        const EncodeOptions& options);
 
 }  // namespace lightcook::compress

@@ -22,7 +22,7 @@ public:
     LightMapBlocks(int width, int height);
     /// Rows [firstRow, firstRow + rowCount) of the map, whole blocks but at its end, which the band must hold. Different rows may be added
     /// from several threads.
-    void add(const formats::LightMapBand& band, int firstRow, int rowCount);
+    void add(const formats::LightMapStrip& band, int firstRow, int rowCount);
 
     int across() const { return across_; }
     int count() const { return static_cast<int>(covered_.size()); }
@@ -56,17 +56,17 @@ public:
     LightMapSamples(std::vector<LightMapBlocks::Choice> choices, int across);
     /// Takes the chosen blocks of rows [firstRow, firstRow + rowCount) of the map, whole blocks but at its end. The band must hold those
     /// rows and kLightMapPaddingRows more on either side where the map has them. Different rows may be added from several threads.
-    void add(const formats::LightMapBand& band, int firstRow, int rowCount);
+    void add(const formats::LightMapStrip& band, int firstRow, int rowCount);
 
     const std::vector<LightMapBlocks::Choice>& choices() const { return choices_; }
     /// kSide rows; the texels of choice i are rows and columns [kMargin, kMargin + kChartBlock) of its columns, kSide i and on.
-    const formats::LightMapBand& texels() const { return texels_; }
+    const formats::LightMapStrip& texels() const { return texels_; }
     static constexpr int kMargin = kLightMapPaddingRows, kSide = kChartBlock + 2 * kMargin;
 
 private:
     int across_ = 0;
     std::vector<LightMapBlocks::Choice> choices_;
-    formats::LightMapBand texels_;
+    formats::LightMapStrip texels_;
 };
 
 }  // namespace lightcook::compress

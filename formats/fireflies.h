@@ -15,9 +15,9 @@ struct Firefly {
 
 /// Covered texels of a band whose neighbours (eight; five in the band's first and last row) are covered too and none of which reaches
 /// 1 / limit of its light, where nine in ten covered texels of the band have less as well. limit > 0; real bakes stay under 3.
-std::vector<Firefly> findFireflies(const LightMapBand& band, double limit);
+std::vector<Firefly> findFireflies(const LightMapStrip& band, double limit);
 
 /// Refuses the first one, or with `repair` gives each the mean of its neighbours and counts it. file: for the error.
-Result<void> settleFireflies(LightMapBand& band, double limit, bool repair, const std::string& file);
+Result<void> checkFireflies(LightMapStrip& band, double limit, bool repair, const std::string& file);
 
 }  // namespace lightcook::formats

@@ -45,7 +45,7 @@ struct LightMapRepairs {
 };
 
 /// Rows [firstRow, firstRow + sh.height()) of a map, all of its width.
-struct LightMapBand {
+struct LightMapStrip {
     int firstRow = 0;
     Image<lighting::ShRgb> sh;    ///< zero where not covered
     Image<std::uint8_t> covered;  ///< 1 inside charts: coverage.Y > 0.5, and a normal where the file has normals; without coverage.Y all 1
@@ -70,7 +70,7 @@ public:
     glm::vec3 luminanceWeights() const;
 
     /// Safe to call from several threads, each with rows of its own. Fireflies are left to fireflies.h, which needs neighbours.
-    Result<LightMapBand> read(int firstRow, int rowCount) const;
+    Result<LightMapStrip> read(int firstRow, int rowCount) const;
 
 private:
     struct State;

@@ -69,7 +69,7 @@ public:
     DominantLightSample decode(const DecodedDominantRows& texels, int x, int y) const;
     /// Rows [firstRow, firstRow + rowCount) and the quads that begin in them: texels and band must also hold the row below, where the
     /// map has one. Pure; safe on several threads.
-    DominantErrors verifyRows(const DecodedDominantRows& texels, const formats::LightMapBand& band, int firstRow, int rowCount) const;
+    DominantErrors verifyRows(const DecodedDominantRows& texels, const formats::LightMapStrip& band, int firstRow, int rowCount) const;
 
     /// What the texel should hold; seen: what it holds, which settles ties.
     DominantLightSample reference(const lighting::ShRgb& incident, const glm::dvec3& normal, const DominantLightSample& seen) const;

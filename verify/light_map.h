@@ -54,7 +54,7 @@ class LightMapKey {
 public:
     explicit LightMapKey(const glm::vec3& luminanceWeights = lighting::kRec709Luminance) : luminanceWeights_(luminanceWeights) {}
     /// Rows [firstRow, firstRow + rowCount), which the band must hold.
-    void add(const formats::LightMapBand& band, int firstRow, int rowCount);
+    void add(const formats::LightMapStrip& band, int firstRow, int rowCount);
     void merge(const LightMapKey& other);
     double key() const;  ///< 0 without covered texels
     std::int64_t coveredTexels() const { return coveredTexels_; }
@@ -111,13 +111,13 @@ public:
     const std::vector<TextureNeed>& textures() const;
     /// Errors of rows [firstRow, firstRow + rowCount), and of the texel quads that begin in them: texels and reference must also hold the
     /// row below, where the map has one and bounds are asked for. Pure; safe to call from several threads.
-    LightMapErrors verifyRows(const DecodedLightMapRows& texels, const formats::LightMapBand& reference, int firstRow, int rowCount) const;
+    LightMapErrors verifyRows(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference, int firstRow, int rowCount) const;
     /// The proven maxima of one quad alone, whose top left texel is (x, y): what verifyRows takes into maxBound. All four texels must be
     /// covered and in texels and reference.
     struct QuadBound {
         double diffuse = 0, specular = 0;
     };
-    QuadBound boundQuad(const DecodedLightMapRows& texels, const formats::LightMapBand& reference, int x, int y) const;
+    QuadBound boundQuad(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference, int x, int y) const;
     /// No error at all, to merge into.
     LightMapErrors noErrors() const;
     /// What the shader sees at the texel centres of rows [firstRow, firstRow + rowCount): world frame, canonical phase. A flat map gives

@@ -17,7 +17,7 @@ public:
     /// [texels]
     CoveredTexels(int width, int height);
     /// Rows [firstRow, firstRow + rowCount) of the map, which the band must hold. Different rows may be added from several threads.
-    void add(const formats::LightMapBand& band, int firstRow, int rowCount);
+    void add(const formats::LightMapStrip& band, int firstRow, int rowCount);
     bool at(int x, int y) const { return ((bits_[byteOf(x, y)] >> (x % 8)) & 1) != 0; }
     int width() const { return width_; }
     int height() const { return height_; }

@@ -22,7 +22,7 @@ struct MeshShift {
 /// theorem of gradients), and the polynomial's value changes by at most that times the angle.
 /// seen  if given: every sample, by the first texel of its quad; may be called from several threads at once, for rows of their own
 using MeshShiftSeen = std::function<void(int x, int y, const glm::vec3& reference, const glm::vec3& result)>;
-void addMeshShiftErrors(const formats::LightMapBand& band, int firstRow, int rowCount, const MeshShift& shift, double key,
+void addMeshShiftErrors(const formats::LightMapStrip& band, int firstRow, int rowCount, const MeshShift& shift, double key,
                         ErrorAccumulator& errors, const MeshShiftSeen& seen = {});
 
 /// The same bound as an RMS over the map, for any shift at once: a quad's bound is linear in the three parts of a shift, so that six sums
@@ -30,7 +30,7 @@ void addMeshShiftErrors(const formats::LightMapBand& band, int firstRow, int row
 class MeshShiftBound {
 public:
     /// Quads that begin in rows [firstRow, firstRow + rowCount) of the band, which also holds the row below.
-    void add(const formats::LightMapBand& band, int firstRow, int rowCount);
+    void add(const formats::LightMapStrip& band, int firstRow, int rowCount);
     void merge(const MeshShiftBound& other);
     /// RMS of the bounds over the RMS of the exit radiance at the quads' centres; valid for shifts of at most half a texel. 0 without
     /// quads or without light.

@@ -73,7 +73,7 @@ void writeConstants(const BasisModel& model, std::map<std::string, std::vector<f
 /// One band on its way through the stages.
 class BasisRows {
 public:
-    BasisRows(const LightMapPlan& plan, const formats::LightMapBand& band, const rows::Source& source, const EncodeOptions& options)
+    BasisRows(const LightMapPlan& plan, const formats::LightMapStrip& band, const rows::Source& source, const EncodeOptions& options)
         : plan_(plan),
           model_(*plan.basis),
           band_(band),
@@ -208,7 +208,7 @@ private:
 
     const LightMapPlan& plan_;
     const BasisModel& model_;
-    const formats::LightMapBand& band_;
+    const formats::LightMapStrip& band_;
     const rows::Source& source_;
     const EncodeOptions& options_;
     EncodedLightMapRows out_;
@@ -267,7 +267,7 @@ LightMapPlan planLearnedLightMap(LightMapLayout layout, LightMapTarget target, i
 
 namespace rows {
 
-EncodedLightMapRows encodeBasis(const LightMapPlan& plan, const formats::LightMapBand& band, const Source& source,
+EncodedLightMapRows encodeBasis(const LightMapPlan& plan, const formats::LightMapStrip& band, const Source& source,
                                 const EncodeOptions& options) {
     return BasisRows(plan, band, source, options).run();
 }

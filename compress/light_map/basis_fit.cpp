@@ -106,8 +106,8 @@ private:
             for (int x = 0; x < count; ++x) out.at(x, y) = image.at(first + x, y);
         return out;
     }
-    static formats::LightMapBand columnsOf(const formats::LightMapBand& band, int first, int count) {
-        formats::LightMapBand out;
+    static formats::LightMapStrip columnsOf(const formats::LightMapStrip& band, int first, int count) {
+        formats::LightMapStrip out;
         out.sh = columnsOf(band.sh, first, count);
         out.covered = columnsOf(band.covered, first, count);
         out.normal = columnsOf(band.normal, first, count);

@@ -10,7 +10,7 @@ namespace lightcook::compress {
 
 namespace {
 
-using formats::LightMapBand;
+using formats::LightMapStrip;
 
 bool holds(std::uint16_t mask, int x, int y) {
     return 0 <= y && y < kChartBlock && ((mask >> (kChartBlock * y + x)) & 1) != 0;
@@ -81,7 +81,7 @@ LightMapBlocks::LightMapBlocks(int width, int height)
       covered_(static_cast<std::size_t>(across_) * static_cast<std::size_t>((height + kChartBlock - 1) / kChartBlock)),
       light_(covered_.size()) {}
 
-void LightMapBlocks::add(const LightMapBand& band, int firstRow, int rowCount) {
+void LightMapBlocks::add(const LightMapStrip& band, int firstRow, int rowCount) {
     assert(firstRow % kChartBlock == 0 && (rowCount % kChartBlock == 0 || firstRow + rowCount == height_));
     for (int y = firstRow; y < firstRow + rowCount; ++y) {
         const std::size_t row = static_cast<std::size_t>(y / kChartBlock) * static_cast<std::size_t>(across_);
@@ -185,7 +185,7 @@ LightMapSamples::LightMapSamples(std::vector<LightMapBlocks::Choice> choices, in
     texels_.normal = formats::Image<glm::vec3>(width, kSide, glm::vec3(0, 0, 1));
 }
 
-void LightMapSamples::add(const LightMapBand& band, int firstRow, int rowCount) {
+void LightMapSamples::add(const LightMapStrip& band, int firstRow, int rowCount) {
     const int firstBlock = firstRow / kChartBlock * across_;
     auto chosen = std::ranges::lower_bound(choices_, firstBlock, {}, &LightMapBlocks::Choice::block);
     for (; chosen != choices_.end(); ++chosen) {

@@ -289,7 +289,7 @@ EncodedLightMapRows encodeLuvwLinear(const LightMapPlan& plan, const Source& sou
 
 }  // namespace
 
-EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::LightMapBand& band, int firstRow, int rowCount,
+EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::LightMapStrip& band, int firstRow, int rowCount,
                                        const EncodeOptions& options) {
     assert(band.sh.width() == plan.width);
     assert(firstRow % plan.blockHeight() == 0 && (rowCount % plan.blockHeight() == 0 || firstRow + rowCount == plan.height));

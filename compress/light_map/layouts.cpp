@@ -144,7 +144,7 @@ bool isLearned(LightMapLayout layout) {
 
 LightMapMeasure::LightMapMeasure(const glm::vec3& luminanceWeights) : luminanceWeights_(luminanceWeights) {}
 
-void LightMapMeasure::add(const formats::LightMapBand& band, int firstRow, int rowCount) {
+void LightMapMeasure::add(const formats::LightMapStrip& band, int firstRow, int rowCount) {
     assert(firstRow >= band.firstRow && firstRow + rowCount <= band.firstRow + band.sh.height());
     for (int y = firstRow - band.firstRow; y < firstRow - band.firstRow + rowCount; ++y)
         for (int x = 0; x < band.sh.width(); ++x)

@@ -21,7 +21,7 @@ constexpr float kPaddingSignificance = 1.0f / 256;
 constexpr float kLearnedKnee = 0.1f;
 
 /// Values of one texel of the band: what the layout stores.
-void texelValues(const formats::LightMapBand& band, bool isFlat, int x, int y, std::span<glm::vec3> out) {
+void texelValues(const formats::LightMapStrip& band, bool isFlat, int x, int y, std::span<glm::vec3> out) {
     const lighting::ShRgb& sh = band.sh.at(x, y);
     if (isFlat)
         out[0] = lighting::evaluate(lighting::convolve(sh, lighting::kExitRadianceBands), band.normal.at(x, y));
@@ -30,7 +30,7 @@ void texelValues(const formats::LightMapBand& band, bool isFlat, int x, int y, s
 }
 
 /// Mean of the covered texels on the smallest ring (1, then 2 texels away) that has any, and the first of them; false where there is none.
-bool padTexel(const formats::LightMapBand& band, bool isFlat, int x, int y, std::span<glm::vec3> out, glm::ivec2& owner) {
+bool padTexel(const formats::LightMapStrip& band, bool isFlat, int x, int y, std::span<glm::vec3> out, glm::ivec2& owner) {
     std::array<glm::vec3, lighting::kShCount> neighbour;
     const auto values = std::span(neighbour).first(out.size());
     std::ranges::fill(out, glm::vec3(0));
@@ -67,7 +67,7 @@ void fillBlocks(Image<glm::vec4>& texels, const Image<float>& significance) {
 
 }  // namespace
 
-Source makeSource(const LightMapPlan& plan, const formats::LightMapBand& band, int firstRow, int rowCount) {
+Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& band, int firstRow, int rowCount) {
     const bool isFlat = plan.layout == LightMapLayout::Flat;
     const std::size_t valueCount = isFlat ? 1 : lighting::kShCount;
     Source source;

@@ -17,7 +17,7 @@ struct Source {
     formats::Image<float> importance;               ///< what a squared absolute error weighs: coverage over (exit radiance + knee) squared
     formats::Image<glm::ivec2> owner;               ///< texel of the map that this one takes after: itself, or the nearest
 };
-Source makeSource(const LightMapPlan& plan, const formats::LightMapBand& band, int firstRow, int rowCount);
+Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& band, int firstRow, int rowCount);
 
 /// One layer: encoded bytes, and the decoded texels if anyone will need them.
 struct Layer {
@@ -40,7 +40,7 @@ float halfRange(float largest);
 float constant(const LightMapPlan& plan, const char* name, std::size_t index);
 
 /// The rows under a learned layout.
-EncodedLightMapRows encodeBasis(const LightMapPlan& plan, const formats::LightMapBand& band, const Source& source,
+EncodedLightMapRows encodeBasis(const LightMapPlan& plan, const formats::LightMapStrip& band, const Source& source,
                                 const EncodeOptions& options);
 
 }  // namespace lightcook::compress::rows

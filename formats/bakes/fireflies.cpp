@@ -13,7 +13,7 @@ float lightOf(const lighting::ShRgb& sh) {
 }
 
 /// What nine in ten covered texels do not pass: one stray sample, however bright, says nothing of its rows.
-float brightLight(const LightMapBand& band) {
+float brightLight(const LightMapStrip& band) {
     std::vector<float> light;
     for (int y = 0; y < band.sh.height(); ++y)
         for (int x = 0; x < band.sh.width(); ++x)
@@ -26,14 +26,14 @@ float brightLight(const LightMapBand& band) {
 
 /// Calls visit with each neighbour of (x, y) in the band.
 template <class Visit>
-void forEachNeighbour(const LightMapBand& band, int x, int y, Visit&& visit) {
+void forEachNeighbour(const LightMapStrip& band, int x, int y, Visit&& visit) {
     for (int v = std::max(0, y - 1); v <= std::min(y + 1, band.sh.height() - 1); ++v)
         for (int u = x - 1; u <= x + 1; ++u)
             if (u != x || v != y) visit(u, v);
 }
 
 /// The brightest neighbour's light, if all are covered and there are enough to judge by.
-std::optional<float> brightestAround(const LightMapBand& band, int x, int y) {
+std::optional<float> brightestAround(const LightMapStrip& band, int x, int y) {
     if (x == 0 || x == band.sh.width() - 1 || band.sh.height() < 2) return std::nullopt;
     bool isInside = true;
     float brightest = 0;
@@ -44,7 +44,7 @@ std::optional<float> brightestAround(const LightMapBand& band, int x, int y) {
     return isInside ? std::optional(brightest) : std::nullopt;
 }
 
-lighting::ShRgb meanAround(const LightMapBand& band, int x, int y) {
+lighting::ShRgb meanAround(const LightMapStrip& band, int x, int y) {
     lighting::ShRgb sum{};
     float count = 0;
     forEachNeighbour(band, x, y, [&](int u, int v) {
@@ -57,7 +57,7 @@ lighting::ShRgb meanAround(const LightMapBand& band, int x, int y) {
 
 }  // namespace
 
-std::vector<Firefly> findFireflies(const LightMapBand& band, double limit) {
+std::vector<Firefly> findFireflies(const LightMapStrip& band, double limit) {
     std::vector<Firefly> found;
     const float bright = brightLight(band);
     for (int y = 0; y < band.sh.height(); ++y)
@@ -70,7 +70,7 @@ std::vector<Firefly> findFireflies(const LightMapBand& band, double limit) {
     return found;
 }
 
-Result<void> settleFireflies(LightMapBand& band, double limit, bool repair, const std::string& file) {
+Result<void> checkFireflies(LightMapStrip& band, double limit, bool repair, const std::string& file) {
     for (const Firefly& each : findFireflies(band, limit)) {
         if (!repair)
             return failure(ErrorCode::ValueOutOfRange, fmt::format("{}, channel sh00, texel ({}, {})", file, each.x, each.y),

@@ -125,10 +125,10 @@ struct LightMapReader::State {
     Canonicalizer canonical;
 
     Result<RawBand> readRaw(int firstRow, int rowCount) const;
-    Result<bool> isCovered(const RawBand& raw, int x, int y, LightMapBand& band) const;
-    Result<void> repairOrRefuse(ShRgb& sh, int x, int y, LightMapBand& band) const;
-    Result<void> boundBands(ShRgb& sh, int x, int y, LightMapBand& band) const;
-    Result<void> convert(ShRgb& sh, int x, int y, LightMapBand& band) const;
+    Result<bool> isCovered(const RawBand& raw, int x, int y, LightMapStrip& band) const;
+    Result<void> repairOrRefuse(ShRgb& sh, int x, int y, LightMapStrip& band) const;
+    Result<void> boundBands(ShRgb& sh, int x, int y, LightMapStrip& band) const;
+    Result<void> convert(ShRgb& sh, int x, int y, LightMapStrip& band) const;
     Error at(ErrorCode code, const std::string& channel, int x, int y, std::string detail) const {
         return {code, fmt::format("{}, channel {}, texel ({}, {})", file, channel, x, y), std::move(detail)};
     }
@@ -203,7 +203,7 @@ Result<RawBand> LightMapReader::State::readRaw(int firstRow, int rowCount) const
 }
 
 /// Decides what lies inside a chart, and stores the normal there. (x, y) is within the band.
-Result<bool> LightMapReader::State::isCovered(const RawBand& raw, int x, int y, LightMapBand& band) const {
+Result<bool> LightMapReader::State::isCovered(const RawBand& raw, int x, int y, LightMapStrip& band) const {
     if (hasCoverage && !(raw.coverage.at(x, y) > 0.5f)) return false;
     if (!hasNormals) return true;
     const glm::vec3 normal = raw.normal.at(x, y);
@@ -222,7 +222,7 @@ Result<bool> LightMapReader::State::isCovered(const RawBand& raw, int x, int y, 
     return true;
 }
 
-Result<void> LightMapReader::State::repairOrRefuse(ShRgb& sh, int x, int y, LightMapBand& band) const {
+Result<void> LightMapReader::State::repairOrRefuse(ShRgb& sh, int x, int y, LightMapStrip& band) const {
     if (!isFinite(sh)) {
         if (repairs) {
             ++band.repairs.notFinite;
@@ -250,7 +250,7 @@ Result<void> LightMapReader::State::repairOrRefuse(ShRgb& sh, int x, int y, Ligh
 
 /// Rings of a window or of a lobe's end go a little beyond what light can be, rounding to halves too (their smallest steps are 6e-8 each);
 /// four times as far is another layout, another phase or another unit.
-Result<void> LightMapReader::State::boundBands(ShRgb& sh, int x, int y, LightMapBand& band) const {
+Result<void> LightMapReader::State::boundBands(ShRgb& sh, int x, int y, LightMapStrip& band) const {
     constexpr float kAllowance = 4, kRounding = 1e-6f;
     for (int channel = 0; channel < 3; ++channel)
         for (const std::size_t degree : {1u, 2u}) {
@@ -272,7 +272,7 @@ Result<void> LightMapReader::State::boundBands(ShRgb& sh, int x, int y, LightMap
     return {};
 }
 
-Result<void> LightMapReader::State::convert(ShRgb& sh, int x, int y, LightMapBand& band) const {
+Result<void> LightMapReader::State::convert(ShRgb& sh, int x, int y, LightMapStrip& band) const {
     const ShRgb converted = canonical(sh, band.normal.at(x, y));
     if (!isFinite(converted)) {
         return tl::make_unexpected(
@@ -286,9 +286,9 @@ Result<void> LightMapReader::State::convert(ShRgb& sh, int x, int y, LightMapBan
     return {};
 }
 
-Result<LightMapBand> LightMapReader::read(int firstRow, int rowCount) const {
+Result<LightMapStrip> LightMapReader::read(int firstRow, int rowCount) const {
     assert(0 <= firstRow && 0 <= rowCount && firstRow + rowCount <= height());
-    LightMapBand band;
+    LightMapStrip band;
     band.firstRow = firstRow;
     if (rowCount == 0) return band;
     Result<RawBand> raw = state_->readRaw(firstRow, rowCount);

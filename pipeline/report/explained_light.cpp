@@ -104,7 +104,7 @@ glm::dvec3 closedDirection(const lighting::ShRgb& sh, const glm::vec3& normal, c
     return glm::normalize(glm::dvec3(fit::dominantLight(sh, normal, options).direction));
 }
 
-BandFindings examine(const formats::LightMapBand& band, const glm::vec3& weights, int secondLightEvery, bool hasAmbient) {
+BandFindings examine(const formats::LightMapStrip& band, const glm::vec3& weights, int secondLightEvery, bool hasAmbient) {
     BandFindings findings;
     for (int row = 0; row < band.sh.height(); ++row)
         for (int x = 0; x < band.sh.width(); ++x) {

@@ -6,7 +6,7 @@
 
 namespace lightcook::synthetic {
 
-inline compress::LightMapPlan planOf(compress::LightMapLayout layout, compress::LightMapTarget target, const formats::LightMapBand& map,
+inline compress::LightMapPlan planOf(compress::LightMapLayout layout, compress::LightMapTarget target, const formats::LightMapStrip& map,
                                      const compress::EncodeOptions& options, int clusters = 0) {
     const int width = map.sh.width(), height = map.sh.height();
     compress::LightMapMeasure measure;

@@ -73,8 +73,8 @@ inline bool isCovered(Kind kind, int x, int y) {
 }
 
 /// Rows [firstRow, firstRow + rowCount) of the map. outside: what texels between charts hold.
-inline formats::LightMapBand makeBand(Kind kind, int width, int firstRow, int rowCount, float outside = 0) {
-    formats::LightMapBand band;
+inline formats::LightMapStrip makeBand(Kind kind, int width, int firstRow, int rowCount, float outside = 0) {
+    formats::LightMapStrip band;
     band.firstRow = firstRow;
     band.sh = formats::Image<lighting::ShRgb>(width, rowCount);
     band.covered = formats::Image<std::uint8_t>(width, rowCount, 0);
@@ -93,8 +93,8 @@ inline formats::LightMapBand makeBand(Kind kind, int width, int firstRow, int ro
 }
 
 /// The rows and `context` more on either side, where a map of `height` rows has them.
-inline formats::LightMapBand makeBandWithContext(Kind kind, int width, int height, int firstRow, int rowCount, int context,
-                                                 float outside = 0) {
+inline formats::LightMapStrip makeBandWithContext(Kind kind, int width, int height, int firstRow, int rowCount, int context,
+                                                  float outside = 0) {
     const int first = std::max(0, firstRow - context), end = std::min(height, firstRow + rowCount + context);
     return makeBand(kind, width, first, end - first, outside);
 }

@@ -19,8 +19,8 @@ using lighting::ShRgb;
 constexpr int kSize = 32;
 
 /// One white light a texel, its direction and intensity running over the map, on normals that face it.
-formats::LightMapBand oneLight() {
-    formats::LightMapBand band;
+formats::LightMapStrip oneLight() {
+    formats::LightMapStrip band;
     band.sh = formats::Image<ShRgb>(kSize, kSize);
     band.covered = formats::Image<std::uint8_t>(kSize, kSize, 1);
     band.normal = formats::Image<glm::vec3>(kSize, kSize);

@@ -83,7 +83,7 @@ std::string surfaceGlsl(std::size_t first, bool isSpecular) {
 struct Verified {
     verify::CookedLightMap map;
     verify::DecodedLightMapRows texels;
-    formats::LightMapBand reference;
+    formats::LightMapStrip reference;
     double key = 0;
     std::vector<glm::ivec2> quads;  ///< top left texels of four that are covered
 

@@ -17,7 +17,7 @@ namespace lightcook::test {
 
 /// A map, cooked, and opened again from its bytes.
 struct Cooked {
-    formats::LightMapBand reference;
+    formats::LightMapStrip reference;
     verify::CookedLightMap map;
     verify::DecodedLightMapRows texels;
     double key = 0;
@@ -41,7 +41,7 @@ struct Cooked {
     }
 };
 
-inline Cooked cook(formats::LightMapBand reference, compress::LightMapLayout layout, compress::LightMapTarget target, int effort,
+inline Cooked cook(formats::LightMapStrip reference, compress::LightMapLayout layout, compress::LightMapTarget target, int effort,
                    bool halo3 = false) {
     Cooked cooked;
     const int width = reference.sh.width(), height = reference.sh.height();

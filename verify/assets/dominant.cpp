@@ -148,7 +148,7 @@ void DominantVerifier::addTexel(const Place& place, const lighting::ShRgb& incid
     errors.largestAngle_ = std::max(errors.largestAngle_, angle);
 }
 
-DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, const formats::LightMapBand& band, int firstRow,
+DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, const formats::LightMapStrip& band, int firstRow,
                                             int rowCount) const {
     DominantErrors errors(key_);
     const auto covered = [&](int x, int y) { return band.covered.at(x, y - band.firstRow) != 0; };

@@ -77,7 +77,7 @@ double boundOf(const Quad& quad, int channel, const MeshShift& shift, double key
 
 /// visit(x, y, quad, the normal of its first texel) where all four texels are covered.
 template <class Visit>
-void forEachQuad(const formats::LightMapBand& band, int firstRow, int rowCount, Visit visit) {
+void forEachQuad(const formats::LightMapStrip& band, int firstRow, int rowCount, Visit visit) {
     const int lastRow = std::min(firstRow + rowCount, band.firstRow + band.sh.height() - 1);
     for (int row = firstRow; row < lastRow; ++row) {
         const int y = row - band.firstRow;
@@ -92,7 +92,7 @@ void forEachQuad(const formats::LightMapBand& band, int firstRow, int rowCount, 
 
 }  // namespace
 
-void addMeshShiftErrors(const formats::LightMapBand& band, int firstRow, int rowCount, const MeshShift& shift, double key,
+void addMeshShiftErrors(const formats::LightMapStrip& band, int firstRow, int rowCount, const MeshShift& shift, double key,
                         ErrorAccumulator& errors, const MeshShiftSeen& seen) {
     const double s = std::min(shift.uTexels, 0.5), t = std::min(shift.vTexels, 0.5);
     forEachQuad(band, firstRow, rowCount, [&](int x, int y, const Quad& quad, const glm::dvec3& normal) {
@@ -124,7 +124,7 @@ void addMeshShiftErrors(const formats::LightMapBand& band, int firstRow, int row
     });
 }
 
-void MeshShiftBound::add(const formats::LightMapBand& band, int firstRow, int rowCount) {
+void MeshShiftBound::add(const formats::LightMapStrip& band, int firstRow, int rowCount) {
     forEachQuad(band, firstRow, rowCount, [&](int, int, const Quad& quad, const glm::dvec3& normal) {
         const glm::dvec3 reference(exitRadiance(quad.at(0.5, 0.5), glm::vec3(normal)));
         reference_ += glm::dot(reference, reference);

@@ -20,7 +20,7 @@ constexpr double kLogUnits = 1 << 24;
 
 }  // namespace
 
-void LightMapKey::add(const formats::LightMapBand& band, int firstRow, int rowCount) {
+void LightMapKey::add(const formats::LightMapStrip& band, int firstRow, int rowCount) {
     assert(firstRow >= band.firstRow && firstRow + rowCount <= band.firstRow + band.sh.height());
     for (int y = firstRow - band.firstRow; y < firstRow - band.firstRow + rowCount; ++y)
         for (int x = 0; x < band.sh.width(); ++x) {
@@ -145,7 +145,7 @@ LightMapErrors LightMapVerifier::noErrors() const {
         state_->layout);
 }
 
-LightMapErrors LightMapVerifier::verifyRows(const DecodedLightMapRows& texels, const formats::LightMapBand& reference, int firstRow,
+LightMapErrors LightMapVerifier::verifyRows(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference, int firstRow,
                                             int rowCount) const {
     assert(texels.textures.size() == state_->textures.size());
     assert(reference.sh.width() == state_->map.width && firstRow >= reference.firstRow && firstRow >= texels.firstRow);
@@ -159,7 +159,7 @@ LightMapErrors LightMapVerifier::verifyRows(const DecodedLightMapRows& texels, c
         state_->layout);
 }
 
-LightMapVerifier::QuadBound LightMapVerifier::boundQuad(const DecodedLightMapRows& texels, const formats::LightMapBand& reference, int x,
+LightMapVerifier::QuadBound LightMapVerifier::boundQuad(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference, int x,
                                                         int y) const {
     return std::visit(
         [&](const auto& layout) {

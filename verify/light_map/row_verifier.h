@@ -21,7 +21,7 @@ class RowVerifier {
 public:
     /// errors  none yet, one stage for each of the layout's, and "magnified"
     RowVerifier(const Layout& layout, LightMapErrors errors, const CookedLightMap& map, const LightMapSampling& sampling,
-                const ShadingSetup& setup, float perKey, const DecodedLightMapRows& texels, const formats::LightMapBand& reference)
+                const ShadingSetup& setup, float perKey, const DecodedLightMapRows& texels, const formats::LightMapStrip& reference)
         : rows_(layout, map, perKey, texels, reference),
           sampling_(sampling),
           liberties_(rows_, setup.freedom),

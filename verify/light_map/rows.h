@@ -27,7 +27,7 @@ public:
 
     /// perKey  light in units of the key
     MapRows(const Layout& layout, const CookedLightMap& map, float perKey, const DecodedLightMapRows& texels,
-            const formats::LightMapBand& reference)
+            const formats::LightMapStrip& reference)
         : layout_(layout), map_(map), perKey_(perKey), texels_(texels), reference_(reference) {}
 
     const Layout& layout() const { return layout_; }
@@ -142,7 +142,7 @@ private:
     const CookedLightMap& map_;
     float perKey_;
     const DecodedLightMapRows& texels_;
-    const formats::LightMapBand& reference_;
+    const formats::LightMapStrip& reference_;
 };
 
 }  // namespace lightcook::verify::lightmap

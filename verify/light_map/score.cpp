@@ -30,7 +30,7 @@ LightMapScore::LightMapScore(LightMapScore&&) noexcept = default;
 LightMapScore& LightMapScore::operator=(LightMapScore&&) noexcept = default;
 LightMapScore::~LightMapScore() = default;
 
-LightMapScore::Errors LightMapScore::score(const formats::LightMapBand& reference, formats::ImageView<const lighting::ShRgb> result,
+LightMapScore::Errors LightMapScore::score(const formats::LightMapStrip& reference, formats::ImageView<const lighting::ShRgb> result,
                                            int firstRow) const {
     assert(reference.sh.width() == result.width && reference.firstRow <= firstRow &&
            firstRow + result.height <= reference.firstRow + reference.sh.height());

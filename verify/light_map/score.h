@@ -29,7 +29,7 @@ public:
     /// Errors of rows [firstRow, firstRow + result.height) of the map, which the reference must hold; merged in the order of rows they are
     /// the map's. Pure; safe to call from several threads.
     /// result  as wide as the reference: incident radiance, world frame, canonical phase
-    Errors score(const formats::LightMapBand& reference, formats::ImageView<const lighting::ShRgb> result, int firstRow) const;
+    Errors score(const formats::LightMapStrip& reference, formats::ImageView<const lighting::ShRgb> result, int firstRow) const;
 
 private:
     struct State;

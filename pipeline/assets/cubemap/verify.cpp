@@ -37,7 +37,7 @@ namespace {
 using formats::ErrorCode;
 using formats::failure;
 using formats::Image;
-using formats::LightMapBand;
+using formats::LightMapStrip;
 using formats::Result;
 
 /// What the tables are shaded with: both ends of Fresnel's range, a dielectric and a metal.

@@ -16,7 +16,7 @@
 namespace lightcook::pipeline {
 namespace {
 
-using formats::LightMapBand;
+using formats::LightMapStrip;
 using formats::PixelFormat;
 using formats::Result;
 
@@ -30,7 +30,7 @@ struct DominantRows {
 };
 
 /// counts: of the rows themselves, not of those around them that only pad.
-DominantRows fitRows(const LightMapBand& band, int firstRow, int rowCount, const fit::DominantLightOptions& options,
+DominantRows fitRows(const LightMapStrip& band, int firstRow, int rowCount, const fit::DominantLightOptions& options,
                      fit::DominantCounts& counts) {
     const int width = band.sh.width(), above = firstRow - band.firstRow;
     formats::Image<glm::vec3> direction(width, band.sh.height()), intensity(width, band.sh.height());

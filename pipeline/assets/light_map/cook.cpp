@@ -25,7 +25,7 @@ namespace {
 
 using formats::ErrorCode;
 using formats::failure;
-using formats::LightMapBand;
+using formats::LightMapStrip;
 using formats::Result;
 
 formats::TextureShape shapeOf(const compress::LightMapPlan& plan, const compress::LightMapTexture& texture) {

@@ -47,7 +47,7 @@ Result<GroundTruth> GroundTruth::open(const ActionContext& context, const LightM
     return truth;
 }
 
-Result<std::span<const ShadingValue>> GroundTruth::within(const formats::LightMapBand& band, int firstRow, int rowCount) const {
+Result<std::span<const ShadingValue>> GroundTruth::within(const formats::LightMapStrip& band, int firstRow, int rowCount) const {
     const auto first = std::ranges::lower_bound(values_, firstRow, {}, &ShadingValue::y);
     const auto last = std::ranges::lower_bound(values_, firstRow + rowCount, {}, &ShadingValue::y);
     for (auto value = first; value != last; ++value)
@@ -57,7 +57,7 @@ Result<std::span<const ShadingValue>> GroundTruth::within(const formats::LightMa
     return std::span(first, last);
 }
 
-std::vector<verify::LightMapTruthPlace> lightMapPlaces(std::span<const ShadingValue> values, const formats::LightMapBand& band,
+std::vector<verify::LightMapTruthPlace> lightMapPlaces(std::span<const ShadingValue> values, const formats::LightMapStrip& band,
                                                        const formats::Image<lighting::ShRgb>& cooked, int firstRow) {
     std::vector<verify::LightMapTruthPlace> places;
     for (const ShadingValue& value : values) {
@@ -68,7 +68,7 @@ std::vector<verify::LightMapTruthPlace> lightMapPlaces(std::span<const ShadingVa
     return places;
 }
 
-std::vector<verify::DominantTruthPlace> dominantPlaces(std::span<const ShadingValue> values, const formats::LightMapBand& band,
+std::vector<verify::DominantTruthPlace> dominantPlaces(std::span<const ShadingValue> values, const formats::LightMapStrip& band,
                                                        const verify::DominantVerifier& verifier, const verify::DecodedDominantRows& texels,
                                                        bool hasAmbient) {
     std::vector<verify::DominantTruthPlace> places;

@@ -24,7 +24,7 @@ public:
     bool isEmpty() const { return values_.empty(); }
 
     /// Values in rows [firstRow, firstRow + rowCount), which the band must hold; refuses one outside every chart.
-    formats::Result<std::span<const formats::ShadingValue>> within(const formats::LightMapBand& band, int firstRow, int rowCount) const;
+    formats::Result<std::span<const formats::ShadingValue>> within(const formats::LightMapStrip& band, int firstRow, int rowCount) const;
 
 private:
     std::string file_;
@@ -32,11 +32,11 @@ private:
 };
 
 /// cooked: as the shader reads it, rows from firstRow on.
-std::vector<verify::LightMapTruthPlace> lightMapPlaces(std::span<const formats::ShadingValue> values, const formats::LightMapBand& band,
+std::vector<verify::LightMapTruthPlace> lightMapPlaces(std::span<const formats::ShadingValue> values, const formats::LightMapStrip& band,
                                                        const formats::Image<lighting::ShRgb>& cooked, int firstRow);
 
 /// Of the specular ones, with the lights that the texels hold and should hold; texels: rows that hold those of the values.
-std::vector<verify::DominantTruthPlace> dominantPlaces(std::span<const formats::ShadingValue> values, const formats::LightMapBand& band,
+std::vector<verify::DominantTruthPlace> dominantPlaces(std::span<const formats::ShadingValue> values, const formats::LightMapStrip& band,
                                                        const verify::DominantVerifier& verifier, const verify::DecodedDominantRows& texels,
                                                        bool hasAmbient);
 

@@ -11,7 +11,7 @@ namespace {
 
 using formats::ErrorCode;
 using formats::failure;
-using formats::LightMapBand;
+using formats::LightMapStrip;
 using formats::Result;
 
 constexpr std::size_t kBytesPerTexel = sizeof(lighting::ShRgb) + sizeof(std::uint8_t) + sizeof(glm::vec3);
@@ -72,7 +72,7 @@ void LightMapSources::keep(LightMapSource& source, int index, std::size_t bytes)
     }
 }
 
-Result<std::shared_ptr<const LightMapBand>> LightMapSource::band(int index) {
+Result<std::shared_ptr<const LightMapStrip>> LightMapSource::band(int index) {
     std::shared_ptr<Slot> slot;
     {
         const std::lock_guard lock(mutex_);
@@ -85,18 +85,18 @@ Result<std::shared_ptr<const LightMapBand>> LightMapSource::band(int index) {
         auto band = reader_.read(index * kBandRows, bandRows(index));
         if (!band) return tl::make_unexpected(band.error());
         if (fireflies_.limit > 0)
-            if (auto settled = formats::settleFireflies(*band, fireflies_.limit, fireflies_.repair, fireflies_.file); !settled)
+            if (auto settled = formats::checkFireflies(*band, fireflies_.limit, fireflies_.repair, fireflies_.file); !settled)
                 return tl::make_unexpected(settled.error());
-        slot->band = std::make_shared<const LightMapBand>(std::move(*band));
+        slot->band = std::make_shared<const LightMapStrip>(std::move(*band));
     }
     owner_.keep(*this, index, kBytesPerTexel * static_cast<std::size_t>(width()) * static_cast<std::size_t>(bandRows(index)));
     return slot->band;
 }
 
-Result<LightMapBand> LightMapSource::stripWithMargin(int index, int above, int below) {
+Result<LightMapStrip> LightMapSource::stripWithMargin(int index, int above, int below) {
     const int first = std::max(0, stripFirstRow(index) - above);
     const int end = std::min(height(), stripFirstRow(index) + stripRows(index) + below);
-    LightMapBand result;
+    LightMapStrip result;
     result.firstRow = first;
     result.sh = formats::Image<lighting::ShRgb>(width(), end - first);
     result.covered = formats::Image<std::uint8_t>(width(), end - first);
@@ -119,7 +119,7 @@ Result<std::vector<BakedTexel>> coveredOfBlock(LightMapSource& bake, int x, int 
     std::vector<BakedTexel> texels;
     const auto band = bake.band(y / kBandRows);
     if (!band) return tl::make_unexpected(band.error());
-    const formats::LightMapBand& rows = **band;
+    const formats::LightMapStrip& rows = **band;
     for (int at = y; at < std::min(y + kSize, rows.firstRow + rows.sh.height()); ++at)
         for (int column = x; column < std::min(x + kSize, bake.width()); ++column) {
             const int row = at - rows.firstRow;

@@ -29,7 +29,7 @@ public:
     glm::vec3 luminanceWeights() const { return reader_.luminanceWeights(); }
 
     /// Band `index`, rows [index * kBandRows, ...).
-    formats::Result<std::shared_ptr<const formats::LightMapBand>> band(int index);
+    formats::Result<std::shared_ptr<const formats::LightMapStrip>> band(int index);
     int bandRows(int index) const { return std::min(kBandRows, height() - index * kBandRows); }
 
     /// Strips have 64, 32 or 16 rows, by the map's width: encoding and verifying take several times what a texel takes as it was read.
@@ -37,7 +37,7 @@ public:
     int stripFirstRow(int index) const { return index * stripHeight(); }
     int stripRows(int index) const { return std::min(stripHeight(), height() - stripFirstRow(index)); }
     /// The rows of strip `index` and up to `above` and `below` more, as far as the map has them.
-    formats::Result<formats::LightMapBand> stripWithMargin(int index, int above, int below);
+    formats::Result<formats::LightMapStrip> stripWithMargin(int index, int above, int below);
 
 private:
     friend class LightMapSources;
@@ -56,7 +56,7 @@ private:
     }
     struct Slot {
         std::mutex mutex;
-        std::shared_ptr<const formats::LightMapBand> band;
+        std::shared_ptr<const formats::LightMapStrip> band;
     };
 
     LightMapSources& owner_;

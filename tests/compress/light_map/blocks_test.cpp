@@ -16,8 +16,8 @@ namespace {
 
 using compress::kChartBlock;
 
-formats::LightMapBand emptyBand(int width, int height) {
-    formats::LightMapBand band;
+formats::LightMapStrip emptyBand(int width, int height) {
+    formats::LightMapStrip band;
     band.sh = formats::Image<lighting::ShRgb>(width, height, lighting::ShRgb{});
     band.covered = formats::Image<std::uint8_t>(width, height, 0);
     band.normal = formats::Image<glm::vec3>(width, height, glm::vec3(0, 0, 1));
@@ -25,7 +25,7 @@ formats::LightMapBand emptyBand(int width, int height) {
 }
 
 /// Charts texel by texel: a flood that steps to the eight neighbours and to every covered texel of the same block.
-std::vector<int> floodedCharts(const formats::LightMapBand& band) {
+std::vector<int> floodedCharts(const formats::LightMapStrip& band) {
     const int width = band.sh.width(), height = band.sh.height(), across = (width + kChartBlock - 1) / kChartBlock;
     const int blocks = across * ((height + kChartBlock - 1) / kChartBlock);
     std::vector<int> charts(static_cast<std::size_t>(blocks), -1);
@@ -62,7 +62,7 @@ TEST(LightMapBlocks, ChartsAreThoseOfAFloodTexelByTexel) {
     for (int round = 0; round < 60; ++round) {
         const int width = 5 + static_cast<int>(random() % 60), height = 5 + static_cast<int>(random() % 60);
         const unsigned share = 3 + random() % 40;  // of a hundred texels
-        formats::LightMapBand band = emptyBand(width, height);
+        formats::LightMapStrip band = emptyBand(width, height);
         for (std::uint8_t& covered : band.covered.texels()) covered = random() % 100 < share;
         compress::LightMapBlocks blocks(width, height);
         blocks.add(band, 0, height);
@@ -71,7 +71,7 @@ TEST(LightMapBlocks, ChartsAreThoseOfAFloodTexelByTexel) {
 }
 
 /// Labels of blocks that go from neighbour to neighbour and along islands until nothing changes; -1 where nothing holds a block.
-std::vector<int> spreadLabels(const formats::LightMapBand& band, const std::vector<formats::IslandRun>& islands) {
+std::vector<int> spreadLabels(const formats::LightMapStrip& band, const std::vector<formats::IslandRun>& islands) {
     const int width = band.sh.width(), height = band.sh.height(), across = (width + kChartBlock - 1) / kChartBlock;
     std::vector<int> labels(static_cast<std::size_t>(across) * static_cast<std::size_t>((height + kChartBlock - 1) / kChartBlock), -1);
     const auto at = [&](int x, int y) -> int& { return labels[static_cast<std::size_t>(y / kChartBlock * across + x / kChartBlock)]; };
@@ -113,7 +113,7 @@ TEST(LightMapBlocks, AnIslandOfAMeshIsOneChartHoweverItsTexelsLie) {
     for (int round = 0; round < 200; ++round) {
         const int width = 5 + static_cast<int>(random() % 50), height = 5 + static_cast<int>(random() % 50);
         const unsigned share = random() % 12;  // of a hundred texels; none in some maps
-        formats::LightMapBand band = emptyBand(width, height);
+        formats::LightMapStrip band = emptyBand(width, height);
         for (std::uint8_t& covered : band.covered.texels()) covered = random() % 100 < share;
         std::vector<formats::IslandRun> islands;
         for (unsigned i = 0; i < random() % 20; ++i) {
@@ -142,7 +142,7 @@ TEST(LightMapBlocks, AnIslandOfAMeshIsOneChartHoweverItsTexelsLie) {
 
 TEST(LightMapBlocks, ChosenBlocksStandForTheWholeMap) {
     constexpr int kSize = 512;
-    const formats::LightMapBand band = synthetic::makeBand(synthetic::Kind::Gradient, kSize, 0, kSize);
+    const formats::LightMapStrip band = synthetic::makeBand(synthetic::Kind::Gradient, kSize, 0, kSize);
     compress::LightMapBlocks blocks(kSize, kSize);
     for (int row = 0; row < kSize; row += 64) blocks.add(band, row, 64);
     const std::vector<int> charts = blocks.charts();
@@ -167,7 +167,7 @@ TEST(LightMapBlocks, ChosenBlocksStandForTheWholeMap) {
 
 TEST(LightMapBlocks, TheOneBrightBlockOfADarkChartIsChosen) {
     constexpr int kSize = 256;
-    formats::LightMapBand band = emptyBand(kSize, kSize);
+    formats::LightMapStrip band = emptyBand(kSize, kSize);
     for (int y = 0; y < kSize; ++y)
         for (int x = 0; x < kSize; ++x) {
             band.covered.at(x, y) = x != 128 && x != 129;
@@ -184,7 +184,7 @@ TEST(LightMapBlocks, TheOneBrightBlockOfADarkChartIsChosen) {
 TEST(LightMapSamples, HoldTheirBlocksAndWhatLiesBesideThemHoweverTheMapIsCut) {
     using compress::LightMapSamples;
     constexpr int kWidth = 61, kHeight = 50;
-    const formats::LightMapBand band = synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight);
+    const formats::LightMapStrip band = synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight);
     compress::LightMapBlocks blocks(kWidth, kHeight);
     blocks.add(band, 0, kHeight);
     LightMapSamples samples(blocks.choose(blocks.charts(), 40), blocks.across());

@@ -45,7 +45,7 @@ std::vector<std::vector<std::byte>> encode(Kind kind, const compress::LightMapPl
     std::vector<std::vector<std::byte>> layers;
     for (int row = 0; row < kHeight; row += bandRows) {
         const int count = std::min(bandRows, kHeight - row);
-        const formats::LightMapBand band =
+        const formats::LightMapStrip band =
             synthetic::makeBandWithContext(kind, kWidth, kHeight, row, count, compress::kLightMapPaddingRows, outside);
         const compress::EncodedLightMapRows rows = compress::encodeLightMapRows(plan, band, row, count, fast());
         if (report != nullptr) report->add(rows.report);
@@ -90,7 +90,7 @@ TEST(LightMapMeasure, DoesNotDependOnTheCutNorOnTexelsOutsideCharts) {
 }
 
 TEST(LightMapMeasure, KeyIsTheLogAverageOfExitLuminance) {
-    const formats::LightMapBand band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+    const formats::LightMapStrip band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
     double sum = 0;
     int count = 0;
     for (int y = 0; y < kHeight; ++y)

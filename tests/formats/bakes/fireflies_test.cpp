@@ -8,8 +8,8 @@
 namespace lightcook::formats {
 namespace {
 
-LightMapBand darkRoom(int width, int height, float light) {
-    LightMapBand band;
+LightMapStrip darkRoom(int width, int height, float light) {
+    LightMapStrip band;
     band.firstRow = 64;
     band.sh = Image<lighting::ShRgb>(width, height, lighting::ShRgb{});
     for (lighting::ShRgb& sh : band.sh.texels()) sh[0] = glm::vec3(light);
@@ -19,7 +19,7 @@ LightMapBand darkRoom(int width, int height, float light) {
 }
 
 TEST(Fireflies, AreSingleTexelsAmongCoveredOnes) {
-    LightMapBand band = darkRoom(16, 8, 1);
+    LightMapStrip band = darkRoom(16, 8, 1);
     band.sh.at(5, 3)[0] = {1, 2000, 1};
     band.sh.at(9, 0)[0] = {1001, 0, 0};
     const std::vector<Firefly> found = findFireflies(band, 1000);
@@ -33,7 +33,7 @@ TEST(Fireflies, AreSingleTexelsAmongCoveredOnes) {
 }
 
 TEST(Fireflies, LampsOfTwoTexelsChartsOfOneAndEdgesOfTheMapAreLight) {
-    LightMapBand band = darkRoom(16, 8, 1);
+    LightMapStrip band = darkRoom(16, 8, 1);
     band.sh.at(5, 3)[0] = band.sh.at(6, 4)[0] = glm::vec3(60000);  // two that touch
     band.sh.at(0, 4)[0] = band.sh.at(15, 2)[0] = glm::vec3(60000);
     EXPECT_TRUE(findFireflies(band, 1000).empty());
@@ -44,7 +44,7 @@ TEST(Fireflies, LampsOfTwoTexelsChartsOfOneAndEdgesOfTheMapAreLight) {
 }
 
 TEST(Fireflies, FaintOnesInTheDarkAreLeft) {
-    LightMapBand band = darkRoom(16, 8, 0);
+    LightMapStrip band = darkRoom(16, 8, 0);
     band.sh.at(2, 1)[0] = glm::vec3(1e-9f);
     EXPECT_EQ(findFireflies(band, 1000).size(), 1u) << "all that shines in these rows";
     for (int x = 0; x < 16; ++x) band.sh.at(x, 6)[0] = glm::vec3(1);
@@ -55,16 +55,16 @@ TEST(Fireflies, MendedOnesHaveTheirNeighboursMeanAndAreCounted) {
     const auto lit = [] {
         std::mt19937 random(7);
         std::uniform_real_distribution<float> light(0.5f, 1.5f);
-        LightMapBand band = darkRoom(12, 12, 0);
+        LightMapStrip band = darkRoom(12, 12, 0);
         for (lighting::ShRgb& sh : band.sh.texels())
             for (glm::vec3& coefficient : sh) coefficient = {light(random), light(random), light(random)};
         return band;
     };
-    LightMapBand band = lit();
-    const LightMapBand before = lit();
+    LightMapStrip band = lit();
+    const LightMapStrip before = lit();
     band.sh.at(4, 4)[0].b = 1e30f;
     band.sh.at(8, 11)[0].r = 1e5f;
-    ASSERT_TRUE(settleFireflies(band, 1000, true, "map.exr"));
+    ASSERT_TRUE(checkFireflies(band, 1000, true, "map.exr"));
     EXPECT_EQ(band.repairs.fireflies, 2);
     for (int y = 0; y < 12; ++y)
         for (int x = 0; x < 12; ++x) {

@@ -43,7 +43,7 @@ ExrRecipe seededMap(int width, int height) {
     return recipe;
 }
 
-LightMapBand readAll(const std::filesystem::path& file, const LightMapDescription& description = {}) {
+LightMapStrip readAll(const std::filesystem::path& file, const LightMapDescription& description = {}) {
     auto reader = LightMapReader::open(file, description);
     if (!reader) {
         ADD_FAILURE() << reader.error().line();
@@ -84,7 +84,7 @@ TEST(LightMapReader, ReadsHalfAndFloatTiledAndScanLineExactly) {
                 recipe.isTiled = isTiled;
                 recipe.corner = corner;
                 const MapFile map(recipe);
-                const LightMapBand band = readAll(map.path);
+                const LightMapStrip band = readAll(map.path);
                 ASSERT_EQ(band.sh.width(), 150);
                 ASSERT_EQ(band.sh.height(), 141);
                 for (int y = 0; y < 141; ++y) {
@@ -105,7 +105,7 @@ TEST(LightMapReader, AnyBandOfRowsEqualsTheseRowsOfTheWhole) {
         recipe.isTiled = isTiled;
         recipe.tileExtent = 32;
         const MapFile map(recipe);
-        const LightMapBand whole = readAll(map.path);
+        const LightMapStrip whole = readAll(map.path);
         const auto reader = LightMapReader::open(map.path, {});
         ASSERT_TRUE(reader);
         EXPECT_EQ(reader->tileHeight(), isTiled ? 32 : 64);
@@ -162,7 +162,7 @@ TEST(LightMapReader, OutsideChartsAnythingIsAllowedAndBecomesZero) {
     poke(recipe, "sh08.B", 1, 0, kInfinity);
     poke(recipe, "sh08.B", 3, 0, -kInfinity);
     const MapFile map(recipe);
-    const LightMapBand band = readAll(map.path);
+    const LightMapStrip band = readAll(map.path);
     for (int y = 0; y < 2; ++y) {
         for (const int x : {0, 1, 3}) {
             EXPECT_EQ(band.covered.at(x, y), 0) << x;
@@ -217,7 +217,7 @@ TEST(LightMapReader, RepairCountsInsteadOfRefusing) {
     LightMapDescription description;
     description.repair = true;
     const MapFile map(recipe);
-    const LightMapBand band = readAll(map.path, description);
+    const LightMapStrip band = readAll(map.path, description);
     EXPECT_EQ(band.repairs.notFinite, 1);
     EXPECT_EQ(band.repairs.negativeDc, 2);
     EXPECT_EQ(band.sh.at(1, 1), ShRgb{});
@@ -260,7 +260,7 @@ TEST(LightMapReader, BandsFarBeyondWhatTheirMeanAllowsAreRefusedOrScaledDown) {
                 EXPECT_THAT(refused.error().line(), AllOf(HasSubstr(degree == 1 ? "sh01.G .. sh03.G" : "sh04.G .. sh08.G"),
                                                           HasSubstr("texel (5, 2)"), HasSubstr("sh00 of 0.25")));
                 description.repair = true;
-                const LightMapBand band = readAll(map.path, description);
+                const LightMapStrip band = readAll(map.path, description);
                 EXPECT_EQ(band.repairs.bandsBeyond, 1);
                 const ShRgb& sh = band.sh.at(5, 2);
                 const auto at = static_cast<std::size_t>(first);
@@ -504,7 +504,7 @@ TEST(LightMapReader, AGreyMapComesThroughExactly) {
     const float dc = static_cast<float>(0.5 * std::sqrt(4 * std::numbers::pi));
     for (auto& [name, value] : recipe.channels) value = [dc, isDc = name.starts_with("sh00")](int, int) { return isDc ? dc : 0.0f; };
     const MapFile map(recipe);
-    const LightMapBand band = readAll(map.path);
+    const LightMapStrip band = readAll(map.path);
     for (const ShRgb& texel : band.sh.texels()) {
         EXPECT_EQ(texel[0], glm::vec3(dc));
         const glm::vec3 exitRadiance = lighting::irradiance(texel, {0, 1, 0}).value / std::numbers::pi_v<float>;
@@ -539,7 +539,7 @@ TEST(LightMapWriter, WhatIsWrittenReadsBackBitForBitWhateverTheBands) {
     writeSeeded(folder / "a.exr", 75, {130}, 130);
     writeSeeded(folder / "b.exr", 75, {1, 63, 30, 36}, 130);
     EXPECT_EQ(contentOf(folder / "a.exr"), contentOf(folder / "b.exr"));
-    const LightMapBand band = readAll(folder / "a.exr");
+    const LightMapStrip band = readAll(folder / "a.exr");
     const Image<ShRgb> expected = seededRows(75, 0, 130);
     EXPECT_EQ(band.sh.texels(), expected.texels());
     EXPECT_EQ(LightMapReader::open(folder / "a.exr", {})->tileHeight(), 64);

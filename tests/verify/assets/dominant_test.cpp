@@ -17,8 +17,8 @@ constexpr int kWidth = 24, kHeight = 20;
 constexpr double kKey = 0.5;
 
 /// A lamp that moves over the map, an ambient part, and a hole in the charts.
-formats::LightMapBand bake(bool isUneven = true) {
-    formats::LightMapBand band;
+formats::LightMapStrip bake(bool isUneven = true) {
+    formats::LightMapStrip band;
     band.sh = formats::Image<lighting::ShRgb>(kWidth, kHeight);
     band.covered = formats::Image<std::uint8_t>(kWidth, kHeight, 1);
     band.normal = formats::Image<glm::vec3>(kWidth, kHeight);
@@ -38,7 +38,7 @@ CookedDominant description() {
 }
 
 /// The float closed form, stored without loss.
-DecodedDominantRows exact(const formats::LightMapBand& band, int firstRow = 0, int rowCount = kHeight) {
+DecodedDominantRows exact(const formats::LightMapStrip& band, int firstRow = 0, int rowCount = kHeight) {
     DecodedDominantRows rows{firstRow, formats::Image<glm::vec4>(kWidth, rowCount), formats::Image<glm::vec4>(kWidth, rowCount)};
     for (int y = 0; y < rowCount; ++y)
         for (int x = 0; x < kWidth; ++x) {

@@ -40,7 +40,7 @@ formats::ClusterMap halves() {
     return map;
 }
 CoveredTexels covered() {
-    formats::LightMapBand band;
+    formats::LightMapStrip band;
     band.covered = formats::Image<std::uint8_t>(kSize, kSize, 1);
     for (int y = 0; y < kSize; ++y)
         for (int x = 12; x < 20; ++x) band.covered.at(x, y) = 0;

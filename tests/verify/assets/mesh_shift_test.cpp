@@ -9,18 +9,18 @@
 namespace lightcook::verify {
 namespace {
 
-using formats::LightMapBand;
+using formats::LightMapStrip;
 
-LightMapBand bandOf(int width, int height, const lighting::ShRgb& sh) {
-    LightMapBand band;
+LightMapStrip bandOf(int width, int height, const lighting::ShRgb& sh) {
+    LightMapStrip band;
     band.sh = formats::Image<lighting::ShRgb>(width, height, sh);
     band.covered = formats::Image<std::uint8_t>(width, height, 1);
     band.normal = formats::Image<glm::vec3>(width, height, glm::vec3(0, 0, 1));
     return band;
 }
 
-LightMapBand noise(int width, int height) {
-    LightMapBand band = bandOf(width, height, {});
+LightMapStrip noise(int width, int height) {
+    LightMapStrip band = bandOf(width, height, {});
     std::mt19937 random(7);
     std::uniform_real_distribution<float> value(-0.2f, 0.2f);
     for (lighting::ShRgb& sh : band.sh.texels())
@@ -29,7 +29,7 @@ LightMapBand noise(int width, int height) {
     return band;
 }
 
-ErrorFigures figuresOf(const LightMapBand& band, const MeshShift& shift) {
+ErrorFigures figuresOf(const LightMapStrip& band, const MeshShift& shift) {
     ErrorAccumulator errors(0.3);
     addMeshShiftErrors(band, 0, band.sh.height(), shift, 0.3, errors);
     return errors.figures();
@@ -49,7 +49,7 @@ TEST(MeshShift, ConstantLightDoesNotNoticeAnyShift) {
 
 TEST(MeshShift, ATurnedNormalErrsByTheSlopeOfTheLight) {
     const glm::vec3 slanted(0.6f, 0, 0.8f);
-    const LightMapBand band = bandOf(8, 8, lighting::projectDirectional(slanted, glm::vec3(1)));
+    const LightMapStrip band = bandOf(8, 8, lighting::projectDirectional(slanted, glm::vec3(1)));
     const double angle = 1e-3;
     const auto shaded = [&](double turn) {
         const glm::vec3 normal(static_cast<float>(std::sin(turn)), 0, static_cast<float>(std::cos(turn)));
@@ -61,7 +61,7 @@ TEST(MeshShift, ATurnedNormalErrsByTheSlopeOfTheLight) {
 }
 
 TEST(MeshShift, NoSampleExceedsTheBoundAndTheErrorGrowsWithTheShift) {
-    const LightMapBand band = noise(32, 32);
+    const LightMapStrip band = noise(32, 32);
     double before = 0;
     for (const double shift : {0.001, 0.01, 0.1, 0.4}) {
         const ErrorFigures figures = figuresOf(band, {shift, shift, 0.1 * shift});
@@ -72,7 +72,7 @@ TEST(MeshShift, NoSampleExceedsTheBoundAndTheErrorGrowsWithTheShift) {
 }
 
 TEST(MeshShift, QuadsThatLeaveTheirChartAreNotMeasured) {
-    LightMapBand band = noise(4, 4);
+    LightMapStrip band = noise(4, 4);
     for (int y = 0; y < 4; ++y)
         for (int x = 0; x < 4; ++x) band.covered.at(x, y) = (x + y) % 2 == 0 ? 1 : 0;
     ErrorAccumulator errors(0.3);
@@ -82,7 +82,7 @@ TEST(MeshShift, QuadsThatLeaveTheirChartAreNotMeasured) {
 
 /// What the map's bound promises for a shift holds for that shift's errors, and is not far off; the six sums are exactly the quads' bounds.
 TEST(MeshShiftBound, HoldsForEveryShift) {
-    const LightMapBand band = noise(24, 20);
+    const LightMapStrip band = noise(24, 20);
     MeshShiftBound whole, upper, lower;
     whole.add(band, 0, 20);
     upper.add(band, 0, 7);
@@ -104,7 +104,7 @@ TEST(MeshShiftBound, HoldsForEveryShift) {
 
 /// One quad by hand: coefficient 0 of 1, 3 across, 2 down; a band's value factor is 1 * sqrt(1 / 4 pi).
 TEST(MeshShiftBound, OfOneQuadIsItsSlopes) {
-    LightMapBand band = bandOf(2, 2, {});
+    LightMapStrip band = bandOf(2, 2, {});
     band.sh.at(0, 0)[0] = glm::vec3(1);
     band.sh.at(1, 0)[0] = glm::vec3(4);
     band.sh.at(0, 1)[0] = glm::vec3(3);

@@ -37,7 +37,7 @@ bool isZonal(LightMapLayout layout) {
 
 using test::Cooked;
 
-Cooked cook(formats::LightMapBand reference, LightMapLayout layout, LightMapTarget target, bool halo3 = false) {
+Cooked cook(formats::LightMapStrip reference, LightMapLayout layout, LightMapTarget target, bool halo3 = false) {
     return test::cook(std::move(reference), layout, target, 3, halo3);
 }
 Cooked cook(Kind kind, LightMapLayout layout, LightMapTarget target = LightMapTarget::Bc) {
@@ -394,7 +394,7 @@ TEST(LightMapVerifier, BandsInAnyCutGiveTheSameFigures) {
         verify::LightMapErrors merged = verifier.noErrors();
         for (int row = 0; row < kHeight; row += 9) {
             const int count = std::min(9, kHeight - row);
-            const formats::LightMapBand band = synthetic::makeBandWithContext(Kind::Gradient, kWidth, kHeight, row, count, 1);
+            const formats::LightMapStrip band = synthetic::makeBandWithContext(Kind::Gradient, kWidth, kHeight, row, count, 1);
             merged.merge(verifier.verifyRows(cooked.texels, band, row, count));
         }
         const std::vector<verify::StageError> parts = merged.stages();
@@ -497,7 +497,7 @@ TEST(LightMapVerifier, FloatTargetsAreFarMoreExactThanBlocks) {
 }
 
 TEST(LightMapVerifier, ZonalLayoutsAreExactForOneLamp) {
-    formats::LightMapBand reference = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+    formats::LightMapStrip reference = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
             const auto fx = static_cast<float>(x), fy = static_cast<float>(y);
@@ -506,7 +506,7 @@ TEST(LightMapVerifier, ZonalLayoutsAreExactForOneLamp) {
         }
     for (const LightMapLayout layout : {LightMapLayout::LuvwLinear, LightMapLayout::Zh3})
         for (const auto& [target, most] : {std::pair(LightMapTarget::Float, 1e-3), std::pair(LightMapTarget::Bc, 0.02)}) {
-            formats::LightMapBand copy = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+            formats::LightMapStrip copy = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
             copy.sh = reference.sh.copy();
             std::ranges::fill(copy.normal.texels(), glm::normalize(glm::vec3(0.5f, 0.7f, 0.2f)));
             const verify::StageError total = cook(std::move(copy), layout, target).idealTotal();
@@ -525,7 +525,7 @@ TEST(LightMapVerifier, NightIsCookedAsWellAsDay) {
         const std::string_view name = compress::lightMapLayoutName(layout);
         const verify::StageError day = cook(Kind::Gradient, layout).total(), night = cook(Kind::Night, layout).total();
         for (const float scale : {0x1p-17f, 0x1p9f}) {
-            formats::LightMapBand band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+            formats::LightMapStrip band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
             for (lighting::ShRgb& sh : band.sh.texels())
                 for (glm::vec3& coefficient : sh) coefficient *= scale;
             const verify::StageError scaled = cook(std::move(band), layout, LightMapTarget::Bc).total();

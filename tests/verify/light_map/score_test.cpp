@@ -17,13 +17,13 @@ using synthetic::Kind;
 
 constexpr int kWidth = 46, kHeight = 38;
 
-double keyOf(const formats::LightMapBand& band) {
+double keyOf(const formats::LightMapStrip& band) {
     verify::LightMapKey key;
     key.add(band, 0, band.sh.height());
     return key.key();
 }
 
-verify::LightMapScore scoreFor(const formats::LightMapBand& band, const verify::LightMapShading& shading = {}) {
+verify::LightMapScore scoreFor(const formats::LightMapStrip& band, const verify::LightMapShading& shading = {}) {
     auto score = verify::LightMapScore::create(shading, keyOf(band));
     EXPECT_TRUE(score.has_value());
     return std::move(*score);
@@ -34,7 +34,7 @@ struct Coded {
     formats::Image<lighting::ShRgb> seen;
     verify::StageError total;
 };
-Coded code(const formats::LightMapBand& band, compress::LightMapLayout layout) {
+Coded code(const formats::LightMapStrip& band, compress::LightMapLayout layout) {
     compress::EncodeOptions options;
     options.effort = 2;
     const auto plan = synthetic::planOf(layout, compress::LightMapTarget::Bc, band, options);

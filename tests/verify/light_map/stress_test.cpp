@@ -85,8 +85,8 @@ constexpr std::array kShapes = {Shape{"blocks", 16, 12, [](int, int) { return tr
                                 Shape{"uncovered", 9, 6, [](int, int) { return false; }},
                                 Shape{"strewn", 13, 11, [](int x, int y) { return (x * 5 + y * 3) % 7 < 4; }}};
 
-formats::LightMapBand makeBand(const Light& light, const Shape& shape) {
-    formats::LightMapBand band;
+formats::LightMapStrip makeBand(const Light& light, const Shape& shape) {
+    formats::LightMapStrip band;
     band.sh = formats::Image<lighting::ShRgb>(shape.width, shape.height);
     band.covered = formats::Image<std::uint8_t>(shape.width, shape.height, 0);
     band.normal = formats::Image<glm::vec3>(shape.width, shape.height, glm::vec3(0, 0, 1));

@@ -108,7 +108,7 @@ TEST(GroundTruthValues, OutsideEveryChartThereIsNothingToCompare) {
     const RunState state;
     const auto truth = GroundTruth::open({action, {}, {}, {}, sources, state}, **bake, toJson(description));
     ASSERT_TRUE(truth.has_value()) << truth.error().line();
-    formats::LightMapBand band = *(*bake)->stripWithMargin(0, 0, 0);
+    formats::LightMapStrip band = *(*bake)->stripWithMargin(0, 0, 0);
     EXPECT_EQ(truth->within(band, 0, 9)->size(), 1u);
     EXPECT_EQ(truth->within(band, 5, 5)->size(), 2u);
     band.covered.at(6, 9) = 0;
