@@ -1,0 +1,72 @@
+#!/usr/bin/env python3
+"""Checks the Markdown of the repository: tests/docs/check.py ROOT
+
+- Prose wraps at 100 columns. Tables, code blocks and images may be longer.
+- Every relative link names a file of the repository, and a heading of it where the link has a fragment.
+- No page names the notes outside the repository.
+"""
+import pathlib
+import re
+import subprocess
+import sys
+
+WIDTH = 100
+OUTSIDE_NOTES = re.compile(r"shared/design|product\.md|lighting-math|debian\.md|targets\.md|architecture\.md")
+LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)\s]+)\)")
+
+
+def prose_lines(text):
+    """(line number, line) outside of code blocks."""
+    in_code = False
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.lstrip().startswith("```"):
+            in_code = not in_code
+        elif not in_code:
+            yield number, line
+
+
+def anchors(text):
+    """The fragments that GitHub makes of the headings."""
+    found = set()
+    for _, line in prose_lines(text):
+        if match := re.match(r"#+ +(.*)", line):
+            heading = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", match.group(1)).lower()
+            slug = re.sub(r"[^\w\- ]", "", heading).replace(" ", "-")
+            copies = 0
+            while (slug if copies == 0 else f"{slug}-{copies}") in found:
+                copies += 1
+            found.add(slug if copies == 0 else f"{slug}-{copies}")
+    return found
+
+
+def check(root):
+    """One line for each mistake."""
+    listed = subprocess.run(["git", "ls-files", "*.md"], cwd=root, capture_output=True, text=True, check=True).stdout.split()
+    for name in listed:
+        page = root / name
+        text = page.read_text(encoding="utf-8")
+        for number, line in prose_lines(text):
+            place = f"{name}:{number}"
+            if len(line) > WIDTH and not line.lstrip().startswith(("|", "![")):
+                yield f"{place}: found {len(line)} columns, expected at most {WIDTH}"
+            if match := OUTSIDE_NOTES.search(line):
+                yield f"{place}: found \"{match.group()}\", expected no reference to notes outside the repository"
+            for _, target in LINK.findall(re.sub(r"`[^`]*`", "", line)):
+                if re.match(r"[a-z]+:", target):
+                    continue
+                path, _, fragment = target.partition("#")
+                file = (page.parent / path).resolve() if path else page
+                if not file.exists():
+                    yield f"{place}: found a link to {target}, expected a file that exists"
+                elif fragment and fragment not in anchors(file.read_text(encoding="utf-8")):
+                    yield f"{place}: found a link to {target}, expected a heading of that page"
+
+
+def main():
+    mistakes = list(check(pathlib.Path(sys.argv[1]).resolve()))
+    print("\n".join(mistakes))
+    sys.exit(1 if mistakes else 0)
+
+
+if __name__ == "__main__":
+    main()
