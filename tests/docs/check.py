@@ -2,6 +2,7 @@
 """Checks the Markdown of the repository: tests/docs/check.py ROOT
 
 - Prose wraps at 100 columns. Tables, code blocks and images may be longer.
+- Every row of a table has as many cells as its head.
 - Every relative link names a file of the repository, and a heading of it where the link has a fragment.
 - No page names the notes outside the repository.
 """
@@ -25,6 +26,10 @@ def prose_lines(text):
             yield number, line
 
 
+def cell_count(row):
+    return len(re.findall(r"(?<!\\)\|", row.strip())) - 1
+
+
 def anchors(text):
     """The fragments that GitHub makes of the headings."""
     found = set()
@@ -45,8 +50,15 @@ def check(root):
     for name in listed:
         page = root / name
         text = page.read_text(encoding="utf-8")
+        head = None  # cells of the first row of the table that the line is in
         for number, line in prose_lines(text):
             place = f"{name}:{number}"
+            if not line.lstrip().startswith("|"):
+                head = None
+            elif head is None:
+                head = cell_count(line)
+            elif cell_count(line) != head:
+                yield f"{place}: found {cell_count(line)} cells, expected {head} as in the head of the table"
             if len(line) > WIDTH and not line.lstrip().startswith(("|", "![")):
                 yield f"{place}: found {len(line)} columns, expected at most {WIDTH}"
             if match := OUTSIDE_NOTES.search(line):
