@@ -13,7 +13,7 @@ import sys
 
 WIDTH = 100
 OUTSIDE_NOTES = re.compile(r"shared/design|product\.md|lighting-math|debian\.md|targets\.md|architecture\.md")
-LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)\s]+)\)")
+LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")  # its text may wrap
 
 
 def prose_lines(text):
@@ -44,6 +44,16 @@ def anchors(text):
     return found
 
 
+def links(name, text):
+    """(place, target) of every link outside of code."""
+    lines = [""] * (text.count("\n") + 1)
+    for number, line in prose_lines(text):
+        lines[number - 1] = re.sub(r"`[^`]*`", "", line)
+    prose = "\n".join(lines)
+    for match in LINK.finditer(prose):
+        yield f"{name}:{prose.count(chr(10), 0, match.start()) + 1}", match.group(1)
+
+
 def check(root):
     """One line for each mistake."""
     listed = subprocess.run(["git", "ls-files", "*.md"], cwd=root, capture_output=True, text=True, check=True).stdout.split()
@@ -63,15 +73,15 @@ def check(root):
                 yield f"{place}: found {len(line)} columns, expected at most {WIDTH}"
             if match := OUTSIDE_NOTES.search(line):
                 yield f"{place}: found \"{match.group()}\", expected no reference to notes outside the repository"
-            for _, target in LINK.findall(re.sub(r"`[^`]*`", "", line)):
-                if re.match(r"[a-z]+:", target):
-                    continue
-                path, _, fragment = target.partition("#")
-                file = (page.parent / path).resolve() if path else page
-                if not file.exists():
-                    yield f"{place}: found a link to {target}, expected a file that exists"
-                elif fragment and fragment not in anchors(file.read_text(encoding="utf-8")):
-                    yield f"{place}: found a link to {target}, expected a heading of that page"
+        for place, target in links(name, text):
+            if re.match(r"[a-z]+:", target):
+                continue
+            path, _, fragment = target.partition("#")
+            file = (page.parent / path).resolve() if path else page
+            if not file.exists():
+                yield f"{place}: found a link to {target}, expected a file that exists"
+            elif fragment and fragment not in anchors(file.read_text(encoding="utf-8")):
+                yield f"{place}: found a link to {target}, expected a heading of that page"
 
 
 def main():
