@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Checks the Markdown of the repository: tests/docs/check.py ROOT
+"""Checks the documents of the repository: tests/docs/check.py ROOT
 
 - Prose wraps at 100 columns. Tables, code blocks and images may be longer.
 - Every row of a table has as many cells as its head.
 - Every relative link names a file of the repository, and a heading of it where the link has a fragment.
-- No page names the notes outside the repository.
+- Every page that a source file names exists (docs/theory/lighting.md).
+- Nothing names notes outside the repository.
 """
 import pathlib
 import re
@@ -13,6 +14,8 @@ import sys
 
 WIDTH = 100
 OUTSIDE_NOTES = re.compile(r"shared/design|product\.md|lighting-math|debian\.md|targets\.md|architecture\.md")
+PAGE = r"\bdocs/[a-z/-]+\.md\b"
+THIS = "tests/docs/check.py"
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")  # its text may wrap
 
 
@@ -54,6 +57,20 @@ def links(name, text):
         yield f"{name}:{prose.count(chr(10), 0, match.start()) + 1}", match.group(1)
 
 
+def check_sources(root):
+    """One line for each page that a source file names and that does not exist."""
+    listed = subprocess.run(["git", "grep", "-nIoE", PAGE, "--", ".", ":!*.md"], cwd=root, capture_output=True, text=True)
+    for found in listed.stdout.splitlines():
+        file, number, page = found.split(":", 2)
+        if not (root / page).exists():
+            yield f"{file}:{number}: found {page}, expected a page that exists"
+    named = subprocess.run(["git", "grep", "-nIoE", OUTSIDE_NOTES.pattern, "--", ".", ":!*.md", f":!{THIS}"], cwd=root, capture_output=True,
+                           text=True)
+    for found in named.stdout.splitlines():
+        file, number, note = found.split(":", 2)
+        yield f"{file}:{number}: found {note}, expected no reference to notes outside the repository"
+
+
 def check(root):
     """One line for each mistake."""
     listed = subprocess.run(["git", "ls-files", "*.md"], cwd=root, capture_output=True, text=True, check=True).stdout.split()
@@ -85,7 +102,8 @@ def check(root):
 
 
 def main():
-    mistakes = list(check(pathlib.Path(sys.argv[1]).resolve()))
+    root = pathlib.Path(sys.argv[1]).resolve()
+    mistakes = [*check(root), *check_sources(root)]
     print("\n".join(mistakes))
     sys.exit(1 if mistakes else 0)
 
