@@ -1,18 +1,15 @@
 #!/usr/bin/env bash
-# The promise of the README, kept on a machine that has nothing: a bare Debian 12 in a folder, a fresh clone in it, and then ./dev demo,
+# Tests the README's promise on a machine that has nothing: a bare Debian 12 in a folder, a fresh clone in it, and then ./dev demo,
 # ./dev setup twice, a picture of the report by headless Chromium, and ./dev test. Needs root, debootstrap, git and a Debian mirror.
 #   tests/fresh_machine.sh [--out DIR] [--keep] [--only setup|demo|test]
 #     --out DIR   where logs, the demo's output and the picture of its report go (default: build/fresh_machine)
-#     --keep      leave the root where it is (its mounts are taken down all the same)
+#     --keep      leave the root in place (its mounts are taken down all the same)
 #     --only STEP only the setups, only these and the demo with its picture, or only these and the tests
-# Environment: LIGHTCOOK_FRESH_CACHE keeps the bare root and the .deb files between runs (default: /tmp/lightcook-fresh-cache);
-# DEBIAN_MIRROR names another mirror than http://deb.debian.org.
-# What is committed is what is tried: changes that are not committed are not in the clone.
+# Environment: see tests/bare_root.sh. The clone holds the last commit, without uncommitted changes.
 set -euo pipefail
 
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-cache=${LIGHTCOOK_FRESH_CACHE:-/tmp/lightcook-fresh-cache}
-mirror=${DEBIAN_MIRROR:-http://deb.debian.org}
+name=fresh_machine
 out=$repository/build/fresh_machine
 keep=false
 only=all
@@ -25,78 +22,18 @@ while [[ $# -gt 0 ]]; do
     esac
     shift
 done
-die() { echo "fresh_machine: $*" >&2; exit 1; }
+. "$repository/tests/bare_root.sh"
 [[ $only =~ ^(all|setup|demo|test)$ ]] || die "--only takes setup, demo or test, not '$only'"
-[[ $EUID == 0 ]] || die "must run as root (chroot, mount)"
-command -v debootstrap >/dev/null || die "debootstrap is missing: apt-get install debootstrap"
-mkdir -p "$out" "$cache/archives/partial"
+reason=$(why_no_root)
+[[ -z $reason ]] || die "$reason"
+mkdir -p "$out"
 out=$(cd "$out" && pwd)
 
-# --- the bare root ----------------------------------------------------------------------------------------------------------------------
-
-root=$(mktemp -d /tmp/lightcook-fresh-root.XXXXXX)
-mounted=()
-leave() {
-    local index
-    for ((index = ${#mounted[@]} - 1; index >= 0; --index)); do
-        umount "${mounted[index]}" || umount --lazy "${mounted[index]}"
-    done
-    if $keep; then
-        echo "fresh_machine: the root stays in $root"
-    else
-        rm -rf --one-file-system "$root"
-    fi
-}
-trap leave EXIT
-
-bind() {  # SOURCE PLACE-IN-ROOT [OPTIONS]
-    mkdir -p "$root/$2"
-    mount --bind "$1" "$root/$2"
-    mounted+=("$root/$2")
-    if [[ -n ${3:-} ]]; then mount -o "remount,bind,$3" "$root/$2"; fi
-}
-
-if [[ ! -f $cache/bookworm.tar ]]; then
-    debootstrap --variant=minbase bookworm "$root" "$mirror/debian" >"$out/debootstrap.log" 2>&1 || die "debootstrap failed: $out/debootstrap.log"
-    cat >"$root/etc/apt/sources.list" <<SOURCES
-deb $mirror/debian bookworm main
-deb $mirror/debian bookworm-updates main
-deb $mirror/debian-security bookworm-security main
-SOURCES
-    tar -C "$root" -cf "$cache/bookworm.tar.part" .
-    mv "$cache/bookworm.tar.part" "$cache/bookworm.tar"
-else
-    tar -C "$root" -xf "$cache/bookworm.tar"
-fi
-
-# This machine's way to the network: names, a proxy if apt has one, certificates that its administrator trusts.
-cp -L /etc/resolv.conf /etc/hosts "$root/etc/"
-apt-config dump 2>/dev/null | grep -E '^Acquire::(http|https)::Proxy|^Acquire::Check-' >"$root/etc/apt/apt.conf.d/90host" || true
-mkdir -p "$root/usr/local/share/ca-certificates"
-find /usr/local/share/ca-certificates -name '*.crt' -exec cp {} "$root/usr/local/share/ca-certificates/" \; 2>/dev/null || true
-
-mkdir -p "$root/proc" "$root/sys"
-mount -t proc proc "$root/proc" && mounted+=("$root/proc")
-bind /dev dev
-bind /dev/shm dev/shm
-bind "$cache/archives" var/cache/apt/archives
+make_root
 git clone --quiet --no-hardlinks "$repository" "$root/root/lightcook/main"
 # Tests that use the shared scenes find them beside the clone, as on a developer's machine.
 if [[ -d $repository/../shared ]]; then bind "$repository/../shared" root/lightcook/shared ro; fi
-
-inside() {  # LOG COMMAND...: runs in the clone, in a bare environment, with nobody at the keyboard; prints how long it took
-    local log=$out/$1.log start=$SECONDS
-    shift
-    if ! chroot "$root" /usr/bin/env -i HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin CI=true LANG=C.UTF-8 \
-        NODE_EXTRA_CA_CERTS=/etc/ssl/certs/ca-certificates.crt bash -c 'cd /root/lightcook/main && exec "$@"' - "$@" </dev/null >"$log" 2>&1; then
-        tail -n 30 "$log"
-        die "'$*' failed after $((SECONDS - start)) s: $log"
-    fi
-    echo "fresh_machine: '$*' took $((SECONDS - start)) s"
-    tail -n 4 "$log" | sed 's/^/    /'
-}
-
-# --- the promise ------------------------------------------------------------------------------------------------------------------------
+folder=/root/lightcook/main
 
 if [[ $only == all || $only == demo ]]; then
     inside demo ./dev demo -o /root/lightcook/demo
