@@ -1,5 +1,5 @@
-// SH light maps as bakers write them, brought to canonical form band by band of rows: scene-linear working colour, incident radiance, world
-// frame, canonical phase, finite or refused.
+// SH light maps as bakers write them, brought to canonical form strip by strip (a strip is some rows of a map): scene-linear working
+// colour, incident radiance, world axes, no Condon-Shortley signs. Every value is finite, or the file is refused.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,9 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <string>
+#include <string_view>
 
+#include "formats/bake_format.h"
 #include "formats/color.h"
 #include "formats/error.h"
 #include "formats/image.h"
@@ -16,21 +18,21 @@
 
 namespace lightcook::formats {
 
-/// What a file holds; the keys of [[light_map]] in scene.toml.
+/// Describes the content of a file; its members are the keys of [[light_map]] in scene.toml.
 struct LightMapDescription {
-    std::string layout = "sh9";  ///< 27 channels sh00.R .. sh08.B; optional coverage.Y, normal.X/Y/Z
+    std::string bake = std::string(kAutoBake);  ///< name of a bake format (formats/bake_format.h), or "auto"
     ShPhase phase = ShPhase::None;
     ShFrame frame = ShFrame::World;
     ShQuantity quantity = ShQuantity::Radiance;
     LightUnits lightUnits = LightUnits::Radiometric;
     ColorSpaces colors;
-    /// A covered texel that outshines each of its neighbours by more than this is no light but a stray sample; 0: all are believed.
+    /// A covered texel brighter than this many times its brightest neighbour is a firefly; 0 turns the check off.
     double fireflyLimit = 1000;
-    /// What is no light is mended and counted (LightMapRepairs), instead of refused.
+    /// Repairs invalid texels and counts them (LightMapRepairs); false refuses the file.
     bool repair = false;
 };
 
-/// From 1 on, and 0.
+/// Returns true for the allowed limits: 0, and numbers from 1 on.
 constexpr bool isFireflyLimit(double limit) {
     return limit == 0 || (limit >= 1 && limit <= 1e30);
 }
@@ -38,7 +40,7 @@ constexpr bool isFireflyLimit(double limit) {
 struct LightMapRepairs {
     std::int64_t notFinite = 0;    ///< covered texels set to zero because a coefficient was NaN or infinite
     std::int64_t negativeDc = 0;   ///< channels of covered texels set to zero because sh00 was negative
-    std::int64_t bandsBeyond = 0;  ///< bands of a channel scaled down to what light of its sh00 can have at most
+    std::int64_t bandsBeyond = 0;  ///< bands of a channel scaled down to the longest that light of its sh00 can have
     std::int64_t fireflies = 0;    ///< covered texels that took the mean of their neighbours
 
     LightMapRepairs& operator+=(const LightMapRepairs& other);
@@ -54,8 +56,8 @@ struct LightMapStrip {
     std::int64_t negativeAfterGamut = 0;  ///< channels of sh00 that the colour conversion made negative
 };
 
-/// Opens a map and reads bands of it, tiled or scan-line, half or float, without ever holding the whole. Outside charts anything is
-/// allowed.
+/// Opens a map and reads strips of it (tiled or scan-line, half or float) without holding the whole map in memory. Texels outside charts
+/// may hold any value.
 class LightMapReader {
 public:
     static Result<LightMapReader> open(const std::filesystem::path& file, const LightMapDescription& description);
@@ -68,8 +70,10 @@ public:
     bool hasNormals() const;
     int tileHeight() const;  ///< rows that are cheap to read together; 64 for scan-line files
     glm::vec3 luminanceWeights() const;
+    std::string_view bake() const;  ///< name of the bake format, also where the description says "auto"
 
-    /// Safe to call from several threads, each with rows of its own. Fireflies are left to fireflies.h, which needs neighbours.
+    /// Reads rows [firstRow, firstRow + rowCount). Safe to call from several threads. Does not look for fireflies: checkFireflies() does,
+    /// because it needs the neighbours.
     Result<LightMapStrip> read(int firstRow, int rowCount) const;
 
 private:
@@ -78,8 +82,8 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// Writes the 27 channels sh00.R .. sh08.B, float, canonical phase, world frame, from bands that come in order from row 0 (tiled 64 x 64,
-/// ZIP). The file appears whole at commit().
+/// Writes bake format sh9 in canonical form, as floats in ZIP tiles of 64 x 64. Rows are appended in order from row 0. The file appears at
+/// commit(), complete.
 class LightMapWriter {
 public:
     static Result<LightMapWriter> create(const std::filesystem::path& file, int width, int height);

@@ -233,7 +233,7 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
     LightMapEntry entry;
     entry.name = readName(reader);
     entry.file = reader.requiredPath("file");
-    entry.description.layout = reader.oneOf("layout", {"sh9"}, "sh9");
+    entry.description.bake = reader.oneOf("layout", formats::bakeNames(), std::string(formats::kAutoBake));
     entry.description.phase =
         reader.oneOf("phase", {"none", "condon-shortley"}, "none") == "none" ? formats::ShPhase::None : formats::ShPhase::CondonShortley;
     entry.description.frame =

@@ -129,7 +129,7 @@ Result<std::vector<BakedTexel>> coveredOfBlock(LightMapSource& bake, int x, int 
 }
 
 Json toJson(const formats::LightMapDescription& description) {
-    return {{"layout", description.layout},
+    return {{"bake", description.bake},
             {"phase", nameOf(kPhases, description.phase)},
             {"frame", nameOf(kFrames, description.frame)},
             {"quantity", nameOf(kQuantities, description.quantity)},
@@ -151,7 +151,7 @@ namespace {
 Result<formats::LightMapDescription> lightMapDescriptionFromJson(const Json& json, const Action& action) {
     try {
         formats::LightMapDescription description;
-        description.layout = json.at("layout").get<std::string>();
+        description.bake = json.at("bake").get<std::string>();
         description.phase = valueOf(kPhases, json.at("phase").get<std::string>());
         description.frame = valueOf(kFrames, json.at("frame").get<std::string>());
         description.quantity = valueOf(kQuantities, json.at("quantity").get<std::string>());

@@ -1,0 +1,50 @@
+// Interface between the readers of the bake formats and the conversion to canonical form that they share.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "formats/bake_format.h"
+#include "formats/image.h"
+#include "formats/image/exr_file.h"
+#include "formats/light_map.h"
+#include "lighting/sh.h"
+
+namespace lightcook::formats {
+
+/// Rows that are read together from a file that is not tiled, and the tile extent of the maps that we write.
+inline constexpr int kTileExtent = 64;
+
+/// The texels of a strip as the file stores them: its own sign convention, frame, quantity, units and colour space.
+struct RawStrip {
+    Image<lighting::ShRgb> sh;
+    Image<float> coverage;    ///< above 0.5 inside charts; empty if the file does not say
+    Image<glm::vec3> normal;  ///< world space, any length; empty if the file has none
+};
+
+/// Reads the texels of one bake. One class a bake format.
+class BakeReader {
+public:
+    virtual ~BakeReader() = default;
+    virtual int width() const = 0;
+    virtual int height() const = 0;
+    /// Returns the number of rows that are cheap to read together.
+    virtual int tileHeight() const = 0;
+    virtual bool hasNormals() const = 0;
+    /// Reads rows [firstRow, firstRow + rowCount). Safe to call from several threads.
+    virtual Result<RawStrip> read(int firstRow, int rowCount) const = 0;
+};
+
+/// Finds the row of the format that `bake` names or, for "auto", the one with the most channels among those whose channels the file has.
+/// Fails if the file lacks a channel of that format, or if no format fits: the error lists the file's channels and the known formats.
+/// subject  the file's name, for errors
+Result<const BakeFormatInfo*> findBakeFormat(const std::string& bake, const ExrInfo& info, const std::string& subject);
+/// Fails if `bake` is neither "auto" nor the name of a bake format.
+Result<void> checkBakeName(const std::string& bake, const std::string& subject);
+
+/// Returns the description with the conventions that the format implies.
+LightMapDescription withImplied(LightMapDescription description, const BakeConventions& implied);
+
+}  // namespace lightcook::formats

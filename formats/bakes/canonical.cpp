@@ -1,0 +1,169 @@
+#include "formats/bakes/canonical.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <glm/glm.hpp>
+#include <numbers>
+#include <utility>
+
+#include "lighting/radiometry.h"
+#include "lighting/sphere.h"
+
+namespace lightcook::formats {
+namespace {
+
+using lighting::ShRgb;
+
+/// Name of a coefficient in errors, whatever the file calls it: "sh03.G".
+std::string coefficientName(std::size_t index, int channel) {
+    return fmt::format("sh{:02}.{}", index, "RGB"[channel]);
+}
+
+bool isFinite(const ShRgb& sh) {
+    bool finite = true;
+    for (const glm::vec3& coefficient : sh) {
+        for (int channel = 0; channel < 3; ++channel) finite &= std::isfinite(coefficient[channel]);
+    }
+    return finite;
+}
+
+std::string notFinite(float value) {
+    return fmt::format("found {}, expected a finite value", value);
+}
+
+}  // namespace
+
+CanonicalConversion::CanonicalConversion(const LightMapDescription& description, const LinearConversion& colors)
+    : flipsPhase_(description.phase == ShPhase::CondonShortley),
+      rotates_(description.frame == ShFrame::Tangent),
+      convertsColor_(!colors.isIdentity),
+      workingFromSource_(colors.workingFromSource) {
+    for (std::size_t band = 0; band < bandFactors_.size(); ++band) {
+        if (description.quantity == ShQuantity::Irradiance) bandFactors_[band] /= lighting::kIrradianceBands[band];
+        if (description.lightUnits == LightUnits::Game) bandFactors_[band] *= std::numbers::pi;
+    }
+    scales_ = bandFactors_ != lighting::ShBands{1.0, 1.0, 1.0};
+}
+
+float CanonicalConversion::longestBand(std::size_t degree) const {
+    return static_cast<float>(std::sqrt(2.0 * static_cast<double>(degree) + 1) * bandFactors_[0] / bandFactors_[degree]);
+}
+
+ShRgb CanonicalConversion::operator()(ShRgb sh, const glm::vec3& normal) const {
+    if (flipsPhase_) sh = lighting::flipCondonShortley(sh);
+    if (scales_) sh = lighting::convolve(sh, bandFactors_);
+    if (rotates_) sh = lighting::ShRotation(lighting::worldFromTangentFrame(glm::normalize(glm::dvec3(normal)))).apply(sh);
+    if (convertsColor_) {
+        for (glm::vec3& coefficient : sh) coefficient = workingFromSource_ * coefficient;
+    }
+    return sh;
+}
+
+tl::unexpected<Error> Canonicalizer::refuse(ErrorCode code, const std::string& channel, int x, int y, std::string detail) const {
+    return failure(code, fmt::format("{}, channel {}, texel ({}, {})", file_, channel, x, y), std::move(detail));
+}
+
+/// Returns true if texel (x, y) of the strip lies inside a chart, and stores its normal then.
+Result<bool> Canonicalizer::isCovered(const RawStrip& raw, int x, int y, LightMapStrip& strip) const {
+    if (raw.coverage.width() > 0 && !(raw.coverage.at(x, y) > 0.5f)) return false;
+    if (raw.normal.width() == 0) return true;
+    const glm::vec3 normal = raw.normal.at(x, y);
+    for (int axis = 0; axis < 3; ++axis) {
+        if (std::isfinite(normal[axis])) continue;
+        if (!repairs_)
+            return refuse(ErrorCode::ValueNotFinite, fmt::format("normal.{}", "XYZ"[axis]), x, strip.firstRow + y, notFinite(normal[axis]));
+        ++strip.repairs.notFinite;
+        return false;
+    }
+    const double length = glm::length(glm::dvec3(normal));
+    if (length <= 0.5) return false;  // bakers write zero where they have no surface
+    strip.normal.at(x, y) = glm::vec3(glm::dvec3(normal) / length);
+    return true;
+}
+
+/// Refuses coefficients that no light has, or repairs and counts them.
+Result<void> Canonicalizer::checkTexel(ShRgb& sh, int x, int y, LightMapStrip& strip) const {
+    if (!isFinite(sh)) {
+        if (repairs_) {
+            ++strip.repairs.notFinite;
+            sh = ShRgb{};
+            return {};
+        }
+        for (std::size_t i = 0; i < sh.size(); ++i)
+            for (int channel = 0; channel < 3; ++channel)
+                if (!std::isfinite(sh[i][channel]))
+                    return refuse(ErrorCode::ValueNotFinite, coefficientName(i, channel), x, strip.firstRow + y, notFinite(sh[i][channel]));
+    }
+    for (int channel = 0; channel < 3; ++channel) {
+        if (!(sh[0][channel] < 0)) continue;
+        if (!repairs_)
+            return refuse(ErrorCode::ValueOutOfRange, coefficientName(0, channel), x, strip.firstRow + y,
+                          fmt::format("found {}, expected no negative energy in sh00", sh[0][channel]));
+        ++strip.repairs.negativeDc;
+        for (glm::vec3& coefficient : sh) coefficient[channel] = 0;
+    }
+    return checkBandLengths(sh, x, y, strip);
+}
+
+/// Compares the length of bands 1 and 2 with the most that light of this sh00 can have. Windowing, rotation and rounding to halves (whose
+/// smallest step is 6e-8) go a little beyond it; four times as much means another bake format, sign convention or unit.
+Result<void> Canonicalizer::checkBandLengths(ShRgb& sh, int x, int y, LightMapStrip& strip) const {
+    constexpr float kAllowance = 4, kRounding = 1e-6f;
+    for (int channel = 0; channel < 3; ++channel)
+        for (const std::size_t degree : {1u, 2u}) {
+            const std::size_t first = degree * degree, end = first + 2 * degree + 1;
+            double squares = 0;
+            for (std::size_t i = first; i < end; ++i) squares += static_cast<double>(sh[i][channel]) * sh[i][channel];
+            const double length = std::sqrt(squares), longest = static_cast<double>(conversion_.longestBand(degree)) * sh[0][channel];
+            if (length <= kAllowance * longest + kRounding) continue;
+            if (!repairs_)
+                return refuse(ErrorCode::ValueOutOfRange,
+                              fmt::format("{} .. {}", coefficientName(first, channel), coefficientName(end - 1, channel)), x,
+                              strip.firstRow + y,
+                              fmt::format("found a length of {}, expected at most {}: {} times what light with sh00 of {} has", length,
+                                          kAllowance * longest, kAllowance, sh[0][channel]));
+            ++strip.repairs.bandsBeyond;
+            for (std::size_t i = first; i < end; ++i) sh[i][channel] = static_cast<float>(sh[i][channel] * (longest / length));
+        }
+    return {};
+}
+
+Result<void> Canonicalizer::convert(ShRgb& sh, int x, int y, LightMapStrip& strip) const {
+    const ShRgb converted = conversion_(sh, strip.normal.at(x, y));
+    if (!isFinite(converted))
+        return refuse(ErrorCode::ValueOutOfRange, "sh00.R .. sh08.B", x, strip.firstRow + y,
+                      "found values that leave the range of float when brought to canonical units, expected less than 1e38");
+    sh = converted;
+    if (conversion_.convertsColor()) {
+        for (int channel = 0; channel < 3; ++channel) strip.negativeAfterGamut += sh[0][channel] < 0 ? 1 : 0;
+    }
+    return {};
+}
+
+Result<LightMapStrip> Canonicalizer::operator()(RawStrip raw, int firstRow) const {
+    const int width = raw.sh.width(), height = raw.sh.height();
+    LightMapStrip strip;
+    strip.firstRow = firstRow;
+    strip.covered = Image<std::uint8_t>(width, height, 0);
+    strip.normal = Image<glm::vec3>(width, height, glm::vec3(0, 0, 1));
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            ShRgb& sh = raw.sh.at(x, y);
+            const Result<bool> covered = isCovered(raw, x, y, strip);
+            if (!covered) return tl::make_unexpected(covered.error());
+            if (!*covered) {
+                sh = ShRgb{};
+                continue;
+            }
+            strip.covered.at(x, y) = 1;
+            if (const auto good = checkTexel(sh, x, y, strip); !good) return tl::make_unexpected(good.error());
+            if (conversion_.isIdentity()) continue;
+            if (const auto good = convert(sh, x, y, strip); !good) return tl::make_unexpected(good.error());
+        }
+    }
+    strip.sh = std::move(raw.sh);
+    return strip;
+}
+
+}  // namespace lightcook::formats

@@ -1,0 +1,58 @@
+// Conversion of a bake to canonical form, which every bake format shares: no Condon-Shortley signs, incident radiance in radiometric
+// units, world axes, scene-linear working colour. Texels that cannot be light are refused or repaired before the conversion.
+#pragma once
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+#include <string>
+
+#include "formats/bakes/bake_reader.h"
+#include "formats/light_map.h"
+#include "lighting/sh.h"
+
+namespace lightcook::formats {
+
+/// The linear map from the coefficients of a file to canonical ones, in this order: signs, quantity and units, frame, colour. Leaves every
+/// bit as it is if the file is canonical already.
+class CanonicalConversion {
+public:
+    CanonicalConversion(const LightMapDescription& description, const LinearConversion& colors);
+
+    bool isIdentity() const { return !flipsPhase_ && !scales_ && !rotates_ && !convertsColor_; }
+    bool convertsColor() const { return convertsColor_; }
+    /// Returns the largest length of a stored band relative to stored sh00, for light that is nowhere negative. For radiance it is
+    /// sqrt(2 l + 1), which a point light reaches.
+    float longestBand(std::size_t degree) const;
+
+    /// normal  unit, world; used if the file's frame is tangent
+    lighting::ShRgb operator()(lighting::ShRgb sh, const glm::vec3& normal) const;
+
+private:
+    bool flipsPhase_ = false, rotates_ = false, convertsColor_ = false, scales_ = false;
+    lighting::ShBands bandFactors_{1.0, 1.0, 1.0};
+    glm::mat3 workingFromSource_{1.0f};
+};
+
+/// Checks and converts strips of one file.
+class Canonicalizer {
+public:
+    /// file  for errors
+    Canonicalizer(std::string file, const LightMapDescription& description, const LinearConversion& colors)
+        : file_(std::move(file)), repairs_(description.repair), conversion_(description, colors) {}
+
+    /// Returns the strip in canonical form. Fails at the first covered texel that is no light, unless the description asks for repair.
+    Result<LightMapStrip> operator()(RawStrip raw, int firstRow) const;
+
+private:
+    Result<bool> isCovered(const RawStrip& raw, int x, int y, LightMapStrip& strip) const;
+    Result<void> checkTexel(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip) const;
+    Result<void> checkBandLengths(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip) const;
+    Result<void> convert(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip) const;
+    tl::unexpected<Error> refuse(ErrorCode code, const std::string& channel, int x, int y, std::string detail) const;
+
+    std::string file_;
+    bool repairs_ = false;
+    CanonicalConversion conversion_;
+};
+
+}  // namespace lightcook::formats
