@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "lighting/radiometry.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::bench {
@@ -52,7 +53,7 @@ Figures measure(formats::PixelFormat format, formats::ImageView<const glm::vec4>
         ++valuesNotZero;
     });
     if (values == 0) return figures;
-    const double floor = valuesNotZero > 0 ? 0.02 * std::exp(logSum / static_cast<double>(valuesNotZero)) : 1;
+    const double floor = valuesNotZero > 0 ? lighting::kLocalErrorFloor * std::exp(logSum / static_cast<double>(valuesNotZero)) : 1;
     std::vector<double> relative;
     relative.reserve(static_cast<std::size_t>(values));
     forEachValue(format, reference, significance, decoded,

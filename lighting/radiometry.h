@@ -19,6 +19,10 @@ using Irradiance = Rgb<struct IrradianceTag>;      ///< [W / m^2]
 using ExitRadiance = Rgb<struct ExitRadianceTag>;  ///< [W / (sr m^2)] leaving a surface
 using GameLight = Rgb<struct GameLightTag>;        ///< the colour that a white Lambert surface shows when the light faces it
 
+/// Floor of local relative errors: |error| / (|reference| + kLocalErrorFloor key), where the key is the log-average luminance of the exit
+/// radiance. Without it an error in black would count as infinite. docs/theory/error.md, "local error".
+inline constexpr double kLocalErrorFloor = 0.02;
+
 /// Clamped cosine, without and with the division by pi: irradiance, exit radiance of a white surface.
 inline constexpr ShBands kIrradianceBands = {std::numbers::pi, 2 * std::numbers::pi / 3, std::numbers::pi / 4};
 inline constexpr ShBands kExitRadianceBands = {1.0, 2.0 / 3.0, 1.0 / 4.0};

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "lighting/radiometry.h"
+
 namespace lightcook::verify {
 
 /// Where the worst of some errors is, and what it is: enough to find it again. Not known: neither x nor mip.
@@ -25,7 +27,9 @@ struct ErrorPlace {
     double local = 0;         ///< the local relative error; of a bound what is proven, with all that a sampler is free to do
     bool isKnown() const { return x >= 0 || mip >= 0; }
     /// How far `found` may be from `reference` for a local relative error of `limit`.
-    double allowed(double limit, double key) const { return limit * ((reference < 0 ? -reference : reference) + 0.02 * key); }
+    double allowed(double limit, double key) const {
+        return limit * ((reference < 0 ? -reference : reference) + lighting::kLocalErrorFloor * key);
+    }
 };
 
 /// Errors of shaded exit radiance on a white surface against the float reference. All are fractions, not percent.

@@ -7,6 +7,7 @@
 #include <glm/common.hpp>
 
 #include "formats/environment.h"
+#include "lighting/radiometry.h"
 #include "pipeline/graph/files.h"
 
 namespace lightcook::pipeline {
@@ -41,7 +42,7 @@ glm::u8vec3 Preview::toneMapped(const glm::vec3& radiance) const {
 void Preview::compare(int x, int y, const glm::vec3& reference, const glm::vec3& cooked) {
     float worst = 0;
     for (int channel = 0; channel < 3; ++channel) {
-        const float allowed = std::abs(reference[channel]) + static_cast<float>(0.02 * key_);
+        const float allowed = std::abs(reference[channel]) + static_cast<float>(lighting::kLocalErrorFloor * key_);
         worst = std::max(worst, allowed > 0 ? std::abs(cooked[channel] - reference[channel]) / allowed : 0.0f);
     }
     // Threads may share a pixel. The largest of them all is the same in any order.

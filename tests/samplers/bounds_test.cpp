@@ -196,8 +196,8 @@ void CertifiedBounds::expectInside(const CookedScene& scene, const std::string& 
             for (int channel = 0; channel < 3; ++channel) {
                 double reference = 0;
                 for (std::size_t k = 0; k < row.size(); ++k) reference += row[k] * static_cast<double>(light[k][channel]);
-                const double local =
-                    std::abs(static_cast<double>(shaded[isSpecular][i][channel]) - reference) / (std::abs(reference) + 0.02 * cooked.key);
+                const double local = std::abs(static_cast<double>(shaded[isSpecular][i][channel]) - reference) /
+                                     (std::abs(reference) + lighting::kLocalErrorFloor * cooked.key);
                 nearest[isSpecular] = std::max(nearest[isSpecular], local / allowed);
                 // Not "greater than": not a number must not pass.
                 if (!(local <= allowed) && ++above == 1)

@@ -13,6 +13,7 @@
 
 #include "lighting/cube.h"
 #include "lighting/quadratic.h"
+#include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 #include "shaders/lightcook_cpp.h"
 #include "verify/error/random.h"
@@ -73,7 +74,7 @@ struct Range {
 /// The largest local relative error of any result against any reference of two ranges. The error falls with the reference below the
 /// result and grows above it, so that it peaks at an end.
 double largestLocalError(Range reference, Range result, double key) {
-    const double floor = 0.02 * key;
+    const double floor = lighting::kLocalErrorFloor * key;
     const double above = result.high > reference.low ? (result.high - reference.low) / (reference.low + floor) : 0;
     const double below = reference.high > result.low ? (reference.high - result.low) / (reference.high + floor) : 0;
     return std::max(above, below);

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 #include "shaders/lightcook_cpp.h"
 
@@ -107,7 +108,7 @@ void DominantVerifier::shade(const Place& place, ErrorAccumulator& errors) const
                     });
             }
     }
-    const double smallestM = *std::min_element(shading_.m.begin(), shading_.m.end()), floor = 0.02 * key_;
+    const double smallestM = *std::min_element(shading_.m.begin(), shading_.m.end()), floor = lighting::kLocalErrorFloor * key_;
     for (int channel = 0; channel < 3; ++channel) {
         const double seen = largestSpecular(place.seen.direction, place.seen.intensity[channel], place.normal, smallestM);
         const double truth = largestSpecular(place.reference.direction, place.reference.intensity[channel], place.normal, smallestM);

@@ -72,7 +72,7 @@ Slopes slopesOf(const Quad& quad, int channel) {
 double boundOf(const Quad& quad, int channel, const MeshShift& shift, double key) {
     const Slopes slopes = slopesOf(quad, channel);
     const double largest = shift.uTexels * slopes.across + shift.vTexels * slopes.down + shift.normalRadians * slopes.turn;
-    return largest > 0 ? largest / (0.02 * key) : 0.0;
+    return largest > 0 ? largest / (lighting::kLocalErrorFloor * key) : 0.0;
 }
 
 /// visit(x, y, quad, the normal of its first texel) where all four texels are covered.

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "lighting/radiometry.h"
 #include "lighting/sh.h"
 #include "shaders/lightcook_cpp.h"
 #include "verify/texture_unit.h"
@@ -184,8 +185,8 @@ ErrorPlace boundBetween(const RsrmRow::Point& a, const RsrmRow::Point& b, double
                              std::max(a.freedom[channel], b.freedom[channel]);
         const double resultLow = std::min(a.cooked[channel], b.cooked[channel]) - slack;
         const double resultHigh = std::max(a.cooked[channel], b.cooked[channel]) + slack;
-        if (resultHigh > low) raise((resultHigh - low) / (low + 0.02 * key));
-        if (high > resultLow) raise((high - resultLow) / (high + 0.02 * key));
+        if (resultHigh > low) raise((resultHigh - low) / (low + lighting::kLocalErrorFloor * key));
+        if (high > resultLow) raise((high - resultLow) / (high + lighting::kLocalErrorFloor * key));
     }
     return worst;
 }
@@ -221,7 +222,7 @@ void addRow(const RsrmRow& row, int index, double exponent, const Ends& ends, do
             errors.quantize.add(reference, cooked, here);
             // Every texel is met: what is left is the error of the reference itself.
             const double slack = ends.slack[channel];
-            const double scale = std::max(reference - slack, 0.0) + 0.02 * key, error = std::abs(cooked - reference);
+            const double scale = std::max(reference - slack, 0.0) + lighting::kLocalErrorFloor * key, error = std::abs(cooked - reference);
             const double bound = error == 0 ? 0 : (error + slack) / scale;
             errors.quantize.addBound(bound, at(point.z, channel, bound));
         }
@@ -314,7 +315,8 @@ RsrmBanding rsrmBanding(const CookedRsrm& map, const std::vector<RsrmRow>& rows,
                     const double step = std::abs(errors.back() - errors[count - 2]);
                     banding.stepCodes = std::max(banding.stepCodes, step / code);
                     const double light = std::max({reference, referenceBefore, cooked, cookedBefore});
-                    if (light + key > 0) banding.stepContrast = std::max(banding.stepContrast, step / (light + 0.02 * key));
+                    if (light + key > 0)
+                        banding.stepContrast = std::max(banding.stepContrast, step / (light + lighting::kLocalErrorFloor * key));
                 }
                 referenceBefore = reference, cookedBefore = cooked;
             }

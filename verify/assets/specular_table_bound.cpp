@@ -7,6 +7,8 @@
 #include <limits>
 #include <numbers>
 
+#include "lighting/radiometry.h"
+
 namespace lightcook::verify {
 namespace {
 
@@ -453,7 +455,7 @@ private:
     }
     static double relative(double error, double low, double high, double slack, double key) {
         const double least = std::max({0.0, low - slack, -high - slack});
-        return (error + slack) / (least + 0.02 * key);
+        return (error + slack) / (least + lighting::kLocalErrorFloor * key);
     }
 
     const CookedSpecularTables& tables_;

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "lighting/radiometry.h"
+
 namespace lightcook::verify {
 namespace {
 
@@ -40,7 +42,7 @@ std::int32_t ErrorAccumulator::floatBinOf(float local) {
 ErrorAccumulator::ErrorAccumulator(double key) : key_(key), histogram_(static_cast<std::size_t>(kBinCount)) {}
 
 void ErrorAccumulator::add(double reference, double result) {
-    const double error = std::abs(result - reference), scale = std::abs(reference) + 0.02 * key_;
+    const double error = std::abs(result - reference), scale = std::abs(reference) + lighting::kLocalErrorFloor * key_;
     const double local = localRelative(error, scale);
     squaredError_ = finiteOrLargest(squaredError_ + error * error);
     squaredReference_ += reference * reference;
@@ -75,7 +77,7 @@ void ErrorAccumulator::addPiece(const float* reference, const float* error, std:
     // Whole lanes, each with sums of its own that are added up in one order: what the compiler puts side by side gives the same bits at any
     // width. Of 8 lanes GCC's -O3 would make scalar code, as it unrolls them first.
     const std::size_t whole = (count + kLanes - 1) / kLanes * kLanes;
-    const auto floor = static_cast<float>(0.02 * key_);
+    const auto floor = static_cast<float>(lighting::kLocalErrorFloor * key_);
     std::array<float, kPiece> locals;
     std::array<std::int32_t, kPiece> bins;
     std::array<double, kLanes> squaredError{}, squaredReference{};

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "lighting/brdf.h"
+#include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 
 namespace lightcook::verify {
@@ -18,7 +19,7 @@ namespace {
 constexpr int kKernelSamples = 160;
 constexpr int kScanSamples = 64;
 constexpr std::size_t kChannels = 3;
-constexpr auto kFloor = static_cast<float>(0.02);  ///< of the key, as ErrorAccumulator has it
+constexpr auto kFloor = static_cast<float>(lighting::kLocalErrorFloor);  ///< light is in units of the key
 
 /// A kernel whose view lies in the x-z plane, for a view of any azimuth: turned around the normal.
 lighting::ShDouble turnedAroundNormal(const lighting::ShDouble& kernel, const glm::dvec3& view) {

@@ -8,6 +8,7 @@
 #include <glm/vec4.hpp>
 #include <span>
 
+#include "lighting/radiometry.h"
 #include "lighting/sh.h"
 #include "shaders/lightcook_cpp.h"
 
@@ -16,8 +17,8 @@ namespace lightcook::verify::lightmap {
 using shaders::LcSh;
 
 inline constexpr std::size_t kChannels = 3, kCount = lighting::kShCount;
-/// product.md: local errors are relative to |reference| + 0.02 key. All light here is in units of the key.
-inline constexpr double kFloor = 0.02;
+/// Floor of local errors. All light here is in units of the key.
+inline constexpr double kFloor = lighting::kLocalErrorFloor;
 /// The control vectors come from float evaluations of the decode: conversion to Bernstein form magnifies their rounding by at most 6 an
 /// axis.
 inline constexpr double kRounding = 2e-5;

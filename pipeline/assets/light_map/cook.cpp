@@ -146,8 +146,8 @@ Result<verify::ErrorPlace> worstInBlock(LightMapSource& bake, const CookedLightM
             };
             const glm::dvec3 reference = exit(texel.sh), found = exit(seen.at(texel.x, texel.y - block.y));
             for (int channel = 0; channel < 3; ++channel) {
-                const double local =
-                    std::abs(found[channel] - reference[channel]) / (std::abs(reference[channel]) + 0.02 * (key > 0 ? key : 1));
+                const double local = std::abs(found[channel] - reference[channel]) /
+                                     (std::abs(reference[channel]) + lighting::kLocalErrorFloor * (key > 0 ? key : 1));
                 if (worst.isKnown() && !(local > worst.local)) continue;
                 worst.x = texel.x;
                 worst.y = texel.y;

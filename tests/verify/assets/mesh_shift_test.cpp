@@ -56,7 +56,7 @@ TEST(MeshShift, ATurnedNormalErrsByTheSlopeOfTheLight) {
         return static_cast<double>(lighting::lambertExitRadiance(band.sh.at(0, 0), normal, glm::vec3(1)).value.x);
     };
     // The normal turns about diagonals: 1 / sqrt 2 of the angle lies in the plane of the light.
-    const double expected = std::abs(shaded(angle / std::sqrt(2.0)) - shaded(0)) / (shaded(0) + 0.02 * 0.3);
+    const double expected = std::abs(shaded(angle / std::sqrt(2.0)) - shaded(0)) / (shaded(0) + lighting::kLocalErrorFloor * 0.3);
     EXPECT_NEAR(figuresOf(band, {0, 0, angle}).maxSampled, expected, 0.02 * expected);
 }
 

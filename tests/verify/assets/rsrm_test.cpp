@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 
+#include "lighting/radiometry.h"
 #include "lighting/sh.h"
 
 namespace lightcook::verify {
@@ -209,7 +210,8 @@ TEST(VerifyRsrm, ABandIsWhatEightTexelsHaveInCommon) {
     for (int x = 0; x < 63; x += 5) map.texels.at(x, 0) = map.texels.at(x + 2, 0) = glm::vec4(101.0f / 255);  // two of five
     const RsrmBanding dithered = rsrmBanding(map, rowsOf(map, gradient), lighting::kRec709Luminance);
     EXPECT_LT(dithered.bandCodes, 0.13);
-    EXPECT_NEAR(dithered.stepContrast, 1 / (101 + 0.02 * 102), 1e-4) << "a step of one code, the light there 101 codes";
+    EXPECT_NEAR(dithered.stepContrast, 1 / (101 + lighting::kLocalErrorFloor * 102), 1e-4)
+        << "a step of one code, the light there 101 codes";
 }
 
 TEST(VerifyRsrm, KindsOfCodesMayBeOffByAsMuchAsTheySay) {

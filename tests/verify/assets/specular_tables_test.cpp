@@ -10,6 +10,7 @@
 #include <random>
 #include <set>
 
+#include "lighting/radiometry.h"
 #include "verify/specular_table_bound.h"
 
 namespace lightcook::verify {
@@ -193,7 +194,8 @@ Filled throwPlaces(const CookedSpecularTables& tables, long long count, unsigned
                                         seen = fetchSpecularTables(tables, NoV, m);
             const SpecularTableCellBound& bound = cells[cellOf(tables.view, NoV)][cellOf(tables.roughness, m)];
             for (std::size_t e = 0; e < truth.size(); ++e) {
-                const double error = std::abs(seen[e] - truth[e]), local = error / (std::abs(truth[e]) + 0.02 * keys.kernel);
+                const double error = std::abs(seen[e] - truth[e]),
+                             local = error / (std::abs(truth[e]) + lighting::kLocalErrorFloor * keys.kernel);
                 EXPECT_LE(error, bound.entries[e]) << "entry " << e << " NoV " << NoV << " m " << m;
                 EXPECT_LE(local, bound.filter) << "entry " << e << " NoV " << NoV << " m " << m;
                 filled.entries = std::max(filled.entries, error / bound.entries[e]);
@@ -205,7 +207,7 @@ Filled throwPlaces(const CookedSpecularTables& tables, long long count, unsigned
                     reflected += shading[e] * truth[e];
                     error += shading[e] * (seen[e] - truth[e]);
                 }
-                const double local = std::abs(error) / (std::abs(reflected) + 0.02 * keys.shaded);
+                const double local = std::abs(error) / (std::abs(reflected) + lighting::kLocalErrorFloor * keys.shaded);
                 EXPECT_LE(local, bound.total) << "NoV " << NoV << " m " << m;
                 worst.total = std::max(worst.total, local);
             }

@@ -8,6 +8,8 @@
 #include <random>
 #include <vector>
 
+#include "lighting/radiometry.h"
+
 namespace lightcook::verify {
 namespace {
 
@@ -37,7 +39,7 @@ TEST(ErrorAccumulator, FiguresAreThoseOfTheSortedSamples) {
                 const double reference = samples.reference[i], result = reference + samples.error[i];
                 accumulator.add(reference, result);
                 const double error = std::abs(result - reference);
-                locals.push_back(error == 0 ? 0 : error / (std::abs(reference) + 0.02 * key));
+                locals.push_back(error == 0 ? 0 : error / (std::abs(reference) + lighting::kLocalErrorFloor * key));
                 squaredError += error * error;
                 squaredReference += reference * reference;
             }

@@ -17,7 +17,7 @@
 namespace lightcook {
 namespace {
 
-constexpr double kFloor = 0.02;
+constexpr double kFloor = lighting::kLocalErrorFloor;
 constexpr std::array kExit = {verify::kExitResponse};
 
 /// Of this exit radiance under every normal.

@@ -146,7 +146,7 @@ TEST(LightMapVerifier, FiguresAreThoseOfABruteForceInDouble) {
         void add(double r, double value, double key) {
             error += (value - r) * (value - r);
             reference += r * r;
-            local.push_back(std::abs(value - r) / (std::abs(r) + 0.02 * key));
+            local.push_back(std::abs(value - r) / (std::abs(r) + lighting::kLocalErrorFloor * key));
         }
         double rms() const { return std::sqrt(error / reference); }
         double p99() {
@@ -259,7 +259,8 @@ TEST(LightMapVerifier, TheWorstBoundOfATexelIsReachedAtItsPlace) {
     const int x = static_cast<int>(place.x), y = static_cast<int>(place.y);
     const double reference = exitRadiance(channelOf(cooked.reference.sh.at(x, y), place.channel), place.normal),
                  found = exitRadiance(channelOf(decoded.at(x, y), place.channel), place.normal);
-    EXPECT_NEAR(std::abs(found - reference) / (std::abs(reference) + 0.02 * cooked.key), last.maxBound, 1e-3 * last.maxBound);
+    EXPECT_NEAR(std::abs(found - reference) / (std::abs(reference) + lighting::kLocalErrorFloor * cooked.key), last.maxBound,
+                1e-3 * last.maxBound);
     EXPECT_NEAR(place.reference, reference, 1e-4 * cooked.key);
     EXPECT_NEAR(place.found, found, 1e-4 * cooked.key);
     // Of a quad: inside one that has it, or on its side.
@@ -296,7 +297,7 @@ TEST(LightMapVerifier, NoSampledShadingExceedsTheBound) {
                     for (int c = 0; c < 3; ++c) {
                         const double r = exitRadiance(channelOf(filtered.reference[static_cast<std::size_t>(i)], c), n);
                         const double d = exitRadiance(channelOf(filtered.decoded.at(i, 0), c), n);
-                        worst = std::max(worst, std::abs(d - r) / (std::abs(r) + 0.02 * cooked.key));
+                        worst = std::max(worst, std::abs(d - r) / (std::abs(r) + lighting::kLocalErrorFloor * cooked.key));
                     }
                 }
             EXPECT_LE(worst, total.diffuse.maxBound) << cooked.map.layout << ", kind " << static_cast<int>(kind);
@@ -329,7 +330,7 @@ TEST(LightMapVerifier, NoMaterialInTheRangeExceedsTheSpecularBound) {
                     reference += t * r[k];
                     error += t * (d[k] - r[k]);
                 }
-                ASSERT_LE(std::abs(error) / (std::abs(reference) + 0.02 * cooked.key), bound);
+                ASSERT_LE(std::abs(error) / (std::abs(reference) + lighting::kLocalErrorFloor * cooked.key), bound);
             }
         }
     }

@@ -224,7 +224,8 @@ float shadedMost(const Light& light, const std::array<std::vector<float>, kCount
                 }
             }
             for (std::size_t lane = 0; lane < kLanes; ++lane)
-                most[lane] = std::max(most[lane], std::abs(error[lane]) / (std::abs(reference[lane]) + 0.02f));
+                most[lane] = std::max(most[lane],
+                                      std::abs(error[lane]) / (std::abs(reference[lane]) + static_cast<float>(lighting::kLocalErrorFloor)));
         }
     return *std::max_element(most, most + kLanes);
 }
@@ -283,7 +284,7 @@ double localError(const Light& light, const ShDouble& row) {
             error += row[k] * static_cast<double>(light.error.c[k][channel]);
             reference += row[k] * static_cast<double>(light.reference.c[k][channel]);
         }
-        most = std::max(most, std::abs(error) / (std::abs(reference) + 0.02));
+        most = std::max(most, std::abs(error) / (std::abs(reference) + lighting::kLocalErrorFloor));
     }
     return most;
 }
