@@ -13,12 +13,12 @@ struct CubeCoordinate {
     glm::dvec2 uv{0};  ///< each in [-1, 1]
 };
 
-/// Unit direction of a point of a face.
+/// Returns the unit direction of a point of a face.
 glm::dvec3 directionFromCube(CubeCoordinate coordinate);
 CubeCoordinate cubeFromDirection(const glm::dvec3& direction);
-/// Unit direction of the centre of texel (x, y) of a face of size x size texels.
+/// Returns the unit direction of the centre of texel (x, y) of a face of size x size texels.
 glm::dvec3 cubeTexelDirection(int face, int x, int y, int size);
-/// Solid angle [sr] of that texel, exact: the closed form by atan2 at its corners. The six faces add up to 4 pi.
+/// Returns the solid angle of that texel [sr], exact: atan2 at its corners. The six faces add up to 4 pi.
 double cubeTexelSolidAngle(int x, int y, int size);
 
 }  // namespace lightcook::lighting

@@ -16,19 +16,20 @@ struct SphereQuadratic {
     double operator()(const glm::dvec3& n) const;
 };
 
-/// The polynomial whose values on the sphere are sum_i bands_l(i) coefficients_i Y_i(n).
+/// Returns the polynomial whose values on the sphere are sum_i bands_l(i) coefficients_i Y_i(n).
 SphereQuadratic sphereQuadratic(const ShDouble& coefficients, const ShBands& bands);
 
 struct Extrema {
     double minimum = 0, maximum = 0;
     glm::dvec3 minimumAt{0, 0, 1}, maximumAt{0, 0, 1};  ///< unit
 };
-/// Exact extrema over the unit sphere: one 3 x 3 symmetric eigenproblem and a secular equation for each end (the trust-region problem
-/// with the sphere as its boundary, hard case included). Relative error at most 1e-12 of |constant| + |linear| + |symmetric|.
+/// Returns the exact extrema over the unit sphere. Error: at most 1e-12 of |constant| + |linear| + |symmetric|.
+/// Method: one 3 x 3 symmetric eigenproblem, and a secular equation for each extremum (the trust-region problem on its boundary, hard case
+/// included). Source: More and Sorensen 1983, Computing a Trust Region Step.
 Extrema extremaOnSphere(const SphereQuadratic& quadratic);
 
-/// Bound on |sum_i bands_l(i) coefficients_i Y_i(n)| over every n, without an eigenproblem: sum_l |bands_l| sqrt((2l + 1) / 4pi)
-/// |coefficients of band l|.
+/// Returns an upper bound of |sum_i bands_l(i) coefficients_i Y_i(n)| over all n, by Cauchy-Schwarz in each band:
+/// sum_l |bands_l| sqrt((2l + 1) / 4pi) |coefficients of band l|. Cheaper than extremaOnSphere, and larger.
 double bandNormBound(const ShDouble& coefficients, const ShBands& bands);
 
 }  // namespace lightcook::lighting

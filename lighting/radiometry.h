@@ -1,4 +1,4 @@
-// Radiometric quantities as types, and the constants that turn one into another ("PI or not to PI", lighting-math section 2).
+// Radiometric quantities as types, and the constants that turn one into another (docs/theory/lighting.md, "Radiometric units").
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -17,29 +17,30 @@ struct Rgb {
 using Radiance = Rgb<struct RadianceTag>;          ///< [W / (sr m^2)], relative unless the file is calibrated
 using Irradiance = Rgb<struct IrradianceTag>;      ///< [W / m^2]
 using ExitRadiance = Rgb<struct ExitRadianceTag>;  ///< [W / (sr m^2)] leaving a surface
-using GameLight = Rgb<struct GameLightTag>;        ///< the colour that a white Lambert surface shows when the light faces it
+using GameLight = Rgb<struct GameLightTag>;        ///< colour of a white Lambert surface that faces the light
 
 /// Floor of local relative errors: |error| / (|reference| + kLocalErrorFloor key), where the key is the log-average luminance of the exit
 /// radiance. Without it an error in black would count as infinite. docs/theory/error.md, "local error".
 inline constexpr double kLocalErrorFloor = 0.02;
 
-/// Clamped cosine, without and with the division by pi: irradiance, exit radiance of a white surface.
+/// Zonal factors of the clamped cosine: irradiance, and exit radiance of a white surface (divided by pi).
 inline constexpr ShBands kIrradianceBands = {std::numbers::pi, 2 * std::numbers::pi / 3, std::numbers::pi / 4};
 inline constexpr ShBands kExitRadianceBands = {1.0, 2.0 / 3.0, 1.0 / 4.0};
 
-/// Exit-radiance bands of wrapped Lambert, energy conserving, wrap in [0, 1]: [1, (2 - w) / 3, (1 - w)^2 / 4].
+/// Returns the exit-radiance factors of energy-conserving wrapped Lambert, [1, (2 - w) / 3, (1 - w)^2 / 4], for w in [0, 1].
 ShBands wrappedLambertBands(double wrap);
 
-/// E(n) of incident radiance in SH; n unit.
+/// Returns the irradiance E(n) of incident radiance in SH; n is unit.
 Irradiance irradiance(const ShRgb& incident, const glm::vec3& normal);
-/// albedo / pi * E(n).
+/// Returns albedo / pi * E(n).
 ExitRadiance lambertExitRadiance(const ShRgb& incident, const glm::vec3& normal, const glm::vec3& albedo);
 
 enum class GameLightNormalization {
-    None,  ///< a light of 1 facing a white surface gives 17/16 with nine coefficients: the truncation of 1
-    D3dx   ///< rescaled by 16/17, so that it gives exactly 1
+    None,  ///< a light of 1 that faces a white surface gives 17/16: nine coefficients truncate its series
+    D3dx   ///< scaled by 16/17, so that it gives exactly 1 (as D3DXSHEvalDirectionalLight)
 };
-/// A punctual game light as incident radiance in SH: the radiometric delta pi * c from direction (towards the light, unit).
+/// Returns a punctual game light of colour c as incident radiance in SH: the radiometric delta pi * c.
+/// direction  towards the light, unit
 ShRgb projectGameLight(GameLight light, const glm::vec3& direction, GameLightNormalization normalization);
 
 }  // namespace lightcook::lighting

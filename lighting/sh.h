@@ -1,6 +1,7 @@
 // Real spherical harmonics of order 2: evaluate, project, rotate, convolve, and the two sign conventions of files.
 //
-// Canonical inside the program: orthonormal, no Condon-Shortley phase, coefficient (l, m) at l * (l + 1) + m:
+// Canonical inside the program: orthonormal, no Condon-Shortley sign, coefficient (l, m) at l * (l + 1) + m
+// (docs/theory/lighting.md, "Spherical harmonics"):
 //   Y0 = 1/2 sqrt(1/pi)
 //   Y1 = sqrt(3/4pi) y         Y2 = sqrt(3/4pi) z          Y3 = sqrt(3/4pi) x
 //   Y4 = 1/2 sqrt(15/pi) xy    Y5 = 1/2 sqrt(15/pi) yz     Y6 = 1/4 sqrt(5/pi) (3z^2 - 1)
@@ -17,13 +18,13 @@ namespace lightcook::lighting {
 inline constexpr int kShCount = 9;
 inline constexpr std::array<int, kShCount> kShBand = {0, 1, 1, 1, 2, 2, 2, 2, 2};
 
-/// Nine scalars, one a basis function: of a kernel, or of one channel of light.
+/// Nine scalar coefficients: a kernel, or one channel of light.
 using Sh = std::array<float, kShCount>;
-/// Nine RGB coefficients: incident radiance, or whatever the name says.
+/// Nine RGB coefficients: incident radiance, unless a name says otherwise.
 using ShRgb = std::array<glm::vec3, kShCount>;
 /// The same in double precision, for references and fits.
 using ShDouble = std::array<double, kShCount>;
-/// One factor a band l = 0, 1, 2: a zonal kernel's effect on each band.
+/// One factor for each band l = 0, 1, 2: the convolution with a zonal kernel.
 using ShBands = std::array<double, 3>;
 
 /// Constants of the basis, to 20 digits: 1/2 sqrt(1/pi), sqrt(3/4pi), 1/2 sqrt(15/pi), 1/4 sqrt(5/pi), 1/4 sqrt(15/pi).
@@ -52,7 +53,8 @@ inline std::array<T, kShCount> basis(const Direction& d) {
 
 }  // namespace detail
 
-/// The nine basis functions at a unit direction. Inline, as evaluate and ShRotation::apply: they run once a texel and direction.
+/// Returns the nine basis functions at a unit direction. Inline, like evaluate and ShRotation::apply: they run for each texel and
+/// direction.
 inline Sh evaluateBasis(const glm::vec3& direction) {
     return detail::basis<float>(direction);
 }
@@ -60,7 +62,7 @@ inline ShDouble evaluateBasis(const glm::dvec3& direction) {
     return detail::basis<double>(direction);
 }
 
-/// sum_i coefficients_i Y_i(direction).
+/// Returns sum_i coefficients_i Y_i(direction).
 inline float evaluate(const Sh& coefficients, const glm::vec3& direction) {
     const Sh basis = evaluateBasis(direction);
     float sum = 0;
@@ -80,14 +82,14 @@ inline glm::vec3 evaluate(const ShRgb& coefficients, const glm::vec3& direction)
     return sum;
 }
 
-/// Coefficients of a directional light (delta) of the given intensity: intensity * Y_i(direction).
+/// Returns the coefficients of a directional light (delta), intensity * Y_i(direction).
 ShRgb projectDirectional(const glm::vec3& direction, const glm::vec3& intensity);
 
 /// Scales each band: the convolution with a zonal kernel of those factors.
 Sh convolve(const Sh& coefficients, const ShBands& bands);
 ShRgb convolve(const ShRgb& coefficients, const ShBands& bands);
 
-/// The linear map of coefficients that a rotation of the sphere is: band 1 by the 3 x 3 matrix itself, band 2 by its symmetric square.
+/// A rotation of the sphere as a linear map of coefficients: band 1 by the 3 x 3 matrix, band 2 by its symmetric square.
 /// coefficients(rotated f) = apply(coefficients(f)), where (rotated f)(w) = f(inverse(destinationFromSource) w).
 class ShRotation {
 public:
@@ -122,13 +124,14 @@ private:
     }
 
     Bands<double> bandsDouble_;
-    Bands<float> bandsFloat_;  ///< the same, rounded: light maps are float, and rotate once a texel
+    Bands<float> bandsFloat_;  ///< the same, rounded: for light maps, which are float
 };
 
-/// Negates indices 1, 3, 5, 7: from or to Condon-Shortley signs (it is its own inverse).
+/// Negates coefficients 1, 3, 5, 7: from or to Condon-Shortley signs. It is its own inverse.
 ShRgb flipCondonShortley(const ShRgb& coefficients);
 
-/// Luminance-weighted coefficients. weights: of the working colour space.
+/// Returns the luminance of each coefficient.
+/// weights  luminance weights of the working colour space
 Sh luminance(const ShRgb& coefficients, const glm::vec3& weights);
 inline constexpr glm::vec3 kRec709Luminance{0.2126f, 0.7152f, 0.0722f};
 

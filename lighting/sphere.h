@@ -7,19 +7,20 @@
 
 namespace lightcook::lighting {
 
-/// Orthonormal frame (columns: tangent, bitangent, normal) around a unit normal. Source: Duff et al. 2017, Building an Orthonormal Basis,
-/// Revisited.
+/// Returns an orthonormal frame (columns: tangent, bitangent, normal) around a unit normal. Source: Duff et al. 2017, Building an
+/// Orthonormal Basis, Revisited.
 glm::dmat3 worldFromTangentFrame(const glm::dvec3& normal);
 
-/// Point `index` of `count` spherical Fibonacci points of the upper hemisphere: z = (i + 0.5) / n, phi = i pi (3 - sqrt 5).
+/// Returns point `index` of `count` spherical Fibonacci points of the upper hemisphere: z = (i + 0.5) / n, phi = i pi (3 - sqrt 5).
 glm::dvec3 fibonacciHemisphere(int index, int count);
-/// The same over the whole sphere: z = 1 - (2i + 1) / n.
+/// Returns the same over the whole sphere: z = 1 - (2i + 1) / n.
 glm::dvec3 fibonacciSphere(int index, int count);
 
-/// Equirectangular panoramas: u = 0.5 + atan2(x, -z) / 2pi, v = acos(y) / pi, v = 0 on top; the centre looks along -Z.
+/// Convert between directions and the coordinates of equirectangular panoramas: u = 0.5 + atan2(x, -z) / 2pi, v = acos(y) / pi, v = 0 on
+/// top; the centre is -Z.
 glm::dvec2 equirectangularFromDirection(const glm::dvec3& direction);
 glm::dvec3 directionFromEquirectangular(const glm::dvec2& uv);
-/// Solid angle [sr] of a texel of row y: the exact area of its latitude-longitude rectangle.
+/// Returns the solid angle of a texel of row y [sr]: the exact area of its latitude-longitude rectangle.
 double equirectangularTexelSolidAngle(int y, int width, int height);
 
 }  // namespace lightcook::lighting

@@ -10,12 +10,13 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kSmallestNoV = 1e-9;
-/// exp(-6.5^2) = 4e-19: no slope beyond it counts.
+/// Limit of the slopes over m: exp(-6.5^2) = 4e-19.
 constexpr double kBeckmannReach = 6.5;
-/// Pieces of the polar angle grow by this at most: on each of them kinks that lie below are far away.
+/// Largest ratio of the ends of a piece of the polar angle, so that kinks outside the piece are far from it.
 constexpr double kPieceRatio = 4;
 constexpr int kHighestPower = 10;
-/// Arcs this narrow, as all that matter near grazing views, where u is steep: differences of antiderivatives would lose their digits.
+/// Arcs narrower than this are integrated by Gauss points: differences of antiderivatives would cancel. Near grazing views, where u is
+/// steep, all relevant arcs are narrow.
 constexpr double kNarrowArc = 0.1;
 constexpr int kNarrowPoints = 6;
 
@@ -23,7 +24,7 @@ struct GaussRule {
     std::vector<double> points, weights;  ///< on [0, 1]
 };
 
-/// Legendre's roots by Newton from Chebyshev's guess.
+/// Computes the roots of the Legendre polynomial by Newton from Chebyshev's estimate.
 GaussRule gaussRule(int count) {
     GaussRule rule;
     for (int i = 0; i < count; ++i) {
@@ -57,7 +58,7 @@ const GaussRule& gaussRuleOf(int count) {
 
 using Powers = std::array<double, kHighestPower + 1>;
 
-/// Antiderivatives of cos^k(phi) for k = 0 to 10.
+/// Returns the antiderivatives of cos^k(phi) for k = 0 to 10.
 Powers powersAt(double phi, double cosine) {
     Powers integrals;
     const double sine = std::sqrt(std::max(0.0, (1 - cosine) * (1 + cosine)));
@@ -71,7 +72,7 @@ Powers powersAt(double phi, double cosine) {
     return integrals;
 }
 
-/// Integrals of w cos^k over half the azimuth, k = 0 to 9. a: of u = 1 + a cos(phi). c: NoH^2.
+/// Returns the integrals of w cos^k over half the azimuth, k = 0 to 9, for u = 1 + a cos(phi) and c = NoH^2.
 std::array<double, kHighestPower> weightedPowers(double a, double c, double squaredTangent) {
     // From phi = 0, where u is largest, down to the horizon of the light: w = constant + slope * u, up to the next azimuth.
     struct Case {
@@ -117,7 +118,7 @@ std::array<double, kHighestPower> weightedPowers(double a, double c, double squa
     return sums;
 }
 
-/// Density of tan^2 of the half vector's polar angle.
+/// Returns the density of tan^2 of the half vector's polar angle.
 double densityOf(double squaredTangent, double m, SpecularLobe lobe) {
     const double m2 = m * m;
     if (lobe == SpecularLobe::Beckmann) return std::exp(-squaredTangent / m2) / m2;
@@ -129,7 +130,7 @@ double fifthPower(double x) {
     return x * x * x * x * x;
 }
 
-/// Coefficients from {1, z, x, z^2, xz, x^2}: x^2 - y^2 = 2 x^2 + z^2 - 1 on the sphere.
+/// Returns coefficients from the integrals of {1, z, x, z^2, xz, x^2}: x^2 - y^2 = 2 x^2 + z^2 - 1 on the sphere.
 ShDouble coefficientsOf(const double* moments) {
     return {kShConstant * moments[0],
             0,
@@ -185,7 +186,8 @@ AreaSpecularColumn::AreaSpecularColumn(double NoV, double smallestM, double larg
     : lobe_(lobe), NoV_(std::clamp(NoV, kSmallestNoV, 1.0)), sine_(std::sqrt((1 - NoV_) * (1 + NoV_))) {
     assert(0 < smallestM && smallestM <= largestM && 2 <= pointCount && pointCount <= 32);
     if (isPhong(lobe)) return;
-    // Where an azimuth of weightedPowers appears or vanishes: |u - 1| = tan(psi) tan(theta), by the formulas of half and triple angles.
+    // Circles on which a break of weightedPowers appears or vanishes: |u - 1| = tan(psi) tan(theta), by the formulas of half and triple
+    // angles.
     const double theta = std::acos(NoV_), rest = std::asin(NoV_), end = (kPi / 2 + theta) / 2;
     std::vector<double> ends = {rest / 3, rest / 2, rest, (kPi / 2 + theta) / 3, theta, kPi / 4, end};
     double reach = kPi / 2;
@@ -213,7 +215,8 @@ AreaSpecularColumn::AreaSpecularColumn(double NoV, double smallestM, double larg
 void AreaSpecularColumn::addPiece(double low, double high, int pointCount) {
     const GaussRule& rule = gaussRuleOf(pointCount);
     for (std::size_t i = 0; i < rule.points.size(); ++i) {
-        // An azimuth appears with the root of the distance: squared towards both ends, what it does is smooth.
+        // A break moves as the root of the distance from the end of a piece. Squaring the variable towards both ends makes the integrand
+        // smooth.
         const double t = rule.points[i], place = t * t * (3 - 2 * t), slope = 6 * t * (1 - t);
         Circle circle = circleAt(low + (high - low) * place);
         circle.weight = rule.weights[i] * slope * (high - low) * 2 * std::sqrt(circle.squaredTangent) * (1 + circle.squaredTangent) / kPi;

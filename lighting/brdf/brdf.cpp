@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// Below it a direction counts as under the horizon: opposite grazing directions give 1 / (NoL NoV), which must not overflow, and a
+/// Smaller cosines count as under the horizon: opposite grazing directions give 1 / (NoL NoV), which must not overflow, and a
 /// half vector whose squared length must not underflow.
 constexpr double kHorizonCosine = 1e-30;
 
@@ -22,22 +22,23 @@ double fifthPower(double x) {
 }
 
 double normalizationScale(CookTorranceNormalization normalization) {
-    // Listing 2's D lacks the 1 / pi that eq. 6 spends already on D G / (pi NoL NoV): four times D / pi with D G / (4 NoL NoV).
+    // Listing 2 has a D without 1 / pi, and eq. 6 divides by pi: D G / (pi NoL NoV). That is four times (D / pi) G / (4 NoL NoV).
     return normalization == CookTorranceNormalization::Halo3 ? 4.0 : 1.0;
 }
 
-/// tan^2 of the half vector's polar angle where the distribution's cumulative D cos is u; `rest` is 1 - u, given apart for its digits.
+/// Returns tan^2 of the half vector's polar angle at which the cumulative D cos is u. `rest` is 1 - u, passed separately to keep its
+/// digits.
 double squaredTangentAt(double u, double rest, double m, NormalDistribution distribution) {
     return distribution == NormalDistribution::Beckmann ? -m * m * (u < 0.5 ? std::log1p(-u) : std::log(rest)) : m * m * u / rest;
 }
 
-/// Monotone on [0, 1] with derivative 140 s^3 (1 - s)^3, and rising(s) + rising(1 - s) = 1.
+/// Returns a monotone map of [0, 1] onto itself with derivative 140 s^3 (1 - s)^3, and rising(s) + rising(1 - s) = 1.
 double rising(double s) {
     const double s2 = s * s;
     return s2 * s2 * (35 + s * (-84 + s * (70 - 20 * s)));
 }
 
-/// Sums of weight * {1, z, x, z^2, xz, x^2}: everything the six coefficients that do not vanish ask for.
+/// Sums of weight * {1, z, x, z^2, xz, x^2}, from which the six coefficients that do not vanish follow.
 struct Moments {
     double one = 0, z = 0, x = 0, zz = 0, xz = 0, xx = 0;
 
@@ -141,7 +142,7 @@ AreaSpecularKernel integrateAreaSpecular(double NoV, double m, NormalDistributio
 
     Moments c, d;
     for (int row = 0; row < sampleCount; ++row) {
-        // Midpoints in s, not in u itself: u's density of tan^2 ends in a logarithm (Beckmann) or a pole (GGX), where plain midpoints
+        // Midpoints in s, not in u: u's density of tan^2 ends in a logarithm (Beckmann) or a pole (GGX), where plain midpoints
         // err by 0.35 m^2 / sampleCount. With the flat ends of `rising` the Euler-Maclaurin ends vanish up to the fourth order.
         const double s = (row + 0.5) / sampleCount;
         const double rowWeight = 140 * s * s * s * (1 - s) * (1 - s) * (1 - s);

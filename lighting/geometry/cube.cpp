@@ -22,7 +22,7 @@ const std::array<FaceAxes, 6> kFaces = {{
     {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}},
 }};
 
-/// On a tie x goes before y before z, so that edges and corners belong to one face.
+/// Returns the major axis. Ties go to x, then y, then z, so that edges and corners belong to one face.
 int majorFace(const glm::dvec3& direction) {
     const glm::dvec3 size(std::abs(direction.x), std::abs(direction.y), std::abs(direction.z));
     if (size.x >= size.y && size.x >= size.z) return direction.x >= 0 ? 0 : 1;
@@ -30,7 +30,7 @@ int majorFace(const glm::dvec3& direction) {
     return direction.z >= 0 ? 4 : 5;
 }
 
-/// Solid angle of the rectangle from the face's centre to (u, v), signed.
+/// Returns the solid angle of the rectangle from the face's centre to (u, v), signed.
 double cornerSolidAngle(double u, double v) {
     return std::atan2(u * v, std::sqrt(u * u + v * v + 1));
 }

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// Turn from each Fibonacci point to the next: pi (3 - sqrt 5).
+/// Azimuth between successive Fibonacci points, pi (3 - sqrt 5).
 const double kGoldenAngle = kPi * (3 - std::sqrt(5.0));
 
 glm::dvec3 fromHeight(double z, double phi) {
@@ -39,7 +39,7 @@ glm::dvec3 fibonacciSphere(int index, int count) {
 }
 
 glm::dvec2 equirectangularFromDirection(const glm::dvec3& direction) {
-    // acos(y) by atan2: it keeps its digits near the poles.
+    // acos(y) by atan2, which keeps its digits near the poles.
     const double radius = std::sqrt(direction.x * direction.x + direction.z * direction.z);
     return {0.5 + std::atan2(direction.x, -direction.z) / (2 * kPi), std::atan2(radius, direction.y) / kPi};
 }

@@ -1,5 +1,9 @@
 // Extrema of a quadratic on the unit sphere: the trust-region subproblem on its boundary.
-// Source: More and Sorensen 1983, Computing a Trust Region Step; the secular equation and its hard case.
+//
+// For the maximum of n' A n + b . n over |n| = 1, with A = V diag(e) V' and beta = V' b / 2, stationary points are y = beta / (mu + gap),
+// where gap_i = e_max - e_i and mu >= 0 is the root of the secular equation |y(mu)| = 1. In the hard case beta has no part along the top
+// eigenvector and |y(0)| < 1: the rest of the unit length goes along that eigenvector. The minimum is the maximum of the negated quadratic.
+// Source: More and Sorensen 1983, Computing a Trust Region Step.
 #include "lighting/quadratic.h"
 
 #include <algorithm>
@@ -18,12 +22,12 @@ struct Eigen {
     glm::dmat3 vectors;  ///< columns, orthonormal
 };
 
-/// Of a matrix of size 1: an off-diagonal entry that moves no eigenvalue by a bit.
+/// Off-diagonal entries below this change no eigenvalue of a matrix of size 1.
 constexpr double kNegligible = 1e-18;
-/// Of a linear part of a problem of size 1: its square would underflow, and no bit of the extremum depends on it.
+/// A smaller linear part of a problem of size 1 counts as 0: its square would underflow, and the extremum does not depend on it.
 constexpr double kNegligibleLinear = 1e-100;
 
-/// One Jacobi rotation in the plane of axes p and q, which zeroes matrix[p][q].
+/// Applies a Jacobi rotation in the plane of axes p and q that zeroes matrix[p][q].
 template <int p, int q>
 void rotateAway(glm::dmat3& matrix, glm::dmat3& vectors) {
     const double offDiagonal = matrix[p][q];
@@ -44,8 +48,9 @@ void rotateAway(glm::dmat3& matrix, glm::dmat3& vectors) {
     vectors[q] = s * vp + c * vq;
 }
 
-/// Cyclic Jacobi: slower than the trigonometric closed form, but its vectors stay orthonormal where eigenvalues meet.
-/// The matrix is scaled to about 1 by the caller. Of three million matrices none took more than four sweeps; the limit stops a NaN.
+/// Computes eigenvalues and eigenvectors by cyclic Jacobi: slower than the trigonometric closed form, but its vectors stay orthonormal for
+/// multiple eigenvalues. The matrix is scaled to about 1 by the caller. Of three million matrices none took more than four sweeps; the
+/// limit stops a NaN.
 Eigen eigenSymmetric(glm::dmat3 matrix) {
     glm::dmat3 vectors(1);
     for (int sweep = 0; sweep < 16; ++sweep) {
@@ -70,7 +75,7 @@ Eigen eigenSymmetric(glm::dmat3 matrix) {
     return result;
 }
 
-/// Root mu >= 0 of sum_i (beta_i / (mu + gap_i))^2 = 1. Requires a root, and lower > 0 or gap_i > 0 wherever beta_i != 0.
+/// Returns the root mu >= 0 of sum_i (beta_i / (mu + gap_i))^2 = 1. Requires a root, and lower > 0 or gap_i > 0 wherever beta_i != 0.
 /// Newton on 1 / |y(mu)| - 1, which is concave and rises: from the left it climbs to the root without overshooting.
 double solveSecular(const glm::dvec3& beta, const glm::dvec3& gap, double lower, double upper) {
     double mu = lower;
@@ -82,10 +87,10 @@ double solveSecular(const glm::dvec3& beta, const glm::dvec3& gap, double lower,
             squared += y * y;
             slope += y * y * reciprocal;
         }
-        if (!(squared > 1)) break;  // at the root, or past it by rounding
+        if (!(squared > 1)) break;  // at the root, or beyond it by rounding
         const double step = (std::sqrt(squared) - 1) * squared / slope;
         mu = std::min(upper, mu + step);
-        // Newton squares the error: after a step of 1e-8 of mu the rest is rounding.
+        // Newton converges quadratically: after a step of 1e-8 of mu only rounding is left.
         if (!(step > 1e-8 * mu)) break;
     }
     return mu;
@@ -98,8 +103,7 @@ glm::dvec3 maximize(const glm::dvec3& beta, const glm::dvec3& gap, int top) {
     for (int i = 0; i < 3; ++i) lower = std::max(lower, std::abs(beta[i]) - gap[i]);
     glm::dvec3 y(0);
     if (lower == 0) {
-        // Nothing pulls along the top eigenvector. If the others stay inside the sphere at mu = 0, the rest goes along it: the hard
-        // case, where both signs are as good.
+        // beta has no part along the top eigenvector. If |y(0)| < 1, the rest of the length goes along it, with either sign: the hard case.
         double squared = 0;
         for (int i = 0; i < 3; ++i) {
             y[i] = beta[i] == 0 ? 0 : beta[i] / gap[i];
@@ -110,7 +114,7 @@ glm::dvec3 maximize(const glm::dvec3& beta, const glm::dvec3& gap, int top) {
             return glm::normalize(y);
         }
     }
-    // |beta over the two nearest| - the farther gap, and the same over all three, are lower bounds too, and start Newton closer.
+    // Two more lower bounds of the root start Newton closer: |beta| of the two nearest eigenvalues minus the larger gap, and of all three.
     constexpr int near = 1;
     const int far = 2 - top;
     lower = std::max({lower, std::sqrt(beta[top] * beta[top] + beta[near] * beta[near]) - gap[near], upper - gap[far]});
@@ -119,7 +123,7 @@ glm::dvec3 maximize(const glm::dvec3& beta, const glm::dvec3& gap, int top) {
     return glm::normalize(y);
 }
 
-/// Value of the maximum above the top eigenvalue, by differences to it, so that linear and isotropic quadratics stay exact.
+/// Returns the maximum minus the top eigenvalue, from differences to it, so that linear and isotropic quadratics stay exact.
 double rise(const glm::dvec3& y, const glm::dvec3& beta, const glm::dvec3& gap) {
     return 2 * glm::dot(beta, y) - (gap.x * y.x * y.x + gap.y * y.y * y.y + gap.z * y.z * y.z);
 }

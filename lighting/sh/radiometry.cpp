@@ -18,7 +18,7 @@ ExitRadiance lambertExitRadiance(const ShRgb& incident, const glm::vec3& normal,
 }
 
 ShRgb projectGameLight(GameLight light, const glm::vec3& direction, GameLightNormalization normalization) {
-    // Nine coefficients show a light of 1 as sum_l A_l (2l + 1) / 4pi = 1/4 + 1/2 + 5/16 = 17/16 of itself.
+    // With nine coefficients a light of 1 gives sum_l A_l (2l + 1) / 4pi = 1/4 + 1/2 + 5/16 = 17/16.
     const float scale = normalization == GameLightNormalization::D3dx ? 16.0f / 17.0f : 1.0f;
     return projectDirectional(direction, std::numbers::pi_v<float> * scale * light.value);
 }
