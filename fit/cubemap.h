@@ -1,9 +1,14 @@
-// Environment cubemaps: prefilter by a kernel per mip, without seams because every texel is a function of its direction alone.
-// Source: Chen and Liu, Lighting and Material of Halo 3, section 1.4.2; lighting-math section 5. Pre-division is in fit/pre_divide.h.
+// Prefiltered environment cubemaps: one kernel for each mip level. No seams, since every texel is a function of its direction alone.
 //
-// The source becomes points (direction, solid angle, flux) that fall into the cells of a quadtree on the six faces of a cube; a cell knows
-// its exact solid angle, its exact flux and both centroids, so nothing is resampled and no energy is lost. A texel sums over the coarsest
-// cells that are small beside the kernel at their distance.
+// Method, as in tree codes for n-body problems (Barnes and Hut 1986):
+// 1. The texels of the source are cut into pieces (direction, solid angle, flux), which fall into the cells of a quadtree on the six faces
+//    of a cube. A cell has the exact solid angle and flux of its pieces, and the centroids of both: nothing is resampled, no energy is
+//    lost.
+// 2. A texel sums kernel times flux over the coarsest cells that are small against the kernel's width at their distance. Cells that hold
+//    a large share of all light are opened further.
+// 3. The variance of a cell widens the kernel at its centroid: second-order accuracy.
+// Mips whose kernel is narrower than a texel are area resamples instead.
+// Source of the use: Chen and Liu 2008, Lighting and Material of Halo 3, section 1.4.2. Pre-division is in fit/pre_divide.h.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -23,12 +28,12 @@ struct CubemapOptions {
     PrefilterKernel kernel = PrefilterKernel::Beckmann;
     /// Beckmann's m (GGX's alpha) of each mip, in [0, 1]; empty: perceptual roughness mip / (mipCount - 1), squared (a single mip: 0).
     std::vector<double> roughness;
-    /// Kernel's width (one standard deviation) over the largest cell, at the finest filtered level; coarser levels, which cost little, have
-    /// up to three times as many. 1..64. docs/experiments.md has run time against error.
+    /// Width of the kernel (one standard deviation) over the size of the largest cell, 1 to 64, at the finest filtered level. Coarser
+    /// levels, which cost little, have up to three times as many cells. docs/lab/fits.md has run time against error.
     double cellsPerKernelWidth = 3;
 };
 
-/// What a level was filtered with: everything a shader or a manifest needs.
+/// The kernel of a level, for shader and manifest.
 struct MipKernel {
     int size = 0;  ///< [texels] of a face
     double perceptualRoughness = 0;
@@ -38,8 +43,7 @@ struct MipKernel {
 
 class CubemapPrefilter {
 public:
-    /// Refuses options outside the limits above and empty environments. The environment is read again by filterRows: it must outlive the
-    /// filter.
+    /// Refuses options outside the limits above and empty environments. The environment must outlive the filter: filterRows reads it.
     static formats::Result<CubemapPrefilter> create(const formats::Environment& environment, const CubemapOptions& options);
     CubemapPrefilter(CubemapPrefilter&&) noexcept;
     CubemapPrefilter& operator=(CubemapPrefilter&&) noexcept;
@@ -47,17 +51,16 @@ public:
 
     int mipCount() const;
     const std::vector<MipKernel>& mips() const;
-    /// Rows [firstRow, firstRow + rowCount) of a face of a level, filtered around each texel's centre, into out (mips()[mip].size wide,
-    /// rowCount high). Pure and safe on several threads; a texel does not depend on how the rows were cut. Results lie between zero and the
-    /// brightest source value of the channel.
+    /// Filters the rows [firstRow, firstRow + rowCount) of a face of a level into `out` (mips()[mip].size wide, rowCount high). Pure, safe
+    /// on several threads; texels do not depend on the cut of the rows. Results lie between zero and the brightest source value of the
+    /// channel.
     void filterRows(int mip, int face, int firstRow, int rowCount, formats::ImageView<glm::vec3> out) const;
-    /// Gives the rows of a whole level, a strip of six faces +X -X +Y -Y +Z -Z from top to bottom, the source's mean over the sphere.
-    /// Values at texel centres are no exact quadrature: at 4 x 4 texels and more a small sun costs 0.3 % of the mean, at 2 x 2 and 1 x 1, 7
-    /// and 34 %. What is missing goes to the texels in proportion to p min(p / (1.5 mean), 1)^2, so that no texel changes by more than
-    /// about a third over that share and dark ones, mostly half of all, hardly change. Levels with m = 0 are exact already and stay as they
-    /// are.
+    /// Corrects the mean of a whole level, a strip of six faces +X -X +Y -Y +Z -Z from top to bottom, to the source's mean over the sphere.
+    /// Values at texel centres are no exact quadrature: a small sun costs 0.3 % of the mean at 4 x 4 texels and more, 7 % at 2 x 2 and 34 %
+    /// at 1 x 1. The difference is distributed in proportion to p min(p / (1.5 mean), 1)^2, p the texel's value: no texel changes by much
+    /// more than a third, and dark ones hardly change. Levels with m = 0 are exact and stay as they are.
     void keepMean(int mip, formats::ImageView<glm::vec3> strip) const;
-    /// A whole level as such a strip, its mean kept.
+    /// Returns a whole level as such a strip, with its mean corrected.
     formats::Image<glm::vec3> filterMip(int mip) const;
 
 private:

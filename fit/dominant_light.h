@@ -1,6 +1,9 @@
-// One directional light that stands for a texel's SH: the closed form, or the best of all directions, as it is stored in textures. Source:
-// Chen and Liu, Lighting and Material of Halo 3, section 1.4.1, with lighting-math section 3 (the denominator sum Y_i^2 is the constant
-// 9/4pi; directions are stored so that texture filtering keeps a meaning). light_search.h says what the refined fit makes small.
+// The dominant light: one directional light that approximates a texel's SH, as it is stored in textures. Closed form, or the best of all
+// directions (light_search.h). docs/theory/lighting.md, "Dominant light".
+//
+// The stored direction is not normalised. Its length is the directionality, so that texture filtering weighs neighbours sensibly; the
+// shader filters first and normalises after. Where the directionality is low, direction and intensity fade to the normal and to 0.
+// Source: Chen and Liu 2008, Lighting and Material of Halo 3, section 1.4.1.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +17,8 @@ namespace lightcook::fit {
 enum class DominantFit {
     Closed,         ///< direction of band 1, intensity by least squares
     Refined,        ///< direction and intensity by least squares
-    Explained,      ///< the same, dimmed where one light leaves much: beside it area specular of the rest is meant to be shaded
-    RefinedAmbient  ///< beside them an ambient term, which is not stored: it is what the intensity leaves of coefficient 0
+    Explained,      ///< the same, dimmed where one light explains the SH badly; the rest is shaded as area specular
+    RefinedAmbient  ///< with an ambient term, which is not stored: it is coefficient 0 minus the light's part of it
 };
 
 struct DominantLightOptions {
@@ -25,11 +28,11 @@ struct DominantLightOptions {
     float fadeStart = 0.02f;
     float fadeEnd = 0.08f;
     DominantFit fit = DominantFit::Closed;
-    /// Of Explained: what the light leaves (root of the squared error over the norm of the coefficients) from which it is dimmed, and from
-    /// which there is none.
+    /// For Explained. With e = root of the squared error over the norm of the coefficients: the light is dimmed from e = dimStart and gone
+    /// at e = dimEnd.
     float dimStart = 0.3f, dimEnd = 0.4f;
-    /// Of the refined fits: a texel whose closed form is proven to leave at most this much more than any light could is not searched. What
-    /// is left is the root of the squared error over the norm of the coefficients.
+    /// For the refined fits: a texel is not searched if the e of its closed form exceeds the lower bound of e for any light by at most
+    /// this.
     float tolerance = 1e-3f;
 };
 
@@ -38,29 +41,30 @@ struct DominantLight {
     /// turned to the direction found), faded to fadeEnd * normal. Never zero for a unit normal, so that the shader may filter first and
     /// normalise after.
     glm::vec3 direction{0};
-    /// Radiometric delta per channel, >= 0, faded: c = (4pi / 9) sum lambda_i Y_i(normalize(direction)); beside ambient light that is at
-    /// least 0 the sum runs from 1 and the factor is pi / 2.
+    /// Radiometric delta per channel, >= 0, faded: c = (4pi / 9) sum lambda_i Y_i(normalize(direction)). With positive ambient light
+    /// the sum starts at i = 1 and the factor is pi / 2.
     glm::vec3 intensity{0};
-    float directionality = 0;  ///< in [0, 1]: 1 is a single directional light, 0 tells nothing of a direction
+    float directionality = 0;  ///< in [0, 1]: 1 for a single directional light, 0 for light without a direction
     bool isSearched = false;   ///< the refined fit looked for a better direction
 };
 
-/// Of the covered texels: how many the refined fit searched, and how many it could leave as the closed form has them (black ones, those
-/// with no direction to speak of, and those within the tolerance).
+/// Counts of covered texels.
 struct DominantCounts {
-    std::int64_t refined = 0, skipped = 0;
+    std::int64_t refined = 0;  ///< searched by the refined fit
+    std::int64_t skipped = 0;  ///< closed form kept: black, faded out, or within the tolerance
 };
 
-/// incident: radiance, world frame (of the normal). normal: unit; a zero normal leaves (0, 0, 1) in its place.
-/// Finite for every finite input: a DC at or under zero has directionality 0.
+/// Fits the light of one texel. Finite for every finite input; a DC of 0 or less has directionality 0.
+/// incident  radiance, in the frame of the normal
+/// normal    unit; (0, 0, 1) replaces a zero normal
 DominantLight dominantLight(const lighting::ShRgb& incident, const glm::vec3& normal, const DominantLightOptions& options);
 
-/// All texels of views of one size; rows may be split over threads. Texels that are not covered get zero: their caller dilates.
+/// Fits all texels of views of one size; threads may share the rows. Texels that are not covered become zero, and the caller dilates.
 DominantCounts dominantLight(formats::ImageView<const lighting::ShRgb> sh, formats::ImageView<const std::uint8_t> covered,
                              formats::ImageView<const glm::vec3> normal, const DominantLightOptions& options,
                              formats::ImageView<glm::vec3> direction, formats::ImageView<glm::vec3> intensity);
 
-/// No intensity of any fit of this texel is above it; within a factor of 2 or so of what one light needs.
+/// Returns an upper bound of the intensity of any fit of this texel, at most about twice the intensity of the best light.
 float largestIntensity(const lighting::ShRgb& incident);
 
 }  // namespace lightcook::fit

@@ -1,5 +1,6 @@
-// Radially symmetric reflection maps: a gradient over zones of equal solid angle, convolved with normalised Phong lobes, one row an
-// exponent. Source: Stone, Radially-Symmetric Reflection Maps (2009), with the errata of lighting-math section 6.
+// Radially symmetric reflection maps (RSRM): a gradient over zones of equal solid angle, convolved with normalised Phong lobes, one row for
+// each exponent. docs/theory/lighting.md, "Radially symmetric reflection maps", has the formulas and the corrections to the source.
+// Source: Stone 2009, Radially-Symmetric Reflection Maps.
 #pragma once
 
 #include <glm/gtc/type_precision.hpp>
@@ -15,32 +16,32 @@ namespace lightcook::fit {
 struct RsrmOptions {
     int width = 256;  ///< [texels] of a row, 1..65536; texel j is the lobe around r with z = 1 - (2j + 1) / width, north to south
     std::vector<double> exponents = {1, 4, 16, 64, 256, 1024, 4096, 16384};  ///< each in [1, 65536]; exponent 1 is Lambert exit radiance
-    bool dither = false;  ///< what rounding leaves of a texel is carried to the next of its row, channel by channel
+    bool dither = false;  ///< error diffusion along each row: the rounding error of a texel is added to the next, channel by channel
 };
 
 struct Rsrm {
     std::vector<double> exponents;      ///< row by row
     formats::Image<glm::dvec3> values;  ///< L_o before quantization: x over z, y over exponents
-    glm::vec3 color{0};                 ///< the least float that no value of a channel is above: value = code / 255 * color
-    formats::Image<glm::u8vec3> codes;  ///< round(255 value / color), or dithered; 0 where the channel is black
+    glm::vec3 color{0};                 ///< largest value of each channel, rounded up to a float: value = code / 255 * color
+    formats::Image<glm::u8vec3> codes;  ///< round(255 value / color), or dithered; 0 if the channel is black
 };
 
 /// Refuses exponents and widths outside the limits, an empty gradient and values that are negative or not finite.
 formats::Result<void> checkRsrm(const std::vector<glm::vec3>& gradient, const RsrmOptions& options);
 
-/// L_o(z_o) = (s + 1)/2pi * integral L_i(z) max(0, r.l)^s dw, exact for a gradient that is constant over each zone, by Legendre series:
-/// the lobe's factors and the zone integrals are both closed forms. Error below 1e-6 of the row's maximum; a constant stays constant.
+/// Returns L_o(z_o) = (s + 1)/2pi * integral L_i(z) max(0, r.l)^s dw for a gradient that is constant over each zone. By Legendre series:
+/// the lobe's factors and the zone integrals are closed forms. Error below 1e-6 of the row's maximum; a constant stays constant.
 formats::Image<glm::dvec3> convolveGradient(const std::vector<glm::vec3>& gradient, const RsrmOptions& options);
 
-/// Convolves and quantizes. The arguments must pass the check. Codes are within half a code of the values; dithered ones within one, and
-/// within half a code in sum over any texels from the row's beginning: bands a code high become a pattern a texel wide.
+/// Convolves and quantizes. The arguments must pass the check. Codes differ from the values by at most half a code. Dithered codes differ
+/// by at most one, and their sum over any first texels of a row by at most half: steps one code high become a pattern one texel wide.
 Rsrm makeRsrm(const std::vector<glm::vec3>& gradient, const RsrmOptions& options);
 
-/// The map as what block encoders take: value / color in [0, 1], before any rounding; 0 where the channel is black.
+/// Returns value / color in [0, 1], without rounding: the input of block encoders. 0 if the channel is black.
 formats::Image<glm::vec3> scaledValues(const Rsrm& map);
 
-/// The first zone whose colour is not that of the others, brightness aside: one channel cannot hold such a gradient. None if all channels
-/// are multiples of one, to 1e-4 of each one's largest value. Black channels are multiples of anything.
+/// Returns the first zone whose hue differs from the others', which a single-channel map cannot hold. None if the channels are proportional
+/// to each other within 1e-4 of each one's largest value; a black channel is proportional to any.
 std::optional<std::size_t> firstZoneOfAnotherHue(const std::vector<glm::vec3>& gradient);
 
 }  // namespace lightcook::fit

@@ -1,5 +1,6 @@
-// Cook-Torrance as SH tables: C and D of the area-specular sum over view and roughness, as three RGBA images.
-// Source: Chen and Liu, Lighting and Material of Halo 3, section 1.4.3 and Listing 3, with the errata of lighting-math section 4.
+// Specular tables: the area-specular kernel C and D (lighting/brdf.h) over view and roughness, as three RGBA textures.
+// docs/theory/lighting.md, "Specular tables", has the definitions and the corrections to the source.
+// Source: Chen and Liu 2008, Lighting and Material of Halo 3, section 1.4.3 and Listing 3.
 #pragma once
 
 #include <array>
@@ -14,18 +15,18 @@
 
 namespace lightcook::fit {
 
-/// What an axis measures of t, NoV or m: sqrt((p0 + p1 t) (q0 + q1 t)), monotone over [0, 1]. Four numbers that a shader can decode by, in
-/// single precision too, and enough for sines, cosines, roots, offsets, and steps that grow with the distance from grazing.
+/// Mapping of t (NoV or m) to an axis of the table: sqrt((p0 + p1 t) (q0 + q1 t)), monotone over [0, 1]. A shader decodes it from four
+/// numbers, in single precision, too. The form covers sines, cosines, roots, offsets, and steps that grow away from grazing angles.
 struct AxisMapping {
-    std::string name;                    ///< as the manifest tells it, in terms of NoV or m
+    std::string name;                    ///< as in the manifest, in terms of NoV or m
     std::array<double, 4> factors{};     ///< p0, p1, q0, q1
     double of(double t) const;           ///< 0 <= t <= 1
     double inverse(double value) const;  ///< t, clamped to [0, 1]
 };
-/// Every mapping that chooseMappings looks at. The first one is plain NoV or plain m.
+/// Return the mappings that chooseMappings compares. The first one is plain NoV or plain m.
 const std::vector<AxisMapping>& viewMappings();
 const std::vector<AxisMapping>& roughnessMappings();
-/// By name: one of the lists. Throws std::out_of_range where there is none.
+/// Return the mapping of a name. Throw std::out_of_range for a name that the list does not have.
 const AxisMapping& viewMapping(const std::string& name);
 const AxisMapping& roughnessMapping(const std::string& name);
 
@@ -38,17 +39,17 @@ struct SpecularTableOptions {
     int pointCount = lighting::AreaSpecularColumn::kDefaultPoints;  ///< Gauss points a piece, 4 to 32
 };
 
-/// A pair of mappings and what a bilinear filter of ideal nodes loses under it.
+/// Errors of a bilinear filter between ideal nodes under a pair of mappings.
 struct MappingFigure {
     std::string view, roughness;
-    double c = 0, d = 0;   ///< RMS over the RMS of all C, of all D; uniform in NoV and m
-    double worst = 0;      ///< of an entry, absolute
-    double reflected = 0;  ///< of F0 C + (1 - F0) D, both F0 together
+    double c = 0, d = 0;   ///< RMS error over the RMS of all C, and of all D; uniform in NoV and m
+    double worst = 0;      ///< largest absolute error of an entry
+    double reflected = 0;  ///< relative RMS error of F0 C + (1 - F0) D, over both F0
 };
-/// The figures of every pair at the size and range of the options, for F0 from low to high.
+/// Returns the figures of every pair at the size and range of the options, for the two F0.
 std::vector<MappingFigure> mappingFigures(const SpecularTableOptions& options, double lowF0, double highF0);
-/// Sets both mappings of the options to those of least `reflected`. Plain NoV or m stays where the best is not 3 % better: its root costs a
-/// shader more than that is worth.
+/// Sets both mappings of the options to those of least `reflected`. Plain NoV or m is kept unless the best is 3 % better, since it costs
+/// the shader no square root.
 void chooseMappings(SpecularTableOptions& options, double lowF0, double highF0);
 
 /// An axis of a table: texel i of `count` holds the value at `minimum + (maximum - minimum) i / (count - 1)` of its mapping. Ends lie on
@@ -61,12 +62,12 @@ struct TableAxis {
     double value(int texelIndex) const;
 };
 
-/// One RGBA texture, 16 bits a channel: stored = (value - bias) / scale in [0, 1], code = round(65535 stored). A shader does code * scale +
-/// bias.
+/// One RGBA texture, 16 bits a channel: stored = (value - bias) / scale in [0, 1], code = round(65535 stored). A shader computes
+/// stored * scale + bias.
 struct SpecularTexture {
     formats::Image<glm::vec4> values;     ///< before quantization; x: view, y: roughness
     formats::Image<glm::u16vec4> stored;  ///< UNORM
-    glm::vec4 scale{1}, bias{0};          ///< per channel, from the data; scale 1 where a channel is constant
+    glm::vec4 scale{1}, bias{0};          ///< per channel, from the data; scale 1 for a constant channel
 };
 
 struct SpecularTables {
@@ -78,15 +79,15 @@ struct SpecularTables {
 
 /// Refuses sizes, ranges and point counts outside the limits above.
 formats::Result<void> checkSpecularTableOptions(const SpecularTableOptions& options);
-/// One row of roughness, viewCount kernels: pure, so that rows can run on threads. Views at grazing incidence are evaluated at NoV >= 1e-3.
+/// Returns the viewCount kernels of one row of roughness. Pure, so that threads can share the rows. NoV below 1e-3 counts as 1e-3.
 std::vector<lighting::AreaSpecularKernel> integrateSpecularTableRow(const SpecularTableOptions& options, int roughnessIndex);
-/// Puts roughnessCount rows together, chooses scales and quantizes.
+/// Assembles roughnessCount rows, chooses scales and quantizes.
 SpecularTables assembleSpecularTables(const SpecularTableOptions& options,
                                       const std::vector<std::vector<lighting::AreaSpecularKernel>>& rows);
-/// Both steps on the calling thread. options must pass the check.
+/// Does both steps on the calling thread. The options must pass the check.
 SpecularTables makeSpecularTables(const SpecularTableOptions& options);
 
-/// Bilinear fetch of a texture, as the hardware does it on the quantized values (edge clamped).
+/// Returns a bilinear sample of the quantized texture with clamped edges, as hardware computes it.
 glm::vec4 sampleSpecularTexture(const SpecularTexture& texture, double u, double v);
 
 }  // namespace lightcook::fit

@@ -12,7 +12,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// No piece of an azimuth integral is wider than this [rad]: coarse sources would leave the integrand curved inside one.
+/// Widest piece of an azimuth integral [rad]: with a coarse source the integrand is curved inside a texel.
 constexpr double kWidestPiece = pi / 64;
 
 double cornerAngle(double u, double v) {
@@ -37,7 +37,7 @@ AreaResampler::AreaResampler(const formats::Environment& environment) : environm
 glm::dvec3 AreaResampler::mean(int face, int x, int y, int size) const {
     if (environment_.projection == formats::Environment::Projection::CubeStrip) return meanFromStrip(face, x, y, size);
     const glm::dvec2 low(2.0 * x / size - 1, 2.0 * y / size - 1), high(2.0 * (x + 1) / size - 1, 2.0 * (y + 1) / size - 1);
-    // psi = atan2(x, -z) of the side faces' centres, +X -X (+Y -Y) +Z -Z; u runs against psi on all four.
+    // psi = atan2(x, -z) at the centres of the side faces, +X -X (+Y -Y) +Z -Z; u decreases with psi on all four.
     constexpr double kPsiOfFace[6] = {pi / 2, -pi / 2, 0, 0, pi, 0};
     Sum sum;
     if (face == 2 || face == 3) {
@@ -70,7 +70,7 @@ glm::dvec3 AreaResampler::meanFromStrip(int face, int x, int y, int size) const 
     return sum.flux / sum.solidAngle;
 }
 
-/// Along a meridian a texel is an interval of y = cos(theta), and dw = d(psi) dy: the integral over y is a sum over the panorama's rows.
+/// Adds the integral along a meridian. A texel is an interval of y = cos(theta) there and dw = d(psi) dy, so that it is a sum over rows.
 void AreaResampler::addMeridian(double psi, double weight, double yLow, double yHigh, Sum& sum) const {
     const formats::Image<glm::vec3>& texels = environment_.texels;
     const int width = texels.width(), height = texels.height();
@@ -87,7 +87,8 @@ void AreaResampler::addMeridian(double psi, double weight, double yLow, double y
     sum.solidAngle += weight * (yHigh - yLow);
 }
 
-/// Splits [begin, end] at the panorama's meridians and at kWidestPiece, three Gauss points a piece. intervalAt(psi) gives (yLow, yHigh).
+/// Integrates over azimuths: splits [begin, end] at the panorama's meridians and at kWidestPiece, three Gauss points a piece.
+/// intervalAt(psi) returns (yLow, yHigh).
 template <class Interval>
 void AreaResampler::integrateAzimuth(double begin, double end, const Interval& intervalAt, Sum& sum) const {
     static const GaussRule<3> rule = gaussLegendre<3>();

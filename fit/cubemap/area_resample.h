@@ -12,7 +12,7 @@ class AreaResampler {
 public:
     /// The environment must outlive this.
     explicit AreaResampler(const formats::Environment& environment);
-    /// Texel (x, y) of a face of size x size texels; size a power of two.
+    /// Returns the mean over texel (x, y) of a face of size x size texels; size a power of two.
     glm::dvec3 mean(int face, int x, int y, int size) const;
 
 private:

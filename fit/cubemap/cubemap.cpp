@@ -16,26 +16,27 @@
 namespace lightcook::fit {
 namespace {
 
-constexpr int kBlock = 4;  // texels a side that share one list of cells
-/// Narrowest kernel that is worth an integral, over the width of a texel: under it the texel's own footprint is the wider filter.
+/// Side of the blocks of texels that share one list of cells [texels].
+constexpr int kBlock = 4;
+/// Narrowest filtered kernel, relative to the width of a texel: below it the texel's own footprint is the wider filter.
 constexpr double kNarrowestKernel = 0.25;
-/// Widest piece of a source texel over the narrowest kernel's width. Cells soften the kernel by what their pieces spread, but GGX's does
-/// not soften: there a piece costs 1/12 of the square.
+/// Widest piece of a source texel, relative to the width of the narrowest kernel. Cells widen the kernel by the spread of their pieces,
+/// except for GGX: there a piece adds an error of 1/12 of its square.
 constexpr double kPiecePerKernelWidth = 0.25, kPiecePerGgxWidth = 0.2;
-/// A cell whose light lies farther from its middle than this part of its size is entered twice: its area here, its light there. Near a
-/// sun all centroids of light lean towards it; areas that went there with them weighed 0.4 % too much at 0.1 of the size.
+/// A cell has separate entries for area and flux if their centroids are farther apart than this part of its size. Near a sun all centroids
+/// of flux lean towards it: with 0.1 of the size, areas weighed 0.4 % too much.
 constexpr double kSplitDistance = 0.02;
-/// [chord^2 over the kernel's width^2] Only so far from the lobe's centre: what is beyond weighs a hundredth.
+/// [chord^2 over the kernel's width^2] Reach of kSplitDistance: cells beyond weigh less than a hundredth.
 constexpr double kSplitReach = 9, kSplitDistanceInTail = 0.1;
-/// Errors over the environment's mean that a bright cell may cause before it is opened further.
+/// Largest errors, relative to the environment's mean, that a bright cell may cause without being opened.
 constexpr double kSpreadError = 1e-4, kHorizonError = 2e-5;
-/// The same of light that is moved to where a cell's other colours are, before each channel is entered by itself.
+/// The same for a common centroid of the three channels; beyond it each channel has an entry.
 constexpr double kColourError = 1e-4;
-/// [rad] Cells as wide as this have smaller ones under them, for lamps 10,000 times as bright as what is around them: half a step of a
-/// coarse cell is much of its lobe. Four times as many cells as narrow lobes have anyway would take half of the whole time.
+/// [rad] Cells wider than this are always subdivided, for light sources 10,000 times as bright as their surroundings: their position in a
+/// coarse cell would matter. Finer cells for all (four times as many as narrow lobes need) would take half of the whole time.
 constexpr double kWidestFineCell = 0.012;
 
-/// Columns for the inner loop: eight texels against one entry after the other.
+/// Entries as columns for the inner loop, which processes one entry for eight texels at a time.
 struct CellList {
     std::vector<float> x, y, z, sharpness, solidAngle, red, green, blue;
     void clear() {
@@ -56,7 +57,7 @@ struct CellList {
 struct Eight {
     Double8 weight{}, red{}, green{}, blue{};
 };
-/// So many entries are summed in float before the sum moves to double: 64 roundings stay under 1e-6, thousands do not.
+/// Entries summed in float before the sum is added to a double: 64 roundings stay below 1e-6, thousands do not.
 constexpr std::size_t kEntriesPerPartialSum = 64;
 
 template <PrefilterKernel kKernel, bool kNarrow>
@@ -98,7 +99,7 @@ Eight sumCells(const CellList& list, const KernelScale& scale, Float8 x, Float8 
     return sumCells<PrefilterKernel::Phong>(list, scale, x, y, z);
 }
 
-/// The cells that matter to directions within `radius` [chord] of a centre.
+/// Collects the cells for directions within `radius` [chord] of a centre.
 class Gatherer {
 public:
     Gatherer(const CellTree& tree, const KernelScale& scale, double cellsPerKernelWidth)
@@ -132,12 +133,12 @@ private:
         for (int child = 0; child < 4; ++child) visit(levelIndex + 1, face, 2 * x + child % 2, 2 * y + child / 2, centre, radius, out);
     }
     static double brightnessOf(const Cell& cell) { return static_cast<double>(cell.flux.x) + cell.flux.y + cell.flux.z; }
-    /// Whether the light of a cell is so strong beside the mean that its own extent shows: by the kernel's curvature anywhere, by its bend
-    /// at the horizon r.l = 0 where the cell lies across it for some of the directions.
+    /// Returns true if the flux of a cell is so large that its extent would be visible: by the kernel's curvature, or by its kink at the
+    /// horizon r.l = 0 if the horizon of some direction crosses the cell.
     bool isTooBright(const Cell& cell, const glm::vec3& centre, double distance, double reach) const {
         const double brightness = brightnessOf(cell), spread = cell.fluxSpread;
         const double widthSquared = scale_.widthSquaredAt(distance);
-        const double steepness = std::min(4.0, 1 + distance * distance / widthSquared);  // a tail bends more than its height tells
+        const double steepness = std::min(4.0, 1 + distance * distance / widthSquared);  // a tail is more curved than its height suggests
         if (brightness * spread * steepness > brightSpreadLimit_ * widthSquared) {
             const double shape = prefilterKernelShapeAt(scale_.kernel, scale_.m, 0.5 * distance * distance);
             if (brightness * spread * steepness * shape > brightSpreadLimit_ * widthSquared) return true;
@@ -209,11 +210,11 @@ std::vector<MipKernel> chain(const CubemapOptions& options) {
     return mips;
 }
 
-/// Texels brighter than this times the mean take a full share of what the mean lacks.
+/// Texels brighter than this times the mean take a full share of the correction.
 constexpr double kBrightOverMean = 1.5;
 
-/// Adds what a channel's mean lacks, as CubemapPrefilter::keepMean says. Where the level has so much too much that this could make values
-/// negative (a narrow lobe on very few texels), all are scaled. False where a texel would have passed the brightest value.
+/// Corrects the mean of a channel as CubemapPrefilter::keepMean describes. If the excess is so large that values could become negative (a
+/// narrow lobe on very few texels), all are scaled instead. Returns false if a texel was clamped to the brightest value.
 bool keepChannelMean(int channel, double mean, double brightest, const std::vector<double>& solidAngles,
                      formats::ImageView<glm::vec3> strip) {
     const auto sumOf = [&](auto&& share) {
@@ -284,7 +285,7 @@ struct CubemapPrefilter::State {
     std::vector<double> cellsPerWidth;  ///< of each mip
 };
 
-/// Texels of one block, as many of its rows as `out` holds. The list depends on the block alone, so a texel does not see how rows were cut.
+/// Filters one block, as many of its rows as `out` holds. The list depends on the block alone, so the cut of the rows does not matter.
 void CubemapPrefilter::State::filterBlock(int mip, int face, int blockX, int blockY, int firstRow, formats::ImageView<glm::vec3> out,
                                           CellList& list) const {
     const int size = mips[static_cast<std::size_t>(mip)].size, edge = std::min(kBlock, size);
@@ -360,7 +361,7 @@ void CubemapPrefilter::keepMean(int mip, formats::ImageView<glm::vec3> strip) co
     std::vector<double> solidAngles;
     for (int i = 0; i < level.size * level.size; ++i)
         solidAngles.push_back(lighting::cubeTexelSolidAngle(i % level.size, i / level.size, level.size));
-    // Texels that would pass the source's brightest stop there: what they lack goes to the others, the next time round.
+    // Texels are clamped to the source's brightest value; the next round distributes the rest among the others.
     constexpr int kRounds = 4;
     for (int channel = 0; channel < 3; ++channel)
         for (int round = 0; round < kRounds; ++round)

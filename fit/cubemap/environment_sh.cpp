@@ -22,7 +22,8 @@ using std::numbers::pi;
 const double kBand0 = 0.5 * std::sqrt(1 / pi), kBand1 = std::sqrt(3 / (4 * pi)), kBand2 = 0.5 * std::sqrt(15 / pi),
              kBand20 = 0.25 * std::sqrt(5 / pi);
 
-/// Integrals over psi of a texel, psi = 2 pi (u - 0.5), so that x = sin(theta) sin(psi), z = -sin(theta) cos(psi), y = cos(theta).
+/// Integrals over the azimuth psi of a texel, psi = 2 pi (u - 0.5), so that x = sin(theta) sin(psi), z = -sin(theta) cos(psi), y =
+/// cos(theta).
 struct AzimuthIntegrals {
     double one, sine, cosine, cosineSquared, sineCosine;
 };
@@ -33,7 +34,7 @@ AzimuthIntegrals azimuthIntegrals(double begin, double end) {
             0.5 * doubleChord * std::sin(2 * middle)};
 }
 
-/// Integrals over theta of a row, with the measure sin(theta) d(theta).
+/// Integrals over the polar angle theta of a row, with the measure sin(theta) d(theta).
 struct PolarIntegrals {
     double one, y, yy, sine, sineY, sineSquared;
 };
@@ -85,8 +86,8 @@ ShRgbDouble projectEquirectangular(formats::ImageView<const glm::vec3> texels) {
     return sum;
 }
 
-/// Integrals over a texel of a face, with dw: of 1, of the direction's parts along the face's axes (major, right, down), and of their
-/// products. All six faces share them.
+/// Integrals over a texel of a face with respect to solid angle: of 1, of the direction's components along the face's axes (major, right,
+/// down), and of their products. The same for all six faces.
 struct FaceMoments {
     double one = 0, major = 0, right = 0, down = 0, rightRight = 0, downDown = 0, majorRight = 0, majorDown = 0, rightDown = 0;
 };
@@ -114,7 +115,7 @@ FaceMoments momentsOf(double left, double top, double size, int pieces) {
     return moments;
 }
 
-/// Integrals of L, of L times a direction's part, and of L times products of two, over a face.
+/// Integrals over a face of L, of L times a component of the direction, and of L times the product of two.
 struct FaceSums {
     glm::dvec3 one{0}, major{0}, right{0}, down{0}, rightRight{0}, downDown{0}, majorRight{0}, majorDown{0}, rightDown{0};
     void add(const FaceMoments& moments, const glm::dvec3& radiance) {
@@ -130,10 +131,10 @@ struct FaceSums {
     }
 };
 
-/// Turns a face's sums into x, y and z, and those into coefficients.
+/// Converts the sums of a face to x, y and z, and these to coefficients.
 void addFace(ShRgbDouble& sum, int face, const FaceSums& sums) {
     const glm::dvec3 major = lighting::directionFromCube({face, {0, 0}});
-    // (major + right) / sqrt 2 less its major part: an axis, exactly, once it is rounded.
+    // (major + right) / sqrt 2 minus its major component, rounded: exactly the right axis.
     const glm::dvec3 right = glm::round(lighting::directionFromCube({face, {1, 0}}) * std::sqrt(2.0) - major),
                      down = glm::round(lighting::directionFromCube({face, {0, 1}}) * std::sqrt(2.0) - major);
     std::array<glm::dvec3, 3> linear;                  // of x, y, z
@@ -161,7 +162,7 @@ void addFace(ShRgbDouble& sum, int face, const FaceSums& sums) {
 
 ShRgbDouble projectCubeStrip(formats::ImageView<const glm::vec3> texels) {
     const int size = texels.width;
-    const int pieces = std::max(1, 48 / size);  // three points err by 1e-10 on a 48th of a face
+    const int pieces = std::max(1, 48 / size);  // error of three points on 1/48 of a face: 1e-10
     const double step = 2.0 / size;
     std::array<FaceSums, 6> sums{};
     for (int y = 0; y < size; ++y)
@@ -175,7 +176,7 @@ ShRgbDouble projectCubeStrip(formats::ImageView<const glm::vec3> texels) {
     return sum;
 }
 
-/// integral of shape P_l dw for l = 0, 1, 2. Intervals of 1 - c halve towards the peak, so that a lobe of any width meets its own scale.
+/// Returns the integral of shape P_l dw for l = 0, 1, 2. Intervals of 1 - c halve towards the peak, so that they fit a lobe of any width.
 std::array<double, 3> shapeMoments(PrefilterKernel kernel, double m) {
     static const GaussRule<20> rule = gaussLegendre<20>();
     std::array<double, 3> moments{};
@@ -185,7 +186,7 @@ std::array<double, 3> shapeMoments(PrefilterKernel kernel, double m) {
         const double begin = end > smallest ? end / 2 : 0;
         for (std::size_t i = 0; i < rule.point.size(); ++i) {
             double versine = begin + (end - begin) * rule.point[i], width = end - begin;
-            if (end == 1) {  // c = t^3 / 2: a fractional power of c, Phong's, is smooth enough in t
+            if (end == 1) {  // c = t^3 / 2: Phong's fractional power of c is smooth in t
                 const double t = rule.point[i];
                 versine = 1 - 0.5 * t * t * t;
                 width = 1.5 * t * t;

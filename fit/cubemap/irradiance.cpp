@@ -12,16 +12,16 @@
 namespace lightcook::fit {
 namespace {
 
-/// [rad] Finer ones are there for cells that hold so much of all light, times their size [chord], that all of it stepping over the horizon
-/// at once would show.
+/// A cell is opened down to kFinestCellWidth [rad] if its share of all light times its size [chord] exceeds kBrightShare: all of its light
+/// crosses the horizon at once, which would be visible.
 constexpr double kFinestCellWidth = 0.012, kBrightShare = 5e-5;
-/// A cell whose light lies farther from its middle than this part of its size is entered twice: its area here, its light there.
+/// A cell has separate entries for area and flux if their centroids are farther apart than this part of its size.
 constexpr double kSplitDistance = 0.02;
-/// Its channels are entered by themselves where what they lie apart, times what they are, is more than this part of all light.
+/// Each channel has an entry if Cell::colourShift exceeds this part of all light.
 constexpr double kColourShare = 1e-6;
 
 struct Entry {
-    glm::vec3 direction;  ///< mean over the cell, shorter than 1 by what the cell spreads: n.direction is then the exact mean of n.l
+    glm::vec3 direction;  ///< mean over the cell, not normalised: n.direction is the exact mean of n.l
     float solidAngle;
     glm::vec3 flux;
 };
@@ -62,7 +62,7 @@ private:
     std::vector<Entry> entries_;
 };
 
-/// Weighted means of eight normals, each over the sum of its weights.
+/// Returns the weighted mean radiance for eight normals, each divided by the sum of its weights.
 std::array<glm::dvec3, 8> meansOf(const std::vector<Entry>& entries, const std::array<glm::vec3, 8>& normals, float wrap) {
     Float8 x{}, y{}, z{};
     for (int lane = 0; lane < 8; ++lane) {
@@ -71,7 +71,7 @@ std::array<glm::dvec3, 8> meansOf(const std::vector<Entry>& entries, const std::
         z[lane] = normals[static_cast<std::size_t>(lane)].z;
     }
     Double8 weightSum{}, redSum{}, greenSum{}, blueSum{};
-    constexpr std::size_t kEntriesPerPartialSum = 64;  // roundings of so many floats stay under 1e-6
+    constexpr std::size_t kEntriesPerPartialSum = 64;  // rounding stays below 1e-6
     for (std::size_t first = 0; first < entries.size(); first += kEntriesPerPartialSum) {
         const std::size_t end = std::min(entries.size(), first + kEntriesPerPartialSum);
         Float8 weight{}, red{}, green{}, blue{};

@@ -8,11 +8,11 @@ namespace lightcook::fit {
 namespace {
 
 constexpr double kSupportFraction = 1e-7;
-constexpr double kNearHorizon = 0.02;    // [r.l] where the slope is taken
+constexpr double kNearHorizon = 0.02;    // [r.l] of KernelScale::horizonSlope
 constexpr double kTailBegins = 6;        // [chord^2 over width^2]
-constexpr double kWidestSquared = 0.36;  // rough lobes are as curved as their cosine, whatever m says
+constexpr double kWidestSquared = 0.36;  // rough lobes are as curved as their cosine, for any m
 
-/// Versine beyond which the shape is under the limit: the shape falls monotonically.
+/// Returns 1 - r.l beyond which the shape is below the limit, by bisection: the shape falls monotonically.
 double supportVersine(PrefilterKernel kernel, double m, double integral) {
     const double limit = kSupportFraction * integral / (4 * std::numbers::pi);
     double low = 0, high = 1;
@@ -31,9 +31,9 @@ double KernelScale::widthSquaredAt(double chord) const {
 }
 
 KernelScale::Softened KernelScale::softened(float spread) const {
-    double narrow = 1, wide = 1, sharpness = 0;  // widths of the kernel and of the softened one, in one unit
+    double narrow = 1, wide = 1, sharpness = 0;  // squared widths of the kernel and of the softened one, in the same unit
     switch (kernel) {
-        case PrefilterKernel::Beckmann:  // variance 2 m^2 an axis
+        case PrefilterKernel::Beckmann:  // variance 2 m^2 for each axis
             narrow = m * m;
             wide = narrow + 0.5 * spread;
             sharpness = 1 / wide;

@@ -1,6 +1,6 @@
-// The prefilter's kernels eight texels at a time, and how far and how finely they have to be sampled. Internal to fit/cubemap.
+// The prefilter kernels for eight texels at a time, and the extent and cell size that they need. Internal to fit/cubemap.
 //
-// Everything is a function of the squared chord q = |r - l|^2 = 2 (1 - r.l): differences of nearby unit vectors keep the digits that r.l
+// Everything is a function of the squared chord q = |r - l|^2 = 2 (1 - r.l): the difference of nearby unit vectors keeps digits that r.l
 // loses.
 #pragma once
 
@@ -11,32 +11,32 @@
 
 namespace lightcook::fit {
 
-/// Eight floats as GCC and Clang know them: the same bits on every instruction set, one output texel a lane.
+/// Vector extensions of GCC and Clang: the same bits on every instruction set, one output texel a lane.
 using Float8 = float __attribute__((vector_size(32)));
 using Double8 = double __attribute__((vector_size(64)));
 using Int8 = std::int32_t __attribute__((vector_size(32)));
 
-/// Largest 1 - r.l of the support of a narrow kernel. A cell can be a little farther; the shapes hold twice as far.
+/// Largest 1 - r.l of the support of a narrow kernel. Cells can be a little farther; the formulas of the shapes hold up to twice that.
 inline constexpr double kNarrowVersine = 0.4;
 
 struct KernelScale {
     PrefilterKernel kernel = PrefilterKernel::Beckmann;
     double m = 0;
     double widthSquared = 0;     ///< [chord^2] of the lobe's core: one standard deviation
-    double widthGrowth = 0;      ///< width^2 grows by this much per chord^2: the tail weighs little
-    double tailGrowth = 0;       ///< and by this much more per chord^2 beyond 2.4 widths, where a Gaussian has a twentieth left
+    double widthGrowth = 0;      ///< growth of width^2 per chord^2: the tail weighs little
+    double tailGrowth = 0;       ///< additional growth beyond 2.4 widths, where a Gaussian has fallen to 1/20
     double integral = 0;         ///< [sr] of the shape over the sphere
-    double horizonSlope = 0;     ///< the shape's slope over r.l just above r.l = 0: the height of its bend
-    double supportChord = 0;     ///< beyond it the kernel is under 1e-7 of a constant kernel's value, or zero
-    bool isNarrow = false;       ///< all of the support lies within kNarrowVersine: shapes need no guard against the horizon
+    double horizonSlope = 0;     ///< slope of the shape over r.l just above r.l = 0: the size of its kink
+    double supportChord = 0;     ///< beyond it the kernel is below 1e-7 of a constant kernel's value
+    bool isNarrow = false;       ///< the support lies within kNarrowVersine: shapes need no guard at the horizon
     float mSquared = 0;          ///< m^2
     float oneMinusMSquared = 0;  ///< 1 - m^2
 
-    /// [chord^2] Squared width of the kernel at a chord from its centre: cells have to be small beside it.
+    /// Returns the squared width of the kernel at a chord from its centre [chord^2]: the limit for cells there.
     double widthSquaredAt(double chord) const;
 
-    /// The kernel as a cell of some spread sees it: the mean over the cell is, to second order, the value of a wider and lower kernel at
-    /// the centroid. Beckmann: sharpness is 1 / m^2; Phong: the exponent. GGX's tail does not widen that way: it stays as it is.
+    /// The kernel for a cell of some spread: its mean over the cell is, to second order, the value of a wider and lower kernel at the
+    /// centroid. Sharpness is 1 / m^2 for Beckmann and the exponent for Phong. GGX stays as it is, since its tail does not widen like that.
     struct Softened {
         float sharpness, amplitude;
     };
@@ -52,7 +52,7 @@ inline Float8 select(Int8 mask, Float8 yes, Float8 no) {
     return mask ? yes : no;
 }
 
-/// 2^y for y <= 0, relative error 2e-7; flushes to about 1e-38 below -126.
+/// Returns 2^y for y <= 0, relative error 2e-7; flushes to about 1e-38 below -126.
 inline Float8 exp2OfNegative(Float8 y) {
     const Float8 clamped = select(y < -126.0f, Float8{} - 126.0f, y);
     const Int8 whole = __builtin_convertvector(clamped - 0.5f, Int8);  // truncation of a negative number: the nearest integer of y
@@ -68,7 +68,7 @@ inline Float8 exp2OfNegative(Float8 y) {
     return p * std::bit_cast<Float8>(bits);
 }
 
-/// log2(1 - d) for d in [0, 1): exact digits near d = 0, where narrow Phong lobes live.
+/// Returns log2(1 - d) for d in [0, 1), accurate near d = 0, as narrow Phong lobes need.
 inline Float8 log2OneMinus(Float8 d) {
     const Float8 c = 1.0f - d;
     const Int8 bits = std::bit_cast<Int8>(c);
@@ -82,7 +82,9 @@ inline Float8 log2OneMinus(Float8 d) {
 
 }  // namespace detail
 
-/// The kernel's shape (1 at the centre) at eight squared chords; sharpness from KernelScale::softened. kNarrow: scale.isNarrow.
+/// Returns the shape of the kernel (1 at the centre) at eight squared chords.
+/// kNarrow    scale.isNarrow
+/// sharpness  from KernelScale::softened
 template <PrefilterKernel kKernel, bool kNarrow>
 inline Float8 kernelShape(Float8 chordSquared, float sharpness, const KernelScale& scale) {
     using detail::select;

@@ -34,8 +34,8 @@ lighting::ShDouble channelOf(const lighting::ShRgb& coefficients, int channel) {
     return result;
 }
 
-/// Whether every channel of every mip keeps its minimum over the sphere. The coefficients are scaled by the DC: extrema of tiny numbers
-/// lose digits.
+/// Returns true if S >= epsilon * mean in every channel and mip. The coefficients are scaled by the DC, since extrema of tiny numbers lose
+/// digits.
 bool staysAbove(const lighting::ShRgb& coefficients, const std::vector<lighting::ShBands>& bands, double epsilon) {
     for (int channel = 0; channel < 3; ++channel) {
         lighting::ShDouble scaled = channelOf(coefficients, channel);
@@ -49,7 +49,7 @@ bool staysAbove(const lighting::ShRgb& coefficients, const std::vector<lighting:
     return true;
 }
 
-/// A channel without light has nothing to divide by: its denominator becomes the constant.
+/// Sets the denominator of black channels to kBlackDenominator.
 lighting::ShRgb blackChannelsLifted(const lighting::ShRgb& incident) {
     lighting::ShRgb result = incident;
     for (int channel = 0; channel < 3; ++channel) {
@@ -60,14 +60,15 @@ lighting::ShRgb blackChannelsLifted(const lighting::ShRgb& incident) {
     return result;
 }
 
-/// Smallest lambda, to 1e-6 of itself, that is known to do. The upper end always does, also where the set of good lambdas had gaps.
+/// Returns the smallest lambda that suffices, to a relative 1e-6, by bisection. The upper end always suffices, even if the set of such
+/// lambdas has gaps.
 double smallestLambda(const lighting::ShRgb& incident, const std::vector<lighting::ShBands>& bands, double epsilon) {
     if (staysAbove(incident, bands, epsilon)) return 0;
     double low = 0x1p-24, high = low;
     while (!staysAbove(windowed(incident, high), bands, epsilon)) {
         low = high;
         high *= 2;
-        if (high > 0x1p40) return high;  // as good as constant for coefficients within float's range of the DC
+        if (high > 0x1p40) return high;  // S is constant for coefficients within float's range of the DC
     }
     while (high - low > 1e-6 * high) {
         const double middle = 0.5 * (low + high);

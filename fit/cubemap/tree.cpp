@@ -15,7 +15,8 @@ namespace {
 using std::numbers::pi;
 
 constexpr int kLargestCellsPerSide = 2048;
-/// Texels of a panorama's row that go into one cell together, over the cell's width: what they stand over its edge stays within `radius`.
+/// Length of a run of texels that is added to one cell as a whole, relative to the cell's width. The part beyond its edge stays within
+/// `radius`.
 constexpr double kRunPerCell = 0.25;
 
 class Splatter {
@@ -23,7 +24,9 @@ public:
     explicit Splatter(int cellsPerSide)
         : side_(cellsPerSide), sums_(6 * static_cast<std::size_t>(cellsPerSide) * static_cast<std::size_t>(cellsPerSide)) {}
 
-    /// direction: mean over the piece, shorter than 1 by what the piece spreads. radiance: over the brightest.
+    /// Adds a piece.
+    /// direction  mean over the piece, not normalised
+    /// radiance   relative to the brightest
     void add(const glm::dvec3& direction, double solidAngle, const glm::dvec3& radiance) {
         CellMoments& sums = sums_[indexOf(direction)];
         const glm::dvec3 flux = solidAngle * radiance;
@@ -34,7 +37,7 @@ public:
         for (std::size_t c = 0; c < 3; ++c) sums.fluxDirection[c] += flux[static_cast<int>(c)] * direction;
         sums.flux += flux;
     }
-    /// Several pieces at once, all into the cell of their mean direction.
+    /// Adds several pieces to the cell of their mean direction.
     void add(const CellMoments& pieces) { sums_[indexOf(pieces.direction)].add(pieces); }
     std::vector<CellMoments> take() { return std::move(sums_); }
 
@@ -53,14 +56,14 @@ int pieceCount(double width, double pieceWidth) {
     return std::max(1, static_cast<int>(std::ceil(width / pieceWidth)));
 }
 
-/// A row of a panorama: mean direction of a piece at column angle psi is (across sin(psi), up, -across cos(psi)).
+/// A row of a panorama. The mean direction of a piece at column angle psi is (across sin(psi), up, -across cos(psi)).
 struct PanoramaRow {
     double across, up, solidAngle;
     const std::vector<glm::dvec2>& azimuths;  ///< sin(psi), -cos(psi) of each piece
     glm::dvec3 directionAt(std::size_t column) const { return {across * azimuths[column].x, up, across * azimuths[column].y}; }
 };
 
-/// Columns [begin, end) as one: exact moments, whatever light they hold.
+/// Returns the exact moments of the columns [begin, end).
 CellMoments sumOfRun(const PanoramaRow& row, const glm::vec3* texels, double scale, int begin, int end) {
     glm::dvec3 radiance(0);
     glm::dvec2 turn(0);
@@ -84,21 +87,21 @@ CellMoments sumOfRun(const PanoramaRow& row, const glm::vec3* texels, double sca
     return sums;
 }
 
-/// runWidth [rad]: texels of a row so near together need not be told apart.
+/// runWidth  [rad] length of the runs of texels that are added as a whole
 void splatEquirectangular(formats::ImageView<const glm::vec3> texels, double scale, double pieceWidth, double runWidth,
                           Splatter& splatter) {
     const int rowPieces = pieceCount(pi / texels.height, pieceWidth);
     const int rowCount = texels.height * rowPieces;
-    std::vector<glm::dvec2> azimuths;  // sine and -cosine of the middles of a row's pieces
+    std::vector<glm::dvec2> azimuths;  // (sine, -cosine) at the centres of the pieces of a row
     for (int row = 0; row < rowCount; ++row) {
         const double begin = pi * row / rowCount, end = pi * (row + 1) / rowCount;
         const double middle = 0.5 * (begin + end);
-        // Towards the poles a row is short: its texels need fewer pieces.
+        // Rows are shorter towards the poles and need fewer pieces.
         const int columnPieces = pieceCount(2 * pi * std::sin(middle) / texels.width, pieceWidth);
         const int columnCount = texels.width * columnPieces;
-        const double measure = 2 * std::sin(middle) * std::sin(0.5 * (end - begin));  // of sin(theta)
+        const double measure = 2 * std::sin(middle) * std::sin(0.5 * (end - begin));  // integral of sin(theta)
         const double solidAngle = measure * 2 * pi / columnCount;
-        // Mean direction of a piece: integrals of sin^2 and sin cos over theta, of cos(psi) over psi.
+        // Components of a mean direction: integrals of sin^2 and sin cos over theta, of cos(psi) over psi.
         const double across =
             (0.5 * (end - begin) - 0.25 * (std::sin(2 * end) - std::sin(2 * begin))) * std::sin(pi / columnCount) / (pi / columnCount);
         const double up = 0.5 * std::sin(begin + end) * std::sin(end - begin);
@@ -140,7 +143,7 @@ void splatCubeStrip(formats::ImageView<const glm::vec3> texels, double scale, do
             const auto i = static_cast<std::size_t>(column);
             const double solidAngle = next[i + 1] - next[i] - corners[i + 1] + corners[i];
             const glm::dvec2 centre(0.5 * (edge(column) + edge(column + 1)), 0.5 * (edge(row) + edge(row + 1)));
-            const double length = 1 - std::min(0.5, solidAngle / 12);  // of a small square's mean direction
+            const double length = 1 - std::min(0.5, solidAngle / 12);  // length of the mean direction of a small square
             for (int face = 0; face < 6; ++face) {
                 const glm::vec3& radiance = texels.at(column / pieces, face * texels.width + row / pieces);
                 splatter.add(length * lighting::directionFromCube({face, centre}), solidAngle, scale * glm::dvec3(radiance));
@@ -149,7 +152,7 @@ void splatCubeStrip(formats::ImageView<const glm::vec3> texels, double scale, do
     }
 }
 
-/// Points of unit vectors scatter around their mean by 1 - |mean|^2, over two axes.
+/// Returns the variance of unit vectors around their mean for each of two axes: (1 - |mean|^2) / 2.
 float spreadOf(const glm::dvec3& sum, double weight) {
     const double length = glm::length(sum) / weight;
     return static_cast<float>(std::max(0.0, 0.5 * (1 - length * length)));
@@ -168,7 +171,7 @@ CellLevel finishLevel(const MomentLevel& moments) {
     CellLevel level;
     const int cellsPerSide = level.cellsPerSide = moments.cellsPerSide;
     level.size = moments.size;
-    // Half the diagonal of the widest cell, at a face's centre, and a little for a centroid that is not in the middle.
+    // Half the diagonal of the widest cell, at the centre of a face, and a little more since a centroid is not in the middle.
     level.radius = std::min(2.0, 1.3 * std::numbers::sqrt2 / std::sqrt(cellsPerSide * cellsPerSide + 1.0));
     level.cells.reserve(moments.cells.size());
     for (const CellMoments& cell : moments.cells) level.cells.push_back(finishCell(cell));
@@ -239,7 +242,7 @@ CellTree buildCellTree(const formats::Environment& environment, double cellWidth
     tree.brightest = moments.brightest;
     for (MomentLevel& level : moments.levels) {
         tree.levels.push_back(finishLevel(level));
-        level.cells = {};  // their memory, before the next level takes its own
+        level.cells = {};  // frees the memory before the next level needs its own
     }
     return tree;
 }

@@ -1,4 +1,4 @@
-// The source of a prefilter as cells of a quadtree on the six faces of a cube. Internal to fit/cubemap.
+// The source of a prefilter as the cells of a quadtree on the six faces of a cube. Internal to fit/cubemap.
 #pragma once
 
 #include <array>
@@ -11,20 +11,20 @@ namespace lightcook::fit {
 
 struct Cell {
     glm::vec3 areaCentroid{0};  ///< unit; weighted by solid angle
-    float solidAngle = 0;       ///< [sr]; 0: nothing fell here
-    glm::vec3 fluxCentroid{0};  ///< unit; weighted by the sum of the channels' flux; the area's where there is no light
-    glm::vec3 flux{0};          ///< [radiance sr], over the source's brightest value
+    float solidAngle = 0;       ///< [sr]; 0: empty
+    glm::vec3 fluxCentroid{0};  ///< unit; weighted by the sum of the channels' flux; areaCentroid if the cell is black
+    glm::vec3 flux{0};          ///< [radiance sr], relative to the brightest value of the source
     float areaSpread = 0;       ///< [chord^2] variance of the area around its centroid, per axis of the tangent plane
-    float fluxSpread = 0;       ///< the same of the flux around its own
-    /// The same of each channel's own light, where lamps of different colours may lie side by side.
+    float fluxSpread = 0;       ///< the same of the flux around its centroid
+    /// The same for the flux of each channel: light sources of different colours may lie side by side in a cell.
     std::array<glm::vec3, 3> channelCentroid{};
     glm::vec3 channelSpread{0};
-    /// How far channels' light lies from fluxCentroid, times what it is [chord radiance sr]: the most of the three.
+    /// Largest distance of a channel's centroid from fluxCentroid times the channel's flux [chord radiance sr].
     float colourShift = 0;
 };
 
-/// Calls add(centroid, spread, solidAngle, flux) for what a cell is entered as: its channels each where its own light is (isColoured), its
-/// light apart from its area (isSplit), or both at the light's centroid.
+/// Calls add(centroid, spread, solidAngle, flux) for each entry that represents a cell: one for solid angle and flux at the flux's
+/// centroid; two with separate centroids (isSplit); or four with one for each channel (isColoured).
 template <class Add>
 void enterCell(const Cell& cell, bool isColoured, bool isSplit, Add&& add) {
     if (!isColoured && !isSplit) {
@@ -43,7 +43,7 @@ void enterCell(const Cell& cell, bool isColoured, bool isSplit, Add&& add) {
     }
 }
 
-/// What a cell is made of: sums over the pieces of texels in it, in double.
+/// Sums over the pieces of texels in a cell.
 struct CellMoments {
     double solidAngle = 0, brightness = 0;  ///< [sr]; sum of the channels' flux
     glm::dvec3 direction{0}, flux{0};
@@ -58,7 +58,7 @@ struct CellMoments {
 };
 Cell finishCell(const CellMoments& moments);
 
-/// Cells of one size that are finished when they are looked at: a quarter of the work where few are.
+/// Cells of one size, finished on demand: a quarter of the work if few of them are used.
 struct MomentLevel {
     int cellsPerSide = 0;
     double size = 0;  ///< [chord] root of a cell's mean solid angle
@@ -70,7 +70,7 @@ struct MomentLevel {
     }
 };
 struct MomentTree {
-    float brightest = 0;              ///< the value of 1 in the cells' fluxes
+    float brightest = 0;              ///< source value of a flux of 1
     std::vector<MomentLevel> levels;  ///< from 1 x 1 a face to the finest
 };
 
@@ -78,7 +78,7 @@ struct MomentTree {
 struct CellLevel {
     int cellsPerSide = 0;
     double size = 0;    ///< [chord] root of a cell's mean solid angle
-    double radius = 0;  ///< [chord] no point of any cell is farther from its centroid
+    double radius = 0;  ///< [chord] largest distance of a point of any cell from its centroid
     std::vector<Cell> cells;
     const Cell& at(int face, int x, int y) const {
         return cells[(static_cast<std::size_t>(face) * static_cast<std::size_t>(cellsPerSide) + static_cast<std::size_t>(y)) *
@@ -88,12 +88,12 @@ struct CellLevel {
 };
 
 struct CellTree {
-    float brightest = 0;            ///< the value of 1 in the cells' fluxes
+    float brightest = 0;            ///< source value of a flux of 1
     std::vector<CellLevel> levels;  ///< from 1 x 1 a face to the finest
 };
 
-/// Splits texels into pieces no wider than pieceWidth [rad] and drops each into its finest cell (cells as small as cellWidth [rad], a power
-/// of two a side); solid angles and first moments of pieces are exact, sums are in double and in source order.
+/// Splits texels into pieces no wider than pieceWidth [rad] and adds each to its finest cell, of at most cellWidth [rad]; cells a side are
+/// a power of two. Solid angles and first moments of pieces are exact. Sums are in double and in source order.
 MomentTree buildMomentTree(const formats::Environment& environment, double cellWidth, double pieceWidth);
 /// The same with every cell finished.
 CellTree buildCellTree(const formats::Environment& environment, double cellWidth, double pieceWidth);

@@ -13,7 +13,7 @@
 namespace lightcook::fit {
 namespace {
 
-/// Sums leave float's range where coefficients are near its end; the light stays finite.
+/// Clamps to the range of floats: sums exceed it if coefficients are near its end.
 float toFiniteFloat(double value) {
     constexpr double kLargest = std::numeric_limits<float>::max();
     return static_cast<float>(std::clamp(value, -kLargest, kLargest));
@@ -24,18 +24,18 @@ double smoothStep(double start, double end, double x) {
     return t * t * (3 - 2 * t);
 }
 
-/// Luminance of the band-1 coefficients as a vector (x, y, z) over sqrt(3) lambda_0, inside the unit ball; zero where there is no light.
+/// Returns the luminance of band 1 as a vector (x, y, z) over sqrt(3) lambda_0, clamped to the unit ball; zero for black.
 glm::dvec3 linearDirection(const lighting::ShRgb& incident, const glm::dvec3& weights) {
     const auto luminance = [&](int i) { return glm::dot(glm::dvec3(incident[static_cast<std::size_t>(i)]), weights); };
     const double dc = luminance(0);
     if (!(dc > 0)) return glm::dvec3(0);
     const glm::dvec3 vector = glm::dvec3(luminance(3), luminance(1), luminance(2)) / (std::numbers::sqrt3 * dc);
     const double length = std::hypot(vector.x, vector.y, vector.z);
-    if (!std::isfinite(length)) return glm::dvec3(0);  // a denormal DC under huge linear terms: nothing that a light explains
+    if (!std::isfinite(length)) return glm::dvec3(0);  // a denormal DC with huge linear terms
     return length > 1 ? vector / length : vector;
 }
 
-/// The linear direction turned to that of the best light, unless the closed form is provably as good.
+/// The linear direction turned to that of the best light, or unchanged if the closed form is provably as good.
 struct Turned {
     glm::dvec3 direction;
     bool isSearched = false;
@@ -50,7 +50,7 @@ Turned turnedToBestLight(const lighting::ShRgb& incident, const glm::dvec3& line
     return {length * bestLight(incident, closed, hasAmbient).direction, true};
 }
 
-/// Least squares for a unit direction, times `fade`.
+/// Returns the least-squares intensity for a unit direction, times `fade`.
 glm::dvec3 intensityFrom(const lighting::ShRgb& incident, const glm::dvec3& direction, double fade, DominantFit fit) {
     if (fit == DominantFit::RefinedAmbient) return fade * lightTowards(incident, direction, true).intensity;
     const lighting::ShDouble basis = lighting::evaluateBasis(direction);
@@ -73,7 +73,7 @@ DominantLight dominantLight(const lighting::ShRgb& incident, const glm::vec3& no
     Turned turned{linear};
     if (options.fit != DominantFit::Closed && fade > 0) turned = turnedToBestLight(incident, linear, options);
     glm::dvec3 stored = fade * turned.direction + (1 - fade) * floorLength * unitNormal;
-    // Light from straight behind the normal (leaks, negative lobes) can cancel the two parts: the normal alone is then as good as any.
+    // Light from exactly behind the surface (leaks, negative lobes) can cancel the two terms: store the normal.
     double storedLength = glm::length(stored);
     if (storedLength < 1e-3 * floorLength) {
         stored = floorLength * unitNormal;
@@ -115,7 +115,7 @@ float largestIntensity(const lighting::ShRgb& incident) {
         double squared[3] = {};
         for (std::size_t i = 0; i < incident.size(); ++i)
             squared[lighting::kShBand[i]] += static_cast<double>(incident[i][channel]) * static_cast<double>(incident[i][channel]);
-        // Beside ambient light the others alone count, but for more: 4pi / 9 and pi / 2, times the norms sqrt((2l + 1) / 4pi) of Y_l.
+        // Factor 4pi / 9 over all bands, or with ambient light pi / 2 over bands 1 and 2, times the norms sqrt((2l + 1) / 4pi) of Y_l.
         const double above = std::sqrt(3 * squared[1]) + std::sqrt(5 * squared[2]);
         const double whole = (std::sqrt(squared[0]) + above) * 2 / 9, withoutDc = above / 4;
         largest = std::max(largest, std::sqrt(std::numbers::pi) * std::max(whole, withoutDc));

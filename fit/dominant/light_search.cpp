@@ -17,14 +17,14 @@ namespace {
 
 using std::numbers::pi;
 
-/// 1 / sum_i Y_i^2 over all nine, and over the eight that ambient light does not reach.
+/// 1 / sum_i Y_i^2 over all nine coefficients, and over the eight without coefficient 0.
 constexpr double kPerDelta = 4 * pi / 9, kPerDeltaAboveDc = pi / 2;
 constexpr double kAmbientDc = 2 / std::numbers::inv_sqrtpi;  // coefficient 0 of constant radiance 1
 
-/// lambda over its largest magnitude, so that squares neither overflow nor vanish.
+/// The coefficients divided by the largest magnitude, so that squares neither overflow nor underflow.
 struct Texel {
     std::array<glm::dvec3, lighting::kShCount> coefficients;
-    double scale = 0, energy = 0;  ///< energy: of the scaled coefficients, in [1, 27]
+    double scale = 0, energy = 0;  ///< energy: sum of squares of the scaled coefficients, in [1, 27]
     bool hasAmbient = false;
 
     bool isBlack() const { return scale == 0; }
@@ -44,11 +44,11 @@ Texel texelOf(const lighting::ShRgb& incident, bool hasAmbient) {
     return texel;
 }
 
-/// What the best c and a of one channel are, where the light's own projection is f = sum_i lambda_i Y_i(d).
+/// The best c and a of one channel for a direction with projection f = sum_i lambda_i Y_i(d).
 struct ChannelFit {
     double intensity, ambient;
-    double gain;       ///< by how much E falls
-    double curvature;  ///< k of gain = k f^2 (and a constant); 0 where the light is clamped away
+    double gain;       ///< decrease of E
+    double curvature;  ///< k of gain = k f^2 + constant; 0 if the intensity is clamped to 0
 };
 
 ChannelFit fitChannel(double projection, double dc, bool hasAmbient) {
@@ -75,7 +75,7 @@ double gainOf(const Texel& texel, const glm::dvec3& direction) {
     return gain;
 }
 
-/// Scaled back: intensities are in the units of what was given.
+/// Returns the light for a direction, in the units of the input.
 LightFit lightOf(const Texel& texel, const glm::dvec3& direction) {
     LightFit light;
     light.direction = direction;
@@ -92,7 +92,7 @@ LightFit lightOf(const Texel& texel, const glm::dvec3& direction) {
     return light;
 }
 
-/// Directions in antipodal pairs, as rows of the basis so that they run in lanes. Every direction lies within 11 degrees of one.
+/// Directions in antipodal pairs with the rows of their basis, for vector lanes. No direction is farther than 11 degrees from one of them.
 struct Grid {
     static constexpr std::size_t kPairs = 128, kCount = 2 * kPairs, kNeighbours = 8;
     using Row = std::array<float, kPairs>;
@@ -126,7 +126,7 @@ const Grid& grid() {
     return kGrid;
 }
 
-/// fitChannel's gain over what ambient light alone gains, in lanes: it only ranks starts.
+/// Returns the gain of fitChannel minus that of ambient light alone, in float: it only ranks starts.
 inline float roughGain(float projection, float dc, bool hasAmbient) {
     const float light = projection > 0 ? projection : 0, alone = static_cast<float>(kPerDelta) * light * light;
     if (!hasAmbient) return alone;
@@ -161,7 +161,7 @@ GridGains roughGains(const Texel& texel) {
     return gains;
 }
 
-/// A channel's projection as a polynomial on the sphere: constant + linear . d + d' quadratic d.
+/// The projection of a channel as a polynomial on the sphere: constant + linear . d + d' quadratic d.
 struct Polynomial {
     double constant;
     glm::dvec3 linear;
@@ -191,7 +191,7 @@ public:
         for (int k = 0; k < 3; ++k) channels_[static_cast<std::size_t>(k)] = polynomialOf(texel, k);
     }
 
-    /// The maximum uphill from a unit direction, to about 1e-12 of the energy.
+    /// A local maximum of the gain, to about 1e-12 of the energy.
     struct Peak {
         glm::dvec3 direction;
         double gain;
@@ -204,7 +204,7 @@ public:
             peak.gain = slope.gain;
             double move[2];
             const double promised = newtonMove(slope, move);
-            // What is left after a move of Newton's is the square of what it mended.
+            // Newton converges quadratically: stop once the predicted gain is below 1e-10.
             const bool isLast = promised <= 1e-10 * texel_.energy;
             if (!follow(slope, move, isLast ? 1 : 8, peak) || isLast) break;
         }
@@ -232,14 +232,15 @@ private:
             slope.second[2] += 2 * fit.curvature * g1 * g1 + 4 * fit.intensity * glm::dot(slope.axes[1], q1);
             radial += 2 * fit.intensity * glm::dot(gradient, d);
         }
-        slope.second[0] -= radial;  // the sphere bends away from its tangent plane
+        slope.second[0] -= radial;  // curvature of the sphere
         slope.second[2] -= radial;
         return slope;
     }
 
-    /// Newton's move where the gain is a hill, else uphill along a hill made of it; the gain that the quadratic model promises.
+    /// Computes Newton's move if the Hessian is negative definite; otherwise shifts its eigenvalues first, so that the move goes uphill.
+    /// Returns the gain predicted by the quadratic model.
     static double newtonMove(const Slope& slope, double move[2]) {
-        constexpr double kLongest = 0.5;  // [rad] half of what lies between two peaks
+        constexpr double kLongest = 0.5;  // [rad] half the distance between two maxima
         const double mean = 0.5 * (slope.second[0] + slope.second[2]), half = 0.5 * (slope.second[0] - slope.second[2]);
         const double radius = std::sqrt(half * half + slope.second[1] * slope.second[1]), largest = mean + radius;
         const double steepest = std::sqrt(slope.first[0] * slope.first[0] + slope.first[1] * slope.first[1]);
@@ -255,7 +256,7 @@ private:
         return promised;
     }
 
-    /// Moves the peak, by less where the whole move does not climb; false where none does.
+    /// Moves the peak by the longest tried share of the move that increases the gain. Returns false if none does.
     bool follow(const Slope& slope, const double move[2], int mostAttempts, Peak& peak) const {
         double share = 1;
         for (int attempt = 0; attempt < mostAttempts; ++attempt, share *= 0.3) {
@@ -282,9 +283,9 @@ private:
     std::array<Polynomial, 3> channels_;
 };
 
-/// Uphill from every hill of the grid that may be the highest.
+/// Returns the best of the local maxima reached from the local maxima of the grid.
 glm::dvec3 bestDirection(const Texel& texel, const glm::dvec3& hint) {
-    constexpr float kHighEnough = 0.75f;  // by less than the rest a hill falls from its peak to the nearest direction of the grid
+    constexpr float kHighEnough = 0.75f;  // a maximum falls by less than 25 % to the nearest grid direction
     const Ascent ascent(texel);
     const GridGains gains = roughGains(texel);
     const float highest = *std::max_element(gains.begin(), gains.end());
@@ -299,7 +300,7 @@ glm::dvec3 bestDirection(const Texel& texel, const glm::dvec3& hint) {
     return best.direction;
 }
 
-/// What a light leaves of a texel, its ambient part aside. The scale stays, so that intensities of both are of one unit.
+/// Returns the texel minus a light, without its ambient part. The scale stays, so that intensities of both have the same unit.
 Texel without(const Texel& texel, const LightFit& light) {
     Texel rest = texel;
     const lighting::ShDouble basis = lighting::evaluateBasis(light.direction);
@@ -341,7 +342,7 @@ TwoLights bestTwoLights(const lighting::ShRgb& incident, const glm::dvec3& hint,
     lights.first = lightOf(texel, bestDirection(texel, hint));
     lights.unexplained = lights.first.unexplained;
     for (int round = 0; round < kMostRounds; ++round) {
-        // A light keeps its hill after the first round: it only moves as the other one does.
+        // After the first round each light only follows its local maximum.
         const Texel forSecond = without(texel, lights.first);
         if (!(forSecond.energy > 1e-15 * texel.energy)) break;
         lights.second =

@@ -1,4 +1,4 @@
-// Which axes lose least between the nodes of a table.
+// Choice of the mappings of a table: the pair with the least interpolation error, measured on a grid between the nodes.
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -8,15 +8,15 @@
 namespace lightcook::fit {
 namespace {
 
-/// Places of the reference, uniform in NoV and in m, at middles: none is a node.
+/// Samples of the reference a side, uniform in NoV and in m.
 constexpr int kPlaces = 48;
-/// Points a piece: within 1e-5, a hundredth of the errors that are compared.
+/// Gauss points a piece: error 1e-5, a hundredth of the errors that are compared.
 constexpr int kPoints = 8;
 constexpr double kSmallestNoV = 1e-3;
-/// A plain axis stays unless another loses less than this share of what it loses.
+/// A plain axis is kept unless another has less than this share of its error.
 constexpr double kWorthARoot = 0.97;
 
-/// C 0 2 3 6 7 8, then D.
+/// C for i = 0, 2, 3, 6, 7, 8, then D.
 using Entries = std::array<double, 12>;
 
 Entries entriesOf(const lighting::AreaSpecularKernel& kernel) {
@@ -29,7 +29,7 @@ Entries entriesOf(const lighting::AreaSpecularKernel& kernel) {
     return entries;
 }
 
-/// Where a place lies between two nodes of an axis.
+/// Position of a sample between two nodes of an axis.
 struct Between {
     std::size_t first, second;
     double fraction;
@@ -96,7 +96,7 @@ public:
     }
 
 private:
-    /// Squares of errors and of values: C, D, and what each F0 makes of both.
+    /// Sums of squared errors and values: C, D, and F0 C + (1 - F0) D for each F0.
     struct Sums {
         std::array<double, 4> errors{}, values{};
         double worst = 0;
@@ -148,7 +148,7 @@ std::vector<MappingFigure> mappingFigures(const SpecularTableOptions& options, d
 void chooseMappings(SpecularTableOptions& options, double lowF0, double highF0) {
     assert(checkSpecularTableOptions(options).has_value());
     const Trial trial(options, lowF0, highF0);
-    // One axis after the other: they hardly know of each other, and a table holds what lies between its nodes in one of them at a time.
+    // One axis after the other: they hardly interact, and memory holds the samples of one of them at a time.
     const auto best = [&](const std::vector<AxisMapping>& mappings, AxisMapping SpecularTableOptions::*member) {
         const AxisMapping* chosen = nullptr;
         double least = 0, plain = 0;

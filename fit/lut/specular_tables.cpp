@@ -17,7 +17,7 @@ constexpr double kSmallestNoV = 1e-3;
 TableAxis makeAxis(int count, double minimum, double maximum) {
     TableAxis axis{count, minimum, maximum, 0, 0.5 / count};
     if (count == 1 || maximum == minimum) {
-        axis.coordinateOffset = 0.5;  // one value: any coordinate fetches it
+        axis.coordinateOffset = 0.5;  // a single value: any coordinate fetches it
         return axis;
     }
     axis.coordinateScale = (count - 1) / (count * (maximum - minimum));
@@ -25,7 +25,7 @@ TableAxis makeAxis(int count, double minimum, double maximum) {
     return axis;
 }
 
-/// From the smaller value of the mapping to the larger, whichever end of t that is.
+/// Returns the axis from the smaller value of the mapping to the larger.
 TableAxis makeAxis(int count, const AxisMapping& mapping, double low, double high) {
     const double first = mapping.of(low), last = mapping.of(high);
     return makeAxis(count, std::min(first, last), std::max(first, last));
@@ -37,7 +37,7 @@ TableAxis roughnessAxis(const SpecularTableOptions& options) {
 
 double mOfRow(const SpecularTableOptions& options, int roughnessIndex) {
     const double m = options.roughness.inverse(roughnessAxis(options).value(roughnessIndex));
-    return std::clamp(m, options.minimumM, options.maximumM);  // the root's rounding must not leave the range
+    return std::clamp(m, options.minimumM, options.maximumM);  // rounding of the root must not leave the range
 }
 
 double cosineOfColumn(const SpecularTableOptions& options, int viewIndex) {
@@ -50,7 +50,7 @@ const AxisMapping& find(const std::vector<AxisMapping>& mappings, const std::str
     throw std::out_of_range("no axis measures " + name);
 }
 
-/// Four kernel entries a texel, in the order of one of the three textures.
+/// Returns one of the three textures: four kernel entries a texel, quantized.
 using PickChannels = glm::dvec4 (*)(const lighting::AreaSpecularKernel&);
 glm::dvec4 pickC(const lighting::AreaSpecularKernel& kernel) {
     return {kernel.c[0], kernel.c[2], kernel.c[3], kernel.c[6]};
@@ -109,7 +109,7 @@ double AxisMapping::of(double t) const {
 double AxisMapping::inverse(double value) const {
     const auto& [p0, p1, q0, q1] = factors;
     const double constant = p0 * q0 - value * value, linear = p0 * q1 + p1 * q0, quadratic = p1 * q1;
-    // The slope of the radicand at the solution is plus or minus this root: of one sign over [0, 1].
+    // The slope of the radicand at the solution is plus or minus this root; it has one sign over [0, 1].
     const double root = std::sqrt(std::max(0.0, linear * linear - 4 * quadratic * constant));
     const bool rises = linear + quadratic > 0;
     const double t = quadratic == 0 ? -constant / linear : ((rises ? root : -root) - linear) / (2 * quadratic);

@@ -22,14 +22,14 @@ constexpr int kMostZones = 4096;
 /// A directed arc of the circle of points whose height along `normal` is `height`, counter-clockwise around the normal, seen from the axis:
 /// z = middle + reach cos t, with t from the circle's highest point. For such a circle
 ///   d phi   = d North + d South,   z d phi = height dt + d North - d South
-/// where North and South are the arcs' turns around the two poles of the axis, by half the angle t stretched.
+/// where North and South are the angles by which the arc turns around the two poles of the axis.
 class Arc {
 public:
     Arc(const glm::dvec3& axis, const glm::dvec3& normal, double height, const glm::dvec3& from, const glm::dvec3& to) : height_(height) {
         const double slope = glm::dot(axis, normal);
         const glm::dvec3 level = axis - slope * normal;
         const double levelLength = glm::length(level), radius = std::sqrt(std::max(0.0, 1 - height * height));
-        // Where the axis is the normal every point is as high as the others, and t may begin anywhere.
+        // If the axis is the normal, all points have the same height, and t may start anywhere.
         const glm::dvec3 highest = levelLength > 1e-12 ? level / levelLength : glm::normalize(from - height * normal);
         const glm::dvec3 side = glm::cross(normal, highest);
         middle_ = height * slope;
@@ -37,13 +37,13 @@ public:
         begin_ = std::atan2(glm::dot(from, side), glm::dot(from, highest));
         end_ = std::atan2(glm::dot(to, side), glm::dot(to, highest));
         if (end_ < begin_) end_ += 2 * pi;
-        if (radius == 0) end_ = begin_;  // the pole of a panorama is a point
+        if (radius == 0) end_ = begin_;  // the side at the pole of a panorama is a point
         northSign_ = slope < height ? -1 : 1;
         southSign_ = slope + height < 0 ? -1 : 1;
         north_ = {1 - middle_ + reach_, std::abs(slope - height)};
         south_ = {std::abs(slope + height), 1 + middle_ + reach_};
     }
-    /// Integral of max(0, z - h) d phi.
+    /// Returns the integral of max(0, z - h) d phi along the arc.
     double above(double h) const {
         if (h <= middle_ - reach_) return integral(begin_, end_, h);
         if (h >= middle_ + reach_) return 0;
@@ -73,14 +73,14 @@ private:
     std::array<double, 2> north_, south_;
 };
 
-/// The four sides of a texel, counter-clockwise as seen from outside the sphere: those that run against their circle count negative.
+/// The four sides of a texel, counter-clockwise as seen from outside the sphere. Sides that run against their circle count negative.
 struct Outline {
     std::array<Arc, 4> arcs;
     std::array<double, 4> signs;
     double solidAngle;
 };
 
-/// Corners of texels and their sides, of either projection.
+/// Corners and sides of the texels of either projection.
 class TexelGrid {
 public:
     TexelGrid(const formats::Environment& environment, const glm::dvec3& axis)
@@ -89,7 +89,7 @@ public:
           width_(environment.texels.width()),
           height_(environment.texels.height()) {}
 
-    /// Direction of a corner; of a strip, of the face that holds row y.
+    /// Returns the direction of a corner; in a strip, on the face that holds row y.
     glm::dvec3 corner(int x, int y, int row) const {
         if (isPanorama_) {
             const double theta = pi * y / height_, psi = 2 * pi * x / width_ - pi;
@@ -120,8 +120,8 @@ public:
     }
 
 private:
-    // Corners: 0 (x, y), 1 (x + 1, y), 2 (x, y + 1), 3 (x + 1, y + 1). A panorama's x runs clockwise around Y, as seen from inside; a
-    // face's texels are drawn as seen from outside.
+    // Corners: 0 (x, y), 1 (x + 1, y), 2 (x, y + 1), 3 (x + 1, y + 1). The x of a panorama runs clockwise around Y, as seen from inside;
+    // the texels of a face are laid out as seen from outside.
     Outline panoramaOutline(int x, int y, const std::array<glm::dvec3, 4>& c) const {
         const auto meridian = [&](int column) {
             const double psi = 2 * pi * column / width_ - pi;
@@ -147,7 +147,7 @@ private:
     int width_, height_;
 };
 
-/// Where zones begin and end, and what has been gathered of them.
+/// The limits of the zones, and their sums.
 class Zones {
 public:
     explicit Zones(int count) : areas_(static_cast<std::size_t>(count), 0.0), sums_(static_cast<std::size_t>(count), glm::dvec3(0)) {}
@@ -159,7 +159,7 @@ public:
         sums_[static_cast<std::size_t>(zone)] += solidAngle * radiance;
         energy_ += solidAngle * glm::dot(radiance, radiance);
     }
-    /// Every zone has its share of the sphere: fails only where a pole lay on a texel's side to the last bit.
+    /// Returns true if the area of every zone is right. It is not if a pole lies exactly on a side of a texel.
     bool isWhole() const {
         const double expected = 4 * pi / count();
         return std::ranges::all_of(areas_, [&](double area) { return std::abs(area - expected) <= 1e-6 * expected + 1e-9; });
@@ -191,7 +191,7 @@ void addTexel(const TexelGrid& grid, int x, int y, const std::array<glm::dvec3, 
         const glm::dvec3 side = corners[i] - corners[i == 0 ? 3 : 0];
         longest = std::max(longest, glm::dot(side, side));
     }
-    // Sides bulge by an eighth of a squared side at most, those of a small circle twice that; a fast way out for most texels.
+    // Early exit for most texels. A side bulges by at most 1/8 of its squared length, on a small circle by twice that.
     const bool isSmall = longest < 0.05 && !holdsNorth && !holdsSouth;
     const int first = zones.of(high + longest), last = zones.of(low - longest);
     if (isSmall && first == last) return zones.add(first, grid.solidAngle(x, y), radiance);
@@ -250,8 +250,8 @@ formats::Result<void> checkAzimuthalAverage(const glm::dvec3& axis, int zoneCoun
 
 AzimuthalAverage averageAroundAxis(const formats::Environment& environment, const glm::dvec3& axis, int zoneCount) {
     assert(checkAzimuthalAverage(axis, zoneCount).has_value());
-    // Texels' sides turn around the poles of the axis, which must not lie on one: an axis a hair off (1e-8) lies on none. Should it by
-    // chance, the zones' areas tell, and it goes farther off.
+    // No side may pass through a pole of the axis, so turn the axis by 1e-8. If the areas of the zones show that one still does, turn it
+    // farther.
     const glm::dvec3 unit = glm::normalize(axis);
     for (double off = 1e-8;; off *= 3) {
         const glm::dvec3 turned = glm::normalize(unit + off * glm::dvec3(0.4142135, -0.2679492, 0.6180340));

@@ -13,11 +13,11 @@ namespace lightcook::fit {
 namespace {
 
 constexpr int kMaximumDegree = 2048;
-/// A band whose factor is smaller than this adds less than 1e-10 of the maximum to any texel, over all of its successors.
+/// The series ends at factors below this: all later terms together add less than 1e-10 of the maximum to any texel.
 constexpr double kSmallestFactor = 1e-13;
 
-/// Legendre factors of the normalised lobe (s + 1) c^s over c in [0, 1]: k_0 = 1, k_1 = (s+1)/(s+2), k_l = k_(l-2) (s-l+2)/(s+l+1), which
-/// is the closed form of (s + 1) times the integral of c^s P_l(c). Ends where both parities have died out.
+/// Returns the Legendre factors of the normalised lobe (s + 1) c^s over c in [0, 1]: k_0 = 1, k_1 = (s+1)/(s+2), k_l = k_(l-2)
+/// (s-l+2)/(s+l+1), which is the closed form of (s + 1) times the integral of c^s P_l(c). Ends when both parities are negligible.
 std::vector<double> lobeFactors(double exponent) {
     std::vector<double> factors = {1.0, (exponent + 1) / (exponent + 2)};
     for (int degree = 2; degree <= kMaximumDegree; ++degree) {
@@ -34,7 +34,7 @@ public:
     explicit LegendreRun(std::vector<double> points) : z_(std::move(points)), previous_(z_.size(), 1.0), current_(z_), next_(z_.size()) {
         fillNext();
     }
-    int degree() const { return degree_; }  ///< of current()
+    int degree() const { return degree_; }  ///< degree of current()
     const std::vector<double>& previous() const { return previous_; }
     const std::vector<double>& current() const { return current_; }
     const std::vector<double>& next() const { return next_; }
@@ -55,7 +55,8 @@ private:
     std::vector<double> z_, previous_, current_, next_;
 };
 
-/// Radiance drops from zone to zone; the integral of L P_l over z is, by parts, a sum over edges of these drops times P_(l+1) - P_(l-1).
+/// The drops of radiance from zone to zone. Integrated by parts, the integral of L P_l over z is a sum over edges of drop times
+/// P_(l+1) - P_(l-1).
 std::vector<glm::dvec3> edgeSteps(const std::vector<glm::vec3>& gradient) {
     const std::size_t count = gradient.size();
     std::vector<glm::dvec3> steps(count + 1);
@@ -90,7 +91,8 @@ bool isConstant(const std::vector<glm::vec3>& gradient) {
     return std::all_of(gradient.begin(), gradient.end(), [&](const glm::vec3& zone) { return zone == gradient.front(); });
 }
 
-/// A convolution with a positive kernel of integral 1 stays between the source's ends; the series oversteps them by its rounding only.
+/// Clamps to the range of the source. A convolution with a positive kernel of integral 1 stays inside; the series leaves it by rounding
+/// only.
 void clampToSource(const std::vector<glm::vec3>& gradient, formats::Image<glm::dvec3>& values) {
     glm::dvec3 low(gradient.front()), high(gradient.front());
     for (const glm::vec3& zone : gradient) {
@@ -104,13 +106,14 @@ void clampToSource(const std::vector<glm::vec3>& gradient, formats::Image<glm::d
     }
 }
 
-/// So that no code is cut at 255, denormal colours included.
+/// Returns the smallest float not below the value, so that no code exceeds 255, also for denormal colours.
 float floatNotBelow(double value) {
     const float nearest = static_cast<float>(value);
     return static_cast<double>(nearest) < value ? std::nextafter(nearest, std::numeric_limits<float>::infinity()) : nearest;
 }
 
-/// One channel of a row. color: above 0, and no value above it, so what is carried stays within half a code.
+/// Quantizes one channel of a row.
+/// color  above 0 and at least the largest value, so that the diffused error stays within half a code
 void quantizeRow(const glm::dvec3* values, int width, int channel, float color, bool dither, glm::u8vec3* codes) {
     double carried = 0;
     for (int x = 0; x < width; ++x) {
