@@ -1,29 +1,15 @@
-# debian.md in the design notes tells why some come through pkg-config: their CMake configs are missing or broken on Debian 12.
-find_package(PkgConfig REQUIRED)
+# Every third-party library. docs/reference/dependencies.md lists the Debian packages.
+include(${CMAKE_CURRENT_LIST_DIR}/library_dependencies.cmake)
+
+# Used by the program, the image module and the tests, or header-only and invisible in our headers: users of the library need none of these.
 pkg_check_modules(OpenImageIO REQUIRED IMPORTED_TARGET OpenImageIO)
-pkg_check_modules(OpenColorIO REQUIRED IMPORTED_TARGET OpenColorIO)
-pkg_check_modules(OpenEXR REQUIRED IMPORTED_TARGET OpenEXR)
-pkg_check_modules(Highway REQUIRED IMPORTED_TARGET libhwy)
-pkg_check_modules(Zstd REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(XxHash REQUIRED IMPORTED_TARGET libxxhash)
-find_package(Ceres REQUIRED)
-find_package(draco REQUIRED)
-find_package(glm REQUIRED)
+find_package(Eigen3 REQUIRED)
 find_package(TBB REQUIRED)
 find_package(tomlplusplus REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(nlohmann_json REQUIRED)
-find_package(tl-expected REQUIRED)
-find_package(fmt REQUIRED)
-find_package(Eigen3 REQUIRED)
-find_package(Threads REQUIRED)
-find_library(ASTCENC_LIBRARY astcenc REQUIRED)
-find_path(ASTCENC_INCLUDE_DIR astcenc.h REQUIRED)
-add_library(astcenc UNKNOWN IMPORTED)
-set_target_properties(astcenc PROPERTIES
-  IMPORTED_LOCATION ${ASTCENC_LIBRARY}
-  INTERFACE_INCLUDE_DIRECTORIES ${ASTCENC_INCLUDE_DIR}
-  INTERFACE_COMPILE_DEFINITIONS ASTCENC_DYNAMIC_LIBRARY)
 if(LIGHTCOOK_TESTS)
+  find_package(Ceres REQUIRED)
   find_package(GTest REQUIRED)
 endif()

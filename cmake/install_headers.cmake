@@ -1,0 +1,27 @@
+# Installs the root headers of the modules and every header of ours that one of them includes. Runs during `cmake --install`.
+# source       the source tree
+# modules      the modules whose root headers are public
+# destination  the folder that projects include from
+cmake_policy(VERSION 3.25)
+set(waiting)
+foreach(module ${modules})
+  file(GLOB headers RELATIVE ${source} ${source}/${module}/*.h)
+  list(APPEND waiting ${headers})
+endforeach()
+set(found)
+while(waiting)
+  list(POP_FRONT waiting header)
+  if(header IN_LIST found OR NOT EXISTS ${source}/${header})
+    continue()
+  endif()
+  list(APPEND found ${header})
+  file(STRINGS ${source}/${header} includes REGEX "^#include \"[^\"]+\\.h\"")
+  foreach(line ${includes})
+    string(REGEX REPLACE "^#include \"([^\"]+)\".*" "\\1" name "${line}")
+    list(APPEND waiting ${name})
+  endforeach()
+endwhile()
+foreach(header ${found})
+  get_filename_component(folder ${header} DIRECTORY)
+  file(INSTALL ${source}/${header} DESTINATION ${destination}/${folder})
+endforeach()

@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# Installs a build into an empty folder and uses nothing but that folder: compiles the installed headers, builds and runs a
+# project that calls find_package(lightcook), and runs `lightcook demo` from another working directory.
+#   install_test.sh BUILD_DIR [CMAKE]
+set -euo pipefail
+build=$1 cmake=${2:-cmake}
+consumer=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)/consumer
+work=$(mktemp -d "${TMPDIR:-/tmp}/lightcook_install_XXXXXX")
+trap 'rm -rf "$work"' EXIT
+die() { echo "install_test: $*" >&2; exit 1; }
+
+"$cmake" --install "$build" --prefix "$work/staged" >"$work/install.log" || die "cmake --install failed"
+# Moved before its first use: nothing may remember where it was installed.
+mv "$work/staged" "$work/prefix"
+prefix=$work/prefix
+
+for file in bin/lightcook lib/lightcook/lightcook_images.so share/lightcook/shaders/sh.glsl share/lightcook/examples/cornell/scene.toml \
+    share/doc/lightcook/copyright share/doc/lightcook/README.md include/lightcook/compress/encode.h; do
+    [[ -s $prefix/$file ]] || die "$file is not installed"
+done
+if grep -rlF "$build" "$prefix/lib" --include='*.cmake'; then die "the CMake package names the build folder"; fi
+
+"$cmake" -S "$consumer" -B "$work/build" -G Ninja -DCMAKE_BUILD_TYPE= -DCMAKE_PREFIX_PATH="$prefix" >"$work/configure.log" 2>&1 ||
+    { cat "$work/configure.log"; die "a project with find_package(lightcook) does not configure"; }
+"$cmake" --build "$work/build" >"$work/build.log" 2>&1 || { cat "$work/build.log"; die "a project with find_package(lightcook) does not build"; }
+mkdir "$work/home" "$work/elsewhere"
+cd "$work/elsewhere"
+"$work/build/consumer" texture.ktx2
+
+run=(env -i HOME="$work/home" PATH=/usr/bin:/bin LANG=C.UTF-8 "$prefix/bin/lightcook")
+"${run[@]}" demo -o "$work/demo" >"$work/demo.log" 2>&1 || { cat "$work/demo.log"; die "the installed 'lightcook demo' failed"; }
+[[ -s $work/demo/cooked.json && -s $work/demo/report.html ]] || die "the installed 'lightcook demo' left no manifest or report"
+"${run[@]}" decode texture.ktx2 texture.exr
+"${run[@]}" info texture.exr >/dev/null || true
+[[ -s texture.exr ]] || die "the installed program did not decode the consumer's texture"
+echo "install_test: $(find "$prefix" -type f | wc -l) files installed, consumer built, demo verified"
