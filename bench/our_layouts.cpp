@@ -5,7 +5,7 @@
 
 #include <stdexcept>
 
-#include "compress/light_map_blocks.h"
+#include "compress/light_map.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/textures.h"
 #include "pipeline/scene/scene.h"
@@ -77,10 +77,10 @@ Seen cook(const Bake& bake, const std::filesystem::path& file, const std::string
 
 /// The layout in halfs and 16-bit numbers, learned anew with the same number of bases.
 compress::LightMapPlan uncodedPlan(const Bake& bake, const std::string& name, int clusters, int effort) {
-    using compress::LightMapTarget;
-    const compress::LightMapLayout layout = *compress::lightMapLayoutFromName(name);
+    using formats::Target;
+    const formats::LightMapLayout layout = *formats::lightMapLayoutFromName(name);
     const int width = bake.width(), height = bake.height();
-    if (!compress::isLearned(layout)) return compress::planLightMap(layout, LightMapTarget::Float, width, height, bake.measure);
+    if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, Target::Float, width, height, bake.measure);
     compress::LightMapBlocks blocks(width, height);
     blocks.add(bake.band, 0, height);
     const std::vector<int> charts = blocks.charts();
@@ -88,8 +88,7 @@ compress::LightMapPlan uncodedPlan(const Bake& bake, const std::string& name, in
     samples.add(bake.band, 0, height);
     compress::EncodeOptions options;
     options.effort = effort;
-    return compress::planLearnedLightMap(layout, LightMapTarget::Float, width, height, bake.measure, blocks, charts, samples, clusters,
-                                         options);
+    return compress::planLearnedLightMap(layout, Target::Float, width, height, bake.measure, blocks, charts, samples, clusters, options);
 }
 
 }  // namespace

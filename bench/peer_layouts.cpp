@@ -349,7 +349,7 @@ Image<ShRgb> throughLuvw(const formats::LightMapStrip& band, double key, std::si
     compress::LightMapMeasure measure;
     measure.add(band);
     compress::LightMapPlan plan = compress::withHalo3Constants(
-        compress::planLightMap(compress::LightMapLayout::Luvw, compress::LightMapTarget::Bc, band.sh.width(), band.sh.height(), measure));
+        compress::planLightMap(formats::LightMapLayout::Luvw, formats::Target::Bc, band.sh.width(), band.sh.height(), measure));
     plan.key = key;
     Image<ShRgb> seen = throughPlan(plan, band, effort);
     for (ShRgb& sh : seen.texels()) std::fill(sh.begin() + static_cast<std::ptrdiff_t>(count), sh.end(), glm::vec3(0));
@@ -377,7 +377,7 @@ PeerMaps halo3Linear(const Bake& bake, int effort) {
 Image<ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::LightMapStrip& band, int effort) {
     compress::EncodeOptions options;
     options.effort = effort;
-    const verify::CookedLightMap map{std::string(compress::lightMapLayoutName(plan.layout)), plan.constants, plan.width, plan.height};
+    const verify::CookedLightMap map{std::string(formats::info(plan.layout).name), plan.constants, plan.width, plan.height};
     const auto verifier = verify::LightMapVerifier::create(map, {}, {}, plan.key);
     if (!verifier) throw std::runtime_error(verifier.error().line());
     Image<ShRgb> out(plan.width, plan.height);

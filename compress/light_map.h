@@ -35,20 +35,13 @@
 #include <vector>
 
 #include "compress/encode.h"
+#include "formats/chart_clusters.h"
 #include "formats/light_map.h"
+#include "formats/light_map_layout.h"
 #include "formats/pixel_format.h"
+#include "formats/target.h"
 
 namespace lightcook::compress {
-
-enum class LightMapLayout { Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis3, Basis4, Basis8, Basis12, Basis16 };
-/// Which family of formats. Bc: BC6H, BC7, BC3. Astc: 4x4 HDR and LDR. Float: half and 16-bit unorm, no blocks.
-enum class LightMapTarget { Bc, Astc, Float };
-
-/// "raw" "flat" "luvw" "luvw-linear" "ratio" "zh3" "basis-3" "basis-4" "basis-8" "basis-12" "basis-16"; nothing for other names.
-std::optional<LightMapLayout> lightMapLayoutFromName(std::string_view name);
-std::string_view lightMapLayoutName(LightMapLayout layout);
-/// Whether the layout's decode is learned from the map (planLearnedLightMap).
-bool isLearned(LightMapLayout layout);
 
 /// Map-wide statistics that the plan's constants come from. Only covered texels count.
 class LightMapMeasure {
@@ -92,6 +85,68 @@ private:
     std::array<float, lighting::kShCount> maximumAbsolute_{}, minimumRatio_{}, maximumRatio_{};
 };
 
+/// Rows beyond the encoded ones that encodeLightMapRows looks at to fill texels outside charts.
+inline constexpr int kLightMapPaddingRows = 2;
+
+// Learned layouts: a light map by its 4 x 4 blocks, and a sample of blocks to learn from.
+
+/// Texels of a side of the blocks that charts are told apart by.
+inline constexpr int kChartBlock = formats::kClusterBlock;
+
+class LightMapBlocks {
+public:
+    LightMapBlocks() = default;
+    /// [texels]
+    LightMapBlocks(int width, int height);
+    /// Rows [firstRow, firstRow + rowCount) of the map, whole blocks but at its end, which the band must hold. Different rows may be added
+    /// from several threads.
+    void add(const formats::LightMapStrip& band, int firstRow, int rowCount);
+
+    int across() const { return across_; }
+    int count() const { return static_cast<int>(covered_.size()); }
+    /// A chart for each block, numbered in the order of their first blocks; -1 without covered texels. Covered texels that touch, by a
+    /// corner too, and texels of one block are one chart: no filter reaches from one into another.
+    /// islands  of meshes that read the map: all blocks that one holds texel centres of, and all covered texels that it is filtered from,
+    ///          are one chart, however narrow what joins them. Blocks of texel centres have a chart although nothing in them is covered.
+    std::vector<int> charts(std::span<const formats::IslandRun> islands = {}) const;
+    /// About `budget` blocks, ascending: a quarter of them by covered area, a quarter by light, half by charts, each after the root of its
+    /// light; at least one of every chart, spread evenly over it. charts: of this map
+    struct Choice {
+        int block;
+        float weight;  ///< how many blocks this one stands for
+    };
+    std::vector<Choice> choose(const std::vector<int>& charts, int budget) const;
+
+private:
+    /// Calls visit(block) for blocks of a run: with a covered texel in it, or all where their centres lie inside the island.
+    template <class Visit>
+    void forEachBlock(const formats::IslandRun& run, Visit visit) const;
+
+    int across_ = 0, width_ = 0, height_ = 0;
+    std::vector<std::uint16_t> covered_;  ///< bit 4 y + x
+    std::vector<double> light_;           ///< sum of squared coefficient 0
+};
+
+/// Chosen blocks with their surroundings, side by side in a band of their own: what lies beside a block's texels decides how it is padded.
+class LightMapSamples {
+public:
+    LightMapSamples() = default;
+    LightMapSamples(std::vector<LightMapBlocks::Choice> choices, int across);
+    /// Takes the chosen blocks of rows [firstRow, firstRow + rowCount) of the map, whole blocks but at its end. The band must hold those
+    /// rows and kLightMapPaddingRows more on either side where the map has them. Different rows may be added from several threads.
+    void add(const formats::LightMapStrip& band, int firstRow, int rowCount);
+
+    const std::vector<LightMapBlocks::Choice>& choices() const { return choices_; }
+    /// kSide rows; the texels of choice i are rows and columns [kMargin, kMargin + kChartBlock) of its columns, kSide i and on.
+    const formats::LightMapStrip& texels() const { return texels_; }
+    static constexpr int kMargin = kLightMapPaddingRows, kSide = kChartBlock + 2 * kMargin;
+
+private:
+    int across_ = 0;
+    std::vector<LightMapBlocks::Choice> choices_;
+    formats::LightMapStrip texels_;
+};
+
 /// One texture of a layout: a 2-D array of layerCount layers (a plain texture where layerCount is 1), as large as the map.
 struct LightMapTexture {
     std::string name;
@@ -100,18 +155,14 @@ struct LightMapTexture {
 };
 
 struct BasisModel;
-class LightMapBlocks;
-class LightMapSamples;
 
 /// All that is decided before the first block is encoded, and all that a decoder needs.
 struct LightMapPlan {
-    LightMapLayout layout = LightMapLayout::Raw;
-    LightMapTarget target = LightMapTarget::Float;
+    formats::LightMapLayout layout = formats::LightMapLayout::Raw;
+    formats::Target target = formats::Target::Float;
     int width = 0, height = 0;  ///< [texels]
     std::vector<LightMapTexture> textures;
     std::map<std::string, std::vector<float>> constants;  ///< by the names of the members of the shader's constants
-    /// of the decode as a polynomial of the filtered texels; where band 2 follows an axis, of what it follows from
-    int decodeDegree = 1;
     double key = 0;                           ///< of the measure: the encoders' errors are relative above 0.02 key and absolute below
     std::shared_ptr<const BasisModel> basis;  ///< of layouts that learn; constants hold the same
     bool isClusterInMesh = false;             ///< vertices bear the cluster, so that no index by blocks is needed in GPU memory
@@ -120,28 +171,25 @@ struct LightMapPlan {
     double bitsPerTexel() const;   ///< all textures and layers, tables included
     std::size_t gpuBytes() const;  ///< the same in bytes
     /// The same for a layout that is this one, or this one without the last layers of its residual.
-    std::size_t gpuBytesAs(LightMapLayout shorter) const;
+    std::size_t gpuBytesAs(formats::LightMapLayout shorter) const;
     std::size_t tableBytes() const;  ///< what a learned decode needs beside its textures
 };
 
 /// layout: one that does not learn
-LightMapPlan planLightMap(LightMapLayout layout, LightMapTarget target, int width, int height, const LightMapMeasure& measure);
+LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height, const LightMapMeasure& measure);
 /// layout    one that learns
 /// blocks    of the whole map; charts: blocks.charts()
 /// samples   of blocks.choose(charts, ...), filled from the whole map
 /// clusters  at most so many bases, 1 .. 256; 0: as many as cost an eighth of l0 and code, at most 64
-LightMapPlan planLearnedLightMap(LightMapLayout layout, LightMapTarget target, int width, int height, const LightMapMeasure& measure,
-                                 const LightMapBlocks& blocks, const std::vector<int>& charts, const LightMapSamples& samples, int clusters,
-                                 const EncodeOptions& options);
+LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height,
+                                 const LightMapMeasure& measure, const LightMapBlocks& blocks, const std::vector<int>& charts,
+                                 const LightMapSamples& samples, int clusters, const EncodeOptions& options);
 /// Blocks worth learning from, for LightMapBlocks::choose: more for maps of more than a megapixel, up to four times as many.
 int learningBlocks(int effort, int width, int height);
 
 /// The same luvw plan with the constants of Halo 3 (residual span 1, square roots, no headroom): the yardstick that the default is measured
 /// against. Decoders need nothing new. luvw: a plan of layout Luvw.
 LightMapPlan withHalo3Constants(LightMapPlan luvw);
-
-/// Rows beyond the encoded ones that encodeLightMapRows looks at to fill texels outside charts.
-inline constexpr int kLightMapPaddingRows = 2;
 
 /// The blocks of some rows of every texture: textures[t].layers[l] holds whole rows of blocks, in the order of plan.textures.
 struct EncodedLightMapTexture {

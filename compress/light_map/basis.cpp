@@ -5,37 +5,26 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "compress/light_map.h"
 #include "compress/light_map/basis_codes.h"
 #include "compress/light_map/basis_fit.h"
 #include "compress/light_map/basis_model.h"
 #include "compress/light_map/rows.h"
-#include "compress/light_map_blocks.h"
 
 namespace lightcook::compress {
 
 namespace {
 
 using formats::Image;
-using formats::PixelFormat;
 
 constexpr std::size_t kCount = lighting::kShCount;
 constexpr int kMostClusters = 64;
 /// The tables of all clusters may take this share of the textures.
 constexpr std::size_t kTableShare = 8;
 
-BasisShape shapeOf(LightMapLayout layout) {
-    switch (layout) {
-        case LightMapLayout::Basis3:
-            return {3, 0};
-        case LightMapLayout::Basis8:
-            return {4, 1};
-        case LightMapLayout::Basis12:
-            return {4, 2};
-        case LightMapLayout::Basis16:
-            return {4, 3};
-        default:
-            return {4, 0};
-    }
+BasisShape shapeOf(formats::LightMapLayout layout) {
+    const formats::LightMapLayoutInfo& row = formats::info(layout);
+    return {row.codeCount, row.residualCount()};
 }
 
 /// How often a cluster comes in a row: [cluster, count, cluster, count ...] over the blocks of the map, row by row.
@@ -50,6 +39,17 @@ std::vector<float> runsOf(const std::vector<std::uint8_t>& clusters) {
         i = end;
     }
     return runs;
+}
+
+/// Returns how many clusters cost at most 1 / kTableShare of the textures "l0" and "code". The residual does not count, so that a layout
+/// with one begins with the same clusters and codes as the layout without.
+int defaultClusterCount(const LightMapPlan& plan, const BasisShape& shape) {
+    BasisModel one;
+    one.shape = {shape.codeChannels, 0};
+    one.code.resize(1);
+    std::size_t bytes = 0;
+    for (std::size_t t = 0; t < 2; ++t) bytes += formats::bytesPerImage(plan.textures[t].format, plan.width, plan.height);
+    return std::clamp(static_cast<int>(bytes / kTableShare / one.tableBytes()), 1, kMostClusters);
 }
 
 /// The tables as the shader's structs have them: [cluster][monomial][coefficient 1 .. 8][rgb], [layer][cluster][channel][coefficient][rgb].
@@ -221,7 +221,7 @@ private:
 
 }  // namespace
 
-std::size_t LightMapPlan::gpuBytesAs(LightMapLayout shorter) const {
+std::size_t LightMapPlan::gpuBytesAs(formats::LightMapLayout shorter) const {
     if (shorter == layout) return gpuBytes();
     assert(basis && shapeOf(shorter).codeChannels == basis->shape.codeChannels &&
            shapeOf(shorter).residualLayers <= basis->shape.residualLayers);
@@ -235,30 +235,14 @@ int learningBlocks(int effort, int width, int height) {
     return static_cast<int>((1000 + 500 * effort) * std::clamp(megapixels, 1.0, 4.0));
 }
 
-LightMapPlan planLearnedLightMap(LightMapLayout layout, LightMapTarget target, int width, int height, const LightMapMeasure& measure,
-                                 const LightMapBlocks& blocks, const std::vector<int>& charts, const LightMapSamples& samples, int clusters,
-                                 const EncodeOptions& options) {
-    assert(isLearned(layout));
+LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height,
+                                 const LightMapMeasure& measure, const LightMapBlocks& blocks, const std::vector<int>& charts,
+                                 const LightMapSamples& samples, int clusters, const EncodeOptions& options) {
+    assert(formats::info(layout).isLearned());
     const BasisShape shape = shapeOf(layout);
-    LightMapPlan plan;
-    plan.layout = layout;
-    plan.target = target;
-    plan.width = width;
-    plan.height = height;
-    plan.key = measure.key();
-    plan.decodeDegree = 3;
+    LightMapPlan plan = rows::emptyPlan(layout, target, width, height, measure);
     plan.constants["range"] = {rows::halfRange(measure.maximumAbsolute(0))};
-    plan.textures = {{"l0", rows::hdrFormat(target), 1},
-                     {"code", rows::ldrFormat(target, shape.codeChannels == 3 ? PixelFormat::Bc1 : PixelFormat::Bc7), 1}};
-    if (clusters == 0) {
-        // Of the first stage alone, so that a layout with a residual begins with just what the one without it has.
-        BasisModel one;
-        one.shape = {shape.codeChannels, 0};
-        one.code.resize(1);
-        clusters = static_cast<int>(plan.gpuBytes() / kTableShare / one.tableBytes());
-        clusters = std::clamp(clusters, 1, kMostClusters);
-    }
-    if (shape.residualLayers > 0) plan.textures.push_back({"residual", rows::ldrFormat(target, PixelFormat::Bc7), shape.residualLayers});
+    if (clusters == 0) clusters = defaultClusterCount(plan, shape);
     auto model = std::make_shared<BasisModel>(fitBasis(plan, shape, samples, charts, blocks.across(), clusters, options));
     writeConstants(*model, plan.constants);
     plan.basis = std::move(model);

@@ -4,7 +4,6 @@
 
 #include "compress/light_map.h"
 #include "compress/light_map/basis_model.h"
-#include "compress/light_map_blocks.h"
 
 namespace lightcook::compress {
 

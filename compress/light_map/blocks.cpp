@@ -1,4 +1,4 @@
-#include "compress/light_map_blocks.h"
+#include "compress/light_map.h"
 
 #include <algorithm>
 #include <cassert>

@@ -12,6 +12,7 @@ namespace lightcook::compress {
 namespace {
 
 using formats::Image;
+using formats::LightMapFamily;
 using formats::PixelFormat;
 using rows::constant;
 using rows::encodeHdr;
@@ -95,7 +96,7 @@ private:
 
 EncodedLightMapRows encodeRatio(const LightMapPlan& plan, const Source& source, const EncodeOptions& options) {
     RatioLayers layers(plan, source, options);
-    for (std::size_t i = 1; i < source.values.size(); ++i) layers.add(source.values[i], false);
+    for (std::size_t i = 1; i <= static_cast<std::size_t>(plan.textures[1].layerCount); ++i) layers.add(source.values[i], false);
     return std::move(layers).finish();
 }
 
@@ -296,27 +297,20 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
     assert(band.firstRow <= std::max(0, firstRow - kLightMapPaddingRows));
     assert(band.firstRow + band.sh.height() >= std::min(plan.height, firstRow + rowCount + kLightMapPaddingRows));
     const Source source = rows::makeSource(plan, band, firstRow, rowCount);
-    EncodedLightMapRows out;
-    switch (plan.layout) {
-        case LightMapLayout::Raw:
-        case LightMapLayout::Flat:
+    switch (formats::info(plan.layout).family) {
+        case LightMapFamily::Raw:
+        case LightMapFamily::Flat:
             return encodeRaw(plan, source, options);
-        case LightMapLayout::Luvw:
-            return encodeLuvw(plan, source, options);
-        case LightMapLayout::LuvwLinear:
-            return encodeLuvwLinear(plan, source, options);
-        case LightMapLayout::Ratio:
+        case LightMapFamily::Luvw:
+            return formats::info(plan.layout).isZonal ? encodeLuvwLinear(plan, source, options) : encodeLuvw(plan, source, options);
+        case LightMapFamily::Ratio:
             return encodeRatio(plan, source, options);
-        case LightMapLayout::Zh3:
+        case LightMapFamily::Zh3:
             return encodeZh3(plan, source, options);
-        case LightMapLayout::Basis3:
-        case LightMapLayout::Basis4:
-        case LightMapLayout::Basis8:
-        case LightMapLayout::Basis12:
-        case LightMapLayout::Basis16:
+        case LightMapFamily::Basis:
             return rows::encodeBasis(plan, band, source, options);
     }
-    return out;
+    return {};
 }
 
 }  // namespace lightcook::compress

@@ -14,13 +14,9 @@ namespace lightcook::compress {
 
 namespace {
 
-using formats::PixelFormat;
+using formats::LightMapFamily;
 using rows::halfRange;
-using rows::hdrFormat;
-using rows::ldrFormat;
 
-constexpr std::array<std::string_view, 11> kLayoutNames = {"raw",     "flat",    "luvw",    "luvw-linear", "ratio",   "zh3",
-                                                           "basis-3", "basis-4", "basis-8", "basis-12",    "basis-16"};
 /// Ratios beyond 1.25 times the bound of non-negative light are noise of texels that are almost black.
 constexpr float kRatioAllowance = 1.25f;
 constexpr double kLogUnits = 1 << 24;
@@ -39,83 +35,58 @@ std::vector<float> listOf(const glm::vec3& v) {
     return {v.x, v.y, v.z};
 }
 
-/// largest: of each value that is stored
-void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure, const std::vector<float>& largest) {
-    const PixelFormat format = ldrFormat(plan.target, PixelFormat::Bc3);
-    const int count = static_cast<int>(largest.size());
-    plan.textures = {{"luvw_first", format, count}, {"luvw_second", format, count}};
-    plan.decodeDegree = 3;
+/// Plans the luvw family: a range and a span for each layer. The last layer of an isZonal layout holds the intensity of band 2.
+void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure) {
     // Neutral a1 is 4/5, so that the second texture can lift what the first one rounded down; 204/255 is exact in 8 bits. The centre of
     // rgb1 is the code nearest to 1/2 that 5 and 6 bits hold exactly: a texel without residual costs nothing.
     constexpr float neutral = 0.8f;
-    const bool isBc = plan.target == LightMapTarget::Bc;
+    const bool isBc = plan.target == formats::Target::Bc;
     plan.constants["neutral"] = isBc ? std::vector<float>{16.0f / 31, 32.0f / 63, 16.0f / 31, neutral}
                                      : std::vector<float>{128.0f / 255, 128.0f / 255, 128.0f / 255, neutral};
     const double dcOfKey = measure.key() / 0.28209479;
     plan.constants["root"] = {255 * dcOfKey < kLuvwFewCodes * static_cast<double>(measure.maximumAbsolute(0)) ? 1.0f : 0.0f};
-    for (const float each : largest) {
-        plan.constants["range"].push_back(std::min(each, neutral * std::numeric_limits<float>::max()) / neutral);
+    const auto add = [&](float largest) {
+        plan.constants["range"].push_back(std::min(largest, neutral * std::numeric_limits<float>::max()) / neutral);
         plan.constants["span"].push_back(kLuvwSpan);
-    }
-}
-
-/// Of the first `count` coefficients.
-std::vector<float> largestCoefficients(const LightMapMeasure& measure, int count) {
-    std::vector<float> largest;
-    for (int i = 0; i < count; ++i) largest.push_back(measure.maximumAbsolute(i));
-    return largest;
-}
-
-void planLuvwLinear(LightMapPlan& plan, const LightMapMeasure& measure) {
-    std::vector<float> largest = largestCoefficients(measure, 4);
-    largest.push_back(measure.maximumIntensity());
-    planLuvw(plan, measure, largest);
+    };
+    const bool isZonal = formats::info(plan.layout).isZonal;
+    const int coefficientCount = plan.textures[0].layerCount - (isZonal ? 1 : 0);
+    for (int i = 0; i < coefficientCount; ++i) add(measure.maximumAbsolute(i));
+    if (!isZonal) return;
+    add(measure.maximumIntensity());
     plan.constants["luminance"] = listOf(measure.luminanceWeights());
 }
 
-/// ratios: how many of the coefficients after the first go into texture "ratio", before the zonal one of zh3
-void planRatio(LightMapPlan& plan, const LightMapMeasure& measure, int ratios) {
-    plan.decodeDegree = 2;
+/// Plans the families ratio and zh3: a scale and a bias for each layer of texture "ratio". The last layer of an isZonal layout holds the
+/// zonal coefficient of band 2.
+void planRatio(LightMapPlan& plan, const LightMapMeasure& measure) {
     plan.constants["range"] = {halfRange(measure.maximumAbsolute(0))};
     const auto add = [&](float minimum, float maximum) {
         plan.constants["scale"].push_back(maximum - minimum);
         plan.constants["bias"].push_back(minimum);
     };
-    for (int i = 1; i <= ratios; ++i) add(measure.minimumRatio(i), measure.maximumRatio(i));
-    if (plan.layout == LightMapLayout::Zh3) {
-        add(measure.minimumZonal(), measure.maximumZonal());
-        plan.constants["luminance"] = listOf(measure.luminanceWeights());
-    }
-    const int layers = static_cast<int>(plan.constants.at("scale").size());
-    plan.textures = {{"l0", hdrFormat(plan.target), 1}, {"ratio", ldrFormat(plan.target, PixelFormat::Bc7), layers}};
+    const bool isZonal = formats::info(plan.layout).isZonal;
+    const int ratioCount = plan.textures[1].layerCount - (isZonal ? 1 : 0);
+    for (int i = 1; i <= ratioCount; ++i) add(measure.minimumRatio(i), measure.maximumRatio(i));
+    if (!isZonal) return;
+    add(measure.minimumZonal(), measure.maximumZonal());
+    plan.constants["luminance"] = listOf(measure.luminanceWeights());
 }
 
 }  // namespace
 
 namespace rows {
 
-PixelFormat hdrFormat(LightMapTarget target) {
-    switch (target) {
-        case LightMapTarget::Bc:
-            return PixelFormat::Bc6hUf16;
-        case LightMapTarget::Astc:
-            return PixelFormat::Astc4x4Hdr;
-        case LightMapTarget::Float:
-            break;
-    }
-    return PixelFormat::Rgba16f;
-}
-
-PixelFormat ldrFormat(LightMapTarget target, PixelFormat bc) {
-    switch (target) {
-        case LightMapTarget::Bc:
-            return bc;
-        case LightMapTarget::Astc:
-            return PixelFormat::Astc4x4Ldr;
-        case LightMapTarget::Float:
-            break;
-    }
-    return PixelFormat::Rgba16Unorm;
+LightMapPlan emptyPlan(formats::LightMapLayout layout, formats::Target target, int width, int height, const LightMapMeasure& measure) {
+    LightMapPlan plan;
+    plan.layout = layout;
+    plan.target = target;
+    plan.width = width;
+    plan.height = height;
+    plan.key = measure.key();
+    for (const formats::LightMapTextureInfo& texture : formats::info(layout).textures)
+        plan.textures.push_back({std::string(texture.name), formats::formatFor(texture.role, formats::info(target)), texture.layerCount});
+    return plan;
 }
 
 float halfRange(float largest) {
@@ -127,20 +98,6 @@ float halfRange(float largest) {
 }
 
 }  // namespace rows
-
-std::optional<LightMapLayout> lightMapLayoutFromName(std::string_view name) {
-    const auto found = std::ranges::find(kLayoutNames, name);
-    if (found == kLayoutNames.end()) return std::nullopt;
-    return static_cast<LightMapLayout>(found - kLayoutNames.begin());
-}
-
-std::string_view lightMapLayoutName(LightMapLayout layout) {
-    return kLayoutNames[static_cast<std::size_t>(layout)];
-}
-
-bool isLearned(LightMapLayout layout) {
-    return layout >= LightMapLayout::Basis3;
-}
 
 LightMapMeasure::LightMapMeasure(const glm::vec3& luminanceWeights) : luminanceWeights_(luminanceWeights) {}
 
@@ -237,7 +194,7 @@ std::size_t LightMapPlan::tableBytes() const {
 }
 
 LightMapPlan withHalo3Constants(LightMapPlan luvw) {
-    assert(luvw.layout == LightMapLayout::Luvw);
+    assert(luvw.layout == formats::LightMapLayout::Luvw);
     for (float& range : luvw.constants.at("range")) range *= luvw.constants.at("neutral")[3];
     luvw.constants["neutral"] = {0.5f, 0.5f, 0.5f, 1.0f};
     luvw.constants["root"] = {1.0f};
@@ -245,43 +202,27 @@ LightMapPlan withHalo3Constants(LightMapPlan luvw) {
     return luvw;
 }
 
-LightMapPlan planLightMap(LightMapLayout layout, LightMapTarget target, int width, int height, const LightMapMeasure& measure) {
-    LightMapPlan plan;
-    plan.layout = layout;
-    plan.target = target;
-    plan.width = width;
-    plan.height = height;
-    plan.key = measure.key();
-    switch (layout) {
-        case LightMapLayout::Raw: {
+LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height, const LightMapMeasure& measure) {
+    LightMapPlan plan = rows::emptyPlan(layout, target, width, height, measure);
+    switch (formats::info(layout).family) {
+        case LightMapFamily::Raw: {
             float largest = 0;
             for (int i = 0; i < lighting::kShCount; ++i) largest = std::max(largest, measure.maximumAbsolute(i));
-            plan.textures = {{"sh", PixelFormat::Rgba16f, 9}};
             plan.constants["range"] = {halfRange(largest)};
             break;
         }
-        case LightMapLayout::Flat:
-            plan.textures = {{"exit", hdrFormat(target), 1}};
+        case LightMapFamily::Flat:
             plan.constants["range"] = {halfRange(measure.maximumExit())};
             break;
-        case LightMapLayout::Luvw:
-            planLuvw(plan, measure, largestCoefficients(measure, lighting::kShCount));
+        case LightMapFamily::Luvw:
+            planLuvw(plan, measure);
             break;
-        case LightMapLayout::LuvwLinear:
-            planLuvwLinear(plan, measure);
+        case LightMapFamily::Ratio:
+        case LightMapFamily::Zh3:
+            planRatio(plan, measure);
             break;
-        case LightMapLayout::Ratio:
-            planRatio(plan, measure, 8);
-            break;
-        case LightMapLayout::Zh3:
-            planRatio(plan, measure, 3);
-            break;
-        case LightMapLayout::Basis3:
-        case LightMapLayout::Basis4:
-        case LightMapLayout::Basis8:
-        case LightMapLayout::Basis12:
-        case LightMapLayout::Basis16:
-            assert(false && "a layout that learns needs planLearnedLightMap");
+        case LightMapFamily::Basis:
+            assert(false && "a learned layout needs planLearnedLightMap");
             break;
     }
     return plan;

@@ -68,7 +68,7 @@ void fillBlocks(Image<glm::vec4>& texels, const Image<float>& significance) {
 }  // namespace
 
 Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& band, int firstRow, int rowCount) {
-    const bool isFlat = plan.layout == LightMapLayout::Flat;
+    const bool isFlat = formats::info(plan.layout).family == formats::LightMapFamily::Flat;
     const std::size_t valueCount = isFlat ? 1 : lighting::kShCount;
     Source source;
     source.width = plan.width;
@@ -77,7 +77,7 @@ Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& band, 
     source.coverage = Image<float>(plan.width, rowCount, 0);
     source.importance = Image<float>(plan.width, rowCount, 0);
     source.owner = Image<glm::ivec2>(plan.width, rowCount, glm::ivec2(-1));
-    const float floor = std::max((isLearned(plan.layout) ? kLearnedKnee : 1.0f) * static_cast<float>(plan.key), 1e-12f);
+    const float floor = std::max((formats::info(plan.layout).isLearned() ? kLearnedKnee : 1.0f) * static_cast<float>(plan.key), 1e-12f);
     std::array<glm::vec3, lighting::kShCount> texel;
     const auto values = std::span(texel).first(valueCount);
     for (int y = 0; y < rowCount; ++y) {

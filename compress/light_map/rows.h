@@ -30,9 +30,8 @@ Layer encodeLayer(formats::PixelFormat format, formats::Image<glm::vec4>& texels
 Layer encodeHdr(formats::PixelFormat format, const Source& source, std::size_t value, float range, float key, const EncodeOptions& options,
                 bool wantsDecoded, EncodeReport& report);
 
-/// Formats of a target for HDR colour and for numbers in [0, 1].
-formats::PixelFormat hdrFormat(LightMapTarget target);
-formats::PixelFormat ldrFormat(LightMapTarget target, formats::PixelFormat bc);
+/// Returns a plan with everything but the constants, the textures as the table of layouts has them.
+LightMapPlan emptyPlan(formats::LightMapLayout layout, formats::Target target, int width, int height, const LightMapMeasure& measure);
 /// A power of two that brings the largest value into (8192, 16384]: room above for encoders that overshoot, and 27 octaves below it before
 /// half floats lose bits to subnormals, whatever the map's unit.
 float halfRange(float largest);

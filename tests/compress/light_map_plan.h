@@ -2,16 +2,15 @@
 #pragma once
 
 #include "compress/light_map.h"
-#include "compress/light_map_blocks.h"
 
 namespace lightcook::synthetic {
 
-inline compress::LightMapPlan planOf(compress::LightMapLayout layout, compress::LightMapTarget target, const formats::LightMapStrip& map,
+inline compress::LightMapPlan planOf(formats::LightMapLayout layout, formats::Target target, const formats::LightMapStrip& map,
                                      const compress::EncodeOptions& options, int clusters = 0) {
     const int width = map.sh.width(), height = map.sh.height();
     compress::LightMapMeasure measure;
     measure.add(map);
-    if (!compress::isLearned(layout)) return compress::planLightMap(layout, target, width, height, measure);
+    if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, target, width, height, measure);
     compress::LightMapBlocks blocks(width, height);
     blocks.add(map, 0, height);
     const std::vector<int> charts = blocks.charts();

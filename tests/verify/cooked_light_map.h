@@ -41,7 +41,7 @@ struct Cooked {
     }
 };
 
-inline Cooked cook(formats::LightMapStrip reference, compress::LightMapLayout layout, compress::LightMapTarget target, int effort,
+inline Cooked cook(formats::LightMapStrip reference, formats::LightMapLayout layout, formats::Target target, int effort,
                    bool halo3 = false) {
     Cooked cooked;
     const int width = reference.sh.width(), height = reference.sh.height();
@@ -66,7 +66,7 @@ inline Cooked cook(formats::LightMapStrip reference, compress::LightMapLayout la
     key.add(reference, 0, height);
     cooked.key = key.key();
     EXPECT_EQ(cooked.key, measure.key());
-    cooked.map.layout = compress::lightMapLayoutName(layout);
+    cooked.map.layout = formats::info(layout).name;
     cooked.map.constants = plan.constants;
     cooked.map.width = width;
     cooked.map.height = height;

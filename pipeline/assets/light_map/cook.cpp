@@ -40,8 +40,7 @@ formats::TextureShape shapeOf(const compress::LightMapPlan& plan, const compress
 
 /// What a loader needs to decode a texture; but for learned tables.
 Json factsOf(const compress::LightMapPlan& plan, const compress::LightMapTexture& texture) {
-    Json facts = {
-        {"layout", std::string(compress::lightMapLayoutName(plan.layout))}, {"role", texture.name}, {"constants", Json::object()}};
+    Json facts = {{"layout", std::string(formats::info(plan.layout).name)}, {"role", texture.name}, {"constants", Json::object()}};
     // Learned tables are larger than some textures, and lie in the manifest alone.
     for (const auto& [name, values] : plan.constants)
         if (values.size() <= 16) facts["constants"][name] = values;
@@ -78,7 +77,7 @@ Json manifestEntry(const ActionContext& context, const compress::LightMapPlan& p
     const Json& parameters = context.action.parameters;
     Json asset = {{"name", context.action.asset},
                   {"kind", "light-map"},
-                  {"layout", std::string(compress::lightMapLayoutName(plan.layout))},
+                  {"layout", std::string(formats::info(plan.layout).name)},
                   {"width", plan.width},
                   {"height", plan.height},
                   {"bits_per_texel", plan.bitsPerTexel()},
@@ -86,7 +85,7 @@ Json manifestEntry(const ActionContext& context, const compress::LightMapPlan& p
                   {"units", "radiometric"},
                   {"phase", "none"},
                   {"frame", "world"},
-                  {"decode_degree", plan.decodeDegree},
+                  {"decode_degree", formats::info(plan.layout).decodeDegree},
                   {"constants", plan.constants},
                   {"textures", Json::array()},
                   {"source", {{"description", parameters.at("description")}}}};

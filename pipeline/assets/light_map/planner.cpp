@@ -24,11 +24,6 @@ using formats::Result;
 /// Maps of more texels are tried on a part.
 constexpr std::int64_t kTrialTexels = std::int64_t{1} << 20;
 
-compress::LightMapTarget targetOf(const std::string& name) {
-    if (name == "astc") return compress::LightMapTarget::Astc;
-    return name == "float" ? compress::LightMapTarget::Float : compress::LightMapTarget::Bc;
-}
-
 /// Every n-th strip, from the middle of the first n on.
 std::vector<int> trialStrips(const LightMapSource& source) {
     const std::int64_t texels = static_cast<std::int64_t>(source.width()) * source.height();
@@ -57,7 +52,7 @@ verify::DecodedLightMapRows decodedRows(const compress::LightMapPlan& plan, cons
 Result<std::vector<verify::StageError>> tryPlan(LightMapSource& source, const compress::LightMapPlan& plan, const std::vector<int>& strips,
                                                 const compress::EncodeOptions& options, const verify::LightMapShading& shading,
                                                 const ActionContext& context) {
-    const std::string layout(compress::lightMapLayoutName(plan.layout));
+    const std::string layout(formats::info(plan.layout).name);
     verify::LightMapSampling sampling;
     sampling.positionsPerQuad = 0;
     sampling.bounds = false;
@@ -103,7 +98,7 @@ struct Price {
     double bitsPerTexel;
 };
 Price priceOf(const compress::LightMapPlan& plan, const std::string& layout) {
-    const std::uint64_t bytes = plan.gpuBytesAs(*compress::lightMapLayoutFromName(layout));
+    const std::uint64_t bytes = plan.gpuBytesAs(*formats::lightMapLayoutFromName(layout));
     return {bytes, 8.0 * static_cast<double>(bytes) / (static_cast<double>(plan.width) * plan.height)};
 }
 
@@ -150,13 +145,13 @@ Result<MeasuredLightMap> measureLightMap(LightMapSource& source, const ActionCon
 
 LightMapPlanner::LightMapPlanner(LightMapSource& source, const Json& parameters, const compress::LightMapMeasure& measure,
                                  const ActionContext& context)
-    : source_(source), measure_(measure), context_(context), target_(targetOf(parameters.at("target").get<std::string>())) {
+    : source_(source), measure_(measure), context_(context), target_(*formats::targetFromName(parameters.at("target").get<std::string>())) {
     options_ = TextureSettings::fromJson(parameters.at("textures")).encodeOptions();
 }
 
 Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& name) {
-    const compress::LightMapLayout layout = *compress::lightMapLayoutFromName(name);
-    if (!compress::isLearned(layout)) return compress::planLightMap(layout, target_, source_.width(), source_.height(), measure_);
+    const formats::LightMapLayout layout = *formats::lightMapLayoutFromName(name);
+    if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, target_, source_.width(), source_.height(), measure_);
     if (!samples_)
         if (auto gathered = gather(); !gathered) return tl::make_unexpected(gathered.error());
     compress::LightMapPlan plan = compress::planLearnedLightMap(layout, target_, source_.width(), source_.height(), measure_, blocks_,
@@ -209,7 +204,7 @@ Result<ActionOutcome> tryLightMap(const ActionContext& context) {
     std::optional<compress::LightMapPlan> plan;
     std::vector<verify::StageError> stages;
     for (const Trial& trial : kTrials) {
-        if (!plan || compress::lightMapLayoutName(plan->layout) != trial.tried) {
+        if (!plan || formats::info(plan->layout).name != trial.tried) {
             auto planned = planner.plan(trial.tried);
             if (!planned) return tl::make_unexpected(planned.error());
             plan = std::move(*planned);

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "compress/light_map.h"
-#include "compress/light_map_blocks.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/action.h"
 
@@ -34,7 +33,7 @@ private:
     LightMapSource& source_;
     const compress::LightMapMeasure& measure_;
     const ActionContext& context_;
-    compress::LightMapTarget target_;
+    formats::Target target_;
     compress::EncodeOptions options_;
     compress::LightMapBlocks blocks_;
     std::vector<int> charts_;

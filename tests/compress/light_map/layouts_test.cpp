@@ -12,13 +12,10 @@
 namespace lightcook {
 namespace {
 
-using compress::LightMapLayout;
-using compress::LightMapTarget;
+using formats::LightMapLayout;
+using formats::Target;
 using synthetic::Kind;
 
-constexpr std::array kLayouts = {LightMapLayout::Raw,    LightMapLayout::Flat,    LightMapLayout::Luvw,   LightMapLayout::LuvwLinear,
-                                 LightMapLayout::Ratio,  LightMapLayout::Zh3,     LightMapLayout::Basis3, LightMapLayout::Basis4,
-                                 LightMapLayout::Basis8, LightMapLayout::Basis12, LightMapLayout::Basis16};
 constexpr int kWidth = 46, kHeight = 38;  // not multiples of a block
 
 compress::LightMapMeasure measureOf(Kind kind) {
@@ -27,7 +24,7 @@ compress::LightMapMeasure measureOf(Kind kind) {
     return measure;
 }
 
-compress::LightMapPlan planOf(Kind kind, LightMapLayout layout, LightMapTarget target) {
+compress::LightMapPlan planOf(Kind kind, LightMapLayout layout, Target target) {
     compress::EncodeOptions options;
     options.effort = 1;
     return synthetic::planOf(layout, target, synthetic::makeBand(kind, kWidth, 0, kHeight), options);
@@ -58,12 +55,6 @@ std::vector<std::vector<std::byte>> encode(Kind kind, const compress::LightMapPl
             }
     }
     return layers;
-}
-
-TEST(LightMapNames, AreReadBackAndOthersAreNot) {
-    for (const LightMapLayout layout : kLayouts) EXPECT_EQ(compress::lightMapLayoutFromName(compress::lightMapLayoutName(layout)), layout);
-    EXPECT_FALSE(compress::lightMapLayoutFromName("Luvw").has_value());
-    EXPECT_FALSE(compress::lightMapLayoutFromName("").has_value());
 }
 
 TEST(LightMapMeasure, DoesNotDependOnTheCutNorOnTexelsOutsideCharts) {
@@ -118,14 +109,14 @@ TEST(LightMapMeasure, RatiosOfNonNegativeLightKeepTheirBoundsAndOthersAreCounted
 }
 
 TEST(LightMapPlan, SizesAreThoseOfTheLayouts) {
-    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Luvw, LightMapTarget::Bc).bitsPerTexel(), 144);
-    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Ratio, LightMapTarget::Bc).bitsPerTexel(), 72);
-    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Ratio, LightMapTarget::Astc).bitsPerTexel(), 72);
-    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::LuvwLinear, LightMapTarget::Bc).bitsPerTexel(), 80);
-    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Zh3, LightMapTarget::Bc).bitsPerTexel(), 40);
-    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Flat, LightMapTarget::Bc).bitsPerTexel(), 8);
-    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Raw, LightMapTarget::Float).bitsPerTexel(), 576);
-    const compress::LightMapPlan ratio = planOf(Kind::Gradient, LightMapLayout::Ratio, LightMapTarget::Bc);
+    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Luvw, Target::Bc).bitsPerTexel(), 144);
+    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Ratio, Target::Bc).bitsPerTexel(), 72);
+    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Ratio, Target::Astc).bitsPerTexel(), 72);
+    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::LuvwLinear, Target::Bc).bitsPerTexel(), 80);
+    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Zh3, Target::Bc).bitsPerTexel(), 40);
+    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Flat, Target::Bc).bitsPerTexel(), 8);
+    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Raw, Target::Float).bitsPerTexel(), 576);
+    const compress::LightMapPlan ratio = planOf(Kind::Gradient, LightMapLayout::Ratio, Target::Bc);
     EXPECT_EQ(ratio.gpuBytes(), 9u * 12 * 10 * 16);
     EXPECT_EQ(ratio.blockHeight(), 4);
 }
@@ -133,46 +124,46 @@ TEST(LightMapPlan, SizesAreThoseOfTheLayouts) {
 TEST(LightMapPlan, HalfRangesUseTheUpperOctavesInAnyUnit) {
     for (const Kind kind : {Kind::Gradient, Kind::Night, Kind::Spikes}) {
         const compress::LightMapMeasure measure = measureOf(kind);
-        const float range = planOf(kind, LightMapLayout::Ratio, LightMapTarget::Bc).constants.at("range")[0];
+        const float range = planOf(kind, LightMapLayout::Ratio, Target::Bc).constants.at("range")[0];
         EXPECT_GT(measure.maximumAbsolute(0) / range, 8192);
         EXPECT_LE(measure.maximumAbsolute(0) / range, 16384);
         EXPECT_EQ(std::exp2(std::round(std::log2(range))), range);
     }
-    EXPECT_EQ(planOf(Kind::Black, LightMapLayout::Ratio, LightMapTarget::Bc).constants.at("range")[0], 1);
+    EXPECT_EQ(planOf(Kind::Black, LightMapLayout::Ratio, Target::Bc).constants.at("range")[0], 1);
 }
 
 TEST(EncodeLightMap, CutsBetweenBlockRowsGiveTheSameBytes) {
-    for (const LightMapLayout layout : kLayouts)
-        for (const LightMapTarget target : {LightMapTarget::Bc, LightMapTarget::Astc, LightMapTarget::Float}) {
-            const compress::LightMapPlan plan = planOf(Kind::Gradient, layout, target);
+    for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts())
+        for (const Target target : {Target::Bc, Target::Astc, Target::Float}) {
+            const compress::LightMapPlan plan = planOf(Kind::Gradient, layout.id, target);
             const auto whole = encode(Kind::Gradient, plan, kHeight);
             std::size_t bytes = 0;
             for (const auto& layer : whole) bytes += layer.size();
             EXPECT_EQ(bytes + plan.tableBytes(), plan.gpuBytes());
-            EXPECT_EQ(encode(Kind::Gradient, plan, 4), whole) << compress::lightMapLayoutName(layout);
-            EXPECT_EQ(encode(Kind::Gradient, plan, 16), whole) << compress::lightMapLayoutName(layout);
+            EXPECT_EQ(encode(Kind::Gradient, plan, 4), whole) << layout.name;
+            EXPECT_EQ(encode(Kind::Gradient, plan, 16), whole) << layout.name;
         }
 }
 
 TEST(EncodeLightMap, TexelsOutsideChartsAreNeverLookedAt) {
-    for (const LightMapLayout layout : kLayouts) {
-        const compress::LightMapPlan plan = planOf(Kind::Gradient, layout, LightMapTarget::Bc);
+    for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) {
+        const compress::LightMapPlan plan = planOf(Kind::Gradient, layout.id, Target::Bc);
         EXPECT_EQ(encode(Kind::Gradient, plan, kHeight, 1e9f), encode(Kind::Gradient, plan, kHeight, -1));
     }
 }
 
 TEST(EncodeLightMap, WhatDoesNotFitIsCounted) {
     compress::EncodeReport fits, ratios;
-    encode(Kind::Gradient, planOf(Kind::Gradient, LightMapLayout::Luvw, LightMapTarget::Bc), kHeight, 0, &fits);
+    encode(Kind::Gradient, planOf(Kind::Gradient, LightMapLayout::Luvw, Target::Bc), kHeight, 0, &fits);
     EXPECT_EQ(fits.clampedHigh + fits.clampedNegative, 0);
-    encode(Kind::NegativeBands, planOf(Kind::NegativeBands, LightMapLayout::Ratio, LightMapTarget::Bc), kHeight, 0, &ratios);
+    encode(Kind::NegativeBands, planOf(Kind::NegativeBands, LightMapLayout::Ratio, Target::Bc), kHeight, 0, &ratios);
     EXPECT_GT(ratios.clampedHigh, 0);
     EXPECT_GT(ratios.clampedNegative, 0);
 
     // A negative exit radiance has no place in unsigned BC6H, but a half holds it.
     compress::EncodeReport flat, half;
-    encode(Kind::NegativeBands, planOf(Kind::NegativeBands, LightMapLayout::Flat, LightMapTarget::Bc), kHeight, 0, &flat);
-    encode(Kind::NegativeBands, planOf(Kind::NegativeBands, LightMapLayout::Flat, LightMapTarget::Float), kHeight, 0, &half);
+    encode(Kind::NegativeBands, planOf(Kind::NegativeBands, LightMapLayout::Flat, Target::Bc), kHeight, 0, &flat);
+    encode(Kind::NegativeBands, planOf(Kind::NegativeBands, LightMapLayout::Flat, Target::Float), kHeight, 0, &half);
     EXPECT_GT(flat.clampedNegative, 0);
     EXPECT_EQ(half.clampedNegative, 0);
 }

@@ -16,7 +16,7 @@
 namespace lightcook {
 namespace {
 
-using compress::LightMapLayout;
+using formats::LightMapLayout;
 using verify::Random;
 using verify::lightmap::Most;
 
@@ -138,7 +138,7 @@ TEST(LightMapGlance, IsNeverUnderACloserLook) {
     Random random(31);
     for (const LightMapLayout layout : kLayouts)
         for (const synthetic::Kind kind : {synthetic::Kind::Gradient, synthetic::Kind::NegativeBands}) {
-            test::Cooked cooked = test::cook(synthetic::makeBand(kind, kWidth, 0, kHeight), layout, compress::LightMapTarget::Bc, 1);
+            test::Cooked cooked = test::cook(synthetic::makeBand(kind, kWidth, 0, kHeight), layout, formats::Target::Bc, 1);
             for (int round = 0; round < 6; ++round) {
                 for (const bool isIdeal : {true, false}) {
                     const Compared compared = compareAny(cooked, isIdeal);
@@ -155,7 +155,7 @@ TEST(LightMapGlance, IsNotFarAboveACloserLook) {
         // Of these the closer look is a proven bound, far under the lengths that it is made of.
         if (layout == LightMapLayout::LuvwLinear || layout == LightMapLayout::Zh3) continue;
         const test::Cooked cooked =
-            test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight), layout, compress::LightMapTarget::Bc, 1);
+            test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight), layout, formats::Target::Bc, 1);
         Compared compared = compareAny(cooked, false);
         std::ranges::sort(compared.above);
         EXPECT_LT(compared.above[compared.above.size() / 2], 6) << cooked.map.layout;

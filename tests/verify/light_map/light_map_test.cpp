@@ -21,8 +21,8 @@
 namespace lightcook {
 namespace {
 
-using compress::LightMapLayout;
-using compress::LightMapTarget;
+using formats::LightMapLayout;
+using formats::Target;
 using synthetic::Kind;
 
 constexpr std::array kLayouts = {LightMapLayout::Raw,    LightMapLayout::Flat,    LightMapLayout::Luvw,   LightMapLayout::LuvwLinear,
@@ -37,10 +37,10 @@ bool isZonal(LightMapLayout layout) {
 
 using test::Cooked;
 
-Cooked cook(formats::LightMapStrip reference, LightMapLayout layout, LightMapTarget target, bool halo3 = false) {
+Cooked cook(formats::LightMapStrip reference, LightMapLayout layout, Target target, bool halo3 = false) {
     return test::cook(std::move(reference), layout, target, 3, halo3);
 }
-Cooked cook(Kind kind, LightMapLayout layout, LightMapTarget target = LightMapTarget::Bc) {
+Cooked cook(Kind kind, LightMapLayout layout, Target target = Target::Bc) {
     return cook(synthetic::makeBand(kind, kWidth, 0, kHeight), layout, target);
 }
 
@@ -107,7 +107,7 @@ Filtered filterAt(const Cooked& cooked, int count, std::mt19937& random) {
 
 TEST(LightMapVerifier, GreyStaysGreyThroughEveryLayoutFromItsBytes) {
     for (const LightMapLayout layout : kLayouts)
-        for (const LightMapTarget target : {LightMapTarget::Bc, LightMapTarget::Astc, LightMapTarget::Float}) {
+        for (const Target target : {Target::Bc, Target::Astc, Target::Float}) {
             Cooked cooked = cook(Kind::Grey, layout, target);
             const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
             for (int y = 0; y < kHeight; ++y)
@@ -481,19 +481,19 @@ TEST(LightMapVerifier, TheSecondStageOfLuvwRepairsTheFirst) {
 
 TEST(LightMapVerifier, ConstantsOfHalo3AreDecodedByTheSameShader) {
     const verify::StageError total =
-        cook(synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight), LightMapLayout::Luvw, LightMapTarget::Bc, true).total();
+        cook(synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight), LightMapLayout::Luvw, Target::Bc, true).total();
     EXPECT_LT(total.diffuse.relRms, 0.03);
     EXPECT_GT(total.diffuse.relRms, 0.001);
 }
 
 TEST(LightMapVerifier, FloatTargetsAreFarMoreExactThanBlocks) {
     for (const LightMapLayout layout : kLayouts) {
-        const double floats = cook(Kind::Gradient, layout, LightMapTarget::Float).total().diffuse.relRms;
+        const double floats = cook(Kind::Gradient, layout, Target::Float).total().diffuse.relRms;
         // Of two lamps and a sky band 2 is not round about an axis: that is the layout's error, whatever it is stored in.
         if (!isZonal(layout)) {
-            EXPECT_LT(floats, 1e-3) << compress::lightMapLayoutName(layout);
+            EXPECT_LT(floats, 1e-3) << formats::info(layout).name;
         }
-        EXPECT_LE(floats, cook(Kind::Gradient, layout, LightMapTarget::Bc).total().diffuse.relRms);
+        EXPECT_LE(floats, cook(Kind::Gradient, layout, Target::Bc).total().diffuse.relRms);
     }
 }
 
@@ -506,16 +506,16 @@ TEST(LightMapVerifier, ZonalLayoutsAreExactForOneLamp) {
             reference.sh.at(x, y) = lighting::projectDirectional(towards, (1 + 0.02f * fx) * glm::vec3(1.0f, 0.7f + 0.005f * fy, 0.4f));
         }
     for (const LightMapLayout layout : {LightMapLayout::LuvwLinear, LightMapLayout::Zh3})
-        for (const auto& [target, most] : {std::pair(LightMapTarget::Float, 1e-3), std::pair(LightMapTarget::Bc, 0.02)}) {
+        for (const auto& [target, most] : {std::pair(Target::Float, 1e-3), std::pair(Target::Bc, 0.02)}) {
             formats::LightMapStrip copy = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
             copy.sh = reference.sh.copy();
             std::ranges::fill(copy.normal.texels(), glm::normalize(glm::vec3(0.5f, 0.7f, 0.2f)));
             const verify::StageError total = cook(std::move(copy), layout, target).idealTotal();
-            EXPECT_LT(total.diffuse.relRms, most) << compress::lightMapLayoutName(layout);
-            EXPECT_LT(total.specular.relRms, most) << compress::lightMapLayoutName(layout);
+            EXPECT_LT(total.diffuse.relRms, most) << formats::info(layout).name;
+            EXPECT_LT(total.specular.relRms, most) << formats::info(layout).name;
             // The axis turns little in a quad; were nothing known of it, this would be above 1.
-            if (target == LightMapTarget::Float) {
-                EXPECT_LT(total.diffuse.maxBound, 0.2) << compress::lightMapLayoutName(layout);
+            if (target == Target::Float) {
+                EXPECT_LT(total.diffuse.maxBound, 0.2) << formats::info(layout).name;
             }
         }
 }
@@ -523,18 +523,18 @@ TEST(LightMapVerifier, ZonalLayoutsAreExactForOneLamp) {
 TEST(LightMapVerifier, NightIsCookedAsWellAsDay) {
     // Ranges follow the map: only the unit differs, so the errors must not. Scaled by a power of two nothing rounds otherwise.
     for (const LightMapLayout layout : kLayouts) {
-        const std::string_view name = compress::lightMapLayoutName(layout);
+        const std::string_view name = formats::info(layout).name;
         const verify::StageError day = cook(Kind::Gradient, layout).total(), night = cook(Kind::Night, layout).total();
         for (const float scale : {0x1p-17f, 0x1p9f}) {
             formats::LightMapStrip band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
             for (lighting::ShRgb& sh : band.sh.texels())
                 for (glm::vec3& coefficient : sh) coefficient *= scale;
-            const verify::StageError scaled = cook(std::move(band), layout, LightMapTarget::Bc).total();
+            const verify::StageError scaled = cook(std::move(band), layout, Target::Bc).total();
             EXPECT_NEAR(scaled.diffuse.relRms, day.diffuse.relRms, 1e-6 * day.diffuse.relRms) << name << ' ' << scale;
             EXPECT_NEAR(scaled.diffuse.p99, day.diffuse.p99, 1e-6 * day.diffuse.p99) << name << ' ' << scale;
         }
         // Where the decode is learned, another rounding of coefficient 0 lets the fit of this small map settle elsewhere: 0.22 or 0.30 %.
-        const double share = compress::isLearned(layout) ? 0.5 : 0.1;
+        const double share = formats::info(layout).isLearned() ? 0.5 : 0.1;
         EXPECT_NEAR(night.diffuse.relRms, day.diffuse.relRms, share * day.diffuse.relRms) << name;
         EXPECT_NEAR(night.diffuse.p99, day.diffuse.p99, share * day.diffuse.p99) << name;
     }
@@ -553,7 +553,7 @@ TEST(LightMapVerifier, AnErrorPutInIsTheErrorFound) {
 
 TEST(LightMapVerifier, ADefectBetweenTexelsIsSeenOnlyByTheMagnifiedStage) {
     // Exact at every texel centre, wrong between them: L = a0 a1 with a0 and a1 trading places from texel to texel.
-    Cooked cooked = cook(Kind::Grey, LightMapLayout::Luvw, LightMapTarget::Float);
+    Cooked cooked = cook(Kind::Grey, LightMapLayout::Luvw, Target::Float);
     const auto at = [&](std::size_t texture, int x, int y) -> glm::vec4& { return cooked.texels.textures[texture][0].at(x, y); };
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
@@ -610,9 +610,9 @@ TEST(LightMapScenes, CornellCooksWithinOnePercent) {
     for (const LightMapLayout layout : {LightMapLayout::Luvw, LightMapLayout::Ratio}) {
         auto band = reader->read(0, reader->height());
         ASSERT_TRUE(band.has_value()) << band.error().line();
-        const verify::StageError total = cook(std::move(*band), layout, LightMapTarget::Bc).total();
-        EXPECT_LT(total.diffuse.relRms, 0.010) << compress::lightMapLayoutName(layout);
-        EXPECT_LT(total.specular.relRms, 0.010) << compress::lightMapLayoutName(layout);
+        const verify::StageError total = cook(std::move(*band), layout, Target::Bc).total();
+        EXPECT_LT(total.diffuse.relRms, 0.010) << formats::info(layout).name;
+        EXPECT_LT(total.specular.relRms, 0.010) << formats::info(layout).name;
         EXPECT_GT(total.diffuse.relRms, 0.0005);
     }
 }

@@ -25,7 +25,7 @@
 namespace lightcook {
 namespace {
 
-using compress::LightMapLayout;
+using formats::LightMapLayout;
 using lighting::ShDouble;
 using test::Cooked;
 using verify::Random;
@@ -181,7 +181,7 @@ private:
         EXPECT_TRUE(reader.has_value());
         auto band = reader->read(0, reader->height());
         EXPECT_TRUE(band.has_value());
-        return test::cook(std::move(*band), layout, compress::LightMapTarget::Bc, effort);
+        return test::cook(std::move(*band), layout, formats::Target::Bc, effort);
     }
     bool covered(int x, int y) const { return cooked_.reference.covered.at(x, y) != 0; }
     template <class Get>
@@ -423,17 +423,17 @@ void expectWithinTheBound(const std::string& scene, LightMapLayout layout, int e
     if (!std::filesystem::exists(fileOf(scene))) GTEST_SKIP() << "the shared scenes are not here";
     const Map map(fileOf(scene), layout, effort);
     const Tally tally = shadeAtRandom(map, shadings, 23);
-    EXPECT_EQ(tally.above, 0) << scene << ' ' << compress::lightMapLayoutName(layout);
+    EXPECT_EQ(tally.above, 0) << scene << ' ' << formats::info(layout).name;
     // A bound that nothing comes near would hold anything.
     EXPECT_GT(tally.nearest, 0.1);
     fmt::print("{:8} {:11} {:.3g} shadings, {:.1f} s, {:.3g} a second, {} above, nearest {:.2f} of its bound\n", scene,
-               compress::lightMapLayoutName(layout), static_cast<double>(tally.shadings), tally.seconds,
+               formats::info(layout).name, static_cast<double>(tally.shadings), tally.seconds,
                static_cast<double>(tally.shadings) / tally.seconds, tally.above, tally.nearest);
 }
 
 using SceneAndLayout = std::tuple<const char*, LightMapLayout>;
 std::string nameOf(const testing::TestParamInfo<SceneAndLayout>& tested) {
-    std::string name = std::string(std::get<0>(tested.param)) + "_" + std::string(compress::lightMapLayoutName(std::get<1>(tested.param)));
+    std::string name = std::string(std::get<0>(tested.param)) + "_" + std::string(formats::info(std::get<1>(tested.param)).name);
     std::ranges::replace(name, '-', '_');
     return name;
 }
@@ -467,7 +467,7 @@ TEST_P(TightBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {
     const Map map(fileOf(scene), layout, 3);
     const Tightness median = tightness(map, 200);
     fmt::print("tight {:8} {:11} diffuse {:.2f}, with liberties {:.2f}; specular {:.2f}, with liberties {:.2f}\n", scene,
-               compress::lightMapLayoutName(layout), median.diffuseIdeal, median.diffuse, median.specularIdeal, median.specular);
+               formats::info(layout).name, median.diffuseIdeal, median.diffuse, median.specularIdeal, median.specular);
     EXPECT_LE(median.diffuse, 3);
     EXPECT_LE(median.specular, 6);
 }

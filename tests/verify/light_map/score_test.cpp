@@ -34,10 +34,10 @@ struct Coded {
     formats::Image<lighting::ShRgb> seen;
     verify::StageError total;
 };
-Coded code(const formats::LightMapStrip& band, compress::LightMapLayout layout) {
+Coded code(const formats::LightMapStrip& band, formats::LightMapLayout layout) {
     compress::EncodeOptions options;
     options.effort = 2;
-    const auto plan = synthetic::planOf(layout, compress::LightMapTarget::Bc, band, options);
+    const auto plan = synthetic::planOf(layout, formats::Target::Bc, band, options);
     const auto rows = compress::encodeLightMapRows(plan, band, 0, kHeight, options);
     verify::DecodedLightMapRows texels;
     for (std::size_t t = 0; t < rows.textures.size(); ++t) {
@@ -47,14 +47,14 @@ Coded code(const formats::LightMapStrip& band, compress::LightMapLayout layout) 
             verify::decodeRows(plan.textures[t].format, bytes, texels.textures.back().back().view());
         }
     }
-    const verify::CookedLightMap map{std::string(compress::lightMapLayoutName(layout)), plan.constants, kWidth, kHeight};
+    const verify::CookedLightMap map{std::string(formats::info(layout).name), plan.constants, kWidth, kHeight};
     const auto verifier = verify::LightMapVerifier::create(map, {}, {}, keyOf(band));
     return {verifier->reconstruct(texels, 0, kHeight), verifier->verifyRows(texels, band, 0, kHeight).stages().back()};
 }
 
 TEST(LightMapScore, SaysWhatTheVerifierSaysOfOurOwnLayouts) {
     for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::Night})
-        for (const auto layout : {compress::LightMapLayout::Ratio, compress::LightMapLayout::Luvw, compress::LightMapLayout::Basis8}) {
+        for (const auto layout : {formats::LightMapLayout::Ratio, formats::LightMapLayout::Luvw, formats::LightMapLayout::Basis8}) {
             const auto band = synthetic::makeBand(kind, kWidth, 0, kHeight);
             const Coded coded = code(band, layout);
             const auto errors = scoreFor(band).score(band, coded.seen.view(), 0);

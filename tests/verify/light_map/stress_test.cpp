@@ -15,8 +15,8 @@
 namespace lightcook {
 namespace {
 
-using compress::LightMapLayout;
-using compress::LightMapTarget;
+using formats::LightMapLayout;
+using formats::Target;
 using synthetic::constantLight;
 
 using Light = std::function<lighting::ShRgb(int x, int y)>;
@@ -114,7 +114,7 @@ TEST_P(Stress, WhatComesOutIsFiniteAndInsideTheBound) {
     sampling.positionsPerQuad = 8;
     for (const Case& each : cases())
         for (const Shape& shape : kShapes)
-            for (const LightMapTarget target : {LightMapTarget::Bc, LightMapTarget::Astc, LightMapTarget::Float}) {
+            for (const Target target : {Target::Bc, Target::Astc, Target::Float}) {
                 SCOPED_TRACE(std::string(each.name) + ", " + shape.name + ", target " + std::to_string(static_cast<int>(target)));
                 const test::Cooked cooked = test::cook(makeBand(each.light, shape), GetParam(), target, 1);
                 for (const auto& [name, values] : cooked.map.constants)
@@ -137,7 +137,7 @@ INSTANTIATE_TEST_SUITE_P(Layouts, Stress,
                                          LightMapLayout::Ratio, LightMapLayout::Zh3, LightMapLayout::Basis3, LightMapLayout::Basis4,
                                          LightMapLayout::Basis8, LightMapLayout::Basis12, LightMapLayout::Basis16),
                          [](const auto& tested) {
-                             std::string name(compress::lightMapLayoutName(tested.param));
+                             std::string name(formats::info(tested.param).name);
                              std::ranges::replace(name, '-', '_');
                              return name;
                          });
