@@ -1,4 +1,4 @@
-#include "compress/light_map/basis_fit.h"
+#include "compress/light_map/basis/fit.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <optional>
 
-#include "compress/light_map/basis_clusters.h"
-#include "compress/light_map/basis_codes.h"
+#include "compress/light_map/basis/clusters.h"
+#include "compress/light_map/basis/code_solver.h"
 #include "compress/light_map/rows.h"
 #include "compress/texel/half.h"
 

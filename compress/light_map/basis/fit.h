@@ -3,7 +3,7 @@
 #pragma once
 
 #include "compress/light_map.h"
-#include "compress/light_map/basis_model.h"
+#include "compress/light_map/basis/model.h"
 
 namespace lightcook::compress {
 

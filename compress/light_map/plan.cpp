@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "compress/light_map/basis_model.h"
+#include "compress/light_map/basis/model.h"
 #include "compress/light_map/rows.h"
 #include "compress/light_map/zonal.h"
 #include "lighting/radiometry.h"

@@ -6,9 +6,9 @@
 #include <optional>
 
 #include "compress/light_map.h"
-#include "compress/light_map/basis_codes.h"
-#include "compress/light_map/basis_fit.h"
-#include "compress/light_map/basis_model.h"
+#include "compress/light_map/basis/code_solver.h"
+#include "compress/light_map/basis/fit.h"
+#include "compress/light_map/basis/model.h"
 #include "compress/light_map/rows.h"
 
 namespace lightcook::compress {

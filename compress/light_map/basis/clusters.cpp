@@ -1,4 +1,4 @@
-#include "compress/light_map/basis_clusters.h"
+#include "compress/light_map/basis/clusters.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

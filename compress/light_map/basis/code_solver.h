@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "compress/light_map/basis_model.h"
+#include "compress/light_map/basis/model.h"
 
 namespace lightcook::compress {
 

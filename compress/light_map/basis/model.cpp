@@ -1,4 +1,4 @@
-#include "compress/light_map/basis_model.h"
+#include "compress/light_map/basis/model.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "compress/light_map/basis_codes.h"
+#include "compress/light_map/basis/code_solver.h"
 
 #include <hwy/highway.h>
 

@@ -6,9 +6,9 @@
 #include <random>
 #include <set>
 
-#include "compress/light_map/basis_clusters.h"
-#include "compress/light_map/basis_codes.h"
-#include "compress/light_map/basis_model.h"
+#include "compress/light_map/basis/clusters.h"
+#include "compress/light_map/basis/code_solver.h"
+#include "compress/light_map/basis/model.h"
 #include "lighting/sphere.h"
 #include "shaders/lightcook_cpp.h"
 
