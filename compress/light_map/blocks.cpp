@@ -16,7 +16,8 @@ bool holds(std::uint16_t mask, int x, int y) {
     return 0 <= y && y < kChartBlock && ((mask >> (kChartBlock * y + x)) & 1) != 0;
 }
 
-/// Whether a covered texel of the right-hand column touches one of the next block's left-hand column, `down` block rows below (-1, 0, 1).
+/// Returns true if a covered texel of a block's right column touches one in the left column of the next block, `down` block rows below
+/// (-1, 0, 1).
 bool touchesRight(std::uint16_t left, std::uint16_t right, int down) {
     for (int y = 0; y < kChartBlock; ++y)
         for (int dy = -1; dy <= 1; ++dy)
@@ -30,7 +31,7 @@ bool touchesBelow(std::uint16_t above, std::uint16_t below) {
     return false;
 }
 
-/// Sets of blocks that grow together; a set is known by its lowest block.
+/// Disjoint sets of blocks (union-find with path halving); a set is named by its lowest block.
 class Sets {
 public:
     explicit Sets(int count) : parent_(static_cast<std::size_t>(count)) { std::iota(parent_.begin(), parent_.end(), 0); }
@@ -52,8 +53,9 @@ private:
     std::vector<int> parent_;
 };
 
-/// Numbers for the sets of blocks with covered texels, and for what else their sets hold. A set without any light takes the number of the
-/// block before it: an index that goes on is cheap.
+/// Returns the number of each block's set, or -1 for a block that neither has covered texels nor is held by an island. Sets with covered
+/// texels are numbered in the order of their blocks. A set without takes the number of the block before it, which makes the run-length
+/// encoded index shorter.
 std::vector<int> numbered(Sets& sets, const std::vector<std::uint16_t>& covered, const std::vector<bool>& isHeld) {
     const auto count = static_cast<int>(covered.size());
     std::vector<int> ofSet(covered.size(), -1), charts(covered.size(), -1);
@@ -81,15 +83,15 @@ LightMapBlocks::LightMapBlocks(int width, int height)
       covered_(static_cast<std::size_t>(across_) * static_cast<std::size_t>((height + kChartBlock - 1) / kChartBlock)),
       light_(covered_.size()) {}
 
-void LightMapBlocks::add(const LightMapStrip& band, int firstRow, int rowCount) {
+void LightMapBlocks::add(const LightMapStrip& strip, int firstRow, int rowCount) {
     assert(firstRow % kChartBlock == 0 && (rowCount % kChartBlock == 0 || firstRow + rowCount == height_));
     for (int y = firstRow; y < firstRow + rowCount; ++y) {
         const std::size_t row = static_cast<std::size_t>(y / kChartBlock) * static_cast<std::size_t>(across_);
         for (int x = 0; x < width_; ++x) {
-            if (band.covered.at(x, y - band.firstRow) == 0) continue;
+            if (strip.covered.at(x, y - strip.firstRow) == 0) continue;
             const std::size_t block = row + static_cast<std::size_t>(x / kChartBlock);
             covered_[block] |= static_cast<std::uint16_t>(1u << (kChartBlock * (y % kChartBlock) + x % kChartBlock));
-            const glm::dvec3 dc(band.sh.at(x, y - band.firstRow)[0]);
+            const glm::dvec3 dc(strip.sh.at(x, y - strip.firstRow)[0]);
             light_[block] += glm::dot(dc, dc);
         }
     }
@@ -120,7 +122,7 @@ std::vector<int> LightMapBlocks::charts(std::span<const formats::IslandRun> isla
         if (hasRight && block >= across_ && touchesRight(mask(block), mask(block - across_ + 1), -1)) sets.join(block, block - across_ + 1);
     }
     std::vector<bool> isHeld(covered_.size(), false);
-    std::vector<int> firstOf;  // block of each island
+    std::vector<int> firstOf;  // [island] first block
     for (const formats::IslandRun& run : islands)
         forEachBlock(run, [&](int block) {
             if (static_cast<std::size_t>(run.island) >= firstOf.size()) firstOf.resize(static_cast<std::size_t>(run.island) + 1, -1);
@@ -132,35 +134,51 @@ std::vector<int> LightMapBlocks::charts(std::span<const formats::IslandRun> isla
     return numbered(sets, covered_, isHeld);
 }
 
+namespace {
+
+/// Sums of one chart, and the progress of its choice.
+struct ChartLight {
+    int brightest = -1, blockCount = 0;
+    double brightestLight = -1;
+    double light = 0;
+    double due = 0.5;  ///< sum of chances; a block is chosen each time it reaches 1
+    double brightestChosen = -1;
+};
+
+std::vector<ChartLight> lightOfCharts(const std::vector<int>& charts, const std::vector<std::uint16_t>& covered,
+                                      const std::vector<double>& light) {
+    std::vector<ChartLight> out;
+    for (std::size_t i = 0; i < covered.size(); ++i) {
+        if (covered[i] == 0) continue;
+        const auto index = static_cast<std::size_t>(charts[i]);
+        if (index >= out.size()) out.resize(index + 1);
+        ChartLight& chart = out[index];
+        ++chart.blockCount;
+        chart.light += light[i];
+        if (light[i] > chart.brightestLight) {
+            chart.brightestLight = light[i];
+            chart.brightest = static_cast<int>(i);
+        }
+    }
+    return out;
+}
+
+}  // namespace
+
 std::vector<LightMapBlocks::Choice> LightMapBlocks::choose(const std::vector<int>& charts, int budget) const {
     assert(charts.size() == covered_.size());
-    struct Chart {
-        int brightest = -1, blockCount = 0;
-        double brightestLight = -1;
-        double light = 0;
-        double due = 0.5;  // a block is chosen each time this reaches 1
-        double brightestChosen = -1;
-    };
-    std::vector<Chart> seen;
+    std::vector<ChartLight> lights = lightOfCharts(charts, covered_, light_);
     double coveredBlocks = 0, light = 0, roots = 0;
     for (std::size_t i = 0; i < covered_.size(); ++i) {
         if (covered_[i] == 0) continue;
-        if (static_cast<std::size_t>(charts[i]) >= seen.size()) seen.resize(static_cast<std::size_t>(charts[i]) + 1);
-        Chart& chart = seen[static_cast<std::size_t>(charts[i])];
-        ++chart.blockCount;
-        chart.light += light_[i];
-        if (light_[i] > chart.brightestLight) {
-            chart.brightestLight = light_[i];
-            chart.brightest = static_cast<int>(i);
-        }
         coveredBlocks += 1;
         light += light_[i];
     }
-    for (const Chart& chart : seen) roots += std::sqrt(chart.light);
+    for (const ChartLight& chart : lights) roots += std::sqrt(chart.light);
     std::vector<Choice> choices;
     for (std::size_t i = 0; i < covered_.size(); ++i) {
         if (covered_[i] == 0) continue;
-        Chart& chart = seen[static_cast<std::size_t>(charts[i])];
+        ChartLight& chart = lights[static_cast<std::size_t>(charts[i])];
         const double byArea = 1 / coveredBlocks, byLight = light > 0 ? light_[i] / light : byArea;
         const double byChart = roots > 0 ? std::sqrt(chart.light) / roots / chart.blockCount : byArea;
         const double chance = std::min(1.0, budget * (0.25 * byArea + 0.25 * byLight + 0.5 * byChart));
@@ -170,8 +188,8 @@ std::vector<LightMapBlocks::Choice> LightMapBlocks::choose(const std::vector<int
         chart.brightestChosen = std::max(chart.brightestChosen, light_[i]);
         choices.push_back({static_cast<int>(i), static_cast<float>(1 / chance)});
     }
-    // A chart that was met in the dark only would learn nothing of its light.
-    for (const Chart& chart : seen)
+    // The sample of each chart must hold a block at least half as bright as its brightest.
+    for (const ChartLight& chart : lights)
         if (chart.brightest >= 0 && !(chart.brightestChosen >= 0.5 * chart.brightestLight))
             choices.push_back({chart.brightest, chart.brightestChosen < 0 ? static_cast<float>(chart.blockCount) : 1.0f});
     std::ranges::sort(choices, {}, &Choice::block);
@@ -185,19 +203,19 @@ LightMapSamples::LightMapSamples(std::vector<LightMapBlocks::Choice> choices, in
     texels_.normal = formats::Image<glm::vec3>(width, kSide, glm::vec3(0, 0, 1));
 }
 
-void LightMapSamples::add(const LightMapStrip& band, int firstRow, int rowCount) {
+void LightMapSamples::add(const LightMapStrip& strip, int firstRow, int rowCount) {
     const int firstBlock = firstRow / kChartBlock * across_;
     auto chosen = std::ranges::lower_bound(choices_, firstBlock, {}, &LightMapBlocks::Choice::block);
     for (; chosen != choices_.end(); ++chosen) {
         const int top = chosen->block / across_ * kChartBlock - kMargin, left = chosen->block % across_ * kChartBlock - kMargin;
         if (top + kMargin >= firstRow + rowCount) break;
         const int place = kSide * static_cast<int>(chosen - choices_.begin());
-        const int bottom = std::min(top + kSide, band.firstRow + band.sh.height()), right = std::min(left + kSide, band.sh.width());
-        for (int y = std::max(top, band.firstRow); y < bottom; ++y)
+        const int bottom = std::min(top + kSide, strip.firstRow + strip.sh.height()), right = std::min(left + kSide, strip.sh.width());
+        for (int y = std::max(top, strip.firstRow); y < bottom; ++y)
             for (int x = std::max(left, 0); x < right; ++x) {
-                texels_.sh.at(place + x - left, y - top) = band.sh.at(x, y - band.firstRow);
-                texels_.covered.at(place + x - left, y - top) = band.covered.at(x, y - band.firstRow);
-                texels_.normal.at(place + x - left, y - top) = band.normal.at(x, y - band.firstRow);
+                texels_.sh.at(place + x - left, y - top) = strip.sh.at(x, y - strip.firstRow);
+                texels_.covered.at(place + x - left, y - top) = strip.covered.at(x, y - strip.firstRow);
+                texels_.normal.at(place + x - left, y - top) = strip.normal.at(x, y - strip.firstRow);
             }
     }
 }

@@ -13,30 +13,31 @@ using formats::Image;
 using formats::ImageView;
 using formats::PixelFormat;
 
-/// Texels next to charts: sane values at chart edges are worth something, but never at the cost of a texel inside.
+/// Weight of padded texels: their values matter to filters at chart edges, but never at the cost of a texel inside.
 constexpr float kPaddingSignificance = 1.0f / 256;
 
-/// Where errors begin to count by their ratio, of the key. A learned decode serves all light levels with the same tables, and would leave
-/// the dark to chance.
-constexpr float kLearnedKnee = 0.1f;
+/// Above this share of the key, errors count by their ratio; below, by their size. Learned layouts need the smaller one: the same tables
+/// decode all light levels, and errors in dark texels would go unnoticed.
+constexpr float kKnee = 1.0f, kLearnedKnee = 0.1f;
 
-/// Values of one texel of the band: what the layout stores.
-void texelValues(const formats::LightMapStrip& band, bool isFlat, int x, int y, std::span<glm::vec3> out) {
-    const lighting::ShRgb& sh = band.sh.at(x, y);
+/// Writes the values of one texel that layouts store: nine coefficients, or the exit radiance.
+void texelValues(const formats::LightMapStrip& strip, bool isFlat, int x, int y, std::span<glm::vec3> out) {
+    const lighting::ShRgb& sh = strip.sh.at(x, y);
     if (isFlat)
-        out[0] = lighting::evaluate(lighting::convolve(sh, lighting::kExitRadianceBands), band.normal.at(x, y));
+        out[0] = lighting::evaluate(lighting::convolve(sh, lighting::kExitRadianceBands), strip.normal.at(x, y));
     else
         std::ranges::copy(sh, out.begin());
 }
 
-/// Mean of the covered texels on the smallest ring (1, then 2 texels away) that has any, and the first of them; false where there is none.
-bool padTexel(const formats::LightMapStrip& band, bool isFlat, int x, int y, std::span<glm::vec3> out, glm::ivec2& owner) {
+/// Sets `out` to the mean of the covered texels on the smallest ring (1, then 2 texels away) that has any, and `owner` to the first of
+/// them. Returns false if both rings are empty.
+bool padTexel(const formats::LightMapStrip& strip, bool isFlat, int x, int y, std::span<glm::vec3> out, glm::ivec2& owner) {
     std::array<glm::vec3, lighting::kShCount> neighbour;
     const auto values = std::span(neighbour).first(out.size());
     std::ranges::fill(out, glm::vec3(0));
-    const int count = formats::visitNearestCovered(band.covered.view(), x, y, kLightMapPaddingRows, [&](int nearX, int nearY) {
-        if (owner.x < 0) owner = {nearX, nearY + band.firstRow};
-        texelValues(band, isFlat, nearX, nearY, values);
+    const int count = formats::visitNearestCovered(strip.covered.view(), x, y, kLightMapPaddingRows, [&](int nearX, int nearY) {
+        if (owner.x < 0) owner = {nearX, nearY + strip.firstRow};
+        texelValues(strip, isFlat, nearX, nearY, values);
         for (std::size_t i = 0; i < out.size(); ++i) out[i] += values[i];
     });
     if (count == 0) return false;
@@ -44,7 +45,8 @@ bool padTexel(const formats::LightMapStrip& band, bool isFlat, int x, int y, std
     return true;
 }
 
-/// Texels that count for nothing take the mean of those of their 4 x 4 block that do: encoders then see no edge where nobody looks.
+/// Sets the texels without significance to the mean of the others of their 4 x 4 block, so that the block encoder sees no edge between
+/// them.
 void fillBlocks(Image<glm::vec4>& texels, const Image<float>& significance) {
     constexpr int size = 4;
     for (int top = 0; top < texels.height(); top += size)
@@ -67,7 +69,7 @@ void fillBlocks(Image<glm::vec4>& texels, const Image<float>& significance) {
 
 }  // namespace
 
-Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& band, int firstRow, int rowCount) {
+Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, int rowCount) {
     const bool isFlat = formats::info(plan.layout).family == formats::LightMapFamily::Flat;
     const std::size_t valueCount = isFlat ? 1 : lighting::kShCount;
     Source source;
@@ -77,25 +79,25 @@ Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& band, 
     source.coverage = Image<float>(plan.width, rowCount, 0);
     source.importance = Image<float>(plan.width, rowCount, 0);
     source.owner = Image<glm::ivec2>(plan.width, rowCount, glm::ivec2(-1));
-    const float floor = std::max((formats::info(plan.layout).isLearned() ? kLearnedKnee : 1.0f) * static_cast<float>(plan.key), 1e-12f);
+    const float floor = std::max((formats::info(plan.layout).isLearned() ? kLearnedKnee : kKnee) * static_cast<float>(plan.key), 1e-12f);
     std::array<glm::vec3, lighting::kShCount> texel;
     const auto values = std::span(texel).first(valueCount);
     for (int y = 0; y < rowCount; ++y) {
-        const int bandRow = firstRow - band.firstRow + y;
+        const int bandRow = firstRow - strip.firstRow + y;
         for (int x = 0; x < plan.width; ++x) {
             float coverage = 1;
             glm::ivec2& owner = source.owner.at(x, y);
-            if (band.covered.at(x, bandRow) != 0) {
-                texelValues(band, isFlat, x, bandRow, values);
+            if (strip.covered.at(x, bandRow) != 0) {
+                texelValues(strip, isFlat, x, bandRow, values);
                 owner = {x, firstRow + y};
-            } else if (padTexel(band, isFlat, x, bandRow, values, owner)) {
+            } else if (padTexel(strip, isFlat, x, bandRow, values, owner)) {
                 coverage = kPaddingSignificance;
             } else {
                 continue;
             }
             for (std::size_t i = 0; i < valueCount; ++i) source.values[i].at(x, y) = values[i];
             source.coverage.at(x, y) = coverage;
-            // Exit radiance that the DC alone would give, or the exit radiance itself.
+            // The exit radiance of the DC alone (lambda_0 Y_0), or the exit radiance itself.
             const glm::vec3& v = values[0];
             const float exit = (isFlat ? 1.0f : 0.28209479f) * std::max({v.x, v.y, v.z, 0.0f});
             const float local = floor / (exit + floor);

@@ -1,5 +1,4 @@
-// What the encoders of all light-map layouts start from: rows of a map, padded and weighed, and layers of texels to encode. Private to
-// compress/.
+// The start of every light-map encoder: rows of a map, padded and weighed, and layers of texels to encode. Private to compress/.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -9,37 +8,30 @@
 
 namespace lightcook::compress::rows {
 
-/// The rows to encode, padded: one value array per coefficient, and how much each texel counts.
+/// The rows to encode, padded.
 struct Source {
     int width = 0, height = 0;
-    std::vector<formats::Image<glm::vec3>> values;  ///< nine coefficients, or one exit radiance
+    std::vector<formats::Image<glm::vec3>> values;  ///< nine coefficients; exit radiance alone for family flat
     formats::Image<float> coverage;                 ///< 1 inside charts, 1/256 beside them, 0 elsewhere
-    formats::Image<float> importance;               ///< what a squared absolute error weighs: coverage over (exit radiance + knee) squared
-    formats::Image<glm::ivec2> owner;               ///< texel of the map that this one takes after: itself, or the nearest
+    formats::Image<float> importance;               ///< weight of a squared absolute error: coverage (knee / (exit radiance + knee))^2
+    formats::Image<glm::ivec2> owner;               ///< texel of the map whose normal counts: itself, or its nearest covered neighbour
 };
-Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& band, int firstRow, int rowCount);
+Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, int rowCount);
 
-/// One layer: encoded bytes, and the decoded texels if anyone will need them.
+/// One encoded layer; `decoded` holds its texels as a decoder sees them, if they were asked for.
 struct Layer {
     std::vector<std::byte> bytes;
     formats::Image<glm::vec4> decoded;
 };
+/// Encodes texels. Those without significance are overwritten: each takes the mean of the others of its block.
 Layer encodeLayer(formats::PixelFormat format, formats::Image<glm::vec4>& texels, const formats::Image<float>& significance,
                   const EncodeOptions& options, bool wantsDecoded, EncodeReport& report);
-/// An HDR layer of values / range. Relative to what the eye compares with: above a tenth of the key errors count by their ratio.
+/// Encodes source.values[value] / range as HDR colour. The metric is log2(1 + x / (key / 10)): above a tenth of the key, errors count
+/// by their ratio.
 Layer encodeHdr(formats::PixelFormat format, const Source& source, std::size_t value, float range, float key, const EncodeOptions& options,
                 bool wantsDecoded, EncodeReport& report);
 
-/// Returns a plan with everything but the constants, the textures as the table of layouts has them.
-LightMapPlan emptyPlan(formats::LightMapLayout layout, formats::Target target, int width, int height, const LightMapMeasure& measure);
-/// A power of two that brings the largest value into (8192, 16384]: room above for encoders that overshoot, and 27 octaves below it before
-/// half floats lose bits to subnormals, whatever the map's unit.
-float halfRange(float largest);
-
+/// Returns element `index` of a constant of the plan.
 float constant(const LightMapPlan& plan, const char* name, std::size_t index);
-
-/// The rows under a learned layout.
-EncodedLightMapRows encodeBasis(const LightMapPlan& plan, const formats::LightMapStrip& band, const Source& source,
-                                const EncodeOptions& options);
 
 }  // namespace lightcook::compress::rows

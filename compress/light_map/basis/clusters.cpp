@@ -10,30 +10,30 @@ namespace lightcook::compress {
 
 namespace {
 
-/// What each point costs under a subspace: |p - mean|^2 less what the directions take of it, by one product with all points.
+/// Returns the cost of each point under a subspace, |p - mean|^2 - |directions' (p - mean)|^2, by one matrix product for all points.
 Eigen::VectorXf costs(const ChartPoints& points, const Eigen::VectorXf& squaredNorms, const Subspace& subspace) {
     Eigen::MatrixXf rows(subspace.directions.cols() + 1, points.points.rows());
     rows << subspace.mean.transpose(), subspace.directions.transpose();
     const Eigen::MatrixXf products = rows * points.points;
     const Eigen::VectorXf offsets = subspace.directions.transpose() * subspace.mean;
-    Eigen::VectorXf missed = squaredNorms - 2 * products.row(0).transpose();
-    missed.array() += subspace.mean.squaredNorm();
-    missed -= (products.bottomRows(offsets.size()).colwise() - offsets).colwise().squaredNorm().transpose();
-    return missed.cwiseMax(0.0f).cwiseProduct(points.weights);
+    Eigen::VectorXf residual = squaredNorms - 2 * products.row(0).transpose();
+    residual.array() += subspace.mean.squaredNorm();
+    residual -= (products.bottomRows(offsets.size()).colwise() - offsets).colwise().squaredNorm().transpose();
+    return residual.cwiseMax(0.0f).cwiseProduct(points.weights);
 }
 
-/// Around their mean, so that the squares above are of differences.
-ChartPoints aroundTheirMean(const ChartPoints& points) {
-    ChartPoints centred = points;
+/// Returns the points minus their mean. costs() subtracts squares, which then are of the size of the differences.
+ChartPoints centred(const ChartPoints& points) {
+    ChartPoints out = points;
     const float weight = points.weights.sum();
-    if (weight > 0) centred.points.colwise() -= Eigen::VectorXf(points.points * points.weights / weight);
-    return centred;
+    if (weight > 0) out.points.colwise() -= Eigen::VectorXf(points.points * points.weights / weight);
+    return out;
 }
 
 class Clusters {
 public:
     Clusters(const ChartPoints& points, int dimension)
-        : points_(aroundTheirMean(points)),
+        : points_(centred(points)),
           squaredNorms_(points_.points.colwise().squaredNorm().transpose()),
           dimension_(dimension),
           clusterOf_(static_cast<std::size_t>(points.chartCount), 0),
@@ -48,16 +48,16 @@ public:
         constexpr int kRounds = 4;
         addCluster({});
         while (static_cast<int>(chartCosts_.size()) < clusterCount) {
-            const int worst = worstChart();
-            if (worst < 0) break;
-            addCluster(worst);
+            const int seed = bestSeed();
+            if (seed < 0) break;
+            addCluster(seed);
             round();
         }
         for (int i = 0; i < kRounds && chartCosts_.size() > 1; ++i)
             if (!round()) break;
     }
 
-    /// Numbers without gaps.
+    /// Returns the cluster of each chart, numbered without gaps in the order of the charts.
     std::vector<int> result() const {
         std::vector<int> names(chartCosts_.size(), -1);
         int next = 0;
@@ -73,24 +73,24 @@ public:
 private:
     double cost(int chart, std::size_t cluster) const { return chartCosts_[cluster][static_cast<std::size_t>(chart)]; }
 
-    /// The chart that would gain most from a subspace of its own; none where that is nothing but rounding.
-    int worstChart() {
+    /// Returns the chart that gains most from a subspace of its own, or -1 if the gain is only rounding.
+    int bestSeed() {
         std::vector<int> charts(clusterOf_.size());
         std::iota(charts.begin(), charts.end(), 0);
         const auto costNow = [&](int chart) { return cost(chart, static_cast<std::size_t>(clusterOf_[static_cast<std::size_t>(chart)])); };
         std::ranges::stable_sort(charts, std::greater(), costNow);
-        int worst = -1;
+        int best = -1;
         double largestGain = 1e-6 * total_;
         for (const int chart : charts) {
             if (costNow(chart) <= largestGain) break;  // no chart after this one can gain more
             const double gain = costNow(chart) - ownCost(chart);
             if (gain <= largestGain) continue;
-            worst = chart;
+            best = chart;
             largestGain = gain;
         }
-        return worst;
+        return best;
     }
-    /// A chart's cost under the subspace that fits it best.
+    /// Returns the cost of a chart under the subspace fitted to it alone.
     double ownCost(int chart) {
         double& known = ownCosts_[static_cast<std::size_t>(chart)];
         if (known >= 0) return known;
@@ -102,12 +102,13 @@ private:
         return known;
     }
 
-    /// A new cluster of one chart, or of all of them.
+    /// Adds a cluster of one chart, or of all charts.
     void addCluster(std::optional<int> chart) {
         chartCosts_.emplace_back(static_cast<std::size_t>(points_.chartCount));
         fit(chartCosts_.size() - 1, [&](int other) { return !chart || other == *chart; });
     }
 
+    /// Fits a cluster to the charts with isMember(chart), and computes the costs of all charts under it.
     template <class IsMember>
     void fit(std::size_t cluster, IsMember isMember) {
         std::vector<Eigen::Index> members;
@@ -116,13 +117,14 @@ private:
         if (members.empty()) return;
         const Eigen::MatrixXf own = points_.points(Eigen::all, members);
         const Eigen::VectorXf weights = points_.weights(members);
-        const Eigen::VectorXf missed = costs(points_, squaredNorms_, fitSubspace(own, weights, dimension_, true));
+        const Eigen::VectorXf pointCosts = costs(points_, squaredNorms_, fitSubspace(own, weights, dimension_, true));
         std::ranges::fill(chartCosts_[cluster], 0.0);
         for (std::size_t i = 0; i < points_.chartOf.size(); ++i)
-            chartCosts_[cluster][static_cast<std::size_t>(points_.chartOf[i])] += static_cast<double>(missed(static_cast<Eigen::Index>(i)));
+            chartCosts_[cluster][static_cast<std::size_t>(points_.chartOf[i])] +=
+                static_cast<double>(pointCosts(static_cast<Eigen::Index>(i)));
     }
 
-    /// Every chart to its best cluster, every changed cluster fitted again. False where nothing moved.
+    /// Moves each chart to its cheapest cluster and fits the changed clusters again. Returns false if no chart moved.
     bool round() {
         std::vector<bool> changed(chartCosts_.size(), false);
         for (int chart = 0; chart < points_.chartCount; ++chart) {
@@ -148,9 +150,9 @@ private:
     int dimension_;
     std::vector<int> clusterOf_;
     std::vector<std::vector<double>> chartCosts_;  ///< [cluster][chart]
-    std::vector<double> ownCosts_;                 ///< [chart], -1 where not known yet
+    std::vector<double> ownCosts_;                 ///< [chart], -1 if not computed yet
     std::vector<std::vector<Eigen::Index>> pointsOfChart_;
-    double total_;  ///< what all points cost under no subspace at all
+    double total_;  ///< cost of all points under the subspace {0}
 };
 
 }  // namespace

@@ -1,4 +1,11 @@
-// Charts gathered into clusters that share a basis: k-subspaces, a k-means whose centres are affine subspaces.
+// Clusters of charts that share a basis: k-subspaces, that is k-means whose centres are affine subspaces. Private to compress/.
+//
+// 1. One cluster of all charts: its subspace has the mean and the leading principal components of their points.
+// 2. Add a cluster: of the chart that gains most from a subspace of its own. A chart gains at most its cost, so charts are tried from the
+//    largest cost down and the search ends at the first cost below the best gain. Then each chart moves to its cheapest cluster, and the
+//    clusters that changed are fitted again. Repeat until there are enough, or until the gain is rounding (1e-6 of the total).
+// 3. Up to kRounds more of these moves, until no chart moves.
+// Source: Bradley and Mangasarian 2000, k-Plane Clustering.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,7 +13,7 @@
 
 namespace lightcook::compress {
 
-/// Points in a space whose squared distances are costs, each of a chart.
+/// Weighted points, each of a chart, in a space whose squared distances are costs (error_space.h).
 struct ChartPoints {
     Eigen::MatrixXf points;    ///< [dimension][point]
     Eigen::VectorXf weights;   ///< >= 0
@@ -14,16 +21,17 @@ struct ChartPoints {
     int chartCount = 0;
 };
 
-/// A cluster for each chart, 0 .. at most clusterCount - 1, none of them empty. Charts that share a cluster lie near one affine subspace of
-/// `dimension` directions. Grown one cluster at a time from the chart that fits worst.
+/// Returns the cluster of each chart: numbers from 0 without gaps, at most clusterCount of them. The charts of a cluster lie near one
+/// affine subspace of `dimension` directions.
 std::vector<int> clusterCharts(const ChartPoints& points, int dimension, int clusterCount);
 
-/// Mean and leading directions of the weighted points, with their standard deviations. Columns of `directions` are unit.
+/// Principal components of weighted points, in descending order. Columns of `directions` are unit.
 struct Subspace {
     Eigen::VectorXf mean;
-    Eigen::MatrixXf directions;
-    Eigen::VectorXf deviations;
+    Eigen::MatrixXf directions;  ///< [dimension of the space][direction]
+    Eigen::VectorXf deviations;  ///< standard deviation along each direction
 };
+/// isCentred  directions from the mean; false: from 0, and the mean is 0
 Subspace fitSubspace(const Eigen::MatrixXf& points, const Eigen::VectorXf& weights, int dimension, bool isCentred);
 
 }  // namespace lightcook::compress

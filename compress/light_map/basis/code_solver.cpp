@@ -10,8 +10,8 @@ namespace lightcook::compress {
 
 namespace {
 
-// Coefficients 1 to 8 of three channels are 24 numbers: three registers of eight lanes, or six of four. The instructions are those that
-// the program is built for, so that every machine gives the same codes.
+// Coefficients 1 to 8 of three channels are 24 numbers: three registers of eight lanes, or six of four. No dynamic dispatch: lanes hold
+// parts of one sum here, so their count must be the same on every machine.
 namespace hn = hwy::HWY_NAMESPACE;
 constexpr hn::CappedTag<float, 8> kTag;
 using Lanes = hn::Vec<decltype(kTag)>;
@@ -31,7 +31,7 @@ HigherByChannel stored(const Numbers& numbers) {
     for (std::size_t p = 0; p < kParts; ++p) hn::StoreU(numbers.part[p], kTag, out[0].data() + p * kWidth);
     return out;
 }
-/// in + factor * values
+/// Returns in + factor * values.
 Numbers plus(const Numbers& in, Lanes factor, const HigherByChannel& values) {
     const Numbers v = load(values);
     Numbers out;
@@ -43,7 +43,7 @@ Numbers zero() {
     for (Lanes& part : out.part) part = hn::Zero(kTag);
     return out;
 }
-/// By each channel's own factor.
+/// Returns each channel times its factor.
 Numbers scaled(const Numbers& in, const std::array<float, 3>& factors) {
     Numbers out;
     for (std::size_t p = 0; p < kParts; ++p) out.part[p] = hn::Mul(hn::Set(kTag, factors[p / kPartsPerChannel]), in.part[p]);
@@ -55,7 +55,7 @@ float product(const Numbers& a, const Numbers& b) {
     return hn::GetLane(hn::SumOfLanes(kTag, sum));
 }
 
-/// v in the space of the metric's root.
+/// Returns U v, U the root of the metric.
 HigherByChannel turned(const Metric& metric, const HigherByChannel& v) {
     HigherByChannel out;
     for (std::size_t c = 0; c < 3; ++c)
@@ -71,7 +71,7 @@ HigherByChannel turned(const Metric& metric, const HigherByChannel& v) {
 struct Jacobian {
     Numbers by[4];
 };
-/// dP / dcode. Monomials: 1 a b c aa ab ac bb bc cc d ad bd cd dd.
+/// Returns dP / dcode. Monomials: 1 a b c aa ab ac bb bc cc d ad bd cd dd.
 HWY_INLINE Jacobian jacobianOf(const CodeTable& t, int codeChannels, const glm::vec4& u) {
     const Lanes a = hn::Set(kTag, u.x), b = hn::Set(kTag, u.y), c = hn::Set(kTag, u.z), d = hn::Set(kTag, u.w);
     const Lanes twoA = hn::Add(a, a), twoB = hn::Add(b, b), twoC = hn::Add(c, c), twoD = hn::Add(d, d);
@@ -87,7 +87,7 @@ HWY_INLINE Jacobian jacobianOf(const CodeTable& t, int codeChannels, const glm::
     j.by[3] = plus(plus(plus(plus(load(t[10]), a, t[11]), b, t[12]), c, t[13]), twoD, t[14]);
     return j;
 }
-/// P(code) by its derivative: a quadratic is its constant part and, for each direction, the mean of the slopes at 0 and at the code.
+/// Returns P(u) from the derivative J already computed at u: P(u) = P(0) + sum_k u_k (J_k(0) + J_k(u)) / 2, exact for a quadratic.
 HWY_INLINE Numbers valueOf(const CodeTable& t, const Jacobian& j, const glm::vec4& u) {
     constexpr std::array<std::size_t, 4> kLinear = {1, 2, 3, 10};
     Numbers out = load(t[0]);
@@ -99,13 +99,13 @@ HWY_INLINE Numbers valueOf(const CodeTable& t, const Jacobian& j, const glm::vec
     return out;
 }
 
-/// Four equations: a symmetric matrix and the right-hand side.
+/// Normal equations of four unknowns: a symmetric matrix and the right-hand side.
 struct Equations {
     std::array<std::array<float, 4>, 4> matrix;  ///< the lower triangle
     std::array<float, 4> right;
 
     float trace() const { return matrix[0][0] + matrix[1][1] + matrix[2][2] + matrix[3][3]; }
-    /// With `damping` on the diagonal, by L D L'. Not finite where that has no solution.
+    /// Returns the solution with `damping` added to the diagonal, by L D L'; not finite if the matrix is singular.
     std::array<float, 4> solved(float damping) const {
         std::array<std::array<float, 4>, 4> l{};
         std::array<float, 4> d{}, x = right;
@@ -129,7 +129,7 @@ struct Equations {
     }
 };
 
-/// A texel's problem in a cluster's space.
+/// The least-squares problem of one texel.
 class Problem {
 public:
     Problem(const CodeTable& table, const BasisShape& shape, const Metric& metric, const BasisTarget& target)
@@ -139,23 +139,23 @@ public:
         wanted_ = load(turned(metric, wanted));
     }
 
-    /// What a code leaves to be wished for, and its slopes.
+    /// Residual and derivative at a code.
     struct Place {
-        Numbers left;
+        Numbers residual;
         Jacobian slopes;
         float error;
     };
     Place at(const glm::vec4& code) const {
         Place place;
         place.slopes = jacobianOf(table_, shape_.codeChannels, code);
-        place.left = leftBy(valueOf(table_, place.slopes, code));
-        place.error = product(place.left, place.left);
+        place.residual = residualOf(valueOf(table_, place.slopes, code));
+        place.error = product(place.residual, place.residual);
         return place;
     }
-    /// Of a code that decodes to `value`.
+    /// Returns the error of a code that decodes to `value`.
     float errorOf(const HigherByChannel& value) const {
-        const Numbers left = leftBy(load(value));
-        return product(left, left);
+        const Numbers residual = residualOf(load(value));
+        return product(residual, residual);
     }
 
     Equations equationsAt(const Place& place) const {
@@ -163,7 +163,7 @@ public:
         for (std::size_t k = 0; k < 4; ++k) j.by[k] = scaled(place.slopes.by[k], roots_);
         Equations out;
         for (std::size_t k = 0; k < 4; ++k) {
-            out.right[k] = product(j.by[k], place.left);
+            out.right[k] = product(j.by[k], place.residual);
             for (std::size_t l = 0; l <= k; ++l) out.matrix[k][l] = product(j.by[k], j.by[l]);
         }
         return out;
@@ -198,10 +198,11 @@ public:
     }
 
 private:
-    Numbers leftBy(const Numbers& value) const {
-        Numbers left;
-        for (std::size_t p = 0; p < kParts; ++p) left.part[p] = hn::Sub(wanted_.part[p], value.part[p]);
-        return scaled(left, roots_);
+    /// Returns target - value, each channel times the root of its weight.
+    Numbers residualOf(const Numbers& value) const {
+        Numbers residual;
+        for (std::size_t p = 0; p < kParts; ++p) residual.part[p] = hn::Sub(wanted_.part[p], value.part[p]);
+        return scaled(residual, roots_);
     }
 
     const CodeTable& table_;

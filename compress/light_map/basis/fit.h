@@ -1,5 +1,10 @@
-// Learns the decode of layouts "basis-K" from a sample of the map's blocks: clusters of charts, a quadratic decode for each, and linear
-// residuals, each stage fitted to what the encoder really made of the one before.
+// Learns the decode of the layouts basis-K from a sample of the map's blocks. Private to compress/.
+//
+// 1. Sample (sample.h): coefficient 0 is encoded first; everything else is fitted as ratios to its decoded values.
+// 2. Clusters (clusters.h): charts whose ratios lie near one affine subspace share their tables.
+// 3. Code (code_fit.h): quadratic decode and codes, fitted to each other and to the block encoder.
+// 4. Residual layers (residual_fit.h), one after the other.
+// Stages are fitted to the decoded texels of the stage before, not to the ideal ones.
 #pragma once
 
 #include "compress/light_map.h"
@@ -7,7 +12,7 @@
 
 namespace lightcook::compress {
 
-/// Assigns charts to at most clusterCount clusters (1 .. 256) and fits every cluster's tables.
+/// Assigns charts to at most clusterCount clusters (1 to 256) and fits the tables of every cluster.
 /// plan    of the map: textures, range and key are read
 /// charts  of the blocks that the samples were chosen from (LightMapBlocks::charts)
 BasisModel fitBasis(const LightMapPlan& plan, const BasisShape& shape, const LightMapSamples& samples, const std::vector<int>& charts,

@@ -1,20 +1,23 @@
-// The learned decode of layouts "basis-K", and how a residual's numbers are found for it (those of the code: basis_codes.h).
-// Coefficients 1 to 8 over the decoded coefficient 0 are a quadratic polynomial of three or four numbers in [0, 1]; each layer of the
-// residual adds a linear basis of four more. Private to compress/.
+// The learned decode of the layouts basis-K.
+//
+// A texel stores n = 3 or 4 numbers u in [0, 1] (the code), and optionally layers of four more (the residual). With lambda_0 decoded:
+//   lambda_i / lambda_0 = P_i(u) + sum_k (residual_k - neutral) R_ki,  i = 1 to 8; the residual corrects coefficient 0, too
+// P_i is a quadratic polynomial with 10 or 15 monomials for each colour channel, R a linear basis. Both are fitted to the map, for each
+// cluster of charts. Private to compress/.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <vector>
 
+#include "compress/light_map/basis/metric.h"
 #include "lighting/sh.h"
 
 namespace lightcook::compress {
 
 inline constexpr int kCodeMonomials = 15;
-/// What a residual channel holds where nothing is left: 8 bits have it exactly.
+/// Value of a residual channel that adds nothing; 8 bits hold it exactly.
 inline constexpr float kResidualNeutral = 128.0f / 255.0f;
 
 struct BasisShape {
@@ -23,13 +26,13 @@ struct BasisShape {
     int monomialCount() const { return codeChannels == 3 ? 10 : kCodeMonomials; }
 };
 
-/// Nine numbers a colour channel: [r, g, b][coefficient].
+/// Nine coefficients a colour channel: [r, g, b][coefficient].
 using ByChannel = std::array<std::array<float, lighting::kShCount>, 3>;
-/// Eight a channel, coefficients 1 to 8: one vector register.
+/// Coefficients 1 to 8 of each channel: one vector register a channel.
 using HigherByChannel = std::array<std::array<float, 8>, 3>;
-/// Factors of each monomial, in the order of lcBasisMonomials.
+/// Factors of the monomials 1 a b c aa ab ac bb bc cc d ad bd cd dd of a code (a, b, c, d), in the order of lcBasisMonomials.
 using CodeTable = std::array<HigherByChannel, kCodeMonomials>;
-/// What each channel of a residual texel adds.
+/// Coefficients that each channel of a residual texel adds.
 using ResidualTable = std::array<ByChannel, 4>;
 
 struct BasisModel {
@@ -37,8 +40,8 @@ struct BasisModel {
     std::vector<CodeTable> code;                       ///< [cluster]
     std::vector<std::vector<ResidualTable>> residual;  ///< [layer][cluster]
     std::vector<std::vector<glm::vec4>> seeds;         ///< [cluster] codes to start a search from
-    glm::vec4 codeWeights{1};                          ///< what a squared error of each channel costs, on average
-    std::vector<glm::vec4> residualWeights;            ///< [layer]
+    glm::vec4 codeWeights{1};                          ///< mean cost of a squared error of each channel
+    std::vector<glm::vec4> residualWeights;            ///< [layer] the same
     int blocksAcross = 0;
     std::vector<std::uint8_t> clusterOfBlock;  ///< [4 x 4 block of the map]
 
@@ -51,41 +54,30 @@ struct BasisModel {
     std::size_t indexBytes() const { return clusterOfBlock.size(); }
 };
 
-/// What an error of the nine coefficients costs: mean squares of exit radiance over normals of the hemisphere and of area specular over
-/// views and materials, each over its value for a constant light. A symmetric matrix in world coordinates.
-struct Metric {
-    std::array<std::array<float, lighting::kShCount>, lighting::kShCount> matrix{};
-    /// Columns of the upper triangle U whose U'U is the matrix of coefficients 1 to 8: |U e|^2 is what their error costs.
-    std::array<std::array<float, 8>, 8> higherRoot{};
-
-    const std::array<float, lighting::kShCount>& operator[](std::size_t row) const { return matrix[row]; }
-};
-class ShadingMetric {
-public:
-    /// Around a unit normal. Remembers the last one: charts are mostly flat.
-    const Metric& at(const glm::vec3& normal);
-
-private:
-    glm::vec3 normal_{0};
-    Metric metric_{};
-};
-
 /// A texel to be coded.
 struct BasisTarget {
     ByChannel ratio;              ///< true coefficients over the decoded coefficient 0
-    std::array<float, 3> weight;  ///< of each channel: squared decoded coefficient 0
+    std::array<float, 3> weight;  ///< [channel] squared decoded coefficient 0
     const Metric* metric = nullptr;
 };
 
-/// P(code): coefficients 1 to 8 over coefficient 0.
+/// Returns P(code): coefficients 1 to 8 over coefficient 0.
 HigherByChannel evaluateCode(const CodeTable& table, int monomialCount, const glm::vec4& code);
 /// Adds sum_k (texel_k - neutral) R_k.
 void addResidual(const ResidualTable& table, const glm::vec4& texel, ByChannel& ratio);
 
-/// The residual texel in [0, 1]^4 nearest to what `target.ratio` now holds: what is left.
+/// Subtracts 1 from coefficient 0 and a decoded code from the others: the residual is left.
+void subtractCode(const HigherByChannel& decoded, ByChannel& ratio);
+/// Subtracts sum_k (texel_k - neutral) R_k: the next residual is left.
+void subtractResidual(const ResidualTable& table, const glm::vec4& texel, ByChannel& ratio);
+
+/// Returns the residual texel whose sum is nearest to target.ratio, clamped to [0, 1]^4: weighted least squares of four unknowns.
 glm::vec4 solveResidual(const ResidualTable& table, const BasisTarget& target);
 
-/// How the error grows with each channel: the metric of its direction, summed over colours.
+/// Returns the second derivative of the error with each residual channel (halved): R_k' M R_k, summed over colours.
 glm::vec4 residualSensitivity(const ResidualTable& table, const BasisTarget& target);
+
+/// Returns the value as a 16-bit float holds it. Tables are fitted as the GPU will have them.
+float roundedToHalf(double value);
 
 }  // namespace lightcook::compress

@@ -1,0 +1,149 @@
+#include "compress/light_map/basis/code_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <optional>
+
+#include "compress/light_map/basis/clusters.h"
+#include "compress/light_map/basis/code_solver.h"
+#include "compress/light_map/basis/error_space.h"
+#include "compress/light_map/basis/table_fit.h"
+
+namespace lightcook::compress {
+
+namespace {
+
+constexpr int kRounds = 6, kEncodeRounds = 2;
+constexpr float kDeviationsAcross = 12;
+constexpr std::size_t kSeeds = 16;  ///< of each of two kinds
+
+class CodeFitter {
+public:
+    CodeFitter(BasisSample& sample, BasisModel& model) : sample_(sample), model_(model) {}
+
+    void run() {
+        startCodes();
+        for (int round = 0; round < kRounds; ++round) fitTablesAndCodes();
+        stretchCodes();
+        fitTablesAndCodes();
+        for (int round = 0; round < kEncodeRounds; ++round) {
+            encodeCodes();
+            fitTablesAndCodes();
+        }
+        encodeCodes();
+        chooseSeeds();
+        subtractCodes();
+    }
+
+private:
+    /// Sets the codes to principal coordinates.
+    void startCodes() {
+        for (const std::vector<SampleTexel*>& members : sample_.clusters()) {
+            if (members.empty()) continue;
+            const SamplePoints points = pointsOf(ErrorSpace(sample_, members, 1), members);
+            const Subspace subspace = fitSubspace(points.points, points.weights, model_.shape.codeChannels, true);
+            const Eigen::MatrixXf coordinates = subspace.directions.transpose() * (points.points.colwise() - subspace.mean);
+            for (std::size_t i = 0; i < members.size(); ++i)
+                for (int k = 0; k < model_.shape.codeChannels; ++k) {
+                    const float unit = kDeviationsAcross * std::max(subspace.deviations(k), 1e-12f);
+                    members[i]->code[k] = std::clamp(0.5f + coordinates(k, static_cast<Eigen::Index>(i)) / unit, 0.0f, 1.0f);
+                }
+        }
+    }
+
+    void fitTablesAndCodes() {
+        for (std::size_t cluster = 0; cluster < sample_.clusters().size(); ++cluster)
+            fitTable(sample_.clusters()[cluster], model_.shape, model_.code[cluster]);
+        forEachTexel([](SampleTexel& texel, const BasisTarget& target, const CodeSpace& space) {
+            texel.code = space.solve(target, texel.code).code;
+        });
+    }
+
+    /// Calls visit(texel, its target, the decode of its cluster under its metric) for all texels, cluster by cluster.
+    template <class Visit>
+    void forEachTexel(Visit visit) {
+        for (std::size_t cluster = 0; cluster < sample_.clusters().size(); ++cluster) {
+            std::optional<CodeSpace> space;
+            std::size_t metric = 0;
+            for (SampleTexel* texel : sample_.clusters()[cluster]) {
+                if (!space || metric != texel->metric) space.emplace(model_.code[cluster], model_.shape, sample_.metricOf(*texel));
+                metric = texel->metric;
+                visit(*texel, sample_.targetOf(*texel), *space);
+            }
+        }
+    }
+
+    void stretchCodes() {
+        for (const std::vector<SampleTexel*>& members : sample_.clusters())
+            for (int k = 0; k < model_.shape.codeChannels; ++k) stretchChannel(members, k);
+    }
+    static void stretchChannel(const std::vector<SampleTexel*>& members, int k) {
+        double sum = 0, first = 0, second = 0;
+        float low = 1, high = 0;
+        for (const SampleTexel* texel : members) {
+            const double weight = static_cast<double>(texel->totalWeight()), value = static_cast<double>(texel->code[k]);
+            sum += weight;
+            first += weight * value;
+            second += weight * value * value;
+            low = std::min(low, texel->code[k]);
+            high = std::max(high, texel->code[k]);
+        }
+        if (!(sum > 0)) return;
+        const double mean = first / sum, deviation = std::sqrt(std::max(second / sum - mean * mean, 0.0));
+        low = std::max(low, static_cast<float>(mean - static_cast<double>(kRangeDeviations) * deviation));
+        high = std::min(high, static_cast<float>(mean + static_cast<double>(kRangeDeviations) * deviation));
+        const float span = std::max(high - low, 1e-6f);
+        for (SampleTexel* texel : members) texel->code[k] = std::clamp((texel->code[k] - low) / span, 0.0f, 1.0f);
+    }
+
+    /// Updates the channel weights and sends the codes through the block encoder.
+    void encodeCodes() {
+        glm::dvec4 sensitivity(0);
+        forEachTexel([&](const SampleTexel& texel, const BasisTarget& target, const CodeSpace& space) {
+            sensitivity += static_cast<double>(texel.weight) * glm::dvec4(space.sensitivity(target, texel.code));
+        });
+        model_.codeWeights = channelWeightsOf(sensitivity);
+        sample_.encodeCodes(1, model_.codeWeights);
+    }
+
+    /// Chooses codes of each cluster to start a search from. Half of them lie far apart: each is the farthest from all before it. The
+    /// others are spaced evenly over the sample, so that most lie where most texels do.
+    void chooseSeeds() {
+        model_.seeds.resize(sample_.clusters().size());
+        for (std::size_t cluster = 0; cluster < model_.seeds.size(); ++cluster) {
+            const std::vector<SampleTexel*>& members = sample_.clusters()[cluster];
+            std::vector<glm::vec4>& seeds = model_.seeds[cluster];
+            std::vector<float> distance(members.size(), 1e30f);
+            while (seeds.size() < kSeeds && seeds.size() < members.size()) {
+                const auto farthest = static_cast<std::size_t>(std::ranges::max_element(distance) - distance.begin());
+                if (!(distance[farthest] > 0)) break;
+                seeds.push_back(members[farthest]->code);
+                for (std::size_t i = 0; i < members.size(); ++i) {
+                    const glm::vec4 apart = members[i]->code - seeds.back();
+                    distance[i] = std::min(distance[i], glm::dot(apart, apart));
+                }
+            }
+            for (std::size_t i = 0; i < kSeeds && members.size() > kSeeds; ++i) seeds.push_back(members[i * members.size() / kSeeds]->code);
+        }
+    }
+
+    void subtractCodes() {
+        for (SampleTexel& texel : sample_.texels()) {
+            const CodeTable& table = model_.code[static_cast<std::size_t>(texel.cluster)];
+            subtractCode(evaluateCode(table, model_.shape.monomialCount(), texel.code), texel.ratio);
+        }
+    }
+
+    BasisSample& sample_;
+    BasisModel& model_;
+};
+
+}  // namespace
+
+void fitCodes(BasisSample& sample, BasisModel& model) {
+    CodeFitter(sample, model).run();
+}
+
+}  // namespace lightcook::compress

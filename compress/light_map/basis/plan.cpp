@@ -1,0 +1,96 @@
+// Plan of the layouts basis-K: count of clusters, the fit, and the learned tables as constants.
+#include <algorithm>
+#include <cassert>
+
+#include "compress/light_map/basis/fit.h"
+#include "compress/light_map/families.h"
+
+namespace lightcook::compress {
+
+namespace {
+
+constexpr std::size_t kCount = lighting::kShCount;
+constexpr int kMaxClusters = 64;
+/// The code tables of all clusters take at most 1 / kTableShare of the bytes of l0 and code.
+constexpr std::size_t kTableShare = 8;
+
+BasisShape shapeOf(formats::LightMapLayout layout) {
+    const formats::LightMapLayoutInfo& row = formats::info(layout);
+    return {row.codeCount, row.residualCount()};
+}
+
+/// Returns the count of clusters for a plan that names none. The residual does not count, so that a layout with one has the same clusters
+/// and codes as the layout without.
+int defaultClusterCount(const LightMapPlan& plan, const BasisShape& shape) {
+    BasisModel one;
+    one.shape = {shape.codeChannels, 0};
+    one.code.resize(1);
+    std::size_t bytes = 0;
+    for (std::size_t t = 0; t < 2; ++t) bytes += formats::bytesPerImage(plan.textures[t].format, plan.width, plan.height);
+    return std::clamp(static_cast<int>(bytes / kTableShare / one.tableBytes()), 1, kMaxClusters);
+}
+
+/// Returns the clusters of all blocks, row by row, run-length encoded: [cluster, count, cluster, count ...].
+std::vector<float> runsOf(const std::vector<std::uint8_t>& clusters) {
+    constexpr std::size_t kLongestRun = std::size_t{1} << 24;  // floats count to it exactly
+    std::vector<float> runs;
+    for (std::size_t i = 0; i < clusters.size();) {
+        std::size_t end = i;
+        while (end < clusters.size() && clusters[end] == clusters[i] && end - i < kLongestRun) ++end;
+        runs.push_back(clusters[i]);
+        runs.push_back(static_cast<float>(end - i));
+        i = end;
+    }
+    return runs;
+}
+
+/// Writes the tables in the order of the shader's structs: code [cluster][monomial][coefficient 1 to 8][rgb],
+/// residual [layer][cluster][channel][coefficient][rgb].
+void writeConstants(const BasisModel& model, std::map<std::string, std::vector<float>>& constants) {
+    constants["clusters"] = {static_cast<float>(model.clusterCount())};
+    constants["neutral"] = {kResidualNeutral};
+    constants["index_runs"] = runsOf(model.clusterOfBlock);
+    std::vector<float>& code = constants["code"];
+    for (const CodeTable& table : model.code)
+        for (std::size_t m = 0; m < static_cast<std::size_t>(model.shape.monomialCount()); ++m)
+            for (std::size_t i = 0; i < 8; ++i)
+                for (std::size_t c = 0; c < 3; ++c) code.push_back(table[m][c][i]);
+    std::vector<float>& residual = constants["residual"];
+    for (const auto& layer : model.residual)
+        for (const ResidualTable& table : layer)
+            for (const ByChannel& channel : table)
+                for (std::size_t i = 0; i < kCount; ++i)
+                    for (std::size_t c = 0; c < 3; ++c) residual.push_back(channel[c][i]);
+}
+
+}  // namespace
+
+std::size_t LightMapPlan::gpuBytesAs(formats::LightMapLayout shorter) const {
+    if (shorter == layout) return gpuBytes();
+    assert(basis && shapeOf(shorter).codeChannels == basis->shape.codeChannels &&
+           shapeOf(shorter).residualLayers <= basis->shape.residualLayers);
+    const int dropped = basis->shape.residualLayers - shapeOf(shorter).residualLayers;
+    return gpuBytes() - static_cast<std::size_t>(dropped) * (formats::bytesPerImage(textures[2].format, width, height) +
+                                                             basis->clusterCount() * BasisModel::kResidualTableBytes);
+}
+
+int learningBlocks(int effort, int width, int height) {
+    const double megapixels = static_cast<double>(width) * height / (1 << 20);
+    return static_cast<int>((1000 + 500 * effort) * std::clamp(megapixels, 1.0, 4.0));
+}
+
+LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height,
+                                 const LightMapMeasure& measure, const LightMapBlocks& blocks, const std::vector<int>& charts,
+                                 const LightMapSamples& samples, int clusters, const EncodeOptions& options) {
+    assert(formats::info(layout).isLearned());
+    const BasisShape shape = shapeOf(layout);
+    LightMapPlan plan = rows::emptyPlan(layout, target, width, height, measure);
+    plan.constants["range"] = {rows::halfRange(measure.maximumAbsolute(0))};
+    if (clusters == 0) clusters = defaultClusterCount(plan, shape);
+    auto model = std::make_shared<BasisModel>(fitBasis(plan, shape, samples, charts, blocks.across(), clusters, options));
+    writeConstants(*model, plan.constants);
+    plan.basis = std::move(model);
+    return plan;
+}
+
+}  // namespace lightcook::compress

@@ -1,0 +1,28 @@
+// One plan function and one encode function for each family of layouts. planLightMap and encodeLightMapRows choose among them by
+// formats::LightMapLayoutInfo::family; counts of layers come from the table, so that a new layout of a family needs no code. Private to
+// compress/.
+#pragma once
+
+#include "compress/light_map.h"
+#include "compress/light_map/rows.h"
+
+namespace lightcook::compress::rows {
+
+/// Returns a plan with everything but the constants, its textures as in the table of layouts.
+LightMapPlan emptyPlan(formats::LightMapLayout layout, formats::Target target, int width, int height, const LightMapMeasure& measure);
+/// Returns the power of two that brings the largest value into (8192, 16384]. Encoders that overshoot have two octaves above it, and the
+/// 27 octaves below it are free of the subnormals of half floats, whatever the map's unit.
+float halfRange(float largest);
+
+/// Adds the constants of family luvw.
+void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure);
+/// Adds the constants of the families ratio and zh3.
+void planRatio(LightMapPlan& plan, const LightMapMeasure& measure);
+
+EncodedLightMapRows encodeLuvw(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
+EncodedLightMapRows encodeRatio(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
+/// strip  the rows that `source` was made of: the normals are read
+EncodedLightMapRows encodeBasis(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
+                                const EncodeOptions& options);
+
+}  // namespace lightcook::compress::rows

@@ -1,0 +1,239 @@
+// Family luvw: each coefficient as its length L and its signed colour uvw, in two textures (Hu 2008).
+//
+//   L = largest absolute channel, uvw = value / L in [-1, 1]
+//   first texture:  rgb0 = (uvw + 1) / 2, a0 = L over its range
+//   second texture: rgb1 = the residual of uvw over span, a1 = the factor that corrects L
+//   decode: RANGE a0 a1 (2 rgb0 - 1 + 2 SPAN (rgb1 - NEUTRAL.rgb))
+//
+// Stages run in this order, each against the decoded texels of those before it: rgb0, a0, rgb1, a1. a1 is the least-squares length for the
+// uvw that both textures really give. In BC3 colour and alpha are separate blocks with separate weights. An error of uvw is seen multiplied
+// by L and weighs by L^2. An error of L is not: weighed by L^2 too, dark texels beside bright ones became black, and the second
+// texture cannot repair black.
+// If 8 bits of L would give the key fewer than kLuvwFewCodes codes, both alphas hold the root of L (constant "root").
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <limits>
+
+#include "compress/light_map/families.h"
+#include "compress/light_map/zonal.h"
+
+namespace lightcook::compress {
+
+namespace rows {
+
+namespace {
+
+using formats::Image;
+using formats::PixelFormat;
+
+/// Half the range of the residual of uvw. Halo 3 has 1; BC1 colours leave far less. docs/lab/experiments.md has error against span.
+constexpr float kLuvwSpan = 0.125f;
+constexpr double kLuvwFewCodes = 4;
+constexpr float kHalfCode = 0.5f / 255;
+
+class LuvwCoefficient {
+public:
+    /// values  of a coefficient, or intensities
+    /// index   of its layers and constants
+    LuvwCoefficient(const LightMapPlan& plan, const Source& source, const Image<glm::vec3>& values, std::size_t index,
+                    const EncodeOptions& options, EncodeReport& report)
+        : source_(source),
+          values_(values),
+          options_(options),
+          report_(report),
+          format_(plan.textures[0].format),
+          range_(constant(plan, "range", index)),
+          span_(constant(plan, "span", index)),
+          isRoot_(constant(plan, "root", 0) > 0),
+          neutral_(constant(plan, "neutral", 0), constant(plan, "neutral", 1), constant(plan, "neutral", 2), constant(plan, "neutral", 3)) {
+    }
+
+    void encode(std::vector<std::byte>& first, std::vector<std::byte>& second) {
+        Layer firstLayer = encodeFirst();
+        Layer secondLayer = encodeSecond(firstLayer.decoded);
+        second = std::move(secondLayer.bytes);
+        first = std::move(firstLayer.bytes);
+        firstDecoded_ = std::move(firstLayer.decoded);
+        secondDecoded_ = std::move(secondLayer.decoded);
+    }
+    /// Returns the value as the shader decodes it. Call after encode.
+    glm::vec3 decoded(int x, int y) const {
+        const glm::vec4 &first = firstDecoded_.at(x, y), &second = secondDecoded_.at(x, y);
+        return range_ * first.w * second.w * uvwOf(first, second);
+    }
+
+private:
+    float length(int x, int y) const {
+        const glm::vec3 v = glm::abs(values_.at(x, y));
+        return std::max({v.x, v.y, v.z});
+    }
+
+    /// Weights of uvw: the importance times L^2.
+    Image<float> colorSignificance() const {
+        Image<float> significance(source_.width, source_.height, 0);
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) {
+                const float l = range_ > 0 ? length(x, y) / (range_ * neutral_.w) : 0;
+                const float importance = source_.importance.at(x, y);
+                significance.at(x, y) = importance > 0 ? std::max(importance * l * l, 1e-9f * source_.coverage.at(x, y)) : 0;
+            }
+        return significance;
+    }
+
+    Layer encodeFirst() {
+        Image<glm::vec4> texels(source_.width, source_.height, glm::vec4(0.5f, 0.5f, 0.5f, 0));
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) {
+                const float l = length(x, y);
+                if (!(l > 0)) continue;
+                const float a0 = std::min(1.0f, l / (range_ * neutral_.w));
+                texels.at(x, y) = glm::vec4(0.5f + (0.5f / l) * values_.at(x, y), isRoot_ ? std::sqrt(a0) : a0);
+            }
+        Layer layer = encodeLayer(format_, texels, colorSignificance(), options_, true, report_);
+        if (format_ != PixelFormat::Bc3) return layer;
+        return withAlpha(std::move(layer), texels, alphaSignificance(texels));
+    }
+
+    /// Weights of a0: the importance times the squared slope dL / da0. With roots the slope is 2 a0; half a code is added, since in the
+    /// dark the second-order term of an error of that size is what remains.
+    Image<float> alphaSignificance(const Image<glm::vec4>& texels) const {
+        Image<float> significance(source_.width, source_.height, 0);
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) {
+                const float slope = isRoot_ ? 2 * (texels.at(x, y).w + kHalfCode) : 1;
+                significance.at(x, y) = source_.importance.at(x, y) * slope * slope;
+            }
+        return significance;
+    }
+
+    Layer encodeSecond(const Image<glm::vec4>& first) {
+        Image<glm::vec4> texels = residualColors(first);
+        Layer layer = encodeLayer(format_, texels, colorSignificance(), options_, true, report_);
+        Image<float> significance(source_.width, source_.height, 0);
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) {
+                const float a0 = first.at(x, y).w;
+                const float importance = source_.importance.at(x, y);
+                significance.at(x, y) = importance > 0 ? std::max(importance * a0 * a0, 1e-9f * source_.coverage.at(x, y)) : 0;
+                texels.at(x, y).w = a0 > 0 ? bestLength(x, y, first.at(x, y), layer.decoded.at(x, y)) / (range_ * a0) : neutral_.w;
+                texels.at(x, y).w = std::clamp(texels.at(x, y).w, 0.0f, 1.0f);
+            }
+        if (format_ != PixelFormat::Bc3) return encodeLayer(format_, texels, significance, options_, true, report_);
+        return withAlpha(std::move(layer), texels, significance);
+    }
+
+    /// Returns rgb1 against the decoded rgb0, with a1 neutral.
+    Image<glm::vec4> residualColors(const Image<glm::vec4>& first) const {
+        Image<glm::vec4> texels(source_.width, source_.height, neutral_);
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) {
+                const float l = length(x, y);
+                if (!(l > 0)) continue;
+                const glm::vec3 residual = values_.at(x, y) / l - (2.0f * glm::vec3(first.at(x, y)) - 1.0f);
+                texels.at(x, y) = glm::vec4(glm::clamp(glm::vec3(neutral_) + residual / (2 * span_), 0.0f, 1.0f), neutral_.w);
+            }
+        return texels;
+    }
+
+    /// Returns the L >= 0 that minimises |L uvw - value|, for the uvw that the two decoded textures give.
+    float bestLength(int x, int y, const glm::vec4& first, const glm::vec4& second) const {
+        const glm::vec3 uvw = uvwOf(first, second);
+        const float squared = glm::dot(uvw, uvw);
+        return squared > 0.01f ? std::max(0.0f, glm::dot(uvw, values_.at(x, y)) / squared) : length(x, y);
+    }
+
+    glm::vec3 uvwOf(const glm::vec4& first, const glm::vec4& second) const {
+        return 2.0f * glm::vec3(first) - 1.0f + (2 * span_) * (glm::vec3(second) - glm::vec3(neutral_));
+    }
+
+    /// Replaces the alpha half of BC3 blocks, which is a BC4 block, by one encoded from the alpha of `texels`.
+    Layer withAlpha(Layer color, const Image<glm::vec4>& texels, const Image<float>& significance) const {
+        Image<glm::vec4> alpha(source_.width, source_.height);
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) alpha.at(x, y) = glm::vec4(texels.at(x, y).w, 0, 0, 1);
+        const Layer layer = encodeLayer(PixelFormat::Bc4, alpha, significance, options_, true, report_);
+        constexpr std::size_t half = 8;
+        for (std::size_t block = 0; block * half < layer.bytes.size(); ++block)
+            std::memcpy(color.bytes.data() + 2 * half * block, layer.bytes.data() + half * block, half);
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) color.decoded.at(x, y).w = layer.decoded.at(x, y).x;
+        return color;
+    }
+
+    const Source& source_;
+    const Image<glm::vec3>& values_;
+    const EncodeOptions& options_;
+    EncodeReport& report_;
+    PixelFormat format_;
+    float range_, span_;
+    bool isRoot_;
+    glm::vec4 neutral_;
+    Image<glm::vec4> firstDecoded_, secondDecoded_;
+};
+
+/// Returns the layers of either texture that hold a coefficient each. The last layer of a zonal layout holds the intensity.
+std::size_t coefficientLayers(const LightMapPlan& plan) {
+    return static_cast<std::size_t>(plan.textures[0].layerCount - (formats::info(plan.layout).isZonal ? 1 : 0));
+}
+
+}  // namespace
+
+void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure) {
+    // Neutral a1 is 4/5, so that the second texture can raise an L that the first one rounded down; 204/255 is exact in 8 bits. Neutral
+    // rgb1 is the code nearest to 1/2 that 5 and 6 bits hold exactly: a texel without residual has no error there.
+    constexpr float neutral = 0.8f;
+    const bool isBc = plan.target == formats::Target::Bc;
+    plan.constants["neutral"] = isBc ? std::vector<float>{16.0f / 31, 32.0f / 63, 16.0f / 31, neutral}
+                                     : std::vector<float>{128.0f / 255, 128.0f / 255, 128.0f / 255, neutral};
+    const double dcOfKey = measure.key() / 0.28209479;
+    plan.constants["root"] = {255 * dcOfKey < kLuvwFewCodes * static_cast<double>(measure.maximumAbsolute(0)) ? 1.0f : 0.0f};
+    const auto add = [&](float largest) {
+        plan.constants["range"].push_back(std::min(largest, neutral * std::numeric_limits<float>::max()) / neutral);
+        plan.constants["span"].push_back(kLuvwSpan);
+    };
+    for (int i = 0; i < static_cast<int>(coefficientLayers(plan)); ++i) add(measure.maximumAbsolute(i));
+    if (!formats::info(plan.layout).isZonal) return;
+    add(measure.maximumIntensity());
+    const glm::vec3& weights = measure.luminanceWeights();
+    plan.constants["luminance"] = {weights.x, weights.y, weights.z};
+}
+
+EncodedLightMapRows encodeLuvw(const LightMapPlan& plan, const Source& source, const EncodeOptions& options) {
+    EncodedLightMapRows out;
+    out.textures.resize(2);
+    for (EncodedLightMapTexture& texture : out.textures) texture.layers.resize(static_cast<std::size_t>(plan.textures[0].layerCount));
+    const auto encode = [&](const Image<glm::vec3>& values, std::size_t layer) {
+        LuvwCoefficient coefficient(plan, source, values, layer, options, out.report);
+        coefficient.encode(out.textures[0].layers[layer], out.textures[1].layers[layer]);
+        return coefficient;
+    };
+    const bool isZonal = formats::info(plan.layout).isZonal;
+    const std::size_t count = coefficientLayers(plan);
+    std::vector<LuvwCoefficient> decoded;
+    for (std::size_t i = 0; i < count; ++i) {
+        LuvwCoefficient coefficient = encode(source.values[i], i);
+        if (isZonal) decoded.push_back(std::move(coefficient));
+    }
+    if (isZonal) {
+        const auto band1 = [&](std::size_t i, int x, int y) { return decoded[i].decoded(x, y); };
+        encode(alongAxis(plan, source, band1, intensityAlong), count);
+    }
+    return out;
+}
+
+}  // namespace rows
+
+LightMapPlan withHalo3Constants(LightMapPlan luvw) {
+    assert(luvw.layout == formats::LightMapLayout::Luvw);
+    for (float& range : luvw.constants.at("range")) range *= luvw.constants.at("neutral")[3];
+    luvw.constants["neutral"] = {0.5f, 0.5f, 0.5f, 1.0f};
+    luvw.constants["root"] = {1.0f};
+    luvw.constants["span"].assign(lighting::kShCount, 1.0f);
+    return luvw;
+}
+
+}  // namespace lightcook::compress

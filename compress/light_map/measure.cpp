@@ -1,0 +1,94 @@
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "compress/light_map.h"
+#include "compress/light_map/zonal.h"
+#include "lighting/radiometry.h"
+
+namespace lightcook::compress {
+
+namespace {
+
+/// Clamp of ratios, as a multiple of the bound of non-negative light.
+constexpr float kRatioAllowance = 1.25f;
+/// |band l| / lambda_0 of non-negative light is at most sqrt(2l + 1).
+constexpr std::array<float, 3> kRatioBound = {1.0f, 1.7320508f, 2.2360680f};
+constexpr double kLogUnits = 1 << 24;
+
+float largestAbsolute(const glm::vec3& v) {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
+
+}  // namespace
+
+LightMapMeasure::LightMapMeasure(const glm::vec3& luminanceWeights) : luminanceWeights_(luminanceWeights) {}
+
+void LightMapMeasure::add(const formats::LightMapStrip& strip, int firstRow, int rowCount) {
+    assert(firstRow >= strip.firstRow && firstRow + rowCount <= strip.firstRow + strip.sh.height());
+    for (int y = firstRow - strip.firstRow; y < firstRow - strip.firstRow + rowCount; ++y)
+        for (int x = 0; x < strip.sh.width(); ++x)
+            if (strip.covered.at(x, y) != 0) addTexel(strip.sh.at(x, y), strip.normal.at(x, y));
+}
+
+void LightMapMeasure::addTexel(const lighting::ShRgb& sh, const glm::vec3& normal) {
+    ++coveredTexels_;
+    const glm::vec3 exit = lighting::evaluate(lighting::convolve(sh, lighting::kExitRadianceBands), normal);
+    const double logLuminance = std::log(std::max(static_cast<double>(glm::dot(exit, luminanceWeights_)), 1e-12));
+    logLuminanceSum_ += std::llround(logLuminance * kLogUnits);
+    maximumExit_ = std::max({maximumExit_, exit.x, exit.y, exit.z});
+    for (std::size_t i = 0; i < sh.size(); ++i) maximumAbsolute_[i] = std::max(maximumAbsolute_[i], largestAbsolute(sh[i]));
+    for (int channel = 0; channel < 3; ++channel) addRatios(sh, channel);
+    addZonal(sh);
+}
+
+void LightMapMeasure::addRatios(const lighting::ShRgb& sh, int channel) {
+    const float dc = sh[0][channel];
+    std::array<float, 3> squared{};
+    for (std::size_t i = 1; i < sh.size(); ++i) {
+        const auto band = static_cast<std::size_t>(lighting::kShBand[i]);
+        squared[band] += sh[i][channel] * sh[i][channel];
+        if (!(dc > 0)) continue;
+        const float bound = kRatioAllowance * kRatioBound[band];
+        const float ratio = std::clamp(sh[i][channel] / dc, -bound, bound);
+        minimumRatio_[i] = std::min(minimumRatio_[i], ratio);
+        maximumRatio_[i] = std::max(maximumRatio_[i], ratio);
+    }
+    const float limit = 1.001f * std::max(dc, 0.0f);
+    if (std::sqrt(squared[1]) > limit * kRatioBound[1] || std::sqrt(squared[2]) > limit * kRatioBound[2]) ++beyondPositiveBounds_;
+}
+
+void LightMapMeasure::addZonal(const lighting::ShRgb& sh) {
+    const glm::vec3 axis = rows::linearAxis(sh[1], sh[2], sh[3], luminanceWeights_);
+    maximumIntensity_ = std::max(maximumIntensity_, largestAbsolute(rows::intensityAlong(sh, axis)));
+    const glm::vec3 zonal = rows::zonalAlong(sh, axis);
+    const float bound = kRatioAllowance * kRatioBound[2];
+    for (int channel = 0; channel < 3; ++channel) {
+        if (!(sh[0][channel] > 0)) continue;
+        const float ratio = std::clamp(zonal[channel] / sh[0][channel], -bound, bound);
+        minimumZonal_ = std::min(minimumZonal_, ratio);
+        maximumZonal_ = std::max(maximumZonal_, ratio);
+    }
+}
+
+void LightMapMeasure::merge(const LightMapMeasure& other) {
+    coveredTexels_ += other.coveredTexels_;
+    beyondPositiveBounds_ += other.beyondPositiveBounds_;
+    logLuminanceSum_ += other.logLuminanceSum_;
+    maximumExit_ = std::max(maximumExit_, other.maximumExit_);
+    maximumIntensity_ = std::max(maximumIntensity_, other.maximumIntensity_);
+    minimumZonal_ = std::min(minimumZonal_, other.minimumZonal_);
+    maximumZonal_ = std::max(maximumZonal_, other.maximumZonal_);
+    for (std::size_t i = 0; i < maximumAbsolute_.size(); ++i) {
+        maximumAbsolute_[i] = std::max(maximumAbsolute_[i], other.maximumAbsolute_[i]);
+        minimumRatio_[i] = std::min(minimumRatio_[i], other.minimumRatio_[i]);
+        maximumRatio_[i] = std::max(maximumRatio_[i], other.maximumRatio_[i]);
+    }
+}
+
+double LightMapMeasure::key() const {
+    return coveredTexels_ == 0 ? 0 : std::exp(static_cast<double>(logLuminanceSum_) / kLogUnits / static_cast<double>(coveredTexels_));
+}
+
+}  // namespace lightcook::compress
