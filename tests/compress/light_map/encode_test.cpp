@@ -1,0 +1,78 @@
+#include "compress/light_map.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/compress/light_map/synthetic_plan.h"
+
+namespace lightcook {
+namespace {
+
+using formats::LightMapLayout;
+using formats::Target;
+using synthetic::fast;
+using synthetic::kHeight;
+using synthetic::Kind;
+using synthetic::kWidth;
+using synthetic::planOf;
+
+/// Returns all layers of all textures, one after the other, encoded in strips of stripRows.
+std::vector<std::vector<std::byte>> encode(Kind kind, const compress::LightMapPlan& plan, int stripRows, float outside = 0,
+                                           compress::EncodeReport* report = nullptr) {
+    std::vector<std::vector<std::byte>> layers;
+    for (int row = 0; row < kHeight; row += stripRows) {
+        const int count = std::min(stripRows, kHeight - row);
+        const formats::LightMapStrip band =
+            synthetic::makeBandWithContext(kind, kWidth, kHeight, row, count, compress::kLightMapPaddingRows, outside);
+        const compress::EncodedLightMapRows rows = compress::encodeLightMapRows(plan, band, row, count, fast());
+        if (report != nullptr) report->add(rows.report);
+        std::size_t next = 0;
+        for (const auto& texture : rows.textures)
+            for (const auto& bytes : texture.layers) {
+                if (layers.size() <= next) layers.emplace_back();
+                layers[next].insert(layers[next].end(), bytes.begin(), bytes.end());
+                ++next;
+            }
+    }
+    return layers;
+}
+
+TEST(EncodeLightMap, CutsBetweenBlockRowsGiveTheSameBytes) {
+    for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts())
+        for (const Target target : {Target::Bc, Target::Astc, Target::Float}) {
+            const compress::LightMapPlan plan = planOf(Kind::Gradient, layout.id, target);
+            const auto whole = encode(Kind::Gradient, plan, kHeight);
+            std::size_t bytes = 0;
+            for (const auto& layer : whole) bytes += layer.size();
+            EXPECT_EQ(bytes + plan.tableBytes(), plan.gpuBytes());
+            EXPECT_EQ(encode(Kind::Gradient, plan, 4), whole) << layout.name;
+            EXPECT_EQ(encode(Kind::Gradient, plan, 16), whole) << layout.name;
+        }
+}
+
+TEST(EncodeLightMap, TexelsOutsideChartsHaveNoEffect) {
+    for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) {
+        const compress::LightMapPlan plan = planOf(Kind::Gradient, layout.id, Target::Bc);
+        EXPECT_EQ(encode(Kind::Gradient, plan, kHeight, 1e9f), encode(Kind::Gradient, plan, kHeight, -1));
+    }
+}
+
+TEST(EncodeLightMap, ValuesThatDoNotFitAreCounted) {
+    compress::EncodeReport fits, ratios;
+    encode(Kind::Gradient, planOf(Kind::Gradient, LightMapLayout::Luvw, Target::Bc), kHeight, 0, &fits);
+    EXPECT_EQ(fits.clampedHigh + fits.clampedNegative, 0);
+    encode(Kind::NegativeBands, planOf(Kind::NegativeBands, LightMapLayout::Ratio, Target::Bc), kHeight, 0, &ratios);
+    EXPECT_GT(ratios.clampedHigh, 0);
+    EXPECT_GT(ratios.clampedNegative, 0);
+
+    // A negative exit radiance has no place in unsigned BC6H, but a half holds it.
+    compress::EncodeReport flat, half;
+    encode(Kind::NegativeBands, planOf(Kind::NegativeBands, LightMapLayout::Flat, Target::Bc), kHeight, 0, &flat);
+    encode(Kind::NegativeBands, planOf(Kind::NegativeBands, LightMapLayout::Flat, Target::Float), kHeight, 0, &half);
+    EXPECT_GT(flat.clampedNegative, 0);
+    EXPECT_EQ(half.clampedNegative, 0);
+}
+
+}  // namespace
+}  // namespace lightcook
