@@ -99,7 +99,7 @@ private:
     }
 
     /// Weights of a0: the importance times the squared slope dL / da0. With roots the slope is 2 a0; half a code is added, since in the
-    /// dark the second-order term of an error of that size is what remains.
+    /// dark only the second-order term of an error of that size remains.
     Image<float> alphaSignificance(const Image<glm::vec4>& texels) const {
         Image<float> significance(source_.width, source_.height, 0);
         for (int y = 0; y < source_.height; ++y)

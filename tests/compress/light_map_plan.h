@@ -1,4 +1,4 @@
-// The plan of any layout for a small map that is held whole: what pipeline/ does in passes.
+// Plans any layout for a small map held in memory: the steps that pipeline/ takes in passes over strips.
 #pragma once
 
 #include "compress/light_map.h"

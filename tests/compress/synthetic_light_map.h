@@ -1,4 +1,4 @@
-// Small light maps made of formulas: charts with gaps, lights that vary over them, and the things that break encoders.
+// Small light maps made of formulas: charts with gaps, lights that vary over them, and hard cases for encoders.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ enum class Kind {
     Grey,           ///< radiance 0.5 from everywhere, all covered
     Gradient,       ///< three lights of colours that vary over each chart, gaps between charts
     Spikes,         ///< the same with texels of radiance 65504 strewn in
-    NegativeBands,  ///< the same with bands far beyond what non-negative light can have
+    NegativeBands,  ///< the same with bands far beyond the bounds of non-negative light
     Night,          ///< the gradient at 1e-5
     Black           ///< no light, all covered
 };
@@ -43,8 +43,8 @@ inline lighting::ShRgb gradientLight(int x, int y) {
     const float shadow = 1 / (1 + std::exp(-(fx - fy) / 3));  // a soft shadow edge along the diagonal
     const glm::vec3 sun = shadow * (2.0f + std::sin(0.11f * fx)) * glm::vec3(1.0f, 0.9f, 0.7f);
     sh = add(sh, lighting::projectDirectional(glm::normalize(glm::vec3(0.5f, 0.7f, 0.2f)), sun));
-    const glm::vec3 lamp = (0.4f + 0.3f * std::cos(0.07f * fy)) * glm::vec3(0.2f, 0.5f, 1.0f);
-    sh = add(sh, lighting::projectDirectional(glm::normalize(glm::vec3(-0.6f, 0.1f, 0.4f)), lamp));
+    const glm::vec3 light = (0.4f + 0.3f * std::cos(0.07f * fy)) * glm::vec3(0.2f, 0.5f, 1.0f);
+    sh = add(sh, lighting::projectDirectional(glm::normalize(glm::vec3(-0.6f, 0.1f, 0.4f)), light));
     return sh;
 }
 
@@ -72,7 +72,8 @@ inline bool isCovered(Kind kind, int x, int y) {
     return x % 20 < 17 && y % 14 < 11;
 }
 
-/// Rows [firstRow, firstRow + rowCount) of the map. outside: what texels between charts hold.
+/// Returns the rows [firstRow, firstRow + rowCount) of the map.
+/// outside  value of the texels between charts
 inline formats::LightMapStrip makeBand(Kind kind, int width, int firstRow, int rowCount, float outside = 0) {
     formats::LightMapStrip band;
     band.firstRow = firstRow;
@@ -92,7 +93,7 @@ inline formats::LightMapStrip makeBand(Kind kind, int width, int firstRow, int r
     return band;
 }
 
-/// The rows and `context` more on either side, where a map of `height` rows has them.
+/// Returns the rows and `context` more on either side where a map of `height` rows has them.
 inline formats::LightMapStrip makeBandWithContext(Kind kind, int width, int height, int firstRow, int rowCount, int context,
                                                   float outside = 0) {
     const int first = std::max(0, firstRow - context), end = std::min(height, firstRow + rowCount + context);

@@ -1,4 +1,4 @@
-// Slow, plain truths that the fits are held against. They share nothing with fit/ but the definition of the kernels, written out again.
+// Slow references for the fits. They share no code with fit/: even the kernels are written out again.
 #pragma once
 
 #include <algorithm>
@@ -18,14 +18,14 @@ namespace lightcook::truth {
 
 inline constexpr double kPi = std::numbers::pi;
 
-/// A source texel, or a piece of one, as a direction with a solid angle.
+/// A source texel, or a piece of one: direction, solid angle and radiance.
 struct Sample {
     glm::dvec3 direction;
     double solidAngle;
     glm::dvec3 radiance;
 };
 
-/// Every texel in pieces x pieces midpoints, with exact solid angles.
+/// Returns every texel as pieces x pieces midpoints with exact solid angles.
 inline std::vector<Sample> samplesOf(const formats::Environment& environment, int pieces) {
     const formats::Image<glm::vec3>& texels = environment.texels;
     const int width = texels.width() * pieces, height = texels.height() * pieces;
@@ -46,7 +46,7 @@ inline std::vector<Sample> samplesOf(const formats::Environment& environment, in
     return samples;
 }
 
-/// D(h) n.l for n = v = r, or the Phong lobe; any constant factor.
+/// Returns D(h) n.l for n = v = r, or the Phong lobe, up to a constant factor.
 inline double kernel(fit::PrefilterKernel which, double m, double RoL) {
     if (RoL <= 0) return 0;
     const double NoH2 = (1 + RoL) / 2, tan2 = (1 - RoL) / (1 + RoL);
@@ -83,7 +83,7 @@ inline glm::dvec3 meanRadiance(const std::vector<Sample>& samples) {
     return sum / solidAngle;
 }
 
-/// Mean radiance of a level, by exact solid angles of its texels.
+/// Returns the mean radiance of a level, by exact solid angles of its texels.
 inline glm::dvec3 meanOfStrip(const formats::Image<glm::vec3>& strip) {
     glm::dvec3 sum(0);
     const int size = strip.width();
@@ -93,7 +93,7 @@ inline glm::dvec3 meanOfStrip(const formats::Image<glm::vec3>& strip) {
     return sum / (4 * kPi);
 }
 
-/// xorshift: the same numbers everywhere.
+/// Xorshift: the same numbers on every platform.
 class Random {
 public:
     explicit Random(std::uint64_t seed) : state_(seed * 0x9e3779b97f4a7c15ULL + 1) {}

@@ -1,4 +1,4 @@
-// Quadrature for the tests: Gauss-Legendre rules and integrals over the sphere that share nothing with the code under test.
+// Quadrature for the tests: Gauss-Legendre rules and integrals over the sphere that share no code with the code under test.
 #pragma once
 
 #include <cmath>
@@ -37,7 +37,7 @@ inline Rule gaussLegendre(int n, double from, double to) {
     return rule;
 }
 
-/// Integral over the sphere of visit(direction, weight): n heights by 2n azimuths, exact for polynomials of degree 2n - 1.
+/// Integrates over the sphere by visit(direction, weight): n heights by 2n azimuths, exact for polynomials of degree 2n - 1.
 template <class Visit>
 void overSphere(int n, Visit visit) {
     const Rule heights = gaussLegendre(n, -1, 1);
@@ -60,7 +60,7 @@ inline glm::dvec3 randomDirection(std::mt19937_64& random) {
     }
 }
 
-/// Proper rotation from a random unit quaternion.
+/// Returns a proper rotation from a random unit quaternion.
 inline glm::dmat3 randomRotation(std::mt19937_64& random) {
     std::normal_distribution<double> normal;
     double q[4], squared = 0;

@@ -1,7 +1,7 @@
 // The sample that a learned layout is fitted to: the covered texels of the chosen blocks, and the stages that they have passed. Private to
 // compress/.
 //
-// Each stage subtracts from `ratio` what its decoded texels give, so that the next one is fitted to what the encoder really left.
+// Each stage subtracts from `ratio` what its decoded texels give, so that the next one is fitted to the real error of the encoder.
 #pragma once
 
 #include <array>
@@ -37,7 +37,7 @@ public:
 
     std::vector<SampleTexel>& texels() { return texels_; }
     const std::vector<SampleTexel>& texels() const { return texels_; }
-    /// The texels by cluster, each cluster in the order of texels(). One cluster before assignClusters.
+    /// The texels by cluster, each cluster in the order of texels(). One cluster before sortIntoClusters.
     const std::vector<std::vector<SampleTexel*>>& clusters() const { return clusters_; }
     /// Sorts the texels into `count` clusters by SampleTexel::cluster.
     void sortIntoClusters(int count);
@@ -47,7 +47,7 @@ public:
     const Metric& metricOf(const SampleTexel& texel) const { return metrics_[texel.metric]; }
     BasisTarget targetOf(const SampleTexel& texel) const { return {texel.ratio, texel.light, &metricOf(texel)}; }
 
-    /// Replaces the codes of all texels by what the block encoder makes of them as texture plan.textures[texture].
+    /// Replaces the codes of all texels by the decoded ones of the block encoder, as texture plan.textures[texture].
     void encodeCodes(std::size_t texture, const glm::vec4& channelWeights);
 
 private:

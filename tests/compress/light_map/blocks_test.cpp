@@ -24,7 +24,7 @@ formats::LightMapStrip emptyBand(int width, int height) {
     return band;
 }
 
-/// Charts texel by texel: a flood that steps to the eight neighbours and to every covered texel of the same block.
+/// Returns the charts by a flood fill over texels: from each to its eight neighbours and to all covered texels of its block.
 std::vector<int> floodedCharts(const formats::LightMapStrip& band) {
     const int width = band.sh.width(), height = band.sh.height(), across = (width + kChartBlock - 1) / kChartBlock;
     const int blocks = across * ((height + kChartBlock - 1) / kChartBlock);
@@ -70,7 +70,7 @@ TEST(LightMapBlocks, ChartsAreThoseOfAFloodTexelByTexel) {
     }
 }
 
-/// Labels of blocks that go from neighbour to neighbour and along islands until nothing changes; -1 where nothing holds a block.
+/// Returns labels of blocks, propagated to neighbours and along islands until nothing changes; -1 for a block without texels and island.
 std::vector<int> spreadLabels(const formats::LightMapStrip& band, const std::vector<formats::IslandRun>& islands) {
     const int width = band.sh.width(), height = band.sh.height(), across = (width + kChartBlock - 1) / kChartBlock;
     std::vector<int> labels(static_cast<std::size_t>(across) * static_cast<std::size_t>((height + kChartBlock - 1) / kChartBlock), -1);
@@ -108,7 +108,7 @@ std::vector<int> spreadLabels(const formats::LightMapStrip& band, const std::vec
     return labels;
 }
 
-TEST(LightMapBlocks, AnIslandOfAMeshIsOneChartHoweverItsTexelsLie) {
+TEST(LightMapBlocks, AnIslandOfAMeshIsOneChart) {
     std::mt19937 random(8);
     for (int round = 0; round < 200; ++round) {
         const int width = 5 + static_cast<int>(random() % 50), height = 5 + static_cast<int>(random() % 50);
@@ -181,7 +181,7 @@ TEST(LightMapBlocks, TheOneBrightBlockOfADarkChartIsChosen) {
     EXPECT_TRUE(found);
 }
 
-TEST(LightMapSamples, HoldTheirBlocksAndWhatLiesBesideThemHoweverTheMapIsCut) {
+TEST(LightMapSamples, HoldTheirBlocksAndMarginsForAnyCut) {
     using compress::LightMapSamples;
     constexpr int kWidth = 61, kHeight = 50;
     const formats::LightMapStrip band = synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight);

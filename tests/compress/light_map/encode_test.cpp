@@ -66,7 +66,7 @@ TEST(EncodeLightMap, ValuesThatDoNotFitAreCounted) {
     EXPECT_GT(ratios.clampedHigh, 0);
     EXPECT_GT(ratios.clampedNegative, 0);
 
-    // A negative exit radiance has no place in unsigned BC6H, but a half holds it.
+    // Unsigned BC6H cannot hold a negative exit radiance; a half can.
     compress::EncodeReport flat, half;
     encode(Kind::NegativeBands, planOf(Kind::NegativeBands, LightMapLayout::Flat, Target::Bc), kHeight, 0, &flat);
     encode(Kind::NegativeBands, planOf(Kind::NegativeBands, LightMapLayout::Flat, Target::Float), kHeight, 0, &half);

@@ -41,7 +41,7 @@ formats::Environment sunnySky(int width, bool strip) {
     return environment;
 }
 
-/// A level around its texels' centres, before it is given the source's mean.
+/// Returns a filtered level before keepMean.
 formats::Image<glm::vec3> atCentres(const fit::CubemapPrefilter& filter, int mip) {
     const int size = filter.mips()[static_cast<std::size_t>(mip)].size;
     formats::Image<glm::vec3> strip(size, 6 * size);
@@ -52,8 +52,8 @@ formats::Image<glm::vec3> atCentres(const fit::CubemapPrefilter& filter, int mip
 struct Errors {
     double median, p95;
 };
-/// Relative errors of random texels of a level against the sum over every piece of every source texel, before the mean is kept: these maps
-/// are so small that a sun's lobe falls between the centres. environment_files_test.cpp has the whole of a map of the usual size.
+/// Relative errors of random texels of a level against the sum over all pieces of all source texels. Before keepMean, since on maps this
+/// small a sun's lobe falls between the centres. environment_files_test.cpp tests whole maps of the usual size.
 Errors errorsOfMip(const fit::CubemapPrefilter& filter, int mip, PrefilterKernel kernel, const std::vector<truth::Sample>& samples,
                    int count) {
     const fit::MipKernel& level = filter.mips()[static_cast<std::size_t>(mip)];
@@ -122,7 +122,7 @@ TEST_P(EveryKernel, SmallSunKeepsItsEnergy) {
     }
 }
 
-/// A sun in the middle of a face and one at an edge, where the centres of few texels measure it worst.
+/// A sun in the middle of a face and one at an edge: the worst cases for the mean of few texels.
 TEST_P(EveryKernel, TheMeanIsKeptAndTexelsHardlyChange) {
     for (const glm::ivec2 place : {glm::ivec2(127, 63), glm::ivec2(159, 45)}) {
         formats::Environment environment = truth::constantEquirectangular(256, 128, glm::vec3(0.2f, 0, 0.2f));
@@ -148,7 +148,7 @@ TEST_P(EveryKernel, TheMeanIsKeptAndTexelsHardlyChange) {
     }
 }
 
-/// Levels of 8 x 8 and 4 x 4 measure a sun worst: what their means lack, up to 0.3 %, must not reach every second texel.
+/// The means of levels of 8 x 8 and 4 x 4 texels err most on a sun, by up to 0.3 %. The correction must not reach every second texel.
 TEST_P(EveryKernel, SunsAnywhereLeaveTheMedianTexelAlone) {
     for (const glm::ivec2 place : {glm::ivec2(255, 127), glm::ivec2(319, 90), glm::ivec2(260, 120)}) {
         formats::Environment environment = truth::constantEquirectangular(512, 256, glm::vec3(0.2f, 0.5f, 0.9f));
@@ -189,8 +189,8 @@ TEST(Cubemap, KeepingTheMeanOfAStrangeLevelStaysInRange) {
     }
 }
 
-/// The spectrum of a convolution: a level's own harmonics are the source's times the kernel's bands.
-TEST_P(EveryKernel, BandsDescribeWhatTheLevelHolds) {
+/// Convolution theorem: the SH of a level are those of the source times the kernel's bands.
+TEST_P(EveryKernel, BandsEqualTheSpectrumOfTheLevel) {
     const auto environment = sunnySky(256, false);
     const lighting::ShRgb source = fit::projectEnvironment(environment);
     const auto filter = makeFilter(environment, 128, GetParam());
@@ -275,7 +275,7 @@ TEST(Cubemap, StripOfTheSameSizeIsReturnedUnchanged) {
     EXPECT_EQ(strip.texels(), environment.texels.texels());
 }
 
-TEST(Cubemap, RowsDoNotDependOnHowTheyAreCut) {
+TEST(Cubemap, RowsDoNotDependOnTheCut) {
     const auto environment = sunnySky(128, false);
     const auto filter = makeFilter(environment, 32, PrefilterKernel::Beckmann);
     for (int mip = 0; mip < filter.mipCount(); ++mip) {
@@ -294,7 +294,7 @@ TEST(Cubemap, RowsDoNotDependOnHowTheyAreCut) {
 }
 
 TEST(Cubemap, FacesAgreeAcrossTheirEdges) {
-    // +Z's right edge meets +X's left edge: outer texels there differ by no more than two neighbours inside a face do.
+    // The right edge of +Z meets the left edge of +X: texels across it differ by at most as much as neighbours inside a face.
     const auto environment = sunnySky(256, false);
     const auto filter = makeFilter(environment, 64, PrefilterKernel::Beckmann);
     for (const int mip : {2, 3, 4}) {

@@ -1,4 +1,4 @@
-// The fits on real environments and probes of shared/data, against brute force. Skipped where the data is not there.
+// The fits on real environments and probes of shared/data, against brute force. Skipped without the data.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -60,7 +60,7 @@ void checkChain(const std::filesystem::path& file, fit::PrefilterKernel kernel, 
         const double worstEnergy = std::max({std::abs(energy.x), std::abs(energy.y), std::abs(energy.z)});
         EXPECT_LT(worstEnergy, 1e-5) << "mip " << mip;
         if (level.m == 0) continue;
-        // A narrow lobe sees the extent of a source texel; a wide one does not.
+        // The extent of a source texel matters for narrow lobes only.
         const LevelErrors errors = errorsOf(strips[static_cast<std::size_t>(mip)], level, kernel, mip == 1 ? fine : samples);
         std::printf("[ figures  ]   mip %d, m %.4f: median %.4f %%, p95 %.4f %%, worst %.4f %%; energy %.4f %%\n", mip, level.m,
                     100 * errors.median, 100 * errors.p95, 100 * errors.worst, 100 * worstEnergy);
@@ -68,7 +68,7 @@ void checkChain(const std::filesystem::path& file, fit::PrefilterKernel kernel, 
         EXPECT_LT(errors.median, 0.001) << "mip " << mip;
         EXPECT_LT(errors.p95, 0.005) << "mip " << mip;
     }
-    EXPECT_LT(seconds, 8);  // ten times what it takes; a slow machine may fail nobody
+    EXPECT_LT(seconds, 8);  // ten times the usual duration, for slow machines
 }
 
 TEST(EnvironmentFiles, KiaraBeckmann) {
@@ -135,8 +135,8 @@ TEST(EnvironmentFiles, PreDivisionOfEveryProbeMultipliesBack) {
     }
 }
 
-/// What the division is for: a probe's cubemap, divided, times another place's area specular is nearer to that place's own cubemap than the
-/// probe's cubemap as it is. Where lobes are wide; narrow ones are a matter of parallax.
+/// Purpose of the division: a divided cubemap times the area specular of another place is nearer to that place's cubemap than the undivided
+/// one. For wide lobes; narrow ones depend on parallax.
 TEST(EnvironmentFiles, RelightingAnotherPlaceComesNearerThanBorrowing) {
     for (const char* scene : {"cornell", "interior", "zdm2_sun"}) {
         std::vector<formats::Image<glm::vec3>> levels;

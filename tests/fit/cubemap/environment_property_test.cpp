@@ -1,4 +1,4 @@
-// Random inputs by the million: SH projection, pre-division and kernels keep what they promise whatever comes.
+// Properties of SH projection, pre-division and kernels over millions of random inputs.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ float anyLight(truth::Random& random) {
     }
 }
 
-/// |band 1| <= sqrt(3) band 0 and |band 2| <= sqrt(5) band 0 for light that is nowhere negative, whatever it is; and linear in it.
+/// Non-negative light has |band 1| <= sqrt(3) band 0 and |band 2| <= sqrt(5) band 0, and the projection is linear.
 void projectAnything(long long cases) {
     truth::Random random(101);
     for (long long i = 0; i < cases; i += 3) {  // three channels, three cases
@@ -51,7 +51,7 @@ void projectAnything(long long cases) {
     }
 }
 
-/// stored * S == prefiltered, S at least epsilon of its mean (deringing), for lights of any strength and SH with negative lobes.
+/// stored * S == prefiltered and S >= epsilon * mean (deringing), for light of any magnitude and SH with negative lobes.
 void divideAnything(long long cases) {
     constexpr int kSize = 16, kTexels = 3 * kSize * kSize;
     truth::Random random(102);
@@ -90,7 +90,7 @@ void divideAnything(long long cases) {
     }
 }
 
-/// Eight lanes against the definition, in double: relative to the peak, at any angle, roughness and softening.
+/// Eight lanes against the definition in double, relative to the peak, at random angle, roughness and softening.
 template <fit::PrefilterKernel kKernel>
 void evaluateAnything(long long cases, std::uint64_t seed) {
     truth::Random random(seed);
@@ -140,8 +140,8 @@ TEST(EnvironmentSoak, KernelsInLanesAreTheKernels) {
     evaluateAnyKernel(kSoakCases);
 }
 
-/// 1 x 1 faces and 1 x 2 panoramas, black, denormal and enormous, at every roughness that is allowed: finite, within the source's range and
-/// of the source's mean.
+/// Faces of 1 x 1 and panoramas of 1 x 2 texels, black, denormal and enormous, at all allowed roughnesses: results are finite, within the
+/// source's range and of its mean.
 TEST(EnvironmentProperties, TheSmallestSourcesFilterToTheirMean) {
     truth::Random random(106);
     for (int trial = 0; trial < 300; ++trial) {
@@ -166,7 +166,7 @@ TEST(EnvironmentProperties, TheSmallestSourcesFilterToTheirMean) {
                     ASSERT_LE(texel[channel], brightest * (1 + 1e-6f)) << trial;
                 }
             const glm::dvec3 found = truth::meanOfStrip(strip);
-            // A channel far darker than the brightest has lost digits of its own: fluxes are floats over the brightest.
+            // A channel far darker than the brightest loses digits: fluxes are floats relative to the brightest.
             for (int channel = 0; channel < 3; ++channel)
                 ASSERT_NEAR(found[channel], mean[channel], 1e-4 * mean[channel] + 1e-40 * std::max(1.0f, brightest)) << trial << " " << mip;
         }

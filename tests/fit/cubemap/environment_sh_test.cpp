@@ -18,7 +18,7 @@ lighting::ShDouble channel0(const lighting::ShRgb& sh) {
     return result;
 }
 
-/// Midpoints over many pieces a texel.
+/// Projects by midpoints of many pieces a texel.
 lighting::ShDouble bruteForce(const formats::Environment& environment, int pieces) {
     lighting::ShDouble sum{};
     for (const truth::Sample& sample : truth::samplesOf(environment, pieces)) {

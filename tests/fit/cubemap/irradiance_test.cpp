@@ -28,7 +28,7 @@ glm::dvec3 bruteForce(const std::vector<truth::Sample>& samples, const glm::dvec
     return sum / (kPi * (1 + wrap) * (1 + wrap));
 }
 
-/// Largest relative error of a cubemap's texels, over what is asked for.
+/// Largest relative error of a cubemap's texels against a reference function.
 double worstError(const formats::Image<glm::vec3>& strip, const std::vector<truth::Sample>& samples, double wrap, int count) {
     truth::Random random(3);
     double worst = 0;
@@ -68,7 +68,7 @@ TEST(IrradianceCubemap, MatchesBruteForceWithASunAndWithoutOne) {
     }
 }
 
-/// The first two odd-free bands: what nine coefficients hold of the cubemap is what nine coefficients hold of the source, times the bands.
+/// The nine SH coefficients of the cubemap are those of the source times the zonal factors.
 TEST(IrradianceCubemap, ItsHarmonicsAreTheSourcesTimesTheWrappedBands) {
     formats::Environment environment = truth::constantEquirectangular(256, 128, glm::vec3(0.1f));
     environment.texels.at(70, 30) = glm::vec3(3000);
@@ -81,7 +81,8 @@ TEST(IrradianceCubemap, ItsHarmonicsAreTheSourcesTimesTheWrappedBands) {
     }
 }
 
-/// A game light of 1 as a small sun: white facing it shows 1 exactly here, 17/16 in nine coefficients and 1 again with D3DX's factor.
+/// A game light of 1 as a small sun: a white surface that faces it gives exactly 1 here, 17/16 with nine coefficients, and 1 with D3DX's
+/// factor.
 TEST(IrradianceCubemap, AGameLightOfOneShowsOneAndItsNineCoefficientsDoNot) {
     formats::Environment environment = truth::constantStrip(513, glm::vec3(0));
     const double radiance = kPi / lighting::cubeTexelSolidAngle(256, 256, 513);
@@ -131,7 +132,7 @@ TEST(IrradianceCubemap, SharedPanoramas) {
         const double worst = worstError(strip, truth::samplesOf(loaded->environment, 1), 0, 60);
         std::printf("[ figures  ] %s, irradiance 32x32x6: %.4f CPU s, worst of 60 texels %.4f %%\n", name, seconds, 100 * worst);
         EXPECT_LT(worst, 0.002);
-        EXPECT_LT(seconds, 0.5);  // ten times what it takes; a slow machine may fail nobody
+        EXPECT_LT(seconds, 0.5);  // ten times the usual duration, for slow machines
     }
 }
 

@@ -57,7 +57,7 @@ void expectProductReturns(const formats::Environment& environment, int size) {
                         const double value = stored.at(x, y)[channel], expected = rows.at(x, y)[channel];
                         ASSERT_TRUE(std::isfinite(value) && value >= 0);
                         ASSERT_GT(s[channel], 0);
-                        // A float's rounding, or its smallest step where the quotient is denormal.
+                        // Rounding of a float; its smallest step for a denormal quotient.
                         ASSERT_NEAR(value * s[channel], expected, 1e-6 * expected + 1.5e-45 * s[channel]);
                     }
                 }
@@ -140,7 +140,7 @@ TEST(PreDivide, RandomProbesKeepTheFloorInEveryDirection) {
     }
 }
 
-TEST(PreDivide, QuotientsBeyondFloatAreHeldAndCounted) {
+TEST(PreDivide, QuotientsBeyondFloatAreClampedAndCounted) {
     const fit::PreDivide black = fit::makePreDivide({}, chainBands(), {});  // S is 1e-30 everywhere
     formats::Image<glm::vec3> bright(4, 4, glm::vec3(1e6f, 1e9f, 0)), stored(4, 4);
     EXPECT_EQ(fit::preDivideRows(black, 2, 0, 4, 0, bright.view(), stored.view()), 16) << "1e39 in green alone";

@@ -27,7 +27,7 @@ bool isFinite(const glm::vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// One light, of any magnitude that leaves float room for its coefficients.
+/// A light of random magnitude whose coefficients are finite floats.
 void checkOneLight(std::uint64_t seed, std::int64_t count) {
     truth::Random random(seed);
     for (std::int64_t trial = 0; trial < count; ++trial) {
@@ -126,7 +126,7 @@ void checkClosedForm(std::uint64_t seed, std::int64_t count) {
             ASSERT_LE(light.intensity[channel], most * 1.000001f) << trial;
         }
         ASSERT_TRUE(light.directionality >= 0 && light.directionality <= 1) << trial;
-        // Without band 1, or without light, there is no direction, and so no light.
+        // Without band 1 there is no direction, and so no light.
         if (kind == 1 && band != 1) {
             ASSERT_EQ(light.intensity, glm::vec3(0)) << trial;
         }
@@ -160,7 +160,7 @@ TEST(DominantLight, LightFromBehindTheNormalKeepsADirection) {
     }
 }
 
-TEST(DominantLight, ImagesHoldWhatTheTexelsGiveAndZeroOutsideCharts) {
+TEST(DominantLight, ImagesEqualTheTexelsAndAreZeroOutsideCharts) {
     truth::Random random(4);
     const int width = 7, height = 5;
     formats::Image<lighting::ShRgb> sh(width, height);
@@ -217,8 +217,8 @@ TEST(RefinedDominantLight, IsNeverWorseThanTheClosedForm) {
     int skipped = 0;
     for (int trial = 0; trial < 200000; ++trial) {
         lighting::ShRgb sh = randomSh(random, trial % 4 == 0 ? 1e-3 : 1);
-        const lighting::ShRgb lamp = lighting::projectDirectional(glm::vec3(random.direction()), glm::vec3(3, 2, 1));
-        for (std::size_t i = 0; i < sh.size(); ++i) sh[i] += lamp[i];
+        const lighting::ShRgb source = lighting::projectDirectional(glm::vec3(random.direction()), glm::vec3(3, 2, 1));
+        for (std::size_t i = 0; i < sh.size(); ++i) sh[i] += source[i];
         sh[0] += glm::vec3(1);
         const bool hasAmbient = trial % 2 == 0;
         fit::DominantLightOptions options = refinedOptions(hasAmbient), closedOptions;
@@ -243,8 +243,8 @@ TEST(RefinedDominantLight, IsNeverWorseThanTheClosedForm) {
     EXPECT_LT(skipped, 60000);
 }
 
-TEST(RefinedDominantLight, FindsTheLampThatBand1Misses) {
-    // A lamp and dimmer light from the side: band 1 points between the two, the best light at the lamp.
+TEST(RefinedDominantLight, FindsTheLightSourceThatBand1Misses) {
+    // A light source and a dimmer one at its side: band 1 points between the two, the best light at the brighter.
     const glm::vec3 direction(0, 0, 1);
     lighting::ShRgb sh = lighting::projectDirectional(direction, glm::vec3(4));
     const lighting::ShRgb side = lighting::projectDirectional(glm::vec3(1, 0, 0), glm::vec3(2));
@@ -263,7 +263,7 @@ TEST(RefinedDominantLight, AmbientLightIsLeftOutOfTheIntensity) {
     EXPECT_LT(glm::distance(light.intensity, glm::vec3(1, 2, 3)), 1e-5f);
 }
 
-TEST(RefinedDominantLight, ImagesCountWhatWasSearched) {
+TEST(RefinedDominantLight, ImagesCountTheSearchedTexels) {
     truth::Random random(7);
     const int width = 9, height = 8;
     formats::Image<lighting::ShRgb> sh(width, height);

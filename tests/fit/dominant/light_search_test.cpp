@@ -1,4 +1,4 @@
-// The best single light against dense search, against Ceres, and against what has to hold for any input.
+// The best single light against dense search and Ceres, and its properties for any input.
 #include "fit/light_search.h"
 
 #include <ceres/ceres.h>
@@ -27,7 +27,7 @@ void add(ShRgb& sum, const ShRgb& other) {
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += other[i];
 }
 
-/// Up to five lamps over ambient light, as baked; every fourth is noise of either sign.
+/// Up to five light sources and ambient light, as baked; every fourth texel is noise of either sign.
 ShRgb randomLight(truth::Random& random) {
     ShRgb sh{};
     if (random.below(4) == 0) {
@@ -46,7 +46,7 @@ double energyOf(const ShRgb& sh) {
     return energy;
 }
 
-/// E / sum lambda^2, written out.
+/// Returns E / sum lambda^2, written out.
 double errorOf(const ShRgb& sh, const glm::dvec3& direction, const glm::dvec3& intensity, const glm::dvec3& ambient) {
     const lighting::ShDouble basis = lighting::evaluateBasis(direction);
     double sum = 0;
@@ -58,7 +58,7 @@ double errorOf(const ShRgb& sh, const glm::dvec3& direction, const glm::dvec3& i
     return sum / energyOf(sh);
 }
 
-/// Least E over c >= 0 and a >= 0 for a direction: each of the four cases of the two bounds, channel by channel, the best that is allowed.
+/// Returns the least E over c >= 0 and a >= 0 for a direction: the best feasible of the four cases of the two bounds, in each channel.
 double leastErrorTowards(const ShRgb& sh, const glm::dvec3& direction, bool hasAmbient) {
     const lighting::ShDouble basis = lighting::evaluateBasis(direction);
     const double dcOfAmbient = 2 * std::sqrt(truth::kPi);
@@ -76,7 +76,7 @@ double leastErrorTowards(const ShRgb& sh, const glm::dvec3& direction, bool hasA
         if (hasAmbient) {
             const double dc = sh[0][channel];
             if (dc > 0) least = std::min(least, squares - dc * dc);
-            // Both: the normal equations [norm, y0 A; y0 A, A^2].
+            // Both unknowns: the normal equations [norm, y0 A; y0 A, A^2].
             const double cross = basis[0] * dcOfAmbient, own = dcOfAmbient * dcOfAmbient, determinant = norm * own - cross * cross;
             const double light = (own * projection - cross * dcOfAmbient * dc) / determinant;
             const double ambient = (norm * dcOfAmbient * dc - cross * projection) / determinant;
@@ -87,7 +87,7 @@ double leastErrorTowards(const ShRgb& sh, const glm::dvec3& direction, bool hasA
     return std::max(0.0, sum) / energyOf(sh);
 }
 
-/// The best of many directions, then ever smaller steps.
+/// Searches many directions, then refines the best by ever smaller steps.
 double densestError(const ShRgb& sh, bool hasAmbient, int directionCount) {
     glm::dvec3 best(0, 0, 1);
     double least = 2;
@@ -124,7 +124,7 @@ void checkIsSound(const fit::LightFit& light) {
     ASSERT_TRUE(light.unexplained >= 0 && light.unexplained <= 1);
 }
 
-/// What has to hold for any light and hint.
+/// Checks the properties that hold for any light and hint.
 void checkCase(const ShRgb& sh, const glm::dvec3& hint, bool hasAmbient) {
     const fit::LightFit hinted = fit::lightTowards(sh, hint, hasAmbient), best = fit::bestLight(sh, hint, hasAmbient);
     checkIsSound(hinted);
@@ -149,15 +149,15 @@ void checkManyCases(std::uint64_t seed, std::int64_t count) {
     }
 }
 
-TEST(LightSearch, IsSoundAndNoWorseThanTheHintForAMillionLights) {
+TEST(LightSearch, IsFiniteAndNoWorseThanTheHintForAMillionLights) {
     checkManyCases(1, 1000000);
 }
 
-TEST(LightSearchSoak, IsSoundAndNoWorseThanTheHintForAHundredMillionLights) {
+TEST(LightSearchSoak, IsFiniteAndNoWorseThanTheHintForAHundredMillionLights) {
     checkManyCases(2, 100000000);
 }
 
-TEST(LightSearch, ErrorIsWhatItSays) {
+TEST(LightSearch, UnexplainedIsTheErrorOfTheDefinition) {
     truth::Random random(3);
     for (int i = 0; i < 20000; ++i) {
         const ShRgb sh = randomLight(random);
@@ -171,8 +171,8 @@ TEST(LightSearch, ErrorIsWhatItSays) {
     }
 }
 
-/// Within 1e-3 of the best of a dense search, but for one in ten thousand (hills of noise with a kink between them that the grid of starts
-/// steps over), and those within 1e-2.
+/// At most 1e-3 worse than a dense search, except for one texel in ten thousand: noise whose maxima are separated by a kink that the grid
+/// of starts misses. Those are within 1e-2.
 void checkAgainstDenseSearch(std::uint64_t seed, int count, int directionCount) {
     truth::Random random(seed);
     double worst = 0;
@@ -200,7 +200,7 @@ TEST(LightSearchSoak, NoDirectionOfADenseSearchIsBetterForAMillionLights) {
     checkAgainstDenseSearch(6, 1000000, 1000);
 }
 
-/// The nine coefficients of three channels less one light and ambient light.
+/// Residuals of nine coefficients and three channels after one light and ambient light.
 struct CeresResidual {
     ShRgb sh;
     template <class T>
@@ -225,7 +225,7 @@ struct CeresResidual {
     }
 };
 
-/// All unknowns together by Ceres, from a start.
+/// Solves for all unknowns together by Ceres, from a start.
 double errorByCeres(const ShRgb& sh, const fit::LightFit& start, bool hasAmbient) {
     double direction[3] = {start.direction.x, start.direction.y, start.direction.z};
     double intensity[3] = {start.intensity.x, start.intensity.y, start.intensity.z};
@@ -278,7 +278,7 @@ TEST(LightSearch, OneLightIsRecovered) {
     }
 }
 
-TEST(LightSearch, TurnsAsTheLightTurns) {
+TEST(LightSearch, TurnsWithTheLight) {
     truth::Random random(9);
     int turned = 0, other = 0;
     for (int i = 0; i < 20000; ++i) {
@@ -296,7 +296,7 @@ TEST(LightSearch, TurnsAsTheLightTurns) {
     EXPECT_GT(turned, 19900);  // the rest has two hills of one height, or a ridge
 }
 
-TEST(LightSearch, ScalesAsTheLightScales) {
+TEST(LightSearch, ScalesWithTheLight) {
     truth::Random random(10);
     for (int i = 0; i < 20000; ++i) {
         const ShRgb sh = randomLight(random);
@@ -341,7 +341,7 @@ TEST(LightSearch, TheBoundIsReachedByOneLight) {
     EXPECT_NEAR(fit::bestLight(linear, {1, 0, 0}, false).unexplained, 2.0 / 3, 1e-12);
 }
 
-TEST(LightSearch, TwoLightsAreTwoLights) {
+TEST(LightSearch, RecoversTwoLights) {
     truth::Random random(12);
     double worst = 0;
     for (int i = 0; i < 2000; ++i) {
@@ -361,7 +361,7 @@ TEST(LightSearch, TwoLightsAreTwoLights) {
     std::printf("[ figures  ] two lights at least 60 degrees apart: residual at most %.1e\n", worst);
 }
 
-TEST(LightSearch, ASecondLightNeverTakesAway) {
+TEST(LightSearch, ASecondLightNeverIncreasesTheError) {
     truth::Random random(13);
     for (int i = 0; i < 10000; ++i) {
         const ShRgb sh = i % 4 == 0 ? ofMagnitude(random, i % 8 == 0 ? 1e-44 : 3e38) : randomLight(random);

@@ -1,5 +1,5 @@
-// Random texels by the million of every fit that fills textures: prefiltered cubemaps, irradiance, tables, two lights, wrapped diffuse and
-// game lights. A case is one value of a texel; a share of them is held against brute force too.
+// Properties of millions of random texels of every fit that fills textures: prefiltered cubemaps, irradiance, tables, two lights, wrapped
+// diffuse and game lights. A case is one value of a texel; some are also compared with brute force.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 
 constexpr long long kCases = 1'000'000, kSoakCases = 100'000'000;
 
-/// Up to 32 x 16 texels of noise in one of several magnitudes, some black, some with lamps; a panorama or a strip.
+/// Up to 32 x 16 texels of noise in one of several magnitudes, some black, some with light sources; a panorama or a strip.
 formats::Environment anyEnvironment(truth::Random& random) {
     const int height = 1 + random.below(16);
     formats::Environment environment = random.below(3) == 0 ? truth::constantStrip(1 + random.below(8), glm::vec3(0))
@@ -37,7 +37,7 @@ formats::Environment anyEnvironment(truth::Random& random) {
     return environment;
 }
 
-/// Pieces of texels of about 3 degrees or less.
+/// Returns texels in pieces of about 3 degrees or less.
 std::vector<truth::Sample> piecesOf(const formats::Environment& environment) {
     const bool isPanorama = environment.projection == formats::Environment::Projection::Equirectangular;
     const int across = isPanorama ? environment.texels.height() : environment.texels.width();
@@ -50,9 +50,9 @@ float brightestOf(const formats::Environment& environment) {
     return brightest;
 }
 
-/// Errors of texels, three channels together: over the reference and the source's mean, the worst, however the source contrasts (lamps of
-/// 10,000 times what surrounds them, a radian wide); over the reference and 2 % of the mean, the share that is off by more than half a
-/// percent, where nothing is brighter than twenty means.
+/// Errors of texels, summed over three channels. Largest: relative to reference + mean, for any contrast (light sources 10,000 times as
+/// bright as their surroundings, a radian wide). Share above 0.5 %: relative to reference + 2 % of the mean, if no source texel exceeds
+/// twenty means.
 class Errors {
 public:
     void add(const glm::vec3& found, const glm::dvec3& expected, const glm::dvec3& mean, double brightest) {
@@ -75,7 +75,7 @@ private:
     long long large_ = 0, count_ = 0;
 };
 
-/// Every value finite and within the source's range, the level's mean the source's, and one texel in two thousand near brute force.
+/// Every value is finite and within the source's range, the level has the source's mean, and one texel in two thousand is near brute force.
 void prefilterAnything(long long cases, fit::PrefilterKernel kernel, std::uint64_t seed) {
     truth::Random random(seed);
     Errors errors;
@@ -147,8 +147,8 @@ void irradianceOfAnything(long long cases, std::uint64_t seed) {
     errors.expectSmall("irradiance");
 }
 
-/// Any size, range, lobe, normalisation and pair of axes: twelve values a node, decoded within half a step, fetched between their node and
-/// the next.
+/// Random size, range, lobe, normalisation and axes: twelve values a node decode within half a step, and samples lie between neighbouring
+/// nodes.
 void tablesOfAnything(long long cases, std::uint64_t seed) {
     truth::Random random(seed);
     constexpr lighting::SpecularLobe kLobes[] = {lighting::SpecularLobe::Beckmann, lighting::SpecularLobe::Ggx,
@@ -201,7 +201,7 @@ lighting::ShRgb anySh(truth::Random& random) {
             for (int channel = 0; channel < 3; ++channel) c[channel] = static_cast<float>(magnitude * (2 * random.uniform() - 1));
         return sh;
     }
-    for (int lamp = random.below(4); lamp >= 0; --lamp) {
+    for (int remaining = random.below(4); remaining >= 0; --remaining) {
         const lighting::ShRgb light =
             lighting::projectDirectional(glm::vec3(random.direction()), glm::vec3(random.uniform(), random.uniform(), random.uniform()));
         for (std::size_t i = 0; i < sh.size(); ++i) sh[i] += light[i];
@@ -210,7 +210,7 @@ lighting::ShRgb anySh(truth::Random& random) {
     return sh;
 }
 
-/// Two lights: sound, and no worse than one. Explained: within the refined light, channel by channel.
+/// Two lights are finite and no worse than one. Explained light is at most the refined light in every channel.
 void lightsOfAnything(long long cases, std::uint64_t seed) {
     truth::Random random(seed);
     fit::DominantLightOptions refined, explained;
@@ -236,7 +236,7 @@ void lightsOfAnything(long long cases, std::uint64_t seed) {
     }
 }
 
-/// The shader's wrapped diffuse light is the SH through the wrapped bands, and a game light shows 17/16, 1 and what its wrap leaves.
+/// The shader's wrapped diffuse light equals the SH times the wrapped bands; a game light gives 17/16, 1 and the wrapped value.
 void wrapAnything(long long cases, std::uint64_t seed) {
     truth::Random random(seed);
     for (long long i = 0; i < cases; i += 3) {

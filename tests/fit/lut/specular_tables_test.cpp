@@ -15,7 +15,7 @@ namespace {
 using fit::SpecularTableOptions;
 constexpr long double kPi = 3.14159265358979323846264338327950288L;
 
-/// C and D for i = 0, 2, 3, 6, 7, 8, straight from eq. 6 with the errata, over half vectors: dw_l = 4 VoH dw_h.
+/// C and D for i = 0, 2, 3, 6, 7, 8, directly from eq. 6 with the corrections, over half vectors: dw_l = 4 VoH dw_h.
 struct Kernel {
     std::array<long double, 6> c{}, d{};
 };
@@ -24,7 +24,8 @@ Kernel reference(long double NoV, long double m, bool ggx, int count) {
     const long double viewX = std::sqrt(1 - NoV * NoV);
     const long double reach = ggx ? kPi / 2 : std::min(kPi / 2, std::atan(7 * m));
     for (int i = 0; i < count; ++i) {
-        // Points gather at the lobe's middle, and both ends are flat: midpoints then converge with the fourth power of their count.
+        // Points are dense at the lobe's centre, and the map is flat at both ends, so that midpoints converge with the fourth power of
+        // their count.
         const long double t = (i + 0.5L) / count, u = 1 - t;
         const long double theta = reach * t * t * t * t * (35 - 84 * t + 70 * t * t - 20 * t * t * t);
         const long double dTheta = reach * 140 * t * t * t * u * u * u / count;
@@ -73,7 +74,7 @@ void expectRowsNearReference(bool ggx, double minimumM, double maximumM, int cou
             const double values[12] = {c.x, c.y, c.z, c.w, cd.x, cd.y, d.x, d.y, d.z, d.w, cd.z, cd.w};
             for (std::size_t k = 0; k < 12; ++k) {
                 const double truth = static_cast<double>(k < 6 ? expected.c[k] : expected.d[k - 6]);
-                // Under half a step of 16 bits, and what this reference is off by itself: lighting/area_specular_test.cpp has a better one.
+                // Half a step of 16 bits, and the error of this reference; lighting/brdf/area_specular_test.cpp has a better one.
                 EXPECT_NEAR(values[k], truth, k < 6 ? 4e-6 : 4e-7)
                     << "m " << (y == 0 ? minimumM : maximumM) << " view " << x << " entry " << k;
             }
@@ -110,7 +111,7 @@ TEST(SpecularTables, SmoothMirrorHasTheDeltasHarmonics) {
     options.roughnessCount = 1;
     options.minimumM = options.maximumM = 0.005;
     const fit::SpecularTables tables = fit::makeSpecularTables(options);
-    // At normal incidence the lobe is a delta towards z: C_i = Y_i(z), and Schlick's part is nothing.
+    // At normal incidence the lobe is a delta towards z: C_i = Y_i(z), and Schlick's term is 0.
     const lighting::ShDouble basis = lighting::evaluateBasis(glm::dvec3(0, 0, 1));
     const glm::vec4 c = tables.c0236.values.at(0, 0), d = tables.d0236.values.at(0, 0);
     EXPECT_NEAR(c.x, basis[0], 1e-3);
@@ -132,7 +133,8 @@ TEST(SpecularTables, Halo3IsFourTimesEnergyAndPassesTwo) {
             EXPECT_NEAR(halo3.cd78.values.texels()[texel][channel], 4 * energy.cd78.values.texels()[texel][channel], 1e-5);
         }
     }
-    // Erratum 3 of lighting-math: 2.46 at m = 1/16 and normal incidence, outside the paper's (-2, 2).
+    // Correction of the paper (docs/theory/lighting.md, "Specular tables"): 2.46 at m = 1/16 and normal incidence, outside the paper's (-2,
+    // 2).
     EXPECT_NEAR(halo3.c0236.values.at(0, 0).w, 2.46, 0.01);
     for (const glm::vec4& value : energy.c0236.values.texels()) EXPECT_LT(std::max({value.x, value.y, value.z, value.w}), 0.63);
 }
@@ -150,7 +152,7 @@ TEST(SpecularTables, WhiteSurfaceReflectsNoMoreThanItReceives) {
     }
 }
 
-TEST(SpecularTables, AxesTellWhereTexelsLie) {
+TEST(SpecularTables, AxesGiveTheValuesAtTexelCentres) {
     SpecularTableOptions options;
     options.roughness = fit::roughnessMapping("sqrt(m)");
     options.minimumM = 0.09;
@@ -168,7 +170,7 @@ TEST(SpecularTables, AxesTellWhereTexelsLie) {
             for (int channel = 0; channel < 4; ++channel) EXPECT_NEAR(sampled[channel], value[channel], 1e-5);
         }
     }
-    // The cosine's last column looks along the normal.
+    // The last column of the cosine mapping is the view along the normal.
     EXPECT_NEAR(tables.c0236.values.at(7, 3).z, 0, 1e-6);
 }
 
@@ -190,7 +192,7 @@ TEST(SpecularTables, MappingsAreMonotoneAndTheirOwnInverse) {
     EXPECT_THROW(fit::viewMapping("m"), std::out_of_range);
 }
 
-TEST(SpecularTables, TheChosenAxesLoseLeastAndLessThanHalfOfThePapers) {
+TEST(SpecularTables, TheChosenAxesHaveTheLeastErrorAndLessThanHalfOfThePapers) {
     for (const auto lobe : {lighting::SpecularLobe::Beckmann, lighting::SpecularLobe::Ggx, lighting::SpecularLobe::Phong}) {
         SpecularTableOptions options;
         options.lobe = lobe;
@@ -281,7 +283,7 @@ TEST(SpecularTables, FigureOfTheDefaultSet) {
     const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     std::printf("[ figures  ] twelve tables 16 x 8: %.3f CPU s\n", seconds);
     EXPECT_GT(tables.c0236.scale.x, 0);
-    EXPECT_LT(seconds, 1) << "three milliseconds on the machine of docs/experiments.md";
+    EXPECT_LT(seconds, 1) << "three milliseconds on the machine of docs/lab/experiments.md";
 }
 
 }  // namespace

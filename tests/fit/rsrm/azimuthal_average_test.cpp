@@ -14,7 +14,7 @@ namespace {
 
 using formats::Environment;
 
-/// Pieces of texels, each wholly in the zone of its middle.
+/// Averages by pieces of texels, each counted in the zone of its centre.
 std::vector<glm::dvec3> bruteForce(const Environment& environment, const glm::dvec3& axis, int zoneCount, int pieces) {
     std::vector<glm::dvec3> sums(static_cast<std::size_t>(zoneCount), glm::dvec3(0));
     for (const truth::Sample& sample : truth::samplesOf(environment, pieces)) {
@@ -47,8 +47,8 @@ TEST(AzimuthalAverage, AgreesWithPiecesOfTexels) {
                     const int pieces = 120 / size;
                     const auto expected = bruteForce(environment, axis, zoneCount, pieces);
                     const auto found = fit::averageAroundAxis(environment, axis, zoneCount);
-                    // Pieces that a zone's edge cuts are what the brute force is off by: half of one at either edge where the grid lies
-                    // along the axis, and hardly any where it does not.
+                    // The brute force errs on pieces that a zone's edge cuts: by half a piece at either edge if the grid is aligned with
+                    // the axis, hardly otherwise.
                     const bool isOblique = axis == kAxes[8];
                     const double tolerance = isOblique ? 1e-3 * zoneCount : 0.5 * truth::kPi / 120 * zoneCount;
                     for (int zone = 0; zone < zoneCount; ++zone)
@@ -59,7 +59,7 @@ TEST(AzimuthalAverage, AgreesWithPiecesOfTexels) {
                 }
 }
 
-/// Rows of a panorama and zones around its own axis: overlaps of intervals of height.
+/// Zones around the axis of a panorama: the reference is the overlap of height intervals of rows and zones.
 TEST(AzimuthalAverage, AlongAPanoramasOwnAxisRowsAreSharedByTheirHeights) {
     truth::Random random(2);
     for (const double sign : {1.0, -1.0}) {
@@ -82,7 +82,7 @@ TEST(AzimuthalAverage, AlongAPanoramasOwnAxisRowsAreSharedByTheirHeights) {
     }
 }
 
-TEST(AzimuthalAverage, KeepsTheLightWhereverTheAxisPoints) {
+TEST(AzimuthalAverage, KeepsTheFluxForAnyAxis) {
     truth::Random random(3);
     for (const auto projection : {Environment::Projection::Equirectangular, Environment::Projection::CubeStrip})
         for (int trial = 0; trial < 200; ++trial) {
@@ -100,8 +100,8 @@ TEST(AzimuthalAverage, KeepsTheLightWhereverTheAxisPoints) {
         }
 }
 
-/// A light that depends on the height alone loses next to nothing, one of equal halves a known part.
-TEST(AzimuthalAverage, TellsHowMuchWasNotSymmetric) {
+/// Light that depends on the height alone loses almost no energy; light of two equal halves a known part.
+TEST(AzimuthalAverage, ReportsTheAsymmetricEnergy) {
     const glm::dvec3 axis = glm::normalize(glm::dvec3(1, 2, -1)), side = glm::normalize(glm::cross(axis, glm::dvec3(0, 1, 0)));
     for (const auto projection : {Environment::Projection::Equirectangular, Environment::Projection::CubeStrip}) {
         const bool isPanorama = projection == Environment::Projection::Equirectangular;

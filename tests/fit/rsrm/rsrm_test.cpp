@@ -18,7 +18,7 @@ namespace {
 
 constexpr long double kPi = 3.14159265358979323846264338327950288L;
 
-/// Tanh-sinh quadrature: converges exponentially, whatever happens at the ends. 45 points give 1e-11 on the integrands here.
+/// Tanh-sinh quadrature: converges exponentially, also with singularities at the ends. 45 points give 1e-11 on the integrands here.
 template <class Function>
 long double integrate(long double begin, long double end, const Function& function) {
     struct Node {
@@ -38,7 +38,7 @@ long double integrate(long double begin, long double end, const Function& functi
     return sum * (end - begin);
 }
 
-/// Mean over azimuth of the lobe at height z around an axis at height zo, over those azimuths where it is more than 1e-18 of its peak.
+/// Returns the mean over azimuth of the lobe at height z around an axis at height zo, ignoring values below 1e-18 of its peak.
 long double azimuthMean(long double z, long double zo, long double exponent) {
     const long double a = z * zo, b = std::sqrt(std::max(0.0L, 1 - z * z)) * std::sqrt(std::max(0.0L, 1 - zo * zo));
     if (a + b <= 0) return 0;
@@ -47,13 +47,13 @@ long double azimuthMean(long double z, long double zo, long double exponent) {
     return integrate(0, reach, [&](long double phi) { return std::pow(std::max(0.0L, a + b * std::cos(phi)), exponent); }) / kPi;
 }
 
-/// The definition of the map at one texel, zone by zone, in long double. What lies far outside the lobe is skipped.
+/// Returns one texel of the map by its definition, zone by zone, in long double. Zones far outside the lobe are skipped.
 std::array<long double, 3> reference(const std::vector<glm::vec3>& gradient, long double zo, long double exponent) {
     const int zoneCount = static_cast<int>(gradient.size());
     const long double reachAngle = std::min(kPi / 2, std::acos(std::pow(1e-17L, 1 / exponent)));
     const long double theta = std::acos(zo);
     const long double highest = std::cos(std::max(0.0L, theta - reachAngle)), lowest = std::cos(std::min(kPi, theta + reachAngle));
-    // The integrand bends where the back side of the lobe begins, and peaks at its middle.
+    // The integrand has a kink at the horizon of the lobe and a peak at its centre.
     const long double bend = std::sqrt(1 - zo * zo);
     std::vector<long double> cuts = {highest, lowest, bend, -bend, zo};
     for (int zone = 0; zone <= zoneCount; ++zone) cuts.push_back(1 - 2.0L * zone / zoneCount);
@@ -95,7 +95,7 @@ TEST(Rsrm, ConstantStaysConstantForEveryExponent) {
     }
 }
 
-/// The same, without the shortcut for constants: one zone differs by a hair.
+/// The same without the shortcut for constants: one zone differs slightly.
 TEST(Rsrm, NearlyConstantStaysNearlyConstant) {
     std::vector<glm::vec3> gradient(256, glm::vec3(0.5f));
     gradient[100] = glm::vec3(0.5000001f);
@@ -117,7 +117,7 @@ TEST(Rsrm, MatchesTheDefinitionInLongDoubleFromExponent1To65536) {
             const auto expected = reference(gradient, 1 - (2.0L * x + 1) / options.width, exponent);
             for (int channel = 0; channel < 3; ++channel) {
                 const double value = static_cast<double>(expected[static_cast<std::size_t>(channel)]);
-                // Relative to the value as well as to the row: only the rounding of the series' sum may come on top.
+                // Relative to the value as well as to the row: only rounding of the series' sum is allowed on top.
                 EXPECT_NEAR(values.at(x, row)[channel], value, 1e-6 * value + 2e-9 * largest[channel])
                     << "exponent " << exponent << " texel " << x << " channel " << channel;
             }
@@ -188,7 +188,7 @@ TEST(Rsrm, OneZoneAndOneTexelAreConstants) {
     const auto values = fit::convolveGradient({glm::vec3(2)}, options);
     for (const auto& value : values.texels()) EXPECT_EQ(value.x, 2);
     options.exponents = {1};
-    // Two zones seen from the equator: half of each.
+    // Two zones, seen from the equator: half of each.
     EXPECT_NEAR(fit::convolveGradient({glm::vec3(1), glm::vec3(0)}, options).at(0, 0).x, 0.5, 1e-9);
 }
 
@@ -208,7 +208,7 @@ TEST(Rsrm, BadRequestsAreRefusedByName) {
     EXPECT_FALSE(fit::checkRsrm({glm::vec3(1)}, options));
 }
 
-/// The definition at one texel for each of these exponents, relative to the value, and to the row only for the rounding of the sum.
+/// Compares one texel with the definition for each exponent: relative to the value, plus the rounding of the sum relative to the row.
 void checkExponents(int first, int step, std::uint64_t seed) {
     truth::Random random(seed);
     const auto gradient = roughGradient(32);
@@ -238,7 +238,7 @@ TEST(RsrmSoak, MatchesTheDefinitionForEveryExponentFrom1To65536) {
     checkExponents(1, 1, 2);
 }
 
-/// Gradients of any length and magnitude: every texel is a case. Values between the gradient's ends, codes within what they say.
+/// Random gradients of any length and magnitude; every texel is a case. Values lie within the gradient's range, codes within half a code.
 void checkTexels(std::uint64_t seed, std::int64_t texelCount) {
     truth::Random random(seed);
     const double magnitudes[] = {1e-45, 1e-40, 1e-20, 1, 1e6, 1e30, 3e38};
@@ -281,8 +281,8 @@ TEST(RsrmSoak, AHundredMillionTexelsAreBetweenTheirSourcesEndsAndWithinTheirCode
     checkTexels(12, 100000000);
 }
 
-/// As the shader blends: decoded first. Convolution is linear, so the blend of two maps is off by the blend of what each is off. A case is
-/// one texel of a blend; a pair of maps meets its blended source once, convolved, and then other weights.
+/// Blends as the shader does, after decoding. Convolution is linear, so the error of a blend is the blend of the errors. A case is one
+/// texel of a blend.
 void checkBlends(std::uint64_t seed, std::int64_t caseCount) {
     truth::Random random(seed);
     for (std::int64_t done = 0; done < caseCount;) {
@@ -337,7 +337,7 @@ TEST(Rsrm, OneChannelHoldsGradientsOfOneColourOnly) {
 }
 
 TEST(Rsrm, SixteenThousandZonesAreNoDifferentFromTheirMeans) {
-    // Runs of 128 of equal zones, and one zone for each.
+    // 128 equal zones in a row, and one zone for each run.
     std::vector<glm::vec3> coarse, fine;
     truth::Random random(31);
     for (int i = 0; i < 128; ++i) {

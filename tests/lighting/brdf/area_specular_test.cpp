@@ -21,7 +21,7 @@ Entries entriesOf(const AreaSpecularKernel& k) {
     return {k.c[0], k.c[2], k.c[3], k.c[6], k.c[7], k.c[8], k.d[0], k.d[2], k.d[3], k.d[6], k.d[7], k.d[8]};
 }
 
-/// Adaptive Gauss-Kronrod of twelve functions at once, in long double, to an absolute error. Nothing is known of the integrand.
+/// Adaptive Gauss-Kronrod of twelve functions at once, in long double, to an absolute error.
 template <class Function>
 Entries adaptive(const Function& function, long double low, long double high, long double tolerance, int depth) {
     static constexpr std::array<long double, 8> kNodes = {0.991455371120812639206854697526329L, 0.949107912342758524526189684047851L,
@@ -54,7 +54,7 @@ Entries adaptive(const Function& function, long double low, long double high, lo
     return both;
 }
 
-/// Eq. 6 with the errata, as it is printed: D, G and Fresnel at a half vector, dw_l = 4 VoH dw_h.
+/// Eq. 6 with the corrections, as printed: D, G and Fresnel at a half vector, dw_l = 4 VoH dw_h.
 Entries integrand(long double NoV, long double m, bool isGgx, long double theta, long double phi) {
     Entries value{};
     const long double viewX = std::sqrt(1 - NoV * NoV), NoH = std::cos(theta), sinH = std::sin(theta);
@@ -80,9 +80,9 @@ Entries integrand(long double NoV, long double m, bool isGgx, long double theta,
 }
 
 Entries reference(long double NoV, long double m, bool isGgx, long double tolerance) {
-    // The polar angle as atan(m y), so that the lobe is as wide as the range. Parts that shrink towards the lobe's middle, and towards the
-    // azimuth across the view, where grazing views have all they see: an even rule over the whole would meet the same on both sides of it
-    // and be content.
+    // The polar angle is atan(m y), so that the lobe fills the range. Intervals shrink towards the lobe's centre and towards the azimuth
+    // across the view, which dominates at grazing views: a symmetric rule over the whole interval could accept equal values on both sides
+    // of it.
     const auto overPolar = [&](long double t) {
         const long double y = t / (1 - t), theta = std::atan(m * y), slope = m / (1 + m * m * y * y) / ((1 - t) * (1 - t));
         Entries sum{};
@@ -160,7 +160,7 @@ TEST(AreaSpecular, ColumnsServeEveryRoughnessInTheirRange) {
 TEST(AreaSpecular, PhongBandsAreThoseOfItsLobe) {
     for (const double m : {1e-4, 0.05, 0.4, 1.0})
         for (const SpecularLobe lobe : {SpecularLobe::Phong, SpecularLobe::PhongPower}) {
-            // Over cos a, densely where the lobe is: a = atan(m y) or the whole hemisphere, one substitution for both.
+            // Over cos a, dense at the lobe, by one substitution for the lobe (a = atan(m y)) and the whole hemisphere.
             std::array<double, 3> bands{};
             constexpr int kCount = 200000;
             for (int i = 0; i < kCount; ++i) {
@@ -187,8 +187,7 @@ TEST(AreaSpecular, PhongIsItsLobeAroundTheReflection) {
     }
 }
 
-/// Sound whatever the view and roughness: finite, no more light than comes in, D within C, bands no longer than Cauchy and Schwarz let
-/// them be, and mirrors at small m.
+/// For any view and roughness: finite, no energy gain, D within C, band norms within the Cauchy-Schwarz bound, and a mirror at small m.
 void expectSound(const AreaSpecularKernel& kernel, double NoV, double m) {
     const double albedo = kernel.c[0] / kShConstant, schlick = kernel.d[0] / kShConstant;
     ASSERT_GE(albedo, 0) << NoV << " " << m;
@@ -206,8 +205,8 @@ void expectSound(const AreaSpecularKernel& kernel, double NoV, double m) {
     }
 }
 
-/// A case is one view and one roughness. A hundred roughnesses share a view's column, whose range is narrow or wide; every thousandth
-/// case is a kernel of its own.
+/// A case is one view and one roughness. A hundred roughnesses share the column of a view, with a narrow or wide range; every thousandth
+/// case has a column of its own.
 void expectSoundAnywhere(long long count, unsigned seed) {
     constexpr int kRoughnesses = 100;
     std::mt19937_64 random(seed);
@@ -229,14 +228,14 @@ void expectSoundAnywhere(long long count, unsigned seed) {
     }
 }
 
-TEST(AreaSpecular, IsSoundInAMillionRandomCases) {
+TEST(AreaSpecular, HasItsPropertiesInAMillionRandomCases) {
     for (const SpecularLobe lobe : kLobes)
         for (const double m : {1e-4, 0.5, 1.0})
             for (const double NoV : {0.0, 1e-300, 1e-9, 1e-3, 0.5, 1.0}) expectSound(areaSpecular(NoV, m, lobe, kEnergy, 6), NoV, m);
     expectSoundAnywhere(1'000'000, 3);
 }
 
-TEST(AreaSpecularSoak, IsSoundInAHundredMillionRandomCases) {
+TEST(AreaSpecularSoak, HasItsPropertiesInAHundredMillionRandomCases) {
     expectSoundAnywhere(100'000'000, 4);
 }
 

@@ -26,7 +26,7 @@ const char* name(NormalDistribution distribution) {
     return distribution == kBeckmann ? "Beckmann" : "GGX";
 }
 
-/// Integral over the hemisphere around z of lobe(cos), in a variable that crowds near the pole.
+/// Integrates lobe(cos) over the hemisphere around z, with points dense near the pole.
 template <class Lobe>
 double hemisphereIntegral(Lobe lobe) {
     const test::Rule rule = gaussLegendre(400, 0, 1);
@@ -38,8 +38,8 @@ double hemisphereIntegral(Lobe lobe) {
     return sum;
 }
 
-/// The kernel by plain integration of cookTorrance over every light direction, no half vector and no symmetry: midpoints in polar
-/// coordinates around the reflection vector, crowded near it, for a view of arbitrary azimuth.
+/// Integrates cookTorrance over all light directions, without half vector and symmetry: midpoints in polar coordinates around the
+/// reflection vector, dense near it, for a view of any azimuth.
 AreaSpecularKernel bruteForce(double NoV, double m, NormalDistribution distribution, CookTorranceNormalization normalization, int steps) {
     const double azimuth = 0.61, sinV = std::sqrt(1 - NoV * NoV);
     const glm::dvec3 normal(0, 0, 1), view(sinV * std::cos(azimuth), sinV * std::sin(azimuth), NoV);
@@ -129,7 +129,7 @@ TEST(CookTorrance, IsTheProductOfItsFactorsAndReciprocal) {
     }
 }
 
-// Listing 2 without its Fresnel term, times the cosine that it has cancelled.
+// Listing 2 without its Fresnel term, times the cosine that the listing cancels.
 TEST(CookTorrance, Halo3NormalizationIsListingTwo) {
     std::mt19937_64 random(52);
     const glm::dvec3 n(0, 0, 1);
@@ -232,7 +232,7 @@ TEST(AreaSpecular, NeverReflectsMoreThanItReceives) {
 TEST(AreaSpecular, HasTheMeasuredRangesOfTheNotes) {
     EXPECT_NEAR(integrateAreaSpecular(1, 1.0 / 16, kBeckmann, kHalo3, 512).c[6], 2.465, 5e-4);
     EXPECT_NEAR(integrateAreaSpecular(1, 0.1, kBeckmann, kHalo3, 512).c[6], 2.3775, 5e-4);
-    // The notes do not say over which views and roughness their suprema are taken; m >= 1/32 (the centre of the first of 16 rows) and
+    // The course notes do not give the range of views and roughness of their suprema; m >= 1/32 (the centre of the first of 16 rows) and
     // NoV >= 0.02 give all six to the last printed digit.
     ShBands highestC{}, highestD{};
     double highestEnergy = 0;
@@ -260,7 +260,7 @@ TEST(AreaSpecular, HasTheMeasuredRangesOfTheNotes) {
     EXPECT_GT(highestEnergy, 0.62);
 }
 
-// What shared/tools/score_light_map.py integrates for the fourth of its eight views, m = 0.25, F0 = 0.6. Its plain midpoints in the
+// Integrals of shared/tools/score_light_map.py for the fourth of its eight views, m = 0.25, F0 = 0.6. Its plain midpoints in the
 // cumulative distribution err by 0.35 m^2 / 512 of the derivative, hence 1e-4; its view is not in the x-z plane, hence the rotation.
 TEST(AreaSpecular, AgreesWithTheScoringTool) {
     const ShDouble tool = {0.16323483252092796,  -0.1771351726459652,  0.14774621404921567, -0.13580623370527503, 0.19072643926572286,

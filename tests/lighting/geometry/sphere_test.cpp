@@ -33,7 +33,7 @@ TEST(TangentFrame, IsOrthonormalAndRightHandedEverywhere) {
     }
 }
 
-// Values that shared/tools/score_light_map.py's frames() gives: the figures of the report are counted in this frame.
+// Values of frames() in shared/tools/score_light_map.py: the figures of the report use this frame.
 TEST(TangentFrame, EqualsTheScoringToolsFrame) {
     const auto expectFrame = [](const glm::dvec3& n, const glm::dvec3& t, const glm::dvec3& b) {
         const glm::dmat3 frame = worldFromTangentFrame(n);
@@ -57,7 +57,7 @@ TEST(Fibonacci, HemisphereEqualsTheScoringToolsPoints) {
 }
 
 TEST(Fibonacci, PointsFollowTheGoldenAngle) {
-    // The golden angle is the full turn less the golden section of it.
+    // The golden angle is the full turn minus its golden section.
     const double golden = 2 * kPi * (1 - 2 / (1 + std::sqrt(5.0)));
     for (int i = 0; i < 100; ++i) {
         const glm::dvec3 upper = fibonacciHemisphere(i, 100), whole = fibonacciSphere(i, 100);

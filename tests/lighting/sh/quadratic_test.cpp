@@ -38,7 +38,7 @@ ShDouble randomCoefficients(std::mt19937_64& random) {
     return coefficients;
 }
 
-/// Climbs from n to a local maximum: Newton's step in the tangent plane, or the gradient's, halved until it gains.
+/// Climbs from n to a local maximum: Newton steps in the tangent plane, or gradient steps, halved until the value increases.
 double climb(const SphereQuadratic& q, glm::dvec3 n) {
     double value = q(n);
     for (int step = 0; step < 60; ++step) {
@@ -68,8 +68,8 @@ double climb(const SphereQuadratic& q, glm::dvec3 n) {
     return value;
 }
 
-/// Maximum by search: the best point of each octant, climbed. Two maxima of a quadratic may share a hemisphere, so that the best point
-/// alone may stand on the wrong one.
+/// Searches the maximum: climbs from the best point of each octant. Two maxima can lie in one hemisphere, so the best point alone could
+/// lead to the wrong one.
 double searchedMaximum(const SphereQuadratic& q, const std::vector<glm::dvec3>& points) {
     std::array<glm::dvec3, 8> best{};
     std::array<double, 8> bestValue{};
@@ -87,8 +87,8 @@ double searchedMaximum(const SphereQuadratic& q, const std::vector<glm::dvec3>& 
     return highest;
 }
 
-/// The maximum over |n| = 1 of sum a_i n_i^2 + b_i n_i by duality: min over mu >= 0 of top + mu + sum (b_i / 2)^2 / (mu + top - a_i),
-/// which is convex. Ternary search over log mu in long double: slow, and nothing in common with Newton's method.
+/// Returns the maximum over |n| = 1 of sum a_i n_i^2 + b_i n_i by duality: min over mu >= 0 of top + mu + sum (b_i / 2)^2 / (mu + top -
+/// a_i), which is convex. Ternary search over log mu in long double: slow, but independent of Newton's method.
 long double dualMaximum(const std::array<double, 3>& a, const std::array<double, 3>& b) {
     const long double top = std::max({a[0], a[1], a[2]});
     const auto dual = [&](long double mu) {
@@ -130,7 +130,7 @@ TEST(SphereQuadratic, HasTheValuesOfTheHarmonics) {
     }
 }
 
-TEST(Extrema, OfAHundredThousandQuadraticsAreWhatASearchFinds) {
+TEST(Extrema, OfAHundredThousandQuadraticsEqualASearch) {
     std::vector<glm::dvec3> points;
     for (int i = 0; i < 400; ++i) points.push_back(fibonacciSphere(i, 400));
     std::mt19937_64 random(62);
@@ -210,7 +210,7 @@ TEST(Extrema, OfAPureQuadraticAreItsEigenvalues) {
     EXPECT_EQ(std::abs(extrema.minimumAt.x), 1);
 }
 
-// max of z^2 - x^2 + b x: while b / 4 < 1 the top eigenvector takes up the rest, 1 + b^2 / 8; beyond, x = 1 gives b - 1.
+// max of z^2 - x^2 + b x: for b / 4 < 1 the rest of the length goes along the top eigenvector, 1 + b^2 / 8; otherwise x = 1 gives b - 1.
 TEST(Extrema, HardCaseWithTheLinearPartOrthogonalToTheTopEigenvector) {
     glm::dmat3 diagonal(0);
     diagonal[0][0] = -1;
@@ -244,7 +244,7 @@ TEST(Extrema, NearTheHardCaseAndNearEqualEigenvaluesMatchTheDual) {
                     const std::array<double, 3> a = {-1, 1 - split, 1}, b = {across, along, along * 0.5};
                     glm::dmat3 diagonal(0);
                     for (int i = 0; i < 3; ++i) diagonal[i][i] = a[static_cast<std::size_t>(i)];
-                    // Unrotated, so that the tiny numbers reach the solver, and rotated, so that it has to find the axes itself.
+                    // Unrotated, so that the solver sees the tiny numbers, and rotated, so that it has to find the axes.
                     const glm::dmat3 rotation = randomRotation(random);
                     const double expected = static_cast<double>(dualMaximum(a, b));
                     for (const glm::dmat3& turn : {glm::dmat3(1), rotation}) {

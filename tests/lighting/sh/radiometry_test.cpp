@@ -16,7 +16,7 @@ using test::randomDirection;
 
 constexpr double kPi = std::numbers::pi;
 
-/// 2 pi integral over [from, 1] of kernel(z) P_l(z): the factor that a zonal kernel puts on band l.
+/// Returns 2 pi integral over [from, 1] of kernel(z) P_l(z): the factor of a zonal kernel on band l.
 template <class Kernel>
 ShBands zonalBands(double from, Kernel kernel) {
     const test::Rule rule = gaussLegendre(16, from, 1);
@@ -37,7 +37,7 @@ ShRgb randomLight(std::mt19937_64& random) {
     return light;
 }
 
-/// Listing 1 of Lighting and Material of Halo 3 with its packing step, one channel; sh in Condon-Shortley signs.
+/// Listing 1 of Chen and Liu 2008 with its packing step, for one channel; sh with Condon-Shortley signs.
 double listingOne(const double (&sh)[9], const glm::dvec3& n) {
     const double c1 = 0.429043, c2 = 0.511664, c4 = 0.886227, root3 = 1.7320508;
     const double linear = n.x * sh[3] + n.y * sh[1] - n.z * sh[2];
@@ -51,7 +51,7 @@ TEST(CosineLobe, ZonalCoefficientsAreThePapers) {
     for (std::size_t l = 0; l < 3; ++l) {
         EXPECT_NEAR(kIrradianceBands[l], bands[l], 1e-13);
         EXPECT_NEAR(kExitRadianceBands[l], bands[l] / kPi, 1e-13);
-        // Eq. 5 writes the projection on Y_l0, which is sqrt((2l + 1) / 4pi) of the factor.
+        // Eq. 5 gives the projection on Y_l0, which is sqrt((2l + 1) / 4pi) times the factor.
         const double paper[3] = {std::sqrt(kPi / 4), std::sqrt(kPi / 3), std::sqrt(5 * kPi / 64)};
         EXPECT_NEAR(kIrradianceBands[l] * std::sqrt((2 * static_cast<double>(l) + 1) / (4 * kPi)), paper[l], 1e-13);
     }
@@ -71,7 +71,7 @@ TEST(Irradiance, IsTheIntegralOfRadianceAndCosine) {
         const ShRgb light = randomLight(random);
         const glm::dvec3 n = randomDirection(random);
         glm::dvec3 sum(0);
-        // In a frame around n, so that the clamp of the cosine falls between the two rules.
+        // In a frame around n, so that the clamp of the cosine lies between the two quadrature rules.
         const glm::dvec3 t = glm::normalize(glm::cross(n, std::abs(n.x) < 0.5 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
         const glm::dvec3 b = glm::cross(n, t);
         const test::Rule heights = gaussLegendre(8, 0, 1);
@@ -108,7 +108,7 @@ TEST(ListingOne, EqualsTheCosineBandsUnderCondonShortleySigns) {
     }
 }
 
-TEST(ListingOne, EqualsLambertExitRadianceOfAFileWithThePhase) {
+TEST(ListingOne, EqualsLambertExitRadianceOfAFileWithCondonShortleySigns) {
     std::mt19937_64 random(23);
     for (int trial = 0; trial < 100; ++trial) {
         const ShRgb light = randomLight(random), inFile = flipCondonShortley(light);

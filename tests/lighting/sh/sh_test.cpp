@@ -28,7 +28,7 @@ ShDouble project(Function function) {
     return result;
 }
 
-/// Not band-limited and without symmetry; 40 heights integrate it to rounding.
+/// A function without band limit and symmetry; 40 heights integrate it up to rounding.
 double lopsided(const glm::dvec3& w) {
     return std::exp(glm::dot(w, glm::dvec3(0.7, -1.1, 0.4))) * (1 + 0.5 * w.x * w.y * w.y);
 }
@@ -96,7 +96,7 @@ TEST(Evaluate, ThreeOverloadsAgreeAndReproduceAProjectedQuadratic) {
     }
 }
 
-TEST(ProjectDirectional, ReachesTheBandBoundsOfLightNowhereNegative) {
+TEST(ProjectDirectional, ReachesTheBandBoundsOfNonNegativeLight) {
     std::mt19937_64 random(13);
     for (int trial = 0; trial < 50; ++trial) {
         const ShRgb light = projectDirectional(glm::vec3(randomDirection(random)), {1, 2, 3});

@@ -24,7 +24,7 @@ TEST_F(ShadingMetricTest, TurnsWithTheNormal) {
         EXPECT_GT(expected, 0);
         EXPECT_NEAR(cost(turned, rotation.apply(local)), expected, 1e-4 * expected);
     }
-    // Constant light has Y0 in every normal and, by its own answer, in every material.
+    // Constant light: Y0^2 from the normals, and Y0^2 from the materials, which are relative to it.
     EXPECT_NEAR(static_cast<double>(up[0][0]), 2 * lighting::kShConstant * lighting::kShConstant, 1e-6);
 }
 
