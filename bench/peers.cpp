@@ -17,7 +17,7 @@
 #include "bench/our_layouts.h"
 #include "bench/peer_layouts.h"
 #include "pipeline/graph/files.h"
-#include "verify/light_map/score.h"
+#include "verify/light_map.h"
 
 namespace lightcook::bench {
 namespace {

@@ -1,5 +1,8 @@
-// What a cooked environment cubemap is worth: stored texels times S, as the shipped shader multiplies them, against a prefilter by brute
-// force over every texel of the source. It shares nothing with the fit that made the map.
+// Verification of cubemaps: of a pre-divided environment cubemap (stored texels times S, as the shipped shader multiplies them) and of an
+// irradiance cubemap, both against brute-force integrals over every texel of the source. Nothing is shared with fit/.
+// docs/theory/lighting.md, "Pre-divided cubemaps", describes the division by S.
+//
+// Use: cubemapSamples -> compareCubemap for each -> cubemapStages. Irradiance: compareIrradiance.
 #pragma once
 
 #include <array>
@@ -17,7 +20,7 @@
 
 namespace lightcook::verify {
 
-/// A pre-divided cubemap as its manifest describes it, decoded. Kernel: Beckmann with n = v = r (lighting-math section 5).
+/// A pre-divided cubemap as its manifest describes it, decoded. The kernel is Beckmann with n = v = r.
 struct CookedCubemap {
     struct Mip {
         double m = 0;                                  ///< 0: mean over the texel's footprint
@@ -29,31 +32,33 @@ struct CookedCubemap {
     std::vector<Mip> mips;
 };
 
-/// The source as points: what every brute-force reference sums over. Building it costs a pass over the texels; sharing it is safe.
+/// The texels of the source environment as points of known direction, solid angle and radiance, over which every reference integral sums.
+/// Construction costs one pass over the texels. Safe to share between threads.
 class CubemapReference {
 public:
     /// The environment must outlive this.
     explicit CubemapReference(const formats::Environment& environment);
-    /// Mean over the sphere, by exact solid angles.
+    /// Returns the mean radiance over the sphere, by exact solid angles.
     const glm::dvec3& mean() const { return mean_; }
-    const glm::dvec3& smallest() const { return smallest_; }  ///< of any texel, per channel
+    const glm::dvec3& smallest() const { return smallest_; }  ///< texel value, per channel
     const glm::dvec3& largest() const { return largest_; }
-    /// Radiance through the normalised Beckmann kernel around a unit direction, m in (0, 1]: every texel weighs by its solid angle, split
-    /// into pieces so that one standard deviation of the kernel holds at least piecesPerWidth of them.
+    /// Returns radiance through the normalized Beckmann kernel around a unit direction. Texels are weighted by solid angle, and split into
+    /// pieces such that one standard deviation of the kernel holds at least piecesPerWidth of them.
+    /// m  in (0, 1]
     glm::dvec3 prefiltered(const glm::dvec3& direction, double m, double piecesPerWidth = 8) const;
-    /// Mean over the square of one texel's size (faces of size x size) around the direction, in the plane of its face: the source looked up
-    /// at places x places points, weighted by solid angle.
+    /// Returns the mean over a square around the direction, in the plane of its face, of the size of a texel of size x size faces.
+    /// Looks the source up at places x places points, weighted by solid angle.
     glm::dvec3 footprintMean(const glm::dvec3& direction, int size, int places) const;
 
 private:
-    /// Up to 32 x 32 texels of one face, and a cap that holds their centres.
+    /// Up to 32 x 32 texels of one face, and a spherical cap that contains their centres.
     struct Tile {
         int left = 0, top = 0, width = 0, height = 0;  ///< in the image
-        std::size_t first = 0;                         ///< of its texels in radiance_
+        std::size_t first = 0;                         ///< index of its texels in radiance_
         glm::dvec3 centre{0};
-        double radius = 0, cosine = 1, sine = 0;  ///< [rad], and of it
+        double radius = 0, cosine = 1, sine = 0;  ///< [rad], and its cosine and sine
     };
-    /// Sines and cosines of evenly spaced angles.
+    /// Tables of sines and cosines at even steps.
     struct Angles {
         std::vector<double> sine, cosine;
     };
@@ -65,44 +70,44 @@ private:
     double solidAngleOf(int x, int y) const;
     glm::dvec3 radianceAt(const glm::dvec3& direction) const;
     void fillColumns(const Tile& tile, const Lobe& lobe, int pieces, Columns& columns) const;
-    void meetRow(const Lobe& lobe, const Tile& tile, int pieceY, int pieces, std::size_t begin, std::size_t end, Columns& columns) const;
+    void visitRow(const Lobe& lobe, const Tile& tile, int pieceY, int pieces, std::size_t begin, std::size_t end, Columns& columns) const;
     static void addWeights(const Lobe& lobe, const Columns& columns, std::size_t begin, std::size_t end, std::vector<double>& weights);
     void addRadiance(const Tile& tile, int y, std::size_t begin, std::size_t end, Workspace& workspace) const;
     void gatherTile(const Lobe& lobe, const Tile& tile, int pieces, Workspace& workspace) const;
 
     const formats::Environment& environment_;
     bool isPanorama_;
-    std::vector<Tile> tiles_;                     ///< all texels, once each
-    Angles longitudes_, colatitudes_;             ///< of a panorama's texels
-    std::vector<double> faceSolidAngles_;         ///< [sr] of the texels of one face of a strip
+    std::vector<Tile> tiles_;                     ///< together all texels, each once
+    Angles longitudes_, colatitudes_;             ///< angles of a panorama's texels
+    std::vector<double> faceSolidAngles_;         ///< [sr] texels of one face of a cube strip
     std::vector<double> faceInverseLengths_;      ///< 1 / |major + u right + v down| of their centres
-    std::array<std::vector<float>, 3> radiance_;  ///< by channel; tile by tile, so that a tile lies in one piece
-    double texelWidth_ = 0;                       ///< [rad] of the widest
+    std::array<std::vector<float>, 3> radiance_;  ///< [channel], tile after tile, so a tile is contiguous
+    double texelWidth_ = 0;                       ///< largest [rad]
     glm::dvec3 mean_{0}, smallest_{0}, largest_{0};
 };
 
 struct CubemapSampling {
     std::uint64_t seed = 1;
-    int texelsPerMip = 96;      ///< at most; a level with fewer texels is sampled whole
+    int texelsPerMip = 96;      ///< at most; mips with fewer texels are sampled whole
     int directionsPerMip = 32;  ///< anywhere on the sphere, through the seamless filter
 };
-/// One place where map and reference are compared.
+/// A place where map and reference are compared.
 struct CubemapSample {
     int mip = 0;
     bool isTexel = false;        ///< a texel's centre; otherwise a filtered direction
-    int face = 0, x = 0, y = 0;  ///< of a texel
+    int face = 0, x = 0, y = 0;  ///< of the texel
     glm::dvec3 direction{0};     ///< unit
 };
-/// The same list for the same map and sampling, mip by mip.
+/// Returns the samples, mip by mip: the same list for the same map and sampling.
 std::vector<CubemapSample> cubemapSamples(const CookedCubemap& map, const CubemapSampling& sampling);
 
-/// Band factors of Beckmann's kernel with n = v = r, by quadrature: the integrals of its product with the Legendre polynomials over its
-/// own. 1, 1, 1 for m = 0. What a mip's factors have to be, within kBandTolerance: with others, which divide and multiply just as well, a
-/// pixel would be given another energy than its own.
+/// Returns the band factors of Beckmann's kernel with n = v = r by quadrature: integrals of its products with Legendre polynomials over its
+/// own integral; 1, 1, 1 for m = 0. The factors of a mip must agree with them within kBandTolerance: other factors would divide and
+/// multiply just as well, but change the energy of every pixel.
 lighting::ShBands kernelBands(double m);
 inline constexpr double kBandTolerance = 1e-3;
 
-/// What the shader shows of a stored value (as fetched) in a unit direction: radiance.
+/// Returns the radiance that the shader computes from a fetched value in a unit direction.
 glm::dvec3 shadeCubemap(const CookedCubemap& map, int mip, const glm::vec3& stored, const glm::dvec3& direction);
 
 struct CubemapResult {
@@ -111,11 +116,23 @@ struct CubemapResult {
 /// Pure and safe on several threads: samples may be worked on in any order.
 CubemapResult compareCubemap(const CookedCubemap& map, const CubemapReference& reference, const CubemapSample& sample);
 
-/// Stages "divide" (texel centres), "filter" (between them) and "total": rms and percentile of the texels, largest of both. All of it is
-/// specular. results: one for each sample, in their order. Key: the luminance of the mean radiance. A map whose S is not positive
-/// everywhere (exact minimum), or not finite, gets figures that pass no limit.
+/// Returns stages "divide" (texel centres), "filter" (between them) and "total" (RMS and percentile of the texels, maxima of both), all
+/// specular. A map whose S is not finite or not positive everywhere (by its exact minimum) gets figures that pass no limit.
+/// results  one for each sample, in their order
+/// Key: luminance of the mean radiance.
 std::vector<StageError> cubemapStages(const CookedCubemap& map, const CubemapReference& reference, std::span<const CubemapSample> samples,
                                       std::span<const CubemapResult> results,
                                       const glm::vec3& luminanceWeights = lighting::kRec709Luminance);
+
+struct IrradianceFigures {
+    int texelCount = 0;
+    double relRms = 0;  ///< RMS of the error over RMS of the references
+    double worst = 0;   ///< largest |error| / (reference + 2 % of the mean radiance) of a channel
+};
+/// Compares an irradiance cubemap at up to 96 evenly spread texels with integral of L max(0, n.l + wrap) / (pi (1 + wrap)^2), summed over
+/// every source texel's centre by solid angle and divided by the sum of the weights.
+/// faces  six of one size, decoded, over `range`
+IrradianceFigures compareIrradiance(std::span<const formats::Image<glm::vec4>> faces, float range, double wrap,
+                                    const formats::Environment& environment);
 
 }  // namespace lightcook::verify

@@ -1,5 +1,6 @@
-// What a cooked dominant light is worth: the specular light that the shipped shader makes of direction and intensity as a sampler fetches
-// them, against the fit computed here from the float coefficients.
+// Verification of a cooked dominant light: the specular light that the shipped shader computes from sampled direction and intensity,
+// against that of the reference fit, which is computed here from the float coefficients and shares nothing with fit/.
+// docs/theory/lighting.md, "Dominant light", describes the fit.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -8,12 +9,50 @@
 
 #include "formats/image.h"
 #include "formats/light_map.h"
-#include "verify/assets/dominant_reference.h"
+#include "lighting/sh.h"
 #include "verify/figures.h"
 
 namespace lightcook::verify {
 
-/// Textures as the manifest describes them: direction = scale * texel + bias, intensity = range * texel.
+/// A directional light as shaders use it: direction in the unit ball, radiometric delta intensity.
+struct DominantLightSample {
+    glm::dvec3 direction{0}, intensity{0};
+};
+
+/// The fit that a cook declares in its manifest.
+enum class DominantFit {
+    Closed,         ///< closed form, dominantReference()
+    Refined,        ///< best direction of all, refinedReference() without ambient light
+    Explained,      ///< the refined light, dimmed where it explains little of the coefficients, explainedReference()
+    RefinedAmbient  ///< refinedReference() with ambient light
+};
+
+/// Returns the closed form of Chen and Liu, section 1.4.1: v = band 1 / (sqrt(3) lambda_0) of the luminance, inside the unit ball;
+/// t = smoothstep(0.02, 0.08, |v|); direction = t v + (1 - t) 0.08 n; intensity = t (4 pi / 9) sum lambda_i Y_i(direction), at least 0.
+DominantLightSample dominantReference(const lighting::ShRgb& incident, const glm::dvec3& normal, const glm::vec3& luminanceWeights);
+
+/// Returns the light whose direction minimizes the squared error of all coefficients; its length is that of the closed form's v. At each
+/// direction intensity and, if hasAmbient, ambient light are the least-squares solution with neither below 0.
+/// The direction comes from a dense search, refined by quadratic fits to stencils. Lights whose relative error (root of the squared error
+/// over the norm of the coefficients) is within 1e-3 of the best are equally good; the one nearest to `seen` is returned.
+/// seen  the light in the textures; only its direction counts
+DominantLightSample refinedReference(const lighting::ShRgb& incident, const glm::dvec3& normal, const glm::vec3& luminanceWeights,
+                                     bool hasAmbient, const glm::dvec3& seen);
+
+/// Returns the refined light without ambient light, times 1 - smoothstep(0.3, 0.4, r), where r is the relative error of the best light from
+/// its direction.
+DominantLightSample explainedReference(const lighting::ShRgb& incident, const glm::dvec3& normal, const glm::vec3& luminanceWeights,
+                                       const glm::dvec3& seen);
+
+/// Squared error of a light, and squared norm of the coefficients that it stands for.
+struct Unexplained {
+    double error = 0, energy = 0;
+};
+/// Returns the part of the coefficients that `light` does not explain. With ambient light, what the light leaves of coefficient 0 counts as
+/// explained, unless it is negative.
+Unexplained unexplainedBy(const lighting::ShRgb& incident, const DominantLightSample& light, bool hasAmbient);
+
+/// The cooked textures as their manifest describes them: direction = scale * texel + bias, intensity = range * texel.
 struct CookedDominant {
     float directionScale = 1, directionBias = 0, intensityRange = 1;
     int width = 0, height = 0;  ///< [texels]
@@ -26,10 +65,10 @@ struct DominantShading {
     int viewCount = 8;  ///< spherical Fibonacci points of the hemisphere around the normal
     int stride = 1;     ///< every stride-th texel of every stride-th row is shaded
 };
-/// The stride that keeps a map at about fifty thousand shaded texels.
+/// Returns the stride at which about fifty thousand texels of a map are shaded.
 int dominantStride(int width, int height);
 
-/// Rows of both textures as decodeRows gives them.
+/// Rows of both textures, decoded by decodeRows.
 struct DecodedDominantRows {
     int firstRow = 0;
     formats::Image<glm::vec4> direction, intensity;
@@ -40,17 +79,17 @@ class DominantErrors {
 public:
     explicit DominantErrors(double key = 0) : centres_(key), between_(key) {}
     void merge(const DominantErrors& other);
-    /// "magnified" (middles of quads of covered texels, against the fit of the four texels' mean) and "total" (texel centres).
-    /// All of it is specular. maxBound of each covers every view, every f0 and every m of the shading's range at the places that were
-    /// sampled; it is sound and far off, because a microfacet lobe seen at grazing incidence has no bound but 1 / NoL.
+    /// Returns stages "magnified" (middles of quads of covered texels, against the fit of the four texels' mean) and "total" (texel
+    /// centres). Both are specular. maxBound covers every view, every f0 and every m of the shading's range, at the sampled places. It is
+    /// sound and loose: seen at grazing incidence, a microfacet lobe has no bound but 1 / NoL.
     std::vector<StageError> stages() const;
-    /// Angle between the stored and the true direction, weighted by the luminance of the true intensity [degrees].
+    /// Returns the mean angle between stored and reference direction, weighted by the luminance of the reference intensity [degrees].
     double meanDirectionError() const;
-    double maxDirectionError() const;  ///< [degrees], of texels that are not black
-    /// RMS of the highlight that the float coefficients ask for: what relRms of "total" is a part of.
+    double maxDirectionError() const;  ///< [degrees], over texels that are not black
+    /// Returns the RMS of the reference highlight, the denominator of relRms of "total".
     double referenceRms() const { return centres_.referenceRms(); }
-    /// Squared error of the light over the squares of all coefficients: what one light cannot say, and quantization. Of the stored lights,
-    /// and of those that the float coefficients ask for.
+    /// Squared error of the lights over the squared norm of all coefficients: of the stored lights (model error and quantization), and of
+    /// the reference lights (model error alone).
     double unexplainedStored() const { return energy_ > 0 ? storedError_ / energy_ : 0; }
     double unexplainedReference() const { return energy_ > 0 ? referenceError_ / energy_ : 0; }
 
@@ -65,13 +104,14 @@ class DominantVerifier {
 public:
     DominantVerifier(const CookedDominant& map, const DominantShading& shading, const glm::vec3& luminanceWeights, double key)
         : map_(map), shading_(shading), luminanceWeights_(luminanceWeights), key_(key) {}
-    /// The light that a texel holds, as the shader fetches it.
+    /// Returns the light in texel (x, y), as the shader fetches it.
     DominantLightSample decode(const DecodedDominantRows& texels, int x, int y) const;
-    /// Rows [firstRow, firstRow + rowCount) and the quads that begin in them: texels and band must also hold the row below, where the
-    /// map has one. Pure; safe on several threads.
-    DominantErrors verifyRows(const DecodedDominantRows& texels, const formats::LightMapStrip& band, int firstRow, int rowCount) const;
+    /// Returns errors of rows [firstRow, firstRow + rowCount) and of the quads that begin in them: texels and strip must also hold the row
+    /// below, if the map has one. Pure; safe on several threads.
+    DominantErrors verifyRows(const DecodedDominantRows& texels, const formats::LightMapStrip& strip, int firstRow, int rowCount) const;
 
-    /// What the texel should hold; seen: what it holds, which settles ties.
+    /// Returns the reference light of a texel.
+    /// seen  the stored light, which decides between equally good references
     DominantLightSample reference(const lighting::ShRgb& incident, const glm::dvec3& normal, const DominantLightSample& seen) const;
 
 private:

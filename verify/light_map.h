@@ -1,9 +1,11 @@
-// What a cooked light map is worth: every texel decoded through the shipped shader (compiled as C++), shaded, and held against the float
-// bake; sampled and bounded, stage by stage. It knows layouts by their names and constants only: nothing of the encoder.
+// Verification of a cooked light map: every texel is decoded by the shipped shader (compiled as C++), shaded, and compared with the float
+// bake, stage by stage. Errors are sampled, and bounded from above for every normal, view, material and position (docs/theory/bounds.md).
+// Layouts are known by their names and constants only: no code is shared with the encoder.
 //
-// Use, by bands of rows that may be worked on in any order and merged in a fixed one:
-//   1. LightMapKey over the reference                   -> key
-//   2. LightMapVerifier::create, verifyRows on each band -> LightMapErrors, merged, -> stages()
+// Use, by strips of rows that may be worked on in any order and are merged in a fixed one:
+//   1. LightMapKey over the reference                      -> key
+//   2. LightMapVerifier::create, verifyRows on each strip  -> LightMapErrors, merged, -> stages()
+// LightMapScore compares a light map of any origin, given as coefficients.
 #pragma once
 
 #include <array>
@@ -25,15 +27,15 @@ namespace lightcook::verify {
 
 /// A light map as its manifest describes it.
 struct CookedLightMap {
-    std::string layout;  ///< "raw" "flat" "luvw" "luvw-linear" "ratio" "zh3" "basis-3" "basis-4" "basis-8" "basis-12" "basis-16"
+    std::string layout;                                   ///< a name of formats/light_map_layout.h
     std::map<std::string, std::vector<float>> constants;  ///< as compress::LightMapPlan::constants
     int width = 0, height = 0;                            ///< [texels]
-    /// Of each texture, in the order of LightMapVerifier::textures(): what a sampler is free to do with it goes into the bounds. Empty: an
-    /// ideal sampler.
+    /// Formats of the textures, in the order of LightMapVerifier::textures(). The bounds then cover the tolerance that graphics APIs give
+    /// samplers of these formats. Empty: an ideal sampler.
     std::vector<formats::PixelFormat> formats = {};
 };
 
-/// What the scene shades with. Sampled: every m, every F0, `viewCount` views (spherical Fibonacci points of the upper hemisphere). The
+/// Shading of the scene. Samples take every m, every F0 and `viewCount` views (spherical Fibonacci points of the upper hemisphere). The
 /// bound covers the whole ranges [min m, max m] x [min F0, max F0] and every view.
 struct LightMapShading {
     bool specular = true;
@@ -46,15 +48,15 @@ struct LightMapShading {
 struct LightMapSampling {
     std::uint64_t seed = 1;
     int positionsPerQuad = 1;  ///< random positions between four covered texels; 0: none
-    bool bounds = true;        ///< false: figures of the texel centres alone, nothing between them and nothing proven
+    bool bounds = true;        ///< false: figures of the texel centres only, no samples between them and no bounds
 };
 
-/// Log-average luminance of the reference's exit radiance at the texels' own normals: the key of product.md.
+/// The key of a map: log-average luminance of the reference's exit radiance at the texels' own normals (docs/theory/error.md).
 class LightMapKey {
 public:
     explicit LightMapKey(const glm::vec3& luminanceWeights = lighting::kRec709Luminance) : luminanceWeights_(luminanceWeights) {}
-    /// Rows [firstRow, firstRow + rowCount), which the band must hold.
-    void add(const formats::LightMapStrip& band, int firstRow, int rowCount);
+    /// Adds rows [firstRow, firstRow + rowCount), which the strip must hold.
+    void add(const formats::LightMapStrip& strip, int firstRow, int rowCount);
     void merge(const LightMapKey& other);
     double key() const;  ///< 0 without covered texels
     std::int64_t coveredTexels() const { return coveredTexels_; }
@@ -65,16 +67,15 @@ private:
     std::int64_t coveredTexels_ = 0;
 };
 
-/// Rows [firstRow, firstRow + height of the images) of every texture as decodeRows gives them, in the order of
-/// LightMapVerifier::textures().
+/// Rows [firstRow, firstRow + height of the images) of every texture, decoded by decodeRows, in the order of LightMapVerifier::textures().
 struct DecodedLightMapRows {
     int firstRow = 0;
     std::vector<std::vector<formats::Image<glm::vec4>>> textures;  ///< [texture][layer]
-    /// blockSpans of each, for formats that have them, else no images: a decoder may take liberties with what lies between the ends.
-    std::vector<std::vector<formats::Image<glm::vec4>>> spans = {};  ///< [texture][layer], or nothing at all
+    /// blockSpans of each layer, or empty images for formats without them. Decoders may differ in the texels between a block's endpoints.
+    std::vector<std::vector<formats::Image<glm::vec4>>> spans = {};  ///< [texture][layer]; empty: no sampler tolerance by span
 };
 
-/// Partial errors of some rows.
+/// Errors of some rows of a map.
 class LightMapErrors {
 public:
     struct Stage {
@@ -83,8 +84,8 @@ public:
     };
     explicit LightMapErrors(std::vector<Stage> stages = {}) : accumulators(std::move(stages)) {}
     void merge(const LightMapErrors& other);
-    /// In the order of encoding; "magnified" (between texels) is last but one, and the last, "total", is the asset's verdict: texel centres
-    /// for relRms and p99, every sampled position for maxSampled, the proven maximum for maxBound. Seconds are 0: the caller measures time.
+    /// Returns the stages in the order of encoding, then "magnified" (between texels), then "total", the verdict on the asset: relRms and
+    /// p99 of texel centres, maxSampled of every sampled position, and the proven maxBound. Seconds are 0; the caller measures time.
     std::vector<StageError> stages() const;
 
     std::vector<Stage> accumulators;
@@ -97,7 +98,8 @@ public:
         int layerCount = 1;
     };
 
-    /// Refuses unknown layouts, missing or wrongly sized constants, constants that are not finite, formats for other textures.
+    /// Creates a verifier. Fails for unknown layouts, constants that are missing, of wrong size or not finite, and a wrong number of
+    /// formats.
     /// key  of the reference (LightMapKey)
     static formats::Result<LightMapVerifier> create(const CookedLightMap& map, const LightMapShading& shading,
                                                     const LightMapSampling& sampling, double key);
@@ -105,28 +107,56 @@ public:
     LightMapVerifier& operator=(LightMapVerifier&&) noexcept;
     ~LightMapVerifier();
 
-    /// The textures and layers of a layout with these constants; refuses what create refuses of them.
+    /// Returns the textures of a layout; fails as create does.
     static formats::Result<std::vector<TextureNeed>> texturesOf(const CookedLightMap& map);
-    /// The textures and layers that the layout is made of.
+    /// Returns the textures of this map's layout.
     const std::vector<TextureNeed>& textures() const;
-    /// Errors of rows [firstRow, firstRow + rowCount), and of the texel quads that begin in them: texels and reference must also hold the
-    /// row below, where the map has one and bounds are asked for. Pure; safe to call from several threads.
+    /// Returns errors of rows [firstRow, firstRow + rowCount), and of the texel quads that begin in them. If the map has a row below and
+    /// bounds are on, texels and reference must hold that row too. Pure; safe to call from several threads.
     LightMapErrors verifyRows(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference, int firstRow, int rowCount) const;
-    /// The proven maxima of one quad alone, whose top left texel is (x, y): what verifyRows takes into maxBound. All four texels must be
-    /// covered and in texels and reference.
+    /// Upper bounds of the local error in one quad.
     struct QuadBound {
         double diffuse = 0, specular = 0;
     };
+    /// Returns the bounds of the quad whose top left texel is (x, y), as verifyRows merges them into maxBound. All four texels must be
+    /// covered and in texels and reference.
     QuadBound boundQuad(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference, int x, int y) const;
-    /// No error at all, to merge into.
+    /// Returns errors of no rows, to merge into.
     LightMapErrors noErrors() const;
-    /// What the shader sees at the texel centres of rows [firstRow, firstRow + rowCount): world frame, canonical phase. A flat map gives
-    /// the constant environment of the same exit radiance.
+    /// Returns the coefficients that the shader decodes at the texel centres of rows [firstRow, firstRow + rowCount): world frame, no
+    /// Condon-Shortley sign. For layout "flat" they are the constant environment of the same exit radiance.
     formats::Image<lighting::ShRgb> reconstruct(const DecodedLightMapRows& texels, int firstRow, int rowCount) const;
 
 private:
     struct State;
     explicit LightMapVerifier(std::unique_ptr<const State> state);
+    std::unique_ptr<const State> state_;
+};
+
+/// Errors of a light map of any layout, codec or engine against its bake, computed from coefficients at texel centres. Shading and sums are
+/// those of LightMapVerifier.
+class LightMapScore {
+public:
+    struct Errors {
+        ErrorAccumulator diffuse{1}, specular{1};
+        void merge(const Errors& other);
+    };
+
+    /// Fails for shading without normals, views, m or F0, or with values out of range.
+    /// key  of the reference (LightMapKey)
+    static formats::Result<LightMapScore> create(const LightMapShading& shading, double key);
+    LightMapScore(LightMapScore&&) noexcept;
+    LightMapScore& operator=(LightMapScore&&) noexcept;
+    ~LightMapScore();
+
+    /// Returns errors of rows [firstRow, firstRow + result.height) of the map, which the reference must hold. Merged in the order of rows
+    /// they are the map's errors. Pure; safe to call from several threads.
+    /// result  as wide as the reference: incident radiance, world frame, no Condon-Shortley sign
+    Errors score(const formats::LightMapStrip& reference, formats::ImageView<const lighting::ShRgb> result, int firstRow) const;
+
+private:
+    struct State;
+    explicit LightMapScore(std::unique_ptr<const State> state);
     std::unique_ptr<const State> state_;
 };
 

@@ -1,90 +1,104 @@
-// What a cooked radially symmetric reflection map is worth: codes times colour, fetched as the shader does, against a convolution of the
-// gradient by quadrature around the reflection vector.
+// Verification of a radially symmetric reflection map (RSRM): code times colour, fetched as the shader does, against a convolution of the
+// gradient by quadrature around the reflection vector. docs/theory/lighting.md, "Radially symmetric reflection maps", describes the map.
+//
+// Use: axialGradient if the gradient came from an environment -> compareRsrmRow for each row -> rsrmCodeError, rsrmBanding, rsrmStages.
 #pragma once
 
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <vector>
 
+#include "formats/environment.h"
 #include "formats/image.h"
 #include "verify/figures.h"
 #include "verify/sampler_tolerance.h"
 
 namespace lightcook::verify {
 
-/// How far a texel's centre may be off: what its codes are.
+/// How the 8-bit codes of a map were made, which bounds the error at a texel's centre.
 enum class RsrmCodes {
-    Rounded,   ///< within half a code of 255
-    Dithered,  ///< within one: what rounding left went to the next texel of the row
-    Blocks     ///< as near as the block format brings it
+    Rounded,   ///< at most half a code of 255
+    Dithered,  ///< at most one code: each rounding error is carried to the next texel of the row
+    Blocks     ///< no bound: whatever the block format gives
 };
 
 /// A map as its manifest describes it, decoded.
 struct CookedRsrm {
     glm::vec3 color{0};
-    std::vector<double> exponents;     ///< a row each, >= 1
+    std::vector<double> exponents;     ///< one for each row, >= 1
     formats::Image<glm::vec4> texels;  ///< as fetched, in [0, 1]
-    bool isGrey = false;               ///< one channel, which every channel of the colour is multiplied by
+    bool isGrey = false;               ///< one channel, multiplied by every channel of the colour
     RsrmCodes codes = RsrmCodes::Rounded;
-    FormatFreedom freedom;            ///< what samplers may do with its format; none: they are ideal
-    formats::Image<glm::vec4> spans;  ///< blockSpans of its blocks
+    FormatTolerance tolerance;        ///< of samplers, for the map's format; default: ideal samplers
+    formats::Image<glm::vec4> spans;  ///< blockSpans of the map's blocks
 };
 
-/// What a map was made from. uncertainty: by channel, what the gradient itself may be off by, where it was not painted but averaged.
+/// The gradient that a map was made from.
 struct RsrmSource {
     std::vector<glm::vec3> gradient;
-    glm::dvec3 uncertainty{0};
+    glm::dvec3 uncertainty{0};  ///< largest error of the gradient by channel, if it was averaged from an environment
 };
 
-/// L_o(z) = (s + 1)/2pi * integral L_i max(0, r.l)^s dw of a gradient that is constant over zones of equal solid angle, north to south.
-/// Rings around r, exact along each of them: within 2e-4 of the gradient's largest value.
+/// Radiance of an environment around an axis, by polar angle.
+struct AxialGradient {
+    std::vector<glm::vec3> gradient;  ///< zones of equal solid angle, from the axis to its opposite
+    glm::dvec3 uncertainty{0};        ///< error estimate by channel: twice the largest difference to a result with half as many lines
+    double asymmetricEnergy = 0;      ///< share of the squared radiance that the zones' means do not hold
+};
+/// Returns the mean radiance of each zone, independently of the fit: along lines through the texels, cut exactly where zones begin.
+/// axis  any length but 0
+AxialGradient axialGradient(const formats::Environment& environment, const glm::dvec3& axis, int zoneCount);
+
+/// Returns L_o(z) = (s + 1) / 2pi * integral L_i max(0, r.l)^s dw for a gradient that is constant over zones of equal solid angle, north to
+/// south. Integrates over rings around r, exactly along each ring; the error is below 2e-4 of the gradient's largest value.
 glm::dvec3 convolvePhong(const std::vector<glm::vec3>& gradient, double exponent, double z);
 
-/// One row's comparison: at texel centres, and at `between` places from each centre to the next and from the outer ones to the poles.
+/// Comparison of one row: at texel centres, and at `between` places from each centre to the next and from the outer centres to the poles.
 struct RsrmRow {
     struct Point {
         double z = 0;
         bool isCentre = false;
         glm::dvec3 reference{0}, cooked{0};
-        glm::dvec3 freedom{0};  ///< at a centre: how far a sampler may be off there, and up to the next one
+        glm::dvec3 tolerance{0};  ///< at a centre: largest sampler error there and up to the next centre
     };
     std::vector<Point> points;  ///< north to south
 };
 /// Pure, safe on several threads.
 RsrmRow compareRsrmRow(const CookedRsrm& map, const RsrmSource& source, int row, int between = 1);
 
-/// The largest error at a texel centre, in codes of 255 of the map's colour, beyond what its kind of codes may be off and what the
-/// reference itself may be. Not positive where all is well; maps in blocks have no such law.
+/// The largest error at a texel centre beyond what RsrmCodes and the source's uncertainty allow, in codes of 255 of the map's colour.
+/// At most 0 for a correct map. Maps in block formats are not checked.
 struct RsrmCodeError {
     double codes = 0;
     int row = 0, column = 0;
 };
 RsrmCodeError rsrmCodeError(const CookedRsrm& map, const RsrmSource& source, const std::vector<RsrmRow>& rows);
 
-/// What the eye could take for bands, over all rows and channels. Codes are those of 255 of the map's colour.
+/// Visibility of banding, over all rows and channels. Codes are those of 255 of the map's colour.
 struct RsrmBanding {
     double codeError = 0;  ///< largest error at a texel centre, in codes
-    /// Largest step between neighbouring texels beyond the step that the exact values make there: in codes, and as a part of the light
-    /// there (the larger of the two, and 0.02 of the map's key).
+    /// Largest step between neighbouring texels beyond the exact step: in codes, and relative to the light there (the larger of the two
+    /// texels, and 0.02 key).
     double stepCodes = 0, stepContrast = 0;
-    /// Largest mean error of kWindow neighbouring texels, in codes. Rounding leaves half a code wherever the light changes slowly, which is
-    /// a band as wide as that; dithering leaves at most 1 / kWindow of a code, as the pattern inside the window is not counted.
+    /// Largest mean error of kWindow neighbouring texels, in codes. Rounding leaves half a code wherever light changes slowly, which shows
+    /// as a band of that width. Dithering leaves at most 1 / kWindow of a code: errors inside the window cancel.
     double bandCodes = 0;
     static constexpr int kWindow = 8;
 };
 RsrmBanding rsrmBanding(const CookedRsrm& map, const std::vector<RsrmRow>& rows, const glm::vec3& luminanceWeights);
 
-/// Two maps of the same exponents blended as the shader does it, against the convolution of the blended gradients (of one length), at the
-/// texel centres and between them.
+/// Result of compareRsrmBlend.
 struct RsrmBlend {
-    ErrorFigures figures;  ///< key: as for the stages, of the blended references
-    double codeError = 0;  ///< largest error at a texel centre of `first`, over the sum of both maps' codes of 255, each times its weight
+    ErrorFigures figures;  ///< their key is that of the blended references
+    double codeError = 0;  ///< largest error at a texel centre of `first`, over the weighted sum of both maps' codes of 255
 };
+/// Compares the shader's blend of two maps with the convolution of the blended gradients, at texel centres and between them. Both maps have
+/// the same exponents, both gradients the same length.
 RsrmBlend compareRsrmBlend(const CookedRsrm& first, const std::vector<glm::vec3>& firstGradient, const CookedRsrm& second,
                            const std::vector<glm::vec3>& secondGradient, double weight, int between = 1);
 
-/// Stages "quantize" (texel centres) and "total" (between them too). The row of exponent 1 is diffuse, the others specular. Between rows a
-/// shader blends lobes: that is its choice and no error of the map. Key: log-average luminance of the references at texel centres.
+/// Returns stages "quantize" (texel centres) and "total" (between them too). The row of exponent 1 is diffuse, the others are specular.
+/// Blending of lobes between rows is the shader's choice and counts as no error. Key: log-average luminance of the references at centres.
 std::vector<StageError> rsrmStages(const CookedRsrm& map, const RsrmSource& source, const std::vector<RsrmRow>& rows,
                                    const glm::vec3& luminanceWeights);
 

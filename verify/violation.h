@@ -1,4 +1,4 @@
-// A law that a cooked asset breaks, in words: what the figures of a whole asset would forgive.
+// A requirement that a cooked asset breaks, as text. Violations fail a verification even if the asset's error figures pass.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 namespace lightcook::verify {
 
 struct Violation {
-    std::string place;  ///< inside the asset
+    std::string place;  ///< within the asset
     std::string found, expected;
-    ErrorPlace at = {};  ///< its worst sample, where there is one
+    ErrorPlace at = {};  ///< worst sample, if there is one
 };
 
 }  // namespace lightcook::verify

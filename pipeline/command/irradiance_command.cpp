@@ -11,7 +11,7 @@
 #include "formats/environment.h"
 #include "lighting/radiometry.h"
 #include "pipeline/graph/files.h"
-#include "verify/irradiance.h"
+#include "verify/cubemap.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::pipeline {

@@ -8,7 +8,7 @@
 
 #include "lighting/radiometry.h"
 #include "tests/compress/synthetic_light_map.h"
-#include "verify/light_map/score.h"
+#include "verify/light_map.h"
 
 namespace lightcook {
 namespace {

@@ -32,7 +32,7 @@ struct Cooked {
         return verifier(shading, sampling).verifyRows(texels, reference, 0, map.height).stages();
     }
     verify::StageError total() const { return stages().back(); }
-    /// What it is worth on a sampler that takes no liberties.
+    /// What it is worth on a sampler that takes no tolerance.
     verify::StageError idealTotal() {
         const auto formats = std::exchange(map.formats, {});
         const verify::StageError out = total();

@@ -16,7 +16,7 @@
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 #include "shaders/lightcook_cpp.h"
-#include "verify/error/random.h"
+#include "verify/assets/random.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::verify {
@@ -268,8 +268,8 @@ void CubemapReference::fillColumns(const Tile& tile, const Lobe& lobe, int piece
 }
 
 /// Cosine against the lobe and solid angle of the columns [begin, end) of one row of pieces, counted from the top of the image.
-void CubemapReference::meetRow(const Lobe& lobe, const Tile& tile, int pieceY, int pieces, std::size_t begin, std::size_t end,
-                               Columns& columns) const {
+void CubemapReference::visitRow(const Lobe& lobe, const Tile& tile, int pieceY, int pieces, std::size_t begin, std::size_t end,
+                                Columns& columns) const {
     const double* const along = columns.along.data();
     double* const cosine = columns.cosine.data();
     double* const solidAngle = columns.solidAngle.data();
@@ -337,7 +337,7 @@ void CubemapReference::gatherTile(const Lobe& lobe, const Tile& tile, int pieces
     fillColumns(tile, lobe, 1, centres);
     if (pieces > 1) fillColumns(tile, lobe, pieces, workspace.pieces);
     for (int y = tile.top; y < tile.top + tile.height; ++y) {
-        meetRow(lobe, tile, y, 1, 0, width, centres);
+        visitRow(lobe, tile, y, 1, 0, width, centres);
         std::size_t begin = 0, end = width;
         while (begin < end && centres.cosine[begin] < lobe.cosine) ++begin;
         while (begin < end && centres.cosine[end - 1] < lobe.cosine) --end;
@@ -348,7 +348,7 @@ void CubemapReference::gatherTile(const Lobe& lobe, const Tile& tile, int pieces
         else {
             workspace.pieceWeights.assign(width * cuts, 0.0);
             for (int piece = 0; piece < pieces; ++piece) {
-                meetRow(lobe, tile, y * pieces + piece, pieces, begin * cuts, end * cuts, workspace.pieces);
+                visitRow(lobe, tile, y * pieces + piece, pieces, begin * cuts, end * cuts, workspace.pieces);
                 addWeights(lobe, workspace.pieces, begin * cuts, end * cuts, workspace.pieceWeights);
             }
             for (std::size_t i = begin * cuts; i < end * cuts; ++i) workspace.weights[i / cuts] += workspace.pieceWeights[i];

@@ -149,12 +149,12 @@ void DominantVerifier::addTexel(const Place& place, const lighting::ShRgb& incid
     errors.largestAngle_ = std::max(errors.largestAngle_, angle);
 }
 
-DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, const formats::LightMapStrip& band, int firstRow,
+DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, const formats::LightMapStrip& strip, int firstRow,
                                             int rowCount) const {
     DominantErrors errors(key_);
-    const auto covered = [&](int x, int y) { return band.covered.at(x, y - band.firstRow) != 0; };
-    const auto shAt = [&](int x, int y) -> const lighting::ShRgb& { return band.sh.at(x, y - band.firstRow); };
-    const auto normalAt = [&](int x, int y) { return glm::dvec3(band.normal.at(x, y - band.firstRow)); };
+    const auto covered = [&](int x, int y) { return strip.covered.at(x, y - strip.firstRow) != 0; };
+    const auto shAt = [&](int x, int y) -> const lighting::ShRgb& { return strip.sh.at(x, y - strip.firstRow); };
+    const auto normalAt = [&](int x, int y) { return glm::dvec3(strip.normal.at(x, y - strip.firstRow)); };
     for (int y = firstRow; y < firstRow + rowCount; ++y) {
         if (y % shading_.stride != 0) continue;
         for (int x = 0; x < map_.width; x += shading_.stride) {

@@ -1,4 +1,4 @@
-#include "verify/assets/dominant_reference.h"
+#include "verify/dominant.h"
 
 #include <algorithm>
 #include <array>

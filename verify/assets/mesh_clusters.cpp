@@ -1,4 +1,4 @@
-#include "verify/mesh_clusters.h"
+#include "verify/mesh.h"
 
 #include <algorithm>
 #include <array>
@@ -68,10 +68,10 @@ std::optional<glm::ivec2> strangerIn(const Corners& corners, int cluster, const 
 
 CoveredTexels::CoveredTexels(int width, int height) : width_(width), height_(height), bits_(byteOf(0, height)) {}
 
-void CoveredTexels::add(const formats::LightMapStrip& band, int firstRow, int rowCount) {
+void CoveredTexels::add(const formats::LightMapStrip& strip, int firstRow, int rowCount) {
     for (int y = firstRow; y < firstRow + rowCount; ++y)
         for (int x = 0; x < width_; ++x)
-            if (band.covered.at(x, y - band.firstRow) != 0) bits_[byteOf(x, y)] |= static_cast<std::uint8_t>(1u << (x % 8));
+            if (strip.covered.at(x, y - strip.firstRow) != 0) bits_[byteOf(x, y)] |= static_cast<std::uint8_t>(1u << (x % 8));
 }
 
 std::optional<std::string> clusterMistake(const formats::TriangleMesh& mesh, const formats::ClusterMap& map, const CoveredTexels& covered,

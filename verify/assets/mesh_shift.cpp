@@ -1,4 +1,4 @@
-#include "verify/mesh_shift.h"
+#include "verify/mesh.h"
 
 #include <algorithm>
 #include <array>
@@ -77,25 +77,25 @@ double boundOf(const Quad& quad, int channel, const MeshShift& shift, double key
 
 /// visit(x, y, quad, the normal of its first texel) where all four texels are covered.
 template <class Visit>
-void forEachQuad(const formats::LightMapStrip& band, int firstRow, int rowCount, Visit visit) {
-    const int lastRow = std::min(firstRow + rowCount, band.firstRow + band.sh.height() - 1);
+void forEachQuad(const formats::LightMapStrip& strip, int firstRow, int rowCount, Visit visit) {
+    const int lastRow = std::min(firstRow + rowCount, strip.firstRow + strip.sh.height() - 1);
     for (int row = firstRow; row < lastRow; ++row) {
-        const int y = row - band.firstRow;
-        for (int x = 0; x + 1 < band.sh.width(); ++x) {
-            if (!(band.covered.at(x, y) && band.covered.at(x + 1, y) && band.covered.at(x, y + 1) && band.covered.at(x + 1, y + 1)))
+        const int y = row - strip.firstRow;
+        for (int x = 0; x + 1 < strip.sh.width(); ++x) {
+            if (!(strip.covered.at(x, y) && strip.covered.at(x + 1, y) && strip.covered.at(x, y + 1) && strip.covered.at(x + 1, y + 1)))
                 continue;
-            visit(x, row, Quad{{&band.sh.at(x, y), &band.sh.at(x + 1, y), &band.sh.at(x, y + 1), &band.sh.at(x + 1, y + 1)}},
-                  glm::dvec3(band.normal.at(x, y)));
+            visit(x, row, Quad{{&strip.sh.at(x, y), &strip.sh.at(x + 1, y), &strip.sh.at(x, y + 1), &strip.sh.at(x + 1, y + 1)}},
+                  glm::dvec3(strip.normal.at(x, y)));
         }
     }
 }
 
 }  // namespace
 
-void addMeshShiftErrors(const formats::LightMapStrip& band, int firstRow, int rowCount, const MeshShift& shift, double key,
+void addMeshShiftErrors(const formats::LightMapStrip& strip, int firstRow, int rowCount, const MeshShift& shift, double key,
                         ErrorAccumulator& errors, const MeshShiftSeen& seen) {
     const double s = std::min(shift.uTexels, 0.5), t = std::min(shift.vTexels, 0.5);
-    forEachQuad(band, firstRow, rowCount, [&](int x, int y, const Quad& quad, const glm::dvec3& normal) {
+    forEachQuad(strip, firstRow, rowCount, [&](int x, int y, const Quad& quad, const glm::dvec3& normal) {
         const glm::dmat3 frame = lighting::worldFromTangentFrame(normal);
         const glm::vec3 reference = exitRadiance(quad.at(0.5, 0.5), glm::vec3(normal));
         const auto at = [&](int channel, const glm::dvec3& direction) {
@@ -124,8 +124,8 @@ void addMeshShiftErrors(const formats::LightMapStrip& band, int firstRow, int ro
     });
 }
 
-void MeshShiftBound::add(const formats::LightMapStrip& band, int firstRow, int rowCount) {
-    forEachQuad(band, firstRow, rowCount, [&](int, int, const Quad& quad, const glm::dvec3& normal) {
+void MeshShiftBound::add(const formats::LightMapStrip& strip, int firstRow, int rowCount) {
+    forEachQuad(strip, firstRow, rowCount, [&](int, int, const Quad& quad, const glm::dvec3& normal) {
         const glm::dvec3 reference(exitRadiance(quad.at(0.5, 0.5), glm::vec3(normal)));
         reference_ += glm::dot(reference, reference);
         for (int channel = 0; channel < 3; ++channel) {

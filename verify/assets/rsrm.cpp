@@ -113,7 +113,7 @@ glm::dvec3 fetch(const CookedRsrm& map, int row, double z) {
 
 /// What a sampler is free to do at a texel, in light: to take a place 1/256 texel away along the row and across rows, and what its format
 /// leaves open.
-glm::dvec3 freedomAt(const CookedRsrm& map, int row, int column) {
+glm::dvec3 toleranceAt(const CookedRsrm& map, int row, int column) {
     const auto at = [&](int x, int y) {
         return map.texels.at(std::clamp(x, 0, map.texels.width() - 1), std::clamp(y, 0, map.texels.height() - 1));
     };
@@ -127,9 +127,9 @@ glm::dvec3 freedomAt(const CookedRsrm& map, int row, int column) {
                 span = glm::max(span,
                                 map.spans.at(std::clamp(x, 0, map.texels.width() - 1) / 4, std::clamp(y, 0, map.texels.height() - 1) / 4));
         }
-    const FormatFreedom& format = map.freedom;
+    const FormatTolerance& format = map.tolerance;
     const bool isIdeal = format.absolute == 0 && format.relative == 0;
-    const glm::vec4 filter = isIdeal ? glm::vec4(0) : kFractionFreedom * (along + across);
+    const glm::vec4 filter = isIdeal ? glm::vec4(0) : kFractionTolerance * (along + across);
     const glm::vec4 off = filter + format.decoded + format.perSpan * span + format.absolute + format.relative * largest;
     return glm::abs(glm::dvec3(map.color)) * (map.isGrey ? glm::dvec3(off.x) : glm::dvec3(off));
 }
@@ -182,7 +182,7 @@ ErrorPlace boundBetween(const RsrmRow::Point& a, const RsrmRow::Point& b, double
         const double low = std::max(ends.low[channel], middle - reach), high = std::min(ends.high[channel], middle + reach);
         // A fraction of a code for the rounding of the fetch's own coordinate.
         const double slack = 1e-4 * std::abs(a.cooked[channel] - b.cooked[channel]) + 1e-6 * std::abs(a.cooked[channel]) +
-                             std::max(a.freedom[channel], b.freedom[channel]);
+                             std::max(a.tolerance[channel], b.tolerance[channel]);
         const double resultLow = std::min(a.cooked[channel], b.cooked[channel]) - slack;
         const double resultHigh = std::max(a.cooked[channel], b.cooked[channel]) + slack;
         if (resultHigh > low) raise((resultHigh - low) / (low + lighting::kLocalErrorFloor * key));
@@ -266,7 +266,7 @@ RsrmRow compareRsrmRow(const CookedRsrm& map, const RsrmSource& source, int row,
     int column = 0;
     forEachPlace(map.texels.width(), between, [&](double z, bool isCentre) {
         result.points.push_back({z, isCentre, convolve(source.gradient, rings, exponent, z), fetch(map, row, z), glm::dvec3(0)});
-        if (isCentre) result.points.back().freedom = freedomAt(map, row, column++);
+        if (isCentre) result.points.back().tolerance = toleranceAt(map, row, column++);
     });
     return result;
 }

@@ -15,21 +15,21 @@ namespace lightcook::verify {
 
 namespace {
 
-/// Dinkelbach's iteration takes four or five steps; rings of light that make a denominator vanish end it by themselves.
+/// Dinkelbach's iteration converges in four or five steps; a vanishing denominator ends it earlier.
 constexpr int kMaximumSteps = 32;
-/// Of those, the first may go by any place; a place that does not get t further by this factor is not worth it.
+/// In the first steps any violating direction may raise t, if it raises it by at least the factor kWorthwhile.
 constexpr int kQuickSteps = 6;
 constexpr double kWorthwhile = 1.001;
-/// A denominator below this part of the floor: the reference is negative there, and the other bound serves better.
+/// Gives up on a share whose denominator falls below this part of the floor: the reference is negative there, a smaller share is better.
 constexpr double kVanishing = 1e-3;
 constexpr double kRelativeSlack = 1e-12;
-/// What sums and extrema in double may be off, as a part of the lengths that go into them: extremaOnSphere promises 1e-12.
+/// Relative error of sums and extrema in double, relative to the vectors' lengths: extremaOnSphere guarantees 1e-12.
 constexpr double kArithmetic = 4e-12;
-/// |r| >= share r for any share in [-1, 1]. Light that rings below zero, by less than floor / share, is still bounded by that share of
-/// its bright side, instead of by the floor alone (share 0).
+/// |r| >= share r for any share in [-1, 1]. Light that rings below zero by less than floor / share is bounded by that share of its bright
+/// side, instead of by the floor alone (share 0).
 constexpr std::array<double, 6> kShares = {1.0, 1.0 / 4, 1.0 / 16, 1.0 / 64, 1.0 / 256, 0.0};
 
-/// sign e - t r.
+/// Returns sign * error - t * reference.
 lighting::ShDouble combined(const ErrorPair& pair, double sign, double t) {
     lighting::ShDouble out;
     for (std::size_t i = 0; i < out.size(); ++i)
@@ -37,10 +37,10 @@ lighting::ShDouble combined(const ErrorPair& pair, double sign, double t) {
     return out;
 }
 
-/// Whether a quadratic on the sphere stays under a limit, as far as a quick look tells.
-enum class Look { Under, Over, Unclear };
+/// Result of comparing the maximum of a quadratic on the sphere with a limit by a few iterations.
+enum class Comparison { Below, Above, Undecided };
 
-/// mu I - A of a quadratic c + b n + n A n, and what its inverse does.
+/// The matrix mu I - A of a quadratic c + b n + n A n, with its inverse.
 class Shifted {
 public:
     Shifted(const glm::dmat3& a, double mu) : m_{mu - a[0][0], -a[0][1], -a[0][2], mu - a[1][1], -a[1][2], mu - a[2][2]} {
@@ -48,7 +48,7 @@ public:
                      m_[0] * m_[5] - m_[2] * m_[2], m_[1] * m_[2] - m_[0] * m_[4], m_[0] * m_[3] - m_[1] * m_[1]};
         determinant_ = m_[0] * adjugate_[0] + m_[1] * adjugate_[1] + m_[2] * adjugate_[2];
     }
-    /// Positive definite, and by enough that products with its inverse are good to some 1e-13 of themselves.
+    /// Returns true if the matrix is positive definite, and well enough conditioned for products with its inverse to a relative 1e-13.
     bool isSound() const {
         constexpr double kSound = 1e-3;
         const double trace = m_[0] + m_[3] + m_[5];
@@ -66,11 +66,13 @@ private:
     double determinant_ = 0;
 };
 
-/// max over n of b n + n A n is the least mu + b (mu I - A)^-1 b / 4 over mu above A's largest eigenvalue: any such mu is a proof, and a
-/// few steps towards the best one settle nearly every case for a tenth of what an eigenproblem costs. y = (mu I - A)^-1 b / 2 has length
-/// 1 at the best mu, and is the place of the maximum; Newton's steps on 1 / |y|, as in lighting/sh/quadratic.cpp.
-/// over  if not null, a place over the limit
-Look lookAt(const lighting::SphereQuadratic& quadratic, double limit, glm::dvec3* over = nullptr) {
+/// Compares the maximum of a quadratic over the sphere with a limit.
+/// By duality, max_n (b n + n A n) = min_mu (mu + b (mu I - A)^-1 b / 4) over mu above the largest eigenvalue of A. Any such mu gives an
+/// upper bound, and any direction a lower bound, so most comparisons end after a few steps, at a tenth of the cost of an eigenproblem. At
+/// the optimal mu, y = (mu I - A)^-1 b / 2 has length 1 and is the maximum's direction; mu moves by Newton steps on 1 / |y| (as in
+/// lighting/sh/quadratic.cpp).
+/// above  if not null, receives a direction whose value exceeds the limit
+Comparison compareMaximum(const lighting::SphereQuadratic& quadratic, double limit, glm::dvec3* above = nullptr) {
     constexpr int kSteps = 6;
     const double allowed = limit - quadratic.constant;
     const glm::dmat3& a = quadratic.symmetric;
@@ -79,7 +81,7 @@ Look lookAt(const lighting::SphereQuadratic& quadratic, double limit, glm::dvec3
     for (int i = 0; i < 3; ++i) squares += glm::dot(a[i], a[i]);
     const double slope = glm::length(b);
     double low = std::max({a[0][0], a[1][1], a[2][2]}), high = allowed;
-    // A has no trace: its eigenvalues are at most sqrt(2 / 3) of its norm.
+    // A is traceless, so its eigenvalues are at most sqrt(2 / 3) of its norm.
     double mu = std::min(std::sqrt(squares / 1.5) + 0.5 * slope, allowed - 0.25 * slope);
     for (int step = 0; step < kSteps && high > low; ++step) {
         if (!(mu > low && mu < high)) mu = 0.5 * (low + high);
@@ -90,23 +92,23 @@ Look lookAt(const lighting::SphereQuadratic& quadratic, double limit, glm::dvec3
         }
         const glm::dvec3 w = shifted.solve(b);
         const double along = glm::dot(b, w), squared = glm::dot(w, w);
-        if (mu + 0.25 * along <= allowed) return Look::Under;
-        if (!(squared > 0)) return Look::Unclear;
+        if (mu + 0.25 * along <= allowed) return Comparison::Below;
+        if (!(squared > 0)) return Comparison::Undecided;
         const double length = std::sqrt(squared);
-        if (along / length + mu - along / squared > allowed) {  // the quadratic at w / |w|
-            if (over != nullptr) *over = w / length;
-            return Look::Over;
+        if (along / length + mu - along / squared > allowed) {  // value of the quadratic at w / |w|
+            if (above != nullptr) *above = w / length;
+            return Comparison::Above;
         }
         (squared < 4 ? high : low) = mu;
         mu += (0.5 * length - 1) * squared / glm::dot(w, shifted.solve(w));
     }
-    return Look::Unclear;
+    return Comparison::Undecided;
 }
 
 bool isUnder(const lighting::ShDouble& coefficients, const Response& response, double limit) {
     const lighting::SphereQuadratic quadratic = lighting::sphereQuadratic(coefficients, response.bands);
-    const Look look = lookAt(quadratic, limit);
-    return look == Look::Unclear ? lighting::extremaOnSphere(quadratic).maximum <= limit : look == Look::Under;
+    const Comparison comparison = compareMaximum(quadratic, limit);
+    return comparison == Comparison::Undecided ? lighting::extremaOnSphere(quadratic).maximum <= limit : comparison == Comparison::Below;
 }
 
 lighting::ShBands normsOf(const lighting::ShDouble& k) {
@@ -118,16 +120,17 @@ lighting::ShBands axialNorms(const Response& response) {
     return Response{response.bands, {}}.norms();
 }
 
-/// Maximum over directions, from above, without an eigenproblem. norms: axialNorms of the response
+/// Returns an upper bound of the maximum over directions, from band lengths.
+/// norms  axialNorms of the response
 double cheapMaximum(const lighting::ShDouble& k, const lighting::ShBands& norms) {
     const lighting::ShBands lengths = normsOf(k);
     return norms[0] * k[0] + norms[1] * lengths[1] + norms[2] * lengths[2];
 }
 
-/// One condition of the bound: error and reference of a pair under a response, with all that is beside the quadratic.
+/// The terms of one condition that do not depend on the direction: s e(n) + over <= t (share r(n) + floor).
 struct Condition {
-    double over = 0;   ///< added to the error
-    double floor = 0;  ///< what is left of it for this share of the reference
+    double over = 0;   ///< slack and residual of the error
+    double floor = 0;  ///< the floor, less the residual of the reference
 };
 Condition conditionOf(const ErrorPair& pair, const Response& response, double share, double floor, const lighting::ShBands& slack) {
     lighting::ShBands beside = response.residual;
@@ -154,15 +157,15 @@ double valueAt(const lighting::Sh& coefficients, const Response& response, const
     return lighting::sphereQuadratic(out, response.bands)(n);
 }
 
-/// Raises t until s e - t (share r + floor) is nowhere positive; infinity where it cannot.
-/// at  the direction that t was raised for last, if it was
+/// Raises t by Dinkelbach's iteration until s e + over <= t (share r + floor) in every direction. Returns infinity if no t satisfies this.
+/// at  receives the direction that raised t last
 double raised(const ErrorPair& pair, const Response& response, double sign, double share, double floor, const lighting::ShBands& slack,
               double t, std::optional<glm::dvec3>& at) {
     const Condition condition = conditionOf(pair, response, share, floor, slack);
     const lighting::ShBands norms = axialNorms(response);
-    const auto underAt = [&](const glm::dvec3& n) { return share * valueAt(pair.reference, response, n) + condition.floor; };
-    const auto ratioAt = [&](const glm::dvec3& n, double under) {
-        return (sign * valueAt(pair.error, response, n) + condition.over) / under;
+    const auto denominatorAt = [&](const glm::dvec3& n) { return share * valueAt(pair.reference, response, n) + condition.floor; };
+    const auto ratioAt = [&](const glm::dvec3& n, double denominator) {
+        return (sign * valueAt(pair.error, response, n) + condition.over) / denominator;
     };
     for (int step = 0; step < kMaximumSteps; ++step) {
         const lighting::ShDouble k = combined(pair, sign, t * share);
@@ -170,12 +173,12 @@ double raised(const ErrorPair& pair, const Response& response, double sign, doub
         if (cheapMaximum(k, norms) <= allowed) return t;
         const lighting::SphereQuadratic quadratic = lighting::sphereQuadratic(k, response.bands);
         glm::dvec3 place;
-        const Look look = lookAt(quadratic, allowed, &place);
-        if (look == Look::Under) return t;
-        // Any place over the limit takes t further; only the highest of all ends it.
-        if (look == Look::Over && step < kQuickSteps) {
-            const double under = underAt(place);
-            const double next = under >= kVanishing * floor ? ratioAt(place, under) : 0;
+        const Comparison comparison = compareMaximum(quadratic, allowed, &place);
+        if (comparison == Comparison::Below) return t;
+        // Any direction above the limit raises t; only the exact maximum can end the iteration.
+        if (comparison == Comparison::Above && step < kQuickSteps) {
+            const double denominator = denominatorAt(place);
+            const double next = denominator >= kVanishing * floor ? ratioAt(place, denominator) : 0;
             if (next > t * kWorthwhile) {
                 t = next;
                 at = place;
@@ -184,9 +187,9 @@ double raised(const ErrorPair& pair, const Response& response, double sign, doub
         }
         const lighting::Extrema extrema = lighting::extremaOnSphere(quadratic);
         if (extrema.maximum <= allowed) return t;
-        const double under = underAt(extrema.maximumAt);
-        if (!(under >= kVanishing * floor)) break;
-        const double next = ratioAt(extrema.maximumAt, under);
+        const double denominator = denominatorAt(extrema.maximumAt);
+        if (!(denominator >= kVanishing * floor)) break;
+        const double next = ratioAt(extrema.maximumAt, denominator);
         if (!(next > t * (1 + kRelativeSlack))) return t * (1 + 2 * kRelativeSlack);
         t = next;
         at = extrema.maximumAt;
@@ -194,7 +197,7 @@ double raised(const ErrorPair& pair, const Response& response, double sign, doub
     return std::numeric_limits<double>::infinity();
 }
 
-/// Nothing can be proven of what is not a number: every comparison with it is false.
+/// Returns true if all coefficients are finite. Nothing can be proven about NaN.
 bool areFinite(std::span<const ErrorPair> pairs) {
     const auto isFinite = [](double value) { return std::isfinite(value); };
     return std::ranges::all_of(pairs, [&](const ErrorPair& pair) {
@@ -205,7 +208,7 @@ bool areFinite(std::span<const ErrorPair> pairs) {
 }  // namespace
 
 lighting::ShBands bandNorms(const lighting::Sh& c) {
-    // In double: squares of floats neither vanish nor overflow in it.
+    // In double, where squares of floats neither underflow nor overflow.
     lighting::ShDouble k;
     std::ranges::copy(c, k.begin());
     return {std::abs(k[0]), std::sqrt(k[1] * k[1] + k[2] * k[2] + k[3] * k[3]),

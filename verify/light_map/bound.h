@@ -1,4 +1,14 @@
-// The every-normal, every-position bound of a light map's local error. Private to verify/.
+// Bound of the local error for every normal, view and material, of a texel or of everything between four texels. Private to verify/.
+//
+// Shading is a linear functional of the light: a rotation and, for each band l, a factor (Response). For error e and reference r, both
+// vectors of nine coefficients, t bounds the local error |e(n)| / (|r(n)| + floor) over all directions n if
+//   s e(n) <= t (share r(n) + floor)   for both signs s and some share in [-1, 1],
+// since |r| >= share r. Each condition asks whether a quadratic on the unit sphere, s e(n) - t share r(n), stays below a limit, and the
+// maximum of such a quadratic is known exactly. The least such t is the maximum of a ratio, found by Dinkelbach's iteration (1967, On
+// Nonlinear Fractional Programming): take the direction where the condition is violated most, set t to the ratio there, repeat.
+//
+// The condition is linear in (e, r). If it holds for several pairs it holds for every weighted mean of them, which is how the control
+// vectors of a quad bound all positions in it (controls.h), and how a few responses bound all views and materials (shading.h).
 #pragma once
 
 #include <array>
@@ -15,57 +25,57 @@ struct ErrorPair {
     lighting::Sh error{}, reference{};
 };
 
-/// Sums of |band l| times these bound exit radiance over all normals: the addition theorem, times the cosine's bands.
+/// sum_l kExitNorm[l] |band l| bounds exit radiance over all normals: addition theorem, times the cosine's bands.
 inline constexpr lighting::ShBands kExitNorm = {0.28209479177387814, 0.48860251190291992 * 2 / 3, 0.63078313050504001 / 4};
-/// Norms of the three bands.
+/// Returns the lengths of the three bands.
 lighting::ShBands bandNorms(const lighting::Sh& coefficients);
-/// sum_l factor_l norm_l.
+/// Returns sum_l factor_l norm_l.
 double bandSum(const lighting::ShBands& norms, const lighting::ShBands& factors);
 
-/// A kind of shading, turned in every way: light k becomes sum_l bands_l sum_m k_lm Y_lm(n), with any n, and at most sum_l residual_l |k_l|
-/// beside it. Lambert's cosine is round about the normal and has no residual; glossy lobes are nearly round about an axis of their own.
+/// A zonal kernel in all rotations: light k is shaded to sum_l bands_l sum_m k_lm Y_lm(n) for any direction n, plus at most
+/// sum_l residual_l |k_l|. Lambert's cosine is zonal about the normal, without residual. Glossy lobes are nearly zonal about their own
+/// axis.
 struct Response {
     lighting::ShBands bands{};
     lighting::ShBands residual{};
-    /// What a band of length 1 gives at most.
+    /// Returns the largest response to a band of length 1.
     lighting::ShBands norms() const;
 };
 /// Exit radiance of a white Lambert surface under any normal.
 inline constexpr Response kExitResponse{{1, 2.0 / 3, 1.0 / 4}, {}};
 
-/// Where a bound is reached: which of the pairs, and the direction n; what error and reference are there, of the response that it is for.
+/// The pair and the direction at which a bound is reached, with the shaded error and reference there.
 struct BoundPlace {
     std::size_t pair = 0;
     glm::dvec3 direction{0};
     double error = 0, reference = 0;
 };
 
-/// A proven upper bound of |e| / (|r| + floor), e and r the responses to error and reference, over every direction n, every mean of the
-/// responses and 0, and every mean (e, r) of the pairs: weights that are not negative and add up to 1, the same for error and reference.
-/// One pair is a texel; the Bernstein control vectors of a quad, whose weights are the polynomials at a position, are all that lies between
-/// four texels.
-/// floor  > 0
-/// slack  lengths of what may be added to each band of an error: rounding, and what a sampler is free to do
-/// It is the least t with s e_j(n) <= t (share r_j(n) + floor) for every j, n, response and sign s, for the best of a few shares from 1 to
-/// 0. Each condition is a quadratic on the sphere, whose maximum is known exactly; t is found by Dinkelbach's iteration (1967, On Nonlinear
-/// Fractional Programming). Share 1 is exact for a texel whose reference is nowhere negative, less serves light that rings below zero.
-/// atMost  not told more closely above it
-/// place   if not null, where it is reached; left alone where the bound is no larger than 0, or not told
+/// Returns an upper bound of |e| / (|r| + floor), where e and r are the responses to error and reference, over every direction, every
+/// mean of the responses and 0, and every mean of the pairs (non-negative weights of sum 1, the same for error and reference). One pair is
+/// a texel; the control vectors of a quad bound everything between four texels.
+/// It is the least t with s e_j(n) <= t (share r_j(n) + floor) for every pair j, direction n, response and sign s, for the best of a few
+/// shares from 1 to 0. Share 1 is exact for a texel whose reference is nowhere negative; smaller shares suit light that rings below zero.
+/// floor   > 0
+/// slack   band lengths of what may be added to any error: rounding, sampler tolerance
+/// atMost  the result need not be tight above it
+/// place   if not null, receives the place where the bound is reached; unchanged if the bound is 0 or not tight
 double localErrorBound(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
                        double atMost = std::numeric_limits<double>::infinity(), BoundPlace* place = nullptr);
 
-/// An axis, and how far the unit band 2 about any axis near it can be from the one about it.
+/// An axis, and the largest distance between the unit band 2 about it and about the axes that it stands for.
 struct AxisCone {
     glm::vec3 axis{0};     ///< unit
     double deviation = 0;  ///< at most sqrt 3
 };
-/// Of every mean of these vectors, turned to unit length. Two unit band 2 (sqrt(4 pi / 5) Y_2m) about axes an angle a apart differ by a
-/// vector of squared length 2 - 2 P_2(cos a) = 3 sin^2 a, by the addition theorem. The axis of a mean stays in the narrowest cone around
-/// the vectors' own mean that holds them all, which is convex below a right angle; where there is none, or a vector is 0, sqrt 3 holds for
-/// every axis and for none. rounding  what may be missing from a vector's components
+/// Returns a cone around the axes (unit vectors) of all means of these vectors.
+/// Unit bands 2, sqrt(4 pi / 5) Y_2m, about axes at angle a differ by a vector of squared length 2 - 2 P_2(cos a) = 3 sin^2 a (addition
+/// theorem). The cone around the vectors' mean that contains all vectors is convex below a right angle, so it contains the axes of all
+/// means. If there is no such cone, or a vector is 0, the deviation is sqrt 3, which holds for every axis, and for none.
+/// rounding  largest error of a vector's component
 AxisCone axisCone(std::span<const glm::vec3> vectors, double rounding);
 
-/// Quicker: whether that bound is proven not to exceed `limit`. False says nothing.
+/// Returns true if localErrorBound is proven not to exceed `limit`; faster. False proves nothing.
 bool staysWithin(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
                  double limit);
 

@@ -1,4 +1,9 @@
-// A quad's decode as a polynomial: what it is at nodes, turned into Bernstein control vectors. Private to verify/.
+// A quad's decode as a polynomial of the position, in Bernstein form. Private to verify/.
+//
+// Filtered texels are bilinear in the position (u, v) of the quad, and the decode is a polynomial of degree n of them. The decoded
+// coefficients are therefore a polynomial of degree n along each axis, given by its values at (n + 1)^2 nodes. In Bernstein form,
+//   p(u, v) = sum_ij B_i(u) B_j(v) b_ij,   B_i >= 0,   sum_i B_i = 1,
+// every value is a weighted mean of the control vectors b_ij, so a convex condition that holds for all b_ij holds everywhere in the quad.
 #pragma once
 
 #include "verify/light_map/bound.h"
@@ -12,7 +17,7 @@ struct Part {
     float u = 0, v = 0, size = 1;
 };
 
-/// Of a decode of degree Layout::kDegree.
+/// Control vectors of a decode of degree Layout::kDegree over a part of a quad.
 template <class Layout>
 struct QuadControls {
     static constexpr int kNodes = Layout::kDegree + 1;
@@ -22,11 +27,11 @@ struct QuadControls {
     using QuadTexels = typename MapRows<Layout>::QuadTexels;
     using QuadReferences = typename MapRows<Layout>::QuadReferences;
 
-    Controls values, filtered;
+    Controls values;    ///< of value()
+    Controls filtered;  ///< of the filtered reference
 
-    /// value(filtered texels, filtered reference) at the (degree + 1)^2 nodes of a part of the quad, turned into Bernstein control vectors:
-    /// its value at every position is a mean of them. The filtered reference is bilinear: its form of the same degree has its values at the
-    /// nodes themselves for controls.
+    /// Evaluates value(filtered texels, filtered reference) at the nodes and converts the values to control vectors. The filtered reference
+    /// is bilinear: its control vectors of any degree are its values at the nodes.
     template <class Value>
     QuadControls(const QuadTexels& texels, const QuadReferences& references, const Part& part, Value&& value) {
         for (int v = 0; v < kNodes; ++v) {
@@ -47,7 +52,7 @@ struct QuadControls {
         }
     }
 
-    /// Of values as errors, by channel.
+    /// Returns, by channel, each control vector as an error, paired with that of the reference.
     Pairs pairs() const {
         Pairs pairs;
         for (std::size_t k = 0; k < kControls; ++k) {

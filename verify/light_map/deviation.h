@@ -1,6 +1,9 @@
-// How far the decode of a layout can be from its ideal at any place of a quad, when each texel is off by what a sampler is free to do: of
-// each coefficient and channel, by the decode's largest derivatives over the quad's texels (a Lipschitz bound; products of deviations are
-// inside, as every factor is taken at its largest with its own). Private to verify/.
+// Deviation of a decode: upper bounds of the change of each decoded coefficient if every texel of a box is changed within the sampler
+// tolerance. Private to verify/.
+//
+// A Lipschitz bound by the largest derivatives over the box. For a product of factors, |ab - a'b'| <= |a| |b - b'| + |b'| |a - a'|: each
+// factor is taken at its largest value with its own deviation, so products of deviations are covered. The learned layouts have polynomials
+// of four codes, whose derivatives often cancel between coefficients: they keep signed vectors (Deviation::groups) instead of lengths.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -13,8 +16,8 @@ namespace lightcook::verify::layouts {
 template <std::size_t kLayers>
 using Boxes = std::array<TexelBox, kLayers>;
 
-/// By coefficient and channel: at most `absolute`, and beside it, for each group, a sum of its four vectors, each times a number in [-1, 1]
-/// (a texel's four channels; the vectors have signs, and often cancel).
+/// A deviation by coefficient and channel: at most `absolute` in each, plus, for each group, the sum of its four vectors, each times any
+/// number in [-1, 1]. A group is a texel, its vectors are those of the texel's four channels.
 template <std::size_t kGroups>
 struct Deviation {
     shaders::LcSh absolute{};
@@ -27,127 +30,124 @@ inline glm::vec3 rgb(const glm::vec4& v) {
     return {v.x, v.y, v.z};
 }
 
-/// Coefficient 0 and `count` more as scaled ratios to it.
-template <std::size_t kLayers, class Constants>
-shaders::LcSh ratioDeviation(const Boxes<kLayers>& t, const Constants& k, std::size_t count) {
-    shaders::LcSh out{};
-    const glm::vec3 l0 = rgb(t[0].largest()), off = rgb(t[0].freedom);
-    out.c[0] = k.range * off;
-    for (std::size_t i = 0; i < count; ++i) {
-        const TexelBox& ratio = t[1 + i];
-        const float scale = std::abs(k.scale[i]);
-        const glm::vec3 value = glm::abs(k.scale[i] * rgb(ratio.centre) + k.bias[i]) + scale * rgb(ratio.half + ratio.freedom);
-        out.c[i + 1] = k.range * (off * value + l0 * (scale * rgb(ratio.freedom)));
-    }
-    return out;
-}
-
-/// The first `count` layers of luvw_first, luvw_second.
-template <std::size_t kLayers, class Constants>
-shaders::LcSh luvwDeviation(const Boxes<kLayers>& t, const Constants& k) {
-    constexpr std::size_t kCount = kLayers / 2;
-    shaders::LcSh out{};
-    const glm::vec3 centre = rgb(k.neutral);
-    for (std::size_t i = 0; i < kCount; ++i) {
-        const TexelBox &first = t[i], &second = t[kCount + i];
-        const float span = std::abs(2 * k.span[i]);
-        const glm::vec3 off = 2.0f * rgb(first.freedom) + span * rgb(second.freedom);
-        const glm::vec3 value = glm::abs(2.0f * rgb(first.centre) - 1.0f + 2 * k.span[i] * (rgb(second.centre) - centre)) +
-                                2.0f * rgb(first.half) + span * rgb(second.half) + off;
-        const float a0 = first.largest().w, a1 = second.largest().w;
-        out.c[i] = std::abs(k.range[i]) * (a0 * a1 * off + (a0 * second.freedom.w + a1 * first.freedom.w) * value);
-    }
-    return out;
-}
+/// The factor of lcLuvwLinearBands between the luvw value and the zonal coefficient, rounded up.
+inline constexpr float kLuvwLinearZonal = 0.63078314f;
 
 }  // namespace detail
 
 inline shaders::LcSh deviationOf(const Raw& layout, const Boxes<9>& t) {
     shaders::LcSh out{};
-    for (std::size_t i = 0; i < t.size(); ++i) out.c[i] = std::abs(layout.k.range) * detail::rgb(t[i].freedom);
+    for (std::size_t i = 0; i < t.size(); ++i) out.c[i] = std::abs(layout.k.range) * detail::rgb(t[i].tolerance);
     return out;
 }
 inline shaders::LcSh deviationOf(const Flat& layout, const Boxes<1>& t) {
     shaders::LcSh out{};
-    out.c[0] = std::abs(layout.k.range) / Flat::kY0 * detail::rgb(t[0].freedom);
-    return out;
-}
-inline shaders::LcSh deviationOf(const Ratio& layout, const Boxes<9>& t) {
-    return detail::ratioDeviation(t, layout.k, 8);
-}
-inline shaders::LcSh deviationOf(const Luvw& layout, const Boxes<18>& t) {
-    return detail::luvwDeviation(t, layout.k);
-}
-/// Of bands(): the zonal coefficient in c[4].
-inline shaders::LcSh deviationOf(const Zh3& layout, const Boxes<5>& t) {
-    return detail::ratioDeviation(t, layout.k, 4);
-}
-inline shaders::LcSh deviationOf(const LuvwLinear& layout, const Boxes<10>& t) {
-    shaders::LcSh out = detail::luvwDeviation(t, layout.k);
-    out.c[4] *= 0.63078314f;  // as lcLuvwLinearBands, rounded up
+    out.c[0] = std::abs(layout.k.range) / Flat::kY0 * detail::rgb(t[0].tolerance);
     return out;
 }
 
-/// The polynomial's part of a basis over a box of codes, by coefficient from 1 up.
+/// Ratios: c_0 = range l0, c_i = range l0 (scale_i ratio_i + bias_i). For zonal layouts, of bands().
+template <RatioFamily Layout>
+shaders::LcSh deviationOf(const Layout& layout, const Boxes<Layout::kLayers>& t) {
+    const auto& k = layout.k;
+    shaders::LcSh out{};
+    const glm::vec3 l0 = detail::rgb(t[0].largest()), off = detail::rgb(t[0].tolerance);
+    out.c[0] = k.range * off;
+    for (std::size_t i = 0; i < Layout::kRatioCount; ++i) {
+        const TexelBox& ratio = t[1 + i];
+        const float scale = std::abs(k.scale[i]);
+        const glm::vec3 value =
+            glm::abs(k.scale[i] * detail::rgb(ratio.centre) + k.bias[i]) + scale * detail::rgb(ratio.half + ratio.tolerance);
+        out.c[i + 1] = k.range * (off * value + l0 * (scale * detail::rgb(ratio.tolerance)));
+    }
+    return out;
+}
+
+/// luvw: c_i = range_i a0 a1 uvw, where a0, a1 are the alphas and uvw is linear in both colours. For zonal layouts, of bands().
+template <LuvwFamily Layout>
+shaders::LcSh deviationOf(const Layout& layout, const Boxes<Layout::kLayers>& t) {
+    using detail::rgb;
+    constexpr std::size_t kCount = Layout::kLayers / 2;
+    const auto& k = layout.k;
+    shaders::LcSh out{};
+    const glm::vec3 centre = rgb(k.neutral);
+    for (std::size_t i = 0; i < kCount; ++i) {
+        const TexelBox &first = t[i], &second = t[kCount + i];
+        const float span = std::abs(2 * k.span[i]);
+        const glm::vec3 off = 2.0f * rgb(first.tolerance) + span * rgb(second.tolerance);
+        const glm::vec3 value = glm::abs(2.0f * rgb(first.centre) - 1.0f + 2 * k.span[i] * (rgb(second.centre) - centre)) +
+                                2.0f * rgb(first.half) + span * rgb(second.half) + off;
+        const float a0 = first.largest().w, a1 = second.largest().w;
+        out.c[i] = std::abs(k.range[i]) * (a0 * a1 * off + (a0 * second.tolerance.w + a1 * first.tolerance.w) * value);
+    }
+    if constexpr (Zonal<Layout>) out.c[4] *= detail::kLuvwLinearZonal;
+    return out;
+}
+
+/// Places of the polynomial's factors in lcBasisMonomials: of each code, and of each product of two codes.
+inline constexpr int kLinearMonomial[4] = {1, 2, 3, 10};
+inline constexpr int kProductMonomial[4][4] = {{4, 5, 6, 11}, {5, 7, 8, 12}, {6, 8, 9, 13}, {11, 12, 13, 14}};
+
+/// The polynomials P_i of a learned layout over a box of codes, for coefficients 1 .. 8.
 struct CodeRange {
-    std::array<glm::vec3, 8> largest;               ///< |P_i|
-    std::array<std::array<glm::vec3, 8>, 4> slope;  ///< [code] of P_i in the middle of the box
-    std::array<std::array<glm::vec3, 8>, 4> bend;   ///< [code] what it changes towards the box's sides
+    std::array<glm::vec3, 8> largest;                   ///< |P_i|
+    std::array<std::array<glm::vec3, 8>, 4> slope;      ///< [code], derivative of P_i at the centre of the box
+    std::array<std::array<glm::vec3, 8>, 4> curvature;  ///< [code], largest change of the derivative within the box
 };
 template <int kCodes>
 CodeRange codeRange(const glm::vec3* v, const TexelBox& code) {
-    // Where the factors of the products of codes j and k lie; see lcBasisMonomials.
-    constexpr int kSquare[4][4] = {{4, 5, 6, 11}, {5, 7, 8, 12}, {6, 8, 9, 13}, {11, 12, 13, 14}};
-    constexpr int kLinear[4] = {1, 2, 3, 10};
-    const glm::vec4 half = code.half + code.freedom;
+    const glm::vec4 half = code.half + code.tolerance;
     CodeRange out{};
     for (std::size_t i = 0; i < 8; ++i) {
         glm::vec3 value = v[i], spread(0);
         for (int j = 0; j < kCodes; ++j) {
-            // P = P(0) + sum_j c_j (g_j(0) + g_j(c)) / 2, g the gradient: of a quadratic that is exact.
-            const glm::vec3 first = v[static_cast<std::size_t>(8 * kLinear[j]) + i];
-            glm::vec3 slope = first, bend(0);
+            // P = P(0) + sum_j c_j (g_j(0) + g_j(c)) / 2 with the gradient g: exact for a quadratic.
+            const glm::vec3 first = v[static_cast<std::size_t>(8 * kLinearMonomial[j]) + i];
+            glm::vec3 slope = first, curvature(0);
             for (int l = 0; l < kCodes; ++l) {
-                const glm::vec3 second = (j == l ? 2.0f : 1.0f) * v[static_cast<std::size_t>(8 * kSquare[j][l]) + i];
+                const glm::vec3 second = (j == l ? 2.0f : 1.0f) * v[static_cast<std::size_t>(8 * kProductMonomial[j][l]) + i];
                 slope += code.centre[l] * second;
-                bend += half[l] * glm::abs(second);
+                curvature += half[l] * glm::abs(second);
             }
             value += 0.5f * code.centre[j] * (first + slope);
-            spread += half[j] * (glm::abs(slope) + bend);
+            spread += half[j] * (glm::abs(slope) + curvature);
             out.slope[static_cast<std::size_t>(j)][i] = slope;
-            out.bend[static_cast<std::size_t>(j)][i] = bend;
+            out.curvature[static_cast<std::size_t>(j)][i] = curvature;
         }
         out.largest[i] = glm::abs(value) + spread;
     }
     return out;
 }
 
-template <int kCodes, std::size_t kResiduals>
-Deviation<1 + kResiduals> deviationOf(const typename Basis<kCodes, kResiduals>::Decode& decode, const Boxes<2 + kResiduals>& t) {
+/// Learned layouts: c = range l0 (1, P(code)) + range l0 sum of residuals, P quadratic, residuals linear. The first group is the code, the
+/// others are the residual layers.
+template <LightMapLayout kId>
+Deviation<1 + Basis<kId>::kResidualCount> deviationOf(const typename Basis<kId>::Decode& decode, const Boxes<Basis<kId>::kLayers>& t) {
+    constexpr std::size_t kResiduals = Basis<kId>::kResidualCount;
     const BasisTables& tables = *decode.tables;
-    const glm::vec3* v = kCodes == 3 ? tables.first3[decode.cluster].v : tables.first4[decode.cluster].v;
-    const CodeRange code = codeRange<kCodes>(v, t[1]);
+    const glm::vec3* v = Basis<kId>::kCodeCount == 3 ? tables.first3[decode.cluster].v : tables.first4[decode.cluster].v;
+    const CodeRange code = codeRange<Basis<kId>::kCodeCount>(v, t[1]);
     const glm::vec3 range(std::abs(tables.range));
-    const glm::vec3 l0 = range * detail::rgb(t[0].largest()), l0Off = range * detail::rgb(t[0].freedom);
+    const glm::vec3 l0 = range * detail::rgb(t[0].largest()), l0Off = range * detail::rgb(t[0].tolerance);
     Deviation<1 + kResiduals> out;
     std::array<glm::vec3, 9> largest{glm::vec3(1)};
     for (std::size_t i = 0; i < 8; ++i) {
         largest[i + 1] = code.largest[i];
         for (std::size_t j = 0; j < 4; ++j) {
-            const float freedom = t[1].freedom[static_cast<int>(j)];
-            out.groups[0][j].c[i + 1] = freedom * l0 * code.slope[j][i];
-            out.absolute.c[i + 1] += freedom * l0 * code.bend[j][i];
+            const float tolerance = t[1].tolerance[static_cast<int>(j)];
+            out.groups[0][j].c[i + 1] = tolerance * l0 * code.slope[j][i];
+            out.absolute.c[i + 1] += tolerance * l0 * code.curvature[j][i];
         }
     }
     for (std::size_t layer = 0; layer < kResiduals; ++layer) {
         const shaders::LcBasisResidual& basis = tables.residual[layer][decode.cluster];
         const TexelBox& residual = t[2 + layer];
-        const glm::vec4 reach = glm::abs(residual.centre - tables.neutral) + residual.half + residual.freedom;
+        const glm::vec4 reach = glm::abs(residual.centre - tables.neutral) + residual.half + residual.tolerance;
         for (std::size_t j = 0; j < 4; ++j)
             for (std::size_t i = 0; i < 9; ++i) {
                 const glm::vec3& factor = basis.v[9 * j + i];
                 largest[i] += reach[static_cast<int>(j)] * glm::abs(factor);
-                out.groups[1 + layer][j].c[i] = residual.freedom[static_cast<int>(j)] * l0 * factor;
+                out.groups[1 + layer][j].c[i] = residual.tolerance[static_cast<int>(j)] * l0 * factor;
             }
     }
     for (std::size_t i = 0; i < 9; ++i) out.absolute.c[i] += l0Off * largest[i];

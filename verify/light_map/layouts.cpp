@@ -9,7 +9,7 @@ namespace {
 
 using formats::ErrorCode;
 
-/// Copies a constant of exactly out.size() finite values; what is wrong with it otherwise.
+/// Copies the constant `name` to `out`. Returns an error unless it has exactly out.size() finite values.
 std::optional<formats::Error> readConstant(const CookedLightMap& map, const std::string& name, std::span<float> out) {
     const std::string place = "light map layout " + map.layout + ", constant " + name;
     const auto found = map.constants.find(name);
@@ -30,34 +30,37 @@ std::optional<formats::Error> readLuminance(const CookedLightMap& map, glm::vec3
     return std::nullopt;
 }
 
-/// Luvw or LuvwLinear.
-template <class AnyLuvw>
-formats::Result<Layout> readLuvw(const CookedLightMap& map) {
-    AnyLuvw luvw;
+/// Layouts whose only constant is a range.
+template <class Layout>
+concept RangeOnly = sizeof(Layout::k) == sizeof(float);
+
+template <RangeOnly AnyLayout>
+std::optional<formats::Error> readConstants(const CookedLightMap& map, AnyLayout& layout) {
+    return readConstant(map, "range", std::span(&layout.k.range, 1));
+}
+
+template <LuvwFamily Luvw>
+std::optional<formats::Error> readConstants(const CookedLightMap& map, Luvw& layout) {
     std::array<float, 4> neutral{};
-    if (auto error = readConstant(map, "range", luvw.k.range)) return tl::make_unexpected(*error);
-    if (auto error = readConstant(map, "span", luvw.k.span)) return tl::make_unexpected(*error);
-    if (auto error = readConstant(map, "neutral", neutral)) return tl::make_unexpected(*error);
-    if (auto error = readConstant(map, "root", std::span(&luvw.k.root, 1))) return tl::make_unexpected(*error);
-    luvw.k.neutral = glm::vec4(neutral[0], neutral[1], neutral[2], neutral[3]);
-    if constexpr (Zonal<AnyLuvw>)
-        if (auto error = readLuminance(map, luvw.k.luminance)) return tl::make_unexpected(*error);
-    return luvw;
+    if (auto error = readConstant(map, "range", layout.k.range)) return error;
+    if (auto error = readConstant(map, "span", layout.k.span)) return error;
+    if (auto error = readConstant(map, "neutral", neutral)) return error;
+    if (auto error = readConstant(map, "root", std::span(&layout.k.root, 1))) return error;
+    layout.k.neutral = glm::vec4(neutral[0], neutral[1], neutral[2], neutral[3]);
+    if constexpr (Zonal<Luvw>) return readLuminance(map, layout.k.luminance);
+    return std::nullopt;
 }
 
-/// Ratio or Zh3.
-template <class AnyRatio>
-formats::Result<Layout> readRatio(const CookedLightMap& map) {
-    AnyRatio ratio;
-    if (auto error = readConstant(map, "range", std::span(&ratio.k.range, 1))) return tl::make_unexpected(*error);
-    if (auto error = readConstant(map, "scale", ratio.k.scale)) return tl::make_unexpected(*error);
-    if (auto error = readConstant(map, "bias", ratio.k.bias)) return tl::make_unexpected(*error);
-    if constexpr (Zonal<AnyRatio>)
-        if (auto error = readLuminance(map, ratio.k.luminance)) return tl::make_unexpected(*error);
-    return ratio;
+template <RatioFamily Ratio>
+std::optional<formats::Error> readConstants(const CookedLightMap& map, Ratio& layout) {
+    if (auto error = readConstant(map, "range", std::span(&layout.k.range, 1))) return error;
+    if (auto error = readConstant(map, "scale", layout.k.scale)) return error;
+    if (auto error = readConstant(map, "bias", layout.k.bias)) return error;
+    if constexpr (Zonal<Ratio>) return readLuminance(map, layout.k.luminance);
+    return std::nullopt;
 }
 
-/// `count` tables of the given size from constant `name`, values in the order of the shader's struct.
+/// Reads `count` tables from the constant `name`, whose values are in the order of the shader's struct.
 template <class Table>
 std::optional<formats::Error> readTables(const CookedLightMap& map, const std::string& name, std::size_t count, std::vector<Table>& out) {
     std::vector<float> values(count * sizeof(Table) / sizeof(float));
@@ -67,7 +70,7 @@ std::optional<formats::Error> readTables(const CookedLightMap& map, const std::s
     return std::nullopt;
 }
 
-/// The index by blocks from [cluster, count, cluster, count ...].
+/// Reads the clusters of all blocks from runs: [cluster, count, cluster, count ...].
 std::optional<formats::Error> readIndex(const CookedLightMap& map, std::size_t clusterCount, BasisTables& tables) {
     const std::string place = "light map layout " + map.layout + ", constant index_runs";
     const auto found = map.constants.find("index_runs");
@@ -91,75 +94,62 @@ std::optional<formats::Error> readIndex(const CookedLightMap& map, std::size_t c
     return std::nullopt;
 }
 
-template <int kCodes, std::size_t kResiduals>
-formats::Result<Layout> readBasis(const CookedLightMap& map) {
-    auto tables = std::make_shared<BasisTables>();
+/// Reads the tables of a learned layout.
+std::optional<formats::Error> readBasis(const CookedLightMap& map, int codeCount, std::size_t residualCount, BasisTables& tables) {
     float clusters = 0;
-    if (auto error = readConstant(map, "range", std::span(&tables->range, 1))) return tl::make_unexpected(*error);
-    if (auto error = readConstant(map, "neutral", std::span(&tables->neutral, 1))) return tl::make_unexpected(*error);
-    if (auto error = readConstant(map, "clusters", std::span(&clusters, 1))) return tl::make_unexpected(*error);
+    if (auto error = readConstant(map, "range", std::span(&tables.range, 1))) return error;
+    if (auto error = readConstant(map, "neutral", std::span(&tables.neutral, 1))) return error;
+    if (auto error = readConstant(map, "clusters", std::span(&clusters, 1))) return error;
     if (!(clusters >= 1 && clusters <= 256) || clusters != std::floor(clusters))
-        return formats::failure(ErrorCode::WrongShape, "light map layout " + map.layout + ", constant clusters",
-                                "found " + std::to_string(clusters) + ", expected a whole number from 1 to 256");
+        return formats::Error{ErrorCode::WrongShape, "light map layout " + map.layout + ", constant clusters",
+                              "found " + std::to_string(clusters) + ", expected a whole number from 1 to 256"};
     const auto count = static_cast<std::size_t>(clusters);
-    const auto error = kCodes == 3 ? readTables(map, "code", count, tables->first3) : readTables(map, "code", count, tables->first4);
-    if (error) return tl::make_unexpected(*error);
+    if (auto error = codeCount == 3 ? readTables(map, "code", count, tables.first3) : readTables(map, "code", count, tables.first4))
+        return error;
     std::vector<shaders::LcBasisResidual> residual;
-    if (auto failed = readTables(map, "residual", kResiduals * count, residual)) return tl::make_unexpected(*failed);
-    for (std::size_t layer = 0; layer < kResiduals; ++layer) {
+    if (auto error = readTables(map, "residual", residualCount * count, residual)) return error;
+    for (std::size_t layer = 0; layer < residualCount; ++layer) {
         const auto first = residual.begin() + static_cast<std::ptrdiff_t>(layer * count);
-        tables->residual.emplace_back(first, first + static_cast<std::ptrdiff_t>(count));
+        tables.residual.emplace_back(first, first + static_cast<std::ptrdiff_t>(count));
     }
-    if (auto failed = readIndex(map, count, *tables)) return tl::make_unexpected(*failed);
-    return Basis<kCodes, kResiduals>{std::move(tables)};
+    return readIndex(map, count, tables);
 }
 
-template <class RangeOnly>
-formats::Result<Layout> readRangeOnly(const CookedLightMap& map) {
-    RangeOnly layout;
-    if (auto error = readConstant(map, "range", std::span(&layout.k.range, 1))) return tl::make_unexpected(*error);
+template <LightMapLayout kId>
+std::optional<formats::Error> readConstants(const CookedLightMap& map, Basis<kId>& layout) {
+    auto tables = std::make_shared<BasisTables>();
+    if (auto error = readBasis(map, Basis<kId>::kCodeCount, Basis<kId>::kResidualCount, *tables)) return error;
+    layout.tables = std::move(tables);
+    return std::nullopt;
+}
+
+template <class AnyLayout>
+formats::Result<Layout> read(const CookedLightMap& map) {
+    AnyLayout layout;
+    if (auto error = readConstants(map, layout)) return tl::make_unexpected(*error);
     return layout;
 }
+
+/// Returns read<> for each alternative of the variant.
+template <std::size_t... kIndices>
+constexpr auto readersOf(std::index_sequence<kIndices...>) {
+    return std::array{&read<std::variant_alternative_t<kIndices, Layout>>...};
+}
+constexpr auto kReaders = readersOf(std::make_index_sequence<std::variant_size_v<Layout>>());
 
 }  // namespace
 
 formats::Result<Layout> layoutOf(const CookedLightMap& map) {
-    if (map.layout == "raw") return readRangeOnly<Raw>(map);
-    if (map.layout == "flat") return readRangeOnly<Flat>(map);
-    if (map.layout == "luvw") return readLuvw<Luvw>(map);
-    if (map.layout == "luvw-linear") return readLuvw<LuvwLinear>(map);
-    if (map.layout == "ratio") return readRatio<Ratio>(map);
-    if (map.layout == "zh3") return readRatio<Zh3>(map);
-    if (map.layout == "basis-3") return readBasis<3, 0>(map);
-    if (map.layout == "basis-4") return readBasis<4, 0>(map);
-    if (map.layout == "basis-8") return readBasis<4, 1>(map);
-    if (map.layout == "basis-12") return readBasis<4, 2>(map);
-    if (map.layout == "basis-16") return readBasis<4, 3>(map);
-    return formats::failure(
-        ErrorCode::WrongShape, "light map layout",
-        "found \"" + map.layout + "\", expected raw, flat, luvw, luvw-linear, ratio, zh3, basis-3, basis-4, basis-8, basis-12 or basis-16");
+    if (const auto layout = formats::lightMapLayoutFromName(map.layout)) return kReaders[static_cast<std::size_t>(*layout)](map);
+    return formats::failure(ErrorCode::WrongShape, "light map layout",
+                            "found \"" + map.layout + "\", expected " + formats::listOfNames(formats::allLightMapLayouts()));
 }
 
 std::vector<LightMapVerifier::TextureNeed> texturesOf(const Layout& layout) {
-    switch (layout.index()) {
-        case 0:
-            return {{"sh", 9}};
-        case 1:
-            return {{"exit", 1}};
-        case 2:
-            return {{"luvw_first", 9}, {"luvw_second", 9}};
-        case 3:
-            return {{"luvw_first", 5}, {"luvw_second", 5}};
-        case 4:
-            return {{"l0", 1}, {"ratio", 8}};
-        case 5:
-            return {{"l0", 1}, {"ratio", 4}};
-        case 6:
-        case 7:
-            return {{"l0", 1}, {"code", 1}};
-        default:
-            return {{"l0", 1}, {"code", 1}, {"residual", static_cast<int>(layout.index()) - 7}};
-    }
+    std::vector<LightMapVerifier::TextureNeed> needs;
+    for (const formats::LightMapTextureInfo& texture : infoOf(layout).textures)
+        needs.push_back({std::string(texture.name), texture.layerCount});
+    return needs;
 }
 
 }  // namespace lightcook::verify::layouts

@@ -1,5 +1,14 @@
-// The decode of each layout, as the verifier's templates see it: which texels, of which degree, by which shader function, and what stages
-// lie before the last. Where the constants differ from chart to chart, at(x, y) gives the decode of a texel. Private to verify/.
+// The decode of each light-map layout, as the verifier's templates see it. Private to verify/.
+//
+// Each layout is a struct that names its row of formats/light_map_layout.h as kLayout. Number of layers, degree and stage names come from
+// that row; the struct adds the shader's constants and functions:
+//   decode(texels)                          the shader's decode of one sample
+//   decodeEarly(stage, texels, reference)   the coefficients after an earlier stage, if the layout has more than one
+//   bands(texels)                           zonal layouts: the part of the decode that is a polynomial of the texels
+//   at(x, y)                                learned layouts: the decode of one texel, whose constants differ from cluster to cluster
+//
+// To add a layout: a struct here and its place in the variant `Layout`, readConstants() in layouts.cpp, deviationOf() in deviation.h and
+// CoarseBounds in coarse_bound.h. A layout of an existing family is one alias: the ratio family, say, needs `using X = RatioDecode<...>`.
 #pragma once
 
 #include <array>
@@ -10,18 +19,23 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
+#include "formats/light_map_layout.h"
 #include "shaders/lightcook_cpp.h"
 #include "verify/light_map.h"
 
 namespace lightcook::verify::layouts {
 
+using formats::LightMapLayout;
+
 /// Filtered texels of every layer, in the order of the layout's textures.
 template <std::size_t kLayers>
 using Texels = std::array<glm::vec4, kLayers>;
 
+/// Returns the texels as the shader's struct. Fails to compile if the table and the struct disagree on the number of layers.
 template <class ShaderTexels, std::size_t kLayers>
 ShaderTexels shaderTexels(const Texels<kLayers>& texels) {
     static_assert(sizeof(ShaderTexels) == sizeof(texels));
@@ -30,22 +44,26 @@ ShaderTexels shaderTexels(const Texels<kLayers>& texels) {
     return out;
 }
 
-struct Raw {
-    static constexpr std::size_t kLayers = 9;
-    static constexpr int kDegree = 1;
-    static constexpr std::array<const char*, 0> kEarlyStages = {};
-    static constexpr const char* kFinalStage = "half";
+/// Members that follow from the layout's row in the table.
+template <LightMapLayout kId>
+struct LayoutRow {
+    static constexpr LightMapLayout kLayout = kId;
+    static constexpr auto kLayers = static_cast<std::size_t>(formats::info(kId).tapCount());
+    /// Degree of the decode as a polynomial of the filtered texels; for zonal layouts the degree of bands().
+    static constexpr int kDegree = formats::info(kId).decodeDegree;
+    static constexpr std::size_t kStages = formats::info(kId).stages.size();
+    static constexpr std::size_t kEarlyStages = kStages - 1;
+};
+
+struct Raw : LayoutRow<LightMapLayout::Raw> {
     shaders::LcRawConstants k{};
 
     shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapRaw(shaderTexels<shaders::LcRawTexels>(t), k); }
 };
 
-/// Told as the constant environment that has this exit radiance: then coefficient 0 is all that there is, for the reference too.
-struct Flat {
-    static constexpr std::size_t kLayers = 1;
-    static constexpr int kDegree = 1;
-    static constexpr std::array<const char*, 0> kEarlyStages = {};
-    static constexpr const char* kFinalStage = "exit";
+/// Decoded as the constant environment with this exit radiance: coefficient 0 alone, for the reference too.
+struct Flat : LayoutRow<LightMapLayout::Flat> {
+    static constexpr float kY0 = 0.28209479f;
     shaders::LcFlatConstants k{};
 
     shaders::LcSh decode(const Texels<kLayers>& t) const {
@@ -53,51 +71,62 @@ struct Flat {
         sh.c[0] = shaders::lcLightMapFlat(t[0], k) / kY0;
         return sh;
     }
-    static constexpr float kY0 = 0.28209479f;
 };
 
-struct Luvw {
-    static constexpr std::size_t kLayers = 18;
-    static constexpr int kDegree = 3;
-    static constexpr std::array<const char*, 1> kEarlyStages = {"stage 1"};
-    static constexpr const char* kFinalStage = "stage 2";
+/// Layouts of the luvw family: two texels for each coefficient, [first..., second...].
+template <class Layout>
+concept LuvwFamily = formats::info(Layout::kLayout)
+.family == formats::LightMapFamily::Luvw;
+
+struct Luvw : LayoutRow<LightMapLayout::Luvw> {
     shaders::LcLuvwConstants k{};
 
     shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapLuvw(shaderTexels<shaders::LcLuvwTexels>(t), k); }
-    /// What the first texture gives alone.
+    /// Returns the decode of the first texture alone.
     shaders::LcSh decodeEarly(std::size_t, const Texels<kLayers>& t, const shaders::LcSh&) const {
         return shaders::lcLightMapLuvwFirst(shaderTexels<shaders::LcLuvwTexels>(t), k);
     }
 };
 
-struct Ratio {
-    static constexpr std::size_t kLayers = 9;
-    static constexpr int kDegree = 2;
-    static constexpr std::array<const char*, 1> kEarlyStages = {"l0"};
-    static constexpr const char* kFinalStage = "ratio";
-    shaders::LcRatioConstants k{};
+/// Layouts that store coefficient 0 and ratios of others to it: [l0, ratio...].
+template <class Layout>
+concept RatioFamily = requires {
+    Layout::kRatioCount;
+};
 
-    shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapRatio(shaderTexels<shaders::LcRatioTexels>(t), k); }
-    /// The error of L0 by itself: the higher coefficients are the reference's, which ideal ratios to the decoded L0 would restore.
-    shaders::LcSh decodeEarly(std::size_t, const Texels<kLayers>& t, const shaders::LcSh& reference) const {
+/// Members of every layout with ratios.
+template <LightMapLayout kId, class ShaderTexels, class Constants>
+struct RatioRow : LayoutRow<kId> {
+    static constexpr std::size_t kRatioCount = LayoutRow<kId>::kLayers - 1;
+    static_assert(sizeof(ShaderTexels) == sizeof(Texels<LayoutRow<kId>::kLayers>));
+    static_assert(std::extent_v<decltype(Constants::scale)> == kRatioCount && std::extent_v<decltype(Constants::bias)> == kRatioCount);
+    Constants k{};
+};
+
+/// Layouts of the ratio family: kDecode is the shader's decode of all coefficients.
+template <LightMapLayout kId, class ShaderTexels, class Constants, auto kDecode>
+struct RatioDecode : RatioRow<kId, ShaderTexels, Constants> {
+    using LayerTexels = Texels<LayoutRow<kId>::kLayers>;
+
+    shaders::LcSh decode(const LayerTexels& t) const { return kDecode(shaderTexels<ShaderTexels>(t), this->k); }
+    /// Returns the decoded coefficient 0 and the reference's higher coefficients, which ideal ratios to it would restore.
+    shaders::LcSh decodeEarly(std::size_t, const LayerTexels& t, const shaders::LcSh& reference) const {
         shaders::LcSh sh = reference;
         sh.c[0] = decode(t).c[0];
         return sh;
     }
 };
 
-/// Layouts whose band 2 follows the axis of their filtered band 1 are not polynomials. bands() is what the textures say as it is, a
-/// polynomial of degree kDegree: bands 0 and 1, and the zonal coefficient in c[4]; decode is lcZonalBand2 of it.
+using Ratio = RatioDecode<LightMapLayout::Ratio, shaders::LcRatioTexels, shaders::LcRatioConstants, shaders::lcLightMapRatio>;
+
+/// Layouts whose band 2 is a zonal lobe about the axis of their filtered band 1. The decode is not a polynomial of the texels, but
+/// decode = lcZonalBand2(bands, axis), where bands() is one of degree kDegree: bands 0 and 1, and the zonal coefficient in c[4].
 template <class Layout>
 concept Zonal = requires(const Layout& layout) {
     layout.bands(Texels<Layout::kLayers>{});
 };
 
-struct LuvwLinear {
-    static constexpr std::size_t kLayers = 10;
-    static constexpr int kDegree = 3;
-    static constexpr std::array<const char*, 1> kEarlyStages = {"stage 1"};
-    static constexpr const char* kFinalStage = "stage 2";
+struct LuvwLinear : LayoutRow<LightMapLayout::LuvwLinear> {
     shaders::LcLuvwLinearConstants k{};
 
     shaders::LcSh decode(const Texels<kLayers>& t) const {
@@ -106,22 +135,16 @@ struct LuvwLinear {
     shaders::LcSh bands(const Texels<kLayers>& t) const {
         return shaders::lcLuvwLinearBands(shaderTexels<shaders::LcLuvwLinearTexels>(t), k);
     }
-    /// What the first texture gives alone.
+    /// Returns the decode of the first texture alone.
     shaders::LcSh decodeEarly(std::size_t, const Texels<kLayers>& t, const shaders::LcSh&) const {
         return shaders::lcLightMapLuvwLinearFirst(shaderTexels<shaders::LcLuvwLinearTexels>(t), k);
     }
 };
 
-struct Zh3 {
-    static constexpr std::size_t kLayers = 5;
-    static constexpr int kDegree = 2;
-    static constexpr std::array<const char*, 2> kEarlyStages = {"l0", "ratio"};
-    static constexpr const char* kFinalStage = "zonal";
-    shaders::LcZh3Constants k{};
-
+struct Zh3 : RatioRow<LightMapLayout::Zh3, shaders::LcZh3Texels, shaders::LcZh3Constants> {
     shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapZh3(shaderTexels<shaders::LcZh3Texels>(t), k); }
     shaders::LcSh bands(const Texels<kLayers>& t) const { return shaders::lcZh3Bands(shaderTexels<shaders::LcZh3Texels>(t), k); }
-    /// The error of L0, then of L0 and band 1, by themselves: what is higher is the reference's.
+    /// Returns the decoded coefficient 0 (stage 0) or bands 0 and 1 (stage 1), and the reference's higher coefficients.
     shaders::LcSh decodeEarly(std::size_t stage, const Texels<kLayers>& t, const shaders::LcSh& reference) const {
         const shaders::LcSh decoded = bands(t);
         shaders::LcSh sh = reference;
@@ -130,12 +153,12 @@ struct Zh3 {
     }
 };
 
-/// Tables of layouts "basis-K", by cluster.
+/// Constants of the learned layouts "basis-K".
 struct BasisTables {
-    std::vector<shaders::LcBasisFirst3> first3;                   ///< [cluster], or:
-    std::vector<shaders::LcBasisFirst4> first4;                   ///< [cluster]
+    std::vector<shaders::LcBasisFirst3> first3;                   ///< [cluster], for three codes; or
+    std::vector<shaders::LcBasisFirst4> first4;                   ///< [cluster], for four codes
     std::vector<std::vector<shaders::LcBasisResidual>> residual;  ///< [layer][cluster]
-    std::vector<std::uint8_t> index;                              ///< [4 x 4 block], row by row
+    std::vector<std::uint8_t> index;                              ///< cluster of each 4 x 4 block, row by row
     int blocksAcross = 0;
     float range = 1, neutral = 0;
 
@@ -144,38 +167,33 @@ struct BasisTables {
     }
 };
 
-/// The learned layouts: kCodes numbers of the first stage, kResiduals layers of four after it.
-template <int kCodes, std::size_t kResiduals>
-struct Basis {
-    static constexpr std::size_t kLayers = 2 + kResiduals;
-    static constexpr int kDegree = 3;
-    static constexpr int kCodeCount = kCodes;
-    static constexpr std::size_t kResidualCount = kResiduals;
-    /// Each stage but the last: "l0", "code", "residual 1" ...
-    static constexpr std::array<const char*, 5> kStageNames = {"l0", "code", "residual 1", "residual 2", "residual 3"};
-    static constexpr auto kEarlyStages = [] {
-        std::array<const char*, 1 + kResiduals> early{};
-        for (std::size_t i = 0; i < early.size(); ++i) early[i] = kStageNames[i];
-        return early;
-    }();
-    static constexpr const char* kFinalStage = kStageNames[1 + kResiduals];
+/// The learned layouts: coefficient 0, kCodeCount codes, then kResidualCount layers of four linear numbers: [l0, code, residual...].
+template <LightMapLayout kId>
+struct Basis : LayoutRow<kId> {
+    static constexpr int kCodeCount = formats::info(kId).codeCount;
+    static constexpr auto kResidualCount = static_cast<std::size_t>(formats::info(kId).residualCount());
+    static_assert(kCodeCount == 3 || kCodeCount == 4);
+    static_assert(LayoutRow<kId>::kLayers == 2 + kResidualCount && LayoutRow<kId>::kStages == 2 + kResidualCount);
+    using LayerTexels = Texels<LayoutRow<kId>::kLayers>;
     std::shared_ptr<const BasisTables> tables;
 
     struct Decode {
         const BasisTables* tables;
         std::size_t cluster;
-        shaders::LcSh first(const Texels<kLayers>& t) const {
-            if constexpr (kCodes == 3) return shaders::lcLightMapBasis3(t[0], t[1], tables->first3[cluster], tables->range);
+        shaders::LcSh first(const LayerTexels& t) const {
+            if constexpr (kCodeCount == 3) return shaders::lcLightMapBasis3(t[0], t[1], tables->first3[cluster], tables->range);
             return shaders::lcLightMapBasis4(t[0], t[1], tables->first4[cluster], tables->range);
         }
-        shaders::LcSh decode(const Texels<kLayers>& t, std::size_t layers = kResiduals) const {
+        /// layers  number of residual layers that are added
+        shaders::LcSh decode(const LayerTexels& t, std::size_t layers = kResidualCount) const {
             shaders::LcSh sh = first(t);
             for (std::size_t layer = 0; layer < layers; ++layer)
                 sh = shaders::lcLightMapBasisAdd(sh, t[0], t[2 + layer], tables->residual[layer][cluster], tables->range, tables->neutral);
             return sh;
         }
-        /// Stage 0: the error of L0 by itself. Then the code, and one layer of the residual more each.
-        shaders::LcSh decodeEarly(std::size_t stage, const Texels<kLayers>& t, const shaders::LcSh& reference) const {
+        /// Returns, for stage 0, the decoded coefficient 0 and the reference's higher coefficients; for stage i, the decode with i - 1
+        /// residual layers.
+        shaders::LcSh decodeEarly(std::size_t stage, const LayerTexels& t, const shaders::LcSh& reference) const {
             if (stage > 0) return decode(t, stage - 1);
             shaders::LcSh sh = reference;
             sh.c[0] = first(t).c[0];
@@ -186,9 +204,24 @@ struct Basis {
     Decode at(int x, int y) const { return {tables.get(), tables->clusterAt(x, y)}; }
 };
 
-using Layout = std::variant<Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis<3, 0>, Basis<4, 0>, Basis<4, 1>, Basis<4, 2>, Basis<4, 3>>;
+/// One alternative for each layout, in the order of the enumeration.
+using Layout = std::variant<Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis<LightMapLayout::Basis3>, Basis<LightMapLayout::Basis4>,
+                            Basis<LightMapLayout::Basis8>, Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>>;
 
-/// The decode of the texel at (x, y).
+/// Returns true if the variant has one alternative for each row of the table, in its order.
+template <std::size_t... kIndices>
+constexpr bool hasEveryLayout(std::index_sequence<kIndices...>) {
+    return sizeof...(kIndices) == formats::allLightMapLayouts().size() &&
+           (... && (std::variant_alternative_t<kIndices, Layout>::kLayout == formats::allLightMapLayouts()[kIndices].id));
+}
+static_assert(hasEveryLayout(std::make_index_sequence<std::variant_size_v<Layout>>()));
+
+/// Returns the row of a layout in the table.
+inline const formats::LightMapLayoutInfo& infoOf(const Layout& layout) {
+    return formats::allLightMapLayouts()[layout.index()];
+}
+
+/// Returns the decode of the texel at (x, y).
 template <class AnyLayout>
 decltype(auto) decodeAt(const AnyLayout& layout, int x, int y) {
     if constexpr (requires { layout.at(x, y); })
@@ -197,8 +230,10 @@ decltype(auto) decodeAt(const AnyLayout& layout, int x, int y) {
         return (layout);
 }
 
-/// Refuses unknown layouts, missing constants, wrong counts and values that are not finite.
+/// Returns the layout that the map names, with its constants. Fails for unknown layouts, and for constants that are missing, of wrong size
+/// or not finite.
 formats::Result<Layout> layoutOf(const CookedLightMap& map);
+/// Returns the textures of a layout.
 std::vector<LightMapVerifier::TextureNeed> texturesOf(const Layout& layout);
 
 }  // namespace lightcook::verify::layouts

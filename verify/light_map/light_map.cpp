@@ -7,10 +7,10 @@
 
 #include "lighting/radiometry.h"
 #include "verify/light_map/bound.h"
+#include "verify/light_map/bound_evaluator.h"
 #include "verify/light_map/layouts.h"
 #include "verify/light_map/row_verifier.h"
 #include "verify/light_map/shading.h"
-#include "verify/light_map/worst.h"
 
 namespace lightcook::verify {
 
@@ -20,13 +20,13 @@ constexpr double kLogUnits = 1 << 24;
 
 }  // namespace
 
-void LightMapKey::add(const formats::LightMapStrip& band, int firstRow, int rowCount) {
-    assert(firstRow >= band.firstRow && firstRow + rowCount <= band.firstRow + band.sh.height());
-    for (int y = firstRow - band.firstRow; y < firstRow - band.firstRow + rowCount; ++y)
-        for (int x = 0; x < band.sh.width(); ++x) {
-            if (band.covered.at(x, y) == 0) continue;
-            const lighting::ShRgb exit = lighting::convolve(band.sh.at(x, y), lighting::kExitRadianceBands);
-            const float luminance = glm::dot(lighting::evaluate(exit, band.normal.at(x, y)), luminanceWeights_);
+void LightMapKey::add(const formats::LightMapStrip& strip, int firstRow, int rowCount) {
+    assert(firstRow >= strip.firstRow && firstRow + rowCount <= strip.firstRow + strip.sh.height());
+    for (int y = firstRow - strip.firstRow; y < firstRow - strip.firstRow + rowCount; ++y)
+        for (int x = 0; x < strip.sh.width(); ++x) {
+            if (strip.covered.at(x, y) == 0) continue;
+            const lighting::ShRgb exit = lighting::convolve(strip.sh.at(x, y), lighting::kExitRadianceBands);
+            const float luminance = glm::dot(lighting::evaluate(exit, strip.normal.at(x, y)), luminanceWeights_);
             logLuminanceSum_ += std::llround(std::log(std::max(static_cast<double>(luminance), 1e-12)) * kLogUnits);
             ++coveredTexels_;
         }
@@ -57,7 +57,7 @@ std::vector<StageError> LightMapErrors::stages() const {
     std::vector<StageError> out;
     for (const Stage& stage : accumulators) out.push_back({stage.name, stage.diffuse.figures(), stage.specular.figures(), 0});
     if (out.size() < 2) return out;
-    // The verdict: the last stage at texel centres, and whatever is worse between them.
+    // The verdict: the last stage at texel centres, raised to the maxima between them.
     StageError total = out[out.size() - 2];
     const StageError& magnified = out.back();
     takeLarger(total.diffuse, magnified.diffuse);
@@ -102,7 +102,8 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
                 formats::ErrorCode::WrongShape, "light map layout " + map.layout,
                 "found formats of " + std::to_string(map.formats.size()) + " textures, expected " + std::to_string(state->textures.size()));
         for (std::size_t i = 0; i < map.formats.size(); ++i)
-            setup.freedom.insert(setup.freedom.end(), static_cast<std::size_t>(state->textures[i].layerCount), freedomOf(map.formats[i]));
+            setup.tolerance.insert(setup.tolerance.end(), static_cast<std::size_t>(state->textures[i].layerCount),
+                                   toleranceOf(map.formats[i]));
     }
     if (state->isFlat()) {
         setup.diffuse = flatMatrix();
@@ -132,17 +133,11 @@ const std::vector<LightMapVerifier::TextureNeed>& LightMapVerifier::textures() c
 }
 
 LightMapErrors LightMapVerifier::noErrors() const {
-    return std::visit(
-        [](const auto& layout) {
-            using Layout = std::decay_t<decltype(layout)>;
-            std::vector<LightMapErrors::Stage> stages;
-            const auto stage = [](const char* name) { return LightMapErrors::Stage{name, ErrorAccumulator(1), ErrorAccumulator(1)}; };
-            for (const char* early : Layout::kEarlyStages) stages.push_back(stage(early));
-            stages.push_back(stage(Layout::kFinalStage));
-            stages.push_back(stage("magnified"));
-            return LightMapErrors(std::move(stages));
-        },
-        state_->layout);
+    std::vector<LightMapErrors::Stage> stages;
+    const auto add = [&](std::string_view name) { stages.push_back({std::string(name), ErrorAccumulator(1), ErrorAccumulator(1)}); };
+    for (const std::string_view name : layouts::infoOf(state_->layout).stages) add(name);
+    add("magnified");
+    return LightMapErrors(std::move(stages));
 }
 
 LightMapErrors LightMapVerifier::verifyRows(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference, int firstRow,

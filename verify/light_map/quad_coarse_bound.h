@@ -1,34 +1,47 @@
-// Whether a quad is certainly under the worst so far, from lengths that are taken once a texel. Private to verify/.
+// Coarse bound of the error in a quad, from lengths that are computed once a texel. Most quads need no other. Private to verify/.
+//
+// At the control vectors b of the decode and r of the filtered reference, by the triangle inequality,
+//   |b - r| <= max |error at the corners| + curvature + tolerance,
+// where curvature is the distance of b from the bilinear blend of the corners' decodes and tolerance the sampler's deviation
+// (coarse_bound.h). To this come the effect of inexact filter fractions, 1/256 texel along each axis, and the rounding of floats. The
+// local error is then at most (sum_l response_l |band l|) / floor, for the largest response of each band over all normals, views and
+// materials. Quads whose coarse bound cannot exceed the map's current maximum are done; all others are refined by QuadBounds.
 #pragma once
 
 #include <numbers>
 #include <span>
 #include <vector>
 
-#include "verify/light_map/coarse_bound.h"
+#include "verify/light_map/basis_coarse_bound.h"
+#include "verify/light_map/bound_evaluator.h"
 #include "verify/light_map/rows.h"
 #include "verify/light_map/tolerance.h"
-#include "verify/light_map/worst.h"
 
 namespace lightcook::verify::lightmap {
 
-/// Of a texel, in units of the key.
+/// Band lengths of one texel, in units of the key.
 struct TexelLengths {
-    BandLengths error, reference;  ///< error: under its own decode; of zonal layouts the coefficient that is all of band 2, as it is
+    BandLengths error;  ///< under the texel's own decode; for zonal layouts, band 2 is the decoded zonal coefficient itself
+    BandLengths reference;
 };
 
 template <class Layout>
-class QuadGlance {
+class QuadCoarseBound {
 public:
     using Rows = MapRows<Layout>;
     using Row = typename Rows::Row;
     using Corners = typename Rows::Corners;
 
-    QuadGlance(const Rows& rows, const Liberties<Layout>& liberties, const BoundJudge& judge)
-        : rows_(rows), isIdeal_(liberties.isNone()), judge_(judge), glances_(rows.layout(), liberties.formats()), liberties_(liberties) {}
+    QuadCoarseBound(const Rows& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator)
+        : rows_(rows),
+          isIdeal_(tolerance.isNone()),
+          evaluator_(evaluator),
+          coarseBounds_(rows.layout(), tolerance.formats()),
+          tolerance_(tolerance) {}
 
+    /// Computes the lengths of row y.
     void measure(const Row& row, int y, std::vector<TexelLengths>& out) const {
-        if (!glances_.isKnown()) return;
+        if (!coarseBounds_.isKnown()) return;
         const int width = rows_.width();
         out.resize(index(width));
         for (int x = 0; x < width; ++x) {
@@ -39,45 +52,48 @@ public:
             out[i].reference = bandLengths(reference);
         }
     }
-    bool isKnown() const { return glances_.isKnown(); }
-    struct Seen {
-        Most most;   ///< no less than QuadBounds would find of the quad's errors, under every decode of its corners
-        Most order;  ///< the more, the more it could raise the worst
+    bool isKnown() const { return coarseBounds_.isKnown(); }
+
+    struct Estimate {
+        ErrorBound bound;     ///< upper bound of the error, under every decode of the corners
+        ErrorBound priority;  ///< the bound relative to the light there: quads that may raise the maximum most have the highest
     };
-    /// Of the quad at (x, y). rows: two texels each of the row above and of the row below. No closer than it takes to settle it.
-    Seen look(const Worst& worst, const Corners& corners, const std::array<const TexelLengths*, 2>& rows, int x, int y) const {
+    /// Returns an upper bound for quad (x, y), refined only until it is below the current maximum.
+    /// rows  lengths of two texels each of the row above and of the row below
+    Estimate bound(const LargestBounds& largest, const Corners& corners, const std::array<const TexelLengths*, 2>& rows, int x,
+                   int y) const {
         const std::array<const TexelLengths*, 4> texels = {rows[0], rows[0] + 1, rows[1], rows[1] + 1};
         const BandLengths light = largestOf(texels, &TexelLengths::reference);
-        // Neighbours differ by no more than they are.
-        BandLengths beside{};
+        // |a - b| <= |a| + |b|: bound neighbour differences by their magnitudes.
+        BandLengths slack{};
         for (std::size_t lane = 0; lane < kBandLanes; ++lane)
-            beside[lane] = (kFloatRounding + (hasEdges() ? 4 * kFractionFreedom : 0)) * light[lane];
-        Seen seen;
+            slack[lane] = (kFloatRounding + (hasFractions() ? 4 * kFractionTolerance : 0)) * light[lane];
+        Estimate estimate;
         for (int corner = 0; corner < 4; ++corner) {
             if (!rows_.isNewDecode(x, y, corner)) continue;
             const auto& decode = layouts::decodeAt(rows_.layout(), x + corner % 2, y + corner / 2);
             const BandLengths error = largestError(decode, corners, texels, x, y, corner);
-            Seen each;
-            const auto settles = [&](const layouts::Glance& glance, const BandLengths& besideError) {
-                each = seenOf(error, glance, besideError, light);
-                return judge_.isCertainlyWithin(worst, each.most);
+            Estimate each;
+            const auto staysBelow = [&](const layouts::CoarseBound& coarseBound, const BandLengths& errorSlack) {
+                each = estimateOf(error, coarseBound, errorSlack, light);
+                return evaluator_.cannotExceed(largest, each.bound);
             };
-            bool isSettled = false;
-            if constexpr (requires { glances_.roughly(decode, corners.texels); })
-                isSettled = settles(glances_.roughly(decode, corners.texels), beside);
-            if (!isSettled) {
-                const layouts::Glance glance =
-                    glances_.of(decode, corners.texels, [&](std::size_t layer) { return liberties_.freedomAt(layer, x, y); });
-                if (!settles(glance, beside) && hasEdges()) settles(glance, besideOf(corners.references, light));
+            bool isBelow = false;
+            if constexpr (requires { coarseBounds_.quickBound(decode, corners.texels); })
+                isBelow = staysBelow(coarseBounds_.quickBound(decode, corners.texels), slack);
+            if (!isBelow) {
+                const layouts::CoarseBound coarseBound =
+                    coarseBounds_.bound(decode, corners.texels, [&](std::size_t layer) { return tolerance_.toleranceAt(layer, x, y); });
+                if (!staysBelow(coarseBound, slack) && hasFractions()) staysBelow(coarseBound, slackOf(corners.references, light));
             }
-            seen.most.raise(each.most);
-            seen.order.raise(each.order);
+            estimate.bound.raise(each.bound);
+            estimate.priority.raise(each.priority);
         }
-        return seen;
+        return estimate;
     }
 
 private:
-    /// Twice over: of this glance's floats, and of those that a closer look is made of.
+    /// Rounding of this bound's floats, and of those of the refined bound.
     static constexpr auto kFloatRounding = static_cast<float>(2.5 * kRounding);
 
     LcSh errorOf(const typename Rows::LayerTexels& texels, const LcSh& reference, int x, int y) const {
@@ -89,21 +105,22 @@ private:
             return difference(rows_.decoded(texels, x, y), reference);
         }
     }
-    bool hasEdges() const { return !isIdeal_ && !layouts::Zonal<Layout>; }
-    /// What is beside the error: floats, and what the filter's fractions make of the reference.
-    static BandLengths besideOf(const typename Rows::QuadReferences& references, const BandLengths& light) {
+    /// Returns true if inexact filter fractions move the reference. Zonal layouts count them in estimateOf.
+    bool hasFractions() const { return !isIdeal_ && !layouts::Zonal<Layout>; }
+    /// Returns the slack of rounding, and of filter fractions by the exact differences of neighbouring references.
+    static BandLengths slackOf(const typename Rows::QuadReferences& references, const BandLengths& light) {
         const auto steps = [&](std::size_t a, std::size_t b, std::size_t c, std::size_t d) {
             const std::array<LcSh, 2> edges = {difference(*references[a], *references[b]), difference(*references[c], *references[d])};
             return largestLengths(edges);
         };
         const BandLengths across = steps(1, 0, 3, 2), down = steps(2, 0, 3, 1);
-        BandLengths beside;
+        BandLengths slack;
         for (std::size_t lane = 0; lane < kBandLanes; ++lane)
-            beside[lane] = kFloatRounding * light[lane] + kFractionFreedom * (across[lane] + down[lane]);
-        return beside;
+            slack[lane] = kFloatRounding * light[lane] + kFractionTolerance * (across[lane] + down[lane]);
+        return slack;
     }
     static void raise(BandLengths& largest, const BandLengths& lengths) {
-        // What is not a number stays: no comparison with it is true.
+        // Written so that NaN stays: every comparison with it is false.
         for (std::size_t lane = 0; lane < kBandLanes; ++lane)
             largest[lane] = lengths[lane] <= largest[lane] ? largest[lane] : lengths[lane];
     }
@@ -112,7 +129,7 @@ private:
         for (const TexelLengths* texel : texels) raise(largest, texel->*which);
         return largest;
     }
-    /// At the corners, under the decode of one of them.
+    /// Returns the largest error of the corners under the decode of one of them.
     template <class Decode>
     BandLengths largestError(const Decode& decode, const Corners& corners, const std::array<const TexelLengths*, 4>& texels, int x, int y,
                              int corner) const {
@@ -128,35 +145,36 @@ private:
         }
         return error;
     }
-    Seen seenOf(const BandLengths& error, const layouts::Glance& glance, const BandLengths& beside, const BandLengths& light) const {
-        const float fractions = isIdeal_ ? 0 : kFractionFreedom * 4 * Layout::kDegree, perKey = rows_.perKey();
+    Estimate estimateOf(const BandLengths& error, const layouts::CoarseBound& coarseBound, const BandLengths& slack,
+                        const BandLengths& light) const {
+        const float fractions = isIdeal_ ? 0 : kFractionTolerance * 4 * Layout::kDegree, perKey = rows_.perKey();
         BandLengths all;
         for (std::size_t lane = 0; lane < kBandLanes; ++lane) {
-            const float bend = perKey * glance.bend[lane];
-            float own = error[lane] + bend, moved = own;
+            const float curvature = perKey * coarseBound.curvature[lane];
+            float own = error[lane] + curvature, moved = own;
             if constexpr (layouts::Zonal<Layout>) {
-                // The fractions move the decode itself. Its band 2 is a number times a vector of length 1 about an axis, which another may
-                // be sqrt 3 away from.
-                const bool isNumber = lane >= 2 * kChannels;
-                moved = isNumber ? own : own + light[lane];
-                if (isNumber) own = (1 + std::numbers::sqrt3_v<float>)*own + light[lane];
+                // Fractions move the decode itself, not only its error. Decoded band 2 is a number times a unit vector about an axis; the
+                // unit vector about another axis may be sqrt 3 away.
+                const bool isZonalBand = lane >= 2 * kChannels;
+                moved = isZonalBand ? own : own + light[lane];
+                if (isZonalBand) own = (1 + std::numbers::sqrt3_v<float>)*own + light[lane];
             }
-            all[lane] = kOutward * ((1 + kFloatRounding) * own + fractions * moved + beside[lane] + perKey * glance.freedom[lane]);
+            all[lane] = kOutward * ((1 + kFloatRounding) * own + fractions * moved + slack[lane] + perKey * coarseBound.tolerance[lane]);
         }
-        Seen seen;
+        Estimate estimate;
         for (std::size_t c = 0; c < kChannels; ++c) {
-            const Most most = judge_.mostOf(all, c);
-            seen.most.raise(most);
-            seen.order.raise(judge_.besideLight(most, light[c]));
+            const ErrorBound bound = evaluator_.errorBound(all, c);
+            estimate.bound.raise(bound);
+            estimate.priority.raise(evaluator_.relativeToLight(bound, light[c]));
         }
-        return seen;
+        return estimate;
     }
 
     const Rows& rows_;
     bool isIdeal_;
-    const BoundJudge& judge_;
-    layouts::Glances<Layout> glances_;
-    const Liberties<Layout>& liberties_;
+    const BoundEvaluator& evaluator_;
+    layouts::CoarseBounds<Layout> coarseBounds_;
+    const SamplerTolerance<Layout>& tolerance_;
 };
 
 }  // namespace lightcook::verify::lightmap

@@ -1,4 +1,17 @@
-// Bounds of everything between four texels. Private to verify/.
+// Bounds of the error everywhere between four texels. Private to verify/.
+//
+// Method. Over a quad, decode and reference are polynomials in Bernstein form (controls.h): every value is a weighted mean of control
+// vectors, with the same weights for error e and reference r. The local error is bounded for all means at once: t is a bound if
+//   s e_j(n) <= t (share r_j(n) + floor)   for every control vector j, direction n, response and sign s,
+// because this condition is linear in (e, r), hence holds for means too (bound.h). Slack is added for rounding, filter fractions and the
+// sampler tolerance of the formats.
+//
+// The bound of a map is the maximum over its quads, and quads are refined only as far as they may raise it:
+//   1. coarse bound of every quad, from lengths (quad_coarse_bound.h); quads that may exceed the current maximum are deferred
+//   2. exact bounds of the 16 most promising deferred quads of each kind of shading, which raise the maximum
+//   3. control vectors of the deferred quads that still may exceed it; what remains is deferred again
+//   4. exact bounds of those, the most promising first
+// Stopping early never changes the result, because a skipped quad provably has a smaller bound.
 #pragma once
 
 #include <algorithm>
@@ -9,14 +22,14 @@
 #include <vector>
 
 #include "verify/light_map/controls.h"
+#include "verify/light_map/grouped_errors.h"
 #include "verify/light_map/quad_coarse_bound.h"
 #include "verify/light_map/tolerance.h"
 #include "verify/light_map/zonal.h"
 
 namespace lightcook::verify::lightmap {
 
-/// The worst quads of some rows, found with few close looks: most quads are settled at a glance by the worst so far, what is left is put
-/// down and looked at later, the worst first.
+/// The largest bounds over the quads of some rows.
 template <class Layout>
 class QuadBounds {
 public:
@@ -25,65 +38,66 @@ public:
     using QuadReferences = typename MapRows<Layout>::QuadReferences;
     using Corners = typename MapRows<Layout>::Corners;
 
-    QuadBounds(const MapRows<Layout>& rows, const Liberties<Layout>& liberties, const BoundJudge& judge)
-        : rows_(rows), liberties_(liberties), judge_(judge), zonal_(zonalOf(rows, liberties, judge)) {}
-    const Worst& worst() const { return worst_; }
+    QuadBounds(const MapRows<Layout>& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator)
+        : rows_(rows), tolerance_(tolerance), evaluator_(evaluator), zonal_(zonalOf(rows, tolerance, evaluator)) {}
+    const LargestBounds& largest() const { return largest_; }
 
-    /// Takes the quad at (x, y) into the worst so far.
-    void look(int x, int y) {
+    /// Raises the maximum to the exact bound of quad (x, y).
+    void boundQuad(int x, int y) {
         rows_.withQuad(x, y, [&](const Corners& corners) { bound(corners.texels, corners.references, x, y, false); });
     }
-    /// Every quad that begins in these rows, at a glance; what that does not settle is put down.
-    void glance(int firstRow, int rowCount) {
-        const QuadGlance<Layout> glances(rows_, liberties_, judge_);
+    /// Computes the coarse bound of every quad that begins in these rows, and defers those that may exceed the maximum.
+    void boundRows(int firstRow, int rowCount) {
+        const QuadCoarseBound<Layout> coarseBound(rows_, tolerance_, evaluator_);
         std::vector<TexelLengths> upper, lower;
         rows_.forEachPairOfRows(firstRow, rowCount, [&](const auto& above, const auto& below, int y) {
-            if (y == firstRow) glances.measure(above, y, upper);
-            glances.measure(below, y + 1, lower);
+            if (y == firstRow) coarseBound.measure(above, y, upper);
+            coarseBound.measure(below, y + 1, lower);
             for (int x = 0; x + 1 < rows_.width(); ++x) {
                 if (!rows_.isQuad(above, below, x)) continue;
                 const Corners corners = rows_.cornersOf(above, below, x);
-                if (!glances.isKnown()) {
+                if (!coarseBound.isKnown()) {
                     bound(corners.texels, corners.references, x, y, true);
                     continue;
                 }
-                const auto seen = glances.look(worst_, corners, {&upper[index(x)], &lower[index(x)]}, x, y);
-                if (!judge_.isCertainlyWithin(worst_, seen.most)) glanced_.push_back({x, y, seen.most, seen.order});
+                const auto estimate = coarseBound.bound(largest_, corners, {&upper[index(x)], &lower[index(x)]}, x, y);
+                if (!evaluator_.cannotExceed(largest_, estimate.bound))
+                    coarselyBounded_.push_back({x, y, estimate.bound, estimate.priority});
             }
             std::swap(upper, lower);
         });
     }
-    /// Looks at what was put down, closer and closer: first at what could raise the worst most, so that fewer are left after it.
-    void settle() {
-        settleGlanced();
+    /// Refines the deferred quads, those first that may raise the maximum most, so that fewer of the others need refinement.
+    void refineDeferred() {
+        refineCoarselyBounded();
         constexpr std::size_t kFirst = 4;
-        std::vector<Doubtful> doubtful = std::move(doubtful_);
-        std::ranges::stable_sort(doubtful, std::greater{}, &Doubtful::diffuse);
-        for (std::size_t i = 0; i < std::min(kFirst, doubtful.size()); ++i) look(doubtful[i].x, doubtful[i].y);
-        std::ranges::stable_sort(doubtful, std::greater{}, &Doubtful::specular);
-        for (const Doubtful& each : doubtful) look(each.x, each.y);
+        std::vector<DeferredQuad> deferred = std::move(deferred_);
+        std::ranges::stable_sort(deferred, std::greater{}, &DeferredQuad::diffuse);
+        for (std::size_t i = 0; i < std::min(kFirst, deferred.size()); ++i) boundQuad(deferred[i].x, deferred[i].y);
+        std::ranges::stable_sort(deferred, std::greater{}, &DeferredQuad::specular);
+        for (const DeferredQuad& each : deferred) boundQuad(each.x, each.y);
     }
 
 private:
     using Quad = QuadControls<Layout>;
 
-    static auto zonalOf(const MapRows<Layout>& rows, const Liberties<Layout>& liberties, const BoundJudge& judge) {
+    static auto zonalOf(const MapRows<Layout>& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator) {
         if constexpr (layouts::Zonal<Layout>)
-            return ZonalBounds<Layout>(rows, liberties, judge);
+            return ZonalBounds<Layout>(rows, tolerance, evaluator);
         else
             return std::monostate{};
     }
 
-    void bound(const QuadTexels& texels, const QuadReferences& references, int x, int y, bool mayPutDown) {
+    void bound(const QuadTexels& texels, const QuadReferences& references, int x, int y, bool mayDefer) {
         if constexpr (layouts::Zonal<Layout>) {
-            zonal_.bound(texels, references, x, y, worst_);
+            zonal_.bound(texels, references, x, y, largest_);
         } else {
             for (int corner = 0; corner < 4; ++corner)
-                if (rows_.isNewDecode(x, y, corner) && !boundDecode(texels, references, x, y, corner, mayPutDown)) return;
+                if (rows_.isNewDecode(x, y, corner) && !boundDecode(texels, references, x, y, corner, mayDefer)) return;
         }
     }
-    /// Under the decode of one corner. False: put down for later, with the decodes after it.
-    bool boundDecode(const QuadTexels& texels, const QuadReferences& references, int x, int y, int corner, bool mayPutDown) {
+    /// Bounds the quad under the decode of one corner. Returns false if the quad was deferred, with its remaining decodes.
+    bool boundDecode(const QuadTexels& texels, const QuadReferences& references, int x, int y, int corner, bool mayDefer) {
         const int cornerX = x + corner % 2, cornerY = y + corner / 2;
         const Quad quad(texels, references, {}, [&](const LayerTexels& t, const LcSh& reference) {
             return difference(rows_.decoded(t, cornerX, cornerY), reference);
@@ -91,68 +105,92 @@ private:
         const Squares squares = largestSquares(quad.values);
         ChannelSlack slack{};
         addRounding(slack, squares, referenceSquares(references));
-        if (liberties_.isNone()) {
-            if (judge_.isCertainlyWithin(worst_, squares, slack)) return true;
-            if (mayPutDown) return putDown(x, y, squares, slack, references);
+        if (tolerance_.isNone()) {
+            if (evaluator_.cannotExceed(largest_, squares, slack)) return true;
+            if (mayDefer) return defer(x, y, squares, slack, references);
             const auto pairs = quad.pairs();
-            for (std::size_t c = 0; c < kChannels; ++c) judge_.raise(worst_, pairs[c], slack[c], placesOf(x, y, c));
+            for (std::size_t c = 0; c < kChannels; ++c) evaluator_.raise(largest_, pairs[c], slack[c], placesOf(x, y, c));
             return true;
         }
-        Liberties<Layout>::addFractions(slack, references, squares);
-        const auto off = liberties_.ofQuad(texels, x, y, corner);
-        if (judge_.isCertainlyWithin(worst_, squares, sumOf(slack, liberties_.lengthsOf(off, false)))) return true;
-        const ChannelSlack all = sumOf(slack, liberties_.lengthsOf(off, true));
-        if (judge_.isCertainlyWithin(worst_, squares, all)) return true;
-        if (mayPutDown) return putDown(x, y, squares, all, references);
+        SamplerTolerance<Layout>::addFilterFractions(slack, references, squares);
+        const auto off = tolerance_.quadDeviation(texels, x, y, corner);
+        if (evaluator_.cannotExceed(largest_, squares, sumOf(slack, tolerance_.lengthsOf(off, false)))) return true;
+        const ChannelSlack all = sumOf(slack, tolerance_.lengthsOf(off, true));
+        if (evaluator_.cannotExceed(largest_, squares, all)) return true;
+        if (mayDefer) return defer(x, y, squares, all, references);
         addLengths(slack, off.absolute, static_cast<double>(rows_.perKey()));
-        raiseFree(quad.pairs(), references, all, slack, off, x, y);
+        raiseWithTolerance(quad.pairs(), references, all, slack, off, x, y);
         return true;
     }
     static PairPlaces placesOf(int x, int y, std::size_t channel) {
         return {static_cast<double>(x), static_cast<double>(y), 1, static_cast<std::size_t>(Quad::kNodes), static_cast<int>(channel)};
     }
-
-    /// A quad that is not settled at a glance.
-    struct Glanced {
-        int x, y;
-        Most most, order;
-    };
-    void settleGlanced() {
-        constexpr std::ptrdiff_t kFirst = 16;
-        const auto drop = [&] {
-            std::erase_if(glanced_, [&](const Glanced& each) { return judge_.isCertainlyWithin(worst_, each.most); });
-        };
-        const auto lookAtFirst = [&](auto&& before) {
-            const auto end = glanced_.begin() + std::min(kFirst, std::ssize(glanced_));
-            std::partial_sort(glanced_.begin(), end, glanced_.end(), before);
-            for (auto each = glanced_.begin(); each != end; ++each) look(each->x, each->y);
-            drop();
-        };
-        // Numbers that are none come first.
-        const auto above = [](float a, float b) { return !std::isnan(b) && !(a <= b); };
-        const auto byDiffuse = [&](const Glanced& a, const Glanced& b) { return above(a.order.diffuse, b.order.diffuse); };
-        const auto bySpecular = [&](const Glanced& a, const Glanced& b) { return above(a.order.specular, b.order.specular); };
-        drop();
-        lookAtFirst(byDiffuse);
-        lookAtFirst(bySpecular);
-        std::ranges::stable_sort(glanced_, bySpecular);
-        for (const Glanced& each : glanced_)
-            if (!judge_.isCertainlyWithin(worst_, each.most))
-                rows_.withQuad(each.x, each.y,
-                               [&](const Corners& corners) { bound(corners.texels, corners.references, each.x, each.y, true); });
-        glanced_.clear();
+    /// Raises the maximum to the bound of the pairs under the sampler tolerance.
+    /// all    slack, the lengths of the deviation's groups included
+    /// slack  the same without the groups
+    template <std::size_t kGroups>
+    void raiseWithTolerance(const typename Quad::Pairs& pairs, const QuadReferences& references, const ChannelSlack& all,
+                            const ChannelSlack& slack, const layouts::Deviation<kGroups>& off, int x, int y) {
+        const SignedGroups<kGroups> groups(off, references, rows_.perKey());
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            GroupedErrors<kGroups> errors(pairs[c], all[c], slack[c], groups, c);
+            const auto raiseTo = [&](std::span<const Response> responses, LargestBound& current) {
+                if (responses.empty() || errors.staysWithin(responses, kTieMargin * current.bound)) return;
+                BoundPlace found;
+                const double bound = errors.bound(responses, current.bound, found);
+                current.raise(bound, evaluator_.placeOf(found, bound, placesOf(x, y, c)));
+            };
+            raiseTo({&kExitResponse, 1}, largest_.diffuse);
+            raiseTo(evaluator_.setup().responses, largest_.specular);
+        }
     }
 
-    /// A quad that lengths of its control vectors do not settle either, and its place in the queue.
-    struct Doubtful {
+    /// A quad whose coarse bound may exceed the maximum.
+    struct CoarselyBoundedQuad {
+        int x, y;
+        ErrorBound bound, priority;
+    };
+    void refineCoarselyBounded() {
+        constexpr std::ptrdiff_t kFirst = 16;
+        const auto drop = [&] {
+            std::erase_if(coarselyBounded_, [&](const CoarselyBoundedQuad& each) { return evaluator_.cannotExceed(largest_, each.bound); });
+        };
+        const auto boundFirst = [&](auto&& before) {
+            const auto end = coarselyBounded_.begin() + std::min(kFirst, std::ssize(coarselyBounded_));
+            std::partial_sort(coarselyBounded_.begin(), end, coarselyBounded_.end(), before);
+            for (auto each = coarselyBounded_.begin(); each != end; ++each) boundQuad(each->x, each->y);
+            drop();
+        };
+        // NaN comes first.
+        const auto above = [](float a, float b) { return !std::isnan(b) && !(a <= b); };
+        const auto byDiffuse = [&](const CoarselyBoundedQuad& a, const CoarselyBoundedQuad& b) {
+            return above(a.priority.diffuse, b.priority.diffuse);
+        };
+        const auto bySpecular = [&](const CoarselyBoundedQuad& a, const CoarselyBoundedQuad& b) {
+            return above(a.priority.specular, b.priority.specular);
+        };
+        drop();
+        boundFirst(byDiffuse);
+        boundFirst(bySpecular);
+        std::ranges::stable_sort(coarselyBounded_, bySpecular);
+        for (const CoarselyBoundedQuad& each : coarselyBounded_)
+            if (!evaluator_.cannotExceed(largest_, each.bound))
+                rows_.withQuad(each.x, each.y,
+                               [&](const Corners& corners) { bound(corners.texels, corners.references, each.x, each.y, true); });
+        coarselyBounded_.clear();
+    }
+
+    /// A quad whose control vectors may exceed the maximum, with estimates of its local error as its priority.
+    struct DeferredQuad {
         int x, y;
         double diffuse, specular;
     };
-    bool putDown(int x, int y, const Squares& error, const ChannelSlack& slack, const QuadReferences& references) {
-        constexpr double kAll = std::numeric_limits<double>::max();
-        Doubtful out{x, y, 0, 0};
+    /// Defers quad (x, y). Returns false.
+    bool defer(int x, int y, const Squares& error, const ChannelSlack& slack, const QuadReferences& references) {
+        constexpr double kInfinite = std::numeric_limits<double>::max();
+        DeferredQuad out{x, y, 0, 0};
         const auto raise = [](double& largest, double value) {
-            largest = value <= largest ? largest : std::isfinite(value) ? value : kAll;
+            largest = value <= largest ? largest : std::isfinite(value) ? value : kInfinite;
         };
         for (std::size_t c = 0; c < kChannels; ++c) {
             lighting::ShBands lengths = slack[c];
@@ -160,102 +198,22 @@ private:
             double light = 0;
             for (const LcSh* reference : references) light += 0.25 * static_cast<double>(reference->c[0][static_cast<int>(c)]);
             light = std::max(light, 0.0);
-            const lighting::ShBands& glossy = judge_.setup().largestResponse;
+            const lighting::ShBands& glossy = evaluator_.setup().largestResponse;
             raise(out.diffuse, bandSum(lengths, kExitNorm) / (kFloor + kExitNorm[0] * light));
             raise(out.specular, bandSum(lengths, glossy) / (kFloor + glossy[0] * light));
         }
-        doubtful_.push_back(out);
+        deferred_.push_back(out);
         return false;
     }
 
-    /// The signed sums of a group, each with the references of the corners.
-    struct FreeGroup {
-        std::array<ErrorPair, 4 * kSigns> pairs;
-        lighting::ShBands rounding{};
-        void set(std::size_t i, const ErrorPair& pair) {
-            pairs[i] = pair;
-            const lighting::ShBands lengths = bandNorms(pair.error);
-            for (std::size_t l = 0; l < 3; ++l) rounding[l] = std::max(rounding[l], kRounding * lengths[l]);
-        }
-    };
-    /// Takes the pairs into the worst so far, with what a sampler is free to do.
-    /// all  the lengths of all that errors may have beyond their numbers; slack: but for the groups of `off`
-    /// Groups are long where light is, and short in the dark: |e + g| / (|r| + floor) is at most the sum of the bounds of |e| and of |g|
-    /// over the same, which is often far less than the bound of |e| with the group's length beside it. g's reference is bilinear, so that
-    /// its corners are all that it takes.
-    template <std::size_t kGroups>
-    void raiseFree(const typename Quad::Pairs& pairs, const QuadReferences& references, const ChannelSlack& all, const ChannelSlack& slack,
-                   const layouts::Deviation<kGroups>& off, int x, int y) {
-        std::vector<std::array<Channels, kSigns>> sums(kGroups);
-        for (std::size_t group = 0; group < kGroups; ++group) {
-            const std::array<LcSh, kSigns> signedSums = signedSumsOf(off.groups[group]);
-            for (std::size_t i = 0; i < kSigns; ++i) sums[group][i] = channelsOf(scaled(signedSums[i], rows_.perKey()));
-        }
-        std::array<Channels, 4> corners;
-        for (std::size_t i = 0; i < 4; ++i) corners[i] = channelsOf(*references[i]);
-        for (std::size_t c = 0; c < kChannels; ++c) {
-            std::array<FreeGroup, kGroups> groups;
-            bool hasGroups = false;
-            const auto makeGroups = [&] {
-                for (std::size_t group = 0; group < kGroups && !hasGroups; ++group)
-                    for (std::size_t i = 0; i < groups[group].pairs.size(); ++i)
-                        groups[group].set(i, {sums[group][i / 4][c], corners[i % 4][c]});
-                hasGroups = true;
-            };
-            const auto take = [&](std::span<const Response> responses, WorstBound& largest) {
-                const double clearly = kClearly * largest.bound;
-                if (responses.empty() || staysWithin(pairs[c], responses, kFloor, all[c], clearly)) return;
-                if constexpr (kGroups > 0) {
-                    makeGroups();
-                    if (staysWithinInParts(pairs[c], slack[c], groups, responses, clearly)) return;
-                }
-                BoundPlace found;
-                double bound = localErrorBound(pairs[c], responses, kFloor, all[c], std::numeric_limits<double>::infinity(), &found);
-                if (bound < largest.bound) return;
-                if constexpr (kGroups > 0) {
-                    double sum = localErrorBound(pairs[c], responses, kFloor, slack[c], bound);
-                    for (const FreeGroup& group : groups)
-                        if (sum < bound) sum += localErrorBound(group.pairs, responses, kFloor, group.rounding, bound - sum);
-                    bound = std::min(bound, sum);
-                }
-                largest.raise(bound, judge_.placeOf(found, bound, placesOf(x, y, c)));
-            };
-            take({&kExitResponse, 1}, worst_.diffuse);
-            take(judge_.setup().responses, worst_.specular);
-        }
-    }
-    /// Whether errors and groups each stay within a part of the limit, dealt out by their lengths.
-    template <std::size_t kGroups>
-    static bool staysWithinInParts(std::span<const ErrorPair> pairs, const lighting::ShBands& slack,
-                                   const std::array<FreeGroup, kGroups>& groups, std::span<const Response> responses, double limit) {
-        const lighting::ShBands norms = responses.front().norms();
-        const double error = bandSum(largestLengths(pairs), norms) + bandSum(slack, norms);
-        std::array<double, kGroups> parts;
-        double sum = error;
-        for (std::size_t group = 0; group < kGroups; ++group)
-            sum += parts[group] = bandSum(largestLengths(groups[group].pairs), norms) + bandSum(groups[group].rounding, norms);
-        if (!staysWithin(pairs, responses, kFloor, slack, limit * (error / sum))) return false;
-        for (std::size_t group = 0; group < kGroups; ++group)
-            if (!staysWithin(groups[group].pairs, responses, kFloor, groups[group].rounding, limit * (parts[group] / sum))) return false;
-        return true;
-    }
-    static lighting::ShBands largestLengths(std::span<const ErrorPair> pairs) {
-        lighting::ShBands largest{};
-        for (const ErrorPair& pair : pairs) {
-            const lighting::ShBands lengths = bandNorms(pair.error);
-            for (std::size_t l = 0; l < 3; ++l) largest[l] = std::max(largest[l], lengths[l]);
-        }
-        return largest;
-    }
-
     const MapRows<Layout>& rows_;
-    const Liberties<Layout>& liberties_;
-    const BoundJudge& judge_;
-    decltype(zonalOf(std::declval<const MapRows<Layout>&>(), std::declval<const Liberties<Layout>&>(),
-                     std::declval<const BoundJudge&>())) zonal_;
-    Worst worst_;
-    std::vector<Glanced> glanced_;
-    std::vector<Doubtful> doubtful_;
+    const SamplerTolerance<Layout>& tolerance_;
+    const BoundEvaluator& evaluator_;
+    decltype(zonalOf(std::declval<const MapRows<Layout>&>(), std::declval<const SamplerTolerance<Layout>&>(),
+                     std::declval<const BoundEvaluator&>())) zonal_;
+    LargestBounds largest_;
+    std::vector<CoarselyBoundedQuad> coarselyBounded_;
+    std::vector<DeferredQuad> deferred_;
 };
 
 }  // namespace lightcook::verify::lightmap

@@ -1,11 +1,15 @@
-// One run over rows of a map whose layout is known at compile time. Private to verify/.
+// Verification of some rows of a map, for a layout known at compile time. Private to verify/.
+//
+//   1. Every covered texel: each stage is decoded at its centre, shaded, compared with the reference and bounded.
+//   2. Every quad of covered texels: random positions are decoded, shaded and compared ("magnified").
+//   3. Every quad is bounded (quads.h), beginning with those that had the worst samples: large bounds found early save refinements.
 #pragma once
 
 #include "verify/light_map/quads.h"
 
 namespace lightcook::verify::lightmap {
 
-/// A random number in [0, 1) that is a function of its place alone.
+/// Returns a pseudorandom number in [0, 1) that depends on seed and place only.
 inline float hashedFraction(std::uint64_t seed, std::uint64_t place) {
     std::uint64_t z = seed * 0x9e3779b97f4a7c15u + place * 0xbf58476d1ce4e5b9u + 0x94d049bb133111ebu;
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -13,22 +17,22 @@ inline float hashedFraction(std::uint64_t seed, std::uint64_t place) {
     return static_cast<float>((z ^ (z >> 31)) >> 40) * 0x1p-24f;
 }
 
-/// What float sums of nine products may add to a sampled error, as a part of it.
+/// Relative rounding error of shading: float sums of nine products.
 inline constexpr double kShadingRounding = 2e-6;
 
 template <class Layout>
 class RowVerifier {
 public:
-    /// errors  none yet, one stage for each of the layout's, and "magnified"
+    /// errors  empty, with one stage for each of the layout's and "magnified"
     RowVerifier(const Layout& layout, LightMapErrors errors, const CookedLightMap& map, const LightMapSampling& sampling,
                 const ShadingSetup& setup, float perKey, const DecodedLightMapRows& texels, const formats::LightMapStrip& reference)
         : rows_(layout, map, perKey, texels, reference),
           sampling_(sampling),
-          liberties_(rows_, setup.freedom),
-          judge_(setup, perKey),
-          quads_(rows_, liberties_, judge_),
+          tolerance_(rows_, setup.tolerance),
+          evaluator_(setup, perKey),
+          quads_(rows_, tolerance_, evaluator_),
           errors_(std::move(errors)),
-          worst_(kStages),
+          largest_(kStages),
           shader_(setup.diffuse, setup.specular, 1 / static_cast<double>(perKey)) {}
 
     LightMapErrors run(int firstRow, int rowCount) {
@@ -38,30 +42,29 @@ public:
                 rows_.forEachQuad(firstRow, rowCount, [&](const Corners& corners, int x, int y) {
                     for (int sample = 0; sample < sampling_.positionsPerQuad; ++sample) magnified(corners, x, y, sample);
                 });
-            // Where samples were worst the bounds are likely to be: after those most quads are settled at a glance.
             for (const auto& [x, y] : worstSampled_)
-                if (x >= 0) quads_.look(x, y);
-            quads_.glance(firstRow, rowCount);
-            quads_.settle();
+                if (x >= 0) quads_.boundQuad(x, y);
+            quads_.boundRows(firstRow, rowCount);
+            quads_.refineDeferred();
         }
-        for (std::size_t stage = 0; stage < kStages; ++stage) addBounds(errors_.accumulators[stage], worst_[stage]);
-        addBounds(errors_.accumulators.back(), quads_.worst());
+        for (std::size_t stage = 0; stage < kStages; ++stage) addBounds(errors_.accumulators[stage], largest_[stage]);
+        addBounds(errors_.accumulators.back(), quads_.largest());
         return std::move(errors_);
     }
 
     LightMapVerifier::QuadBound oneQuad(int x, int y) {
-        quads_.look(x, y);
-        return {quads_.worst().diffuse.bound, quads_.worst().specular.bound};
+        quads_.boundQuad(x, y);
+        return {quads_.largest().diffuse.bound, quads_.largest().specular.bound};
     }
 
 private:
     using Row = typename MapRows<Layout>::Row;
     using Corners = typename MapRows<Layout>::Corners;
-    static constexpr std::size_t kStages = Layout::kEarlyStages.size() + 1;  ///< at texel centres
+    static constexpr std::size_t kStages = Layout::kStages;  ///< at texel centres
 
-    void addBounds(LightMapErrors::Stage& stage, const Worst& worst) const {
-        stage.diffuse.addBound(worst.diffuse.bound, worst.diffuse.place);
-        if (judge_.setup().hasSpecular()) stage.specular.addBound(worst.specular.bound, worst.specular.place);
+    void addBounds(LightMapErrors::Stage& stage, const LargestBounds& largest) const {
+        stage.diffuse.addBound(largest.diffuse.bound, largest.diffuse.place);
+        if (evaluator_.setup().hasSpecular()) stage.specular.addBound(largest.specular.bound, largest.specular.place);
     }
     void addErrors(std::size_t stage, const LcSh& error) {
         LightMapErrors::Stage& accumulators = errors_.accumulators[stage];
@@ -76,35 +79,35 @@ private:
             const LcSh error = difference(result, reference);
             addErrors(stage, error);
             if (sampling_.bounds) {
-                // Stages before the last are told as an ideal sampler has them.
-                const bool isLast = stage == Layout::kEarlyStages.size();
-                boundCentre(worst_[stage], error, reference, isLast ? liberties_.ofCentre(row.texels[index(x)], x, y) : ChannelSlack{}, x,
-                            y);
+                // Bounds of earlier stages are those of an ideal sampler.
+                const bool isLast = stage == Layout::kEarlyStages;
+                boundCentre(largest_[stage], error, reference, isLast ? tolerance_.centreSlack(row.texels[index(x)], x, y) : ChannelSlack{},
+                            x, y);
             }
             ++stage;
         };
-        if constexpr (Layout::kEarlyStages.size() > 0) {
+        if constexpr (Layout::kEarlyStages > 0) {
             const LcSh unscaledReference = scaled(reference, 1 / rows_.perKey());
             const auto& decode = layouts::decodeAt(rows_.layout(), x, y);
-            for (std::size_t early = 0; early < Layout::kEarlyStages.size(); ++early)
+            for (std::size_t early = 0; early < Layout::kEarlyStages; ++early)
                 stageError(scaled(decode.decodeEarly(early, row.texels[index(x)], unscaledReference), rows_.perKey()));
         }
         stageError(rows_.decoded(row.texels[index(x)], x, y));
     }
-    void boundCentre(Worst& worst, const LcSh& error, const LcSh& reference, const ChannelSlack& freedom, int x, int y) const {
+    void boundCentre(LargestBounds& largest, const LcSh& error, const LcSh& reference, const ChannelSlack& tolerance, int x, int y) const {
         BandLengths all = bandLengths(error);
         for (std::size_t l = 0; l < 3; ++l)
             for (std::size_t c = 0; c < kChannels; ++c)
-                all[3 * l + c] =
-                    kOutward * (all[3 * l + c] + static_cast<float>(kShadingRounding) * all[3 * l + c] + static_cast<float>(freedom[c][l]));
-        if (judge_.isCertainlyWithin(worst, judge_.mostOf(all))) return;
-        ChannelSlack slack = freedom;
+                all[3 * l + c] = kOutward * (all[3 * l + c] + static_cast<float>(kShadingRounding) * all[3 * l + c] +
+                                             static_cast<float>(tolerance[c][l]));
+        if (evaluator_.cannotExceed(largest, evaluator_.errorBound(all))) return;
+        ChannelSlack slack = tolerance;
         addLengths(slack, error, kShadingRounding);
-        if (judge_.isCertainlyWithin(worst, largestSquares({&error, 1}), slack)) return;
+        if (evaluator_.cannotExceed(largest, largestSquares({&error, 1}), slack)) return;
         const Channels errors = channelsOf(error), references = channelsOf(reference);
         for (std::size_t c = 0; c < kChannels; ++c) {
             const std::array<ErrorPair, 1> pair = {ErrorPair{errors[c], references[c]}};
-            judge_.raise(worst, pair, slack[c], {static_cast<double>(x), static_cast<double>(y), 0, 1, static_cast<int>(c)});
+            evaluator_.raise(largest, pair, slack[c], {static_cast<double>(x), static_cast<double>(y), 0, 1, static_cast<int>(c)});
         }
     }
 
@@ -114,7 +117,6 @@ private:
                      static_cast<std::uint64_t>(sampling_.positionsPerQuad) +
                  static_cast<std::uint64_t>(sample));
         const float u = hashedFraction(sampling_.seed, place), v = hashedFraction(sampling_.seed, place + 1);
-        // The four corners as the filter sees them there.
         const auto filter = [&](const auto& at) { return blend(blend(*at[0], *at[1], u), blend(*at[2], *at[3], u), v); };
         const LcSh reference = filter(corners.references);
         shader_.setReference(reference, rows_.normalAt(x, y), glm::dvec2(x, y) + glm::dvec2(u, v));
@@ -128,13 +130,13 @@ private:
 
     const MapRows<Layout> rows_;
     const LightMapSampling& sampling_;
-    const Liberties<Layout> liberties_;
-    const BoundJudge judge_;
+    const SamplerTolerance<Layout> tolerance_;
+    const BoundEvaluator evaluator_;
     QuadBounds<Layout> quads_;
     LightMapErrors errors_;
-    std::vector<Worst> worst_;  ///< [stage], at texel centres
+    std::vector<LargestBounds> largest_;  ///< [stage], at texel centres
     ErrorShader shader_;
-    std::array<std::pair<int, int>, 2> worstSampled_{{{-1, -1}, {-1, -1}}};  ///< the quads with the worst diffuse and specular samples
+    std::array<std::pair<int, int>, 2> worstSampled_{{{-1, -1}, {-1, -1}}};  ///< quads with the worst diffuse and specular samples
 };
 
 }  // namespace lightcook::verify::lightmap

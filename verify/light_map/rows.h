@@ -1,4 +1,5 @@
-// Rows of a cooked map and its reference, side by side, as the verifier walks over them. Private to verify/.
+// Access to rows, texels and quads of a cooked map together with its reference. A quad is the square between four neighbouring texel
+// centres. Private to verify/.
 #pragma once
 
 #include <algorithm>
@@ -16,16 +17,16 @@ inline std::size_t index(int x) {
     return static_cast<std::size_t>(x);
 }
 
-/// A map whose layout is known at compile time.
+/// A cooked map and its reference, for a layout known at compile time.
 template <class Layout>
 class MapRows {
 public:
     using LayerTexels = layouts::Texels<Layout::kLayers>;
-    /// Of the corners (0, 0), (1, 0), (0, 1), (1, 1) of a quad.
+    /// Corners of a quad in the order (0, 0), (1, 0), (0, 1), (1, 1).
     using QuadTexels = std::array<const LayerTexels*, 4>;
     using QuadReferences = std::array<const LcSh*, 4>;
 
-    /// perKey  light in units of the key
+    /// perKey  1 / key: converts light to units of the key
     MapRows(const Layout& layout, const CookedLightMap& map, float perKey, const DecodedLightMapRows& texels,
             const formats::LightMapStrip& reference)
         : layout_(layout), map_(map), perKey_(perKey), texels_(texels), reference_(reference) {}
@@ -36,7 +37,7 @@ public:
     const DecodedLightMapRows& texels() const { return texels_; }
     const glm::vec3& normalAt(int x, int y) const { return reference_.normal.at(x, y - reference_.firstRow); }
 
-    /// A row of the map; light in units of the key.
+    /// One row of the map; light in units of the key.
     struct Row {
         std::vector<std::uint8_t> covered;
         std::vector<LcSh> reference;
@@ -52,7 +53,7 @@ public:
                 {&above.reference[i], &above.reference[i + 1], &below.reference[i], &below.reference[i + 1]}};
     }
 
-    /// work(row, x, y) for every covered texel of these rows.
+    /// Calls work(row, x, y) for every covered texel of these rows.
     template <class Work>
     void forEachTexel(int firstRow, int rowCount, Work&& work) const {
         Row row;
@@ -62,7 +63,7 @@ public:
                 if (row.covered[index(x)] != 0) work(row, x, y);
         }
     }
-    /// work(row, row below, y) for these rows, as far as there is a row below.
+    /// Calls work(row, row below, y) for these rows, except the last row of the map.
     template <class Work>
     void forEachPairOfRows(int firstRow, int rowCount, Work&& work) const {
         Row above, below;
@@ -77,7 +78,7 @@ public:
         const std::size_t i = index(x);
         return above.covered[i] != 0 && above.covered[i + 1] != 0 && below.covered[i] != 0 && below.covered[i + 1] != 0;
     }
-    /// work(corners, x, y) for every quad of covered texels that begins in these rows.
+    /// Calls work(corners, x, y) for every quad of covered texels that begins in these rows.
     template <class Work>
     void forEachQuad(int firstRow, int rowCount, Work&& work) const {
         forEachPairOfRows(firstRow, rowCount, [&](const Row& above, const Row& below, int y) {
@@ -85,7 +86,7 @@ public:
                 if (isQuad(above, below, x)) work(cornersOf(above, below, x), x, y);
         });
     }
-    /// work(corners) for the quad whose top left texel is (x, y).
+    /// Calls work(corners) for the quad whose top left texel is (x, y).
     template <class Work>
     void withQuad(int x, int y, Work&& work) const {
         Row above, below;
@@ -94,19 +95,20 @@ public:
         work(cornersOf(above, below, 0));
     }
 
-    /// Whether corners i and j of the quad at (x, y) have the same decode.
+    /// Returns true if corners i and j of the quad at (x, y) have the same decode. Only learned layouts have several.
     bool hasSameDecode(int x, int y, int i, int j) const {
         if constexpr (requires { layout_.at(x, y); }) return i == j || layout_.at(x + i % 2, y + i / 2) == layout_.at(x + j % 2, y + j / 2);
         return true;
     }
-    /// Whether no corner before this one has the same decode: a quad is bounded under each that a surface could bring along.
+    /// Returns true if no earlier corner has the same decode. A quad is bounded under the decode of each corner, because a surface there
+    /// may use any of them.
     bool isNewDecode(int x, int y, int corner) const {
         for (int before = 0; before < corner; ++before)
             if (hasSameDecode(x, y, before, corner)) return false;
         return true;
     }
 
-    /// The decode of texel (x, y) in units of the key.
+    /// Returns the decode of texel (x, y), applied to filtered texels, in units of the key.
     LcSh decoded(const LayerTexels& texels, int x, int y) const { return scaled(layouts::decodeAt(layout_, x, y).decode(texels), perKey_); }
 
 private:
@@ -115,24 +117,24 @@ private:
         row.covered.resize(index(count));
         row.reference.resize(index(count));
         row.texels.resize(index(count));
-        const int bandRow = y - reference_.firstRow, texelRow = y - texels_.firstRow;
+        const int stripRow = y - reference_.firstRow, texelRow = y - texels_.firstRow;
         for (int i = 0; i < count; ++i) {
             const int x = firstX + i;
-            row.covered[index(i)] = reference_.covered.at(x, bandRow);
+            row.covered[index(i)] = reference_.covered.at(x, stripRow);
             if (row.covered[index(i)] == 0) continue;
-            row.reference[index(i)] = referenceAt(x, bandRow);
+            row.reference[index(i)] = referenceAt(x, stripRow);
             std::size_t layer = 0;
             for (const auto& texture : texels_.textures)
                 for (const formats::Image<glm::vec4>& image : texture) row.texels[index(i)][layer++] = image.at(x, texelRow);
         }
     }
-    LcSh referenceAt(int x, int bandRow) const {
+    LcSh referenceAt(int x, int stripRow) const {
         LcSh out{};
-        const lighting::ShRgb& sh = reference_.sh.at(x, bandRow);
+        const lighting::ShRgb& sh = reference_.sh.at(x, stripRow);
         for (std::size_t i = 0; i < kCount; ++i) out.c[i] = perKey_ * sh[i];
         if constexpr (std::is_same_v<Layout, layouts::Flat>) {
             LcSh flat{};
-            flat.c[0] = shaders::lcExitRadiance(out, reference_.normal.at(x, bandRow)) / layouts::Flat::kY0;
+            flat.c[0] = shaders::lcExitRadiance(out, reference_.normal.at(x, stripRow)) / layouts::Flat::kY0;
             return flat;
         }
         return out;

@@ -1,4 +1,4 @@
-#include "verify/light_map/score.h"
+#include "verify/light_map.h"
 
 #include <cassert>
 
@@ -37,16 +37,16 @@ LightMapScore::Errors LightMapScore::score(const formats::LightMapStrip& referen
     Errors errors;
     ErrorShader shader(state_->diffuse, state_->specular, 1 / static_cast<double>(state_->perKey));
     for (int y = 0; y < result.height; ++y) {
-        const int bandRow = firstRow - reference.firstRow + y;
+        const int stripRow = firstRow - reference.firstRow + y;
         for (int x = 0; x < result.width; ++x) {
-            if (reference.covered.at(x, bandRow) == 0) continue;
+            if (reference.covered.at(x, stripRow) == 0) continue;
             shaders::LcSh inUnits{}, error{};
             for (std::size_t i = 0; i < lighting::kShCount; ++i) {
-                inUnits.c[i] = state_->perKey * reference.sh.at(x, bandRow)[i];
-                // Both in units of the key before they are subtracted, as LightMapVerifier does it.
+                inUnits.c[i] = state_->perKey * reference.sh.at(x, stripRow)[i];
+                // Both are converted to units of the key before the subtraction, as in LightMapVerifier.
                 error.c[i] = state_->perKey * result.at(x, y)[i] - inUnits.c[i];
             }
-            shader.setReference(inUnits, reference.normal.at(x, bandRow), {x, firstRow + y});
+            shader.setReference(inUnits, reference.normal.at(x, stripRow), {x, firstRow + y});
             shader.add(error, errors.diffuse, errors.specular);
         }
     }

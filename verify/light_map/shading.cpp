@@ -15,13 +15,13 @@ namespace lightcook::verify {
 
 namespace {
 
-/// Half-vector samples an axis: 5e-5 of a kernel's norm, far under what an 8-bit texture leaves.
+/// Half-vector samples for each axis. The error is 5e-5 of a kernel's norm, far below that of an 8-bit texture.
 constexpr int kKernelSamples = 160;
 constexpr int kScanSamples = 64;
 constexpr std::size_t kChannels = 3;
 constexpr auto kFloor = static_cast<float>(lighting::kLocalErrorFloor);  ///< light is in units of the key
 
-/// A kernel whose view lies in the x-z plane, for a view of any azimuth: turned around the normal.
+/// Rotates a kernel for a view in the x-z plane about the normal, to the azimuth of `view`.
 lighting::ShDouble turnedAroundNormal(const lighting::ShDouble& kernel, const glm::dvec3& view) {
     const double azimuth = std::atan2(view.y, view.x);
     const double c = std::cos(azimuth), s = std::sin(azimuth);
@@ -45,14 +45,14 @@ lighting::ShBands normsOf(const lighting::ShDouble& kernel) {
     return {std::sqrt(squared[0]), std::sqrt(squared[1]), std::sqrt(squared[2])};
 }
 
-/// Lengths of the bands of Y(direction).
+/// Lengths of the bands of Y(direction), for any direction.
 constexpr lighting::ShBands kAxisNorms = {lighting::kShConstant, lighting::kShLinear, 2 * lighting::kShZonal};
 
-/// The part of a kernel that is round about an axis in the plane of normal and view, and the lengths of what it leaves: about the axis, of
-/// those near the direction of band 1, for which that is least.
+/// Splits a kernel into its zonal part about an axis in the plane of normal and view, and the lengths of the rest. Searches directions near
+/// that of band 1, in steps of one degree, for the axis with the least residual.
 Response splitOf(const lighting::ShDouble& kernel) {
     const lighting::ShBands norms = normsOf(kernel);
-    const auto about = [&](double angle) {
+    const auto splitAbout = [&](double angle) {
         const lighting::ShDouble axis = lighting::evaluateBasis(glm::dvec3(std::sin(angle), 0, std::cos(angle)));
         Response response;
         for (std::size_t i = 0; i < kernel.size(); ++i)
@@ -66,15 +66,15 @@ Response splitOf(const lighting::ShDouble& kernel) {
     };
     constexpr int kSteps = 20;
     const double middle = std::atan2(kernel[3], kernel[2]);
-    Response best = about(middle);
+    Response best = splitAbout(middle);
     for (int i = -kSteps; i <= kSteps; ++i) {
-        const Response each = about(middle + std::numbers::pi / 180 * i);
+        const Response each = splitAbout(middle + std::numbers::pi / 180 * i);
         if (each.residual[1] + each.residual[2] < best.residual[1] + best.residual[2]) best = each;
     }
     return best;
 }
 
-/// Kernels by roughness and view, scanned over the ranges: as they are, and what lies between them.
+/// Kernels on a grid of roughness and view, with bounds for everything between the grid points.
 class ScannedKernels {
 public:
     explicit ScannedKernels(const LightMapShading& shading) {
@@ -83,12 +83,12 @@ public:
         roughnessCount_ = steps + 1;
         for (int r = 0; r <= steps; ++r) {
             const double m = steps == 0 ? lowM : lowM * std::pow(highM / lowM, static_cast<double>(r) / steps);
-            // Even in angle: kernels change fastest towards grazing.
+            // Even steps of the angle: kernels change fastest towards grazing.
             for (int v = 0; v < kViews; ++v)
                 kernels_.push_back(kernelAt(std::max(1e-3, std::cos(0.5 * std::numbers::pi * v / (kViews - 1))), m, kScanSamples));
         }
     }
-    /// Each kernel for this F0, split; what lies between it and its neighbours is in its residual.
+    /// Adds each kernel for this F0, split. Its residual covers kernels between it and its neighbours.
     void addSplit(double f0, std::vector<Response>& out) const {
         for (int r = 0; r < roughnessCount_; ++r)
             for (int v = 0; v < kViews; ++v) {
@@ -96,8 +96,8 @@ public:
                 lighting::ShBands largest{};
                 for (int row = std::max(r - 1, 0); row <= std::min(r + 1, roughnessCount_ - 1); ++row)
                     for (int column = std::max(v - 1, 0); column <= std::min(v + 1, kViews - 1); ++column) {
-                        const lighting::ShBands bend = bendAt(row, column, f0);
-                        for (std::size_t l = 0; l < bend.size(); ++l) largest[l] = std::max(largest[l], bend[l]);
+                        const lighting::ShBands second = secondDifferenceAt(row, column, f0);
+                        for (std::size_t l = 0; l < second.size(); ++l) largest[l] = std::max(largest[l], second[l]);
                     }
                 for (std::size_t l = 0; l < largest.size(); ++l) split.residual[l] += kBetween * largest[l];
                 out.push_back(split);
@@ -106,12 +106,12 @@ public:
 
 private:
     static constexpr int kViews = 49, kStepsPerOctave = 5;
-    static constexpr double kBetween = 2.0 / 8;  ///< of second differences
+    static constexpr double kBetween = 2.0 / 8;  ///< share of second differences, twice the 1/8 of linear interpolation
     const lighting::AreaSpecularKernel& at(int roughness, int view) const {
         return kernels_[static_cast<std::size_t>(roughness * kViews + view)];
     }
-    /// Lengths of second differences along both axes, added up.
-    lighting::ShBands bendAt(int r, int v, double f0) const {
+    /// Returns the sum of the lengths of the second differences along both axes.
+    lighting::ShBands secondDifferenceAt(int r, int v, double f0) const {
         const lighting::ShDouble middle = atF0(at(r, v), f0);
         lighting::ShBands sum{};
         const auto add = [&](const lighting::AreaSpecularKernel& before, const lighting::AreaSpecularKernel& after) {
@@ -130,13 +130,13 @@ private:
     std::vector<lighting::AreaSpecularKernel> kernels_;  ///< [roughness][view]
 };
 
-/// A kernel as a place beside the chain: its size, bands 1 and 2 and residual as parts of band 0.
+/// A split kernel as a point near the chain: its band 0, and bands 1 and 2 and residual relative to band 0.
 struct KernelPoint {
     double size, first, second;
     lighting::ShBands residual;
 };
 
-/// Knots at even steps of band 1; band 2 of each by least squares of the points around it.
+/// A chain of knots at even steps of band 1 / band 0. Band 2 / band 0 of each knot is fitted to the points around it by least squares.
 class KernelChain {
 public:
     explicit KernelChain(std::span<const KernelPoint> points) {
@@ -156,14 +156,14 @@ public:
             for (std::size_t knot = 0; knot < second_.size(); ++knot) improve(knot, points);
     }
     std::size_t size() const { return second_.size(); }
-    /// The knot before a point, and how far it is from there to the next.
+    /// Returns the knot before a point, and the position of the point from there to the next knot, in [0, 1].
     std::pair<std::size_t, double> placeOf(const KernelPoint& point) const {
         const double last = static_cast<double>(second_.size() - 1), place = std::clamp((point.first - low_) / step_, 0.0, last);
         const std::size_t before = std::min(static_cast<std::size_t>(place), second_.size() - 2);
         return {before, place - static_cast<double>(before)};
     }
-    /// Band 2 beside the chain.
-    double offBy(const KernelPoint& point) const {
+    /// Returns the distance of a point's band 2 from the chain.
+    double distance(const KernelPoint& point) const {
         const auto [before, part] = placeOf(point);
         return point.second - ((1 - part) * second_[before] + part * second_[before + 1]);
     }
@@ -176,7 +176,7 @@ private:
             const auto [before, part] = placeOf(point);
             const double weight = before == knot ? 1 - part : before + 1 == knot ? part : 0;
             if (weight == 0) continue;
-            sum += weight * offBy(point);
+            sum += weight * distance(point);
             weights += weight * weight;
         }
         if (weights > 0) second_[knot] += sum / weights;
@@ -187,23 +187,23 @@ private:
 
 }  // namespace
 
-ShadingMatrix::ShadingMatrix(const std::vector<lighting::ShDouble>& rows, std::vector<ShadedWay> ways)
+ShadingMatrix::ShadingMatrix(const std::vector<lighting::ShDouble>& rows, std::vector<ShadingSample> samples)
     : count_(rows.size()),
       stride_((rows.size() + kLanes - 1) / kLanes * kLanes),
       weights_(stride_ * static_cast<std::size_t>(lighting::kShCount), 0.0f),
-      ways_(std::move(ways)) {
-    assert(ways_.size() == count_);
+      samples_(std::move(samples)) {
+    assert(samples_.size() == count_);
     for (std::size_t k = 0; k < rows.size(); ++k)
         for (std::size_t i = 0; i < rows[k].size(); ++i) weights_[i * stride_ + k] = static_cast<float>(rows[k][i]);
 }
 
 void ShadingMatrix::apply(const std::array<float, lighting::kShCount>& coefficients, float* out) const {
-    // The first stage of many layouts errs in coefficient 0 alone; what is 0 adds nothing.
+    // The first stage of many layouts has an error in coefficient 0 only.
     if (std::all_of(coefficients.begin() + 1, coefficients.end(), [](float c) { return c == 0; })) {
         for (std::size_t k = 0; k < stride_; ++k) out[k] = weights_[k] * coefficients[0];
         return;
     }
-    // One expression: with sums in an array every step waits for the store of the one before.
+    // A single expression: sums in an array would wait for the previous store in each step.
     const auto [c0, c1, c2, c3, c4, c5, c6, c7, c8] = coefficients;
     for (std::size_t first = 0; first < stride_; first += kLanes) {
         const float* w = weights_.data() + first;
@@ -217,42 +217,42 @@ void ShadingMatrix::apply(const std::array<float, lighting::kShCount>& coefficie
 
 ShadingMatrix diffuseMatrix(int count) {
     std::vector<lighting::ShDouble> rows(static_cast<std::size_t>(count));
-    std::vector<ShadedWay> ways;
+    std::vector<ShadingSample> samples;
     for (int k = 0; k < count; ++k) {
-        ways.push_back({.normal = lighting::fibonacciHemisphere(k, count)});
+        samples.push_back({.normal = lighting::fibonacciHemisphere(k, count)});
         for (std::size_t i = 0; i < static_cast<std::size_t>(lighting::kShCount); ++i) {
             shaders::LcSh one{};
             one.c[i] = glm::vec3(1);
-            rows[static_cast<std::size_t>(k)][i] = static_cast<double>(shaders::lcExitRadiance(one, glm::vec3(ways.back().normal)).x);
+            rows[static_cast<std::size_t>(k)][i] = static_cast<double>(shaders::lcExitRadiance(one, glm::vec3(samples.back().normal)).x);
         }
     }
-    return ShadingMatrix(rows, std::move(ways));
+    return ShadingMatrix(rows, std::move(samples));
 }
 
 ShadingMatrix flatMatrix() {
     shaders::LcSh one{};
     one.c[0] = glm::vec3(1);
-    return ShadingMatrix({lighting::ShDouble{static_cast<double>(shaders::lcExitRadiance(one, glm::vec3(0, 0, 1)).x)}}, {ShadedWay{}});
+    return ShadingMatrix({lighting::ShDouble{static_cast<double>(shaders::lcExitRadiance(one, glm::vec3(0, 0, 1)).x)}}, {ShadingSample{}});
 }
 
 ShadingMatrix specularMatrix(const LightMapShading& shading) {
     std::vector<lighting::ShDouble> rows;
-    std::vector<ShadedWay> ways;
+    std::vector<ShadingSample> samples;
     for (int k = 0; k < shading.viewCount; ++k) {
         const glm::dvec3 view = lighting::fibonacciHemisphere(k, shading.viewCount);
         for (const double m : shading.m) {
             const lighting::AreaSpecularKernel kernel = kernelAt(view.z, m, kKernelSamples);
             for (const double f0 : shading.f0) {
                 rows.push_back(turnedAroundNormal(atF0(kernel, f0), view));
-                ways.push_back({.view = view, .m = m, .f0 = f0});
+                samples.push_back({.view = view, .m = m, .f0 = f0});
             }
         }
     }
-    return ShadingMatrix(rows, std::move(ways));
+    return ShadingMatrix(rows, std::move(samples));
 }
 
 std::vector<Response> specularResponses(const LightMapShading& shading) {
-    // Of the brightest kernel: what is darker is next to nothing, and is told as a residual alone.
+    // Relative to the brightest kernel: darker ones are covered by a residual alone.
     constexpr double kNegligible = 1e-3;
     const ScannedKernels scanned(shading);
     std::vector<Response> kernels;
@@ -272,7 +272,7 @@ std::vector<Response> specularResponses(const LightMapShading& shading) {
         else
             for (std::size_t l = 0; l < norms.size(); ++l) dim.residual[l] = std::max(dim.residual[l], norms[l]);
     }
-    // A point is a mean of the knots on both sides, if they are as large, and have as much beside them for their size.
+    // A point is a mean of the two knots around it if their band 0 and relative residual are at least as large as its own.
     const KernelChain chain(points);
     std::vector<Response> responses(chain.size());
     for (const KernelPoint& point : points) {
@@ -281,7 +281,7 @@ std::vector<Response> specularResponses(const LightMapShading& shading) {
             Response& response = responses[knot];
             response.bands[0] = std::max(response.bands[0], point.size);
             for (std::size_t l = 0; l < 3; ++l) {
-                const double off = l == 2 ? kAxisNorms[2] * std::abs(chain.offBy(point)) : 0;
+                const double off = l == 2 ? kAxisNorms[2] * std::abs(chain.distance(point)) : 0;
                 response.residual[l] = std::max(response.residual[l], point.residual[l] + off);
             }
         }
@@ -346,7 +346,7 @@ void ErrorShader::add(const shaders::LcSh& error, ErrorAccumulator& diffuse, Err
             accumulator.addPaddedErrors(std::span(shadedReference_).subspan(first, stride), std::span(shadedError_).subspan(first, stride),
                                         count);
         };
-        if (matrix.count() == matrix.stride())  // nothing between the channels
+        if (matrix.count() == matrix.stride())  // channels are contiguous
             addRows(offset, kChannels * matrix.stride(), kChannels * matrix.count());
         else
             for (std::size_t c = 0; c < kChannels; ++c) addRows(offset + c * matrix.stride(), matrix.stride(), matrix.count());
@@ -357,7 +357,7 @@ void ErrorShader::add(const shaders::LcSh& error, ErrorAccumulator& diffuse, Err
 }
 
 ErrorPlace ErrorShader::worstOf(const ShadingMatrix& matrix, std::size_t offset) const {
-    // As the accumulators have it: what is no finite number is the largest.
+    // As in ErrorAccumulator: values that are not finite count as the largest.
     const auto localAt = [&](std::size_t at) {
         const float error = std::abs(shadedError_[at]), local = error == 0 ? 0.0f : error / (std::abs(shadedReference_[at]) + kFloor);
         return local <= std::numeric_limits<float>::max() ? static_cast<double>(local) : std::numeric_limits<double>::max();
@@ -375,7 +375,7 @@ ErrorPlace ErrorShader::worstOf(const ShadingMatrix& matrix, std::size_t offset)
             worst.local = localAt(at);
             row = k;
         }
-    const ShadedWay& way = matrix.way(row);
+    const ShadingSample& way = matrix.sample(row);
     const glm::dmat3 frame(frame_[0], frame_[1], frame_[2]);
     worst.normal = frame * way.normal;
     worst.view = frame * way.view;

@@ -1,5 +1,5 @@
-// Shading as constant matrices: every sampled normal, or view and material, is one row of nine numbers in the texel's own frame, so that a
-// texel is turned into that frame once and shaded by plain sums. Private to verify/.
+// Shading as constant matrices: each sampled normal, or view and material, is a row of nine factors in the frame of the texel. A texel's
+// coefficients are rotated into that frame once, then shaded by sums of products. Private to verify/.
 #pragma once
 
 #include <array>
@@ -17,59 +17,61 @@
 
 namespace lightcook::verify {
 
-/// What a row of a shading matrix stands for, in the texel's frame.
-struct ShadedWay {
+/// The shading of one row of a matrix, in the frame of the texel.
+struct ShadingSample {
     glm::dvec3 normal{0, 0, 1};
-    glm::dvec3 view{0};  ///< of glossy ways only, like those below
+    glm::dvec3 view{0};  ///< specular only, as are m and f0
     double m = 0, f0 = 0;
 };
 
-/// count rows of nine factors, stored by coefficient and padded with zeros to whole vectors.
+/// A matrix of count rows of nine factors, stored by coefficient and padded with zeros to whole vectors.
 class ShadingMatrix {
 public:
-    static constexpr std::size_t kLanes = 16;  ///< rows that are summed side by side
+    static constexpr std::size_t kLanes = 16;  ///< rows that are summed in parallel
 
     ShadingMatrix() = default;
-    ShadingMatrix(const std::vector<lighting::ShDouble>& rows, std::vector<ShadedWay> ways);
+    ShadingMatrix(const std::vector<lighting::ShDouble>& rows, std::vector<ShadingSample> samples);
     std::size_t count() const { return count_; }
-    const ShadedWay& way(std::size_t row) const { return ways_[row]; }
+    const ShadingSample& sample(std::size_t row) const { return samples_[row]; }
     std::size_t stride() const { return stride_; }
-    /// out[k] = sum_i row_k[i] coefficients[i] for k < stride(). Each sum runs over i in order, at any vector width.
+    /// Computes out[k] = sum_i row_k[i] coefficients[i] for k < stride(). Each sum runs over i in order, at any vector width.
     void apply(const std::array<float, lighting::kShCount>& coefficients, float* out) const;
 
 private:
     std::size_t count_ = 0, stride_ = 0;
-    std::vector<float> weights_;   ///< [coefficient][stride_]
-    std::vector<ShadedWay> ways_;  ///< [row]
+    std::vector<float> weights_;          ///< [coefficient][stride_]
+    std::vector<ShadingSample> samples_;  ///< [row]
 };
 
-/// Exit radiance of a white surface at `count` normals (Fibonacci points of the hemisphere), through the shader's evaluation.
+/// Returns the matrix of exit radiance of a white surface at `count` normals (Fibonacci points of the hemisphere), made with the shader's
+/// lcExitRadiance.
 ShadingMatrix diffuseMatrix(int count);
-/// Exit radiance of the coefficient-0-only light of layout "flat".
+/// Returns the matrix of exit radiance for layout "flat", whose light has coefficient 0 only.
 ShadingMatrix flatMatrix();
-/// Area specular of every view, m and F0.
+/// Returns the matrix of area specular for every view, m and F0.
 ShadingMatrix specularMatrix(const LightMapShading& shading);
 
-/// What is wrong with it, if anything.
+/// Returns an error if the shading has no normals or, with specular, no views, m or F0, or values out of range.
 std::optional<formats::Error> checkShading(const LightMapShading& shading);
 
-/// The coefficients of each colour channel.
+/// Returns the coefficients by colour channel.
 std::array<lighting::Sh, 3> channelsOf(const shaders::LcSh& sh);
 
-/// Shades one texel after the other in every sampled way. Light in units of the key.
+/// Shades the error of one texel after another in all rows of two matrices. Light in units of the key.
 class ErrorShader {
 public:
-    /// The matrices must outlive it; one without rows is a kind of shading that the scene has not.
-    /// unit  what light of 1 is outside
+    /// The matrices must outlive this object. A matrix without rows: the scene has no such shading.
+    /// unit  light of the map per unit of light here, the key
     ErrorShader(const ShadingMatrix& diffuse, const ShadingMatrix& specular, double unit);
-    /// The texel that the errors to come are of, at `place` of the map [texels]. Neighbours often share a normal: its frame is kept.
+    /// Sets the texel of the errors that follow, at `place` in the map [texels]. Keeps the frame if the normal is the same.
     void setReference(const shaders::LcSh& reference, const glm::vec3& normal, const glm::dvec2& place);
-    /// error  result - reference, of coefficients. The place of the largest is told to the accumulators.
+    /// Adds the shaded error to the accumulators, with the place of the largest.
+    /// error  result - reference, of coefficients
     void add(const shaders::LcSh& error, ErrorAccumulator& diffuse, ErrorAccumulator& specular);
 
 private:
     void shade(const shaders::LcSh& sh, std::vector<float>& out) const;
-    /// The worst of what was shaded last.
+    /// Returns the place of the largest error that was shaded last.
     ErrorPlace worstOf(const ShadingMatrix& matrix, std::size_t offset) const;
 
     const ShadingMatrix& diffuse_;
@@ -81,12 +83,14 @@ private:
     glm::dvec2 place_{0};
 };
 
-/// Area specular of every view, every m and F0 of the ranges, in every frame: a few responses such that each kernel is a mean of them and
-/// 0. A kernel is split into its part round about an axis (its bands) and the rest (the residual), which is small: lobes are nearly round.
-/// Those of all kernels lie near a curve, band 1 over band 0 against band 2 over band 0, which a chain of a few responses follows; how
-/// far a kernel is from the chain goes into the residual. Between the ends of F0 kernels are means of those at the ends. m and view (down
-/// to NoV = 1e-3) are scanned; between scanned ones a kernel differs from a mean of its neighbours by an eighth of its second differences,
-/// of which twice as much is added.
+/// Returns a few responses that cover area specular of every view, every m and F0 of the ranges, in every frame: each kernel is a mean of
+/// the responses and 0, plus its residual.
+///   1. Kernels are computed on a grid of m and view (down to NoV = 1e-3), for the ends of the F0 range; kernels between these ends are
+///      means of them. Between grid points a kernel differs from a mean of its neighbours by 1/8 of its second differences, of which twice
+///      as much is added to the residual.
+///   2. Each kernel is split into a zonal part about its own axis (the bands) and the rest (the residual), which is small.
+///   3. The zonal parts lie near a curve in the plane of band 1 / band 0 and band 2 / band 0. A chain of a few knots follows the curve; the
+///      distance of a kernel from the chain is added to its residual. The knots are the responses.
 std::vector<Response> specularResponses(const LightMapShading& shading);
 
 }  // namespace lightcook::verify

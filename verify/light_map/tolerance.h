@@ -1,47 +1,48 @@
-// What a sampler is free to do with the texels of a cooked map, as lengths beside its errors. Private to verify/.
+// Sampler tolerance of a cooked map as slack: lengths of what a conforming sampler may add to the error of a texel or a quad.
+// Private to verify/.
 #pragma once
 
 #include <algorithm>
 #include <vector>
 
+#include "verify/light_map/bound_evaluator.h"
 #include "verify/light_map/deviation.h"
 #include "verify/light_map/rows.h"
-#include "verify/light_map/worst.h"
 
 namespace lightcook::verify::lightmap {
 
 template <class Layout>
-class Liberties {
+class SamplerTolerance {
 public:
     using LayerTexels = typename MapRows<Layout>::LayerTexels;
     using QuadTexels = typename MapRows<Layout>::QuadTexels;
     using QuadReferences = typename MapRows<Layout>::QuadReferences;
 
-    /// freedom  of each layer; empty: an ideal sampler
-    Liberties(const MapRows<Layout>& rows, const std::vector<FormatFreedom>& freedom) : rows_(rows), freedom_(freedom) {
+    /// formats  tolerance of each layer; empty: an ideal sampler
+    SamplerTolerance(const MapRows<Layout>& rows, const std::vector<FormatTolerance>& formats) : rows_(rows), formats_(formats) {
         for (const auto& texture : rows.texels().spans)
             for (const formats::Image<glm::vec4>& image : texture) spans_.push_back(&image);
     }
-    const std::vector<FormatFreedom>& formats() const { return freedom_; }
-    bool isNone() const { return freedom_.empty(); }
+    const std::vector<FormatTolerance>& formats() const { return formats_; }
+    bool isNone() const { return formats_.empty(); }
 
-    /// At the centre of a texel.
-    ChannelSlack ofCentre(const LayerTexels& texels, int x, int y) const {
+    /// Returns the slack at the centre of texel (x, y).
+    ChannelSlack centreSlack(const LayerTexels& texels, int x, int y) const {
         if (isNone()) return {};
         layouts::Boxes<Layout::kLayers> boxes;
-        bool isFree = false;
+        bool hasTolerance = false;
         for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
-            boxes[layer] = {texels[layer], glm::vec4(0), decodeFreedom(layer, x, y, 0)};
-            isFree = isFree || boxes[layer].freedom != glm::vec4(0);
+            boxes[layer] = {texels[layer], glm::vec4(0), decodedTolerance(layer, x, y, 0)};
+            hasTolerance = hasTolerance || boxes[layer].tolerance != glm::vec4(0);
         }
-        return isFree ? lengthsOf(deviation(boxes, x, y), true) : ChannelSlack{};
+        return hasTolerance ? lengthsOf(deviation(boxes, x, y), true) : ChannelSlack{};
     }
-    /// What the decode of the texel at `corner` may be off in the quad at (x, y).
-    auto ofQuad(const QuadTexels& texels, int x, int y, int corner) const {
+    /// Returns the deviation of the decode of the texel at `corner`, anywhere in the quad at (x, y).
+    auto quadDeviation(const QuadTexels& texels, int x, int y, int corner) const {
         return deviation(quadBoxes(texels, x, y), x + corner % 2, y + corner / 2);
     }
-    /// Its band lengths, quickly, by the lengths of every vector, or exactly, by the sums with every choice of signs: the longest are among
-    /// them. Lengths do not ask for a whole group's sign, which halves the choices.
+    /// Returns the band lengths of a deviation. A convex function of factors in [-1, 1] has its maximum where each is +-1, so the exact
+    /// length of a group is the largest over all choices of signs. Not exact: the sum of the vectors' lengths, which is larger and faster.
     template <std::size_t kGroups>
     ChannelSlack lengthsOf(const layouts::Deviation<kGroups>& off, bool isExact) const {
         ChannelSlack slack{};
@@ -56,30 +57,31 @@ public:
         }
         return slack;
     }
-    /// What the filter's fractions move the light of a decode of degree kDegree: a polynomial in Bernstein form changes by at most its
-    /// degree times the difference of neighbouring controls; of the reference those are the texels themselves.
-    static void addFractions(ChannelSlack& slack, const QuadReferences& references, const Squares& error) {
+    /// Adds the effect of inexact filter fractions, which move a sample by up to kFractionTolerance texels along each axis. A polynomial in
+    /// Bernstein form changes by at most its degree times the largest difference of neighbouring control vectors. For the reference these
+    /// are the texels; differences of errors are at most twice the largest error.
+    static void addFilterFractions(ChannelSlack& slack, const QuadReferences& references, const Squares& error) {
         const auto steps = [&](std::size_t a, std::size_t b, std::size_t c, std::size_t d) {
             const std::array<LcSh, 2> edges = {difference(*references[a], *references[b]), difference(*references[c], *references[d])};
             return largestSquares(edges);
         };
         const Squares across = steps(1, 0, 3, 2), down = steps(2, 0, 3, 1);
-        constexpr double kBend = 4.0 * Layout::kDegree;
+        constexpr double kErrorFactor = 4.0 * Layout::kDegree;  // 2 axes, each degree * 2 |error|
         for (std::size_t l = 0; l < 3; ++l) {
             for (std::size_t c = 0; c < kChannels; ++c) {
                 const auto length = [&](const Squares& squares) { return outwardLength(squares[l][static_cast<int>(c)]); };
-                slack[c][l] += kFractionFreedom * (length(across) + length(down) + kBend * length(error));
+                slack[c][l] += kFractionTolerance * (length(across) + length(down) + kErrorFactor * length(error));
             }
         }
     }
 
-    /// Of a layer between the corners of the quad at (x, y); but for what is a part of the light.
-    glm::vec4 freedomAt(std::size_t layer, int x, int y) const { return decodeFreedom(layer, x, y, 1) + freedom_[layer].absolute; }
+    /// Returns the tolerance of a layer's filtered texels in the quad at (x, y), without the part that is relative to the value.
+    glm::vec4 toleranceAt(std::size_t layer, int x, int y) const { return decodedTolerance(layer, x, y, 1) + formats_[layer].absolute; }
 
 private:
-    /// Of one layer at texels (x, y) to (x + reach, y + reach): between them, or at one of them alone.
-    glm::vec4 decodeFreedom(std::size_t layer, int x, int y, int reach) const {
-        const FormatFreedom& format = freedom_[layer];
+    /// Returns the tolerance of a layer's decoded texels (x, y) to (x + reach, y + reach), by the largest span of their blocks.
+    glm::vec4 decodedTolerance(std::size_t layer, int x, int y, int reach) const {
+        const FormatTolerance& format = formats_[layer];
         if (!format.hasSpans() || spans_.empty()) return format.decoded;
         const int firstRow = rows_.texels().firstRow;
         glm::vec4 span(0);
@@ -87,10 +89,10 @@ private:
             for (int blockX = x / 4; blockX <= (x + reach) / 4; ++blockX) span = glm::max(span, spans_[layer]->at(blockX, blockY));
         return format.decoded + format.perSpan * span;
     }
-    /// What the decode of texel (x, y) may be off, over boxes of texels.
+    /// Returns the deviation of the decode of texel (x, y) over boxes of texels.
     auto deviation(const layouts::Boxes<Layout::kLayers>& boxes, int x, int y) const {
         if constexpr (requires { Layout::kCodeCount; })
-            return layouts::deviationOf<Layout::kCodeCount, Layout::kResidualCount>(rows_.layout().at(x, y), boxes);
+            return layouts::deviationOf<Layout::kLayout>(rows_.layout().at(x, y), boxes);
         else
             return layouts::Deviation<0>{layouts::deviationOf(rows_.layout(), boxes), {}};
     }
@@ -103,14 +105,14 @@ private:
             TexelBox& box = boxes[layer];
             box.centre = 0.5f * (low + high);
             box.half = kOutward * (0.5f * (high - low));
-            const FormatFreedom& format = freedom_[layer];
-            box.freedom = decodeFreedom(layer, x, y, 1) + format.absolute + format.relative * glm::max(glm::abs(low), glm::abs(high));
+            const FormatTolerance& format = formats_[layer];
+            box.tolerance = decodedTolerance(layer, x, y, 1) + format.absolute + format.relative * glm::max(glm::abs(low), glm::abs(high));
         }
         return boxes;
     }
 
     const MapRows<Layout>& rows_;
-    const std::vector<FormatFreedom>& freedom_;
+    const std::vector<FormatTolerance>& formats_;
     std::vector<const formats::Image<glm::vec4>*> spans_;  ///< [layer]
 };
 

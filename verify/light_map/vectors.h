@@ -1,4 +1,5 @@
-// The small sums that bounds of light maps are made of: nine RGB coefficients, their lengths by band and channel. Private to verify/.
+// Vector arithmetic of the bounds of light maps: nine RGB coefficients, and the lengths of their SH bands by channel. Lengths are rounded
+// up, so that sums of them are upper bounds. Private to verify/.
 #pragma once
 
 #include <array>
@@ -17,16 +18,16 @@ namespace lightcook::verify::lightmap {
 using shaders::LcSh;
 
 inline constexpr std::size_t kChannels = 3, kCount = lighting::kShCount;
-/// Floor of local errors. All light here is in units of the key.
+/// Floor of local errors (docs/theory/error.md). All light here is in units of the key.
 inline constexpr double kFloor = lighting::kLocalErrorFloor;
-/// The control vectors come from float evaluations of the decode: conversion to Bernstein form magnifies their rounding by at most 6 an
-/// axis.
+/// Relative rounding error of control vectors: they come from float evaluations of the decode, and conversion to Bernstein form magnifies
+/// rounding by at most 6 for each axis.
 inline constexpr double kRounding = 2e-5;
 
 using Channels = std::array<lighting::Sh, kChannels>;
-/// Lengths of what each channel's error may have beyond its numbers, by band.
+/// Slack by channel: upper bounds, for each band, of the length of what is added to an error (rounding, sampler tolerance).
 using ChannelSlack = std::array<lighting::ShBands, kChannels>;
-/// Squared lengths by band and channel.
+/// Squared lengths: [band][channel].
 using Squares = std::array<glm::vec3, 3>;
 
 inline LcSh difference(const LcSh& a, const LcSh& b) {
@@ -54,7 +55,7 @@ std::array<glm::vec4, kLayers> blend(const std::array<glm::vec4, kLayers>& a, co
     return out;
 }
 
-/// Control values of the polynomial of degree kDegree that takes these values at i / kDegree, i = 0 .. kDegree.
+/// Converts the values of a polynomial of degree kDegree at i / kDegree, i = 0 .. kDegree, to its Bernstein coefficients, in place.
 template <int kDegree>
 void bernsteinFromNodes(std::array<LcSh*, kDegree + 1> nodes) {
     for (std::size_t i = 0; i < kCount; ++i) {
@@ -68,9 +69,9 @@ void bernsteinFromNodes(std::array<LcSh*, kDegree + 1> nodes) {
     }
 }
 
-/// The largest of each among these.
+/// Returns the largest squared length of each band and channel among these vectors.
 inline Squares largestSquares(std::span<const LcSh> each) {
-    // By plain floats: the hottest sums of the bounds, which run in lanes this way.
+    // Plain floats, so that the compiler vectorizes the sums: they are the hottest of the bounds.
     constexpr std::size_t kFloats = kCount * kChannels;
     static_assert(sizeof(LcSh) == kFloats * sizeof(float));
     std::array<float, 3 * kChannels> largest{};
@@ -85,7 +86,7 @@ inline Squares largestSquares(std::span<const LcSh> each) {
             sums[kChannels + c] = at(1) + at(2) + at(3);
             sums[2 * kChannels + c] = at(4) + at(5) + at(6) + at(7) + at(8);
         }
-        // What is not a number stays: no comparison with it is true.
+        // Written so that NaN stays: every comparison with it is false.
         for (std::size_t i = 0; i < sums.size(); ++i) largest[i] = sums[i] <= largest[i] ? largest[i] : sums[i];
     }
     Squares out;
@@ -95,15 +96,15 @@ inline Squares largestSquares(std::span<const LcSh> each) {
 
 inline constexpr double kOutwardLength = 1 + 1e-5, kTiny = 1e-18;
 inline constexpr float kOutward = 1 + 1e-5f;
-/// From a sum of squares of floats: a few units in the last place, and what squares lose under the smallest float.
+/// Returns an upper bound of the root of a float sum of squares: adds a few units in the last place, and kTiny for squares that underflow.
 inline double outwardLength(float square) {
     return square == 0 ? 0 : kOutwardLength * std::sqrt(static_cast<double>(square)) + kTiny;
 }
 
-/// Lengths by band and channel at [3 band + channel], in whole lanes; never less than they are.
+/// Upper bounds of lengths, [3 band + channel], padded to whole vectors.
 inline constexpr std::size_t kBandLanes = 12;
 using BandLengths = std::array<float, kBandLanes>;
-/// Of each band the largest.
+/// Returns the largest length of each band and channel.
 inline BandLengths largestLengths(std::span<const LcSh> each) {
     const Squares squares = largestSquares(each);
     BandLengths out{};
@@ -115,7 +116,7 @@ inline BandLengths bandLengths(const LcSh& sh) {
     return largestLengths({&sh, 1});
 }
 
-/// factor times the lengths of the bands; of each band the largest.
+/// Adds factor times the largest length of each band to `slack`.
 inline void addLargestLengths(ChannelSlack& slack, std::span<const LcSh> each, double factor) {
     const Squares squares = largestSquares(each);
     for (std::size_t c = 0; c < kChannels; ++c)
@@ -131,7 +132,7 @@ inline ChannelSlack sumOf(const ChannelSlack& a, const ChannelSlack& b) {
     return out;
 }
 
-/// The sums of a group's vectors with every choice of signs; but for that of the whole.
+/// Returns the sums of four vectors for every choice of signs, up to the sign of the whole sum.
 inline constexpr std::size_t kSigns = 8;
 inline std::array<LcSh, kSigns> signedSumsOf(const std::array<LcSh, 4>& group) {
     std::array<LcSh, kSigns> sums;
@@ -144,12 +145,12 @@ inline std::array<LcSh, kSigns> signedSumsOf(const std::array<LcSh, 4>& group) {
     return sums;
 }
 
-/// A bilinear reference is nowhere longer than at a corner.
+/// Returns the largest squared lengths of the corners. A bilinear reference is nowhere longer than at a corner.
 inline Squares referenceSquares(const std::array<const LcSh*, 4>& references) {
     const std::array<LcSh, 4> each = {*references[0], *references[1], *references[2], *references[3]};
     return largestSquares(each);
 }
-/// What float evaluations of the decode may be off, after their conversion to Bernstein form.
+/// Adds the rounding error of control vectors to `slack`.
 inline void addRounding(ChannelSlack& slack, const Squares& error, const Squares& reference) {
     for (std::size_t c = 0; c < kChannels; ++c)
         for (std::size_t l = 0; l < 3; ++l)

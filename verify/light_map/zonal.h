@@ -1,4 +1,10 @@
-// Bounds of quads whose band 2 follows the axis of their filtered band 1. Private to verify/.
+// Bounds of quads for zonal layouts, whose band 2 follows the axis of their filtered band 1. Private to verify/.
+//
+// Band 2 is z(p) Y(a(p)): z is a polynomial of the position p, a(p) the unit axis of another polynomial, Y the unit zonal band 2 about an
+// axis. This is no polynomial, so it is bounded as the polynomial z(p) Y(a0) with one axis a0 for a part of the quad, with
+//   |z| |Y(a) - Y(a0)| <= |z| sqrt(3) sin(angle of a and a0)
+// as slack (axisCone in bound.h). If this slack is much of the error and the part may exceed the maximum, the part is split into quarters,
+// in which axes turn less, up to three times.
 #pragma once
 
 #include <algorithm>
@@ -9,9 +15,6 @@
 
 namespace lightcook::verify::lightmap {
 
-/// A layout whose band 2 is z(p) Y(a(p)), z a polynomial and a(p) the axis of another, is bounded as the polynomial z(p) Y(a0) with one
-/// axis a0 for the part, and at most |z| |Y(a) - Y(a0)| beside it (axisCone). Where that is much of the error and could be the map's
-/// worst, the part is looked at in quarters: axes turn less in them.
 template <layouts::Zonal Layout>
 class ZonalBounds {
 public:
@@ -20,20 +23,20 @@ public:
     using QuadTexels = typename Quad::QuadTexels;
     using QuadReferences = typename Quad::QuadReferences;
 
-    ZonalBounds(const MapRows<Layout>& rows, const Liberties<Layout>& liberties, const BoundJudge& judge)
-        : rows_(rows), liberties_(liberties), judge_(judge) {}
+    ZonalBounds(const MapRows<Layout>& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator)
+        : rows_(rows), tolerance_(tolerance), evaluator_(evaluator) {}
 
-    /// Takes the quad at (x, y) into the worst so far.
-    void bound(const QuadTexels& texels, const QuadReferences& references, int x, int y, Worst& worst) const {
-        boundPart({texels, references, x, y, freedomOf(texels, references, x, y)}, {}, 0, worst);
+    /// Raises the maximum to the bound of quad (x, y).
+    void bound(const QuadTexels& texels, const QuadReferences& references, int x, int y, LargestBounds& largest) const {
+        boundPart({texels, references, x, y, toleranceOf(texels, references, x, y)}, {}, 0, largest);
     }
 
 private:
     static constexpr int kNodes = Quad::kNodes, kDepth = 3;
-    static constexpr double kShare = 0.05;
+    static constexpr double kShare = 0.05;  ///< a part is split if the turning axis causes more than this share of its error
 
-    /// What a sampler's freedom does to bands() and to the vector of the axis.
-    struct Freedom {
+    /// Deviation of bands() and of the axis vector by the sampler tolerance.
+    struct Tolerance {
         ChannelSlack slack{};
         double axis = 0;
     };
@@ -41,13 +44,13 @@ private:
         const QuadTexels& texels;
         const QuadReferences& references;
         int x, y;
-        Freedom freedom;
+        Tolerance tolerance;
     };
 
     Quad controlsOf(const QuadTexels& texels, const QuadReferences& references, const Part& part) const {
         return Quad(texels, references, part, [&](const auto& t, const LcSh&) { return bandsAndAxis(t); });
     }
-    /// bands(), and beside the zonal coefficient in c[4] the vector of the axis in c[5]: both are polynomials.
+    /// Returns bands(), with the zonal coefficient in c[4] and the axis vector in c[5]: both are polynomials.
     LcSh bandsAndAxis(const typename MapRows<Layout>::LayerTexels& t) const {
         LcSh sh = scaled(rows_.layout().bands(t), rows_.perKey());
         const glm::vec3& weights = rows_.layout().k.luminance;
@@ -55,91 +58,91 @@ private:
         return sh;
     }
 
-    Freedom freedomOf(const QuadTexels& texels, const QuadReferences& references, int x, int y) const {
-        Freedom out;
-        if (liberties_.isNone()) return out;
-        const LcSh off = scaled(liberties_.ofQuad(texels, x, y, 0).absolute, rows_.perKey());
+    Tolerance toleranceOf(const QuadTexels& texels, const QuadReferences& references, int x, int y) const {
+        Tolerance out;
+        if (tolerance_.isNone()) return out;
+        const LcSh off = scaled(tolerance_.quadDeviation(texels, x, y, 0).absolute, rows_.perKey());
         addLengths(out.slack, off, 1);
         const Quad quad = controlsOf(texels, references, {});
         const glm::vec3 weights = glm::abs(rows_.layout().k.luminance);
         out.axis = kOutwardLength * static_cast<double>(glm::length(
                                         glm::vec3(glm::dot(weights, off.c[3]), glm::dot(weights, off.c[1]), glm::dot(weights, off.c[2]))));
-        // As in addFractions, from the controls themselves: lengths of the axis' vector are in c[5].
+        // As SamplerTolerance::addFilterFractions, but from the control vectors' own differences, c[5] of which is the axis vector.
         for (int axis = 0; axis < 2; ++axis) addStep(quad.values, axis, out);
         return out;
     }
-    static void addStep(const Controls& bands, int axis, Freedom& out) {
+    static void addStep(const Controls& bands, int axis, Tolerance& out) {
         const int step = axis == 0 ? 1 : kNodes;
         ChannelSlack largest{};
-        double turned = 0;
+        double axisStep = 0;
         for (int k = 0; k < static_cast<int>(bands.size()); ++k) {
             if ((axis == 0 ? k % kNodes : k / kNodes) == kNodes - 1) continue;
             LcSh moved = difference(bands[static_cast<std::size_t>(k + step)], bands[static_cast<std::size_t>(k)]);
-            turned = std::max(turned, static_cast<double>(glm::length(moved.c[5])));
+            axisStep = std::max(axisStep, static_cast<double>(glm::length(moved.c[5])));
             moved.c[5] = glm::vec3(0);
             ChannelSlack lengths{};
             addLengths(lengths, moved, 1);
             for (std::size_t c = 0; c < kChannels; ++c)
                 for (std::size_t l = 0; l < 3; ++l) largest[c][l] = std::max(largest[c][l], lengths[c][l]);
         }
-        constexpr double kSteepest = kOutwardLength * kFractionFreedom * Layout::kDegree;
+        constexpr double kSteepest = kOutwardLength * kFractionTolerance * Layout::kDegree;
         for (std::size_t c = 0; c < kChannels; ++c)
             for (std::size_t l = 0; l < 3; ++l) out.slack[c][l] += kSteepest * largest[c][l];
-        out.axis += kSteepest * turned;
+        out.axis += kSteepest * axisStep;
     }
 
-    void boundPart(const Place& place, const Part& part, int depth, Worst& worst) const {
+    void boundPart(const Place& place, const Part& part, int depth, LargestBounds& largest) const {
         Quad quad = controlsOf(place.texels, place.references, part);
         Controls& bands = quad.values;
-        const AxisCone cone = coneOf(bands, place.freedom.axis);
-        std::array<double, kChannels> turned{};
+        const AxisCone cone = coneOf(bands, place.tolerance.axis);
+        std::array<double, kChannels> axisSlack{};
         for (LcSh& sh : bands)
             for (std::size_t c = 0; c < kChannels; ++c)
-                turned[c] = std::max(turned[c], cone.deviation * static_cast<double>(std::abs(sh.c[4][static_cast<int>(c)])));
+                axisSlack[c] = std::max(axisSlack[c], cone.deviation * static_cast<double>(std::abs(sh.c[4][static_cast<int>(c)])));
         for (std::size_t k = 0; k < bands.size(); ++k) bands[k] = difference(shaders::lcZonalBand2(bands[k], cone.axis), quad.filtered[k]);
-        ChannelSlack slack = place.freedom.slack;
+        ChannelSlack slack = place.tolerance.slack;
         const Squares squares = largestSquares(bands);
         addRounding(slack, squares, referenceSquares(place.references));
-        for (std::size_t c = 0; c < kChannels; ++c) slack[c][2] += turned[c];
-        if (judge_.isCertainlyWithin(worst, squares, slack)) return;
+        for (std::size_t c = 0; c < kChannels; ++c) slack[c][2] += axisSlack[c];
+        if (evaluator_.cannotExceed(largest, squares, slack)) return;
         const auto pairs = quad.pairs();
-        if (depth < kDepth && isWorthSplitting(pairs, slack, turned, worst)) {
+        if (depth < kDepth && isWorthSplitting(pairs, slack, axisSlack, largest)) {
             const float half = 0.5f * part.size;
             for (const float v : {0.0f, half})
-                for (const float u : {0.0f, half}) boundPart(place, {part.u + u, part.v + v, half}, depth + 1, worst);
+                for (const float u : {0.0f, half}) boundPart(place, {part.u + u, part.v + v, half}, depth + 1, largest);
             return;
         }
         for (std::size_t c = 0; c < kChannels; ++c)
-            judge_.raise(worst, pairs[c], slack[c],
-                         {place.x + static_cast<double>(part.u), place.y + static_cast<double>(part.v), static_cast<double>(part.size),
-                          static_cast<std::size_t>(kNodes), static_cast<int>(c)});
+            evaluator_.raise(largest, pairs[c], slack[c],
+                             {place.x + static_cast<double>(part.u), place.y + static_cast<double>(part.v), static_cast<double>(part.size),
+                              static_cast<std::size_t>(kNodes), static_cast<int>(c)});
     }
 
-    static AxisCone coneOf(const Controls& bands, double freedom) {
+    static AxisCone coneOf(const Controls& bands, double tolerance) {
         std::array<glm::vec3, std::tuple_size_v<Controls>> vectors;
         double largest = 0;
         for (std::size_t k = 0; k < bands.size(); ++k) {
             vectors[k] = bands[k].c[5];
             for (int i = 1; i < 4; ++i) largest = std::max(largest, static_cast<double>(glm::length(bands[k].c[i])));
         }
-        return axisCone(vectors, kRounding * largest + freedom);
+        return axisCone(vectors, kRounding * largest + tolerance);
     }
-    /// turned: what of the slack is due to the axis
-    bool isWorthSplitting(const typename Quad::Pairs& pairs, const ChannelSlack& slack, const std::array<double, kChannels>& turned,
-                          const Worst& worst) const {
+    /// Returns true if the slack of the axis is a large share of the error and the part may exceed the maximum.
+    bool isWorthSplitting(const typename Quad::Pairs& pairs, const ChannelSlack& slack, const std::array<double, kChannels>& axisSlack,
+                          const LargestBounds& largest) const {
         for (std::size_t c = 0; c < kChannels; ++c) {
             double error = 0;
             for (const ErrorPair& pair : pairs[c]) error = std::max(error, bandSum(bandNorms(pair.error), kExitNorm));
-            if (kExitNorm[2] * turned[c] <= kShare * error) continue;
-            if (!staysWithin(pairs[c], {&kExitResponse, 1}, kFloor, slack[c], worst.diffuse.bound)) return true;
-            if (!staysWithin(pairs[c], judge_.setup().responses, kFloor, slack[c], worst.specular.bound)) return true;
+            if (kExitNorm[2] * axisSlack[c] <= kShare * error) continue;
+            if (!staysWithin(pairs[c], {&kExitResponse, 1}, kFloor, slack[c], largest.diffuse.bound)) return true;
+            if (!staysWithin(pairs[c], evaluator_.setup().responses, kFloor, slack[c], largest.specular.bound)) return true;
         }
         return false;
     }
 
     const MapRows<Layout>& rows_;
-    const Liberties<Layout>& liberties_;
-    const BoundJudge& judge_;
+    const SamplerTolerance<Layout>& tolerance_;
+    const BoundEvaluator& evaluator_;
 };
 
 }  // namespace lightcook::verify::lightmap

@@ -46,12 +46,12 @@ glm::vec4 spanOf(formats::PixelFormat format, std::span<const std::byte> block) 
 
 }  // namespace
 
-FormatFreedom freedomOf(formats::PixelFormat format) {
+FormatTolerance toleranceOf(formats::PixelFormat format) {
     using formats::PixelFormat;
     constexpr float kCode8 = 1.0f / 255, kCode16 = 1.0f / 65535, kHalfStep = 0x1p-10f;
-    constexpr FormatFreedom kEight{2 * kCode8, 0, glm::vec4(0), glm::vec4(0)}, kSixteen{2 * kCode16, 0, glm::vec4(0), glm::vec4(0)},
+    constexpr FormatTolerance kEight{2 * kCode8, 0, glm::vec4(0), glm::vec4(0)}, kSixteen{2 * kCode16, 0, glm::vec4(0), glm::vec4(0)},
         kHalf{0, kHalfStep, glm::vec4(0), glm::vec4(0)};
-    FormatFreedom blocks = kEight;
+    FormatTolerance blocks = kEight;
     switch (format) {
         case PixelFormat::Bc1:
             blocks.decoded = {2 * kCode8, 2 * kCode8, 2 * kCode8, 0};
@@ -87,7 +87,7 @@ FormatFreedom freedomOf(formats::PixelFormat format) {
 }
 
 formats::Image<glm::vec4> blockSpans(formats::PixelFormat format, std::span<const std::byte> blocks, int width) {
-    if (!freedomOf(format).hasSpans()) return {};
+    if (!toleranceOf(format).hasSpans()) return {};
     const std::size_t bytes = static_cast<std::size_t>(formats::info(format).bytesPerBlock);
     const int across = (width + 3) / 4;
     assert(blocks.size() % (bytes * static_cast<std::size_t>(across)) == 0);

@@ -28,7 +28,7 @@
 #include "verify/block_errors.h"
 #include "verify/cubemap.h"
 #include "verify/dominant.h"
-#include "verify/specular_table_bound.h"
+#include "verify/lut.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::pipeline {
@@ -215,7 +215,7 @@ void checkBands(const verify::CookedCubemap& map, std::vector<verify::Violation>
     }
 }
 
-verify::SpecularTableAxis axisFrom(const Json& json) {
+verify::LutAxis axisFrom(const Json& json) {
     return {json.at("count").get<int>(),   json.at("minimum").get<double>(), json.at("maximum").get<double>(),
             json.at("scale").get<float>(), json.at("offset").get<float>(),   json.at("factors").get<std::array<double, 4>>()};
 }
@@ -228,11 +228,11 @@ bool isAxis(const Json& json, const std::vector<fit::AxisMapping>& mappings) {
 
 /// Reflected light over NoV (grazing on the left) and m (smooth on top), as far as the tables go: of constant light off a surface of F0
 /// 0.6, and the worst error of all lights and F0 that they are judged by. Nothing after an interrupt.
-std::optional<Preview> drawTables(const verify::CookedSpecularTables& tables, double key, const ActionContext& context) {
+std::optional<Preview> drawTables(const verify::CookedLut& tables, double key, const ActionContext& context) {
     constexpr int kAcross = 96, kDown = 48;
-    const std::vector<verify::SpecularKernelEntries> shadings = verify::specularTableShadings(kTableF0);
+    const std::vector<verify::SpecularKernelEntries> shadings = verify::lutShadings(kTableF0);
     const std::size_t shown = static_cast<std::size_t>(std::ranges::find(kTableF0, 0.04) - kTableF0.begin());
-    const auto ends = [](const verify::SpecularTableAxis& axis) {
+    const auto ends = [](const verify::LutAxis& axis) {
         return std::minmax({axis.inverse(axis.at(0)), axis.inverse(axis.at(axis.count - 1))});
     };
     const auto [lowNoV, highNoV] = ends(tables.view);
@@ -242,7 +242,7 @@ std::optional<Preview> drawTables(const verify::CookedSpecularTables& tables, do
         const double m = lowM + (highM - lowM) * (static_cast<double>(row) + 0.5) / kDown;
         for (int x = 0; x < kAcross; ++x) {
             const double NoV = std::max(verify::kSmallestTableNoV, lowNoV + (highNoV - lowNoV) * (x + 0.5) / kAcross);
-            const verify::SpecularTableResult found = verify::compareSpecularTables(tables, {NoV, m, false, false});
+            const verify::LutResult found = verify::compareLut(tables, {NoV, m, false, false});
             const auto reflected = [&](const verify::SpecularKernelEntries& k, std::size_t shading) {
                 return std::inner_product(k.begin(), k.end(), shadings[shading].begin(), 0.0);
             };
@@ -266,15 +266,14 @@ std::optional<Preview> drawTables(const verify::CookedSpecularTables& tables, do
 
 /// The kernels that the scene shades with, for the views, m and F0 that its light maps are verified with. The verdict is of all that the
 /// tables hold, and mostly of grazing views; what this error is worth depends on a map's light.
-Json momentsOf(const verify::CookedSpecularTables& tables, const verify::LightMapShading& shading) {
-    std::vector<verify::SpecularTableSample> samples;
+Json momentsOf(const verify::CookedLut& tables, const verify::LightMapShading& shading) {
+    std::vector<verify::LutSample> samples;
     for (int i = 0; i < shading.viewCount; ++i) {
         const double NoV = lighting::fibonacciHemisphere(i, shading.viewCount).z;
         for (const double m : shading.m) samples.push_back({NoV, m, false, false});
     }
-    std::vector<verify::SpecularTableResult> results(samples.size());
-    tbb::parallel_for(std::size_t{0}, samples.size(),
-                      [&](std::size_t i) { results[i] = verify::compareSpecularTables(tables, samples[i]); });
+    std::vector<verify::LutResult> results(samples.size());
+    tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t i) { results[i] = verify::compareLut(tables, samples[i]); });
     const TableMoments moments = tableMoments(results, shading.f0);
     return {{"kernel_moments", moments.reference}, {"error_moments", moments.error}};
 }
@@ -369,7 +368,7 @@ Result<ActionOutcome> verifyTables(const ActionContext& context) {
     const Stopwatch watch;
     const Json& asset = context.upstream.at(0)->result.at("asset");
     const Json& constants = asset.at("constants");
-    verify::CookedSpecularTables tables;
+    verify::CookedLut tables;
     const std::string viewAxis = constants.at("view").at("of"), roughnessAxis = constants.at("roughness").at("of");
     if (!isAxis(constants.at("view"), fit::viewMappings()) || !isAxis(constants.at("roughness"), fit::roughnessMappings()))
         return failure(ErrorCode::Verification, context.action.asset + ", texture axes",
@@ -399,30 +398,30 @@ Result<ActionOutcome> verifyTables(const ActionContext& context) {
         tables.scale[i] = vec4From(constants.at(roles[i] + "_scale"));
         tables.bias[i] = vec4From(constants.at(roles[i] + "_bias"));
     }
-    const auto samples = verify::specularTableSamples(tables, kRandomTableSamples, 1);
-    std::vector<verify::SpecularTableResult> results(samples.size());
+    const auto samples = verify::lutSamples(tables, kRandomTableSamples, 1);
+    std::vector<verify::LutResult> results(samples.size());
     if (!forEachPiece(samples.size(), context, "verify " + context.action.asset,
-                      [&](std::size_t i) { results[i] = verify::compareSpecularTables(tables, samples[i]); }))
+                      [&](std::size_t i) { results[i] = verify::compareLut(tables, samples[i]); }))
         return interrupted(context);
     std::vector<verify::Violation> violations;
-    const verify::SpecularTableStepError off = verify::specularTableStepError(tables, samples, results);
+    const verify::LutStepError off = verify::lutStepError(tables, samples, results);
     if (off.steps > kTableSteps)
         violations.push_back(
             {fmt::format("texture {}, channel {}, texel of NoV {:.4g} and m {:.4g}", roles[off.entry / 4], off.entry % 4, off.NoV, off.m),
              fmt::format("an error of {:.4g} steps of 16 bits", off.steps), fmt::format("at most {}", kTableSteps),
-             verify::tablePlace(tables, off.NoV, off.m)});
-    const verify::SpecularTableKeys keys = verify::specularTableKeys(samples, results, kTableF0);
-    std::vector<verify::SpecularTableBounds> bounds(static_cast<std::size_t>(tables.view.count - 1));
+             verify::lutPlace(tables, off.NoV, off.m)});
+    const verify::LutKeys keys = verify::lutKeys(samples, results, kTableF0);
+    std::vector<verify::LutBounds> bounds(static_cast<std::size_t>(tables.view.count - 1));
     if (!forEachPiece(bounds.size(), context, "verify " + context.action.asset, [&](std::size_t cell) {
             const int viewCell = static_cast<int>(cell);
-            bounds[cell] = verify::largestOf(tables, viewCell, verify::boundSpecularTables(tables, viewCell, keys, kTableF0));
+            bounds[cell] = verify::largestOf(tables, viewCell, verify::boundLut(tables, viewCell, keys, kTableF0));
         }))
         return interrupted(context);
-    verify::SpecularTableBounds bound;
-    for (const verify::SpecularTableBounds& each : bounds) bound.raise(each);
+    verify::LutBounds bound;
+    for (const verify::LutBounds& each : bounds) bound.raise(each);
     const auto preview = drawTables(tables, keys.shaded, context);
     if (!preview) return interrupted(context);
-    ActionOutcome outcome = outcomeOf(verify::specularTableStages(tables, samples, results, kTableF0, bound), context, watch, violations);
+    ActionOutcome outcome = outcomeOf(verify::lutStages(tables, samples, results, kTableF0, bound), context, watch, violations);
     if (auto written = preview->write(context.folder, context.action.asset, outcome); !written) return tl::make_unexpected(written.error());
     const Json& parameters = context.action.parameters;
     if (parameters.contains("shading")) outcome.result["light"] = momentsOf(tables, shadingFromJson(parameters.at("shading")));

@@ -62,10 +62,10 @@ Moments LightMoments::moments() const {
     return means;
 }
 
-TableMoments tableMoments(const std::vector<verify::SpecularTableResult>& kernels, const std::vector<double>& f0) {
+TableMoments tableMoments(const std::vector<verify::LutResult>& kernels, const std::vector<double>& f0) {
     TableMoments moments;
     const double weight = 1 / static_cast<double>(std::max<std::size_t>(1, kernels.size() * f0.size()));
-    for (const verify::SpecularTableResult& each : kernels)
+    for (const verify::LutResult& each : kernels)
         for (const double f : f0) {
             const Kernel reference = kernelOf(each.reference, f);
             addTo(moments.reference, reference, weight);

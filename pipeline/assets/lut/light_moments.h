@@ -10,7 +10,7 @@
 
 #include "lighting/sh.h"
 #include "pipeline/graph/action.h"
-#include "verify/specular_tables.h"
+#include "verify/lut.h"
 
 namespace lightcook::pipeline {
 
@@ -35,7 +35,7 @@ private:
 struct TableMoments {
     Moments reference{}, error{};
 };
-TableMoments tableMoments(const std::vector<verify::SpecularTableResult>& kernels, const std::vector<double>& f0);
+TableMoments tableMoments(const std::vector<verify::LutResult>& kernels, const std::vector<double>& f0);
 
 /// Mean square of T . c.
 double meanSquare(const Moments& table, const Moments& light);

@@ -13,8 +13,7 @@
 #include "pipeline/assets/verdict.h"
 #include "pipeline/assets/verification.h"
 #include "pipeline/graph/parallel_for.h"
-#include "verify/mesh_clusters.h"
-#include "verify/mesh_shift.h"
+#include "verify/mesh.h"
 
 namespace lightcook::pipeline {
 namespace {

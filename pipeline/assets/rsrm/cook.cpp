@@ -14,7 +14,6 @@
 #include "pipeline/assets/verdict.h"
 #include "pipeline/assets/verification.h"
 #include "pipeline/graph/parallel_for.h"
-#include "verify/azimuthal_average.h"
 #include "verify/block_errors.h"
 #include "verify/rsrm.h"
 #include "verify/texture_unit.h"
@@ -100,8 +99,8 @@ Result<verify::CookedRsrm> readMap(const ActionContext& context, const Json& ass
         map.color[static_cast<int>(channel)] = constants.at("color").at(channel).get<float>();
     map.exponents = constants.at("exponents").get<std::vector<double>>();
     map.texels = std::move(*image);
-    map.freedom = verify::freedomOf(texture->shape().format);
-    if (map.freedom.hasSpans()) {
+    map.tolerance = verify::toleranceOf(texture->shape().format);
+    if (map.tolerance.hasSpans()) {
         const auto blocks = texture->readImage({});
         if (!blocks) return tl::make_unexpected(blocks.error());
         map.spans = verify::blockSpans(texture->shape().format, *blocks, texture->shape().width);

@@ -10,7 +10,7 @@
 #include "formats/environment.h"
 #include "pipeline/command/convert.h"
 #include "tests/formats/temporary_folder.h"
-#include "verify/irradiance.h"
+#include "verify/cubemap.h"
 
 namespace lightcook::pipeline {
 namespace {

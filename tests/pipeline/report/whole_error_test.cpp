@@ -242,7 +242,7 @@ TEST(WholeError, SimulatedPixelsAreWithinIt) {
 TEST(LightMoments, AreTheMeanSquareOverViewsAllAround) {
     std::mt19937 random(7);
     std::normal_distribution<double> normal;
-    std::vector<verify::SpecularTableResult> kernels(3);
+    std::vector<verify::LutResult> kernels(3);
     for (auto& kernel : kernels)
         for (std::size_t i = 0; i < kernel.reference.size(); ++i) {
             kernel.reference[i] = normal(random);

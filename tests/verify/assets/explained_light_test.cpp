@@ -6,7 +6,7 @@
 
 #include "fit/dominant_light.h"
 #include "fit/light_search.h"
-#include "verify/assets/dominant_reference.h"
+#include "verify/dominant.h"
 
 namespace lightcook::verify {
 namespace {

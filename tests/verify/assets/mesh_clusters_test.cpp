@@ -1,4 +1,4 @@
-#include "verify/mesh_clusters.h"
+#include "verify/mesh.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

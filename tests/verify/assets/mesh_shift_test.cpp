@@ -1,4 +1,4 @@
-#include "verify/mesh_shift.h"
+#include "verify/mesh.h"
 
 #include <gtest/gtest.h>
 

@@ -122,8 +122,8 @@ TEST(VerifyRsrm, TheBoundHoldsWhateverASamplerDoes) {
     const auto ideal = verifyAll(map, gradient);
     for (const formats::PixelFormat format : {formats::PixelFormat::Rgba8Unorm, formats::PixelFormat::Bc7, formats::PixelFormat::Bc4}) {
         map.isGrey = format == formats::PixelFormat::Bc4;
-        map.freedom = freedomOf(format);
-        if (map.freedom.hasSpans()) map.spans = formats::Image<glm::vec4>(5, 1, glm::vec4(0.5f, 0, 0, 0));
+        map.tolerance = toleranceOf(format);
+        if (map.tolerance.hasSpans()) map.spans = formats::Image<glm::vec4>(5, 1, glm::vec4(0.5f, 0, 0, 0));
         const auto stages = verifyAll(map, gradient);
         EXPECT_TRUE(map.isGrey || stages.back().specular.maxBound > ideal.back().specular.maxBound);
         std::mt19937 random(3);
@@ -141,11 +141,12 @@ TEST(VerifyRsrm, TheBoundHoldsWhateverASamplerDoes) {
                 for (int corner = 0; corner < 4; ++corner)
                     seen += (corner % 2 == 1 ? f.x : 1 - f.x) * (corner / 2 == 1 ? f.y : 1 - f.y) *
                             glm::dvec4(map.texels.at(x + corner % 2, y + corner / 2));
-                const FormatFreedom& free = map.freedom;
+                const FormatTolerance& tolerance = map.tolerance;
                 const double span = map.isGrey ? 0.5 : 0.0;
                 for (int channel = 0; channel < 4; ++channel)
-                    seen[channel] += (unit(random) < 0 ? -1 : 1) * (static_cast<double>(free.decoded[channel]) +
-                                                                    span * free.perSpan[channel] + static_cast<double>(free.absolute));
+                    seen[channel] +=
+                        (unit(random) < 0 ? -1 : 1) * (static_cast<double>(tolerance.decoded[channel]) + span * tolerance.perSpan[channel] +
+                                                       static_cast<double>(tolerance.absolute));
                 // The nearest centres on either side.
                 const double position = 0.5 * (1 - z) * 20 - 0.5;
                 const auto& points = rows[0].points;
@@ -153,7 +154,8 @@ TEST(VerifyRsrm, TheBoundHoldsWhateverASamplerDoes) {
                                   right = 1 + static_cast<std::size_t>(std::clamp(std::floor(position) + 1, 0.0, 19.0));
                 for (int channel = 0; channel < 3; ++channel) {
                     const double light = static_cast<double>(map.color[channel]) * seen[map.isGrey ? 0 : channel];
-                    const double slack = std::max(points[left].freedom[channel], points[right].freedom[channel]) + 1e-6 * std::abs(light);
+                    const double slack =
+                        std::max(points[left].tolerance[channel], points[right].tolerance[channel]) + 1e-6 * std::abs(light);
                     ASSERT_GE(light, std::min(points[left].cooked[channel], points[right].cooked[channel]) - slack);
                     ASSERT_LE(light, std::max(points[left].cooked[channel], points[right].cooked[channel]) + slack);
                 }

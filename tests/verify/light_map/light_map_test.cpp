@@ -249,7 +249,7 @@ TEST(LightMapVerifier, TheWorstSampleIsFoundAgainAtItsPlace) {
 
 TEST(LightMapVerifier, TheWorstBoundOfATexelIsReachedAtItsPlace) {
     Cooked cooked = cook(Kind::Gradient, LightMapLayout::Luvw);
-    cooked.map.formats.clear();  // a sampler without liberties: the bound is exact where the reference is not negative
+    cooked.map.formats.clear();  // a sampler without tolerance: the bound is exact where the reference is not negative
     const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
     const std::vector<verify::StageError> stages = cooked.stages();
     const verify::ErrorFigures& last = stages[stages.size() - 3].diffuse;

@@ -19,7 +19,7 @@
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 #include "tests/verify/cooked_light_map.h"
-#include "verify/error/random.h"
+#include "verify/assets/random.h"
 #include "verify/light_map/layouts.h"
 
 namespace lightcook {
@@ -122,11 +122,11 @@ public:
             for (int x = 0; x + 1 < cooked_.map.width; ++x)
                 if (covered(x, y) && covered(x + 1, y) && covered(x, y + 1) && covered(x + 1, y + 1)) quads.push_back({x, y});
         for (std::size_t t = 0; t < cooked_.texels.textures.size(); ++t) {
-            const verify::FormatFreedom freedom = verify::freedomOf(cooked_.map.formats[t]);
+            const verify::FormatTolerance tolerance = verify::toleranceOf(cooked_.map.formats[t]);
             for (std::size_t layer = 0; layer < cooked_.texels.textures[t].size(); ++layer) {
                 layers_.push_back(&cooked_.texels.textures[t][layer]);
                 spans_.push_back(&cooked_.texels.spans[t][layer]);
-                freedom_.push_back(freedom);
+                formats_.push_back(tolerance);
             }
         }
         verify::LightMapShading shading;
@@ -191,21 +191,21 @@ private:
     }
     /// What a filtered value of the layer may be off in the quad.
     glm::vec4 mostAt(std::size_t layer, const Quad& quad) const {
-        const verify::FormatFreedom& freedom = freedom_[layer];
+        const verify::FormatTolerance& tolerance = formats_[layer];
         glm::vec4 span(0), largest(0);
         for (int i = 0; i < 4; ++i) {
             const int x = quad.x + i % 2, y = quad.y + i / 2;
             largest = glm::max(largest, glm::abs(layers_[layer]->at(x, y)));
-            if (freedom.hasSpans()) span = glm::max(span, spans_[layer]->at(x / 4, y / 4));
+            if (tolerance.hasSpans()) span = glm::max(span, spans_[layer]->at(x / 4, y / 4));
         }
         // Each texel may be off, so that their mean may; then the filter.
-        return freedom.decoded + freedom.perSpan * span + freedom.absolute + freedom.relative * largest;
+        return tolerance.decoded + tolerance.perSpan * span + tolerance.absolute + tolerance.relative * largest;
     }
 
     Cooked cooked_;
     verify::layouts::Layout layout_;
     std::vector<const formats::Image<glm::vec4>*> layers_, spans_;
-    std::vector<verify::FormatFreedom> freedom_;
+    std::vector<verify::FormatTolerance> formats_;
     std::unique_ptr<verify::LightMapVerifier> verifier_, ideal_;
 };
 
@@ -289,12 +289,12 @@ double localError(const Light& light, const ShDouble& row) {
     return most;
 }
 
-/// Looks for the worst of a quad: over places and shadings, then over the liberties of a sampler, in turn.
+/// Looks for the worst of a quad: over places and shadings, then over the tolerance of a sampler, in turn.
 template <class Perturb>
 class Search {
 public:
     Search(const Map& map, const Quad& quad, const std::array<std::vector<float>, kCount>& rows, Perturb perturb, Random& random)
-        : map_(map), quad_(quad), rows_(rows), perturb_(perturb), random_(random), liberties_(4 * map.layerCount(), 0.0f) {}
+        : map_(map), quad_(quad), rows_(rows), perturb_(perturb), random_(random), tolerance_(4 * map.layerCount(), 0.0f) {}
 
     struct Found {
         double ideal = 0, free = 0;
@@ -322,7 +322,7 @@ private:
     };
     Light lightAt(const Candidate& candidate) const {
         return map_.lightAt(quad_, candidate.corner, candidate.place, shift_,
-                            [&](std::size_t layer, int channel) { return liberties_[4 * layer + static_cast<std::size_t>(channel)]; });
+                            [&](std::size_t layer, int channel) { return tolerance_[4 * layer + static_cast<std::size_t>(channel)]; });
     }
     void tryRows(int corner, const glm::vec2& place) {
         const Light light = lightAt({0, corner, place, {}});
@@ -359,7 +359,7 @@ private:
         };
         tryBoth(shift_.x, 1.0f / 256);
         tryBoth(shift_.y, 1.0f / 256);
-        for (float& liberty : liberties_) tryBoth(liberty, 1);
+        for (float& liberty : tolerance_) tryBoth(liberty, 1);
     }
 
     const Map& map_;
@@ -369,7 +369,7 @@ private:
     Random& random_;
     Candidate best_;
     glm::vec2 shift_{0};
-    std::vector<float> liberties_;
+    std::vector<float> tolerance_;
 };
 
 double medianOf(std::vector<double> values) {
@@ -466,7 +466,7 @@ TEST_P(TightBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {
     if (!std::filesystem::exists(fileOf(scene))) GTEST_SKIP() << "the shared scenes are not here";
     const Map map(fileOf(scene), layout, 3);
     const Tightness median = tightness(map, 200);
-    fmt::print("tight {:8} {:11} diffuse {:.2f}, with liberties {:.2f}; specular {:.2f}, with liberties {:.2f}\n", scene,
+    fmt::print("tight {:8} {:11} diffuse {:.2f}, with tolerance {:.2f}; specular {:.2f}, with tolerance {:.2f}\n", scene,
                formats::info(layout).name, median.diffuseIdeal, median.diffuse, median.specularIdeal, median.specular);
     EXPECT_LE(median.diffuse, 3);
     EXPECT_LE(median.specular, 6);

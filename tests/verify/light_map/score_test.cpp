@@ -1,4 +1,4 @@
-#include "verify/light_map/score.h"
+#include "verify/light_map.h"
 
 #include <gtest/gtest.h>
 

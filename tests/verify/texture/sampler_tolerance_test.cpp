@@ -1,5 +1,5 @@
-// The freedom that the bounds leave to a sampler's BC1 to BC5, held against what GPUs of three makers were found to do: F. Giesen, GPU BCn
-// decoding, 2021 (fgiesen.wordpress.com/2021/10/04/gpu-bcn-decoding). Every pair of ends, every palette entry.
+// The tolerance that the bounds leave to a sampler's BC1 to BC5, held against what GPUs of three makers were found to do: F. Giesen, GPU
+// BCn decoding, 2021 (fgiesen.wordpress.com/2021/10/04/gpu-bcn-decoding). Every pair of ends, every palette entry.
 #include "verify/sampler_tolerance.h"
 
 #include <gtest/gtest.h>
@@ -98,7 +98,7 @@ struct Off {
 /// All of BC4's blocks, whose ends are a and b, under a GPU's rule.
 Off scalarOff(PixelFormat format, const Entry& gpu) {
     const bool isSigned = formats::info(format).isSigned;
-    const FormatFreedom freedom = freedomOf(format);
+    const FormatTolerance tolerance = toleranceOf(format);
     const bool isAlpha = format == PixelFormat::Bc3;
     const int channel = isAlpha ? 3 : 0;
     Off off;
@@ -117,7 +117,7 @@ Off scalarOff(PixelFormat format, const Entry& gpu) {
                 decodeBc4(std::span(block).first<8>(), ours);
             const std::size_t bytes = isAlpha ? 16 : 8;
             const glm::vec4 span = blockSpans(format, std::span(block).first(bytes), 4).at(0, 0);
-            const double allowed = static_cast<double>(freedom.decoded[channel] + freedom.perSpan[channel] * span[channel]);
+            const double allowed = static_cast<double>(tolerance.decoded[channel] + tolerance.perSpan[channel] * span[channel]);
             const int steps = a > b ? 7 : 5;
             for (int numerator = 1; numerator < steps; ++numerator)
                 off.add(gpu(a, b, numerator, steps), static_cast<double>(ours[static_cast<std::size_t>(numerator + 1)][channel]), allowed);
@@ -128,7 +128,7 @@ Off scalarOff(PixelFormat format, const Entry& gpu) {
 /// All of BC1's, one channel at a time; which of the two palettes a block has is told by the whole of its ends.
 Off colourOff(int channel, const Entry& gpu) {
     const int bits = channel == 1 ? 6 : 5, shift = channel == 0 ? 11 : channel == 1 ? 5 : 0;
-    const FormatFreedom freedom = freedomOf(PixelFormat::Bc1);
+    const FormatTolerance tolerance = toleranceOf(PixelFormat::Bc1);
     Off off;
     for (int a = 0; a < 1 << bits; ++a)
         for (int b = 0; b < 1 << bits; ++b) {
@@ -138,7 +138,7 @@ Off colourOff(int channel, const Entry& gpu) {
             std::array<glm::vec4, 16> ours;
             decodeBc1(block, ours);
             const glm::vec4 span = blockSpans(PixelFormat::Bc1, block, 4).at(0, 0);
-            const double allowed = static_cast<double>(freedom.decoded[channel] + freedom.perSpan[channel] * span[channel]);
+            const double allowed = static_cast<double>(tolerance.decoded[channel] + tolerance.perSpan[channel] * span[channel]);
             const int steps = first > second ? 3 : 2;
             for (int numerator = 1; numerator < steps; ++numerator)
                 off.add(gpu(a, b, numerator, steps), static_cast<double>(ours[static_cast<std::size_t>(numerator + 1)][channel]), allowed);
@@ -146,7 +146,7 @@ Off colourOff(int channel, const Entry& gpu) {
     return off;
 }
 
-TEST(FormatFreedom, EveryGpuWhoseDecoderIsKnownStaysInsideIt) {
+TEST(FormatTolerance, EveryGpuWhoseDecoderIsKnownStaysInsideIt) {
     double most = 0;
     for (const Gpu& gpu : gpus()) {
         const std::array<std::pair<const char*, Off>, 6> offs = {{{"red", colourOff(0, gpu.red)},

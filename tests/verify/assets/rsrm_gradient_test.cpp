@@ -1,4 +1,4 @@
-#include "verify/azimuthal_average.h"
+#include "verify/rsrm.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "verify/specular_tables.h"
+#include "verify/lut.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,6 @@
 #include <set>
 
 #include "lighting/radiometry.h"
-#include "verify/specular_table_bound.h"
 
 namespace lightcook::verify {
 namespace {
@@ -22,8 +21,8 @@ using Factors = std::array<double, 4>;
 constexpr Factors kPlain = {0, 1, 0, 1}, kSine = {1, -1, 1, 1}, kWarped = {1, -1, 1, -0.8}, kRoot = {0, 1, 1, 0};
 const std::vector<double> kF0 = {0.0, 0.04, 1.0};
 
-SpecularTableAxis axisOf(int count, double low, double high, const Factors& factors) {
-    SpecularTableAxis axis{count, 0, 0, 0, 0.5f, factors};
+LutAxis axisOf(int count, double low, double high, const Factors& factors) {
+    LutAxis axis{count, 0, 0, 0, 0.5f, factors};
     axis.minimum = std::min(axis.of(low), axis.of(high));
     axis.maximum = std::max(axis.of(low), axis.of(high));
     if (count == 1) return axis;
@@ -40,8 +39,8 @@ struct Kind {
 };
 
 /// Tables of the kernel itself, in 16 bits, integrated here node by node.
-CookedSpecularTables cook(int views, int rows, double minimumM, double maximumM, const Kind& kind = {}) {
-    CookedSpecularTables tables;
+CookedLut cook(int views, int rows, double minimumM, double maximumM, const Kind& kind = {}) {
+    CookedLut tables;
     tables.lobe = kind.lobe;
     tables.normalization = kind.normalization;
     tables.view = axisOf(views, 0, 1, kind.view);
@@ -66,29 +65,29 @@ CookedSpecularTables cook(int views, int rows, double minimumM, double maximumM,
 }
 
 struct Verified {
-    std::vector<SpecularTableSample> samples;
-    std::vector<SpecularTableResult> results;
-    SpecularTableKeys keys;
+    std::vector<LutSample> samples;
+    std::vector<LutResult> results;
+    LutKeys keys;
 };
-Verified compareAll(const CookedSpecularTables& tables, int randomCount = 12) {
+Verified compareAll(const CookedLut& tables, int randomCount = 12) {
     Verified all;
-    all.samples = specularTableSamples(tables, randomCount, 1);
-    for (const SpecularTableSample& sample : all.samples) all.results.push_back(compareSpecularTables(tables, sample));
-    all.keys = specularTableKeys(all.samples, all.results, kF0);
+    all.samples = lutSamples(tables, randomCount, 1);
+    for (const LutSample& sample : all.samples) all.results.push_back(compareLut(tables, sample));
+    all.keys = lutKeys(all.samples, all.results, kF0);
     return all;
 }
 
-std::vector<StageError> verifyAll(const CookedSpecularTables& tables, int randomCount = 12) {
+std::vector<StageError> verifyAll(const CookedLut& tables, int randomCount = 12) {
     const Verified all = compareAll(tables, randomCount);
-    return specularTableStages(tables, all.samples, all.results, kF0, boundSpecularTables(tables, all.keys, kF0));
+    return lutStages(tables, all.samples, all.results, kF0, boundLut(tables, all.keys, kF0));
 }
 
-TEST(SpecularTableSamples, MeetEveryNodeEveryCellAndTheRangesOnly) {
-    const CookedSpecularTables tables = cook(4, 3, 0.1, 0.7);
-    const auto samples = specularTableSamples(tables, 50, 3);
+TEST(LutSamples, MeetEveryNodeEveryCellAndTheRangesOnly) {
+    const CookedLut tables = cook(4, 3, 0.1, 0.7);
+    const auto samples = lutSamples(tables, 50, 3);
     int nodes = 0, middles = 0;
     std::set<std::pair<double, double>> places;
-    for (const SpecularTableSample& sample : samples) {
+    for (const LutSample& sample : samples) {
         nodes += sample.isNode ? 1 : 0;
         middles += sample.isMiddle ? 1 : 0;
         EXPECT_GE(sample.NoV, 0);
@@ -102,7 +101,7 @@ TEST(SpecularTableSamples, MeetEveryNodeEveryCellAndTheRangesOnly) {
     EXPECT_EQ(places.size(), samples.size());
 }
 
-TEST(VerifySpecularTables, GoodTablesQuantizeFinelyAndFilterWithinPercents) {
+TEST(VerifyLut, GoodTablesQuantizeFinelyAndFilterWithinPercents) {
     const auto stages = verifyAll(cook(8, 6, 0.2, 0.6));
     ASSERT_EQ(stages.size(), 3u);
     EXPECT_EQ(stages[0].name, "quantize");
@@ -119,7 +118,7 @@ TEST(VerifySpecularTables, GoodTablesQuantizeFinelyAndFilterWithinPercents) {
     }
 }
 
-TEST(VerifySpecularTables, CosinesFilterBetterThanSines) {
+TEST(VerifyLut, CosinesFilterBetterThanSines) {
     // Near grazing the kernel is smooth in NoV; in the sine it has a root.
     const double sines = verifyAll(cook(8, 4, 0.2, 0.5)).back().specular.relRms;
     const double cosines = verifyAll(cook(8, 4, 0.2, 0.5, {.view = kPlain})).back().specular.relRms;
@@ -127,42 +126,42 @@ TEST(VerifySpecularTables, CosinesFilterBetterThanSines) {
     EXPECT_LT(verifyAll(cook(8, 4, 0.2, 0.5, {.view = kPlain})).front().specular.relRms, 1e-4);
 }
 
-TEST(VerifySpecularTables, OneRowOfRoughnessIsEnoughForOneMaterial) {
-    const CookedSpecularTables tables = cook(8, 1, 0.3, 0.3);
-    for (const SpecularTableSample& sample : specularTableSamples(tables, 9, 1)) EXPECT_NEAR(sample.m, 0.3, 1e-12);
+TEST(VerifyLut, OneRowOfRoughnessIsEnoughForOneMaterial) {
+    const CookedLut tables = cook(8, 1, 0.3, 0.3);
+    for (const LutSample& sample : lutSamples(tables, 9, 1)) EXPECT_NEAR(sample.m, 0.3, 1e-12);
     EXPECT_LT(verifyAll(tables).back().specular.relRms, 0.15);
 }
 
-TEST(VerifySpecularTables, FindsWrongContentAndWrongCoordinates) {
-    const CookedSpecularTables good = cook(6, 3, 0.2, 0.6);
+TEST(VerifyLut, FindsWrongContentAndWrongCoordinates) {
+    const CookedLut good = cook(6, 3, 0.2, 0.6);
     const double filter = verifyAll(good)[1].specular.relRms;
-    CookedSpecularTables bright = cook(6, 3, 0.2, 0.6);
+    CookedLut bright = cook(6, 3, 0.2, 0.6);
     for (glm::vec4& scale : bright.scale) scale *= 4.0f;  // Halo 3's normalisation where energy is claimed
     for (glm::vec4& bias : bright.bias) bias *= 4.0f;
     EXPECT_NEAR(verifyAll(bright)[0].specular.relRms, 3, 0.01);
-    CookedSpecularTables swapped = cook(6, 3, 0.2, 0.6);
+    CookedLut swapped = cook(6, 3, 0.2, 0.6);
     std::swap(swapped.textures[0], swapped.textures[1]);
     EXPECT_GT(verifyAll(swapped)[2].specular.relRms, 0.3);
-    CookedSpecularTables shifted = cook(6, 3, 0.2, 0.6);
+    CookedLut shifted = cook(6, 3, 0.2, 0.6);
     shifted.view.offset += 0.5f / 6;  // half a texel: the usual mistake
     EXPECT_GT(verifyAll(shifted)[0].specular.relRms, 0.005);
     EXPECT_GT(verifyAll(shifted)[1].specular.relRms, filter);
     EXPECT_GT(verifyAll(shifted)[1].specular.maxBound, 1e30) << "no bound is known where the filter does not meet the texels";
 }
 
-TEST(VerifySpecularTables, TotalTellsTheAreaSpecularOfAConstantLight) {
+TEST(VerifyLut, TotalTellsTheAreaSpecularOfAConstantLight) {
     // One sample, a kernel whose C0 alone is off by 10 %: reflected radiance under F0 = 1 is off by as much where light is constant.
-    SpecularTableResult result;
+    LutResult result;
     result.reference[0] = 0.25;
     result.cooked[0] = 0.275;
-    const std::vector<SpecularTableSample> samples = {{0.5, 0.3, true, false}};
-    const auto stages = specularTableStages({}, samples, {result}, {1.0}, {});
+    const std::vector<LutSample> samples = {{0.5, 0.3, true, false}};
+    const auto stages = lutStages({}, samples, {result}, {1.0}, {});
     EXPECT_NEAR(stages[2].specular.relRms, 0.1, 1e-6);
     EXPECT_NEAR(stages[2].specular.maxSampled, 0.1 / 1.02, 2e-3);
 }
 
 /// Which of `count` nodes stands before a place.
-std::size_t cellOf(const SpecularTableAxis& axis, double t) {
+std::size_t cellOf(const LutAxis& axis, double t) {
     if (axis.count == 1) return 0;
     const double place = (axis.of(t) - axis.minimum) / (axis.maximum - axis.minimum);
     return static_cast<std::size_t>(std::clamp(static_cast<int>(place * (axis.count - 1)), 0, axis.count - 2));
@@ -173,16 +172,16 @@ std::size_t cellOf(const SpecularTableAxis& axis, double t) {
 struct Filled {
     double entries = 0, filter = 0, total = 0;
 };
-Filled throwPlaces(const CookedSpecularTables& tables, long long count, unsigned seed) {
-    const SpecularTableKeys keys = compareAll(tables).keys;
-    std::vector<std::vector<SpecularTableCellBound>> cells;
-    for (int cell = 0; cell + 1 < tables.view.count; ++cell) cells.push_back(boundSpecularTables(tables, cell, keys, kF0));
-    const auto shadings = specularTableShadings(kF0);
+Filled throwPlaces(const CookedLut& tables, long long count, unsigned seed) {
+    const LutKeys keys = compareAll(tables).keys;
+    std::vector<std::vector<LutCellBound>> cells;
+    for (int cell = 0; cell + 1 < tables.view.count; ++cell) cells.push_back(boundLut(tables, cell, keys, kF0));
+    const auto shadings = lutShadings(kF0);
     const double low = tables.roughness.inverse(tables.roughness.minimum), high = tables.roughness.inverse(tables.roughness.maximum);
     std::mt19937_64 random(seed);
     std::uniform_real_distribution<double> uniform(0, 1);
     Filled filled;
-    SpecularTableBounds worst;
+    LutBounds worst;
     for (long long i = 0; i < count / 100; ++i) {
         const double NoV = i % 3 == 0   ? std::pow(10, -4 * uniform(random))
                            : i % 3 == 1 ? 1 - std::pow(10, -4 * uniform(random))
@@ -190,9 +189,8 @@ Filled throwPlaces(const CookedSpecularTables& tables, long long count, unsigned
         const lighting::AreaSpecularColumn column(std::max(NoV, kSmallestTableNoV), low, high, tables.lobe, 12);
         for (int k = 0; k < 100; ++k) {
             const double m = low + (high - low) * uniform(random);
-            const SpecularKernelEntries truth = entriesOf(column.kernel(m, tables.normalization)),
-                                        seen = fetchSpecularTables(tables, NoV, m);
-            const SpecularTableCellBound& bound = cells[cellOf(tables.view, NoV)][cellOf(tables.roughness, m)];
+            const SpecularKernelEntries truth = entriesOf(column.kernel(m, tables.normalization)), seen = fetchLut(tables, NoV, m);
+            const LutCellBound& bound = cells[cellOf(tables.view, NoV)][cellOf(tables.roughness, m)];
             for (std::size_t e = 0; e < truth.size(); ++e) {
                 const double error = std::abs(seen[e] - truth[e]),
                              local = error / (std::abs(truth[e]) + lighting::kLocalErrorFloor * keys.kernel);
@@ -214,7 +212,7 @@ Filled throwPlaces(const CookedSpecularTables& tables, long long count, unsigned
             if (testing::Test::HasFailure()) return filled;
         }
     }
-    const SpecularTableBounds all = boundSpecularTables(tables, keys, kF0);
+    const LutBounds all = boundLut(tables, keys, kF0);
     filled.filter = worst.filter / all.filter;
     filled.total = worst.total / all.total;
     std::printf("[ figures  ] filter %.4g of %.4g, total %.4g of %.4g, fullest entry %.2f\n", worst.filter, all.filter, worst.total,
@@ -222,7 +220,7 @@ Filled throwPlaces(const CookedSpecularTables& tables, long long count, unsigned
     return filled;
 }
 
-TEST(SpecularTableBound, HoldsAtAMillionPlaces) {
+TEST(LutBound, HoldsAtAMillionPlaces) {
     const Filled usual = throwPlaces(cook(8, 16, 1.0 / 16, 1, {.view = kWarped}), 400'000, 1);
     EXPECT_GT(usual.filter, 0.5) << "a bound that no place comes near says little";
     EXPECT_GT(usual.total, 0.5);
@@ -238,7 +236,7 @@ TEST(SpecularTableBound, HoldsAtAMillionPlaces) {
     throwPlaces(cook(6, 1, 0.3, 0.3, {.view = kWarped}), 50'000, 8);
 }
 
-TEST(SpecularTableBoundSoak, HoldsAtAHundredMillionPlaces) {
+TEST(LutBoundSoak, HoldsAtAHundredMillionPlaces) {
     unsigned seed = 100;
     for (const SpecularLobe lobe : {SpecularLobe::Beckmann, SpecularLobe::Ggx, SpecularLobe::Phong, SpecularLobe::PhongPower})
         for (const auto& view : {kPlain, kSine, kWarped, kRoot})

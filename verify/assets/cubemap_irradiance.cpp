@@ -1,4 +1,4 @@
-#include "verify/irradiance.h"
+#include "verify/cubemap.h"
 
 #include <algorithm>
 #include <cassert>

@@ -1,4 +1,4 @@
-#include "verify/specular_tables.h"
+#include "verify/lut.h"
 
 #include <algorithm>
 #include <cassert>
@@ -8,7 +8,7 @@
 #include "lighting/sh.h"
 #include "lighting/sphere.h"
 #include "shaders/lightcook_cpp.h"
-#include "verify/error/random.h"
+#include "verify/assets/random.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::verify {
@@ -66,12 +66,11 @@ struct Pair {
     double f0 = 0;
 };
 
-ErrorFigures figuresOf(const CookedSpecularTables& tables, const std::vector<SpecularTableSample>& samples, const std::vector<Pair>& pairs,
-                       double key) {
+ErrorFigures figuresOf(const CookedLut& tables, const std::vector<LutSample>& samples, const std::vector<Pair>& pairs, double key) {
     ErrorAccumulator errors(key);
     for (const Pair& pair : pairs)
         errors.add(pair.reference, pair.cooked, [&] {
-            ErrorPlace place = tablePlace(tables, samples[pair.sample].NoV, samples[pair.sample].m);
+            ErrorPlace place = lutPlace(tables, samples[pair.sample].NoV, samples[pair.sample].m);
             place.f0 = pair.f0;
             return place;
         });
@@ -91,8 +90,8 @@ double logAverage(const std::vector<Pair>& pairs) {
 
 }  // namespace
 
-ErrorPlace tablePlace(const CookedSpecularTables& tables, double NoV, double m) {
-    const auto texelOf = [](const SpecularTableAxis& axis, double t) {
+ErrorPlace lutPlace(const CookedLut& tables, double NoV, double m) {
+    const auto texelOf = [](const LutAxis& axis, double t) {
         const double coordinate = axis.of(t) * static_cast<double>(axis.scale) + static_cast<double>(axis.offset);
         return std::clamp(coordinate * axis.count - 0.5, 0.0, std::max(0.0, axis.count - 1.0));
     };
@@ -106,7 +105,7 @@ ErrorPlace tablePlace(const CookedSpecularTables& tables, double NoV, double m) 
     return place;
 }
 
-void SpecularTableBounds::raise(const SpecularTableBounds& other) {
+void LutBounds::raise(const LutBounds& other) {
     if (other.filter > filter) {
         filter = other.filter;
         filterAt = other.filterAt;
@@ -117,19 +116,19 @@ void SpecularTableBounds::raise(const SpecularTableBounds& other) {
     }
 }
 
-double SpecularTableAxis::at(double index) const {
+double LutAxis::at(double index) const {
     return count == 1 ? minimum : minimum + (maximum - minimum) * index / (count - 1);
 }
 
-double SpecularTableAxis::of(double t) const {
+double LutAxis::of(double t) const {
     return std::sqrt(std::max(0.0, (factors[0] + factors[1] * t) * (factors[2] + factors[3] * t)));
 }
 
-std::array<double, 3> SpecularTableAxis::radicand() const {
+std::array<double, 3> LutAxis::radicand() const {
     return {factors[0] * factors[2], factors[0] * factors[3] + factors[1] * factors[2], factors[1] * factors[3]};
 }
 
-double SpecularTableAxis::inverse(double value) const {
+double LutAxis::inverse(double value) const {
     const auto [ends, linear, quadratic] = radicand();
     const double constant = ends - value * value;
     const double root = std::sqrt(std::max(0.0, linear * linear - 4 * quadratic * constant));
@@ -141,8 +140,8 @@ SpecularKernelEntries entriesOf(const lighting::AreaSpecularKernel& k) {
     return {k.c[0], k.c[2], k.c[3], k.c[6], k.d[0], k.d[2], k.d[3], k.d[6], k.c[7], k.c[8], k.d[7], k.d[8]};
 }
 
-SpecularKernelEntries fetchSpecularTables(const CookedSpecularTables& tables, double NoV, double m) {
-    const auto coordinate = [](const SpecularTableAxis& axis, double t) {
+SpecularKernelEntries fetchLut(const CookedLut& tables, double NoV, double m) {
+    const auto coordinate = [](const LutAxis& axis, double t) {
         const glm::vec4 factors(glm::dvec4(axis.factors[0], axis.factors[1], axis.factors[2], axis.factors[3]));
         const float value = shaders::lcTableAxis(static_cast<float>(t), factors);
         return static_cast<double>(shaders::lcTableCoordinate(value, axis.scale, axis.offset));
@@ -154,12 +153,12 @@ SpecularKernelEntries fetchSpecularTables(const CookedSpecularTables& tables, do
     return entriesOf(shaders::lcSpecularKernel({texel(0), texel(1), texel(2)}, constants));
 }
 
-std::vector<SpecularTableSample> specularTableSamples(const CookedSpecularTables& tables, int randomCount, std::uint64_t seed) {
-    const SpecularTableAxis &view = tables.view, &roughness = tables.roughness;
+std::vector<LutSample> lutSamples(const CookedLut& tables, int randomCount, std::uint64_t seed) {
+    const LutAxis &view = tables.view, &roughness = tables.roughness;
     const auto sampleAt = [&](double x, double y, bool isNode, bool isMiddle) {
-        return SpecularTableSample{view.inverse(view.at(x)), roughness.inverse(roughness.at(y)), isNode, isMiddle};
+        return LutSample{view.inverse(view.at(x)), roughness.inverse(roughness.at(y)), isNode, isMiddle};
     };
-    std::vector<SpecularTableSample> samples;
+    std::vector<LutSample> samples;
     for (int y = 0; y < roughness.count; ++y)
         for (int x = 0; x < view.count; ++x) samples.push_back(sampleAt(x, y, true, false));
     for (int y = 0; y < std::max(1, roughness.count - 1); ++y)
@@ -173,16 +172,15 @@ std::vector<SpecularTableSample> specularTableSamples(const CookedSpecularTables
     return samples;
 }
 
-SpecularTableResult compareSpecularTables(const CookedSpecularTables& tables, const SpecularTableSample& sample) {
+LutResult compareLut(const CookedLut& tables, const LutSample& sample) {
     const auto kernel =
         lighting::areaSpecular(std::max(sample.NoV, kSmallestTableNoV), sample.m, tables.lobe, tables.normalization, kReferencePoints);
-    return {entriesOf(kernel), fetchSpecularTables(tables, sample.NoV, sample.m)};
+    return {entriesOf(kernel), fetchLut(tables, sample.NoV, sample.m)};
 }
 
-SpecularTableStepError specularTableStepError(const CookedSpecularTables& tables, const std::vector<SpecularTableSample>& samples,
-                                              const std::vector<SpecularTableResult>& results) {
+LutStepError lutStepError(const CookedLut& tables, const std::vector<LutSample>& samples, const std::vector<LutResult>& results) {
     assert(samples.size() == results.size());
-    SpecularTableStepError worst;
+    LutStepError worst;
     for (std::size_t i = 0; i < samples.size(); ++i) {
         if (!samples[i].isNode) continue;
         for (std::size_t k = 0; k < results[i].reference.size(); ++k) {
@@ -196,7 +194,7 @@ SpecularTableStepError specularTableStepError(const CookedSpecularTables& tables
     return worst;
 }
 
-std::vector<SpecularKernelEntries> specularTableShadings(const std::vector<double>& f0) {
+std::vector<SpecularKernelEntries> lutShadings(const std::vector<double>& f0) {
     constexpr std::array<std::size_t, 6> kC = {0, 1, 2, 3, 8, 9}, kD = {4, 5, 6, 7, 10, 11};
     std::vector<SpecularKernelEntries> shadings;
     for (int light = 0; light <= kLightCount; ++light)
@@ -212,9 +210,8 @@ std::vector<SpecularKernelEntries> specularTableShadings(const std::vector<doubl
     return shadings;
 }
 
-SpecularTableKeys specularTableKeys(const std::vector<SpecularTableSample>& samples, const std::vector<SpecularTableResult>& results,
-                                    const std::vector<double>& f0) {
-    const std::vector<SpecularKernelEntries> shadings = specularTableShadings(f0);
+LutKeys lutKeys(const std::vector<LutSample>& samples, const std::vector<LutResult>& results, const std::vector<double>& f0) {
+    const std::vector<SpecularKernelEntries> shadings = lutShadings(f0);
     std::vector<Pair> shaded;
     double squares = 0;
     std::size_t count = 0;
@@ -227,12 +224,11 @@ SpecularTableKeys specularTableKeys(const std::vector<SpecularTableSample>& samp
     return {std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, count))), logAverage(shaded)};
 }
 
-std::vector<StageError> specularTableStages(const CookedSpecularTables& tables, const std::vector<SpecularTableSample>& samples,
-                                            const std::vector<SpecularTableResult>& results, const std::vector<double>& f0,
-                                            const SpecularTableBounds& bounds) {
+std::vector<StageError> lutStages(const CookedLut& tables, const std::vector<LutSample>& samples, const std::vector<LutResult>& results,
+                                  const std::vector<double>& f0, const LutBounds& bounds) {
     assert(samples.size() == results.size());
-    const SpecularTableKeys keys = specularTableKeys(samples, results, f0);
-    const std::vector<SpecularKernelEntries> shadings = specularTableShadings(f0);
+    const LutKeys keys = lutKeys(samples, results, f0);
+    const std::vector<SpecularKernelEntries> shadings = lutShadings(f0);
     std::vector<Pair> nodes, between, shaded;
     for (std::size_t i = 0; i < samples.size(); ++i) {
         for (std::size_t k = 0; k < results[i].reference.size(); ++k)

@@ -1,5 +1,5 @@
 // The verifier's reference of an irradiance cubemap against the plain sum over every texel.
-#include "verify/irradiance.h"
+#include "verify/cubemap.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "verify/specular_table_bound.h"
+#include "verify/lut.h"
 
 #include <algorithm>
 #include <array>
@@ -185,8 +185,8 @@ RoughnessFactors roughnessFactors(SpecularLobe lobe) {
 
 class Bounds {
 public:
-    Bounds(const CookedSpecularTables& tables, const SpecularTableKeys& keys, const std::vector<double>& f0)
-        : tables_(tables), keys_(keys), shadings_(specularTableShadings(f0)) {
+    Bounds(const CookedLut& tables, const LutKeys& keys, const std::vector<double>& f0)
+        : tables_(tables), keys_(keys), shadings_(lutShadings(f0)) {
         smallestM_ = tables.roughness.inverse(tables.roughness.minimum);
         largestM_ = tables.roughness.inverse(tables.roughness.maximum);
         scale_ = tables.normalization == lighting::CookTorranceNormalization::Halo3 && !isPhong(tables.lobe) ? 4 : 1;
@@ -202,8 +202,8 @@ public:
             isEmpty_.push_back(std::all_of(shares_.begin(), shares_.end(), [&](const auto& row) { return row[ring] < kNothing; }));
     }
 
-    std::vector<SpecularTableCellBound> cellsAt(int viewCell) const {
-        std::vector<SpecularTableCellBound> cells(static_cast<std::size_t>(std::max(1, tables_.roughness.count - 1)));
+    std::vector<LutCellBound> cellsAt(int viewCell) const {
+        std::vector<LutCellBound> cells(static_cast<std::size_t>(std::max(1, tables_.roughness.count - 1)));
         const std::vector<double> places = viewPlaces(viewCell);
         Column left = columnAt(places[0]);
         for (std::size_t i = 1; i < places.size(); ++i) {
@@ -226,7 +226,7 @@ private:
 
     /// Roughnesses that are looked at: pieces of every cell, and how much a piece's second difference may add.
     void layRows() {
-        const SpecularTableAxis& axis = tables_.roughness;
+        const LutAxis& axis = tables_.roughness;
         rows_ = {smallestM_};
         const double widest = *std::max_element(kHalfRange.begin(), kHalfRange.end());
         for (int cell = 0; cell + 1 < axis.count; ++cell) {
@@ -250,7 +250,7 @@ private:
 
     /// Bound of |d2T / dvalue2| over a part of the roughness axis, for half ranges of 1.
     double curvature(double low, double high) const {
-        const SpecularTableAxis& axis = tables_.roughness;
+        const LutAxis& axis = tables_.roughness;
         const RoughnessFactors factors = roughnessFactors(tables_.lobe);
         const double m0 = axis.inverse(low), m1 = axis.inverse(high);
         // value^2 = r0 + r1 m + r2 m^2, twice differentiated by the value.
@@ -264,7 +264,7 @@ private:
 
     /// Values of the view axis from one node to the next; pieces shrink towards grazing, where slopes are steep.
     std::vector<double> viewPlaces(int viewCell) const {
-        const SpecularTableAxis& axis = tables_.view;
+        const LutAxis& axis = tables_.view;
         std::vector<double> cosines;
         const int pieces = std::max(2, kViewPieces / (axis.count - 1));
         for (int i = 0; i <= pieces; ++i) cosines.push_back(axis.inverse(axis.at(viewCell + static_cast<double>(i) / pieces)));
@@ -300,7 +300,7 @@ private:
         for (const double m : rows_) {
             Corner corner;
             corner.truth = entriesOf(kernels.kernel(m, tables_.normalization));
-            corner.error = fetchSpecularTables(tables_, NoV, m);
+            corner.error = fetchLut(tables_, NoV, m);
             for (std::size_t k = 0; k < corner.error.size(); ++k) corner.error[k] -= corner.truth[k];
             for (const SpecularKernelEntries& shading : shadings_) {
                 double reflected = 0, error = 0;
@@ -415,7 +415,7 @@ private:
         return off * (tables_.view.count - 1) / (tables_.view.maximum - tables_.view.minimum);
     }
 
-    void addStrip(const Column& left, const Column& right, std::vector<SpecularTableCellBound>& cells) const {
+    void addStrip(const Column& left, const Column& right, std::vector<LutCellBound>& cells) const {
         const std::vector<SpecularKernelEntries> between = bulges(left, right);
         const double fetchRounding = kFetchRounding + rounding(left, right);
         for (std::size_t piece = 0; piece < bends_.size(); ++piece) {
@@ -431,7 +431,7 @@ private:
         }
     }
 
-    void addPiece(const std::array<const Corner*, 4>& corners, const SpecularKernelEntries& slack, SpecularTableCellBound& cell) const {
+    void addPiece(const std::array<const Corner*, 4>& corners, const SpecularKernelEntries& slack, LutCellBound& cell) const {
         for (std::size_t k = 0; k < slack.size(); ++k) {
             double error = 0, low = std::numeric_limits<double>::infinity(), high = -low;
             for (const Corner* corner : corners) {
@@ -458,8 +458,8 @@ private:
         return (error + slack) / (least + lighting::kLocalErrorFloor * key);
     }
 
-    const CookedSpecularTables& tables_;
-    SpecularTableKeys keys_;
+    const CookedLut& tables_;
+    LutKeys keys_;
     std::vector<SpecularKernelEntries> shadings_;
     double smallestM_ = 0, largestM_ = 0, scale_ = 1;
     std::vector<double> rows_;                 ///< m of each row of corners
@@ -471,7 +471,7 @@ private:
 };
 
 /// Whether the filter meets texel i at its own value: elsewhere the table has kinks where none are looked for.
-bool meetsItsTexels(const SpecularTableAxis& axis) {
+bool meetsItsTexels(const LutAxis& axis) {
     for (const int texel : {0, axis.count - 1}) {
         const double coordinate = axis.at(texel) * static_cast<double>(axis.scale) + static_cast<double>(axis.offset);
         if (!(std::abs(coordinate * axis.count - texel - 0.5) < 1e-4)) return false;
@@ -481,10 +481,9 @@ bool meetsItsTexels(const SpecularTableAxis& axis) {
 
 }  // namespace
 
-std::vector<SpecularTableCellBound> boundSpecularTables(const CookedSpecularTables& tables, int viewCell, const SpecularTableKeys& keys,
-                                                        const std::vector<double>& f0) {
+std::vector<LutCellBound> boundLut(const CookedLut& tables, int viewCell, const LutKeys& keys, const std::vector<double>& f0) {
     if (!meetsItsTexels(tables.view) || !meetsItsTexels(tables.roughness)) {
-        SpecularTableCellBound none;
+        LutCellBound none;
         none.entries.fill(std::numeric_limits<double>::infinity());
         none.filter = none.total = std::numeric_limits<double>::infinity();
         return {none};
@@ -492,19 +491,18 @@ std::vector<SpecularTableCellBound> boundSpecularTables(const CookedSpecularTabl
     return Bounds(tables, keys, f0).cellsAt(viewCell);
 }
 
-SpecularTableBounds boundSpecularTables(const CookedSpecularTables& tables, const SpecularTableKeys& keys, const std::vector<double>& f0) {
-    SpecularTableBounds bounds;
-    for (int cell = 0; cell + 1 < tables.view.count; ++cell)
-        bounds.raise(largestOf(tables, cell, boundSpecularTables(tables, cell, keys, f0)));
+LutBounds boundLut(const CookedLut& tables, const LutKeys& keys, const std::vector<double>& f0) {
+    LutBounds bounds;
+    for (int cell = 0; cell + 1 < tables.view.count; ++cell) bounds.raise(largestOf(tables, cell, boundLut(tables, cell, keys, f0)));
     return bounds;
 }
 
-SpecularTableBounds largestOf(const CookedSpecularTables& tables, int viewCell, const std::vector<SpecularTableCellBound>& cells) {
-    SpecularTableBounds bounds;
+LutBounds largestOf(const CookedLut& tables, int viewCell, const std::vector<LutCellBound>& cells) {
+    LutBounds bounds;
     for (std::size_t row = 0; row < cells.size(); ++row) {
         const double rowMiddle = tables.roughness.count > 1 ? static_cast<double>(row) + 0.5 : 0.0;
-        ErrorPlace place = tablePlace(tables, tables.view.inverse(tables.view.at(viewCell + 0.5)),
-                                      tables.roughness.inverse(tables.roughness.at(rowMiddle)));
+        ErrorPlace place =
+            lutPlace(tables, tables.view.inverse(tables.view.at(viewCell + 0.5)), tables.roughness.inverse(tables.roughness.at(rowMiddle)));
         ErrorPlace filterAt = place;
         filterAt.local = cells[row].filter;
         place.local = cells[row].total;

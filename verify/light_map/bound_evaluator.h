@@ -1,0 +1,99 @@
+// Comparison of bounds with the largest bound found so far. Private to verify/.
+//
+// A map's bound is the maximum over all its texels and quads. A texel or quad whose cheap upper bound cannot exceed the current maximum is
+// skipped, so the maximum stays exact while few exact bounds are computed. From cheapest to exact:
+//   1. ErrorBound: band lengths times the largest response of each band, in floats
+//   2. cannotExceed(Squares, ChannelSlack): the same from control vectors, in doubles
+//   3. staysWithin (bound.h): a test of quadratics on the sphere
+//   4. localErrorBound (bound.h): the bound itself
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "verify/figures.h"
+#include "verify/light_map/bound.h"
+#include "verify/light_map/shading.h"
+#include "verify/light_map/vectors.h"
+#include "verify/sampler_tolerance.h"
+
+namespace lightcook::verify {
+
+/// Shading and bounding of a map, for all layouts.
+struct ShadingSetup {
+    ShadingMatrix diffuse, specular;
+    std::vector<Response> responses;         ///< area specular, for the bounds
+    lighting::ShBands largestResponse{};     ///< largest norm of each band over the responses
+    std::vector<FormatTolerance> tolerance;  ///< of each layer; empty: an ideal sampler
+    bool hasSpecular() const { return !responses.empty(); }
+};
+
+namespace lightmap {
+
+/// The largest bound so far for one kind of shading, and its place.
+struct LargestBound {
+    double bound = 0;
+    ErrorPlace place;
+    /// Raises the bound to `candidate` at `at`. Ties go to the smaller (y, x, channel), so the result does not depend on evaluation order.
+    void raise(double candidate, const ErrorPlace& at);
+};
+struct LargestBounds {
+    LargestBound diffuse, specular;
+};
+
+/// Upper bounds of the shaded error, in units of the key.
+struct ErrorBound {
+    float diffuse = 0, specular = 0;
+    void raise(const ErrorBound& other) {
+        // Written so that NaN stays: every comparison with it is false.
+        diffuse = other.diffuse <= diffuse ? diffuse : other.diffuse;
+        specular = other.specular <= specular ? specular : other.specular;
+    }
+};
+
+/// Positions of the pairs of a bound: a single texel at (x, y), or the control vectors of a square of side `size` from (x, y), in rows of
+/// `nodes`.
+struct PairPlaces {
+    double x, y, size = 0;
+    std::size_t nodes = 1;
+    int channel = 0;
+};
+
+/// Bounds the shaded error under every shading of a map, and compares bounds with the largest so far.
+class BoundEvaluator {
+public:
+    /// perKey  1 / key: converts light to units of the key
+    BoundEvaluator(const ShadingSetup& setup, float perKey);
+    const ShadingSetup& setup() const { return setup_; }
+
+    /// Conservative test: true only if the error provably cannot exceed the current maximum. Takes the largest length of each band,
+    /// whichever control vector it comes from.
+    bool cannotExceed(const LargestBounds& largest, const Squares& error, const ChannelSlack& slack) const;
+    /// The same test for an upper bound of the error.
+    static bool cannotExceed(const LargestBounds& largest, const ErrorBound& bound) {
+        // Not ">": an error that is NaN must be refined.
+        return static_cast<double>(bound.diffuse) <= kFloor * largest.diffuse.bound &&
+               static_cast<double>(bound.specular) <= kFloor * largest.specular.bound;
+    }
+    /// Returns an upper bound of the shaded error of one channel, or of all, from the lengths of its bands.
+    ErrorBound errorBound(const BandLengths& lengths, std::size_t channel) const;
+    ErrorBound errorBound(const BandLengths& lengths) const;
+    /// Returns the bound relative to the light of coefficient 0: an estimate of the local error, used only to order evaluations.
+    ErrorBound relativeToLight(const ErrorBound& bound, float light) const;
+    /// Raises the largest bounds to the exact bound of the pairs of one channel.
+    void raise(LargestBounds& largest, std::span<const ErrorPair> pairs, const lighting::ShBands& slack, const PairPlaces& places) const;
+    /// Returns the place of a bound in map coordinates, and its light in the units of the map.
+    ErrorPlace placeOf(const BoundPlace& found, double bound, const PairPlaces& places) const;
+
+private:
+    const ShadingSetup& setup_;
+    double unit_;
+    std::array<float, 3> exitNorms_, glossyNorms_;  ///< rounded up
+};
+
+/// Candidates are skipped only below kTieMargin times the current maximum: of two equal bounds, the tie rule decides, not the rounding of a
+/// test.
+inline constexpr double kTieMargin = 1 - 1e-9;
+
+}  // namespace lightmap
+}  // namespace lightcook::verify
