@@ -1,6 +1,6 @@
-// The certified bound of every quad of texels against a sampler that is nobody's idea of ideal: cooked light maps, fetched between their
-// texels by Mesa, shaded by the include that lies beside them, under random normals, views, roughnesses and F0. What it shades may not be
-// farther from the filtered float bake than the verifier proved.
+// The certified bound of every quad of texels against a real sampler: cooked light maps are fetched between their texels by Mesa and shaded
+// by the cooked shader include, for random normals, views, roughnesses and F0. The result may not be farther from the filtered float bake
+// than the bound.
 #include <glm/geometric.hpp>
 
 #include "lighting/brdf.h"
@@ -22,7 +22,7 @@ using pipeline::SmallScene;
 
 constexpr double kLowM = 0.1, kHighM = 0.5, kLowF0 = 0.04, kHighF0 = 0.6;
 
-/// Surfaces to shade with: as the shader reads them, and as nine factors of the light in the world's frame.
+/// Random surfaces: as the shader reads them, and as nine factors of the light in the world frame.
 class Surfaces {
 public:
     static constexpr int kCount = 2048, kFloats = 19;
@@ -64,7 +64,7 @@ private:
     }
 };
 
-/// `shaded` of the surface that place.w names, whose numbers begin at `first` of the table.
+/// Returns GLSL that shades `sh` with surface place.w, whose numbers begin at `first` of the table.
 std::string surfaceGlsl(std::size_t first, bool isSpecular) {
     const std::string read = fmt::format("int at = {} + {} * int(place.w);\nvec3 n = vec3(TABLE(at), TABLE(at + 1), TABLE(at + 2));\n",
                                          first, Surfaces::kFloats);
@@ -79,13 +79,13 @@ std::string surfaceGlsl(std::size_t first, bool isSpecular) {
                at(3), at(4), at(5), four(7, 8, 9, 10), four(13, 14, 15, 16), four(11, 12, 17, 18), at(6));
 }
 
-/// A cooked map as the verifier has it, whole.
+/// A whole cooked map, as the verifier reads it.
 struct Verified {
     verify::CookedLightMap map;
     verify::DecodedLightMapRows texels;
     formats::LightMapStrip reference;
     double key = 0;
-    std::vector<glm::ivec2> quads;  ///< top left texels of four that are covered
+    std::vector<glm::ivec2> quads;  ///< top left texels of covered quads
 
     Verified(const CookedScene& scene, const Json& asset, const std::filesystem::path& bake)
         : reference(valueOf(valueOf(formats::LightMapReader::open(bake, {})).read(0, asset.at("height").get<int>()))) {
@@ -117,7 +117,7 @@ struct Verified {
         shading.normalCount = shading.viewCount = 1;
         return valueOf(verify::LightMapVerifier::create(map, shading, {}, key));
     }
-    /// The table that a surface at a texel brings along.
+    /// Returns the cluster of a texel, 0 for layouts without clusters.
     int clusterOf(int x, int y) const {
         return std::visit(
             [&](const auto& each) {
@@ -126,7 +126,7 @@ struct Verified {
             },
             layout_);
     }
-    /// The filtered bake at `at` [texels from the quad's top left centre].
+    /// Returns the filtered bake at `at` [texels from the quad's top left centre].
     lighting::ShRgb referenceAt(const glm::ivec2& quad, const glm::dvec2& at) const {
         lighting::ShRgb sum{};
         for (int corner = 0; corner < 4; ++corner) {
@@ -143,7 +143,7 @@ private:
 
 class CertifiedBounds : public Samplers {
 protected:
-    /// Places of `quadCount` quads, some of each, shaded both ways.
+    /// Shades kPlacesAQuad places of each of `quadCount` quads, diffuse and specular.
     void expectInside(const CookedScene& scene, const std::string& name, const std::filesystem::path& bake, int quadCount,
                       const std::string& label);
     static constexpr int kPlacesAQuad = 50;
@@ -199,7 +199,7 @@ void CertifiedBounds::expectInside(const CookedScene& scene, const std::string& 
                 const double local = std::abs(static_cast<double>(shaded[isSpecular][i][channel]) - reference) /
                                      (std::abs(reference) + lighting::kLocalErrorFloor * cooked.key);
                 nearest[isSpecular] = std::max(nearest[isSpecular], local / allowed);
-                // Not "greater than": not a number must not pass.
+                // Not ">": NaN must fail.
                 if (!(local <= allowed) && ++above == 1)
                     ADD_FAILURE() << fmt::format("{}, quad ({}, {}), {} of it, channel {}, {}: off by {:.6g}, proven {:.6g}", label,
                                                  quads[q].x, quads[q].y, at.x, channel, isSpecular ? "specular" : "diffuse", local,
@@ -210,11 +210,11 @@ void CertifiedBounds::expectInside(const CookedScene& scene, const std::string& 
     std::printf("figures %-22s %zu places, two shadings each: nearest to the bound %.2f diffuse, %.2f specular\n", label.c_str(),
                 places.size(), nearest[0], nearest[1]);
     EXPECT_EQ(above, 0) << "of " << places.size();
-    // A bound that nothing comes near would not be tested by this. Floats leave a sampler its fractions alone, which Mesa has exact.
+    // Some error must come near its bound. The tolerance of float formats is that of the filter's fractions, which Mesa computes exactly.
     EXPECT_GE(std::max(nearest[0], nearest[1]), cooked.map.layout == "raw" ? 0.0 : 0.02) << label;
 }
 
-/// Light that changes from texel to texel, with dark places beside bright ones.
+/// Returns light that changes from texel to texel, with dark texels beside bright ones.
 vec3 harshLight(const glm::dvec3& direction, const glm::dvec2& place) {
     const double ring = std::sin(40 * place.x + 23 * place.y) * std::sin(61 * place.y), lamp = std::exp(6 * ring);
     const double towards =

@@ -20,7 +20,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kPatience = 60'000;  ///< [ms] that an answer may take
+constexpr int kPatience = 60'000;  ///< [ms] timeout of an answer
 
 std::string base64Of(std::span<const std::byte> bytes) {
     static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -61,7 +61,7 @@ std::vector<std::byte> bytesOf(const std::string& base64) {
     return bytes;
 }
 
-/// A Chromium that is told what to do through its file descriptor 3 and answers through 4: JSON, each message ended by a zero.
+/// A Chromium that is controlled through its file descriptor 3 and answers through 4, with zero-terminated JSON messages.
 class Browser {
 public:
     Browser() {
@@ -88,7 +88,7 @@ public:
     Browser(const Browser&) = delete;
     Browser& operator=(const Browser&) = delete;
 
-    /// The result of a method; throws what the browser says is wrong.
+    /// Returns the result of a method. Throws the browser's error message.
     json call(const std::string& method, json parameters, const std::string& session = {}) {
         json message = {{"id", ++lastId_}, {"method", method}, {"params", std::move(parameters)}};
         if (!session.empty()) message["sessionId"] = session;
@@ -104,7 +104,7 @@ public:
 private:
     [[noreturn]] void becomeChromium(int in, int out) const {
         ::setpgid(0, 0);
-        // Through free numbers, so that neither dup2 overwrites what the other needs.
+        // Duplicated to free numbers first, so that neither dup2 overwrites the other's source.
         const int a = ::fcntl(in, F_DUPFD, 10), b = ::fcntl(out, F_DUPFD, 10), nothing = ::open("/dev/null", O_RDWR);
         for (const int stream : {0, 1, 2}) ::dup2(nothing, stream);
         ::dup2(a, 3);
@@ -168,7 +168,7 @@ public:
             throw std::runtime_error(answer["exceptionDetails"].value("/exception/description"_json_pointer, std::string("no words")));
         return answer.at("result").value("value", json());
     }
-    /// function(arguments...)
+    /// Calls function(arguments...).
     json call(const std::string& function, const json& arguments) { return evaluate(function + "(..." + arguments.dump() + ")"); }
 
 private:
@@ -201,7 +201,8 @@ std::string BrowserDevice::name() const {
 }
 
 bool BrowserDevice::upload(int unit, const Ktx2& texture) {
-    constexpr std::size_t kPiece = 3 << 22;  // bytes: Chromium takes messages of up to 100 MiB; threes leave no padding in base64
+    constexpr std::size_t kPiece =
+        3 << 22;  // bytes: Chromium accepts messages of up to 100 MiB; multiples of three need no padding in base64
     for (std::size_t level = 0; level < texture.levels.size(); ++level) {
         const std::span<const std::byte> bytes(texture.levels[level]);
         for (std::size_t at = 0; at < bytes.size(); at += kPiece)
@@ -214,7 +215,7 @@ bool BrowserDevice::upload(int unit, const Ktx2& texture) {
 
 std::vector<glm::vec4> BrowserDevice::run(const std::string& declarations, const std::string& body, std::span<const glm::vec4> places,
                                           std::span<const glm::vec4> directions, std::span<const float> table) {
-    // ES 3.00 has no bindings in its text: the page sets the units.
+    // GLSL ES 3.00 has no layout(binding): the page sets the units.
     static const std::regex kSampler(R"(layout\(binding = (\d+)\) uniform (\w+) (\w+);)");
     json samplers = json::array();
     for (std::sregex_iterator each(declarations.begin(), declarations.end(), kSampler), end; each != end; ++each)

@@ -1,5 +1,5 @@
-// WebGL2 in headless Chromium on SwiftShader, spoken to by the DevTools protocol over two pipes: a fragment shader samples, into a float
-// texture that is read back.
+// WebGL2 in headless Chromium on SwiftShader, controlled by the DevTools protocol over two pipes. A fragment shader samples into a float
+// texture, which is read back.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@ namespace lightcook::samplers {
 /// One browser with one page.
 class BrowserDevice : public Device {
 public:
-    /// Why there is none in `whyNot`, if there is none: no Chromium, no WebGL2, no float targets.
+    /// Returns null with the reason in `whyNot`, if there is no Chromium, no WebGL2 or no float targets.
     static std::unique_ptr<BrowserDevice> create(std::string& whyNot);
     ~BrowserDevice() override;
 

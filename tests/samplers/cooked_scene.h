@@ -1,4 +1,4 @@
-// A scene cooked into a folder of its own, opened again as an engine would and as the verifier does.
+// A scene cooked into its own folder, and opened as an engine and as the verifier do.
 #pragma once
 
 #include <memory>
@@ -16,7 +16,7 @@ namespace lightcook::samplers {
 
 using Image = formats::Image<glm::vec4>;
 
-/// A cooked folder, and whatever it was cooked from as long as it is needed.
+/// A cooked folder, and its sources while they are needed.
 class CookedScene {
 public:
     CookedScene(pipeline::SmallScene::Parts parts, const std::string& target, const std::string& layout)
@@ -45,7 +45,7 @@ public:
         throw std::runtime_error("no asset " + name);
     }
     Ktx2 ktx2(const pipeline::Json& texture) const { return readKtx2(folder() / texture.at("file").get<std::string>()); }
-    /// The same texture through formats/, decoded by verify/: mip by mip, layer by layer, face by face.
+    /// Returns the texture, read by formats/ and decoded by verify/: mip by mip, layer by layer, face by face.
     std::vector<Image> decoded(const pipeline::Json& asset, const std::string& role) const {
         const auto reader = valueOf(pipeline::openTexture(folder(), asset, role));
         std::vector<Image> images;

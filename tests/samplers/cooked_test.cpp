@@ -1,5 +1,5 @@
-// Cooked assets as an engine would use them: the files that the cook wrote, the include that lies beside them, on a GPU's sampler; against
-// the verifier's texture unit and the same source as C++.
+// Cooked assets as an engine uses them: cooked files and shader include on a GPU's sampler, against the verifier's texture unit and the
+// same source compiled as C++.
 #include <gmock/gmock.h>
 
 #include "lighting/cube.h"
@@ -23,17 +23,17 @@ struct LightMapCase {
     const char* layout;
 };
 
-/// Under random normals, at random places and at texel centres.
+/// Light maps shaded with random normals, at random places and at texel centres.
 class LightMapShading : public Samplers {
 protected:
-    /// No place may differ by more than the sum of all that each channel of each texel may be off; roundings are not of one mind, so that
-    /// the whole differs by a fraction of that.
+    /// No place may differ by more than the sum of the tolerances of all channels of all texels. Roundings cancel, so that the RMS
+    /// difference is a fraction of that.
     void expectShadedAsOurs(const CookedScene& scene, const std::string& name, const std::string& label);
     static constexpr double kWholeShare = 0.15;
 };
 class LightMaps : public LightMapShading, public testing::WithParamInterface<LightMapCase> {};
 
-/// What a texel of a texture may be off beside the filter's fractions: see formats_test.cpp.
+/// Returns the tolerance of a texel, apart from the filter's fractions: see formats_test.cpp.
 float texelSlack(const std::string& format) {
     if (format == "bc1" || format == "bc3") return 4.0f / 255;
     return format == "bc7" || format == "rgba8-unorm" ? 2.0f / 255 : 0.0f;
@@ -96,7 +96,7 @@ void LightMapShading::expectShadedAsOurs(const CookedScene& scene, const std::st
                     off[layer] = filterSlack(sample, uv, {1.0 / map.width, 1.0 / map.height}) + slack[layer];
                 }
                 const vec3 ours = shade(texels);
-                // To first order what each channel of each texel can do by itself, added up; half more for products of two of them.
+                // To first order, the sum of the effects of each channel of each texel; half more for products of two.
                 vec3 allowed = 1e-5f * glm::abs(ours) + 1e-7f;
                 for (std::size_t layer = 0; layer < texels.size(); ++layer)
                     for (int channel = 0; channel < 4; ++channel) {
@@ -134,7 +134,7 @@ constexpr std::array kLightMapCases = {LightMapCase{"bc", "flat"},     LightMapC
                                        LightMapCase{"bc", "basis-12"}, LightMapCase{"bc", "basis-16"},  LightMapCase{"float", "ratio"},
                                        LightMapCase{"float", "luvw"},  LightMapCase{"float", "basis-8"}};
 
-/// One test, because starting a browser is dear.
+/// One test, because starting a browser is slow.
 using BrowserLightMaps = InABrowser<LightMapShading>;
 TEST_F(BrowserLightMaps, ShadeAsOursBetweenTexels) {
     for (const auto& [target, layout] : kLightMapCases) {
@@ -157,9 +157,9 @@ class Converters : public LightMapShading {
 protected:
     void expectCubemapAsOurs(const CookedScene& scene, const std::string& name);
     void expectReflectionMapAsOurs(const CookedScene& scene, const std::string& name);
-    /// Fetched at texel centres, and filtered between them.
+    /// Compares fetches at texel centres, and filtered ones between them.
     void expectTextureAsOurs(const CookedScene& scene, const Json& asset, const Json& texture);
-    /// The public scenes, where they are.
+    /// Cooks a public scene, if its data exist.
     void expectPublicSceneAsOurs(const std::string& scene);
     void expectEveryTextureAsOurs(const CookedScene& scene) {
         for (const Json& asset : scene.assets())
@@ -173,7 +173,7 @@ protected:
 
 constexpr float kHalfRounding = 1.0f / 4096;  ///< half a step of ten bits, relative
 
-/// Across faces and mips, and shaded.
+/// Compares samples across faces and mips, and shaded radiance.
 void Converters::expectCubemapAsOurs(const CookedScene& scene, const std::string& name) {
     const Json& asset = scene.asset(name);
     const Json& constants = asset.at("constants");
@@ -199,7 +199,7 @@ void Converters::expectCubemapAsOurs(const CookedScene& scene, const std::string
         glm::dvec3 d = direction();
         if (i % 3 == 0) d /= std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
         if (i % 3 == 0)
-            d[i / 3 % 3] = (d[i / 3 % 3] < 0 ? -1 : 1) * (1 - 1e-3 * static_cast<double>(uniform()));  // beside an edge or a corner
+            d[i / 3 % 3] = (d[i / 3 % 3] < 0 ? -1 : 1) * (1 - 1e-3 * static_cast<double>(uniform()));  // near an edge or a corner
         const int mip = i % mipCount;
         places.emplace_back(i % 2 == 0 || mip + 1 == mipCount ? mip : static_cast<float>(mip) + uniform(), 0, 0, 0);
         directions.emplace_back(vec3(d), 0);
@@ -217,7 +217,7 @@ void Converters::expectCubemapAsOurs(const CookedScene& scene, const std::string
         for (int level = 0; level < (fraction > 0 ? 2 : 1); ++level) {
             const auto faces = facesOf(mip + level);
             const auto sample = [&](const glm::dvec3& at) { return verify::sampleCube(faces, at); };
-            // Steps of 1/256 texel in the plane of the face, both axes at once.
+            // Steps of 1/256 texel in the plane of the face, on both axes.
             const glm::dvec3 direct(d), major = glm::abs(direct);
             const int axis = major.x >= major.y && major.x >= major.z ? 0 : major.y >= major.z ? 1 : 2;
             const double step = 2 * kFraction / faces[0].width() * major[axis];
@@ -236,7 +236,7 @@ void Converters::expectCubemapAsOurs(const CookedScene& scene, const std::string
             allowed += weight * slack;
         }
         if (fraction > 0) allowed += static_cast<float>(kFraction) * glm::abs(levels[1] - levels[0]);
-        // The fetch may come as a half; at a corner of the cube, where three texels meet, it does.
+        // The fetch may return halves, and does at a corner of the cube, where three texels meet.
         allowed += kHalfRounding * glm::abs(value);
         const vec3 ours = shaders::lcEnvironment(range * vec3(value), s);
         for (int channel = 0; channel < 3; ++channel)

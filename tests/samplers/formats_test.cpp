@@ -1,4 +1,4 @@
-// Every format that the device takes: texels as its own decoder and filter see them, against the verifier's texture unit.
+// Every format that the device supports: its decoder and filter against the verifier's texture unit.
 #include <gmock/gmock.h>
 
 #include "compress/encode.h"
@@ -14,7 +14,7 @@ using formats::PixelFormat;
 using glm::vec4;
 using Image = formats::Image<vec4>;
 
-/// Texels that the format can hold, with edges and ramps; or any bytes at all as blocks, which meet every mode.
+/// Content of a test image: texels within the format's range, with edges and ramps; or random bytes as blocks, which cover every mode.
 enum class Content { Picture, AnyBlocks };
 struct FormatCase {
     PixelFormat format;
@@ -39,10 +39,10 @@ bool isEightBit(PixelFormat format) {
             return false;
     }
 }
-/// What a decoder may be off at a texel. BC1 to BC5 are interpolated as the hardware likes: Direct3D 11.3 (functional
-/// specification, 19.5.2) allows 1/255 and 0.03 of the distance of the ends (tests/verify/texture/sampler_tolerance_test.cpp has GPUs that
-/// use it). Of that these devices are asked for the two codes alone, which work between 8-bit ends (half a code) and cut (one). ASTC keeps
-/// the upper 8 bits of 16, sRGB is right to half a step. BC6H, BC7 and floats are exact; a unorm is a division.
+/// Returns the tolerance of a decoded texel. For BC1 to BC5, Direct3D 11.3 (functional specification, 19.5.2) allows 1/255 and 0.03 of the
+/// difference of the endpoints (tests/verify/texture/sampler_tolerance_test.cpp has GPUs that use it). These devices need only two codes:
+/// they interpolate between 8-bit endpoints (half a code) and truncate (one). ASTC keeps the upper 8 bits of 16, sRGB is exact to half a
+/// step. BC6H, BC7 and floats are exact; a unorm is a division.
 double decodeSlack(PixelFormat format) {
     switch (format) {
         case PixelFormat::Bc1:
@@ -64,7 +64,7 @@ double decodeSlack(PixelFormat format) {
 
 class FormatOpinions : public Samplers {
 protected:
-    /// False if the device does not know the format.
+    /// Returns false if the device does not support the format.
     bool expectAsOurs(const FormatCase& format);
 
 private:
@@ -92,8 +92,7 @@ private:
         }
         return blocks;
     }
-    /// Reserved modes are undefined in OpenGL. Our samplers give them what Direct3D asks for
-    /// (tests/verify/texture/block_decoders_test.cpp).
+    /// Reserved modes are undefined in OpenGL. Our decoders follow Direct3D (tests/verify/texture/block_decoders_test.cpp).
     static void avoidReserved(PixelFormat format, std::vector<std::byte>& blocks) {
         const auto low = [&](std::size_t at) { return std::to_integer<unsigned>(blocks[at]) & 0x1f; };
         for (std::size_t at = 0; at + 16 <= blocks.size(); at += 16) {
@@ -180,10 +179,10 @@ std::vector<FormatCase> formatCases() {
 
 class FormatsOfADevice : public FormatOpinions, public testing::WithParamInterface<FormatCase> {};
 TEST_P(FormatsOfADevice, DecodeAndFilterAsOurs) {
-    if (!expectAsOurs(GetParam())) GTEST_SKIP() << formats::info(GetParam().format).name << " is no format of " << gl_->name();
+    if (!expectAsOurs(GetParam())) GTEST_SKIP() << formats::info(GetParam().format).name << " is not supported by " << gl_->name();
 }
 
-/// One test, because starting a browser is dear. SwiftShader knows all that textures of ours are made of but ASTC and 16-bit unorms.
+/// One test, because starting a browser is slow. SwiftShader supports all of our formats except ASTC and 16-bit unorms.
 using FormatsOfABrowser = InABrowser<FormatOpinions>;
 TEST_F(FormatsOfABrowser, DecodeAndFilterAsOurs) {
     int taken = 0;

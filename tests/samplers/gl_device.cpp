@@ -15,13 +15,13 @@
 namespace lightcook::samplers {
 namespace {
 
-/// How OpenGL takes a format: by blocks, or by texels of a type.
+/// OpenGL's description of a format: compressed, or with texels of a type.
 struct GlFormat {
     GLenum internal = 0;
     GLenum format = 0, type = 0;  ///< 0: compressed
 };
 
-/// By VkFormat. Numbers of compressed formats are those of EXT_texture_compression_s3tc and
+/// Returns OpenGL's format for a VkFormat. Numbers of compressed formats are those of EXT_texture_compression_s3tc and
 /// KHR_texture_compression_astc_ldr where glcorearb.h has none.
 const GlFormat* glFormatOf(std::uint32_t vkFormat) {
     constexpr GLenum kDxt1 = 0x83F0, kDxt5 = 0x83F3, kAstc4x4 = 0x93B0;
@@ -144,7 +144,7 @@ struct GlDevice::State {
 };
 
 std::unique_ptr<GlDevice> GlDevice::create(std::string& whyNot) {
-    // Whatever GPU there may be: the test is of agreement with one known implementation, and has to find it on every machine.
+    // Software rendering on every machine: the test checks agreement with one known implementation.
     ::setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
     auto state = std::make_unique<State>();
     const auto getDisplay = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(eglGetProcAddress("eglGetPlatformDisplayEXT"));
@@ -260,7 +260,7 @@ std::vector<glm::vec4> GlDevice::run(const std::string& declarations, const std:
     fill(0, places.data(), places.size_bytes());
     fill(1, directions.data(), directions.size_bytes());
     fill(3, table.data(), table.size_bytes());
-    fill(2, results.data(), results.size() * sizeof(glm::vec4));  // last: it stays bound, to be read
+    fill(2, results.data(), results.size() * sizeof(glm::vec4));  // last, so that it stays bound for reading
     gl.UseProgram(program);
     gl.DispatchCompute(static_cast<GLuint>((places.size() + kGroupSize - 1) / kGroupSize), 1, 1);
     gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);

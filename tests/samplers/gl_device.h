@@ -1,4 +1,4 @@
-// OpenGL 4.5 on Mesa's software rasteriser, without a window: a compute shader samples.
+// OpenGL 4.5 on Mesa's software rasterizer, without a window: a compute shader samples.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@ namespace lightcook::samplers {
 /// One context.
 class GlDevice : public Device {
 public:
-    /// Why there is none in `whyNot`, if there is none: no EGL library, no software rasteriser, an OpenGL below 4.5.
+    /// Returns null with the reason in `whyNot`, if there is no EGL library, no software rasterizer, or only an OpenGL below 4.5.
     static std::unique_ptr<GlDevice> create(std::string& whyNot);
     ~GlDevice() override;
 

@@ -1,7 +1,7 @@
-// What the tests of this folder share: the device, places to look at, and how far two samplers may differ.
+// Shared by the tests of this folder: the device, sample places, and the tolerance between two samplers.
 //
-// A sampler's fractions have at least 8 bits (OpenGL and Direct3D ask for no more), rounded or cut, so that a filtered value is that of a
-// place up to 1/256 texel away along each axis; formats that decode to 8 bits are rounded to them, before and after the filter.
+// A sampler's fractions have at least 8 bits (OpenGL and Direct3D demand no more), rounded or truncated: a filtered value is that of a
+// place up to 1/256 texel away along each axis. Formats that decode to 8 bits are rounded to them, before and after the filter.
 #pragma once
 
 #include <fmt/format.h>
@@ -23,9 +23,9 @@
 
 namespace lightcook::samplers {
 
-inline constexpr double kFraction = 1.0 / 256;  ///< [texels] that a sampler's 8-bit fractions may be off
+inline constexpr double kFraction = 1.0 / 256;  ///< [texels] error of a sampler's 8-bit fractions
 
-/// One of each kind for all tests of a process.
+/// One device of each kind for all tests of a process.
 template <class Kind>
 Device* device(std::string& whyNot) {
     static std::string reason;
@@ -42,7 +42,7 @@ protected:
         if (gl_ == nullptr) GTEST_SKIP() << "no second opinion: " << whyNot;
     }
     virtual Device* open(std::string& whyNot) const { return device<GlDevice>(whyNot); }
-    /// A format of ours that the device need not have.
+    /// Returns true for a format that the device need not support.
     virtual bool mayLack(const std::string&) const { return false; }
     Device* gl_ = nullptr;
     std::mt19937 random_{7};
@@ -55,16 +55,16 @@ protected:
     }
 };
 
-/// The same tests, asked of a browser.
+/// The same tests on a browser.
 template <class Tests>
 class InABrowser : public Tests {
 protected:
     Device* open(std::string& whyNot) const override { return device<BrowserDevice>(whyNot); }
-    /// EXT_texture_norm16 is not SwiftShader's.
+    /// SwiftShader lacks EXT_texture_norm16.
     bool mayLack(const std::string& format) const override { return format.ends_with("16-unorm"); }
 };
 
-/// Largest difference, and largest part of what was allowed.
+/// Largest difference, and largest ratio of difference to tolerance.
 struct Agreement {
     double difference = 0, part = 0;
     std::string worst;
@@ -83,7 +83,7 @@ T valueOf(formats::Result<T> result) {
     return std::move(*result);
 }
 
-/// How far the filter's fractions can take a bilinear sample at uv: the corners of the square that the true place lies in.
+/// Returns the largest change of a bilinear sample at uv by the filter's fractions: over the corners of the square of possible places.
 template <class Sample>
 glm::vec4 filterSlack(const Sample& sample, const glm::dvec2& uv, const glm::dvec2& texel) {
     const glm::vec4 middle = sample(uv);

@@ -1,4 +1,4 @@
-// A light map through the encoder of a layout and back, held whole: what tests of the verifier start from.
+// Fixture of tests of the verifier: a light map, encoded and decoded in memory.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 
 namespace lightcook::test {
 
-/// A map, cooked, and opened again from its bytes.
+/// A cooked map, decoded from its bytes, with its reference.
 struct Cooked {
     formats::LightMapStrip reference;
     verify::CookedLightMap map;
@@ -32,7 +32,7 @@ struct Cooked {
         return verifier(shading, sampling).verifyRows(texels, reference, 0, map.height).stages();
     }
     verify::StageError total() const { return stages().back(); }
-    /// What it is worth on a sampler that takes no tolerance.
+    /// Returns the total for an ideal sampler.
     verify::StageError idealTotal() {
         const auto formats = std::exchange(map.formats, {});
         const verify::StageError out = total();

@@ -25,7 +25,7 @@ namespace {
 using formats::Environment;
 
 constexpr int kTileSize = 32;
-/// Directions of faces before normalisation: major + u right + v down (the table at the head of lighting/cube.h, as signed axes).
+/// Unnormalized directions of faces are major + u right + v down (the table in lighting/cube.h, as signed axes).
 struct FaceAxes {
     glm::dvec3 major, right, down;
 };
@@ -33,10 +33,10 @@ constexpr FaceAxes kFaceAxes[6] = {{{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0,
                                    {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
                                    {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}}};
 
-/// exp(x) for x <= 0, never below exp(-700), within 3e-10 of itself: 2^n by its bits, the rest by Taylor's series as far as x^8 / 8!.
-/// Without a branch or a call, so that loops over it run in lanes.
+/// Returns exp(max(x, -700)) for x <= 0, to a relative 3e-10: 2^n by its bits, the rest by a Taylor series up to x^8 / 8!. It has no branch
+/// and no call, so that loops over it are vectorized.
 inline double expOfNegative(double x) {
-    constexpr double kRounder = 0x1.8p52;  // added to it a number keeps its integer part in the lowest bits
+    constexpr double kRounder = 0x1.8p52;  // a number added to it is rounded to an integer in the lowest bits
     const double scaled = (x < -700 ? -700 : x) * std::numbers::log2e;
     const double shifted = scaled + kRounder, r = (scaled - (shifted - kRounder)) * std::numbers::ln2;
     const double power = std::bit_cast<double>((std::bit_cast<std::uint64_t>(shifted) + 1023) << 52);
@@ -44,14 +44,14 @@ inline double expOfNegative(double x) {
     return power * (even + r * (1 + r * r * (1.0 / 6 + r * r * (1.0 / 120 + r * r * (1.0 / 5040)))));
 }
 
-/// Beckmann's prefilter kernel before its division by its integral: D(NoH) c with n = v = r, so that NoH is the cosine of half the angle.
-/// NoH^2 = (1 + c) / 2 and tan^2 = 1 / NoH^2 - 1; zero behind the plane.
+/// Returns Beckmann's unnormalized prefilter kernel D(NoH) c for n = v = r, where NoH is the cosine of half the angle:
+/// NoH^2 = (1 + c) / 2, tan^2 = 1 / NoH^2 - 1; 0 behind the plane.
 inline double kernelShape(double cosine, double inverseSquaredM) {
     const double c = cosine < 0 ? 0 : cosine, inverse = 2 / (1 + c);
     return expOfNegative((1 - inverse) * inverseSquaredM) * inverse * inverse * c;
 }
 
-/// Angle [rad] beyond which the kernel is under 1e-7 of its peak, or zero.
+/// Returns the angle [rad] beyond which the kernel is 0 or below 1e-7 of its peak.
 double kernelSupport(double m) {
     return std::min(2 * std::atan(4 * m), 0.5 * std::numbers::pi);
 }
@@ -71,8 +71,8 @@ struct Range {
     double low, high;
 };
 
-/// The largest local relative error of any result against any reference of two ranges. The error falls with the reference below the
-/// result and grows above it, so that it peaks at an end.
+/// Returns the largest local relative error of a result and a reference in the given ranges. As a function of the reference the error falls
+/// up to the result and rises beyond it, so its maximum is at an end of the range.
 double largestLocalError(Range reference, Range result, double key) {
     const double floor = lighting::kLocalErrorFloor * key;
     const double above = result.high > reference.low ? (result.high - reference.low) / (reference.low + floor) : 0;
@@ -90,9 +90,9 @@ Range storedRange(const CookedCubemap::Mip& mip, int channel) {
     return range;
 }
 
-/// Sound for every direction, but loose: all that is known of the reference is that it lies between the ends of its source, and of the
-/// result that a filter gives no more than the largest stored value, times the exact maximum of S. Infinite where S is not positive.
-/// The place is a mip and a channel: `local` is the bound.
+/// Returns an upper bound of the local error over every direction, with its mip and channel; `local` is the bound. Sound but loose: the
+/// reference is between the smallest and largest texel of the source, the result between the smallest and largest stored value times the
+/// exact extrema of S. Infinite if S is not positive everywhere.
 ErrorPlace boundOf(const CookedCubemap& map, const CubemapReference& reference, double key) {
     ErrorPlace worst;
     for (std::size_t index = 0; index < map.mips.size(); ++index)
@@ -112,23 +112,23 @@ ErrorPlace boundOf(const CookedCubemap& map, const CubemapReference& reference, 
             if (!(s.minimum > 0)) raise(std::numeric_limits<double>::infinity());
             if (!std::isfinite(worst.local)) return worst;
             const Range stored = storedRange(mip, channel);
-            // 1e-5: the shader evaluates S in floats.
+            // 1e-5: rounding of the shader's S in floats.
             const Range result{map.range * stored.low * s.minimum * (1 - 1e-5), map.range * stored.high * s.maximum * (1 + 1e-5)};
             raise(largestLocalError({reference.smallest()[channel], reference.largest()[channel]}, result, key));
         }
     return worst;
 }
 
-/// Where a sample lies: a texel, or a direction between texels, with the face that it meets.
+/// Returns the place of a sample: a texel, or a direction between texels with the face that it hits.
 ErrorPlace placeOf(const CookedCubemap& map, const CubemapSample& sample, int channel) {
     const CookedCubemap::Mip& mip = map.mips[static_cast<std::size_t>(sample.mip)];
-    const lighting::CubeCoordinate met = lighting::cubeFromDirection(sample.direction);
+    const lighting::CubeCoordinate hit = lighting::cubeFromDirection(sample.direction);
     const double size = mip.faces[0].width();
     ErrorPlace place;
     place.mip = sample.mip;
-    place.face = sample.isTexel ? sample.face : met.face;
-    place.x = sample.isTexel ? sample.x : std::clamp(0.5 * (met.uv.x + 1) * size - 0.5, 0.0, size - 1);
-    place.y = sample.isTexel ? sample.y : std::clamp(0.5 * (met.uv.y + 1) * size - 0.5, 0.0, size - 1);
+    place.face = sample.isTexel ? sample.face : hit.face;
+    place.x = sample.isTexel ? sample.x : std::clamp(0.5 * (hit.uv.x + 1) * size - 0.5, 0.0, size - 1);
+    place.y = sample.isTexel ? sample.y : std::clamp(0.5 * (hit.uv.y + 1) * size - 0.5, 0.0, size - 1);
     place.channel = channel;
     place.normal = sample.direction;
     place.m = mip.m;
@@ -137,17 +137,17 @@ ErrorPlace placeOf(const CookedCubemap& map, const CubemapSample& sample, int ch
 
 }  // namespace
 
-/// What a call of prefiltered() looks for.
+/// The kernel of one call of prefiltered().
 struct CubemapReference::Lobe {
     glm::dvec3 direction;
     double inverseSquaredM;
-    double reach, cosine, sine;  ///< [rad] of the texels' centres, and of it
+    double reach, cosine, sine;  ///< largest angle of texel centres [rad], its cosine and sine
 };
 
-/// Columns of pieces of one tile, as far as a row of pieces needs them, and what a row makes of them. In panoramas c = y cos(theta) +
-/// sin(theta) along; on faces c = (along + v down) / sqrt(squared + v^2).
+/// Values by column of pieces of a tile: those that all rows share, and those of the current row. The cosine to the kernel's axis is
+/// y cos(theta) + sin(theta) along in panoramas, (along + v down) / sqrt(squared + v^2) on faces.
 struct CubemapReference::Columns {
-    std::vector<double> along;    ///< x sin(phi) - z cos(phi), or major + u right: the direction's parts
+    std::vector<double> along;    ///< x sin(phi) - z cos(phi), or major + u right
     std::vector<double> squared;  ///< 1 + u^2
     std::vector<double> cosine, solidAngle;
 
@@ -156,8 +156,8 @@ struct CubemapReference::Columns {
     }
 };
 
-/// What one call of prefiltered() works with: texel centres and pieces of the tile at hand, their weights, and sums for each column of a
-/// tile, which are added up only at the end, so that adding runs in lanes.
+/// Buffers of one call of prefiltered(): texel centres and pieces of the current tile, their weights, and a sum for each column of a tile.
+/// Columns are added up at the end, so that the loops over them are vectorized.
 struct CubemapReference::Workspace {
     Columns centres, pieces;
     std::vector<double> pieceWeights, weights;
@@ -202,7 +202,7 @@ CubemapReference::CubemapReference(const Environment& environment)
             largest_ = glm::max(largest_, radiance);
         }
     mean_ /= total;
-    const int faceHeight = isPanorama_ ? height : width;  // a tile stays on its face
+    const int faceHeight = isPanorama_ ? height : width;  // tiles do not cross faces
     for (int face = 0; face < height; face += faceHeight)
         for (int top = face; top < face + faceHeight; top += kTileSize)
             for (int left = 0; left < width; left += kTileSize)
@@ -238,7 +238,7 @@ void CubemapReference::addTile(int left, int top, int width, int height) {
     tile.centre = length > 1e-6 ? sum / length : glm::dvec3(0, 1, 0);
     for (const glm::dvec3& direction : directions)
         tile.radius = std::max(tile.radius, std::acos(std::clamp(glm::dot(tile.centre, direction), -1.0, 1.0)));
-    tile.radius += 1e-6;  // of rounding
+    tile.radius += 1e-6;  // rounding
     tile.cosine = std::cos(tile.radius);
     tile.sine = std::sin(tile.radius);
     tiles_.push_back(tile);
@@ -267,7 +267,8 @@ void CubemapReference::fillColumns(const Tile& tile, const Lobe& lobe, int piece
     }
 }
 
-/// Cosine against the lobe and solid angle of the columns [begin, end) of one row of pieces, counted from the top of the image.
+/// Computes cosine to the kernel's axis and solid angle of the columns [begin, end) of a row of pieces.
+/// pieceY  row of pieces, from the top of the image
 void CubemapReference::visitRow(const Lobe& lobe, const Tile& tile, int pieceY, int pieces, std::size_t begin, std::size_t end,
                                 Columns& columns) const {
     const double* const along = columns.along.data();
@@ -279,7 +280,7 @@ void CubemapReference::visitRow(const Lobe& lobe, const Tile& tile, int pieceY, 
         const double offsetSine = std::sin(offset), offsetCosine = std::cos(offset);
         const double sinTheta = colatitudes_.sine[y] * offsetCosine + colatitudes_.cosine[y] * offsetSine;
         const double base = lobe.direction.y * (colatitudes_.cosine[y] * offsetCosine - colatitudes_.sine[y] * offsetSine);
-        // cos - cos at the ends of the row, as a product: exact.
+        // Exact area: difference of the cosines at the row's ends, as a product.
         const double area = 2 * std::numbers::pi / (environment_.texels.width() * pieces) * 2 * std::sin(0.5 * step / pieces) * sinTheta;
         for (std::size_t i = begin; i < end; ++i) {
             cosine[i] = base + sinTheta * along[i];
@@ -301,7 +302,7 @@ void CubemapReference::visitRow(const Lobe& lobe, const Tile& tile, int pieceY, 
         return;
     }
     for (std::size_t i = begin; i < end; ++i) {
-        // Of pieces the density at their middle will do: 4 / size^2 (1 + u^2 + v^2)^(-3/2).
+        // Pieces are small: their solid angle is the density at the middle, 4 / size^2 (1 + u^2 + v^2)^(-3/2).
         const double inverse = 1 / std::sqrt(squared[i] + vSquared);
         cosine[i] = (along[i] + base) * inverse;
         solidAngle[i] = area * inverse * inverse * inverse;
@@ -310,15 +311,15 @@ void CubemapReference::visitRow(const Lobe& lobe, const Tile& tile, int pieceY, 
 
 glm::dvec3 CubemapReference::prefiltered(const glm::dvec3& direction, double m, double piecesPerWidth) const {
     assert(0 < m && m <= 1);
-    // One standard deviation of the lobe is sqrt(2) m: pieces an eighth of it widen it by a thousandth.
+    // The kernel's standard deviation is sqrt(2) m. Pieces of an eighth of it widen the kernel by a thousandth.
     const double width = std::numbers::sqrt2 * m;
     const int pieces = std::clamp(static_cast<int>(std::ceil(piecesPerWidth * texelWidth_ / width)), 1, 256);
     const double reach = std::min(kernelSupport(m) + texelWidth_, std::numbers::pi);
     const Lobe lobe{direction, 1 / (m * m), reach, std::cos(reach), std::sin(reach)};
     Workspace workspace;
     for (const Tile& tile : tiles_) {
-        const bool isSurelyMet = reach + tile.radius >= std::numbers::pi;
-        if (isSurelyMet || glm::dot(tile.centre, direction) >= lobe.cosine * tile.cosine - lobe.sine * tile.sine)
+        const bool isInside = reach + tile.radius >= std::numbers::pi;
+        if (isInside || glm::dot(tile.centre, direction) >= lobe.cosine * tile.cosine - lobe.sine * tile.sine)
             gatherTile(lobe, tile, pieces, workspace);
     }
     glm::dvec3 sum(0);
@@ -330,7 +331,7 @@ glm::dvec3 CubemapReference::prefiltered(const glm::dvec3& direction, double m, 
     return weightSum > 0 ? sum / weightSum : glm::dvec3(0);
 }
 
-/// A tile's share of a lobe: every texel from the first to the last of each row whose centre is in reach, cut into pieces x pieces.
+/// Adds a tile: in each row, every texel from the first to the last whose centre is in reach, cut into pieces x pieces.
 void CubemapReference::gatherTile(const Lobe& lobe, const Tile& tile, int pieces, Workspace& workspace) const {
     const std::size_t width = static_cast<std::size_t>(tile.width), cuts = static_cast<std::size_t>(pieces);
     Columns& centres = workspace.centres;
@@ -393,7 +394,7 @@ glm::dvec3 CubemapReference::radianceAt(const glm::dvec3& direction) const {
 glm::dvec3 CubemapReference::footprintMean(const glm::dvec3& direction, int size, int places) const {
     const lighting::CubeCoordinate centre = lighting::cubeFromDirection(direction);
     const double step = 2.0 / (static_cast<double>(size) * places);
-    // On a strip's own face, whole, a place is looked up without the way through its direction.
+    // A footprint within one face of a cube strip is read directly, not through directions.
     const auto texels = environment_.texels.view();
     const double farthest = std::max(std::abs(centre.uv.x), std::abs(centre.uv.y)) + 0.5 * step * (places - 1);
     const bool isOnFace = !isPanorama_ && farthest < 1;
@@ -431,7 +432,7 @@ std::vector<CubemapSample> cubemapSamples(const CookedCubemap& map, const Cubema
         if (count <= sampling.texelsPerMip)
             for (int index = 0; index < count; ++index) addTexel(index);
         else
-            // One out of each of as many even parts: where there are no more blocks than samples, each block is met.
+            // Stratified: one texel out of each of as many equal parts.
             for (int i = 0; i < sampling.texelsPerMip; ++i) addTexel(inBlock(i * blockCount / sampling.texelsPerMip));
         for (int i = 0; i < sampling.directionsPerMip; ++i) samples.push_back({mip, false, 0, 0, 0, random.direction()});
     }
@@ -443,7 +444,7 @@ lighting::ShBands kernelBands(double m) {
     constexpr int kSteps = 4096;
     std::array<double, 3> sums{};
     const double support = kernelSupport(m);
-    for (int i = 0; i < kSteps; ++i) {  // midpoints of the angle, so that a narrow lobe gets its share
+    for (int i = 0; i < kSteps; ++i) {  // midpoints in the angle, so that narrow lobes are resolved
         const double angle = support * (i + 0.5) / kSteps, c = std::cos(angle);
         const double weight = std::sin(angle) * kernelShape(c, 1 / (m * m));
         sums[0] += weight;
@@ -467,7 +468,7 @@ CubemapResult compareCubemap(const CookedCubemap& map, const CubemapReference& r
         sample.isTexel ? mip.faces[static_cast<std::size_t>(sample.face)].at(sample.x, sample.y) : sampleCube(mip.faces, sample.direction);
     CubemapResult result;
     result.cooked = shadeCubemap(map, sample.mip, glm::vec3(stored), sample.direction);
-    // 128 places a side meet an edge between two source texels within half a step: 0.4 % of their difference at worst.
+    // 128 places a side resolve an edge between two source texels within half a step: an error of at most 0.4 % of their difference.
     result.reference =
         mip.m > 0 ? reference.prefiltered(sample.direction, mip.m) : reference.footprintMean(sample.direction, mip.faces[0].width(), 128);
     return result;
@@ -486,7 +487,7 @@ std::vector<StageError> cubemapStages(const CookedCubemap& map, const CubemapRef
     const ErrorPlace bound = boundOf(map, reference, key);
     divide.addBound(bound.local, bound);
     filter.addBound(bound.local, bound);
-    // No sample may have met the direction in which S is not positive.
+    // Samples may miss the direction in which S is not positive.
     if (!std::isfinite(bound.local)) divide.add(0, bound.local, [&] { return bound; });
     std::vector<StageError> stages = {
         {"divide", {}, divide.figures(), 0}, {"filter", {}, filter.figures(), 0}, {"total", {}, divide.figures(), 0}};

@@ -15,7 +15,7 @@ namespace lightcook::verify {
 namespace {
 
 constexpr int kTexels = 96;
-constexpr double kDarkest = 0.02;  ///< of the mean radiance: below it errors count as if it were the reference
+constexpr double kDarkest = 0.02;  ///< smallest denominator of an error, relative to the mean radiance
 
 struct Place {
     glm::dvec3 normal;
@@ -32,7 +32,7 @@ void addLight(std::vector<Place>& places, double wrap, const glm::dvec3& directi
     }
 }
 
-/// [sr] of the texels of a face, row by row.
+/// Returns the solid angles of the texels of a face [sr], row by row.
 std::vector<double> faceSolidAngles(int size) {
     std::vector<double> solidAngles;
     for (int i = 0; i < size * size; ++i) solidAngles.push_back(lighting::cubeTexelSolidAngle(i % size, i / size, size));
@@ -48,9 +48,9 @@ void addStrip(std::vector<Place>& places, double wrap, const formats::Image<glm:
                      solidAngles[static_cast<std::size_t>(y % size * size + x)], glm::dvec3(texels.at(x, y)));
 }
 
-/// Sums over the first columns of a panorama's row: of L, of L sin(psi) and of L cos(psi). A texel of the row at azimuth psi looks along
-/// (across sin(psi), up, -across cos(psi)), so n.l + w is one sinusoid of psi, and positive over one arc: the sum over any arc is a
-/// difference of two such prefixes, and the whole reference the sum over texels that it always was, at a few operations a row.
+/// Prefix sums over the columns of a panorama's row: of L, L sin(psi) and L cos(psi). The direction of a texel at azimuth psi is
+/// (across sin(psi), up, -across cos(psi)), so n.l + w is a sinusoid of psi that is positive over a single arc. The sum over an arc is the
+/// difference of two prefix sums: the exact sum over the row's texels in a few operations.
 class RowPrefixes {
 public:
     explicit RowPrefixes(int width) : width_(static_cast<std::size_t>(width)), sums_(width_ + 1) {
@@ -70,12 +70,12 @@ public:
             after.cosine = before.cosine + azimuths_[x].y * radiance;
         }
     }
-    /// Adds every column whose `constant + sine sin(psi) + cosine cos(psi)` is positive.
+    /// Adds `constant + sine sin(psi) + cosine cos(psi)` times L over all columns where it is positive.
     void addPositive(double constant, double sine, double cosine, double solidAngle, Place& place) const {
         const double swing = std::hypot(sine, cosine);
         if (constant <= -swing) return;
         if (constant >= swing) return add(0, width_, constant, sine, cosine, solidAngle, place);
-        // Column x has psi = 2 pi (x + 0.5) / width - pi; a round is added so that columns before the seam are no negative numbers.
+        // Column x has psi = 2 pi (x + 0.5) / width - pi. A full turn is added to avoid negative columns before the seam.
         const double middle = std::atan2(sine, cosine) + 3 * std::numbers::pi, reach = std::acos(-constant / swing);
         const double columns = static_cast<double>(width_) / (2 * std::numbers::pi);
         const double begin = std::ceil((middle - reach) * columns - 0.5), end = std::floor((middle + reach) * columns - 0.5) + 1;
@@ -89,7 +89,7 @@ public:
 private:
     struct Sums {
         glm::dvec3 light{0}, sine{0}, cosine{0};
-        glm::dvec2 turn{0};  ///< of sine and cosine alone
+        glm::dvec2 turn{0};  ///< part of sine and cosine, without the constant
     };
     void add(std::size_t first, std::size_t last, double constant, double sine, double cosine, double solidAngle, Place& place) const {
         const Sums &a = sums_[first], &b = sums_[last];
@@ -99,8 +99,8 @@ private:
     }
 
     std::size_t width_;
-    std::vector<glm::dvec2> azimuths_;  ///< sine and cosine of psi of each column
-    std::vector<Sums> sums_;            ///< of the columns before each
+    std::vector<glm::dvec2> azimuths_;  ///< [column], sine and cosine of psi
+    std::vector<Sums> sums_;            ///< [column], over all columns before it
 };
 
 void addPanorama(std::vector<Place>& places, double wrap, const formats::Image<glm::vec3>& texels) {
@@ -116,7 +116,7 @@ void addPanorama(std::vector<Place>& places, double wrap, const formats::Image<g
     }
 }
 
-/// Mean radiance over the sphere and the channels.
+/// Returns the mean radiance over sphere and channels.
 double meanOf(const formats::Environment& environment) {
     const formats::Image<glm::vec3>& texels = environment.texels;
     const int width = texels.width(), height = texels.height();

@@ -13,15 +13,15 @@
 namespace lightcook::verify {
 namespace {
 
-/// Largest value of Beckmann's distribution over all angles: at the peak for smooth surfaces, on a ring around it for m^2 > 1/2. It falls
-/// with m, so that the smallest m of a range bounds the range.
+/// Returns the largest value of Beckmann's distribution over all angles: at the peak for m^2 <= 1/2, else on a ring around it. It falls
+/// with m, so the smallest m of a range bounds the range.
 double largestBeckmann(double m) {
     const double squared = m * m;
     return squared <= 0.5 ? 1 / (std::numbers::pi * squared) : 4 * squared * std::exp(1 / squared - 2) / std::numbers::pi;
 }
 
-/// Largest reflected radiance over views, F0 and roughness from m up. Without intensity and D, NoL f = G F / (4 NoV), and G / (4 NoV) is
-/// at most NoH^2 / (NoL + NoV) because V + L = 2 VoH H; nothing bounds it but 1 / NoL.
+/// Returns an upper bound of the reflected radiance over views, F0 and roughnesses of at least m. Apart from intensity and D,
+/// NoL f = G F / (4 NoV), and G / (4 NoV) <= NoH^2 / (NoL + NoV) <= 1 / NoL because V + L = 2 VoH H.
 double largestSpecular(const glm::dvec3& direction, double intensity, const glm::dvec3& normal, double m) {
     const double length = glm::length(direction);
     const double NoL = length > 0 ? glm::dot(direction, normal) / length : 1;
@@ -38,6 +38,35 @@ struct DominantVerifier::Place {
     double x = 0, y = 0;  ///< [texels]
     glm::dvec3 normal{0, 0, 1};
     DominantLightSample reference, seen;
+
+    /// Returns the place of an error of this light in one channel.
+    ErrorPlace at(int channel) const {
+        ErrorPlace place;
+        place.x = x;
+        place.y = y;
+        place.channel = channel;
+        place.normal = normal;
+        return place;
+    }
+    /// Adds bounds over all views, F0 and roughnesses of at least smallestM. Stored and reference light may have different directions:
+    /// either may be 0 where the other is largest.
+    void addBounds(double smallestM, double floor, ErrorAccumulator& errors) const {
+        for (int channel = 0; channel < 3; ++channel) {
+            const double found = largestSpecular(seen.direction, seen.intensity[channel], normal, smallestM);
+            const double truth = largestSpecular(reference.direction, reference.intensity[channel], normal, smallestM);
+            const auto bound = [&](double referenceLight, double foundLight, double local) {
+                ErrorPlace worst = at(channel);
+                worst.m = smallestM;
+                worst.reference = referenceLight;
+                worst.found = foundLight;
+                worst.local = local;
+                errors.addBound(local, worst);
+            };
+            constexpr double kRounding = 1 + 1e-4;  // of the shader's floats
+            if (found > 0) bound(0, found, found / floor * kRounding);
+            if (truth > 0) bound(truth, 0, truth / (truth + floor) * kRounding);
+        }
+    }
 };
 
 int dominantStride(int width, int height) {
@@ -59,7 +88,7 @@ void DominantErrors::merge(const DominantErrors& other) {
 
 std::vector<StageError> DominantErrors::stages() const {
     std::vector<StageError> stages = {{"magnified", {}, between_.figures(), 0}, {"total", {}, centres_.figures(), 0}};
-    // The verdict: texel centres, and whatever is worse between them.
+    // The verdict: texel centres, raised to the maxima between them.
     takeLarger(stages[1].specular, stages[0].specular);
     return stages;
 }
@@ -80,14 +109,6 @@ DominantLightSample DominantVerifier::decode(const DecodedDominantRows& texels, 
 void DominantVerifier::shade(const Place& place, ErrorAccumulator& errors) const {
     const glm::dmat3 frame = lighting::worldFromTangentFrame(place.normal);
     const glm::vec3 normal(place.normal), trueDirection(place.reference.direction), trueIntensity(place.reference.intensity);
-    const auto at = [&](int channel) {
-        ErrorPlace worst;
-        worst.x = place.x;
-        worst.y = place.y;
-        worst.channel = channel;
-        worst.normal = place.normal;
-        return worst;
-    };
     for (int i = 0; i < shading_.viewCount; ++i) {
         const glm::vec3 view(frame * lighting::fibonacciHemisphere(i, shading_.viewCount));
         for (const double m : shading_.m)
@@ -100,7 +121,7 @@ void DominantVerifier::shade(const Place& place, ErrorAccumulator& errors) const
                                 seen = shaded(glm::vec3(place.seen.direction), glm::vec3(place.seen.intensity));
                 for (int channel = 0; channel < 3; ++channel)
                     errors.add(reference[channel], seen[channel], [&] {
-                        ErrorPlace worst = at(channel);
+                        ErrorPlace worst = place.at(channel);
                         worst.view = glm::dvec3(view);
                         worst.m = m;
                         worst.f0 = f0;
@@ -108,21 +129,7 @@ void DominantVerifier::shade(const Place& place, ErrorAccumulator& errors) const
                     });
             }
     }
-    const double smallestM = *std::min_element(shading_.m.begin(), shading_.m.end()), floor = lighting::kLocalErrorFloor * key_;
-    for (int channel = 0; channel < 3; ++channel) {
-        const double seen = largestSpecular(place.seen.direction, place.seen.intensity[channel], place.normal, smallestM);
-        const double truth = largestSpecular(place.reference.direction, place.reference.intensity[channel], place.normal, smallestM);
-        const auto bound = [&](double reference, double found, double local) {
-            ErrorPlace worst = at(channel);
-            worst.m = smallestM;
-            worst.reference = reference;
-            worst.found = found;
-            worst.local = local;
-            errors.addBound(local, worst);
-        };
-        if (seen > 0) bound(0, seen, seen / floor * (1 + 1e-4));  // the truth may be zero; 1e-4: the shader works in floats
-        if (truth > 0) bound(truth, 0, truth / (truth + floor) * (1 + 1e-4));
-    }
+    place.addBounds(*std::min_element(shading_.m.begin(), shading_.m.end()), lighting::kLocalErrorFloor * key_, errors);
 }
 
 DominantLightSample DominantVerifier::reference(const lighting::ShRgb& incident, const glm::dvec3& normal,
@@ -177,7 +184,7 @@ DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, c
                 for (std::size_t i = 0; i < sh.size(); ++i) sh[i] += 0.25f * shAt(cornerX, cornerY)[i];
             }
             const double length = glm::length(middle.normal);
-            if (length < 1e-3) continue;  // charts that touch back to back have no surface between them
+            if (length < 1e-3) continue;  // opposite normals: no surface between these charts
             middle.normal /= length;
             middle.reference = reference(sh, middle.normal, middle.seen);
             shade(middle, errors.between_);

@@ -14,12 +14,12 @@ namespace {
 
 using std::numbers::pi;
 
-/// Directionality below which a direction is noise, and above which it counts in full.
+/// Range of |v| over which the light fades in: below it, the direction is noise.
 constexpr double kFadeStart = 0.02, kFadeEnd = 0.08;
 /// Coefficient 0 of constant radiance 1.
 constexpr double kAmbientDc = 2 / std::numbers::inv_sqrtpi;
 
-/// v of the closed form.
+/// Returns v of the closed form: band 1 / (sqrt(3) lambda_0), at most of length 1.
 glm::dvec3 linearVector(const lighting::ShRgb& incident, const glm::vec3& weights) {
     const auto luminance = [&](std::size_t i) { return glm::dot(glm::dvec3(incident[i]), glm::dvec3(weights)); };
     const double dc = luminance(0);
@@ -44,8 +44,8 @@ glm::dvec3 storedDirection(const glm::dvec3& vector, double fade, const glm::dve
     return glm::length(direction) < 1e-3 * kFadeEnd ? kFadeEnd * normal : direction;  // both parts cancel
 }
 
-/// Least squares of one channel for a direction: every choice of which of the two unknowns are zero, the best that is allowed. No branches,
-/// so that it runs in lanes.
+/// Least squares of one channel for a fixed direction, with intensity and ambient light >= 0: the best of all choices of which unknowns are
+/// zero. No branches, so that loops over it are vectorized.
 template <class T>
 struct ChannelFit {
     T intensity = 0, gain = 0;
@@ -66,7 +66,7 @@ inline ChannelFit<T> fitChannel(T projection, T dc, bool hasAmbient) {
     return {both >= one ? intensity : intensityOfOne, both >= one ? both : one};
 }
 
-/// Coefficients over the largest of them, and what a light from a direction explains of their squares.
+/// The coefficients, scaled by the largest, and the part of their squared norm (gain) that a light from a direction explains.
 class Light {
 public:
     Light(const lighting::ShRgb& incident, bool hasAmbient) : hasAmbient_(hasAmbient) {
@@ -95,7 +95,7 @@ public:
     }
     double coefficient(std::size_t i, int channel) const { return coefficients_[i][channel]; }
     bool hasAmbient() const { return hasAmbient_; }
-    /// Root of the squared error over the norm.
+    /// Returns the root of the squared error over the norm of the coefficients.
     double residual(double gain) const { return std::sqrt(std::max(0.0, 1 - gain / energy_)); }
 
 private:
@@ -116,7 +116,8 @@ struct Peak {
     double gain;
 };
 
-/// One move on a hill: to the summit of a paraboloid through six directions around, if it has one that is near; false: not near yet.
+/// Moves to the maximum of a paraboloid through six directions around the peak, or uphill if it has no maximum nearby. Returns true once
+/// the maximum was near, or nothing improves.
 bool moveUphill(const Light& light, double width, Peak& peak) {
     constexpr double kFarthest = 3;
     const glm::dmat3 frame = lighting::worldFromTangentFrame(peak.direction);
@@ -139,19 +140,18 @@ bool moveUphill(const Light& light, double width, Peak& peak) {
     return true;
 }
 
-/// To the top of the hill, with ever narrower paraboloids; narrow ones at once where the summit is near, as it is from a direction that
-/// textures hold.
+/// Climbs to the local maximum with ever narrower paraboloids. Tries narrow ones first: directions stored in textures are near a maximum.
 Peak polish(const Light& light, const glm::dvec3& start) {
-    constexpr int kMostMoves = 6;
+    constexpr int kMaximumMoves = 6;
     Peak peak{start, light.gain(start)};
     if (moveUphill(light, 0.01, peak) && moveUphill(light, 0.001, peak)) return peak;
     for (const double width : {0.1, 0.03, 0.005, 0.0005})
-        for (int move = 0; move < kMostMoves; ++move)
+        for (int move = 0; move < kMaximumMoves; ++move)
             if (moveUphill(light, width, peak)) break;
     return peak;
 }
 
-/// Directions all over the sphere in opposite pairs, with the basis at one of each as rows.
+/// Directions over the whole sphere in opposite pairs, with the basis at the first of each pair as rows.
 struct Sphere {
     static constexpr std::size_t kPairs = 120, kCount = 2 * kPairs;
     using Row = std::array<float, kPairs>;
@@ -167,12 +167,13 @@ struct Sphere {
     }
 };
 
-/// Float is enough to tell hills apart. Arrays of its own throughout, or the compiler would have to fear that they overlap.
+/// Returns the gain of every direction. Floats suffice to find the local maxima. All arrays are local, so that the compiler knows that they
+/// do not overlap.
 template <bool hasAmbient>
-std::array<float, Sphere::kCount> gainsAllOver(const Light& light, const Sphere& sphere) {
+std::array<float, Sphere::kCount> gainsOverSphere(const Light& light, const Sphere& sphere) {
     Sphere::Row gains{}, gainsOfOpposites{};
     for (int channel = 0; channel < 3; ++channel) {
-        Sphere::Row parts[2] = {};  // of even bands and of band 1, which opposite directions see with the other sign
+        Sphere::Row parts[2] = {};  // even bands, and band 1, which changes sign in the opposite direction
         for (std::size_t i = 0; i < sphere.basis.size(); ++i) {
             const float coefficient = static_cast<float>(light.coefficient(i, channel));
             Sphere::Row& part = parts[lighting::kShBand[i] % 2];
@@ -188,33 +189,33 @@ std::array<float, Sphere::kCount> gainsAllOver(const Light& light, const Sphere&
     return both;
 }
 
-/// The best direction of the sphere, and the best of those away from it.
-std::array<glm::dvec3, 2> twoHills(const Light& light) {
+/// Returns the best direction of the sphere, and the best one away from it.
+std::array<glm::dvec3, 2> twoStarts(const Light& light) {
     static const Sphere kSphere;
-    constexpr double kOtherHill = 0.8;  // cosine
-    const auto gains = light.hasAmbient() ? gainsAllOver<true>(light, kSphere) : gainsAllOver<false>(light, kSphere);
+    constexpr double kOtherStart = 0.8;  // cosine
+    const auto gains = light.hasAmbient() ? gainsOverSphere<true>(light, kSphere) : gainsOverSphere<false>(light, kSphere);
     const std::size_t best = static_cast<std::size_t>(std::max_element(gains.begin(), gains.end()) - gains.begin());
     std::size_t other = best;
     float highest = -1;
     for (std::size_t j = 0; j < gains.size(); ++j)
-        if (gains[j] > highest && glm::dot(kSphere.directions[j], kSphere.directions[best]) < kOtherHill) other = j, highest = gains[j];
+        if (gains[j] > highest && glm::dot(kSphere.directions[j], kSphere.directions[best]) < kOtherStart) other = j, highest = gains[j];
     return {kSphere.directions[best], kSphere.directions[other]};
 }
 
-/// Only hills that may be higher than what was seen are climbed.
+/// Returns the best direction. Climbs from `seen`, and from other starts only if they may lead higher.
 glm::dvec3 bestDirection(const Light& light, const glm::dvec3& seen) {
     constexpr double kEqual = 1e-3;
-    constexpr double kSameHill = 0.95;  // cosine: less than two steps of the sphere's directions
-    constexpr double kMostAbove = 1.3;  // of a summit over the nearest direction of the sphere
-    const std::array<glm::dvec3, 2> hills = twoHills(light);
+    constexpr double kSameMaximum = 0.95;  // cosine: closer than two steps between the sphere's directions
+    constexpr double kLargestRise = 1.3;   // gain of a maximum relative to the nearest direction of the sphere, at most
+    const std::array<glm::dvec3, 2> starts = twoStarts(light);
     const double length = glm::length(seen);
     const bool isSeen = length > 0;
-    const Peak near = polish(light, isSeen ? seen / length : hills[0]);
+    const Peak near = polish(light, isSeen ? seen / length : starts[0]);
     Peak best = near;
-    for (const glm::dvec3& hill : hills) {
-        const double gain = light.gain(hill);
-        if (gain <= near.gain && (glm::dot(near.direction, hill) > kSameHill || gain * kMostAbove < near.gain)) continue;
-        const Peak found = polish(light, hill);
+    for (const glm::dvec3& start : starts) {
+        const double gain = light.gain(start);
+        if (gain <= near.gain && (glm::dot(near.direction, start) > kSameMaximum || gain * kLargestRise < near.gain)) continue;
+        const Peak found = polish(light, start);
         if (found.gain > best.gain) best = found;
     }
     return isSeen && light.residual(near.gain) <= light.residual(best.gain) + kEqual ? near.direction : best.direction;

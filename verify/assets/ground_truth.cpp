@@ -20,7 +20,7 @@ shaders::LcSh shaderSh(const lighting::ShRgb& sh) {
     return out;
 }
 
-/// Kernels of the views and roughness that values come with: files repeat a few of each.
+/// Cache of kernels by view and roughness: files repeat a few values of each.
 class Kernels {
 public:
     const lighting::AreaSpecularKernel& at(double NoV, double m) {
@@ -34,7 +34,7 @@ public:
     }
 
 private:
-    static constexpr double kStep = 1e-3;  ///< of NoV
+    static constexpr double kStep = 1e-3;  ///< step of NoV
     std::map<std::pair<long, double>, lighting::AreaSpecularKernel> kernels_;
 };
 

@@ -15,9 +15,9 @@ namespace lightcook::verify {
 namespace {
 
 constexpr int kLightCount = 12;
-/// More Gauss points a piece than tables are made with.
+/// Gauss points of each piece: more than in the fit.
 constexpr int kReferencePoints = 24;
-/// Which coefficient each entry of a kernel belongs to.
+/// Coefficients of a kernel, in the order of its entries.
 constexpr std::array<std::size_t, 6> kCoefficients = {0, 2, 3, 6, 7, 8};
 
 SpecularKernelEntries entriesOf(const shaders::LcSpecularKernel& k) {
@@ -37,7 +37,7 @@ shaders::LcSpecularKernel kernelOf(const SpecularKernelEntries& entries) {
     return {four(0), four(4), four(8)};
 }
 
-/// Light 0 is constant; the others are half that and a directional light of the same mean radiance, 1 in all.
+/// Returns a light of mean radiance 1. Light 0 is constant; each other one is half constant, half directional.
 lighting::ShDouble lightOf(int index) {
     lighting::ShDouble light{};
     if (index > 0) {
@@ -185,7 +185,7 @@ LutStepError lutStepError(const CookedLut& tables, const std::vector<LutSample>&
         if (!samples[i].isNode) continue;
         for (std::size_t k = 0; k < results[i].reference.size(); ++k) {
             const double step = std::abs(static_cast<double>(tables.scale[k / 4][static_cast<int>(k % 4)])) / 65535;
-            // A NaN is an error too: the largest there is.
+            // NaN counts as the largest error.
             const double error = std::abs(results[i].cooked[k] - results[i].reference[k]);
             const double steps = std::isnan(error) ? 65535.0 : error / std::max(step, 1e-9);
             if (steps > worst.steps) worst = {steps, k, samples[i].NoV, samples[i].m};
@@ -244,8 +244,8 @@ std::vector<StageError> lutStages(const CookedLut& tables, const std::vector<Lut
     };
     std::vector<StageError> stages = {stage("quantize", nodes, keys.kernel), stage("filter", between, keys.kernel),
                                       stage("total", shaded, keys.shaded)};
-    const auto bound = [](ErrorFigures& figures, double most, const ErrorPlace& at) {
-        figures.maxBound = std::isfinite(most) ? most : std::numeric_limits<double>::max();
+    const auto bound = [](ErrorFigures& figures, double value, const ErrorPlace& at) {
+        figures.maxBound = std::isfinite(value) ? value : std::numeric_limits<double>::max();
         figures.boundAt = at;
     };
     bound(stages[0].specular, stages[0].specular.maxSampled, stages[0].specular.sampledAt);

@@ -16,7 +16,7 @@ double cross(const glm::dvec2& a, const glm::dvec2& b) {
     return a.x * b.y - a.y * b.x;
 }
 
-/// Distance of a point from the nearest edge, negative outside; of a triangle without area always negative.
+/// Returns the distance of a point from the nearest edge, negative outside. Always negative for a triangle without area.
 double depthInside(const Corners& corners, const glm::dvec2& point) {
     double shallowest = HUGE_VAL;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -28,7 +28,7 @@ double depthInside(const Corners& corners, const glm::dvec2& point) {
     return shallowest;
 }
 
-/// Whether a triangle meets the square of this half side around a point: no axis of either keeps them apart.
+/// Returns true if a triangle overlaps the square with this half side around a point (separating axis test).
 bool meetsSquare(const Corners& corners, const glm::dvec2& centre, double half) {
     std::array<glm::dvec2, 5> axes = {glm::dvec2(1, 0), glm::dvec2(0, 1)};
     for (std::size_t i = 0; i < 3; ++i) {
@@ -49,7 +49,7 @@ int texelOf(double place, int size) {
     return static_cast<int>(std::clamp(std::floor(place), 0.0, size - 1.0));
 }
 
-/// The first texel of another cluster that a triangle reads.
+/// Returns the first texel of another cluster that a triangle reads.
 std::optional<glm::ivec2> strangerIn(const Corners& corners, int cluster, const formats::ClusterMap& map, const CoveredTexels& covered,
                                      double inset) {
     const auto [left, right] = std::minmax({corners[0].x, corners[1].x, corners[2].x});

@@ -30,7 +30,7 @@ glm::vec3 exitRadiance(const ShRgb& sh, const glm::vec3& normal) {
     return lighting::lambertExitRadiance(sh, normal, glm::vec3(1)).value;
 }
 
-/// Sum over bands of factor_l times the norm of the band's coefficients, one channel.
+/// Returns sum_l factor_l |band l| for one channel.
 double bandSum(const ShRgb& sh, int channel, const lighting::ShBands& factors) {
     std::array<double, 3> squares{};
     for (std::size_t i = 0; i < lighting::kShCount; ++i) {
@@ -53,7 +53,7 @@ lighting::ShBands gradientFactors() {
     return factors;
 }
 
-/// What a channel of a quad changes by at most: per texel across, per texel down, per radian.
+/// Upper bounds of the change of a channel of a quad: per texel across, per texel down, per radian.
 struct Slopes {
     double across = 0, down = 0, turn = 0;
 };
@@ -75,7 +75,7 @@ double boundOf(const Quad& quad, int channel, const MeshShift& shift, double key
     return largest > 0 ? largest / (lighting::kLocalErrorFloor * key) : 0.0;
 }
 
-/// visit(x, y, quad, the normal of its first texel) where all four texels are covered.
+/// Calls visit(x, y, quad, normal of its first texel) for each quad of four covered texels.
 template <class Visit>
 void forEachQuad(const formats::LightMapStrip& strip, int firstRow, int rowCount, Visit visit) {
     const int lastRow = std::min(firstRow + rowCount, strip.firstRow + strip.sh.height() - 1);

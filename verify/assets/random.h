@@ -1,4 +1,5 @@
-// Seeded numbers for choosing samples: the same on every machine, which the standard library's distributions do not promise.
+// Seeded pseudorandom numbers for choosing samples. They are the same on every machine, which the standard library's distributions do not
+// guarantee. Private to verify/.
 #pragma once
 
 #include <cmath>
@@ -11,11 +12,11 @@ namespace lightcook::verify {
 class Random {
 public:
     explicit Random(std::uint64_t seed) : state_(seed) {}
-    /// Uniform in [0, 1).
+    /// Returns a number uniform in [0, 1).
     double next() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
-    /// Uniform in 0 .. count - 1.
+    /// Returns a number uniform in 0 .. count - 1.
     int below(int count) { return static_cast<int>(next() * count); }
-    /// Uniform on the sphere, unit.
+    /// Returns a unit vector uniform on the sphere.
     glm::dvec3 direction() {
         const double z = 2 * next() - 1, phi = 2 * std::numbers::pi * next(), radius = std::sqrt(1 - z * z);
         return {radius * std::cos(phi), radius * std::sin(phi), z};

@@ -14,14 +14,14 @@
 namespace lightcook::verify {
 namespace {
 
-/// Rings around the reflection vector that a convolution sums over.
+/// Rings around the reflection vector in a convolution.
 constexpr int kRingCount = 256;
-/// What the rings leave undone, as a part of the gradient's largest value (docstring of convolvePhong).
+/// Error of a convolution by rings, relative to the gradient's largest value.
 constexpr double kQuadratureError = 2e-4;
-/// Codes under this are no light: a shader's floats may flush what they stand for.
+/// Smaller codes count as 0: floats of a shader may flush such light to 0.
 constexpr double kLeastCode = 1e-30;
 
-/// Height of the upper edge of a zone.
+/// Returns the height z of the upper edge of a zone.
 double edgeHeight(std::size_t edge, std::size_t zoneCount) {
     return 1 - 2 * static_cast<double>(edge) / static_cast<double>(zoneCount);
 }
@@ -31,8 +31,8 @@ std::size_t zoneOf(double z, std::size_t zoneCount) {
     return static_cast<std::size_t>(std::clamp(position, 0.0, static_cast<double>(zoneCount - 1)));
 }
 
-/// acos of what is cut to [-1, 1], as a root times a polynomial (Abramowitz and Stegun 4.4.46): within 5e-8, and without a branch or a
-/// call, so that loops over it run in lanes.
+/// Returns acos of a value clamped to [-1, 1], as a root times a polynomial (Abramowitz and Stegun 4.4.46), within 5e-8. It has no branch
+/// and no call, so that loops over it are vectorized.
 inline double arcOf(double cosine) {
     const double size = std::abs(cosine), x = size > 1 ? 1 : size;
     const double low = 1.5707963050 + x * (-0.2145988016 + x * (0.0889789874 + x * -0.0501743046));
@@ -41,8 +41,8 @@ inline double arcOf(double cosine) {
     return cosine < 0 ? std::numbers::pi - arc : arc;
 }
 
-/// Circles around the reflection vector that stand for a lobe, the same for every reflection vector: equal width in the angle a, as far as
-/// 1e-9 of the lobe. A ring weighs by its exact part of it, since cos(a)^(s + 1) is the lobe's cumulative weight. The weights sum to 1.
+/// Quadrature of a Phong lobe by circles around the reflection vector, of equal width in the angle a, up to 1e-9 of the lobe. The weight of
+/// a ring is exact, because cos(a)^(s + 1) is the lobe's cumulative weight. The weights sum to 1.
 struct Rings {
     explicit Rings(double exponent) {
         const double farthest = std::acos(std::pow(1e-9, 1 / (exponent + 1)));
@@ -61,8 +61,8 @@ struct Rings {
     std::vector<Circle> circles;
 };
 
-/// Around a reflection vector off the poles: for each of the gradient's edges the part of the lobe above it, gathered ring by ring as
-/// arcs, which are exact for constant zones; then the zones by what lies between their edges.
+/// Convolves around a reflection vector off the poles. First computes, for each edge between zones, the part of the lobe above it: the sum
+/// of each ring's arc above the edge, exact for constant zones. A zone's weight is the difference of the parts above its two edges.
 glm::dvec3 convolveByRings(const std::vector<glm::vec3>& gradient, const Rings& rings, double z) {
     const std::size_t zoneCount = gradient.size();
     const double sine = std::sqrt(1 - z * z), edgeStep = 2 / static_cast<double>(zoneCount);
@@ -70,7 +70,7 @@ glm::dvec3 convolveByRings(const std::vector<glm::vec3>& gradient, const Rings& 
     for (const Rings::Circle& circle : rings.circles) {
         const double middle = circle.cosine * z, reach = circle.sine * sine;
         const std::size_t first = zoneOf(middle + reach, zoneCount), last = zoneOf(middle - reach, zoneCount);
-        // Edges of zones first + 1 .. last cut the circle; it lies wholly above those from last + 1 on.
+        // Edges first + 1 .. last cut the circle. It is entirely above the edges from last + 1 on.
         const double perStep = edgeStep / reach, start = (1 - middle) / reach;
         double* const arc = arcs.data();
         for (std::size_t edge = first + 1; edge <= last; ++edge)
@@ -88,7 +88,7 @@ glm::dvec3 convolveByRings(const std::vector<glm::vec3>& gradient, const Rings& 
     return sum;
 }
 
-/// At a pole circles are zones: (s + 1) times the integral of c^s over each.
+/// Convolves at a pole, where circles are zones: the weight of a zone is (s + 1) times the integral of c^s.
 glm::dvec3 convolveAtPole(const std::vector<glm::vec3>& gradient, double exponent, bool isNorth) {
     glm::dvec3 sum(0);
     for (std::size_t i = 0; i < gradient.size(); ++i) {
@@ -111,8 +111,7 @@ glm::dvec3 fetch(const CookedRsrm& map, int row, double z) {
     return glm::dvec3(map.isGrey ? shaders::lcRsrmGrey(texel.x, map.color) : shaders::lcRsrm(glm::vec3(texel), map.color));
 }
 
-/// What a sampler is free to do at a texel, in light: to take a place 1/256 texel away along the row and across rows, and what its format
-/// leaves open.
+/// Returns the sampler tolerance at a texel, in light: a place 1/256 texel away along the row and across rows, and the format's tolerance.
 glm::dvec3 toleranceAt(const CookedRsrm& map, int row, int column) {
     const auto at = [&](int x, int y) {
         return map.texels.at(std::clamp(x, 0, map.texels.width() - 1), std::clamp(y, 0, map.texels.height() - 1));
@@ -134,7 +133,7 @@ glm::dvec3 toleranceAt(const CookedRsrm& map, int row, int column) {
     return glm::abs(glm::dvec3(map.color)) * (map.isGrey ? glm::dvec3(off.x) : glm::dvec3(off));
 }
 
-/// Between what values the source lies, and what a reference from it may be off by.
+/// Smallest and largest value of the source, and the largest error of a reference computed from it.
 struct Ends {
     glm::dvec3 low, high, slack;
 };
@@ -158,16 +157,17 @@ double logAverage(const std::vector<RsrmRow>& rows, const glm::vec3& luminanceWe
             if (point.isCentre) luminances.push_back(glm::dot(point.reference, glm::dvec3(luminanceWeights)));
     for (const double luminance : luminances) sum += luminance;
     if (!(sum > 0)) return 0;
-    // Black zones would take the average to zero: they count as a ten-thousandth of the mean.
+    // Black zones count as a ten-thousandth of the mean; otherwise they would make the average 0.
     const double count = static_cast<double>(luminances.size()), least = 1e-4 * sum / count;
     for (const double luminance : luminances) logSum += std::log(std::max(luminance, least));
     return std::exp(logSum / count);
 }
 
-/// Bound between two centres, or between the outermost centre and its pole (both the same point then). The result lies between the two
-/// texels, and what a sampler may be off at either beyond them. The reference is Lipschitz in the angle: its slope is at most half the
-/// gradient's span times the integral of |dk/da| of the lobe, (s + 1) s / pi B(s/2, 3/2) < sqrt(2 (s + 1) / pi) (Kershaw's inequality); it
-/// also lies between the gradient's ends. The place has the bound (`local`) and its channel alone.
+/// Returns the bound of the local error between two centres, or between an outermost centre and its pole (a and b are then the same point).
+/// Only `local` and `channel` are set.
+///   - The result is between the values of both texels, extended by the sampler tolerance.
+///   - The reference is Lipschitz in the angle. Its slope is at most half the gradient's range times the integral of |dk/da| of the lobe,
+///     (s + 1) s / pi B(s/2, 3/2) < sqrt(2 (s + 1) / pi) (Kershaw's inequality). It is also within the gradient's range.
 ErrorPlace boundBetween(const RsrmRow::Point& a, const RsrmRow::Point& b, double arc, double exponent, const Ends& ends, double key) {
     ErrorPlace worst;
     for (int channel = 0; channel < 3; ++channel) {
@@ -180,7 +180,7 @@ ErrorPlace boundBetween(const RsrmRow::Point& a, const RsrmRow::Point& b, double
         const double middle = 0.5 * (a.reference[channel] + b.reference[channel]);
         const double reach = (&a == &b ? 1.0 : 0.5) * slope * arc + ends.slack[channel];
         const double low = std::max(ends.low[channel], middle - reach), high = std::min(ends.high[channel], middle + reach);
-        // A fraction of a code for the rounding of the fetch's own coordinate.
+        // Rounding of the texture coordinate.
         const double slack = 1e-4 * std::abs(a.cooked[channel] - b.cooked[channel]) + 1e-6 * std::abs(a.cooked[channel]) +
                              std::max(a.tolerance[channel], b.tolerance[channel]);
         const double resultLow = std::min(a.cooked[channel], b.cooked[channel]) - slack;
@@ -195,7 +195,7 @@ struct RowErrors {
     ErrorAccumulator quantize, total;
 };
 
-/// Of a row of `width` texels.
+/// Returns the place of z in a row of `width` texels.
 ErrorPlace placeOf(double z, int width, int row, int channel) {
     ErrorPlace place;
     place.x = std::clamp(0.5 * (1 - z) * width - 0.5, 0.0, width - 1.0);
@@ -220,7 +220,7 @@ void addRow(const RsrmRow& row, int index, double exponent, const Ends& ends, do
             errors.total.add(reference, cooked, here);
             if (!point.isCentre) continue;
             errors.quantize.add(reference, cooked, here);
-            // Every texel is met: what is left is the error of the reference itself.
+            // Every texel is a sample, so the bound adds only the error of the reference.
             const double slack = ends.slack[channel];
             const double scale = std::max(reference - slack, 0.0) + lighting::kLocalErrorFloor * key, error = std::abs(cooked - reference);
             const double bound = error == 0 ? 0 : (error + slack) / scale;
@@ -239,10 +239,12 @@ void addRow(const RsrmRow& row, int index, double exponent, const Ends& ends, do
     addBetween(*centres.back(), *centres.back(), std::numbers::pi - angle(*centres.back()), -1);
 }
 
-/// Calls place(z, isCentre) north to south: at both poles, at texel centres, and `between` times from each to the next.
+/// Calls place(z, isCentre) from north to south: at both poles, at texel centres, and `between` times from each to the next.
 template <class Place>
 void forEachPlace(int width, int between, const Place& place) {
-    const auto at = [&](double position, bool isCentre) { place(1 - 2 * position / width, isCentre); };  // in texels, from the north pole
+    const auto at = [&](double position, bool isCentre) {
+        place(1 - 2 * position / width, isCentre);
+    };  // position in texels from the north pole
     at(0, false);
     for (int i = 0; i < between; ++i) at(0.5 * (i + 1) / (between + 1), false);
     for (int x = 0; x < width; ++x) {

@@ -13,7 +13,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// Lines over the height of a panorama or a face, about, and for each zone; each row of texels has four at least.
+/// Approximate number of lines over the height of a panorama or a face, and for each zone; and the smallest number for each row of texels.
 constexpr int kLines = 4096, kLinesPerZone = 8, kLeastLinesPerRow = 4;
 
 struct Sums {
@@ -35,19 +35,19 @@ struct Sums {
     double energy = 0;
 };
 
-/// An arc of height z = middle + reach cos(t - peak), whose points weigh by the difference of `measure` between their ends.
+/// A line on the sphere with height z(t) = middle + reach cos(t - peak). The area of a piece is the difference of `measure` at its ends.
 struct Line {
     double middle, reach, peak;
     double height(double t) const { return middle + reach * std::cos(t - peak); }
 };
 
-/// The piece [from, to] of a line, on which z only rises or only falls.
+/// Adds the piece [from, to] of a line, on which z is monotone, to the zones that it crosses.
 template <class Measure>
 void addMonotone(const Line& line, double from, double to, const glm::dvec3& radiance, const Measure& measure, Sums& sums) {
     int zone = sums.zoneOf(line.height(from));
     const int last = sums.zoneOf(line.height(to)), step = last > zone ? 1 : -1;
     double begin = measure(from);
-    // Which side of the peak: within a turn of it z falls, before it rises.
+    // z rises before the peak (side -1) and falls after it (side 1).
     const double turn = 2 * pi * std::round((0.5 * (from + to) - line.peak) / (2 * pi)),
                  side = 0.5 * (from + to) - line.peak < turn ? -1 : 1;
     for (; zone != last; zone += step) {
@@ -60,7 +60,7 @@ void addMonotone(const Line& line, double from, double to, const glm::dvec3& rad
     sums.add(zone, measure(to) - begin, radiance);
 }
 
-/// One texel's piece of a line, cut at the line's highest and lowest point.
+/// Adds the piece of a line within a texel, cut at the line's highest and lowest point.
 template <class Measure>
 void addPiece(const Line& line, double from, double to, const glm::dvec3& radiance, const Measure& measure, Sums& sums) {
     const double firstTurn = std::ceil((from - line.peak) / pi);
@@ -68,7 +68,7 @@ void addPiece(const Line& line, double from, double to, const glm::dvec3& radian
     if (cut > from && cut < to) {
         addMonotone(line, from, cut, radiance, measure, sums);
         from = cut;
-        if (cut + pi < to) {  // a piece of more than half a turn
+        if (cut + pi < to) {  // the piece spans more than half a turn
             addMonotone(line, from, cut + pi, radiance, measure, sums);
             from = cut + pi;
         }
@@ -76,11 +76,11 @@ void addPiece(const Line& line, double from, double to, const glm::dvec3& radian
     addMonotone(line, from, to, radiance, measure, sums);
 }
 
-/// Heights at which the lines of a row are, with the part of the row that each stands for.
+/// The height of a line within a row of texels, and the width of the slice that it samples.
 struct Slice {
     double at, width;
 };
-/// The row [low, high] in equal slices, cut at the zones' edges too where they run along the row.
+/// Cuts the row [low, high] into equal slices, and at the zones' edges if zones run along the row.
 std::vector<Slice> slicesOf(double low, double high, int count, const std::vector<double>& edges) {
     std::vector<double> cuts;
     for (int i = 0; i <= count; ++i) cuts.push_back(low + (high - low) * i / count);
@@ -97,7 +97,8 @@ Sums alongParallels(const formats::Image<glm::vec3>& texels, const glm::dvec3& a
     const int width = texels.width(), height = texels.height();
     std::vector<double> edges;
     if (std::abs(axis.y) > 0.999)
-        for (int zone = zoneCount - 1; zone > 0; --zone) edges.push_back(sums.upperEdge(zone));  // the same for either direction
+        for (int zone = zoneCount - 1; zone > 0; --zone)
+            edges.push_back(sums.upperEdge(zone));  // symmetric, so valid for both directions of the axis
     const double peak = std::atan2(axis.x, -axis.z), level = std::hypot(axis.x, axis.z);
     for (int y = 0; y < height; ++y)
         for (const Slice& slice : slicesOf(std::cos(pi * (y + 1) / height), std::cos(pi * y / height), linesPerRow, edges)) {
@@ -116,14 +117,14 @@ Sums alongFaceRows(const formats::Image<glm::vec3>& texels, const glm::dvec3& ax
         const int face = row / size;
         const double top = 2.0 * (row % size) / size - 1;
         for (const Slice& slice : slicesOf(top, top + 2.0 / size, linesPerRow, {})) {
-            // A row of a face lies on a great circle: through its middle, and along u.
+            // A row of a face is part of a great circle through the row's middle, along u.
             const glm::dvec3 middle = lighting::directionFromCube({face, {0, slice.at}});
             const glm::dvec3 along = lighting::directionFromCube({face, {1, slice.at}});
             const glm::dvec3 side = glm::normalize(along - glm::dot(along, middle) * middle);
-            const double far = std::sqrt(1 + slice.at * slice.at);  // of the middle from the cube's centre: u = far tan t
+            const double far = std::sqrt(1 + slice.at * slice.at);  // distance of the middle from the cube's centre; u = far tan t
             const double toMiddle = glm::dot(axis, middle), toSide = glm::dot(axis, side);
             const Line line{0, std::hypot(toMiddle, toSide), std::atan2(toSide, toMiddle)};
-            // Integral of du / (far^2 + u^2)^(3/2).
+            // The integral of du / (far^2 + u^2)^(3/2).
             const auto measure = [&](double t) { return slice.width * std::sin(t) / (far * far); };
             double from = std::atan(-1 / far);
             for (int x = 0; x < size; ++x) {

@@ -9,7 +9,7 @@ namespace lightcook::verify {
 
 namespace {
 
-/// Of the map's mean square, added to a block's.
+/// Share of the map's mean square that is added to a block's reference.
 constexpr double kMeanShare = 0.1;
 
 }  // namespace
@@ -48,7 +48,7 @@ void BlockErrors::merge(const BlockErrors& rows) {
     std::vector<Sums> all = std::move(candidates_);
     all.insert(all.end(), rows.candidates_.begin(), rows.candidates_.end());
     all.insert(all.end(), rows.blocks_.begin(), rows.blocks_.end());
-    // Whatever is added to every reference: a block with no more error and no less light than another is not the worst.
+    // A block with no more error and no less light than another is not the worst, whatever is added to the references.
     std::ranges::stable_sort(
         all, [](const Sums& a, const Sums& b) { return a.error != b.error ? a.error > b.error : a.reference < b.reference; });
     candidates_.clear();

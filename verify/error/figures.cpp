@@ -14,12 +14,12 @@ namespace {
 
 constexpr double kLargest = std::numeric_limits<double>::max();
 
-/// NaN and infinity become the largest double: a comparison with a limit must fail, not be unordered.
+/// Returns the largest double for NaN and infinity, so that comparisons with a limit fail instead of being unordered.
 double finiteOrLargest(double value) {
     return value <= kLargest ? value : kLargest;
 }
 
-/// 0 / 0 is no error: a black map that stayed black.
+/// Returns the quotient, 0 for 0 / 0: a black map that stays black has no error.
 double localRelative(double error, double scale) {
     return error == 0 ? 0 : finiteOrLargest(error / scale);
 }
@@ -27,14 +27,14 @@ double localRelative(double error, double scale) {
 }  // namespace
 
 std::size_t ErrorAccumulator::binOf(double local) {
-    // Exponent and the upper 8 bits of the mantissa are the bin; the first bin takes all that is smaller, the last all that is larger.
+    // The bin is the exponent and the upper 8 bits of the mantissa. The first bin holds all smaller values, the last all larger ones.
     constexpr std::int64_t kFirst = static_cast<std::int64_t>(1023 + kLowestExponent) * kBinsPerOctave;
     const std::int64_t bin = static_cast<std::int64_t>(std::bit_cast<std::uint64_t>(local) >> 44) - kFirst + 1;
     return static_cast<std::size_t>(std::clamp<std::int64_t>(bin, 0, kBinCount - 1));
 }
 
 std::int32_t ErrorAccumulator::floatBinOf(float local) {
-    // The same bins from a float's bits.
+    // The same bins, from the bits of a float.
     constexpr std::int32_t kFirst = (127 + kLowestExponent) * kBinsPerOctave;
     return std::clamp(static_cast<std::int32_t>(std::bit_cast<std::uint32_t>(local) >> 15) - kFirst + 1, 0, kBinCount - 1);
 }
@@ -57,7 +57,7 @@ constexpr std::size_t kPiece = 192;
 
 void ErrorAccumulator::addErrors(std::span<const float> reference, std::span<const float> error) {
     assert(reference.size() == error.size());
-    // What the last piece is filled up with, no light and no error, has no part in any sum.
+    // Padding of the last piece, zero light and error, does not change any sum.
     std::array<float, kPiece> errors, references;
     for (std::size_t start = 0; start < reference.size(); start += kPiece) {
         const std::size_t count = std::min(kPiece, reference.size() - start);
@@ -74,8 +74,8 @@ void ErrorAccumulator::addPaddedErrors(std::span<const float> reference, std::sp
 }
 
 void ErrorAccumulator::addPiece(const float* reference, const float* error, std::size_t count) {
-    // Whole lanes, each with sums of its own that are added up in one order: what the compiler puts side by side gives the same bits at any
-    // width. Of 8 lanes GCC's -O3 would make scalar code, as it unrolls them first.
+    // Each lane has its own sums, which are added up in a fixed order: the bits are the same at any vector width. With 8 lanes, GCC's -O3
+    // unrolls the loop first and generates scalar code.
     const std::size_t whole = (count + kLanes - 1) / kLanes * kLanes;
     const auto floor = static_cast<float>(lighting::kLocalErrorFloor * key_);
     std::array<float, kPiece> locals;
@@ -101,7 +101,7 @@ void ErrorAccumulator::addPiece(const float* reference, const float* error, std:
     }
     squaredError_ = finiteOrLargest(squaredError_ + pieceError);
     squaredReference_ += pieceReference;
-    // NaN is larger than nothing, infinity no figure.
+    // NaN compares as not larger; infinity is not a valid figure.
     if (!(pieceError <= kLargest))
         for (std::size_t i = 0; i < count; ++i) maxSampled_ = std::max(maxSampled_, finiteOrLargest(static_cast<double>(locals[i])));
     maxSampled_ = finiteOrLargest(maxSampled_);
@@ -148,9 +148,9 @@ ErrorFigures ErrorAccumulator::figures() const {
     figures.maxSampled = maxSampled_;
     figures.sampledAt = sampledAt_;
     figures.boundAt = boundAt_;
-    figures.maxBound = maxBound_;  // not raised to maxSampled: a sample above its bound is a fault that has to show
+    figures.maxBound = maxBound_;  // not raised to maxSampled: a sample above its bound is a bug that must be visible
     if (sampleCount_ == 0) return figures;
-    // Light beyond all numbers has no error that could be told.
+    // Without a finite reference the errors are undefined.
     if (squaredError_ != 0)
         figures.relRms = squaredReference_ <= kLargest ? finiteOrLargest(std::sqrt(squaredError_ / squaredReference_)) : kLargest;
     // The smallest value that at least 99 % of the samples do not exceed.

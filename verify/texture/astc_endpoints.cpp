@@ -20,7 +20,7 @@ Colour clampTo(Colour c, int most) {
     return c;
 }
 
-/// Moves the top bit of an offset to its base; what is left is a signed offset of six bits.
+/// Moves the top bit of an offset to its base, which leaves a signed offset of six bits.
 struct BaseAndOffset {
     int base, offset;
 };
@@ -48,7 +48,7 @@ AstcEndpoints rgbBaseScale(std::span<const int> v, int alphaLow, int alphaHigh) 
     return {{v[0] * v[3] >> 8, v[1] * v[3] >> 8, v[2] * v[3] >> 8, alphaLow}, {v[0], v[1], v[2], alphaHigh}};
 }
 
-/// Blue contraction is asked for by storing the darker endpoint second.
+/// Storing the darker endpoint second selects blue contraction.
 AstcEndpoints rgbDirect(std::span<const int> v, int alphaLow, int alphaHigh) {
     const Colour a = {v[0], v[2], v[4], alphaLow}, b = {v[1], v[3], v[5], alphaHigh};
     if (b[0] + b[1] + b[2] >= a[0] + a[1] + a[2]) return {a, b};
@@ -85,7 +85,7 @@ void swapMajor(Colour& c, int major) {
     if (major != 0) std::swap(c[0], c[static_cast<std::size_t>(major)]);
 }
 
-/// Mode 7. Six layouts give the spare bits x0..x6 to the components that need them; `layout` in a mask reads "one of these layouts".
+/// Mode 7. Six layouts assign the spare bits x0..x6 to different components. A mask holds the layouts that do so.
 AstcEndpoints hdrRgbBaseScale(std::span<const int> v) {
     const int head = (v[0] & 0xc0) >> 6 | (v[1] & 0x80) >> 5 | (v[2] & 0x80) >> 4;
     int major = 0, mode = 5;
@@ -138,7 +138,7 @@ int signExtend(int value, int bits) {
     return ((value & ((1 << bits) - 1)) ^ sign) - sign;
 }
 
-/// Mode 11, and the colours of 14 and 15.
+/// Decodes mode 11, and the colours of modes 14 and 15.
 AstcEndpoints hdrRgbDirect(std::span<const int> v) {
     const int major = (v[4] & 0x80) >> 7 | (v[5] & 0x80) >> 6;
     if (major == 3)
@@ -177,7 +177,7 @@ AstcEndpoints hdrRgbDirect(std::span<const int> v) {
     return {low, high, true, true};
 }
 
-/// The alpha of mode 15.
+/// Decodes the alpha of mode 15.
 void hdrAlpha(int v6, int v7, AstcEndpoints& ends) {
     const int mode = (v6 >> 7 & 1) | (v7 >> 6 & 2);
     v6 &= 0x7f;

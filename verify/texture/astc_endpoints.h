@@ -11,12 +11,14 @@ struct AstcEndpoints {
     bool isHdrRgb = false, isHdrAlpha = false;
 };
 
-/// 2, 4, 6 or 8.
+/// Returns the number of stored values of a mode: 2, 4, 6 or 8.
 constexpr int astcEndpointValueCount(int mode) {
     return 2 * (mode / 4 + 1);
 }
 
-/// mode 0..15; values: at least astcEndpointValueCount(mode) of 0..255
+/// Decodes a pair of endpoints.
+/// mode    0..15
+/// values  at least astcEndpointValueCount(mode), each 0..255
 AstcEndpoints astcDecodeEndpoints(int mode, std::span<const int> values);
 
 }  // namespace lightcook::verify

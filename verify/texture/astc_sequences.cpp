@@ -6,7 +6,7 @@
 namespace lightcook::verify {
 namespace {
 
-/// levels = 2^bits, 3 * 2^bits or 5 * 2^bits.
+/// Encoding of values with base * 2^bits levels.
 struct Packing {
     int bits;
     int base;  ///< 1, 3 or 5
@@ -19,7 +19,7 @@ Packing packingOf(int levels) {
     return {std::countr_zero(static_cast<unsigned>(levels / base)), base};
 }
 
-/// Five trits out of 8 bits.
+/// Unpacks five trits from 8 bits.
 std::array<std::uint8_t, 5> trits(std::uint32_t t) {
     const auto bit = [&](int i) { return t >> i & 1; };
     std::uint32_t c, t0, t1, t2, t3, t4;
@@ -52,7 +52,7 @@ std::array<std::uint8_t, 5> trits(std::uint32_t t) {
     return {byte(t0), byte(t1), byte(t2), byte(t3), byte(t4)};
 }
 
-/// Three quints out of 7 bits.
+/// Unpacks three quints from 7 bits.
 std::array<std::uint8_t, 3> quints(std::uint32_t q) {
     std::uint32_t q0, q1, q2;
     if ((q >> 1 & 3) == 3 && (q >> 5 & 3) == 0) {
@@ -80,15 +80,14 @@ std::array<std::uint8_t, 3> quints(std::uint32_t q) {
     return {byte(q0), byte(q1), byte(q2)};
 }
 
-/// `value` of `bits` bits repeated until `wanted` bits are full.
+/// Returns a value of `bits` bits, repeated to fill `wanted` bits.
 std::uint32_t replicate(std::uint32_t value, int bits, int wanted) {
     std::uint32_t result = 0;
     for (int left = wanted; left > 0; left -= bits) result |= left >= bits ? value << (left - bits) : value >> (bits - left);
     return result;
 }
 
-/// The bits of a value that has a trit or quint above them: a is the lowest, then b, c, d, e, f. B is spelled as the specification prints
-/// it.
+/// The bits of a value below its trit or quint: a is the lowest, then b, c, d, e, f. B is written as in the specification.
 std::uint32_t spread(std::uint32_t bits, const char* pattern) {
     std::uint32_t result = 0;
     for (; *pattern != 0; ++pattern) result = result << 1 | (*pattern == '0' ? 0 : bits >> (*pattern - 'a') & 1);
@@ -114,7 +113,7 @@ constexpr std::array<Unquantization, 11> kColour = {{{6, 204, "000000000"},
 constexpr std::array<Unquantization, 5> kWeight = {
     {{6, 50, "0000000"}, {12, 23, "b000b0b"}, {24, 11, "cb000cb"}, {10, 28, "0000000"}, {20, 13, "b0000b0"}}};
 
-/// Shared by colours (9 bits wide, top bit of the result 0x80) and weights (7 bits, 0x20).
+/// Unquantizes a colour (9 bits, top bit of the result 0x80) or a weight (7 bits, 0x20).
 std::uint32_t unquantizeMixed(std::uint32_t stored, int bits, const Unquantization& table, std::uint32_t allOnes, std::uint32_t topBit) {
     const std::uint32_t low = stored & ((1u << bits) - 1), digit = stored >> bits;
     const std::uint32_t a = (low & 1) != 0 ? allOnes : 0;
@@ -182,7 +181,7 @@ int astcSequenceBits(int count, int levels) {
 
 void astcReadSequence(const AstcBits& bits, int first, int levels, std::span<std::uint8_t> values) {
     const Packing packing = packingOf(levels);
-    // Of the packed digits of a group each value carries a few bits; those of values that are not there are zero.
+    // Each value of a group carries a few bits of the packed digits. Bits of missing values are 0.
     static constexpr std::array<int, 5> kTritBits = {2, 2, 1, 2, 1};
     static constexpr std::array<int, 3> kQuintBits = {3, 2, 2};
     const std::span<const int> digitBits = packing.base == 3 ? std::span<const int>(kTritBits) : std::span<const int>(kQuintBits);

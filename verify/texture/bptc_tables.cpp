@@ -54,7 +54,7 @@ constexpr Partitions threeSubsetPartitions() {
 constexpr Partitions kPartitions2 = twoSubsetPartitions(), kPartitions3 = threeSubsetPartitions();
 constexpr Partition kWhole = {0, {0, 0, 0}};
 
-/// Every anchor lies in the subset that it stands for: a slip in either table shows here.
+/// Returns true if every anchor is in its own subset: detects errors in either table.
 constexpr bool anchorsLieInTheirSubsets() {
     for (std::size_t i = 0; i < 64; ++i)
         for (std::uint32_t subset = 0; subset < 3; ++subset) {

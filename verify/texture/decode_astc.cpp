@@ -1,6 +1,6 @@
-// ASTC, two-dimensional blocks, LDR and HDR. Source: Khronos Data Format 1.3, chapter 23; section numbers at the functions are that
-// chapter's topics. The way of a block: mode -> weights and endpoints out of their integer sequences -> endpoint colours -> partition and
-// weight of each texel -> 16-bit value -> half float.
+// ASTC, two-dimensional blocks, LDR and HDR. Source: Khronos Data Format 1.3, chapter 23; functions name that
+// chapter's topics. Steps: mode -> weights and endpoints from their integer sequences -> endpoint colours -> partition and weight of each
+// texel -> 16-bit value -> half float.
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -20,7 +20,7 @@ struct BlockMode {
     int weightLevels = 0;  ///< 0: the mode is reserved
 };
 
-/// Block mode: the lowest 11 bits. R chooses among six ranges, H between the low and the high six.
+/// Decodes the block mode, the lowest 11 bits. R selects one of six ranges, H the low or the high six.
 BlockMode blockMode(std::uint32_t mode) {
     static constexpr std::array<std::array<int, 8>, 2> kLevels = {{{0, 0, 2, 3, 4, 5, 6, 8}, {0, 0, 10, 12, 16, 20, 24, 32}}};
     const int a = static_cast<int>(mode >> 5 & 3), b = static_cast<int>(mode >> 7 & 3);
@@ -54,7 +54,7 @@ BlockMode blockMode(std::uint32_t mode) {
                 break;
             case 2:
                 result = {a + 6, static_cast<int>(mode >> 9 & 3) + 6};
-                high = dual = 0;  // their bits are in the height
+                high = dual = 0;  // their bits belong to the height
                 break;
             default:
                 if (a > 1) return {};
@@ -104,7 +104,7 @@ public:
             const std::size_t f = 2 * static_cast<std::size_t>(i);
             sums[static_cast<std::size_t>(i)] = (factors_[f] * x + factors_[f + 1] * y + static_cast<int>(random_ >> (14 - 4 * i))) & 63;
         }
-        // The first of the largest wins; partitions that are not there have 0.
+        // The first of the largest wins. Missing partitions have 0.
         return static_cast<int>(std::max_element(sums.begin(), sums.end()) - sums.begin());
     }
 
@@ -114,7 +114,7 @@ private:
     std::array<int, 8> factors_{};
 };
 
-/// A 16-bit UNORM result as FP16, towards zero; 65535 is 1.
+/// Converts a 16-bit UNORM result to FP16, rounded towards zero; 65535 is 1.
 std::uint16_t halfFromUnorm16(std::uint32_t value) {
     if (value == 65535) return 0x3c00;
     if (value == 0) return 0;
@@ -125,7 +125,7 @@ std::uint16_t halfFromUnorm16(std::uint32_t value) {
     return static_cast<std::uint16_t>(exponent << 10 | static_cast<int>(mantissa & 0x3ff));
 }
 
-/// The logarithmic HDR interpolation space as FP16.
+/// Converts a value of the logarithmic HDR interpolation space to FP16.
 std::uint16_t halfFromLns(std::uint32_t value) {
     const std::uint32_t exponent = value >> 11, mantissa = value & 0x7ff;
     std::uint32_t bent = 4 * mantissa - 512;
@@ -156,7 +156,7 @@ private:
         std::fill(out_.begin(), out_.end(), isHdrProfile_ ? glm::vec4(nan) : glm::vec4(1.0f, 0.0f, 1.0f, 1.0f));
     }
 
-    /// One colour for the whole block; the extents must be all ones or make a box.
+    /// Decodes a void-extent block: a single colour. The extents must be all ones or form a box.
     void decodeVoidExtent() const {
         const bool isHalf = field(9, 1) != 0;
         const std::uint32_t sLow = field(12, 13), sHigh = field(25, 13), tLow = field(38, 13), tHigh = field(51, 13);
@@ -170,7 +170,7 @@ private:
         std::fill(out_.begin(), out_.end(), colour);
     }
 
-    /// Mode, partitions, endpoint modes and both integer sequences. False: an illegal block.
+    /// Reads mode, partitions, endpoint modes and both integer sequences. Returns false for an illegal block.
     bool readLayout() {
         mode_ = blockMode(field(0, 11));
         partitionCount_ = static_cast<int>(field(11, 2)) + 1;
@@ -186,7 +186,7 @@ private:
             secondPlaneChannel_ = static_cast<int>(field(end, 2));
         }
         if (!readEndpoints(partitionCount_ == 1 ? 17 : 29, end)) return false;
-        // Weights fill the block from its last bit downwards.
+        // Weights are stored from the block's last bit downwards.
         std::array<std::uint8_t, 64> stored{};
         const std::span<std::uint8_t> weights = std::span(stored).first(static_cast<std::size_t>(weightCount));
         astcReadSequence(astcReversed(bits_), 0, mode_.weightLevels, weights);
@@ -195,7 +195,8 @@ private:
         return true;
     }
 
-    /// One mode for all partitions, or a base class and for each partition one class bit and two mode bits, which go on below the weights.
+    /// Reads the endpoint modes: one for all partitions, or a base class, and for each partition a class bit and two mode bits, which
+    /// continue below the weights.
     void readEndpointModes(int& end) {
         if (partitionCount_ == 1) {
             endpointModes_[0] = static_cast<int>(field(13, 4));
@@ -233,7 +234,7 @@ private:
         return true;
     }
 
-    /// Weight of a texel in one plane: bilinear from the weight grid, in sixteenths.
+    /// Returns the weight of a texel in one plane: bilinear from the weight grid, in sixteenths.
     int weightAt(int x, int y, std::size_t plane) const {
         const std::array<std::uint8_t, 64>& weights = weights_[plane];
         const int stepX = (1024 + width_ / 2) / (width_ - 1), stepY = (1024 + height_ / 2) / (height_ - 1);
@@ -242,7 +243,7 @@ private:
         const int first = (gridX >> 4) + (gridY >> 4) * mode_.gridWidth;
         const int w11 = (fractionX * fractionY + 8) >> 4, w10 = fractionY - w11, w01 = fractionX - w11;
         const int w00 = 16 - fractionX - fractionY + w11;
-        // A neighbour outside the grid has weight zero: it is not looked at.
+        // A neighbour outside the grid has weight 0 and is not read.
         const auto at = [&](int index, int weight) { return weight == 0 ? 0 : weights[static_cast<std::size_t>(index)] * weight; };
         return (at(first, w00) + at(first + 1, w01) + at(first + mode_.gridWidth, w10) + at(first + mode_.gridWidth + 1, w11) + 8) >> 4;
     }
@@ -253,7 +254,7 @@ private:
             for (int x = 0; x < width_; ++x) {
                 const AstcEndpoints& ends = endpoints_[static_cast<std::size_t>(partitionCount_ == 1 ? 0 : partition(x, y))];
                 glm::vec4& texel = out_[static_cast<std::size_t>(y * width_ + x)];
-                // In the LDR profile an HDR endpoint pair makes the texels of its partition the error colour.
+                // In the LDR profile, a partition with an HDR endpoint pair has the error colour.
                 if (!isHdrProfile_ && (ends.isHdrRgb || ends.isHdrAlpha)) {
                     texel = {1.0f, 0.0f, 1.0f, 1.0f};
                     continue;
@@ -266,7 +267,7 @@ private:
 
     static float channelValue(const AstcEndpoints& ends, int channel, int weight) {
         const bool isHdr = channel < 3 ? ends.isHdrRgb : ends.isHdrAlpha;
-        // 8 bits become 16 by repetition, HDR's 12 by four zeros.
+        // 8 bits are extended to 16 by repetition, the 12 bits of HDR by four zeros.
         const auto widen = [&](int value) { return static_cast<std::uint32_t>(isHdr ? value << 4 : value * 257); };
         const std::uint32_t a = widen(ends.low[static_cast<std::size_t>(channel)]), b = widen(ends.high[static_cast<std::size_t>(channel)]);
         const std::uint32_t w = static_cast<std::uint32_t>(weight), value = (a * (64 - w) + b * w + 32) >> 6;

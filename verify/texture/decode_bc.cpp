@@ -17,7 +17,7 @@ glm::vec3 colour565(std::uint32_t bits) {
     return {static_cast<float>(bits >> 11 & 31) / 31.0f, static_cast<float>(bits >> 5 & 63) / 63.0f, static_cast<float>(bits & 31) / 31.0f};
 }
 
-/// The colour half of BC1 and BC3; only BC1 knows three colours and black.
+/// Decodes the colour half of BC1 and BC3. Only BC1 has the mode of three colours and black.
 void decodeColours(Block8 block, bool mayBeThreeColours, Texels4x4 out) {
     const std::uint64_t bits = load(block);
     const std::uint32_t first = bits & 0xffff, second = bits >> 16 & 0xffff;
@@ -32,7 +32,7 @@ void decodeColours(Block8 block, bool mayBeThreeColours, Texels4x4 out) {
     for (std::size_t texel = 0; texel < 16; ++texel) out[texel] = glm::vec4(palette[bits >> (32 + 2 * texel) & 3], 1.0f);
 }
 
-/// BC4's block, which is also BC3's alpha and either half of BC5.
+/// Decodes a BC4 block, which is also BC3's alpha and either half of BC5.
 std::array<float, 16> decodeScalars(Block8 block) {
     const std::uint64_t bits = load(block);
     const std::uint32_t first = bits & 0xff, second = bits >> 8 & 0xff;
@@ -48,7 +48,7 @@ std::array<float, 16> decodeScalars(Block8 block) {
     return values;
 }
 
-/// The signed block. Its bytes put in order by a flipped sign bit, the layout is found by comparing them unsigned.
+/// Decodes a signed block. With flipped sign bits, the bytes compare as unsigned, which selects the palette.
 std::array<float, 16> decodeSignedScalars(Block8 block) {
     const std::uint64_t bits = load(block);
     const auto valueOf = [](std::uint64_t byte) {

@@ -6,10 +6,10 @@
 namespace lightcook::verify {
 namespace {
 
-// Endpoint 0 to 3 of each channel; endpoints 2 and 3 belong to the second subset.
+// Fields of the header: endpoints 0 to 3 of each channel. Endpoints 2 and 3 belong to the second subset.
 enum Field : std::uint8_t { kR0, kG0, kB0, kR1, kG1, kB1, kR2, kG2, kB2, kR3, kG3, kB3 };
 
-/// `count` bits of the header, the next in file order, that are bits [lowest, lowest + count) of a field.
+/// The next `count` bits of the header in file order, which are bits [lowest, lowest + count) of a field.
 struct Run {
     Field field;
     std::uint8_t lowest, count;
@@ -18,7 +18,7 @@ struct Mode {
     int subsetCount = 0;  ///< 0: reserved
     bool isTransformed = false;
     int endpointBits = 0;
-    std::array<int, 3> deltaBits{};  ///< of R, G, B
+    std::array<int, 3> deltaBits{};  ///< [R, G, B]
     std::array<Run, 24> runs{};      ///< after the mode's own 2 or 5 bits; a count of 0 ends them
 };
 
@@ -139,7 +139,7 @@ constexpr Mode kTwo6_6_6_6 = {
                               {kG2, 0, 4}, {kG1, 0, 6}, {kG3, 0, 4}, {kB1, 0, 6}, {kB2, 0, 4}, {kR2, 0, 6}, {kR3, 0, 6}}}};
 constexpr Mode kOne10_10 = {
     1, false, 10, {10, 10, 10}, {{{kR0, 0, 10}, {kG0, 0, 10}, {kB0, 0, 10}, {kR1, 0, 10}, {kG1, 0, 10}, {kB1, 0, 10}}}};
-// The bits above the tenth come highest first in the one-subset modes with deltas.
+// In the one-subset modes with deltas, the bits above the tenth are stored highest first.
 constexpr Mode kOne11_9 = {
     1,
     true,
@@ -168,7 +168,7 @@ constexpr Mode kOne16_4 = {1, true, 16, {4, 4, 4}, {{{kR0, 0, 10}, {kG0, 0, 10},
                                                      {kB0, 15, 1}, {kB0, 14, 1}, {kB0, 13, 1}, {kB0, 12, 1}, {kB0, 11, 1}, {kB0, 10, 1}}}};
 constexpr Mode kReserved = {};
 
-/// By the lowest five bits; modes of two bits are found by the lowest two alone.
+/// Returns the mode for the lowest five bits of a block. Modes of two bits are determined by the lowest two.
 const Mode& modeOf(std::uint32_t lowestFive) {
     if ((lowestFive & 3) == 0) return kTwo10_5_5_5;
     if ((lowestFive & 3) == 1) return kTwo7_6_6_6;
@@ -219,7 +219,7 @@ std::int32_t unquantizeSigned(std::int32_t value, int bits) {
     return value < 0 ? -wide : wide;
 }
 
-/// From the interpolated 16-bit scale to the bits of a half: 31/64 of it, or 31/32 of the magnitude.
+/// Converts a value of the interpolated 16-bit scale to the bits of a half: 31/64 of it, or for signed blocks 31/32 of the magnitude.
 std::uint16_t halfFromUnsigned(std::int32_t value) {
     return static_cast<std::uint16_t>((value * 31) >> 6);
 }
@@ -231,7 +231,7 @@ std::uint16_t halfFromSigned(std::int32_t value) {
 
 using Fields = std::array<std::uint32_t, 12>;
 
-/// The endpoints on the 16-bit scale, indexed like Field.
+/// Returns the endpoints on the 16-bit scale, indexed like Field.
 std::array<std::int32_t, 12> unquantizedEndpoints(const Fields& fields, const Mode& mode, bool isSigned) {
     std::array<std::int32_t, 12> endpoints{};
     for (std::size_t f = 0; f < static_cast<std::size_t>(6 * mode.subsetCount); ++f) {

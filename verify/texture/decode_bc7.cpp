@@ -9,8 +9,8 @@ namespace {
 
 struct Mode {
     int subsetCount, partitionBits, rotationBits, selectionBits, colourBits, alphaBits;
-    int endpointPBits;  ///< one low bit for each endpoint ..
-    int sharedPBits;    ///< .. or for both of a subset
+    int endpointPBits;  ///< one low bit for each endpoint, or
+    int sharedPBits;    ///< one for both endpoints of a subset
     int indexBits, secondIndexBits;
 };
 constexpr std::array<Mode, 8> kModes = {{

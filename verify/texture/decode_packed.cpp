@@ -1,4 +1,4 @@
-// Formats whose texels stand alone. Sources: Khronos Data Format 1.3, chapters 10 (small floats) and 13 (sRGB); Vulkan 34.1 for the
+// Formats without blocks. Sources: Khronos Data Format 1.3, chapters 10 (small floats) and 13 (sRGB); Vulkan 34.1 for the
 // packings.
 #include <array>
 #include <cassert>
@@ -15,7 +15,7 @@ std::uint32_t load(std::span<const std::byte> bytes, std::size_t offset, std::si
     return value;
 }
 
-/// A float of 5 exponent bits and no sign has the layout of a half whose lowest mantissa bits are cut off.
+/// Decodes an unsigned float of 5 exponent bits: a half without sign bit and without the lowest mantissa bits.
 float smallFloat(std::uint32_t bits, int mantissaBits) {
     return floatFromHalf(static_cast<std::uint16_t>(bits << (10 - mantissaBits)));
 }

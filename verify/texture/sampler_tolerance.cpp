@@ -6,14 +6,14 @@
 namespace lightcook::verify {
 namespace {
 
-/// Of the difference of a block's ends, in every channel of BC1 to BC5.
+/// Tolerance of interpolated texels relative to the difference of a block's endpoints, in every channel of BC1 to BC5.
 constexpr float kSpanShare = 0.03f;
 
 bool hasGreen(formats::PixelFormat format) {
     return format == formats::PixelFormat::Bc5 || format == formats::PixelFormat::Bc5Snorm;
 }
 
-/// Difference of the ends of BC1's colours.
+/// Returns the difference of the endpoints of a BC1 colour block.
 glm::vec4 colourSpan(std::span<const std::byte> block) {
     const auto endAt = [&](std::size_t byte) {
         const std::uint32_t bits = std::to_integer<std::uint32_t>(block[byte]) | std::to_integer<std::uint32_t>(block[byte + 1]) << 8;
@@ -22,7 +22,7 @@ glm::vec4 colourSpan(std::span<const std::byte> block) {
     };
     return glm::abs(endAt(0) - endAt(2));
 }
-/// Of BC4's two bytes; those of a signed block are 127ths.
+/// Returns the difference of a BC4 block's two bytes; those of a signed block are 127ths.
 float scalarSpan(std::span<const std::byte> block, bool isSigned) {
     const auto endAt = [&](std::size_t byte) {
         const int value = std::to_integer<int>(block[byte]);
@@ -63,7 +63,7 @@ FormatTolerance toleranceOf(formats::PixelFormat format) {
             return blocks;
         case PixelFormat::Bc4Snorm:
         case PixelFormat::Bc5Snorm:
-            blocks.absolute = 4 * kCode8;  // steps are twice as wide
+            blocks.absolute = 4 * kCode8;  // steps of signed formats are twice as wide
             [[fallthrough]];
         case PixelFormat::Bc4:
         case PixelFormat::Bc5:

@@ -13,7 +13,7 @@ namespace {
 
 using formats::PixelFormat;
 
-/// A block or texel of exactly N bytes.
+/// Returns a block or texel of exactly N bytes.
 template <std::size_t N>
 std::span<const std::byte, N> fixed(std::span<const std::byte> block) {
     return block.first<N>();
@@ -75,8 +75,8 @@ FacePoint facePointOf(const glm::dvec3& d) {
     return d.z > 0 ? FacePoint{4, d.x / a.z, -d.y / a.z} : FacePoint{5, -d.x / a.z, -d.y / a.z};
 }
 
-/// The texel at (x, y) of a face; one step outside it is the touching texel of the neighbour face. Its centre, half a texel beyond the
-/// edge and seen from the cube's centre, falls into that texel, at every size.
+/// Returns the texel at (x, y) of a face. One step outside the face, this is the adjacent texel of the neighbour face: seen from the cube's
+/// centre, the point half a texel beyond the edge is in that texel, at every size.
 glm::dvec4 texelAcrossEdges(std::span<const formats::Image<glm::vec4>> faces, int face, int x, int y) {
     const int size = faces[0].width();
     if (x >= 0 && x < size && y >= 0 && y < size) return faces[static_cast<std::size_t>(face)].at(x, y);
@@ -156,7 +156,7 @@ void decodeRows(PixelFormat format, std::span<const std::byte> blocks, formats::
     for (int y = 0; y < out.height; y += info.blockHeight)
         for (int x = 0; x < out.width; x += info.blockWidth, blocks = blocks.subspan(bytes)) {
             decodeBlock(format, blocks.first(bytes), std::span(texels).first(texelCount));
-            // The last column and row of blocks may reach over the edge of the image.
+            // The last column and row of blocks may extend beyond the image.
             const int width = std::min(info.blockWidth, out.width - x), height = std::min(info.blockHeight, out.height - y);
             for (int row = 0; row < height; ++row) std::copy_n(texels.data() + row * info.blockWidth, width, out.row(y + row) + x);
         }

@@ -18,7 +18,7 @@ namespace {
 using formats::Environment;
 using formats::Image;
 
-/// Every texel of the source in its middle, by its solid angle, over the sum of the weights.
+/// Returns the plain sum over every texel's centre, weighted by solid angle, over the sum of the weights.
 glm::dvec3 plainSum(const Environment& environment, const glm::dvec3& normal, double wrap) {
     const int width = environment.texels.width(), height = environment.texels.height();
     const bool isPanorama = environment.projection == Environment::Projection::Equirectangular;
@@ -37,7 +37,7 @@ glm::dvec3 plainSum(const Environment& environment, const glm::dvec3& normal, do
     return sum / weights;
 }
 
-/// A cubemap of the plain sums, as floats, and how far the verifier finds it off.
+/// Returns the figures of the verifier for a float cubemap of the plain sums.
 IrradianceFigures comparePlainSums(const Environment& environment, double wrap) {
     constexpr int kSize = 3;
     std::vector<Image<glm::vec4>> faces;
@@ -64,7 +64,7 @@ TEST(CompareIrradiance, ItsReferenceIsTheSumOverEveryTexel) {
         }
 }
 
-TEST(CompareIrradiance, OneTexelOfLightIsSeenFromEverywhere) {
+TEST(CompareIrradiance, ASingleBrightTexelIsCountedInEveryReference) {
     std::mt19937 random(2);
     for (int trial = 0; trial < 300; ++trial) {
         Environment environment{Environment::Projection::Equirectangular, Image<glm::vec3>(16, 8, glm::vec3(0.01f))};

@@ -18,7 +18,7 @@ namespace {
 using formats::Environment;
 using formats::Image;
 
-/// A panorama of a function of direction, looked up at texel centres.
+/// Returns a panorama of a function of direction, evaluated at texel centres.
 template <class Radiance>
 Environment panorama(int height, const Radiance& radiance) {
     Environment environment;
@@ -43,7 +43,7 @@ double shape(double c, double m) {
     return c <= 0 ? 0 : std::exp(-tangentSquared / (m * m)) / (cosineSquared * cosineSquared) * c;
 }
 
-/// The convolution on a lattice of its own: polar coordinates around the direction, the source's function instead of its texels.
+/// Returns the convolution on a polar lattice around the direction, from the source's function instead of its texels.
 template <class Radiance>
 glm::dvec3 convolve(const glm::dvec3& direction, double m, const Radiance& radiance) {
     const glm::dmat3 frame = lighting::worldFromTangentFrame(direction);
@@ -62,7 +62,7 @@ glm::dvec3 convolve(const glm::dvec3& direction, double m, const Radiance& radia
     return sum / weightSum;
 }
 
-/// A map that holds the brute-force prefilter itself, divided by S.
+/// Returns a map of the brute-force prefilter, divided by S.
 CookedCubemap ideal(const CubemapReference& reference, const lighting::ShRgb& sh) {
     CookedCubemap map;
     map.range = 4;
@@ -117,7 +117,7 @@ TEST(CubemapReference, PrefiltersLikeALatticeAroundTheDirection) {
         }
 }
 
-/// Six faces of a function of direction; 40 texels a side end in a tile that is not whole.
+/// Returns six faces of a function of direction. With 40 texels a side, the last tile is partial.
 template <class Radiance>
 Environment strip(int size, const Radiance& radiance) {
     Environment environment;
@@ -128,7 +128,7 @@ Environment strip(int size, const Radiance& radiance) {
     return environment;
 }
 
-/// Every texel of the sphere, one by one, through the library's own exponential.
+/// Returns the sum over all texels, one by one, with the standard library's exponential.
 glm::dvec3 sumOverTexels(const Environment& environment, const glm::dvec3& direction, double m) {
     const int width = environment.texels.width(), height = environment.texels.height();
     const bool isStrip = environment.projection == Environment::Projection::CubeStrip;
@@ -147,7 +147,7 @@ glm::dvec3 sumOverTexels(const Environment& environment, const glm::dvec3& direc
     return sum / weightSum;
 }
 
-/// Each texel as count x count of its value.
+/// Returns the image with each texel repeated count x count times.
 Environment enlarged(const Environment& environment, int count) {
     Environment large;
     large.projection = environment.projection;
@@ -163,8 +163,8 @@ TEST(CubemapReference, IsThePlainSumOverTexelsInBothProjections) {
         for (const double m : {0.06, 0.3, 1.0})
             for (int i = 0; i < 12; ++i) {
                 const glm::dvec3 direction = lighting::fibonacciSphere(i, 12), expected = sumOverTexels(environment, direction, m);
-                const glm::dvec3 found = reference.prefiltered(direction, m, 0.1);  // texels whole
-                // Texels past the kernel's support, 1e-7 of its peak, are left out; the sun is 400 times as bright as the rest.
+                const glm::dvec3 found = reference.prefiltered(direction, m, 0.1);  // texels are not split
+                // Texels beyond the kernel's support, 1e-7 of its peak, are ignored; the sun is 400 times as bright as the rest.
                 for (int channel = 0; channel < 3; ++channel) EXPECT_NEAR(found[channel], expected[channel], 2e-6 * expected[channel]) << m;
             }
     }
@@ -180,7 +180,7 @@ TEST(CubemapReference, PiecesOfTexelsAreTexelsOfALargerSource) {
                 for (int i = 0; i < 12; ++i) {
                     const glm::dvec3 direction = lighting::fibonacciSphere(i, 12), expected = sumOverTexels(large, direction, m);
                     const glm::dvec3 found = reference.prefiltered(direction, m, (pieces - 0.5) * std::numbers::sqrt2 * m / texelWidth);
-                    // A strip's pieces weigh by the density at their middle: 1/40 a side errs by up to 3e-4.
+                    // Pieces of a cube strip use the density at their middle: with 1/40 a side the error is up to 3e-4.
                     for (int channel = 0; channel < 3; ++channel)
                         EXPECT_NEAR(found[channel], expected[channel], 4e-4 * expected[channel]) << m << ' ' << pieces;
                 }
@@ -240,7 +240,7 @@ TEST(VerifyCubemap, AnIdealMapHasNoErrorAtItsTexels) {
     for (const StageError& stage : stages) EXPECT_GE(stage.specular.maxBound, stage.specular.maxSampled) << stage.name;
 }
 
-TEST(VerifyCubemap, FindsWhatWasDoneToAMap) {
+TEST(VerifyCubemap, FindsChangesToAMap) {
     const Environment environment = panorama(32, smooth);
     const CubemapReference reference(environment);
     const CookedCubemap good = ideal(reference, positiveSh());
@@ -251,7 +251,7 @@ TEST(VerifyCubemap, FindsWhatWasDoneToAMap) {
     std::swap(turned.mips[0].faces[0], turned.mips[0].faces[4]);
     EXPECT_GT(verifyAll(turned, reference)[2].specular.relRms, 0.03);
     CookedCubemap rough = ideal(reference, positiveSh());
-    rough.mips[1].m = 0.8;  // the manifest says another kernel than the one that filtered
+    rough.mips[1].m = 0.8;  // the manifest names another kernel than the one used
     EXPECT_GT(verifyAll(rough, reference)[2].specular.relRms, 0.01);
 }
 
@@ -275,7 +275,7 @@ TEST(VerifyCubemap, ABlackProbeIsExact) {
     for (const StageError& stage : verifyAll(map, reference)) EXPECT_EQ(stage.specular.maxSampled, 0);
 }
 
-TEST(VerifyCubemap, BandFactorsAreWhatTheKernelMakesOfHarmonics) {
+TEST(VerifyCubemap, BandFactorsAreTheKernelsEffectOnHarmonics) {
     const Environment environment =
         panorama(256, [](const glm::dvec3& d) { return glm::vec3(glm::dvec3(1, 1 + d.y, 1 + 0.5 * (3 * d.y * d.y - 1))); });
     const CubemapReference reference(environment);
@@ -289,7 +289,7 @@ TEST(VerifyCubemap, BandFactorsAreWhatTheKernelMakesOfHarmonics) {
     EXPECT_EQ(kernelBands(0), (lighting::ShBands{1, 1, 1}));
 }
 
-TEST(VerifyCubemap, SamplesMeetEveryBlockWhereThereAreEnough) {
+TEST(VerifyCubemap, SamplesCoverEveryBlockIfThereAreEnough) {
     const Environment environment = panorama(16, smooth);
     const CubemapReference reference(environment);
     CookedCubemap map = ideal(reference, positiveSh());
@@ -312,7 +312,7 @@ TEST(VerifyCubemap, SamplesAreTheSameEveryTimeAndInsideTheMap) {
     const CubemapReference reference(environment);
     const CookedCubemap map = ideal(reference, positiveSh());
     const auto first = cubemapSamples(map, {7, 40, 5}), second = cubemapSamples(map, {7, 40, 5}), other = cubemapSamples(map, {8, 40, 5});
-    ASSERT_EQ(first.size(), 40u + 40u + 24u + 15u);  // the last level has 24 texels in all
+    ASSERT_EQ(first.size(), 40u + 40u + 24u + 15u);  // the last mip has 24 texels
     bool differs = false;
     for (std::size_t i = 0; i < first.size(); ++i) {
         EXPECT_EQ(first[i].direction, second[i].direction);

@@ -16,7 +16,7 @@ namespace {
 constexpr int kWidth = 24, kHeight = 20;
 constexpr double kKey = 0.5;
 
-/// A lamp that moves over the map, an ambient part, and a hole in the charts.
+/// A light source that moves over the map, ambient light, and a hole in the charts.
 formats::LightMapStrip bake(bool isUneven = true) {
     formats::LightMapStrip band;
     band.sh = formats::Image<lighting::ShRgb>(kWidth, kHeight);
@@ -37,7 +37,7 @@ CookedDominant description() {
     return {2, -1, 4, kWidth, kHeight};
 }
 
-/// The float closed form, stored without loss.
+/// The closed form in floats, stored without loss.
 DecodedDominantRows exact(const formats::LightMapStrip& band, int firstRow = 0, int rowCount = kHeight) {
     DecodedDominantRows rows{firstRow, formats::Image<glm::vec4>(kWidth, rowCount), formats::Image<glm::vec4>(kWidth, rowCount)};
     for (int y = 0; y < rowCount; ++y)
@@ -54,13 +54,13 @@ DominantVerifier verifier(int stride = 1) {
     return {description(), {{0.1, 0.5}, {0.04, 0.6}, 8, stride}, lighting::kRec709Luminance, kKey};
 }
 
-TEST(DominantReference, IsTheClosedFormThatTheFitPromises) {
+TEST(DominantReference, IsTheClosedFormThatTheFitDocuments) {
     std::mt19937 random(5);
     std::normal_distribution<float> normal;
     for (int i = 0; i < 2000; ++i) {
         lighting::ShRgb sh;
         for (glm::vec3& c : sh) c = glm::vec3(normal(random), normal(random), normal(random));
-        sh[0] = glm::abs(sh[0]) * static_cast<float>(i % 40);  // from no DC at all to hardly any direction
+        sh[0] = glm::abs(sh[0]) * static_cast<float>(i % 40);  // from no coefficient 0 to almost no directionality
         const glm::vec3 n(lighting::fibonacciSphere(i % 50, 50));
         const fit::DominantLight expected = fit::dominantLight(sh, n, {});
         const DominantLightSample found = dominantReference(sh, glm::dvec3(n), lighting::kRec709Luminance);
@@ -69,7 +69,7 @@ TEST(DominantReference, IsTheClosedFormThatTheFitPromises) {
     }
 }
 
-TEST(DominantReference, FindsALoneLampAndGivesUpWithoutOne) {
+TEST(DominantReference, FindsASingleLightSourceAndNoneInConstantLight) {
     const glm::dvec3 direction = glm::normalize(glm::dvec3(1, 2, -0.5));
     const auto lamp =
         dominantReference(lighting::projectDirectional(glm::vec3(direction), glm::vec3(5, 6, 7)), {0, 0, 1}, lighting::kRec709Luminance);
@@ -102,7 +102,7 @@ double residualOf(const lighting::ShRgb& sh, const DominantLightSample& light, b
     return std::sqrt(unexplained.error / unexplained.energy);
 }
 
-TEST(RefinedReference, IsTheLightThatTheFitPromises) {
+TEST(RefinedReference, IsTheLightThatTheFitDocuments) {
     std::mt19937 random(6);
     int other = 0;
     for (int i = 0; i < 4000; ++i) {
@@ -115,23 +115,23 @@ TEST(RefinedReference, IsTheLightThatTheFitPromises) {
         const fit::DominantLight fitted = fit::dominantLight(sh, glm::vec3(normal), options);
         const DominantLightSample promised{glm::dvec3(fitted.direction), glm::dvec3(fitted.intensity)};
         const auto found = refinedReference(sh, normal, lighting::kRec709Luminance, hasAmbient, promised.direction);
-        const bool isFaded = fitted.directionality < 0.08f;  // what is stored points between the light and the normal
+        const bool isFaded = fitted.directionality < 0.08f;  // the stored direction is between the light and the normal
         EXPECT_NEAR(residualOf(sh, found, hasAmbient), residualOf(sh, promised, hasAmbient), isFaded ? 2e-3 : 1e-5) << i;
         if (glm::distance(found.direction, promised.direction) > 1e-3 ||
             glm::distance(found.intensity, promised.intensity) > 1e-3 * glm::length(promised.intensity))
             ++other;
     }
-    EXPECT_LE(other, 20);  // ridges: directions that leave the same
+    EXPECT_LE(other, 20);  // ridges: directions with equal error
 }
 
-TEST(RefinedReference, IsNotTalkedIntoAWorseLight) {
+TEST(RefinedReference, DoesNotAcceptAWorseStoredLight) {
     std::mt19937 random(7);
     int missed = 0;
     for (int i = 0; i < 2000; ++i) {
         const lighting::ShRgb sh = lampsOverAmbient(random);
         const bool hasAmbient = i % 2 == 0;
         const glm::dvec3 normal(0, 0, 1);
-        if (fit::dominantLight(sh, glm::vec3(normal), {}).directionality < 0.08f) continue;  // mixed with the normal
+        if (fit::dominantLight(sh, glm::vec3(normal), {}).directionality < 0.08f) continue;  // blended with the normal
         double least = 2;
         for (int j = 0; j < 20; ++j)
             least = std::min(
@@ -144,7 +144,7 @@ TEST(RefinedReference, IsNotTalkedIntoAWorseLight) {
         if (most > least + 2e-3) ++missed;
         EXPECT_LT(most, least + 1e-2) << i;
     }
-    EXPECT_LE(missed, 2);  // third hills, as high as the others
+    EXPECT_LE(missed, 2);  // a third local maximum as high as the others
 }
 
 TEST(RefinedReference, StaysFinite) {
@@ -182,7 +182,7 @@ TEST(VerifyDominant, AMapThatIsEvenIsAlsoExactBetweenTexels) {
     EXPECT_LT(verifier().verifyRows(exact(band), band, 0, kHeight).stages()[0].specular.relRms, 1e-5);
 }
 
-TEST(VerifyDominant, TellsATurnedDirectionInDegrees) {
+TEST(VerifyDominant, ReportsARotatedDirectionInDegrees) {
     const auto band = bake();
     DecodedDominantRows rows = exact(band);
     const double angle = 3 * std::numbers::pi / 180;
@@ -208,7 +208,7 @@ TEST(VerifyDominant, IntensityErrorsAreRelativeAndHolesAreLeftOut) {
     EXPECT_LT(verifier().verifyRows(holed, band, 0, kHeight).stages()[0].specular.relRms, 0.02);
 }
 
-TEST(VerifyDominant, BandsMergeToTheWholeAndTheBoundCoversOtherViews) {
+TEST(VerifyDominant, StripsMergeToTheWholeAndTheBoundCoversOtherViews) {
     const auto band = bake();
     DecodedDominantRows rows = exact(band);
     for (glm::vec4& texel : rows.direction.texels()) texel = glm::vec4(glm::round(glm::vec3(texel) * 31.0f) / 31.0f, 1);
@@ -224,7 +224,7 @@ TEST(VerifyDominant, BandsMergeToTheWholeAndTheBoundCoversOtherViews) {
     EXPECT_GE(whole[0].specular.maxBound, manyViews[0].specular.maxSampled);
 }
 
-TEST(VerifyDominant, HoldsARefinedFitAgainstTheBestLight) {
+TEST(VerifyDominant, ComparesARefinedFitWithTheBestLight) {
     auto band = bake();
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {

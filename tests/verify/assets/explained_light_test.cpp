@@ -1,4 +1,4 @@
-// The dominant light that is dimmed where it explains little: the cook's, and the verifier's own.
+// The dominant light that is dimmed where it explains little: the fit's, and the verifier's independent one.
 #include <gtest/gtest.h>
 
 #include <glm/geometric.hpp>
@@ -19,7 +19,7 @@ fit::DominantLight fitted(const lighting::ShRgb& sh, fit::DominantFit which) {
     return fit::dominantLight(sh, kNormal, options);
 }
 
-/// One lamp and light from everywhere: the more of the latter, the more a lamp leaves.
+/// One light source and constant light: the more of the latter, the less one light explains.
 lighting::ShRgb lampAndSky(float sky) {
     lighting::ShRgb sh = lighting::projectDirectional(glm::normalize(glm::vec3(0.3f, -0.4f, 0.8f)), glm::vec3(1, 0.8f, 0.5f));
     sh[0] += glm::vec3(sky);
@@ -34,7 +34,7 @@ TEST(ExplainedLight, IsTheRefinedOneWhereItExplainsAllAndNoneWhereItExplainsLitt
     EXPECT_EQ(fitted(mist, fit::DominantFit::Explained).direction, fitted(mist, fit::DominantFit::Refined).direction);
 }
 
-/// Between the two it dims without a jump, as the residual grows.
+/// The intensity falls continuously as the residual grows.
 TEST(ExplainedLight, DimsSmoothly) {
     double before = 1;
     bool isBetween = false;
@@ -53,7 +53,7 @@ TEST(ExplainedLight, DimsSmoothly) {
     EXPECT_TRUE(isBetween);
 }
 
-/// The verifier's search and dimming are its own: of random light both find the same, seen through the cook's direction.
+/// The verifier's independent search and dimming agree with the fit's for random light, given the fit's direction.
 TEST(ExplainedLight, TheVerifierFindsTheSame) {
     std::mt19937 random(5);
     std::uniform_real_distribution<float> value(-1, 1);
@@ -69,7 +69,7 @@ TEST(ExplainedLight, TheVerifierFindsTheSame) {
         const DominantLightSample own =
             explainedReference(sh, glm::dvec3(kNormal), lighting::kRec709Luminance, glm::dvec3(cooked.direction));
         EXPECT_GT(glm::dot(glm::normalize(own.direction), glm::normalize(glm::dvec3(cooked.direction))), 0.9995) << i;
-        // 1e-3 of residual, within which lights are equally good, is up to 15e-3 of the dimming.
+        // Lights within 1e-3 of residual are equally good, which is up to 15e-3 of the dimming.
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(own.intensity[c], static_cast<double>(cooked.intensity[c]), 0.02) << i;
         const double whole = static_cast<double>(fitted(sh, fit::DominantFit::Refined).intensity.x);
         dimmed += own.intensity.x > 0.05 * whole && own.intensity.x < 0.95 * whole ? 1 : 0;

@@ -30,8 +30,8 @@ lighting::ShRgb constantLight(float radiance) {
     return sh;
 }
 
-/// Constant radiance 1 has irradiance pi from everywhere: no part errs; cooked light of 1.1 errs by a tenth, and all of it is cooking.
-TEST(GroundTruth, OfConstantLightIsKnown) {
+/// Constant radiance 1 has irradiance pi, without model error. Cooked light of 1.1 has an error of 0.1, all of it from cooking.
+TEST(GroundTruth, ErrorsOfConstantLightAreKnown) {
     std::vector<LightMapTruthPlace> places;
     for (const glm::dvec3& normal : {glm::dvec3(0, 0, 1), glm::dvec3(1, 2, 3)})
         places.push_back({valueOf(Kind::Lambert, normal, glm::dvec3(std::numbers::pi)), {0, 0, 1}, constantLight(1), constantLight(1.1f)});
@@ -43,8 +43,8 @@ TEST(GroundTruth, OfConstantLightIsKnown) {
     EXPECT_TRUE(truth.areaSpecular.empty());
 }
 
-/// Area specular of constant light is the kernel's coefficient 0; another m is another row.
-TEST(GroundTruth, AreaSpecularGoesByRoughness) {
+/// Area specular of constant light is the kernel's coefficient 0, with an entry for each m.
+TEST(GroundTruth, AreaSpecularIsGroupedByRoughness) {
     const glm::dvec3 view = glm::normalize(glm::dvec3(0.5, 0.1, 0.8));
     std::vector<LightMapTruthPlace> places;
     for (const double m : {0.1, 0.5}) {
@@ -64,8 +64,8 @@ TEST(GroundTruth, AreaSpecularGoesByRoughness) {
     EXPECT_EQ(sumOf(truth.areaSpecular).count(), 2);
 }
 
-/// Two lamps, of which the fit has one: what is missing is the other's reflection, and two lights have no error.
-TEST(GroundTruth, ASecondLightIsWhatOneIsMissing) {
+/// Two light sources, of which the fit has one: the error is the other's reflection. Two lights have no error.
+TEST(GroundTruth, OneLightMissesTheSecond) {
     const glm::dvec3 normal(0, 0, 1), view = glm::normalize(glm::dvec3(0.3, 0, 1));
     const std::array<DominantLightSample, 2> lamps = {DominantLightSample{glm::normalize(glm::dvec3(-0.3, 0, 1)), glm::dvec3(3)},
                                                       DominantLightSample{glm::normalize(glm::dvec3(0, 0.5, 1)), glm::dvec3(2)}};
@@ -85,8 +85,8 @@ TEST(GroundTruth, ASecondLightIsWhatOneIsMissing) {
     EXPECT_NEAR(truth.areaSpecular.at(0.25).errors().model, 1, 1e-12) << "of no light";
 }
 
-/// Coefficients that are one lamp's leave nothing for area specular: the whole is the lamp's reflection, and no light counts twice.
-TEST(GroundTruth, TheRestOfOneLampIsNothing) {
+/// One light source explains all coefficients, so that nothing remains for area specular, and no light counts twice.
+TEST(GroundTruth, NothingRemainsOfASingleLightSource) {
     const glm::dvec3 normal(0, 0, 1), view = glm::normalize(glm::dvec3(0.3, 0, 1));
     const DominantLightSample lamp{glm::normalize(glm::dvec3(-0.3, 0.1, 1)), glm::dvec3(3)}, none{normal, glm::dvec3(0)};
     const lighting::ShRgb baked = lighting::projectDirectional(glm::vec3(lamp.direction), glm::vec3(lamp.intensity));
@@ -97,7 +97,7 @@ TEST(GroundTruth, TheRestOfOneLampIsNothing) {
     EXPECT_NEAR(truth.withRest.at(0.25).errors().total, truth.areaSpecular.at(0.25).errors().model, 1e-12) << "no light leaves all";
 }
 
-/// The three parts of sums, against sums by hand; black truth.
+/// The three errors against sums by hand, and for a black truth.
 TEST(GroundTruth, SumsAreOfSquares) {
     TruthSums sums, other;
     sums.add(glm::dvec3(3, 0, 0), glm::dvec3(4, 0, 0), glm::dvec3(4, 2, 0));

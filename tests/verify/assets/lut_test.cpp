@@ -38,7 +38,7 @@ struct Kind {
     CookTorranceNormalization normalization = CookTorranceNormalization::Energy;
 };
 
-/// Tables of the kernel itself, in 16 bits, integrated here node by node.
+/// Returns 16-bit tables of the kernel, integrated node by node.
 CookedLut cook(int views, int rows, double minimumM, double maximumM, const Kind& kind = {}) {
     CookedLut tables;
     tables.lobe = kind.lobe;
@@ -82,7 +82,7 @@ std::vector<StageError> verifyAll(const CookedLut& tables, int randomCount = 12)
     return lutStages(tables, all.samples, all.results, kF0, boundLut(tables, all.keys, kF0));
 }
 
-TEST(LutSamples, MeetEveryNodeEveryCellAndTheRangesOnly) {
+TEST(LutSamples, CoverEveryNodeAndCellAndStayInTheRanges) {
     const CookedLut tables = cook(4, 3, 0.1, 0.7);
     const auto samples = lutSamples(tables, 50, 3);
     int nodes = 0, middles = 0;
@@ -119,7 +119,7 @@ TEST(VerifyLut, GoodTablesQuantizeFinelyAndFilterWithinPercents) {
 }
 
 TEST(VerifyLut, CosinesFilterBetterThanSines) {
-    // Near grazing the kernel is smooth in NoV; in the sine it has a root.
+    // Near grazing views the kernel is smooth in NoV, but grows as a root in the sine.
     const double sines = verifyAll(cook(8, 4, 0.2, 0.5)).back().specular.relRms;
     const double cosines = verifyAll(cook(8, 4, 0.2, 0.5, {.view = kPlain})).back().specular.relRms;
     EXPECT_LT(cosines, 0.7 * sines);
@@ -136,7 +136,7 @@ TEST(VerifyLut, FindsWrongContentAndWrongCoordinates) {
     const CookedLut good = cook(6, 3, 0.2, 0.6);
     const double filter = verifyAll(good)[1].specular.relRms;
     CookedLut bright = cook(6, 3, 0.2, 0.6);
-    for (glm::vec4& scale : bright.scale) scale *= 4.0f;  // Halo 3's normalisation where energy is claimed
+    for (glm::vec4& scale : bright.scale) scale *= 4.0f;  // Halo 3's normalization in place of energy normalization
     for (glm::vec4& bias : bright.bias) bias *= 4.0f;
     EXPECT_NEAR(verifyAll(bright)[0].specular.relRms, 3, 0.01);
     CookedLut swapped = cook(6, 3, 0.2, 0.6);
@@ -149,8 +149,8 @@ TEST(VerifyLut, FindsWrongContentAndWrongCoordinates) {
     EXPECT_GT(verifyAll(shifted)[1].specular.maxBound, 1e30) << "no bound is known where the filter does not meet the texels";
 }
 
-TEST(VerifyLut, TotalTellsTheAreaSpecularOfAConstantLight) {
-    // One sample, a kernel whose C0 alone is off by 10 %: reflected radiance under F0 = 1 is off by as much where light is constant.
+TEST(VerifyLut, TotalIsTheAreaSpecularOfConstantLight) {
+    // One sample, whose C0 is wrong by 10 %: for F0 = 1 and constant light the reflected radiance is wrong by as much.
     LutResult result;
     result.reference[0] = 0.25;
     result.cooked[0] = 0.275;
@@ -160,15 +160,15 @@ TEST(VerifyLut, TotalTellsTheAreaSpecularOfAConstantLight) {
     EXPECT_NEAR(stages[2].specular.maxSampled, 0.1 / 1.02, 2e-3);
 }
 
-/// Which of `count` nodes stands before a place.
+/// Returns the node before a place.
 std::size_t cellOf(const LutAxis& axis, double t) {
     if (axis.count == 1) return 0;
     const double place = (axis.of(t) - axis.minimum) / (axis.maximum - axis.minimum);
     return static_cast<std::size_t>(std::clamp(static_cast<int>(place * (axis.count - 1)), 0, axis.count - 2));
 }
 
-/// Random views, each with a hundred roughnesses; a place whose error exceeds its own cell's bound is a fault. How much of the bound the
-/// worst errors fill is returned: entries, and the local relative errors.
+/// Compares random views, each with a hundred roughnesses, with the bounds of their cells. No error may exceed its bound. Returns the
+/// largest ratios of error to bound: of the entries, and of the local relative errors.
 struct Filled {
     double entries = 0, filter = 0, total = 0;
 };

@@ -12,7 +12,7 @@ using testing::HasSubstr;
 
 constexpr int kSize = 32;
 
-/// Triangles over a map of kSize x kSize texels; corners in texels.
+/// Returns a mesh of triangles over a map of kSize x kSize texels, with corners in texels.
 struct Corner {
     float x, y;
     std::uint8_t cluster;
@@ -32,7 +32,7 @@ formats::TriangleMesh meshOf(const std::vector<Corner>& corners) {
     return mesh;
 }
 
-/// The left half has cluster 1, the right half cluster 2. Covered: all but columns 12 to 19.
+/// Returns a map whose left half has cluster 1, the right half cluster 2.
 formats::ClusterMap halves() {
     formats::ClusterMap map{kSize, kSize, {}};
     for (int block = 0; block < kSize / 4 * (kSize / 4); ++block)
@@ -53,7 +53,7 @@ std::string mistakeOf(const std::vector<Corner>& corners, double inset = 0.01) {
     return clusterMistake(meshOf(corners), halves(), covered(), inset).value_or("");
 }
 
-TEST(CoveredTexels, AreThoseOfTheBand) {
+TEST(CoveredTexels, AreThoseOfTheStrip) {
     const CoveredTexels texels = covered();
     for (int y = 0; y < kSize; ++y)
         for (int x = 0; x < kSize; ++x) EXPECT_EQ(texels.at(x, y), x < 12 || x >= 20);
@@ -77,7 +77,7 @@ TEST(ClusterMistake, ACentreInsideCountsWithoutCoverageToo) {
 }
 
 TEST(ClusterMistake, ACoveredTexelCountsAsFarAsAFilterReaches) {
-    // A sliver between the rows of centres that ends before column 20, whose centres lie at 20.5.
+    // A sliver between two rows of centres that ends before column 20, whose centres are at 20.5.
     const auto sliver = [](float end) { return std::vector<Corner>{{15, 8.6f, 1}, {end, 8.6f, 1}, {15, 8.7f, 1}}; };
     EXPECT_EQ(mistakeOf(sliver(19.45f)), "");
     EXPECT_THAT(mistakeOf(sliver(19.6f)), HasSubstr("texel (20, 8)"));
@@ -90,7 +90,7 @@ TEST(ClusterMistake, TrianglesWithoutAreaAreReadFromToo) {
     EXPECT_EQ(mistakeOf({{1e30f, 1e30f, 2}, {-1e30f, 1e30f, 2}, {1e30f, 2e30f, 2}}), "") << "places that no int can hold";
 }
 
-TEST(ClusterMistake, AMeshWithoutTheAttributeIsOne) {
+TEST(ClusterMistake, AMeshWithoutTheAttributeIsAMistake) {
     formats::TriangleMesh mesh = meshOf({{1, 1, 1}, {11, 1, 1}, {1, 30, 1}});
     mesh.attributes.pop_back();
     EXPECT_THAT(clusterMistake(mesh, halves(), covered(), 0.01).value_or(""), HasSubstr("_LIGHTCOOK_BASIS"));

@@ -41,13 +41,13 @@ TEST(MeshShift, AMeshThatDidNotMoveHasNoError) {
     EXPECT_EQ(figures.maxBound, 0);
 }
 
-TEST(MeshShift, ConstantLightDoesNotNoticeAnyShift) {
+TEST(MeshShift, ConstantLightHasNoErrorForAnyShift) {
     lighting::ShRgb sh{};
     sh[0] = glm::vec3(1.7f);
     EXPECT_LT(figuresOf(bandOf(8, 8, sh), {0.4, 0.4, 0.1}).maxSampled, 1e-5);
 }
 
-TEST(MeshShift, ATurnedNormalErrsByTheSlopeOfTheLight) {
+TEST(MeshShift, ARotatedNormalErrsByTheGradientOfTheLight) {
     const glm::vec3 slanted(0.6f, 0, 0.8f);
     const LightMapStrip band = bandOf(8, 8, lighting::projectDirectional(slanted, glm::vec3(1)));
     const double angle = 1e-3;
@@ -55,7 +55,7 @@ TEST(MeshShift, ATurnedNormalErrsByTheSlopeOfTheLight) {
         const glm::vec3 normal(static_cast<float>(std::sin(turn)), 0, static_cast<float>(std::cos(turn)));
         return static_cast<double>(lighting::lambertExitRadiance(band.sh.at(0, 0), normal, glm::vec3(1)).value.x);
     };
-    // The normal turns about diagonals: 1 / sqrt 2 of the angle lies in the plane of the light.
+    // The normal is rotated about diagonals: 1 / sqrt 2 of the angle is in the plane of the light.
     const double expected = std::abs(shaded(angle / std::sqrt(2.0)) - shaded(0)) / (shaded(0) + lighting::kLocalErrorFloor * 0.3);
     EXPECT_NEAR(figuresOf(band, {0, 0, angle}).maxSampled, expected, 0.02 * expected);
 }
@@ -80,7 +80,7 @@ TEST(MeshShift, QuadsThatLeaveTheirChartAreNotMeasured) {
     EXPECT_EQ(errors.sampleCount(), 0);
 }
 
-/// What the map's bound promises for a shift holds for that shift's errors, and is not far off; the six sums are exactly the quads' bounds.
+/// The map's bound for a shift holds for the errors of that shift and is tight; the six sums equal the quads' bounds.
 TEST(MeshShiftBound, HoldsForEveryShift) {
     const LightMapStrip band = noise(24, 20);
     MeshShiftBound whole, upper, lower;
@@ -103,7 +103,7 @@ TEST(MeshShiftBound, HoldsForEveryShift) {
 }
 
 /// One quad by hand: coefficient 0 of 1, 3 across, 2 down; a band's value factor is 1 * sqrt(1 / 4 pi).
-TEST(MeshShiftBound, OfOneQuadIsItsSlopes) {
+TEST(MeshShiftBound, IsTheSlopesForOneQuad) {
     LightMapStrip band = bandOf(2, 2, {});
     band.sh.at(0, 0)[0] = glm::vec3(1);
     band.sh.at(1, 0)[0] = glm::vec3(4);

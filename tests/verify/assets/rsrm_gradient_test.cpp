@@ -27,7 +27,7 @@ Environment noise(bool isPanorama, int size) {
     return environment;
 }
 
-/// Two methods that share nothing: closed forms of whole texels, and lines cut at the zones' edges.
+/// Compares two independent methods: closed forms of whole texels, and lines cut at the zones' edges.
 TEST(AxialGradient, AgreesWithTheClosedForm) {
     for (const bool isPanorama : {true, false})
         for (const int size : {1, 24})
@@ -44,7 +44,7 @@ TEST(AxialGradient, AgreesWithTheClosedForm) {
                                         found.uncertainty[channel] + 50 * (1e-8 * zoneCount + 1e-7))
                                 << "size " << size << " zones " << zoneCount << " zone " << zone << " panorama " << isPanorama << " axis "
                                 << axis.x << " " << axis.y << " " << axis.z;
-                    // Of zones far narrower than texels a line more or less is a good part.
+                    // For zones much narrower than texels, one line makes a large difference.
                     EXPECT_LT(found.uncertainty.y, zoneCount <= 64 ? 0.2 : 2) << size << " " << zoneCount << " " << isPanorama;
                 }
 }

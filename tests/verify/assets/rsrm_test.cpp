@@ -22,7 +22,7 @@ std::vector<glm::vec3> sky(std::size_t zones) {
     return gradient;
 }
 
-/// A plain sum over the sphere: latitudes cut finely within zones, longitudes evenly over half a turn.
+/// Returns a plain sum over the sphere: fine latitudes within zones, even longitudes over half a turn.
 glm::dvec3 bySphere(const std::vector<glm::vec3>& gradient, double exponent, double z) {
     constexpr int kCuts = 400, kLongitudes = 180;
     const double step = 2.0 / (static_cast<double>(gradient.size()) * kCuts), sine = std::sqrt(1 - z * z);
@@ -39,7 +39,7 @@ glm::dvec3 bySphere(const std::vector<glm::vec3>& gradient, double exponent, dou
     return (exponent + 1) / (2 * std::numbers::pi) * sum;
 }
 
-/// The map that the references themselves make, in whole codes.
+/// Returns the map of the references, rounded to codes.
 CookedRsrm quantized(const std::vector<glm::vec3>& gradient, int width, std::vector<double> exponents) {
     CookedRsrm map;
     map.exponents = std::move(exponents);
@@ -76,7 +76,7 @@ TEST(ConvolvePhong, AgreesWithASumOverTheSphere) {
 }
 
 TEST(ConvolvePhong, LambertOfALinearGradientIsKnown) {
-    // L = 1 + z through the clamped cosine: 1 + 2/3 z; zones cut it into steps of 1/512.
+    // L = 1 + z convolved with the clamped cosine is 1 + 2/3 z; zones quantize it in steps of 1/512.
     std::vector<glm::vec3> gradient;
     for (int i = 0; i < 1024; ++i) gradient.emplace_back(2 - (2 * static_cast<float>(i) + 1) / 1024);
     for (const double z : {-1.0, -0.6, 0.0, 0.25, 0.9, 1.0}) EXPECT_NEAR(convolvePhong(gradient, 1, z).x, 1 + 2.0 / 3 * z, 2e-4) << z;
@@ -90,7 +90,7 @@ TEST(ConvolvePhong, ConstantsStayConstantAndSharpLobesSeeOneZone) {
     EXPECT_NEAR(convolvePhong(gradient, 65536, 1 - 7.0 / 16).x, static_cast<double>(gradient[3].x), 1e-6);
 }
 
-TEST(VerifyRsrm, CodesOfTheTruthAreOffByHalfACodeAtMost) {
+TEST(VerifyRsrm, RoundedCodesAreWithinHalfACode) {
     const auto gradient = sky(64);
     const CookedRsrm map = quantized(gradient, 256, {1, 16, 256});
     const auto stages = verifyAll(map, gradient);
@@ -115,8 +115,8 @@ TEST(VerifyRsrm, TheBoundHoldsAtEveryPlaceBetweenTexels) {
     EXPECT_LT(coarse.diffuse.maxBound, 100 * fine.diffuse.maxSampled);
 }
 
-/// Places off by 1/256 texel along the row and across rows, filters that are off by what the format leaves open, texels of blocks too.
-TEST(VerifyRsrm, TheBoundHoldsWhateverASamplerDoes) {
+/// Samples are displaced by 1/256 texel along the row and across rows, and texels and filters changed within the format's tolerance.
+TEST(VerifyRsrm, TheBoundHoldsForAnySamplerWithinTheTolerance) {
     const auto gradient = sky(64);
     CookedRsrm map = quantized(gradient, 20, {1, 8, 700, 16384});
     const auto ideal = verifyAll(map, gradient);
@@ -132,7 +132,7 @@ TEST(VerifyRsrm, TheBoundHoldsWhateverASamplerDoes) {
             const std::vector<RsrmRow> rows = {compareRsrmRow(map, {gradient}, row, 0)};
             for (int i = 0; i < 5000; ++i) {
                 const double z = unit(random);
-                // What is taken of each texel is off by as much as it likes; the mean of four is no farther off.
+                // Each texel is changed within its tolerance; the mean of four is changed by no more.
                 const glm::dvec2 place = {std::clamp(0.5 * (1 - z) * 20 - 0.5 + unit(random) / 256, 0.0, 19.0),
                                           std::clamp(row + unit(random) / 256, 0.0, 3.0)};
                 const int x = std::min(static_cast<int>(place.x), 18), y = std::min(static_cast<int>(place.y), 2);
@@ -175,7 +175,7 @@ TEST(VerifyRsrm, FindsAWrongColourAndAMapUpsideDown) {
     for (int x = 0; x < 64; ++x) std::swap(flipped.texels.at(x, 1), flipped.texels.at(127 - x, 1));
     const auto stages = verifyAll(flipped, gradient);
     EXPECT_GT(stages.back().specular.relRms, 0.5);
-    EXPECT_LT(stages.back().diffuse.relRms, 0.01);  // row 0 was left as it was
+    EXPECT_LT(stages.back().diffuse.relRms, 0.01);  // row 0 is unchanged
 }
 
 std::vector<RsrmRow> rowsOf(const CookedRsrm& map, const std::vector<glm::vec3>& gradient) {
@@ -184,11 +184,11 @@ std::vector<RsrmRow> rowsOf(const CookedRsrm& map, const std::vector<glm::vec3>&
     return rows;
 }
 
-TEST(VerifyRsrm, BandingTellsStepsThatTheLightHasNot) {
+TEST(VerifyRsrm, BandingReportsStepsThatTheLightDoesNotHave) {
     const auto gradient = sky(64);
     CookedRsrm map = quantized(gradient, 64, {1, 16});
     const RsrmBanding honest = rsrmBanding(map, rowsOf(map, gradient), lighting::kRec709Luminance);
-    EXPECT_LT(honest.codeError, 0.56);  // and what the reference is off
+    EXPECT_LT(honest.codeError, 0.56);  // and the error of the reference
     EXPECT_LT(honest.stepCodes, 1.11);
     EXPECT_LT(honest.bandCodes, 0.56);
     EXPECT_GT(honest.stepContrast, 0);
@@ -199,8 +199,8 @@ TEST(VerifyRsrm, BandingTellsStepsThatTheLightHasNot) {
     EXPECT_GE(stepped.stepContrast, honest.stepContrast);
 }
 
-TEST(VerifyRsrm, ABandIsWhatEightTexelsHaveInCommon) {
-    // Light that hardly changes, of a value between two codes: rounded it is off by what is left, all along.
+TEST(VerifyRsrm, BandCodesAreTheMeanErrorOfEightTexels) {
+    // Light that hardly changes, with a value between two codes: rounding has the same error everywhere.
     std::vector<glm::vec3> gradient(64, glm::vec3(100.4f / 255));
     gradient[63] = glm::vec3(1);
     CookedRsrm map;
@@ -216,7 +216,7 @@ TEST(VerifyRsrm, ABandIsWhatEightTexelsHaveInCommon) {
         << "a step of one code, the light there 101 codes";
 }
 
-TEST(VerifyRsrm, KindsOfCodesMayBeOffByAsMuchAsTheySay) {
+TEST(VerifyRsrm, EachKindOfCodesHasItsOwnLimit) {
     const auto gradient = sky(64);
     CookedRsrm map = quantized(gradient, 64, {1, 16});
     EXPECT_LE(rsrmCodeError(map, {gradient}, rowsOf(map, gradient)).codes, 0);
@@ -251,7 +251,7 @@ TEST(VerifyRsrm, TwoMapsBlendAsTheirLightDoes) {
     double before = 1;
     for (const double weight : {0.0, 0.25, 0.5, 0.99, 1.0}) {
         const RsrmBlend blend = compareRsrmBlend(first, day, second, night, weight);
-        EXPECT_LT(blend.codeError, 0.56) << weight;  // half a code of both, and what the references are off
+        EXPECT_LT(blend.codeError, 0.56) << weight;  // half a code of both, and the error of the references
         EXPECT_LT(blend.figures.relRms, 0.05) << weight;
         before = blend.figures.relRms;
     }

@@ -9,9 +9,9 @@
 namespace lightcook::verify {
 namespace {
 
-constexpr int kWidth = 22, kHeight = 10;  ///< no whole number of blocks
+constexpr int kWidth = 22, kHeight = 10;  ///< not a whole number of blocks
 
-/// Light of 1 everywhere, an error of 1 % everywhere, and more of it in one texel.
+/// Returns sums for light of 1 and an error of 1 % everywhere, with a larger error in one texel.
 BlockErrors blocksWith(int x, int y, double error, double light = 1) {
     BlockErrors blocks(kWidth, kHeight);
     for (int row = 0; row < kHeight; ++row)
@@ -32,21 +32,21 @@ TEST(BlockErrors, FindsTheOneBlockThatIsAllWrong) {
     }
     EXPECT_NEAR(blocksWith(9, 5, 1).worst()->error, 1 / std::sqrt(1.1), 1e-12);
     EXPECT_GT(blocksWith(9, 5, 1).worst()->error, BlockErrors::allowed(0.02));
-    // The corner block has 2 x 2 texels of the map: a quarter of the light that the fullest one has.
+    // The corner block has 2 x 2 texels: a quarter of the light of a full block.
     EXPECT_NEAR(blocksWith(21, 9, 1).worst()->error, std::sqrt(4 / (4 + 1.6)), 1e-12);
 }
 
-TEST(BlockErrors, AMapThatErrsEvenlyIsNotToldOf) {
+TEST(BlockErrors, AnEvenErrorIsNotReported) {
     EXPECT_NEAR(blocksWith(9, 5, 0.01).worst()->error, 0.01 / std::sqrt(1.1), 1e-12);
 }
 
-TEST(BlockErrors, InTheDarkAnErrorCountsLessAndLightOutOfDarknessCountsInFull) {
+TEST(BlockErrors, ErrorsInTheDarkCountLessAndLightInsteadOfBlackCountsInFull) {
     EXPECT_LT(blocksWith(9, 5, 1, 0.28).worst()->error, BlockErrors::allowed(0.02));
     EXPECT_GT(blocksWith(9, 5, 1, 0.34).worst()->error, BlockErrors::allowed(0.02));
     EXPECT_GT(blocksWith(9, 5, 1000, 0.01).worst()->error, 10);
 }
 
-TEST(BlockErrors, RowsTakenInTellWhatTheWholeTells) {
+TEST(BlockErrors, MergedRowsGiveTheResultOfTheWhole) {
     std::mt19937 random(5);
     for (int round = 0; round < 200; ++round) {
         BlockErrors whole(kWidth, kHeight), merged(kWidth, 0);
@@ -68,7 +68,7 @@ TEST(BlockErrors, RowsTakenInTellWhatTheWholeTells) {
     }
 }
 
-TEST(BlockErrors, WhatIsNotFiniteIsTheLargestError) {
+TEST(BlockErrors, NonFiniteIsTheLargestError) {
     for (const double error : {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
         const auto worst = blocksWith(9, 5, error).worst();
         EXPECT_EQ(worst->error, std::numeric_limits<double>::max());
@@ -76,14 +76,14 @@ TEST(BlockErrors, WhatIsNotFiniteIsTheLargestError) {
     }
 }
 
-TEST(BlockErrors, WithoutLightThereIsNothingToTell) {
+TEST(BlockErrors, BlackImagesHaveNoWorstBlock) {
     BlockErrors black(8, 8);
     EXPECT_FALSE(black.worst().has_value());
     black.add(3, 3, 1, 0);
     EXPECT_FALSE(black.worst().has_value());
 }
 
-/// One of several images: a wrong block of a face that is a billionth as bright as the others is no fault that anybody sees.
+/// A wrong block in a face that is a billionth as bright as the others is invisible.
 TEST(BlockErrors, ADarkImageAmongBrightOnesCountsForLittle) {
     BlockErrors dark(8, 8);
     for (int y = 0; y < 8; ++y)

@@ -85,8 +85,8 @@ TEST(ErrorAccumulator, NothingAndNoErrorAreZero) {
     EXPECT_EQ(black.figures().maxSampled, 0);
 }
 
-/// A reference that overflows would make every relative error zero.
-TEST(ErrorAccumulator, LightBeyondAllNumbersIsOverEveryLimit) {
+/// An infinite reference would make every relative error 0.
+TEST(ErrorAccumulator, AnInfiniteReferenceExceedsEveryLimit) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     ErrorAccumulator errors(1);
     const std::vector<float> references = {1.0f, kInfinity}, wrong = {0.01f, std::numeric_limits<float>::quiet_NaN()};
@@ -97,8 +97,8 @@ TEST(ErrorAccumulator, LightBeyondAllNumbersIsOverEveryLimit) {
     EXPECT_EQ(lost.figures().relRms, std::numeric_limits<double>::max());
 }
 
-/// A figure that is NaN would be under every limit.
-TEST(ErrorAccumulator, WhatIsNotFiniteIsOverEveryLimit) {
+/// A NaN figure would be below every limit.
+TEST(ErrorAccumulator, ANonFiniteErrorExceedsEveryLimit) {
     for (const double wrong : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
         ErrorAccumulator single(1), batch(1);
         single.add(1, wrong);
@@ -114,10 +114,10 @@ TEST(ErrorAccumulator, WhatIsNotFiniteIsOverEveryLimit) {
     }
     ErrorAccumulator nothing;
     nothing.add(0, 1e-300);
-    EXPECT_GT(nothing.figures().maxSampled, 1e100);  // something in place of nothing
+    EXPECT_GT(nothing.figures().maxSampled, 1e100);  // light in place of black
 }
 
-TEST(ErrorAccumulator, TheReferenceIsTheLightThatTheErrorIsAPartOf) {
+TEST(ErrorAccumulator, ReferenceRmsIsTheDenominatorOfRelRms) {
     EXPECT_EQ(ErrorAccumulator().referenceRms(), 0);
     ErrorAccumulator first(1), second(1);
     first.add(3, 3.1);

@@ -20,7 +20,7 @@ namespace {
 constexpr double kFloor = lighting::kLocalErrorFloor;
 constexpr std::array kExit = {verify::kExitResponse};
 
-/// Of this exit radiance under every normal.
+/// Returns the largest exit radiance over many normals.
 lighting::ShBands exitSlack(double radiance) {
     return {radiance / kExit[0].norms()[0], 0, 0};
 }
@@ -36,7 +36,7 @@ public:
         for (float& c : out) c = static_cast<float>(size * gauss());
         return out;
     }
-    /// Ambient light, and a lamp as strong as asked for: with a strong one the quadratic rings below zero.
+    /// Returns ambient light plus a directional light of the given strength. With a strong one, the quadratic rings below zero.
     lighting::Sh light(double lamp) {
         const lighting::ShDouble basis = lighting::evaluateBasis(direction());
         lighting::Sh out;
@@ -71,7 +71,7 @@ TEST(LocalErrorBound, IsTheMaximumItselfWhereTheReferenceIsNotNegative) {
     Random random;
     for (int i = 0; i < 30; ++i) {
         std::vector<verify::ErrorPair> pair = {{random.error(0.01), random.light(0.3)}};
-        pair[0].reference[0] += 0.5f;  // well above what the lamp rings below zero
+        pair[0].reference[0] += 0.5f;  // well above the ringing of the light source
         const double bound = verify::localErrorBound(pair, kExit, kFloor, {}), sampled = sampledMaximum(pair[0]);
         EXPECT_LE(sampled, bound * (1 + 1e-9));
         EXPECT_GE(sampled, 0.999 * bound);
@@ -95,7 +95,7 @@ TEST(LocalErrorBound, HoldsForEveryMeanOfThePairs) {
         for (int k = 0; k < 9; ++k) pairs.push_back({random.error(0.05), random.light(random.uniform() < 0.5 ? 0.2 : 30)});
         const double bound = verify::localErrorBound(pairs, kExit, kFloor, {});
         for (int sample = 0; sample < 2000; ++sample) {
-            // Weights that favour a few pairs come nearer to the extremes.
+            // Uneven weights come closer to the extremes.
             std::vector<double> weights;
             double sum = 0;
             for (std::size_t k = 0; k < pairs.size(); ++k) sum += weights.emplace_back(std::pow(random.uniform(), 6.0));
@@ -142,7 +142,7 @@ TEST(AxisCone, HoldsTheBand2OfEveryMean) {
     EXPECT_LT(nearest, 0.05) << "and is not far above what is reached";
 }
 
-TEST(AxisCone, WithoutAnAxisNothingIsPromised) {
+TEST(AxisCone, WithoutAnAxisTheDeviationIsTheLargest) {
     const std::vector<glm::vec3> none = {glm::vec3(0)}, opposite = {glm::vec3(1, 0, 0), glm::vec3(-1, 0, 0.1f)},
                                  vanishing = {glm::vec3(1, 0, 0), glm::vec3(0)}, one = {glm::vec3(0, 2, 0)};
     for (const auto& vectors : {none, opposite, vanishing}) EXPECT_NEAR(verify::axisCone(vectors, 0).deviation, std::sqrt(3.0), 1e-12);
@@ -152,7 +152,7 @@ TEST(AxisCone, WithoutAnAxisNothingIsPromised) {
     EXPECT_NEAR(verify::axisCone(one, 1).deviation, std::sqrt(3.0), 1e-12);
 }
 
-TEST(LocalErrorBound, QuickAnswersAgreeWithIt) {
+TEST(LocalErrorBound, StaysWithinAgreesWithTheBound) {
     Random random;
     for (int i = 0; i < 100; ++i) {
         const std::vector<verify::ErrorPair> pairs = {{random.error(0.05), random.light(1)}, {random.error(0.05), random.light(10)}};
@@ -163,14 +163,14 @@ TEST(LocalErrorBound, QuickAnswersAgreeWithIt) {
     }
 }
 
-TEST(LocalErrorBound, NoErrorIsNoneAndRoundingCounts) {
+TEST(LocalErrorBound, IsZeroWithoutErrorAndCountsRounding) {
     const std::vector<verify::ErrorPair> none = {{}};
     EXPECT_EQ(verify::localErrorBound(none, kExit, kFloor, {}), 0);
     EXPECT_NEAR(verify::localErrorBound(none, kExit, kFloor, exitSlack(0.01)), 0.5, 1e-9);
     EXPECT_TRUE(verify::staysWithin(none, kExit, kFloor, {}, 0));
 }
 
-TEST(LocalErrorBound, NothingIsPromisedOfWhatIsNoNumber) {
+TEST(LocalErrorBound, IsInfiniteForNan) {
     for (const float value : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()})
         for (std::size_t i = 0; i < 9; ++i)
             for (const bool isError : {true, false}) {
@@ -188,7 +188,7 @@ TEST(LocalErrorBound, ExitNormsAreTheAdditionTheorem) {
         const double bound = verify::bandSum(verify::bandNorms(sh), verify::kExitNorm);
         EXPECT_LE(std::abs(exitRadiance(sh, random.direction())), bound * (1 + 1e-6));
     }
-    // Reached by a light in one direction, seen from there.
+    // Reached by light from a single direction, in that direction.
     const glm::dvec3 n = random.direction();
     lighting::Sh delta;
     for (std::size_t i = 0; i < delta.size(); ++i) delta[i] = static_cast<float>(lighting::evaluateBasis(n)[i]);

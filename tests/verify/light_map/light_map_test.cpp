@@ -30,7 +30,7 @@ constexpr std::array kLayouts = {LightMapLayout::Raw,    LightMapLayout::Flat,  
                                  LightMapLayout::Basis8, LightMapLayout::Basis12, LightMapLayout::Basis16};
 constexpr int kWidth = 46, kHeight = 38;
 
-/// Whether band 2 follows the axis of band 1.
+/// Returns true if band 2 follows the axis of band 1.
 bool isZonal(LightMapLayout layout) {
     return layout == LightMapLayout::LuvwLinear || layout == LightMapLayout::Zh3;
 }
@@ -58,7 +58,7 @@ double exitRadiance(const lighting::ShDouble& sh, const glm::dvec3& n) {
     return sum;
 }
 
-/// Texels and reference at places between texels, filtered here by the textbook, laid out as a map of one row.
+/// Texels and reference at places between texels, filtered by the definition, arranged as a map of one row.
 struct Filtered {
     Cooked row;
     std::vector<lighting::ShRgb> reference;
@@ -154,7 +154,7 @@ TEST(LightMapVerifier, FiguresAreThoseOfABruteForceInDouble) {
             return local[local.size() * 99 / 100];
         }
     } diffuse, specular;
-    std::vector<std::pair<glm::dvec3, lighting::ShDouble>> kernels;  // view, nine numbers in the view's frame
+    std::vector<std::pair<glm::dvec3, lighting::ShDouble>> kernels;  // view, nine factors in the view's frame
     for (int k = 0; k < 8; ++k)
         for (const double m : {0.1, 0.25, 0.5}) {
             const glm::dvec3 view = lighting::fibonacciHemisphere(k, 8);
@@ -178,7 +178,7 @@ TEST(LightMapVerifier, FiguresAreThoseOfABruteForceInDouble) {
                     diffuse.add(exitRadiance(r, n), exitRadiance(d, n), cooked.key);
                 }
                 for (const auto& [view, kernel] : kernels) {
-                    // The frame whose x-z plane holds the view.
+                    // The frame whose x-z plane contains the view.
                     const glm::dvec3 worldView = world * view;
                     const glm::dvec3 tangent = glm::normalize(worldView - glm::dot(worldView, normal) * normal);
                     const glm::dmat3 frame(tangent, glm::cross(normal, tangent), normal);
@@ -203,7 +203,7 @@ TEST(LightMapVerifier, FiguresAreThoseOfABruteForceInDouble) {
     EXPECT_EQ(stages.back().diffuse.relRms, final.diffuse.relRms);
 }
 
-/// Light shaded as a place says: under its normal, or by its material seen from its view.
+/// Returns light shaded for a place: with its normal, or with its material and view.
 double shadedAs(const verify::ErrorPlace& place, const lighting::ShDouble& light) {
     if (place.view == glm::dvec3(0)) return exitRadiance(light, place.normal);
     const auto kernel = lighting::integrateAreaSpecular(glm::dot(place.view, place.normal), place.m, lighting::NormalDistribution::Beckmann,
@@ -224,7 +224,7 @@ TEST(LightMapVerifier, TheWorstSampleIsFoundAgainAtItsPlace) {
         const verify::StageError& last = stages[stages.size() - 3];
         for (const verify::ErrorFigures* figures : {&last.diffuse, &last.specular}) {
             const verify::ErrorPlace& place = figures->sampledAt;
-            if (figures->maxSampled == 0) continue;  // a flat map's specular
+            if (figures->maxSampled == 0) continue;  // specular of a flat map
             ASSERT_TRUE(place.isKnown()) << cooked.map.layout;
             EXPECT_EQ(place.local, figures->maxSampled);
             EXPECT_NEAR(glm::length(place.normal), 1, 1e-6);
@@ -240,7 +240,7 @@ TEST(LightMapVerifier, TheWorstSampleIsFoundAgainAtItsPlace) {
             EXPECT_NEAR(place.found, found, 1e-3 * std::abs(reference) + 1e-5 * cooked.key) << cooked.map.layout;
             EXPECT_NEAR(std::abs(place.found - place.reference), place.allowed(place.local, cooked.key), 1e-4 * cooked.key);
         }
-        // Between texels: of the filtered texels of a quad.
+        // Between texels: from the filtered texels of a quad.
         const verify::ErrorPlace& between = stages[stages.size() - 2].diffuse.sampledAt;
         EXPECT_NE(between.x, std::floor(between.x));
         EXPECT_EQ(between.local, stages[stages.size() - 2].diffuse.maxSampled);
@@ -249,7 +249,7 @@ TEST(LightMapVerifier, TheWorstSampleIsFoundAgainAtItsPlace) {
 
 TEST(LightMapVerifier, TheWorstBoundOfATexelIsReachedAtItsPlace) {
     Cooked cooked = cook(Kind::Gradient, LightMapLayout::Luvw);
-    cooked.map.formats.clear();  // a sampler without tolerance: the bound is exact where the reference is not negative
+    cooked.map.formats.clear();  // an ideal sampler: the bound is exact if the reference is not negative
     const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
     const std::vector<verify::StageError> stages = cooked.stages();
     const verify::ErrorFigures& last = stages[stages.size() - 3].diffuse;
@@ -263,7 +263,7 @@ TEST(LightMapVerifier, TheWorstBoundOfATexelIsReachedAtItsPlace) {
                 1e-3 * last.maxBound);
     EXPECT_NEAR(place.reference, reference, 1e-4 * cooked.key);
     EXPECT_NEAR(place.found, found, 1e-4 * cooked.key);
-    // Of a quad: inside one that has it, or on its side.
+    // A bound of a quad: inside the quad, or on its edge.
     const verify::ErrorPlace& between = stages[stages.size() - 2].diffuse.boundAt;
     EXPECT_EQ(between.local, stages[stages.size() - 2].diffuse.maxBound);
     EXPECT_NEAR(glm::length(between.normal), 1, 1e-9);
@@ -387,7 +387,7 @@ TEST(SpecularResponses, HoldEveryKernelAndAreNotFarAboveIt) {
         }
 }
 
-TEST(LightMapVerifier, BandsInAnyCutGiveTheSameFigures) {
+TEST(LightMapVerifier, StripsInAnyCutGiveTheSameFigures) {
     for (const LightMapLayout layout : kLayouts) {
         const Cooked cooked = cook(Kind::Gradient, layout);
         const verify::LightMapVerifier verifier = cooked.verifier();
@@ -421,7 +421,7 @@ TEST(LightMapVerifier, BandsInAnyCutGiveTheSameFigures) {
     }
 }
 
-TEST(LightMapVerifier, EachLayerOfTheResidualRepairsWhatCameBeforeIt) {
+TEST(LightMapVerifier, EachLayerOfTheResidualReducesTheError) {
     const std::vector<verify::StageError> stages = cook(Kind::Gradient, LightMapLayout::Basis16).stages();
     ASSERT_EQ(stages.size(), 7u);
     EXPECT_EQ(stages[0].name, "l0");
@@ -435,8 +435,8 @@ TEST(LightMapVerifier, EachLayerOfTheResidualRepairsWhatCameBeforeIt) {
     }
 }
 
-TEST(LightMapVerifier, DroppingTheResidualGivesWhatTheShorterLayoutHas) {
-    // The first stages know nothing of later ones: basis-12 without its residual is basis-4, to the last bit.
+TEST(LightMapVerifier, DroppingTheResidualGivesTheShorterLayout) {
+    // Earlier stages do not depend on later ones: basis-12 without its residual equals basis-4, to the last bit.
     const std::vector<verify::StageError> whole = cook(Kind::Gradient, LightMapLayout::Basis12).stages();
     const std::vector<verify::StageError> code = cook(Kind::Gradient, LightMapLayout::Basis4).stages();
     EXPECT_EQ(whole[1].diffuse.relRms, code[1].diffuse.relRms);
@@ -464,7 +464,7 @@ TEST(LightMapVerifier, RefusesBrokenTables) {
     EXPECT_TRUE(refused("index_runs", {0, std::numeric_limits<float>::quiet_NaN()}));
 }
 
-TEST(LightMapVerifier, TheSecondStageOfLuvwRepairsTheFirst) {
+TEST(LightMapVerifier, TheSecondStageOfLuvwReducesTheErrorOfTheFirst) {
     for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::Night}) {
         const std::vector<verify::StageError> stages = cook(kind, LightMapLayout::Luvw).stages();
         ASSERT_EQ(stages.size(), 4u);
@@ -472,7 +472,7 @@ TEST(LightMapVerifier, TheSecondStageOfLuvwRepairsTheFirst) {
         EXPECT_EQ(stages[1].name, "stage 2");
         EXPECT_EQ(stages[2].name, "magnified");
         EXPECT_EQ(stages[3].name, "total");
-        // Beside a spike of 65504 the first stage is lost in the same blocks as the second.
+        // A spike of 65504 spoils both stages in its block.
         const double factor = kind == Kind::Spikes ? 0.8 : 0.5;
         EXPECT_LT(stages[1].diffuse.relRms, factor * stages[0].diffuse.relRms) << static_cast<int>(kind);
         EXPECT_LT(stages[0].diffuse.relRms, 0.2);
@@ -489,7 +489,7 @@ TEST(LightMapVerifier, ConstantsOfHalo3AreDecodedByTheSameShader) {
 TEST(LightMapVerifier, FloatTargetsAreFarMoreExactThanBlocks) {
     for (const LightMapLayout layout : kLayouts) {
         const double floats = cook(Kind::Gradient, layout, Target::Float).total().diffuse.relRms;
-        // Of two lamps and a sky band 2 is not round about an axis: that is the layout's error, whatever it is stored in.
+        // For two light sources and a sky, band 2 is not zonal: an error of the layout in any format.
         if (!isZonal(layout)) {
             EXPECT_LT(floats, 1e-3) << formats::info(layout).name;
         }
@@ -497,7 +497,7 @@ TEST(LightMapVerifier, FloatTargetsAreFarMoreExactThanBlocks) {
     }
 }
 
-TEST(LightMapVerifier, ZonalLayoutsAreExactForOneLamp) {
+TEST(LightMapVerifier, ZonalLayoutsAreExactForOneLightSource) {
     formats::LightMapStrip reference = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
@@ -513,7 +513,7 @@ TEST(LightMapVerifier, ZonalLayoutsAreExactForOneLamp) {
             const verify::StageError total = cook(std::move(copy), layout, target).idealTotal();
             EXPECT_LT(total.diffuse.relRms, most) << formats::info(layout).name;
             EXPECT_LT(total.specular.relRms, most) << formats::info(layout).name;
-            // The axis turns little in a quad; were nothing known of it, this would be above 1.
+            // The axis turns little within a quad. Without that knowledge the bound would be above 1.
             if (target == Target::Float) {
                 EXPECT_LT(total.diffuse.maxBound, 0.2) << formats::info(layout).name;
             }
@@ -521,7 +521,7 @@ TEST(LightMapVerifier, ZonalLayoutsAreExactForOneLamp) {
 }
 
 TEST(LightMapVerifier, NightIsCookedAsWellAsDay) {
-    // Ranges follow the map: only the unit differs, so the errors must not. Scaled by a power of two nothing rounds otherwise.
+    // Ranges follow the map: only the unit differs, so the errors must be equal. Scaling by a power of two does not change rounding.
     for (const LightMapLayout layout : kLayouts) {
         const std::string_view name = formats::info(layout).name;
         const verify::StageError day = cook(Kind::Gradient, layout).total(), night = cook(Kind::Night, layout).total();
@@ -533,15 +533,15 @@ TEST(LightMapVerifier, NightIsCookedAsWellAsDay) {
             EXPECT_NEAR(scaled.diffuse.relRms, day.diffuse.relRms, 1e-6 * day.diffuse.relRms) << name << ' ' << scale;
             EXPECT_NEAR(scaled.diffuse.p99, day.diffuse.p99, 1e-6 * day.diffuse.p99) << name << ' ' << scale;
         }
-        // Where the decode is learned, another rounding of coefficient 0 lets the fit of this small map settle elsewhere: 0.22 or 0.30 %.
+        // For learned layouts, another rounding of coefficient 0 leads the fit of this small map to another optimum: 0.22 or 0.30 %.
         const double share = formats::info(layout).isLearned() ? 0.5 : 0.1;
         EXPECT_NEAR(night.diffuse.relRms, day.diffuse.relRms, share * day.diffuse.relRms) << name;
         EXPECT_NEAR(night.diffuse.p99, day.diffuse.p99, share * day.diffuse.p99) << name;
     }
 }
 
-TEST(LightMapVerifier, AnErrorPutInIsTheErrorFound) {
-    // Every decoded texel one per cent too bright: all figures follow by hand.
+TEST(LightMapVerifier, FindsAKnownError) {
+    // Every decoded texel is 1 % too bright: all figures are known.
     Cooked cooked = cook(Kind::Grey, LightMapLayout::Raw);
     for (float& range : cooked.map.constants.at("range")) range *= 1.01f;
     const verify::StageError total = cooked.idealTotal();
@@ -552,7 +552,7 @@ TEST(LightMapVerifier, AnErrorPutInIsTheErrorFound) {
 }
 
 TEST(LightMapVerifier, ADefectBetweenTexelsIsSeenOnlyByTheMagnifiedStage) {
-    // Exact at every texel centre, wrong between them: L = a0 a1 with a0 and a1 trading places from texel to texel.
+    // Exact at every texel centre, wrong between them: L = a0 a1, with a0 and a1 exchanged from texel to texel.
     Cooked cooked = cook(Kind::Grey, LightMapLayout::Luvw, Target::Float);
     const auto at = [&](std::size_t texture, int x, int y) -> glm::vec4& { return cooked.texels.textures[texture][0].at(x, y); };
     for (int y = 0; y < kHeight; ++y)
@@ -581,7 +581,7 @@ TEST(LightMapVerifier, WithoutSpecularMaterialsThereIsNoSpecularError) {
     EXPECT_EQ(total.specular.maxBound, 0);
 }
 
-TEST(LightMapVerifier, RefusesWhatItCannotTrust) {
+TEST(LightMapVerifier, RefusesInvalidMaps) {
     const Cooked cooked = cook(Kind::Grey, LightMapLayout::Ratio);
     const auto lineOf = [&](auto&& spoil) {
         verify::CookedLightMap map = cooked.map;

@@ -1,6 +1,6 @@
-// The public scenes between their texels: random shadings (place, normal, view, roughness, F0) through a sampler that takes every liberty
-// it has, each held against what the verifier proved of its quad. Filtered and shaded here, in lanes and on all cores. LIGHTCOOK_SOAK=1
-// runs a thousand million of them, and says how far above the worst that a dense search finds the bounds are.
+// Random shadings (place, normal, view, roughness, F0) between the texels of the public scenes, by a sampler that uses all of its
+// tolerance, each compared with the bound of its quad. Filtered and shaded here, vectorized and on all cores. LIGHTCOOK_SOAK=1 runs a
+// thousand million of them, and reports how far the bounds are above the largest error that a dense search finds.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ using verify::Random;
 constexpr std::size_t kCount = lighting::kShCount, kLanes = 16;
 constexpr double kLowM = 0.1, kHighM = 0.5, kLowF0 = 0.04, kHighF0 = 0.6;
 
-/// Work of all cores: body(index) for each of `count`.
+/// Calls body(index) for each of `count` on all cores.
 template <class Body>
 void onAllCores(std::size_t count, Body body) {
     std::atomic<std::size_t> next{0};
@@ -58,13 +58,13 @@ ShDouble atF0(const lighting::AreaSpecularKernel& kernel, double f0) {
     for (std::size_t k = 0; k < kCount; ++k) sum[k] = f0 * kernel.c[k] + (1 - f0) * kernel.d[k];
     return sum;
 }
-/// In a random frame: any normal, any view around it.
+/// Rotates a row to a random frame: any normal, any view around it.
 ShDouble turned(const ShDouble& row, Random& random) {
     const glm::dvec3 normal = random.direction(), tangent = glm::normalize(glm::cross(normal, random.direction()));
     return lighting::ShRotation(glm::dmat3(tangent, glm::cross(normal, tangent), normal)).apply(row);
 }
 
-/// Factors of the nine coefficients of light, in the world's frame, by coefficient.
+/// Factors of the nine coefficients of light, in the world frame: [coefficient][row].
 class Shadings {
 public:
     static constexpr std::size_t kRows = 1 << 15;
@@ -102,7 +102,7 @@ private:
     }
 };
 
-/// A place between four texels, with the decode that a surface there brings along.
+/// A place between four texels, with the decode of one corner.
 struct Quad {
     int x, y;
 };
@@ -112,7 +112,7 @@ struct Light {
     shaders::LcSh error, reference;
 };
 
-/// A cooked map and everything about its quads.
+/// A cooked map and its quads.
 class Map {
 public:
     Map(const std::filesystem::path& file, LightMapLayout layout, int effort) : cooked_(cook(file, layout, effort)) {
@@ -147,10 +147,10 @@ public:
     }
     double key() const { return cooked_.key; }
 
-    /// The light at a place, in units of the key, when the sampler's fractions are off by `shift` texels and its filtered values by
-    /// liberty(layer, channel) in [-1, 1] of what they may.
-    template <class Liberty>
-    Light lightAt(const Quad& quad, int corner, const glm::vec2& place, const glm::vec2& shift, Liberty&& liberty) const {
+    /// Returns the light at a place, in units of the key, if the sampler's fractions are off by `shift` texels and its filtered values by
+    /// perturb(layer, channel), in [-1, 1], of the tolerance.
+    template <class Tolerance>
+    Light lightAt(const Quad& quad, int corner, const glm::vec2& place, const glm::vec2& shift, Tolerance&& perturb) const {
         Light light;
         const auto perKey = static_cast<float>(1 / cooked_.key);
         const glm::vec2 seen = glm::clamp(place + shift, 0.0f, 1.0f);
@@ -161,7 +161,7 @@ public:
                     const auto& image = *layers_[layer];
                     texels[layer] = blend(quad, seen, [&](int x, int y) { return image.at(x, y); });
                     const glm::vec4 most = mostAt(layer, quad);
-                    for (int channel = 0; channel < 4; ++channel) texels[layer][channel] += liberty(layer, channel) * most[channel];
+                    for (int channel = 0; channel < 4; ++channel) texels[layer][channel] += perturb(layer, channel) * most[channel];
                 }
                 light.error = verify::layouts::decodeAt(layout, quad.x + corner % 2, quad.y + corner / 2).decode(texels);
             },
@@ -189,7 +189,7 @@ private:
         return (1 - p.y) * ((1 - p.x) * get(q.x, q.y) + p.x * get(q.x + 1, q.y)) +
                p.y * ((1 - p.x) * get(q.x, q.y + 1) + p.x * get(q.x + 1, q.y + 1));
     }
-    /// What a filtered value of the layer may be off in the quad.
+    /// Returns the tolerance of a filtered value of the layer in the quad.
     glm::vec4 mostAt(std::size_t layer, const Quad& quad) const {
         const verify::FormatTolerance& tolerance = formats_[layer];
         glm::vec4 span(0), largest(0);
@@ -198,7 +198,7 @@ private:
             largest = glm::max(largest, glm::abs(layers_[layer]->at(x, y)));
             if (tolerance.hasSpans()) span = glm::max(span, spans_[layer]->at(x / 4, y / 4));
         }
-        // Each texel may be off, so that their mean may; then the filter.
+        // The tolerance of each texel, then that of the filter.
         return tolerance.decoded + tolerance.perSpan * span + tolerance.absolute + tolerance.relative * largest;
     }
 
@@ -209,7 +209,7 @@ private:
     std::unique_ptr<verify::LightMapVerifier> verifier_, ideal_;
 };
 
-/// Shades light by kLanes * count rows from `first` on; the largest local error.
+/// Shades light by kLanes * count rows from `first` on. Returns the largest local error.
 float shadedMost(const Light& light, const std::array<std::vector<float>, kCount>& rows, std::size_t first, std::size_t count) {
     float most[kLanes] = {};
     for (int channel = 0; channel < 3; ++channel)
@@ -235,7 +235,7 @@ struct Tally {
     double nearest = 0, seconds = 0;
 };
 
-/// Random shadings of random quads: of each, some places, and at each some of every kind.
+/// Shades random quads: several places of each, with several shadings of each kind.
 Tally shadeAtRandom(const Map& map, std::int64_t shadings, std::uint64_t seed) {
     constexpr std::size_t kPlacesAQuad = 256, kGroups = 2;
     constexpr std::int64_t kAQuad = static_cast<std::int64_t>(kPlacesAQuad * kGroups * kLanes * 2);
@@ -251,11 +251,11 @@ Tally shadeAtRandom(const Map& map, std::int64_t shadings, std::uint64_t seed) {
         for (std::size_t i = 0; i < kPlacesAQuad; ++i) {
             const auto number = [&] { return static_cast<float>(random.next()); };
             const glm::vec2 place(number(), number()), shift = (2.0f * glm::vec2(number(), number()) - 1.0f) / 256.0f;
-            // An ideal sampler, one that is off by chance, and one that is off as far as it may be.
+            // An ideal sampler, one with random errors, and one with the largest errors.
             const int kind = static_cast<int>(i % 3);
             const Light light = map.lightAt(quad, random.below(4), place, kind == 0 ? glm::vec2(0) : shift, [&](std::size_t, int) {
-                const float liberty = 2 * number() - 1;
-                return kind == 0 ? 0 : kind == 1 ? liberty : liberty < 0 ? -1.0f : 1.0f;
+                const float offset = 2 * number() - 1;
+                return kind == 0 ? 0 : kind == 1 ? offset : offset < 0 ? -1.0f : 1.0f;
             });
             const auto first = [&] {
                 return static_cast<std::size_t>(random.below(static_cast<int>(Shadings::kRows / kLanes - kGroups))) * kLanes;
@@ -274,7 +274,7 @@ Tally shadeAtRandom(const Map& map, std::int64_t shadings, std::uint64_t seed) {
     return {done, above, nearest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
 }
 
-// ---- how far above ----
+// ---- tightness ----
 
 double localError(const Light& light, const ShDouble& row) {
     double most = 0;
@@ -289,7 +289,7 @@ double localError(const Light& light, const ShDouble& row) {
     return most;
 }
 
-/// Looks for the worst of a quad: over places and shadings, then over the tolerance of a sampler, in turn.
+/// Searches the largest error of a quad: alternately over places and shadings, and over the sampler's tolerance.
 template <class Perturb>
 class Search {
 public:
@@ -347,19 +347,19 @@ private:
         }
     }
     void takeLiberties() {
-        const auto tryBoth = [&](float& liberty, float most) {
+        const auto tryBoth = [&](float& offset, float most) {
             for (const float way : {-most, most}) {
-                const float before = std::exchange(liberty, way);
+                const float before = std::exchange(offset, way);
                 const double found = localError(lightAt(best_), best_.row);
                 if (found > best_.most)
                     best_.most = found;
                 else
-                    liberty = before;
+                    offset = before;
             }
         };
         tryBoth(shift_.x, 1.0f / 256);
         tryBoth(shift_.y, 1.0f / 256);
-        for (float& liberty : tolerance_) tryBoth(liberty, 1);
+        for (float& offset : tolerance_) tryBoth(offset, 1);
     }
 
     const Map& map_;
@@ -424,7 +424,7 @@ void expectWithinTheBound(const std::string& scene, LightMapLayout layout, int e
     const Map map(fileOf(scene), layout, effort);
     const Tally tally = shadeAtRandom(map, shadings, 23);
     EXPECT_EQ(tally.above, 0) << scene << ' ' << formats::info(layout).name;
-    // A bound that nothing comes near would hold anything.
+    // A bound far above all errors would always hold.
     EXPECT_GT(tally.nearest, 0.1);
     fmt::print("{:8} {:11} {:.3g} shadings, {:.1f} s, {:.3g} a second, {} above, nearest {:.2f} of its bound\n", scene,
                formats::info(layout).name, static_cast<double>(tally.shadings), tally.seconds,
@@ -451,7 +451,7 @@ class MagnifiedScenesSoak : public testing::TestWithParam<SceneAndLayout> {};
 TEST_P(MagnifiedScenesSoak, NoShadingExceedsTheBoundOfItsQuad) {
     expectWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 3, 25'000'000);
 }
-/// A thousand million in all.
+/// A thousand million in total.
 INSTANTIATE_TEST_SUITE_P(Scenes, MagnifiedScenesSoak,
                          testing::Combine(testing::ValuesIn(kScenes),
                                           testing::Values(LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear,

@@ -1,4 +1,4 @@
-// Quads that are settled at a glance: a coarseBound is never under what a closer look finds of the same quad, whatever lies in its texels.
+// The coarse bound of a quad is never below its refined bound, for any content of its texels.
 #include "verify/light_map/quad_coarse_bound.h"
 
 #include <gtest/gtest.h>

@@ -29,9 +29,9 @@ verify::LightMapScore scoreFor(const formats::LightMapStrip& band, const verify:
     return std::move(*score);
 }
 
-/// The bake through a layout's blocks and back, and what the verifier says of it.
+/// The bake, encoded by a layout and decoded, with the verifier's errors.
 struct Coded {
-    formats::Image<lighting::ShRgb> seen;
+    formats::Image<lighting::ShRgb> decoded;
     verify::StageError total;
 };
 Coded code(const formats::LightMapStrip& band, formats::LightMapLayout layout) {
@@ -52,12 +52,12 @@ Coded code(const formats::LightMapStrip& band, formats::LightMapLayout layout) {
     return {verifier->reconstruct(texels, 0, kHeight), verifier->verifyRows(texels, band, 0, kHeight).stages().back()};
 }
 
-TEST(LightMapScore, SaysWhatTheVerifierSaysOfOurOwnLayouts) {
+TEST(LightMapScore, AgreesWithTheVerifierForOurOwnLayouts) {
     for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::Night})
         for (const auto layout : {formats::LightMapLayout::Ratio, formats::LightMapLayout::Luvw, formats::LightMapLayout::Basis8}) {
             const auto band = synthetic::makeBand(kind, kWidth, 0, kHeight);
             const Coded coded = code(band, layout);
-            const auto errors = scoreFor(band).score(band, coded.seen.view(), 0);
+            const auto errors = scoreFor(band).score(band, coded.decoded.view(), 0);
             const auto diffuse = errors.diffuse.figures(), specular = errors.specular.figures();
             EXPECT_GT(diffuse.relRms, 1e-6);
             EXPECT_DOUBLE_EQ(diffuse.relRms, coded.total.diffuse.relRms);
@@ -80,7 +80,7 @@ TEST(LightMapScore, IsZeroForTheBakeAndTheScaleOfAScaledOne) {
     EXPECT_NEAR(errors.specular.figures().relRms, 0.25, 1e-6);
 }
 
-TEST(LightMapScore, BandsOfRowsMergeToTheWhole) {
+TEST(LightMapScore, StripsMergeToTheWhole) {
     const auto band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
     const auto score = scoreFor(band);
     formats::Image<lighting::ShRgb> result = band.sh.copy();
@@ -107,7 +107,7 @@ TEST(LightMapScore, TexelsOutsideChartsDoNotCountAndNotANumberIsTheWorst) {
     EXPECT_EQ(score.score(band, result.view(), 0).diffuse.figures().maxSampled, std::numeric_limits<double>::max());
 }
 
-TEST(LightMapScore, RefusesShadingThatIsNone) {
+TEST(LightMapScore, RefusesInvalidShading) {
     verify::LightMapShading shading;
     shading.normalCount = 0;
     EXPECT_FALSE(verify::LightMapScore::create(shading, 1).has_value());

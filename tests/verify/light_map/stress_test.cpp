@@ -1,5 +1,4 @@
-// Light that breaks encoders, in shapes that break loops, through every layout: what comes out is finite, and what the verifier proves
-// holds.
+// Extreme light in maps of awkward sizes, through every layout: results are finite, and within the verifier's bounds.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -72,7 +71,7 @@ const std::vector<Case>& cases() {
     return all;
 }
 
-/// Which texels of a width x height map are inside charts.
+/// Coverage patterns of a width x height map.
 struct Shape {
     const char* name;
     int width, height;
@@ -93,7 +92,7 @@ formats::LightMapStrip makeBand(const Light& light, const Shape& shape) {
     for (int y = 0; y < shape.height; ++y)
         for (int x = 0; x < shape.width; ++x) {
             band.covered.at(x, y) = shape.isCovered(x, y) ? 1 : 0;
-            // Outside charts anything is allowed.
+            // Uncovered texels may have any value.
             band.sh.at(x, y) = shape.isCovered(x, y) ? light(x, y) : constantLight(glm::vec3(std::numeric_limits<float>::quiet_NaN()));
         }
     return band;
@@ -106,7 +105,7 @@ void expectSound(const verify::ErrorFigures& figures) {
 
 class Stress : public testing::TestWithParam<LightMapLayout> {};
 
-TEST_P(Stress, WhatComesOutIsFiniteAndInsideTheBound) {
+TEST_P(Stress, ResultsAreFiniteAndWithinTheBound) {
     verify::LightMapShading shading;
     shading.m = {0.25};
     shading.viewCount = 4;

@@ -1,4 +1,4 @@
-// Our ASTC decoder held against libastcenc's: blocks that libastcenc made, and bits that nobody made. Every value must be the same half.
+// Our ASTC decoder against libastcenc's: on blocks that libastcenc encoded, and on random bits. Every value must be the same half.
 #include <astcenc.h>
 #include <gtest/gtest.h>
 
@@ -63,7 +63,7 @@ bool sameOrBothNan(const glm::vec4& a, const glm::vec4& b) {
     return true;
 }
 
-/// In the LDR profile libastcenc says NaN for an illegal block, and for a partition with HDR endpoints a magenta that went through its
+/// In the LDR profile libastcenc returns NaN for an illegal block, and for a partition with HDR endpoints a magenta that went through its
 /// interpolation (0xff00 / 0x10000); ours is the specification's (1, 0, 1, 1) in both.
 bool isLdrErrorColour(const glm::vec4& v) {
     return isAllNan(v) || v == glm::vec4(0.99609375f, 0, 0.99609375f, 0.99609375f);
@@ -86,7 +86,7 @@ Tally compare(PixelFormat format, astcenc_context* context, std::span<const std:
 
 class Astc : public testing::TestWithParam<PixelFormat> {};
 
-/// What is drawn into a test image; each makes the encoder choose other tools.
+/// Patterns of the test images; each makes the encoder use other modes.
 float pattern(int kind, int x, int y, int channel, std::mt19937& random) {
     const float noise = static_cast<float>(random() % 1024) / 1023.0f;
     switch (kind) {
@@ -164,7 +164,7 @@ std::vector<std::byte> randomBlocks(std::size_t count, const Bias& bias, unsigne
     return blocks;
 }
 
-/// Random bits reach what an encoder never writes.
+/// Random bits cover modes that an encoder never writes.
 void expectAlike(PixelFormat format, unsigned seed) {
     const formats::PixelFormatInfo& info = formats::info(format);
     const int across = 256, down = 256, width = across * info.blockWidth, height = down * info.blockHeight;

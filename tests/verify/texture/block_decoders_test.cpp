@@ -1,4 +1,4 @@
-// BC1 to BC7 held against OpenImageIO (which bundles a decoder by somebody else): random and adversarial blocks in large DDS files.
+// BC1 to BC7 against OpenImageIO (which bundles a third party's decoder): random and adversarial blocks in large DDS files.
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
@@ -62,7 +62,7 @@ std::vector<std::byte> makeBlocks(PixelFormat format, unsigned seed) {
             default:
                 break;
         }
-        // BC7's mode is the place of the lowest one: random bytes would hardly ever reach mode 7. Every ninth block is the reserved one.
+        // BC7's mode is the position of the lowest 1 bit: random bytes would hardly ever reach mode 7. Every ninth block is reserved.
         const unsigned mode = static_cast<unsigned>(block % 9);
         if (format == PixelFormat::Bc7)
             b[0] = mode == 8 ? std::byte{0}
@@ -99,9 +99,9 @@ Decoded throughOpenImageIO(PixelFormat format, std::span<const std::byte> blocks
     return decoded;
 }
 
-/// Calls judge(ours, theirs, channel, first byte of the block) for every value both have.
-template <class Judge>
-void compare(PixelFormat format, std::span<const std::byte> blocks, const Judge& judge) {
+/// Calls check(ours, theirs, channel, first byte of the block) for every value that both decode.
+template <class Check>
+void compare(PixelFormat format, std::span<const std::byte> blocks, const Check& check) {
     const Decoded theirs = throughOpenImageIO(format, blocks);
     formats::Image<glm::vec4> ours(kSize, 4);
     const std::size_t rowBytes = formats::bytesPerBlockRow(format, kSize);
@@ -116,15 +116,15 @@ void compare(PixelFormat format, std::span<const std::byte> blocks, const Judge&
                                            static_cast<std::size_t>(theirs.channelCount);
                     const std::size_t block =
                         static_cast<std::size_t>(x / 4) * static_cast<std::size_t>(formats::info(format).bytesPerBlock);
-                    judge(ours.at(x, y)[c] * scale, theirs.texels[at + static_cast<std::size_t>(c)], c, rowBlocks[block]);
+                    check(ours.at(x, y)[c] * scale, theirs.texels[at + static_cast<std::size_t>(c)], c, rowBlocks[block]);
                 }
     }
 }
 
-template <class Judge>
-void compare(PixelFormat format, const Judge& judge) {
+template <class Check>
+void compare(PixelFormat format, const Check& check) {
     const std::vector<std::byte> blocks = makeBlocks(format, static_cast<unsigned>(format) + 1u);
-    compare(format, blocks, judge);
+    compare(format, blocks, check);
 }
 
 class Bc6h : public testing::TestWithParam<PixelFormat> {};
@@ -158,24 +158,24 @@ TEST(BlockDecoders, AMillionBc7BlocksEqualOpenImageIOReservedModeIncluded) {
     EXPECT_GT(reserved, 1000000);
 }
 
-/// Theirs round in 8 bits, ours are the ideal values: never more than a step apart.
+/// Their values are rounded to 8 bits, ours are ideal: they differ by at most a step.
 class WithinOneStep : public testing::TestWithParam<PixelFormat> {};
 
 TEST_P(WithinOneStep, AMillionBlocksAgreeWithOpenImageIO) {
     double worst = 0;
     compare(GetParam(), [&](float ours, float theirs, int channel, std::byte) {
-        // Their BC1 is the one with a transparent black; ours is RGB, whose alpha is 1.
+        // Their BC1 has a transparent black; ours is RGB with alpha 1.
         if (GetParam() == PixelFormat::Bc1 && channel == 3) return;
         worst = std::max(worst, static_cast<double>(std::abs(ours - theirs)));
     });
     EXPECT_LE(worst, 1.0);
-    EXPECT_GT(worst, 0.1);  // they do round: a comparison with itself would be 0
+    EXPECT_GT(worst, 0.1);  // they round: comparing a decoder with itself would give 0
 }
 INSTANTIATE_TEST_SUITE_P(BlockDecoders, WithinOneStep,
                          testing::Values(PixelFormat::Bc1, PixelFormat::Bc3, PixelFormat::Bc4, PixelFormat::Bc5),
                          [](const auto& instance) { return std::string(formats::info(instance.param).name); });
 
-/// Whether a value of ours is the one that OpenImageIO has.
+/// Returns true if our value equals OpenImageIO's.
 bool agrees(PixelFormat format, float ours, float theirs, int channel) {
     if (formats::info(format).isFloat) return ours == theirs;
     if (format == PixelFormat::Bc7) return std::nearbyint(ours) == theirs && std::abs(ours - theirs) <= 1e-4f;
@@ -199,7 +199,7 @@ void decodeByCompress(PixelFormat format, const std::byte* block, compress::Deco
     }
 }
 
-/// Values that the encoders' own decoder sees otherwise than this one.
+/// Counts values for which the encoders' own decoder differs from this one.
 std::int64_t countOtherThanCompress(PixelFormat format, std::span<const std::byte> blocks) {
     const auto bytesPerBlock = static_cast<std::size_t>(formats::info(format).bytesPerBlock);
     const float tolerance = formats::info(format).isFloat ? 0.0f : 1e-6f;

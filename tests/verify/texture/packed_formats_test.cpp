@@ -1,4 +1,4 @@
-// Texels without blocks, against closed forms evaluated another way: every half, every code of the small floats, every unorm.
+// Formats without blocks against independent closed forms: every half, every code of the small floats, every unorm.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 
 using formats::PixelFormat;
 
-/// sign * 2^(e - bias) * (1 + m / 2^bits), subnormals and specials, by ldexp.
+/// Returns sign * 2^(e - bias) * (1 + m / 2^bits) by ldexp, with subnormals and special values.
 double smallFloatValue(std::uint32_t code, int exponentBits, int mantissaBits, bool hasSign) {
     const std::uint32_t mantissa = code & ((1u << mantissaBits) - 1), exponent = code >> mantissaBits & ((1u << exponentBits) - 1);
     const double sign = hasSign && (code >> (mantissaBits + exponentBits) & 1) != 0 ? -1 : 1;
@@ -83,7 +83,7 @@ TEST(PackedFormats, EveryUnormIsItsFraction) {
         EXPECT_EQ(decodeWord(PixelFormat::Rgba8Unorm, code << 16 | 0xff), glm::vec4(1, 0, static_cast<float>(code / 255.0), 0));
 }
 
-/// The inverse of the encoding function: encode(decode(code)) is the code again, and alpha is linear.
+/// encode(decode(code)) == code for every code, and alpha is linear.
 TEST(PackedFormats, EverySrgbCodeEncodesBack) {
     for (std::uint32_t code = 0; code < 256; ++code) {
         const glm::vec4 texel = decodeWord(PixelFormat::Rgba8Srgb, code | code << 24);

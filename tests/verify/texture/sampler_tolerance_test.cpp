@@ -1,5 +1,5 @@
-// The tolerance that the bounds leave to a sampler's BC1 to BC5, held against what GPUs of three makers were found to do: F. Giesen, GPU
-// BCn decoding, 2021 (fgiesen.wordpress.com/2021/10/04/gpu-bcn-decoding). Every pair of ends, every palette entry.
+// The sampler tolerance of BC1 to BC5 covers the decoders of three GPU vendors, as found by F. Giesen, GPU BCn decoding, 2021
+// (fgiesen.wordpress.com/2021/10/04/gpu-bcn-decoding). Every pair of endpoints, every palette entry.
 #include "verify/sampler_tolerance.h"
 
 #include <gtest/gtest.h>
@@ -15,19 +15,19 @@ namespace {
 
 using formats::PixelFormat;
 
-/// One channel's palette entry as a GPU sees it, in [0, 1] or [-1, 1].
-/// numerator  of steps, the way from a to b: 1 to steps - 1
+/// A GPU's rule for one channel of a palette entry: returns the value in [0, 1] or [-1, 1] at numerator / steps from a to b.
+/// numerator  1 to steps - 1
 using Entry = std::function<double(int a, int b, int numerator, int steps)>;
 
 int expanded(int value, int bits) {
     return value << (8 - bits) | value >> (2 * bits - 8);
 }
-/// A weight in 2^bits-ths, rounded, and the sum rounded to the ends' own unit.
+/// The rule of a vendor that rounds the weight to 2^bits-ths, and the sum to the endpoints' unit.
 int blended(int a, int b, int numerator, int steps, int bits) {
     const int one = 1 << bits, weight = static_cast<int>(std::lround(static_cast<double>(numerator) * one / steps));
     return ((one - weight) * a + weight * b + one / 2) >> bits;
 }
-/// The maker that goes from one of the ends by the least power of two there is, times a short factor: `start` and `difference` of such an
+/// The rule of a vendor that adds the difference of the endpoints times a short factor over a power of two: `start` and `difference` of an
 /// entry.
 struct FromAnEnd {
     int start, difference;
@@ -49,7 +49,7 @@ Entry eightBits(int endBits, int weightBits) {
         return blended(left, right, numerator, steps, weightBits) / 255.0;
     };
 }
-/// BC4 with weights in 2^bits-ths and a sum that keeps all its bits.
+/// The rule of a vendor whose BC4 has weights in 2^bits-ths and an unrounded sum.
 Entry exactSum(int weightBits, double scale) {
     return [=](int a, int b, int numerator, int steps) {
         const int one = 1 << weightBits;
@@ -86,7 +86,7 @@ std::vector<Gpu> gpus() {
             {"short factors", shortRed, shortGreen, shortAlpha, shortScalar, shortSigned}};
 }
 
-/// Largest part of what is allowed, and largest difference in codes of 255.
+/// Largest difference relative to the tolerance, and in codes of 255.
 struct Off {
     double part = 0, codes = 0;
     void add(double gpu, double ours, double allowed) {
@@ -95,7 +95,7 @@ struct Off {
     }
 };
 
-/// All of BC4's blocks, whose ends are a and b, under a GPU's rule.
+/// Compares all BC4 blocks with endpoints a and b under a GPU's rule.
 Off scalarOff(PixelFormat format, const Entry& gpu) {
     const bool isSigned = formats::info(format).isSigned;
     const FormatTolerance tolerance = toleranceOf(format);
@@ -125,7 +125,7 @@ Off scalarOff(PixelFormat format, const Entry& gpu) {
     return off;
 }
 
-/// All of BC1's, one channel at a time; which of the two palettes a block has is told by the whole of its ends.
+/// Compares all BC1 blocks, one channel at a time. The order of the complete endpoints selects the palette.
 Off colourOff(int channel, const Entry& gpu) {
     const int bits = channel == 1 ? 6 : 5, shift = channel == 0 ? 11 : channel == 1 ? 5 : 0;
     const FormatTolerance tolerance = toleranceOf(PixelFormat::Bc1);
@@ -146,7 +146,7 @@ Off colourOff(int channel, const Entry& gpu) {
     return off;
 }
 
-TEST(FormatTolerance, EveryGpuWhoseDecoderIsKnownStaysInsideIt) {
+TEST(FormatTolerance, CoversEveryGpuWithAKnownDecoder) {
     double most = 0;
     for (const Gpu& gpu : gpus()) {
         const std::array<std::pair<const char*, Off>, 6> offs = {{{"red", colourOff(0, gpu.red)},

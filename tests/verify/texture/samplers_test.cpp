@@ -61,7 +61,7 @@ TEST(SampleCube, TexelCentresGiveTheirTexels) {
     }
 }
 
-/// A sampler that clamped at the faces' edges, or took the wrong neighbour, would jump there.
+/// A sampler that clamps at the faces' edges, or takes the wrong neighbour, is discontinuous there.
 TEST(SampleCube, IsContinuousAcrossEdgesAndCorners) {
     std::mt19937 random(1);
     const int size = 4;
@@ -80,8 +80,8 @@ TEST(SampleCube, IsContinuousAcrossEdgesAndCorners) {
     }
 }
 
-/// A linear function of direction over the largest component is bilinear inside a face; near the edges only the neighbour's distortion is
-/// left.
+/// A linear function of direction over the largest component is bilinear within a face; near the edges only the neighbour's distortion
+/// remains.
 TEST(SampleCube, SmoothFunctionsComeOutSmoothEverywhere) {
     const auto function = [](int, int, int, const glm::dvec3& d) { return glm::vec4(d.x + 2 * d.y - d.z); };
     const auto cube = cubeOf(64, function);
@@ -92,7 +92,7 @@ TEST(SampleCube, SmoothFunctionsComeOutSmoothEverywhere) {
         const glm::dvec3 d = glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)));
         worst = std::max(worst, std::abs(static_cast<double>(sampleCube(cube, d).r) - (d.x + 2 * d.y - d.z)));
     }
-    // Curvature of a direction's component over half a texel (1/64) is under 1e-3; an edge adds a shift of at most a quarter of a texel.
+    // The curvature of a component over half a texel (1/64) is below 1e-3; an edge adds a shift of at most a quarter of a texel.
     EXPECT_LT(worst, 0.012);
 }
 
