@@ -92,7 +92,7 @@ private:
         }
         return blocks;
     }
-    /// Reserved modes are undefined in OpenGL. Our decoders follow Direct3D (tests/verify/texture/block_decoders_test.cpp).
+    /// Reserved modes are undefined in OpenGL. Our decoders follow Direct3D (tests/verify/texture/decode_bc_test.cpp).
     static void avoidReserved(PixelFormat format, std::vector<std::byte>& blocks) {
         const auto low = [&](std::size_t at) { return std::to_integer<unsigned>(blocks[at]) & 0x1f; };
         for (std::size_t at = 0; at + 16 <= blocks.size(); at += 16) {
