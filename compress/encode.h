@@ -1,53 +1,39 @@
-// Texels in, GPU blocks out: one call for every pixel format. Pure: no thread, no file; callers spread rows of blocks over threads.
-// The same texels give the same bytes however the rows were cut, provided cuts fall between blocks.
+// Encodes texels into GPU blocks: one call for every pixel format. Pure: no thread, no file; callers spread rows of blocks over threads.
+// The same texels give the same bytes no matter how the rows are cut, provided that cuts fall between blocks.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec4.hpp>
 #include <span>
 
+#include "compress/encode_options.h"
 #include "formats/image.h"
 #include "formats/pixel_format.h"
 
 namespace lightcook::compress {
 
-/// The domain in which the error of floating-point formats is minimised.
-enum class HdrMetric {
-    Log,      ///< log2(1 + x / scale): the default, relative for light, calm in the dark
-    Linear,   ///< x itself
-    Relative  ///< dx / (x + scale)
-};
-
-struct EncodeOptions {
-    int effort = 5;  ///< 0 (fastest) .. 9 (best)
-    HdrMetric hdrMetric = HdrMetric::Log;
-    float hdrScale = 1.0f;  ///< see HdrMetric
-    std::array<float, 4> channelWeights = {1, 1, 1, 1};
-    /// BC formats (others have nothing to repeat): the share by which the root of each row of blocks' weighted squared error may grow so
-    /// that blocks repeat and the file compresses better
-    float rdo = 0;
-};
-
-/// What had to be changed so that the format can hold it: never silently. Texels without significance are not counted.
+/// Counts the channel values that were clamped into the range of the format. Texels of significance 0 are not counted.
 struct EncodeReport {
-    std::int64_t clampedHigh = 0;      ///< channel values above the format's largest, or below minus that in a signed format
-    std::int64_t clampedNegative = 0;  ///< negative channel values in an unsigned format
+    std::int64_t clampedHigh = 0;      ///< above the format's largest value, or below its smallest in a signed format
+    std::int64_t clampedNegative = 0;  ///< below zero in an unsigned format
     void add(const EncodeReport& other) {
         clampedHigh += other.clampedHigh;
         clampedNegative += other.clampedNegative;
     }
 };
 
+/// Returns true for the formats to which EncodeOptions::rdo applies: BC1, BC3, BC4, BC5, BC6H and BC7.
+bool supportsRdo(formats::PixelFormat format);
+
 /// Encodes rows of blocks.
-/// texels        finite; scene-linear for float formats, in [0, 1] for unorm ones, in [-1, 1] for snorm ones; channels the format has not
-/// are ignored.
-///               Width and height need not be multiples of the block: missing texels repeat the edge and weigh nothing
-/// significance  weight >= 0 of each texel, same extent; a view without texels counts every texel as 1. Where a whole block weighs
-///               nothing it is encoded as if all its texels weighed 1
+/// texels        finite; scene-linear for float formats, in [0, 1] for unorm and in [-1, 1] for snorm formats. Channels that the format
+///               lacks are ignored. Width and height need not be multiples of the block size: missing texels repeat the edge and have
+///               weight 0
+/// significance  weight >= 0 of each texel, same extent; an empty view weights every texel by 1. A block whose texels all have weight 0
+///               is encoded as if they all had weight 1
 /// out           blocksDown * bytesPerBlockRow bytes
-/// decoded       receives what these blocks decode to, same extent; a view without texels asks for nothing
+/// decoded       receives the decoded blocks, same extent; an empty view skips decoding
 EncodeReport encodeRows(formats::PixelFormat format, formats::ImageView<const glm::vec4> texels,
                         formats::ImageView<const float> significance, const EncodeOptions& options, std::span<std::byte> out,
                         formats::ImageView<glm::vec4> decoded);

@@ -1,5 +1,7 @@
-// BC1, and the colour of BC3: two colours of 5, 6 and 5 bits, four values on the line between them, or (BC1 only) three.
-// The fourth index of the three-colour layout, black to some readers and transparent to others, is never used.
+// BC1, and the colour of BC3: two endpoint colours of 5, 6 and 5 bits, and a palette of four colours on the line between them, or (BC1
+// only) three. The fourth index of the three-colour mode is never used: some readers decode it to black, others to transparent.
+//
+// Blocks of one colour and, at effort 9, of two colours have closed searches here. All others go to the kernel in fit-inl.h.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -9,8 +11,9 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "compress/bc1/encode.cpp"
 #include <hwy/foreach_target.h>
-// After foreach_target, so that each target gets its own.
+// Must follow foreach_target: each target compiles its own copy.
 #include "compress/bc1/fit-inl.h"
+#include "compress/block/fit_blocks-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
@@ -19,16 +22,8 @@ namespace HWY_NAMESPACE {
 void fitBc1(std::span<const Block* const> blocks, const Bc1Search& search, const EncodeOptions& options, bool mayUseThree,
             Bc1Result* found) {
     using D = hn::ScalableTag<float>;
-    constexpr std::size_t kLanes = hn::MaxLanes(D());
     Bc1Fit<D> fit(search, options, mayUseThree);
-    std::array<const Block*, kLanes> lanes;
-    std::array<Bc1Result, kLanes> results;
-    for (std::size_t first = 0; first < blocks.size(); first += kLanes) {
-        // The last few fill a vector up with repeats of the very last.
-        for (std::size_t lane = 0; lane < kLanes; ++lane) lanes[lane] = blocks[std::min(first + lane, blocks.size() - 1)];
-        fit.run(lanes.data(), results.data());
-        std::copy_n(results.begin(), std::min(kLanes, blocks.size() - first), found + first);
-    }
+    fitBlocks<D>(blocks, found, [&](const Block* const* lanes, Bc1Result* results) { fit.run(lanes, results); });
 }
 
 }  // namespace HWY_NAMESPACE
@@ -44,8 +39,8 @@ HWY_EXPORT(fitBc1);
 
 constexpr std::array<int, 3> kLargestCode = {31, 63, 31};
 
-/// Place of every texel on the line between the ends, in steps: the nearest of steps + 1 values.
-void place(const Block& block, const EncodeOptions& options, const Bc1Result& found, int steps, std::array<int, kTexelCount>& step) {
+/// Assigns each texel to the nearest of the steps + 1 palette colours, counted in steps from the first endpoint.
+void assignSteps(const Block& block, const EncodeOptions& options, const Bc1Result& found, int steps, std::array<int, kTexelCount>& step) {
     std::array<float, 3> a, along;
     float length = 0;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -67,7 +62,8 @@ void place(const Block& block, const EncodeOptions& options, const Bc1Result& fo
     }
 }
 
-/// One colour: the pair of codes whose value a third (or half) of the way is nearest, channel by channel.
+/// Encodes a block of one colour. In each channel, searches for the pair of codes whose palette entry one step from the first endpoint
+/// (1/3 or 1/2 of the way) is nearest to the colour.
 Bc1Result fitConstant(const std::array<float, 3>& colour, const EncodeOptions& options, bool mayUseThree) {
     Bc1Result best;
     double bestError = INFINITY;
@@ -85,7 +81,7 @@ Bc1Result fitConstant(const std::array<float, 3>& colour, const EncodeOptions& o
             for (int a = 0; a <= largest; ++a) {
                 const int b = static_cast<int>(std::clamp((target - (1 - share) * a) / share, 0.0, static_cast<double>(largest)) + 0.5);
                 const double miss = std::abs((1 - share) * a + share * b - target);
-                // Of equal ones the pair closest together: hardware rounds the interpolation in its own way.
+                // Break ties by the smaller distance of the codes: GPUs round the interpolation differently.
                 if (miss < bestMiss - 1e-9 || (miss < bestMiss + 1e-9 && std::abs(a - b) < spread)) {
                     bestMiss = std::min(miss, bestMiss);
                     spread = std::abs(a - b);
@@ -103,7 +99,8 @@ Bc1Result fitConstant(const std::array<float, 3>& colour, const EncodeOptions& o
     return best;
 }
 
-/// The two whole ends, 0 .. largest, that come nearest to the targets at these shares of the way; returns the error.
+/// Finds the two integer endpoints, 0 .. largest, with the least weighted squared error for two targets at the given shares of the way
+/// from first to second. Returns the error.
 double bestEnds(const std::array<double, 2>& target, const std::array<double, 2>& weight, const std::array<double, 2>& share, int largest,
                 std::uint8_t& first, std::uint8_t& second) {
     double best = INFINITY;
@@ -129,8 +126,9 @@ double bestEnds(const std::array<double, 2>& target, const std::array<double, 2>
     return best;
 }
 
-/// A block of two colours: ends for every pair of places that they may take on the line. Channels have nothing to do with one another once
-/// the places are chosen, and for a first end the best second one lies beside the minimum of a parabola.
+/// Encodes a block of two colours with the least possible error. Tries every pair of palette positions for the two colours. Given the
+/// positions, channels are independent, and for each first endpoint the error is a parabola in the second one, so only the two integers
+/// beside its minimum need a test.
 Bc1Result fitTwoColours(const Block& block, const TwoColours& two, const EncodeOptions& options, bool mayUseThree) {
     std::array<double, 2> colourWeight{};
     for (std::size_t t = 0; t < kTexelCount; ++t)
@@ -140,7 +138,7 @@ Bc1Result fitTwoColours(const Block& block, const TwoColours& two, const EncodeO
     double bestError = INFINITY;
     for (const int steps : {3, 2}) {
         if (steps == 2 && !mayUseThree) continue;
-        // A pair that falls is one that rises, seen from the other end.
+        // i <= j suffices: swapping the endpoints mirrors the positions.
         for (int i = 0; i <= steps; ++i)
             for (int j = i; j <= steps; ++j) {
                 Bc1Result trial;
@@ -165,16 +163,18 @@ std::uint32_t packed565(const std::array<std::uint8_t, 3>& code) {
     return static_cast<std::uint32_t>(code[0] << 11 | code[1] << 5 | code[2]);
 }
 
-/// constant: all texels one step from the first end.
+/// Packs a block.
+/// constant          puts all texels one step from the first endpoint
+/// orderTellsLayout  BC1: first > second selects four colours, else three. BC3 has four colours whatever the order
 void pack(const Block& block, const EncodeOptions& options, const Bc1Result& found, bool constant, bool orderTellsLayout, std::byte* out) {
     const int steps = found.threeColours ? 2 : 3;
     std::array<int, kTexelCount> step;
     if (constant)
         step.fill(1);
     else
-        place(block, options, found, steps, step);
+        assignSteps(block, options, found, steps, step);
     std::uint32_t first = packed565(found.first), second = packed565(found.second);
-    // A rising pair means three colours; equal ones do too, but then every index below 3 is the same colour.
+    // Equal endpoints select three colours as well, but then all indices below 3 are the same colour.
     const bool swap = orderTellsLayout && (found.threeColours ? first > second : first < second);
     const bool equal = first == second;
     if (swap) std::swap(first, second);
@@ -202,7 +202,7 @@ void encodeColours(std::span<const Block> blocks, const EncodeOptions& options, 
     };
     run(sorted.varied, options.effort);
     run(sorted.insignificant, 0);
-    // Constant blocks come in runs (outside charts): what was found for the last colour serves the next.
+    // Constant blocks come in runs (outside charts): reuse the result of the last colour.
     std::array<float, 3> colour = {-1, -1, -1};
     Bc1Result found;
     for (const auto& [block, texel] : sorted.constant) {
@@ -216,16 +216,21 @@ void encodeColours(std::span<const Block> blocks, const EncodeOptions& options, 
 }  // namespace
 
 const Bc1Search& bc1SearchOf(int effort) {
-    static constexpr std::array<Bc1Search, 10> kSearches = {{{0, 1, 0, false, false, false},
-                                                             {1, 1, 0, false, false, false},
-                                                             {2, 1, 0, false, false, false},
-                                                             {2, 1, 1, false, false, false},
-                                                             {2, 1, 1, true, false, false},
-                                                             {2, 1, 3, true, true, false},
-                                                             {2, 2, 4, true, true, false},
-                                                             {2, 4, 6, true, true, false},
-                                                             {2, 6, 8, true, true, false},
-                                                             {4, 6, 24, true, true, true}}};
+    // clang-format off
+    static constexpr std::array<Bc1Search, 10> kSearches = {{
+        // refits starts passes threeColours diagonals twoColours
+        {       0,     1,     0,      false,    false,     false},  // effort 0
+        {       1,     1,     0,      false,    false,     false},
+        {       2,     1,     0,      false,    false,     false},
+        {       2,     1,     1,      false,    false,     false},
+        {       2,     1,     1,       true,    false,     false},
+        {       2,     1,     3,       true,     true,     false},  // effort 5
+        {       2,     2,     4,       true,     true,     false},
+        {       2,     4,     6,       true,     true,     false},
+        {       2,     6,     8,       true,     true,     false},
+        {       4,     6,    24,       true,     true,      true},  // effort 9
+    }};
+    // clang-format on
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
 

@@ -1,5 +1,14 @@
-// The kernel of BC1 and of BC3's colour: as many blocks as a vector has lanes, side by side. No lane ever meets another, and every step is
-// a plain IEEE operation: the same bits at any width. Colours are in [0, 1], each channel scaled by the root of its weight.
+// The BC1 kernel (BC1, and the colour of BC3), one block in each lane. Colours are in [0, 1], each channel scaled by the square root of its
+// weight, so that a squared distance is a weighted squared error.
+//
+// Method, for the four-colour mode and, in BC1, the three-colour mode:
+// 1. Start endpoints lie on the principal axis of the texels, at the outermost projections. Several starts move them inwards by fixed
+//    shares of the range (kBc1Starts), because outermost endpoints waste palette entries on single texels.
+// 2. Each start is refined by alternating two steps: assign every texel to its nearest palette entry, then solve the least-squares
+//    endpoints for these assignments and round them to 5, 6 and 5 bits. (As in stb_dxt's stb__RefineBlock.)
+// 3. Coordinate descent on the integer endpoint codes: single steps of each code, at higher effort also of both codes of a channel,
+//    for as long as the exact error falls.
+// The best candidate of all starts and both modes wins.
 #if defined(LIGHTCOOK_COMPRESS_BC1_FIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC1_FIT_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC1_FIT_INL_H_
@@ -13,6 +22,7 @@
 
 #include "compress/bc1/search.h"
 #include "compress/block/block.h"
+#include "compress/block/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
@@ -20,20 +30,20 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 template <class D>
-class Bc1Fit {
-    using F = hn::Vec<D>;
-    using DI = hn::RebindToSigned<D>;
-    using M = hn::Mask<D>;
+class Bc1Fit : Lanes<D> {
+    using typename Lanes<D>::F, typename Lanes<D>::M;
+    using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::clamp;
 
 public:
     Bc1Fit(const Bc1Search& search, const EncodeOptions& options, bool mayUseThree) : search_(search), mayUseThree_(mayUseThree) {
         for (std::size_t c = 0; c < 3; ++c) {
             scale_[c] = std::sqrt(options.channelWeights[c]);
-            // A channel without weight keeps a little, so that nothing divides by zero.
+            // Avoid divisions by zero for a channel of weight 0.
             scale_[c] = scale_[c] > 1e-6f ? scale_[c] : 1e-6f;
         }
     }
 
+    /// Encodes Lanes(d) blocks.
     void run(const Block* const* blocks, Bc1Result* found) {
         load(blocks);
         startEnds();
@@ -50,9 +60,6 @@ private:
         F error;
         F code[2][3];
     };
-    static HWY_INLINE F set(float value) { return hn::Set(D(), value); }
-    static HWY_INLINE F zero() { return hn::Zero(D()); }
-    static HWY_INLINE F clamp(F value, F low, F high) { return hn::Min(hn::Max(value, low), high); }
     static constexpr float largestCode(int c) { return c == 1 ? 63.0f : 31.0f; }
     static Candidate nothing() {
         Candidate candidate;
@@ -80,7 +87,8 @@ private:
         }
     }
 
-    /// Ends of the principal axis, by power iteration from the row of the largest diagonal.
+    /// Sets start_ to the outermost projections of the texels onto their principal axis. The axis is found by power iteration on the
+    /// covariance matrix, starting with the matrix row of the largest diagonal element.
     void startEnds() {
         F total = zero(), mean[3] = {zero(), zero(), zero()};
         for (int t = 0; t < kTexelCount; ++t) {
@@ -136,7 +144,8 @@ private:
         }
     }
 
-    /// Fills in the error, each texel at the nearest of kSteps + 1 values; position, where wanted, receives which, in [0, 1].
+    /// Computes the error of a candidate, with each texel at the nearest of kSteps + 1 palette entries. position, if not null, receives
+    /// the entry of each texel as a position on the line in [0, 1].
     template <int kSteps>
     void evaluate(Candidate& candidate, F* position) const {
         F a[3], d[3];
@@ -154,7 +163,7 @@ private:
         candidate.error = error;
     }
 
-    /// Least-squares ends for texels at these positions, as codes.
+    /// Computes the least-squares endpoints for texels at these positions, rounded to codes.
     void refit(const F* position, Candidate& candidate) const {
         F total = set(1e-30f), meanK = zero(), mean[3] = {zero(), zero(), zero()};
         for (int t = 0; t < kTexelCount; ++t) {
@@ -178,6 +187,7 @@ private:
         }
     }
 
+    /// Searches the mode of kSteps + 1 colours.
     template <int kSteps>
     void fit(Candidate& best) const {
         for (int start = 0; start < search_.starts; ++start) {
@@ -202,7 +212,7 @@ private:
         }
     }
 
-    /// One step of each code, and of both codes of a channel, wherever that helps. False when no lane moved.
+    /// Runs one pass of coordinate descent. Returns false if no lane improved.
     template <int kSteps>
     bool descend(Candidate& best) const {
         constexpr float kMoves[8][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, 1}, {-1, 1}, {1, -1}};
@@ -237,7 +247,7 @@ private:
     bool mayUseThree_;
     float scale_[3];
     F value_[3][kTexelCount], weight_[kTexelCount];
-    F start_[2][3];
+    F start_[2][3];  ///< endpoints on the principal axis
 };
 
 }  // namespace HWY_NAMESPACE

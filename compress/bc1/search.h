@@ -1,4 +1,4 @@
-// What the encoder of BC1's and BC3's colours searches at each effort, and what it finds.
+// Search parameters of the BC1 encoder (BC1, and the colour of BC3) at each effort, and its result.
 #pragma once
 
 #include <array>
@@ -7,22 +7,23 @@
 namespace lightcook::compress {
 
 struct Bc1Search {
-    int refits;         ///< least-squares steps
-    int starts;         ///< of kBc1Starts
-    int passes;         ///< of neighbours, at most
-    bool threeColours;  ///< also the layout with the value half-way, where the format has it
-    bool diagonals;     ///< neighbours that move both ends of a channel
-    bool twoColours;    ///< blocks of two colours get the best ends there are
+    int refits;         ///< least-squares steps from each start
+    int starts;         ///< number of kBc1Starts tried
+    int passes;         ///< maximum number of coordinate-descent passes
+    bool threeColours;  ///< also tries the three-colour mode, in BC1
+    bool diagonals;     ///< descent also moves both endpoints of a channel at once
+    bool twoColours;    ///< blocks of two colours are encoded with the least possible error
 };
 
 struct Bc1Result {
-    std::array<std::uint8_t, 3> first{}, second{};  ///< codes of 5, 6 and 5 bits
+    std::array<std::uint8_t, 3> first{}, second{};  ///< endpoints in 5, 6 and 5 bits
     bool threeColours = false;
 };
 
-/// Shares of the range by which the ends are drawn in at the start.
+/// Start endpoints: the shares of the range by which the low and the high end are moved inwards.
 inline constexpr std::array<std::array<float, 2>, 6> kBc1Starts = {{{0, 0}, {0.1f, 0.1f}, {0.15f, 0}, {0, 0.15f}, {0.3f, 0}, {0, 0.3f}}};
 
+/// Returns the parameters of an effort, 0 .. 9.
 const Bc1Search& bc1SearchOf(int effort);
 
 }  // namespace lightcook::compress

@@ -1,4 +1,5 @@
-// BC4, BC5 (of either sign), and the alpha of BC3: one channel on a line between two bytes, in 8 steps, or in 6 with the extremes exact.
+// BC4, BC5 (unsigned and signed), and the alpha of BC3: one channel, with a palette of eight values between two bytes, or of six values
+// between them and the two extremes of the format. At effort 9 an exhaustive search follows the kernel.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -9,10 +10,11 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "compress/bc4/encode.cpp"
 #include <hwy/foreach_target.h>
-// After foreach_target, so that each target gets its own.
+// Must follow foreach_target: each target compiles its own copy.
 #include "compress/bc4/exact-inl.h"
 #include "compress/bc4/fit-inl.h"
 #include "compress/bc4/rows-inl.h"
+#include "compress/block/fit_blocks-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
@@ -20,16 +22,8 @@ namespace HWY_NAMESPACE {
 
 void fitBc4(std::span<const Block* const> blocks, std::size_t channel, const Bc4Search& search, const Bc4Codes& codes, Bc4Result* found) {
     using D = hn::ScalableTag<float>;
-    constexpr std::size_t kLanes = hn::MaxLanes(D());
     Bc4Fit<D> fit(search, codes);
-    std::array<const Block*, kLanes> lanes;
-    std::array<Bc4Result, kLanes> results;
-    for (std::size_t first = 0; first < blocks.size(); first += kLanes) {
-        // The last few fill a vector up with repeats of the very last.
-        for (std::size_t lane = 0; lane < kLanes; ++lane) lanes[lane] = blocks[std::min(first + lane, blocks.size() - 1)];
-        fit.run(lanes.data(), channel, results.data());
-        std::copy_n(results.begin(), std::min(kLanes, blocks.size() - first), found + first);
-    }
+    fitBlocks<D>(blocks, found, [&](const Block* const* lanes, Bc4Result* results) { fit.run(lanes, channel, results); });
 }
 
 template <int kChannels>
@@ -70,20 +64,20 @@ HWY_EXPORT(fitBc4Rows);
 HWY_EXPORT(fitBc5Rows);
 HWY_EXPORT(searchBc4);
 
-/// One channel of a block, in units of a code.
+/// One channel of a block, in codes.
 struct Channel {
-    float largest;  ///< code: they begin at 0
+    float largest;  ///< the largest code; the smallest is 0
     alignas(64) std::array<float, kTexelCount> value;
 };
 
 using Candidate = Bc4Result;
 
-/// The byte of a code: two's complement where there is a sign. The signed formats' other -1, byte -128, is never written.
+/// Returns the byte of a code, two's complement in signed formats. Byte -128, a second -1, is never written.
 std::uint32_t byteOf(int code, const Bc4Codes& codes) {
     return static_cast<std::uint32_t>(code - static_cast<int>(codes.offset)) & 0xff;
 }
 
-/// Bytes of a block whose indices are known.
+/// Packs a block whose indices are known.
 void packKnown(const Candidate& fitted, const Bc4Codes& codes, std::byte* out) {
     const auto first = byteOf(fitted.sixSteps ? fitted.low : fitted.high, codes);
     const auto second = static_cast<std::uint64_t>(byteOf(fitted.sixSteps ? fitted.high : fitted.low, codes));
@@ -91,9 +85,10 @@ void packKnown(const Candidate& fitted, const Bc4Codes& codes, std::byte* out) {
     for (int i = 0; i < 8; ++i) out[i] = static_cast<std::byte>(bits >> (8 * i));
 }
 
+/// Packs a block after choosing the index of each texel.
 void pack(const Channel& channel, const Candidate& fitted, const Bc4Codes& codes, std::byte* out) {
     BitWriter bits;
-    // The order of the ends tells the layout: falling for 8 values, rising (or equal) for 6.
+    // first > second selects eight values, else six.
     const int first = fitted.sixSteps ? fitted.low : fitted.high, second = fitted.sixSteps ? fitted.high : fitted.low;
     bits.put(byteOf(first, codes), 8);
     bits.put(byteOf(second, codes), 8);
@@ -124,16 +119,21 @@ Channel channelOf(const Block& block, std::size_t channelIndex, const Bc4Codes& 
 }  // namespace
 
 const Bc4Search& bc4SearchOf(int effort) {
-    static constexpr std::array<Bc4Search, 10> kSearches = {{{3, 0, 0, 0, 3, 0, 0, 0, false, false, false},
-                                                             {8, 4, 3, 4, 8, 0, 0, 0, false, true, false},
-                                                             {12, 8, 3, 6, 12, 0, 1, 1, false, true, false},
-                                                             {16, 16, 4, 8, 16, 0, 2, 1, false, true, false},
-                                                             {16, 16, 4, 8, 8, 1, 3, 1, true, true, false},
-                                                             {16, 12, 4, 6, 4, 1, 4, 1, true, true, false},
-                                                             {16, 16, 4, 8, 4, 2, 4, 2, true, true, false},
-                                                             {24, 24, 4, 12, 4, 2, 6, 2, true, true, false},
-                                                             {24, 24, 4, 16, 2, 2, 6, 2, true, true, false},
-                                                             {16, 6, 4, 4, 4, 2, 3, 2, true, true, true}}};
+    // clang-format off
+    static constexpr std::array<Bc4Search, 10> kSearches = {{
+        // starts plainStarts nears nearStarts startsPerDescent refits passes reach polishEach sixSteps exhaustive
+        {       3,          0,    0,         0,               3,     0,     0,    0,     false,   false,     false},  // effort 0
+        {       8,          4,    3,         4,               8,     0,     0,    0,     false,    true,     false},
+        {      12,          8,    3,         6,              12,     0,     1,    1,     false,    true,     false},
+        {      16,         16,    4,         8,              16,     0,     2,    1,     false,    true,     false},
+        {      16,         16,    4,         8,               8,     1,     3,    1,      true,    true,     false},
+        {      16,         12,    4,         6,               4,     1,     4,    1,      true,    true,     false},  // effort 5
+        {      16,         16,    4,         8,               4,     2,     4,    2,      true,    true,     false},
+        {      24,         24,    4,        12,               4,     2,     6,    2,      true,    true,     false},
+        {      24,         24,    4,        16,               2,     2,     6,    2,      true,    true,     false},
+        {      16,          6,    4,         4,               4,     2,     3,    2,      true,    true,      true},  // effort 9
+    }};
+    // clang-format on
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
 

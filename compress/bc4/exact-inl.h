@@ -1,10 +1,14 @@
-// The pair of ends with the least error of all, for one channel of one block at a time: boxes of pairs side by side in the lanes of a
-// vector. A box of ends, each from an interval s codes wide, moves every value between them by at most (s - 1) / 2 from where the middle of
-// the box has it. So an error measured at the middle, each texel let off that much, is below that of every pair in the box. Boxes of 16 x
-// 16 codes that could hold something as good as what is known are cut into 4 x 4, and those into pairs.
+// BC4: exhaustive search for the pair of endpoints with the least error, for one channel of one block. Branch and bound: lanes hold boxes
+// of endpoint pairs.
 //
-// What is found is the least by (error, layout, low, high) however wide the vectors are: a lane's error never meets another's, and only
-// what is certainly worse is left out.
+// Bound: in a box, both endpoints come from intervals of s codes. Any palette entry between them differs by at most (s - 1) / 2 from the
+// entry of the pair in the middle of the box. So the error of the middle pair, with the distance of each texel reduced by (s - 1) / 2, is a
+// lower bound of the error of every pair in the box.
+// Order: boxes of 16 x 16 codes first; those whose bound does not exceed the best known error are cut into boxes of 4 x 4, and these into
+// single pairs.
+//
+// The result is the smallest (error, mode, low, high) at any vector width: lanes are independent, and only boxes that are certainly worse
+// are pruned.
 #if defined(LIGHTCOOK_COMPRESS_BC4_EXACT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC4_EXACT_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC4_EXACT_INL_H_
@@ -19,6 +23,7 @@
 
 #include "compress/bc4/search.h"
 #include "compress/block/block.h"
+#include "compress/block/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
@@ -26,18 +31,19 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 template <class D>
-class Bc4Exact {
-    using F = hn::Vec<D>;
+class Bc4Exact : Lanes<D> {
+    using typename Lanes<D>::F;
+    using Lanes<D>::set;
 
 public:
     explicit Bc4Exact(const Bc4Codes& codes) : codes_(codes) {}
 
-    /// Where found holds ends of this channel of the block, they become the best of all; its indices are left as they were.
+    /// Replaces the endpoints in found, a result for this channel of the block, by the best ones. Does not update its indices.
     void run(const Block& block, std::size_t channel, Bc4Result& found) {
         load(block, channel);
         best_ = found;
-        best_.error = hn::GetLane(found.sixSteps ? errorOf<true>(set(found.low), set(found.high), 0)
-                                                 : errorOf<false>(set(found.low), set(found.high), 0));
+        const F low = set(static_cast<float>(found.low)), high = set(static_cast<float>(found.high));
+        best_.error = hn::GetLane(found.sixSteps ? errorOf<true>(low, high, 0) : errorOf<false>(low, high, 0));
         if (best_.error > kRounding * kRounding * totalWeight_) {
             search<false>();
             search<true>();
@@ -46,15 +52,12 @@ public:
     }
 
 private:
-    static constexpr int kSide = 16, kSmallSide = 4;  ///< of boxes, in codes
+    static constexpr int kSide = 16, kSmallSide = 4;  ///< sides of the boxes [codes]
     static constexpr int kBoxes = 256 / kSide * (256 / kSide + 1) / 2;
-    static constexpr float kRounding = 1e-4f;        ///< how far a distance may be off, in codes
-    static constexpr float kSumRounding = 1.00001f;  ///< ... and a sum, of itself
+    static constexpr float kRounding = 1e-4f;        ///< upper bound of the rounding error of a distance [codes]
+    static constexpr float kSumRounding = 1.00001f;  ///< upper bound of the relative rounding error of a sum
 
-    static HWY_INLINE F set(float value) { return hn::Set(D(), value); }
-    static HWY_INLINE F set(int value) { return hn::Set(D(), static_cast<float>(value)); }
-
-    /// Values that count, each once, with the weight of all texels that have it.
+    /// Collects the distinct values of the significant texels, each with the total weight of its texels.
     void load(const Block& block, std::size_t channel) {
         count_ = 0;
         totalWeight_ = 0;
@@ -73,12 +76,12 @@ private:
         }
     }
 
-    /// Error of these ends, each texel let off as many codes.
+    /// Returns the error of these endpoints, with the distance of each texel reduced by `tolerance` codes.
     template <bool kSix>
-    HWY_INLINE F errorOf(F low, F high, float letOff) const {
+    HWY_INLINE F errorOf(F low, F high, float tolerance) const {
         constexpr float kSteps = kSix ? 5.0f : 7.0f;
         const F range = high - low, scale = set(kSteps) / hn::Max(range, set(0.5f)), unit = range * set(1.0f / kSteps);
-        const F zero = hn::Zero(D()), last = set(kSteps), off = set(letOff), largest = set(codes_.largest);
+        const F zero = hn::Zero(D()), last = set(kSteps), off = set(tolerance), largest = set(codes_.largest);
         F error = zero;
         for (std::size_t i = 0; i < count_; ++i) {
             const F value = set(value_[i]), above = value - low;
@@ -98,7 +101,7 @@ private:
                 std::size_t n = 0;
                 for (int a = 0; a < 256; a += kSide)
                     for (int b = a; b < 256; b += kSide) low[n] = static_cast<float>(a), high[n++] = static_cast<float>(b);
-                // Vectors reach beyond the last.
+                // Loads of whole vectors read beyond the last box.
                 for (; n < kBoxes + 64; ++n) low[n] = high[n] = 0;
             }
         };
@@ -116,7 +119,7 @@ private:
 
     bool mayHold(float bound) const { return bound <= best_.error * kSumRounding; }
 
-    /// Places of a side x side grid, row by row, in steps of `step`.
+    /// The pairs of a 4 x 4 grid, row by row, in steps of kStep codes.
     template <int kStep>
     struct Grid {
         static constexpr std::size_t kCount = 16;
@@ -157,7 +160,7 @@ private:
         }
     }
 
-    /// Eight steps need two different ends, or the bytes would mean the other layout.
+    /// Keeps a pair where it is valid and better. The eight-value mode needs low < high: equal bytes select the six-value mode.
     template <bool kSix>
     void take(int low, int high, float error) {
         if (low > high || (!kSix && low == high) || high > static_cast<int>(codes_.largest)) return;

@@ -1,4 +1,4 @@
-// BC4 and BC5 from rows of texels to packed blocks without leaving the lanes, as many neighbouring blocks as a vector has lanes.
+// Encodes rows of texels as BC4 or BC5 without gathering blocks: neighbouring blocks are loaded into lanes, fitted (fit-inl.h) and packed.
 #if defined(LIGHTCOOK_COMPRESS_BC4_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC4_ROWS_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC4_ROWS_INL_H_
@@ -6,12 +6,19 @@
 #define LIGHTCOOK_COMPRESS_BC4_ROWS_INL_H_
 #endif
 
+#include <hwy/highway.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
 #include "compress/bc4/fit-inl.h"
 #include "compress/block/texel_rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
 namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
 
 template <class D, int kChannels>
 class Bc4Rows {
@@ -23,11 +30,11 @@ public:
     Bc4Rows(const Bc4Search& search, const Bc4Codes& codes)
         : fit_(search, codes), least_((0 - codes.offset) / codes.scale), most_((codes.largest - codes.offset) / codes.scale) {}
 
-    /// Codes Lanes(d) blocks side by side.
+    /// Encodes Lanes(d) blocks.
     /// texels   four rows of 4 Lanes(d) texels of four floats
     /// weights  four rows of significance, or null for 1 everywhere
-    /// out      two words a block and channel
-    /// Returns whether a value lay outside the format's range, and was clamped.
+    /// out      two words for each block and channel
+    /// Returns true if a value was clamped into the range of the format.
     bool run(const std::array<const float*, 4>& texels, const std::array<const float*, 4>* weights, std::uint32_t* out) {
         const bool clamped = load(texels);
         F weight[kTexelCount];
@@ -69,7 +76,7 @@ private:
     }
 
     Bc4Fit<D> fit_;
-    float least_, most_;  ///< of the format
+    float least_, most_;  ///< range of the format
     F value_[kChannels][kTexelCount];
 };
 

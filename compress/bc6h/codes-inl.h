@@ -1,4 +1,7 @@
-// BC6H: modes, and the codes of a line's ends in them, in lanes.
+// BC6H: endpoints as codes of a mode, and back to v. Lanes may have different modes.
+//
+// A mode stores the first endpoint in endpointBits and, if transformed, the others as differences from it (deltas), which have to fit into
+// fewer bits. finestMode picks the mode of the highest precision whose deltas can hold the given lines.
 #if defined(LIGHTCOOK_COMPRESS_BC6H_CODES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC6H_CODES_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC6H_CODES_INL_H_
@@ -11,6 +14,7 @@
 #include "compress/bc6h/modes.h"
 #include "compress/bc6h/regions-inl.h"
 #include "compress/bc6h/values-inl.h"
+#include "compress/block/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
@@ -18,24 +22,22 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 template <class D, bool kSigned>
-class Bc6hCodes {
-    using F = hn::Vec<D>;
-    using DI = hn::RebindToSigned<D>;
-    using I = hn::Vec<DI>;
-    using M = hn::Mask<D>;
+class Bc6hCodes : Lanes<D> {
+    using typename Lanes<D>::F, typename Lanes<D>::M, typename Lanes<D>::DI, typename Lanes<D>::I;
+    using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::clamp, Lanes<D>::select;
     using Values = Bc6hValues<D, kSigned>;
     using Line = Bc6hLine<D>;
 
 public:
-    /// The steps of a mode's precision, lane by lane.
+    /// Quantization of the endpoints.
     struct Scale {
         F step, inverseStep, largestCode;
         M exact;  ///< 16 bits: the code is v itself
     };
-    /// What a mode asks of the codes, lane by lane.
+    /// The mode of each lane.
     struct ModeLanes : Scale {
-        I index;
-        F deltaLimit[3];
+        I index;          ///< of kBc6hModes
+        F deltaLimit[3];  ///< deltas are at least -limit and below the limit
     };
 
     static ModeLanes modeLanes(int modeIndex) {
@@ -50,6 +52,7 @@ public:
         lanes.exact = set(static_cast<float>(mode.endpointBits)) > set(15.5f);
         return lanes;
     }
+    /// Replaces the mode where the mask is set.
     static void overrideWhere(M mask, const ModeLanes& with, ModeLanes& lanes) {
         lanes.index = hn::IfThenElse(hn::RebindMask(DI(), mask), with.index, lanes.index);
         lanes.step = select(mask, with.step, lanes.step);
@@ -59,7 +62,8 @@ public:
         lanes.exact = hn::Or(hn::AndNot(mask, lanes.exact), hn::And(mask, with.exact));
     }
 
-    /// Code whose value is nearest to v: values lie in the middle of their step, but those of 0 and of the largest code at the very ends.
+    /// Returns the code whose value is nearest to v. Values lie in the middle of their step, except for code 0 and the largest code, whose
+    /// values are the ends of the scale.
     static HWY_INLINE F codeOf(F v, const Scale& mode) {
         const F scaled = hn::Abs(v) * mode.inverseStep;
         F code = hn::Floor(scaled);
@@ -68,16 +72,17 @@ public:
         code = select(mode.exact, hn::Round(scaled), hn::Min(code, mode.largestCode));
         return kSigned ? hn::CopySign(code, v) : code;
     }
+    /// Returns the v that a code stands for.
     static HWY_INLINE F valueOf(F code, const Scale& mode) {
         const F magnitude = kSigned ? hn::Abs(code) : code;
         F v = (magnitude + set(0.5f)) * mode.step;
         v = select(magnitude == zero(), zero(), v);
         v = select(magnitude >= mode.largestCode, set(Values::kLargest), v);
-        // At sixteen bits there is nothing to scale.
         v = select(mode.exact, magnitude, v);
         return kSigned ? hn::CopySign(v, code) : v;
     }
 
+    /// Rounds the ends of the lines to codes. code[2r] and code[2r + 1] are the ends of region r.
     template <class Regions>
     static void codesOf(const Regions&, const Line* lines, const ModeLanes& mode, F (*code)[3]) {
         for (int r = 0; r < Regions::kCount; ++r)
@@ -86,6 +91,7 @@ public:
                 code[2 * r + 1][c] = codeOf(lines[r].a[c] + lines[r].d[c], mode);
             }
     }
+    /// Returns the lanes whose deltas the mode can store.
     template <class Regions>
     static M deltasFit(const Regions&, const F (*code)[3], const ModeLanes& mode) {
         M fits = zero() == zero();
@@ -96,6 +102,7 @@ public:
             }
         return fits;
     }
+    /// Clamps the endpoints so that the mode can store their deltas.
     template <class Regions>
     static void clampDeltas(const Regions&, const ModeLanes& mode, F (*code)[3]) {
         const F low = kSigned ? zero() - mode.largestCode : zero();
@@ -105,6 +112,7 @@ public:
                 code[e][c] = clamp(bounded, low, mode.largestCode);
             }
     }
+    /// Computes the lines that the codes stand for.
     template <class Regions>
     static void linesOf(const Regions&, const F (*code)[3], const ModeLanes& mode, Line* lines) {
         for (int r = 0; r < Regions::kCount; ++r)
@@ -114,10 +122,10 @@ public:
             }
     }
 
-    /// The finest mode whose deltas hold these lines, lane by lane.
+    /// Returns the finest mode whose deltas hold these lines, for each lane.
     template <class Regions>
     static ModeLanes finestMode(const Regions& regions, const Line* lines) {
-        // From coarse to fine; the first needs no deltas and always holds.
+        // From coarse to fine. The first mode has no deltas, so it holds any lines.
         constexpr int kOne[] = {10, 11, 12, 13}, kTwo[] = {9, 1, 6, 7, 8, 5, 0, 2, 3, 4};
         const std::span<const int> order = Regions::kCount == 1 ? std::span<const int>(kOne) : std::span<const int>(kTwo);
         ModeLanes mode = modeLanes(order[0]);
@@ -132,12 +140,6 @@ public:
         }
         return mode;
     }
-
-private:
-    static HWY_INLINE F set(float value) { return hn::Set(D(), value); }
-    static HWY_INLINE F zero() { return hn::Zero(D()); }
-    static HWY_INLINE F clamp(F value, F low, F high) { return hn::Min(hn::Max(value, low), high); }
-    static HWY_INLINE F select(M mask, F yes, F no) { return hn::IfThenElse(mask, yes, no); }
 };
 
 }  // namespace HWY_NAMESPACE

@@ -1,4 +1,4 @@
-// BC6H as Khronos' Data Format Specification 1.3 defines it: integers to the last step, so the halves are exact.
+// BC6H decoder after Khronos' Data Format Specification 1.3. All steps are in integers, so the halves are exact.
 #include <limits>
 
 #include "compress/bc6h/modes.h"
@@ -13,7 +13,7 @@ int signExtend(int value, int bits) {
     return (value & (1 << (bits - 1))) ? value - (1 << bits) : value;
 }
 
-/// Mode whose header the block starts with, or -1 for the four reserved ones.
+/// Returns the mode of a block, or -1 for the four reserved modes.
 int readMode(BitReader& bits) {
     std::uint32_t header = bits.get(2);
     if (header >= 2) header |= bits.get(3) << 2;
@@ -51,7 +51,7 @@ void decodeBc6h(const std::byte* block, bool isSigned, DecodedBlock& out) {
         for (int c = 0; c < 3; ++c) {
             const int value = (ends[2 * region][c] * (64 - w) + ends[2 * region + 1][c] * w + 32) >> 6;
             const auto half = static_cast<std::uint16_t>(bc6hFinish(value, isSigned));
-            // Only ends of -32768 reach it, and no encoder of ours writes them.
+            // Only endpoints of -32768 give minus infinity, and our encoder never writes them.
             constexpr std::uint16_t kMinusInfinity = 0xFC00;
             out[static_cast<std::size_t>(t)][c] = half == kMinusInfinity ? -std::numeric_limits<float>::infinity() : floatFromHalf(half);
         }

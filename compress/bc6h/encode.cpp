@@ -1,4 +1,4 @@
-// BC6H: the kernel for each instruction set, and the packing of what it finds.
+// BC6H: runs the kernels on the best instruction set, and packs their results.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -10,9 +10,10 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "compress/bc6h/encode.cpp"
 #include <hwy/foreach_target.h>
-// After foreach_target, so that each target gets its own.
+// Must follow foreach_target: each target compiles its own copy.
 #include "compress/bc6h/fast-inl.h"
 #include "compress/bc6h/fit-inl.h"
+#include "compress/block/fit_blocks-inl.h"
 #include "compress/block/texel_rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -20,25 +21,17 @@ namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 
 template <bool kSigned>
-void fitBlocks(std::span<const Block* const> blocks, const Bc6hSearch& search, const EncodeOptions& options, Bc6hResult* found) {
+void fitBc6h(std::span<const Block* const> blocks, const Bc6hSearch& search, const EncodeOptions& options, Bc6hResult* found) {
     using D = hn::ScalableTag<float>;
-    constexpr std::size_t kLanes = hn::MaxLanes(D());
     Bc6hFit<D, kSigned> fit(search, options);
-    std::array<const Block*, kLanes> lanes;
-    std::array<Bc6hResult, kLanes> results;
-    for (std::size_t first = 0; first < blocks.size(); first += kLanes) {
-        // The last few fill a vector up with repeats of the very last.
-        for (std::size_t lane = 0; lane < kLanes; ++lane) lanes[lane] = blocks[std::min(first + lane, blocks.size() - 1)];
-        fit.run(lanes.data(), results.data());
-        std::copy_n(results.begin(), std::min(kLanes, blocks.size() - first), found + first);
-    }
+    fitBlocks<D>(blocks, found, [&](const Block* const* lanes, Bc6hResult* results) { fit.run(lanes, results); });
 }
 
 void fitUnsigned(std::span<const Block* const> blocks, const Bc6hSearch& search, const EncodeOptions& options, Bc6hResult* found) {
-    fitBlocks<false>(blocks, search, options, found);
+    fitBc6h<false>(blocks, search, options, found);
 }
 void fitSigned(std::span<const Block* const> blocks, const Bc6hSearch& search, const EncodeOptions& options, Bc6hResult* found) {
-    fitBlocks<true>(blocks, search, options, found);
+    fitBc6h<true>(blocks, search, options, found);
 }
 
 template <bool kSigned>
@@ -99,21 +92,21 @@ void pack(const Bc6hResult& found, std::byte* out) {
     bits.store(out, 16);
 }
 
-/// Mode 14 has sixteen bits, finer than a half: any single colour of halves is exact.
+/// Encodes a block of one colour, exactly if its channels are halves: the 16-bit mode (index 13) is finer than a half.
 Bc6hResult singleColour(const Block& block, std::size_t texel, bool isSigned) {
     Bc6hResult result;
     result.mode = 13;
     for (std::size_t c = 0; c < 3; ++c) {
         const std::uint16_t half = halfFromFloat(block.channel[c][texel]);
         const int bits = half & 0x7FFF;
-        // The smallest code whose 31/64 (or 31/32) reaches the half's bits.
+        // The smallest code of which 31/64 (31/32 if signed) is at least the bits of the half.
         const int code = isSigned ? (bits * 32 + 30) / 31 : (bits * 64 + 30) / 31;
         result.code[0][c] = result.code[1][c] = half & 0x8000 ? -code : code;
     }
     return result;
 }
 
-/// The error of a block whose texels are off by so many octaves in each channel. Metrics that know no octaves have no such error.
+/// Returns the error of a block whose channels all differ by the given number of octaves, or infinity if the metric is not logarithmic.
 float errorOf(const Block& block, const EncodeOptions& options, float octaves) {
     if (options.hdrMetric != HdrMetric::Log) return INFINITY;
     float sum = 0;
@@ -124,18 +117,22 @@ float errorOf(const Block& block, const EncodeOptions& options, float octaves) {
 }  // namespace
 
 const Bc6hSearch& bc6hSearchOf(int effort) {
+    // clang-format off
+    // One row for each effort, 0 .. 9.
     static constexpr std::array<Bc6hSearch, 10> kSearches = {{
-        {1e9f, 0, 0, 1, 0, false, 0, 0, 0, 1.0f / 16, false},
-        {0.025f, 1, 0, 1, 0, false, 0, 0, 0, 1.0f / 16, false},
-        {0.008f, 3, 0, 2, 0, false, 0, 1, 0, 1.0f / 16, false},
-        {0, 2, 0, 2, 0, false, 0, 0, 0.008f, 1.0f / 16, false},
-        {0, 3, 0, 2, 0, false, 0, 1, 0, 1.0f / 16, false},
-        {0, 4, 0, 2, 1, false, 0, 1, 0, 1.0f / 16, false},
-        {0, 4, 0, 2, 1, false, 2, 2, 0, 1.0f / 16, false},
-        {0, 4, 0, 2, 2, true, 3, 3, 0, 1.0f / 16, false},
-        {0, 6, 0, 2, 4, true, 6, 6, 0, 1.0f / 16, false},
-        {0, 32, 0, 4, 16, true, 32, 32, 0, 1.0f / 16, true},
+        // fastKernelMaxError partitions freeRefits codedRefits descents pairs polished everyMode escalateAbove slopeReach twoColours
+        {                1e9f,         0,         0,          1,       0,false,       0,        0,            0, 1.0f / 16,     false},
+        {              0.025f,         1,         0,          1,       0,false,       0,        0,            0, 1.0f / 16,     false},
+        {              0.008f,         3,         0,          2,       0,false,       0,        1,            0, 1.0f / 16,     false},
+        {                   0,         2,         0,          2,       0,false,       0,        0,       0.008f, 1.0f / 16,     false},
+        {                   0,         3,         0,          2,       0,false,       0,        1,            0, 1.0f / 16,     false},
+        {                   0,         4,         0,          2,       1,false,       0,        1,            0, 1.0f / 16,     false},
+        {                   0,         4,         0,          2,       1,false,       2,        2,            0, 1.0f / 16,     false},
+        {                   0,         4,         0,          2,       2, true,       3,        3,            0, 1.0f / 16,     false},
+        {                   0,         6,         0,          2,       4, true,       6,        6,            0, 1.0f / 16,     false},
+        {                   0,        32,         0,          4,      16, true,      32,       32,            0, 1.0f / 16,      true},
     }};
+    // clang-format on
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
 
@@ -162,7 +159,7 @@ void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOption
         const std::vector<Bc6hResult> results = fit(list, search);
         for (std::size_t i = 0; i < list.size(); ++i) {
             at(list[i]) = results[i];
-            if (search.deeperAbove > 0 && results[i].error > errorOf(*list[i], options, search.deeperAbove)) poor.push_back(list[i]);
+            if (search.escalateAbove > 0 && results[i].error > errorOf(*list[i], options, search.escalateAbove)) poor.push_back(list[i]);
         }
         const std::vector<Bc6hResult> deeper = fit(poor, bc6hSearchOf(effort + 1));
         for (std::size_t i = 0; i < poor.size(); ++i)

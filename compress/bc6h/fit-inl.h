@@ -1,5 +1,13 @@
-// The BC6H encoder's kernel: as many blocks as a vector has lanes, side by side. No lane ever meets another, and every step is a plain
-// IEEE operation, so a block gets the same bits at any width.
+// The full BC6H search, one block in each lane.
+//
+// Method, with the counts given by Bc6hSearch:
+// 1. One region: fit a line in v (lines-inl.h), choose the finest mode whose deltas hold its ends (codes-inl.h), round, choose indices,
+//    measure the exact error in the metric. Then alternate: refit the line to the chosen indices, weighted by the measured cost of each
+//    miss, and round again. Optionally try all other modes with the last line.
+// 2. Two regions: rank the 32 partitions by an estimate from their moments (partitions-inl.h) and do the same for the best ones.
+// 3. Coordinate descent on the integer codes of the best candidate: single steps of each code, optionally of both ends of a channel, judged
+//    by the exact error. At high effort each of the best partitions is descended before they are compared.
+// 4. Fall back to one colour if it beats every line fit, as for isolated bright texels on black.
 #if defined(LIGHTCOOK_COMPRESS_BC6H_FIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC6H_FIT_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC6H_FIT_INL_H_
@@ -14,7 +22,9 @@
 
 #include "compress/bc6h/codes-inl.h"
 #include "compress/bc6h/lines-inl.h"
+#include "compress/bc6h/one_colour-inl.h"
 #include "compress/bc6h/partitions-inl.h"
+#include "compress/block/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
@@ -22,24 +32,23 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 template <class D, bool kSigned>
-class Bc6hFit {
-    using F = hn::Vec<D>;
-    using DI = hn::RebindToSigned<D>;
-    using I = hn::Vec<DI>;
-    using M = hn::Mask<D>;
+class Bc6hFit : Lanes<D> {
+    using typename Lanes<D>::F, typename Lanes<D>::M, typename Lanes<D>::DI, typename Lanes<D>::I;
+    using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::clamp, Lanes<D>::select;
     using Codes = Bc6hCodes<D, kSigned>;
     using Line = Bc6hLine<D>;
+    using OneColour = Bc6hOneColour<D, kSigned>;
     using ModeLanes = typename Codes::ModeLanes;
     using OneRegion = Bc6hOneRegion<D>;
     using TwoRegions = Bc6hTwoRegions<D>;
     using Texels = F[kTexelCount];
 
 public:
-    Bc6hFit(const Bc6hSearch& search, const EncodeOptions& options) : search_(search), texels_(search, options) {}
+    Bc6hFit(const Bc6hSearch& search, const EncodeOptions& options) : search_(search), lines_(search, options) {}
 
-    /// Codes Lanes(d) blocks; results go to found, one after the other.
+    /// Encodes Lanes(d) blocks. Results go to found, one after the other.
     void run(const Block* const* blocks, Bc6hResult* found) {
-        texels_.load(blocks);
+        lines_.load(blocks);
         clearBest();
         tryRegions(OneRegion(), hn::Zero(DI()), search_.everyMode > 0);
         if (search_.partitions > 0) tryTwoRegions();
@@ -56,11 +65,6 @@ private:
         F index[kTexelCount];
     };
 
-    static HWY_INLINE F set(float value) { return hn::Set(D(), value); }
-    static HWY_INLINE F zero() { return hn::Zero(D()); }
-    static HWY_INLINE F clamp(F value, F low, F high) { return hn::Min(hn::Max(value, low), high); }
-    static HWY_INLINE F select(M mask, F yes, F no) { return hn::IfThenElse(mask, yes, no); }
-
     void clearBest() {
         best_.error = set(1e30f);
         best_.mode = best_.partition = hn::Zero(DI());
@@ -69,13 +73,13 @@ private:
         for (F& index : best_.index) index = zero();
     }
 
-    /// Rounds the lines to codes of the mode, and keeps them where they beat the best so far. index receives the texels' indices.
+    /// Evaluates codes and keeps them where they beat the best so far. index receives the indices of the texels.
     template <class Regions>
     F tryCodes(const Regions& regions, I partition, const ModeLanes& mode, F (*code)[3], Texels& index) {
         Line whole[2];
         Codes::linesOf(regions, code, mode, whole);
-        texels_.chooseIndices(regions, whole, index);
-        const F error = texels_.errorOf(regions, whole, index, std::true_type());
+        lines_.chooseIndices(regions, whole, index);
+        const F error = lines_.errorOf(regions, whole, index, std::true_type());
         keepWhere<Regions>(error < best_.error, error, partition, mode, code, index);
         return error;
     }
@@ -92,27 +96,27 @@ private:
         for (int t = 0; t < kTexelCount; ++t) best_.index[t] = select(better, index[t], best_.index[t]);
     }
 
-    /// Fits lines in these regions, picks the mode, and refits to what the codes made of them.
+    /// Fits lines in these regions, chooses the mode, and refits the lines to the indices that the rounded ends lead to.
     template <class Regions>
     void tryRegions(const Regions& regions, I partition, bool everyMode) {
         Texels index;
         Line lines[2];
-        texels_.start(regions, lines);
-        for (int i = 0; i < search_.freeRefits; ++i) texels_.refitFree(regions, index, lines);
-        texels_.orient(regions, lines);
+        lines_.start(regions, lines);
+        for (int i = 0; i < search_.freeRefits; ++i) lines_.refitFree(regions, index, lines);
+        lines_.orient(regions, lines);
         const ModeLanes mode = Codes::finestMode(regions, lines);
         F code[4][3];
         Codes::codesOf(regions, lines, mode, code);
         Codes::clampDeltas(regions, mode, code);
         tryCodes(regions, partition, mode, code, index);
         for (int i = 0; i < search_.codedRefits; ++i) {
-            texels_.refit(regions, index, lines);
+            lines_.refit(regions, index, lines);
             Codes::codesOf(regions, lines, mode, code);
             Codes::clampDeltas(regions, mode, code);
             tryCodes(regions, partition, mode, code, index);
         }
         if (!everyMode) return;
-        // A finer mode that has to cut a delta short, or a coarser one whose codes happen to lie better.
+        // A finer mode with a clamped delta, or a coarser one whose codes happen to fit better, may win.
         for (int m = Regions::kCount == 1 ? 10 : 0; m < (Regions::kCount == 1 ? 14 : 10); ++m) {
             const ModeLanes other = Codes::modeLanes(m);
             Codes::codesOf(regions, lines, other, code);
@@ -121,19 +125,19 @@ private:
         }
     }
 
-    /// Where everything else is worse than one colour, which mode 14 holds as finely as halves are: lamps beside black are no line in v.
+    /// Falls back to one colour, in the 16-bit mode, if it beats every line fit, as for isolated bright texels on black.
     void tryOneColour() {
         F mean[3], code[4][3];
-        const M worse = texels_.oneColourError(mean) < best_.error;
+        const M worse = OneColour::errorOf(lines_.texels(), mean) < best_.error;
         if (hn::AllFalse(D(), worse)) return;
-        for (int c = 0; c < 3; ++c) code[0][c] = code[1][c] = texels_.wholeVOf(mean[c]);
+        for (int c = 0; c < 3; ++c) code[0][c] = code[1][c] = OneColour::wholeVOf(lines_.texels().values(), mean[c]);
         const ModeLanes mode = Codes::modeLanes(13);
         const OneRegion regions;
         Line whole[2];
         Texels index;
         Codes::linesOf(regions, code, mode, whole);
         for (F& i : index) i = zero();
-        const F error = texels_.errorOf(regions, whole, index, std::false_type());
+        const F error = lines_.errorOf(regions, whole, index, std::false_type());
         keepWhere<OneRegion>(hn::And(worse, error < best_.error), error, hn::Zero(DI()), mode, code, index);
     }
 
@@ -141,14 +145,14 @@ private:
         using Partitions = Bc6hPartitions<D>;
         const int keep = std::min(search_.partitions, Partitions::kMost);
         I kept[Partitions::kMost];
-        Partitions::rank(texels_.estimate(), texels_.estimateWeight(), keep, kept);
+        Partitions::rank(lines_.texels().estimate, lines_.texels().estimateWeight, keep, kept);
         for (int i = 0; i < keep; ++i) {
             const TwoRegions regions(kept[i]);
             if (i >= search_.polished) {
                 tryRegions(regions, kept[i], i < search_.everyMode);
                 continue;
             }
-            // The best of each partition is stepped to its end before they are compared.
+            // Descend the best candidate of this partition before it is compared with the others.
             const Candidate others = best_;
             clearBest();
             tryRegions(regions, kept[i], i < search_.everyMode);
@@ -169,7 +173,7 @@ private:
         for (int t = 0; t < kTexelCount; ++t) best_.index[t] = select(better, others.index[t], best_.index[t]);
     }
 
-    /// Mode of each lane's own best, and which lanes have this many regions.
+    /// Returns the mode of each lane's best candidate. mask receives the lanes whose mode has this number of regions.
     template <class Regions>
     ModeLanes bestMode(const Regions&, M& mask) const {
         constexpr int kFirst = Regions::kCount == 1 ? 10 : 0, kEnd = Regions::kCount == 1 ? 14 : 10;
@@ -183,7 +187,7 @@ private:
         return mode;
     }
 
-    /// Steps of single codes of the best so far, for as long as they help.
+    /// Runs coordinate descent from the best candidate until no lane improves.
     void descend() {
         for (int pass = 0; pass < search_.descents; ++pass) {
             const bool one = descendOnce(OneRegion());
@@ -197,7 +201,7 @@ private:
         M mask;
         const ModeLanes mode = bestMode(regions, mask);
         if (hn::AllFalse(D(), mask)) return false;
-        // Of the first and the second end of a region: single steps, and both ends together or apart.
+        // Steps of the first and the second end of a region.
         constexpr float kMoves[8][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, 1}, {-1, 1}, {1, -1}};
         bool improved = false;
         for (int r = 0; r < Regions::kCount; ++r)
@@ -207,6 +211,7 @@ private:
         return improved;
     }
 
+    /// Moves two codes of the best candidate and keeps the result where it is better. Returns false if no lane improved.
     template <class Regions>
     bool step(const Regions& regions, const ModeLanes& mode, M mask, int r, int c, float first, float second) {
         F code[4][3];
@@ -217,8 +222,8 @@ private:
         Line whole[2];
         Texels index;
         Codes::linesOf(regions, code, mode, whole);
-        texels_.chooseIndices(regions, whole, index);
-        const F error = texels_.errorOf(regions, whole, index, std::false_type());
+        lines_.chooseIndices(regions, whole, index);
+        const F error = lines_.errorOf(regions, whole, index, std::false_type());
         const M better = hn::And(hn::And(mask, Codes::deltasFit(regions, code, mode)), error < best_.error);
         keepWhere<Regions>(better, error, best_.partition, mode, code, index);
         return !hn::AllFalse(D(), better);
@@ -246,7 +251,7 @@ private:
     }
 
     const Bc6hSearch& search_;
-    Bc6hLines<D, kSigned> texels_;
+    Bc6hLines<D, kSigned> lines_;
     Candidate best_;
 };
 

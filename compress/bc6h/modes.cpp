@@ -7,7 +7,8 @@
 namespace lightcook::compress {
 namespace {
 
-/// Each field is channel, end (w x y z) and its bits; "gy3:0" is stored from bit 0 up to bit 3, "rw10:15" from 15 down to 10.
+/// Fields of each mode in stored order: channel, endpoint (w x y z) and bits. "gy3:0" is stored from bit 0 up to 3, "rw10:15" from bit 15
+/// down to 10.
 constexpr std::array<std::string_view, 14> kFields = {
     "gy4 by4 bz4 rw9:0 gw9:0 bw9:0 rx4:0 gz4 gy3:0 gx4:0 bz0 gz3:0 bx4:0 bz1 by3:0 ry4:0 bz2 rz4:0 bz3",
     "gy5 gz4 gz5 rw6:0 bz0 bz1 by4 gw6:0 by5 bz2 gy4 bw6:0 bz3 bz5 bz4 rx5:0 gy3:0 gx5:0 gz3:0 bx5:0 by3:0 ry5:0 rz5:0",

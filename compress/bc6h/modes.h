@@ -1,5 +1,5 @@
-// The fourteen modes of BC6H: precision, deltas, and where each bit of an endpoint lies.
-// Source: Khronos' Data Format Specification 1.3, BC6H; names of the fields as in Microsoft's "BC6H Format".
+// The fourteen modes of BC6H: precision, deltas, and the place of each endpoint bit in the block.
+// Source: Khronos' Data Format Specification 1.3, BC6H; field names as in Microsoft's "BC6H Format".
 #pragma once
 
 #include <array>
@@ -14,41 +14,46 @@ struct Bc6hMode {
     std::uint8_t regionCount;
     bool transformed;                       ///< all endpoints but the first are stored as differences from it
     std::uint8_t endpointBits;              ///< precision
-    std::array<std::uint8_t, 3> deltaBits;  ///< of the other endpoints, for red, green and blue
+    std::array<std::uint8_t, 3> deltaBits;  ///< bits of the other endpoints, for red, green and blue
 };
 
-constexpr std::array<Bc6hMode, 14> kBc6hModes = {{{0x00, 2, 2, true, 10, {5, 5, 5}},
-                                                  {0x01, 2, 2, true, 7, {6, 6, 6}},
-                                                  {0x02, 5, 2, true, 11, {5, 4, 4}},
-                                                  {0x06, 5, 2, true, 11, {4, 5, 4}},
-                                                  {0x0A, 5, 2, true, 11, {4, 4, 5}},
-                                                  {0x0E, 5, 2, true, 9, {5, 5, 5}},
-                                                  {0x12, 5, 2, true, 8, {6, 5, 5}},
-                                                  {0x16, 5, 2, true, 8, {5, 6, 5}},
-                                                  {0x1A, 5, 2, true, 8, {5, 5, 6}},
-                                                  {0x1E, 5, 2, false, 6, {6, 6, 6}},
-                                                  {0x03, 5, 1, false, 10, {10, 10, 10}},
-                                                  {0x07, 5, 1, true, 11, {9, 9, 9}},
-                                                  {0x0B, 5, 1, true, 12, {8, 8, 8}},
-                                                  {0x0F, 5, 1, true, 16, {4, 4, 4}}}};
+// clang-format off
+constexpr std::array<Bc6hMode, 14> kBc6hModes = {{
+    // header headerBits regionCount transformed endpointBits   deltaBits
+    {   0x00,         2,          2,       true,          10, {5,  5,  5}},
+    {   0x01,         2,          2,       true,           7, {6,  6,  6}},
+    {   0x02,         5,          2,       true,          11, {5,  4,  4}},
+    {   0x06,         5,          2,       true,          11, {4,  5,  4}},
+    {   0x0A,         5,          2,       true,          11, {4,  4,  5}},
+    {   0x0E,         5,          2,       true,           9, {5,  5,  5}},
+    {   0x12,         5,          2,       true,           8, {6,  5,  5}},
+    {   0x16,         5,          2,       true,           8, {5,  6,  5}},
+    {   0x1A,         5,          2,       true,           8, {5,  5,  6}},
+    {   0x1E,         5,          2,      false,           6, {6,  6,  6}},
+    {   0x03,         5,          1,      false,          10, {10, 10, 10}},
+    {   0x07,         5,          1,       true,          11, {9,  9,  9}},
+    {   0x0B,         5,          1,       true,          12, {8,  8,  8}},
+    {   0x0F,         5,          1,       true,          16, {4,  4,  4}},
+}};
+// clang-format on
 
-/// Where one stored bit belongs: bit `bit` of channel `channel` of endpoint `end` (0 and 1 of region 0, 2 and 3 of region 1).
+/// One stored bit: bit `bit` of channel `channel` of endpoint `end` (0 and 1 in region 0, 2 and 3 in region 1).
 struct Bc6hBit {
     std::uint8_t end, channel, bit;
 };
 
-/// The endpoint bits of a mode in the order in which they follow the mode bits (72 for two regions, 60 for one).
+/// Returns the endpoint bits of a mode in stored order, after the mode bits (72 for two regions, 60 for one).
 std::span<const Bc6hBit> bc6hLayout(int modeIndex);
 
-/// Bits of one endpoint that follow one another upwards, as most do.
+/// Consecutive rising bits of one endpoint.
 struct Bc6hRun {
     std::uint8_t end, channel, firstBit, bitCount;
 };
 
-/// The same layout in as few runs as there are.
+/// Returns the endpoint bits of a mode as runs.
 std::span<const Bc6hRun> bc6hRuns(int modeIndex);
 
-/// An endpoint's value as an interpolator sees it: 0 .. 65535, or -32767 .. 32767.
+/// Returns the interpolated scale's value of an endpoint: 0 .. 65535, or -32767 .. 32767 if signed.
 constexpr int bc6hUnquantize(int value, int bits, bool isSigned) {
     if (!isSigned) {
         if (bits >= 15 || value == 0) return value;
@@ -65,7 +70,7 @@ constexpr int bc6hUnquantize(int value, int bits, bool isSigned) {
     return value < 0 ? -result : result;
 }
 
-/// Bits of the half that an interpolated value stands for.
+/// Returns the bits of the half that an interpolated value decodes to.
 constexpr int bc6hFinish(int value, bool isSigned) {
     if (!isSigned) return (value * 31) >> 6;
     return value < 0 ? ((-value * 31) >> 5) | 0x8000 : (value * 31) >> 5;

@@ -1,4 +1,8 @@
-// BC6H: which partitions into two regions are worth a fit, judged by the moments of their texels alone.
+// BC6H: ranks the 32 partitions into two regions by an estimate of their error, from the moments of the texels alone.
+//
+// The weighted sums of 1, x, y, z and their products over a region give its covariance matrix. The error of the best line is the trace less
+// the largest eigenvalue, plus the quantization error along the line, a fixed share of that eigenvalue. The sums of region 0 are those of
+// the block less those of region 1.
 #if defined(LIGHTCOOK_COMPRESS_BC6H_PARTITIONS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC6H_PARTITIONS_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC6H_PARTITIONS_INL_H_
@@ -9,6 +13,7 @@
 #include <hwy/highway.h>
 
 #include "compress/block/block.h"
+#include "compress/block/lanes-inl.h"
 #include "compress/block/partitions.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -17,17 +22,15 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 template <class D>
-class Bc6hPartitions {
-    using F = hn::Vec<D>;
-    using DI = hn::RebindToSigned<D>;
-    using I = hn::Vec<DI>;
-    using M = hn::Mask<D>;
+class Bc6hPartitions : Lanes<D> {
+    using typename Lanes<D>::F, typename Lanes<D>::M, typename Lanes<D>::DI, typename Lanes<D>::I;
+    using Lanes<D>::set, Lanes<D>::zero;
     using Texels = F[kTexelCount];
 
 public:
     static constexpr int kMost = 32;
 
-    /// The `keep` likeliest of the 32, best first, lane by lane.
+    /// Writes the `keep` partitions of the smallest estimated error to kept, best first.
     /// texels  three channels of sixteen, around any mean
     static void rank(const Texels* texels, const Texels& weight, int keep, I (&kept)[kMost]) {
         Moments moment[kTexelCount], total;
@@ -57,7 +60,7 @@ public:
             }
             F error = estimateError(first, kStepShare) + estimateError(second, kStepShare);
             I candidate = hn::Set(DI(), p);
-            for (int i = 0; i < keep; ++i) {  // insertion: what is pushed out moves on
+            for (int i = 0; i < keep; ++i) {  // insertion sort: the displaced entry moves on
                 const M better = error < score[i];
                 const auto betterI = hn::RebindMask(DI(), better);
                 const F lost = hn::IfThenElse(better, score[i], error);
@@ -71,17 +74,14 @@ public:
     }
 
 private:
-    static HWY_INLINE F set(float value) { return hn::Set(D(), value); }
-    static HWY_INLINE F zero() { return hn::Zero(D()); }
-
-    /// Of the variance along the axis that seven steps leave: a little less than the 1/49 of even steps over even texels, measured.
+    /// Share of the variance along the axis that remains after quantization to seven steps. Measured; below the 1/49 of uniform texels.
     static constexpr float kStepShare = 1.0f / 200;
 
     struct Moments {
         F v[10];  ///< w, wx, wy, wz, wxx, wxy, wxz, wyy, wyz, wzz
     };
-    /// Error that is left of texels with these moments on their best line of kSteps + 1 values: what lies off the axis, and the width of a
-    /// step. The largest eigenvalue is taken as the norm of the matrix: right where one direction rules, which is where it matters.
+    /// Estimates the error of texels with these moments on their best line: the variance off the axis, and the given share of the variance
+    /// along it. The largest eigenvalue is approximated by the Frobenius norm, which is exact if one direction dominates.
     static HWY_INLINE F estimateError(const F (&m)[10], float quantizationShare) {
         const F share = set(1.0f) / hn::Max(m[0], set(1e-30f));
         const F xx = m[4] - m[1] * m[1] * share, xy = m[5] - m[1] * m[2] * share, xz = m[6] - m[1] * m[3] * share;

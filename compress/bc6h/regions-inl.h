@@ -1,4 +1,4 @@
-// BC6H: a line between two ends, and how the sixteen texels of a block are shared out among one line or two.
+// BC6H: the lines of a block, and the assignment of its sixteen texels to one or two regions, each with a line of its own.
 #if defined(LIGHTCOOK_COMPRESS_BC6H_REGIONS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC6H_REGIONS_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC6H_REGIONS_INL_H_
@@ -16,36 +16,36 @@ namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The line between the two ends of a region, in v: from a to a + d.
+/// The line of a region, in v, from a to a + d.
 template <class D>
 struct Bc6hLine {
     hn::Vec<D> a[3], d[3];
 };
 
-/// All texels on one line.
+/// One region for all texels.
 template <class D>
 struct Bc6hOneRegion {
     using F = hn::Vec<D>;
     static constexpr int kCount = 1;
     static constexpr float kSteps = 15.0f;
 
-    /// Weight of a texel in region r, zero outside.
+    /// Returns the weight of a texel in region r, zero if it is in another one.
     static HWY_INLINE F inRegion(int, int, F weight) { return weight; }
-    /// What goes for a texel, of two regions.
+    /// Selects the value of the region that holds a texel.
     static HWY_INLINE F pick(int, F first, F) { return first; }
-    /// The format's weights are these, rounded: 64 i / 15.
+    /// Returns the interpolation weight of an index, in 64ths: 64 i / 15, rounded, as in the format's table.
     static HWY_INLINE F weightOfIndex(F index) { return hn::Round(index * hn::Set(D(), 64.0f / kSteps)); }
 };
 
-/// Each lane's own partition into two: texels of region 1, and where its anchor is.
+/// Two regions; each lane has its own partition.
 template <class D>
 struct Bc6hTwoRegions {
     using F = hn::Vec<D>;
     static constexpr int kCount = 2;
     static constexpr float kSteps = 7.0f;
-    static constexpr int kAnchors[3] = {2, 8, 15};  ///< of the first 32 partitions, and no other
-    hn::Mask<D> second[kTexelCount];
-    hn::Mask<D> anchorAt[3];
+    static constexpr int kAnchors[3] = {2, 8, 15};  ///< the only anchor texels of region 1 in the 32 partitions
+    hn::Mask<D> second[kTexelCount];                ///< lanes where the texel is in region 1
+    hn::Mask<D> anchorAt[3];                        ///< lanes whose anchor is kAnchors[i]
 
     HWY_INLINE F inRegion(int r, int t, F weight) const {
         return r ? hn::IfThenElseZero(second[t], weight) : hn::IfThenZeroElse(second[t], weight);

@@ -14,13 +14,13 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr int kOneRegionModes[] = {10, 11, 12, 13}, kTwoRegionModes[] = {9, 1, 6, 7, 8, 5, 0, 2, 3, 4};
-constexpr double kFloorShare = 32;  ///< texels of a region that weigh less of their colour are left out of its bound
-constexpr int kStartMode = 10;      ///< one region, no deltas: holds anything
+constexpr double kFloorShare = 32;  ///< a colour with less than 1/32 of its weight in a region is left out of the region's bound
+constexpr int kStartMode = 10;      ///< one region, no deltas: any ends are valid
 
-/// log2(1 + x), x >= 0, to the last bits of a double: no library's rounding decides about bytes.
+/// Returns log2(1 + x), x >= 0, nearly to double precision. Own code, because the bytes must not depend on the rounding of a library.
 double log2OfOneAnd(double x) {
     int exponent = 0;
-    double above = x;  // the mantissa, less 1
+    double above = x;  // mantissa - 1
     if (x > 0.4) {
         above = 2 * std::frexp(1 + x, &exponent) - 1;
         --exponent;
@@ -37,7 +37,8 @@ double log2OfOneAnd(double x) {
     return exponent + 2 * kPerLn2 * z * sum;
 }
 
-/// Code 0 of a signed format is the most negative one. That of sixteen bits decodes to minus infinity and is never used.
+/// Returns the values of all codes of a precision. In the signed format code 0 is the most negative one; with 16 bits it decodes to minus
+/// infinity and is never used.
 EndValues makeValues(int bits, bool isSigned) {
     const int count = 1 << bits, smallest = isSigned ? -count / 2 : 0;
     std::vector<int> values(static_cast<std::size_t>(count));
@@ -54,7 +55,8 @@ const EndValues& endValues(int bits, bool isSigned) {
     return tables[static_cast<std::size_t>(bits - 6 + (isSigned ? 11 : 0))];
 }
 
-/// The metric of every interpolated value, from the smallest on. Stays until it is asked for with other options by the same thread.
+/// Returns the metric of every interpolated value, from the smallest up. The reference is valid until the same thread calls with other
+/// options.
 const std::vector<double>& metricOfValues(bool isSigned, const EncodeOptions& options) {
     struct Table {
         bool isLog = false;
@@ -83,20 +85,21 @@ const std::vector<double>& metricOfValues(bool isSigned, const EncodeOptions& op
     return table.values;
 }
 
-/// Whether a code lies within the reach of the first end, on the circle of all codes.
+/// Returns true if a code is within the reach of the first end, on the circle of all codes.
 bool isWithin(int reach, int first, int code, int count) {
     const int away = code - first + reach;
     return 2 * reach >= count || (away < 0 ? away + count : away >= count ? away - count : away) < 2 * reach;
 }
+/// Returns the window of the ends of region 0.
 Window windowOfFirst(int reach) {
     return {{0, std::numeric_limits<int>::max() / 2}, {-reach, 2 * reach}, true};
 }
-/// Of ends of the second region as long as nothing is known of the first.
+/// Returns the window of the ends of region 1 when region 0 is not known yet.
 Window windowOfSecond(int reach) {
     return {{0, std::numeric_limits<int>::max() / 2}, {1 - 2 * reach, 4 * reach - 1}, true};
 }
 
-/// What is left of a colour without the anchor.
+/// Returns the weights of the colours without the anchor.
 std::array<double, 2> weightsOfRest(std::array<double, 2> weight, int anchorColour, double anchorWeight) {
     if (anchorColour >= 0) weight[static_cast<std::size_t>(anchorColour)] -= anchorWeight;
     return weight;
@@ -107,7 +110,7 @@ std::vector<Load> mergedLoads(const std::array<double, 2>& weight) {
         if (weight[static_cast<std::size_t>(colour)] > 0) loads.push_back({colour, weight[static_cast<std::size_t>(colour)]});
     return loads;
 }
-/// The rest of the anchor's colour, the other colour if there is any, the anchor.
+/// Returns the loads for an anchor that parts: the rest of its colour, the other colour if the region has it, the anchor.
 std::vector<Load> partedLoads(const std::array<double, 2>& weight, int anchorColour, double anchorWeight) {
     if (anchorColour < 0) return {};
     std::vector<Load> loads = {{anchorColour, weight[static_cast<std::size_t>(anchorColour)] - anchorWeight}};
@@ -179,8 +182,8 @@ Bc6hTwoColours::Mode Bc6hTwoColours::modeOf(int number) const {
     return mode;
 }
 
-/// Partitions that divide the colours best go first: what they find cuts the others short. Of those that divide them alike one is enough;
-/// the second region's anchor makes no difference, since its ends may change places.
+/// Returns the partitions, those that separate the colours best first: their results prune the others. Of partitions that divide the
+/// colours in the same way only one is kept; the anchor of region 1 makes no difference, since its ends can be swapped.
 std::vector<Bc6hTwoColours::Partition> Bc6hTwoColours::partitions() const {
     std::vector<Partition> list;
     for (int p = 0; p < 32; ++p) {
@@ -237,10 +240,10 @@ void Bc6hTwoColours::tryPartition(const Partition& partition) {
 }
 
 bool Bc6hTwoColours::foundAll() const {
-    return bestError_ <= least_ * (1 + kTwoColoursHair);
+    return bestError_ <= least_ * (1 + kTieMargin);
 }
 
-/// Something to beat: each colour at an end of its own.
+/// Sets a first result: each colour at one end, in a mode without deltas.
 void Bc6hTwoColours::start() {
     const EndValues& values = endValues(kBc6hModes[kStartMode].endpointBits, isSigned_);
     const Region region = regionOf(0xFFFF, 0);
@@ -267,6 +270,8 @@ void Bc6hTwoColours::start() {
     keep(error, mode, 0, only, &placement.ends);
 }
 
+/// Finds the best ends of a placement and adds it to the list if its error is below the bound. Without deltas regions are independent, so
+/// only the best placement stays in the list.
 void Bc6hTwoColours::keepPlacement(RegionSearch& search, const Mode& mode, bool isFirst, Placement placement, double& bound,
                                    std::vector<Placement>& list) const {
     placement.search = &search;
@@ -287,7 +292,7 @@ std::vector<Bc6hTwoColours::Placement> Bc6hTwoColours::placements(Searches& sear
     std::vector<Placement> list;
     const int count = 1 << mode.indexBits, half = count / 2;
     const auto& loads = searches.merged.loads();
-    // Ends may change places unless the first of them is what all others are counted from.
+    // The ends of a region can be swapped, except in region 0 of transformed modes, where the first end is the base of all deltas.
     const bool turns = !(isFirst && mode.transformed);
     const auto shareOf = [&](int index) { return weightOf(mode.indexBits, index); };
     const auto isLow = [&](std::size_t load, int index) {
@@ -309,18 +314,18 @@ std::vector<Bc6hTwoColours::Placement> Bc6hTwoColours::placements(Searches& sear
     return list;
 }
 
-/// Whether ends that may not change places can stay below the bound: the second the full reach below the first in some channel. All others
-/// have a twin that leaves the anchor with its colour.
+/// Returns true if ends that cannot be swapped may have an error below the bound: ends whose second is the full reach below the first in
+/// some channel. All other ends can be swapped, and then the anchor does not need to part from its colour.
 bool Bc6hTwoColours::needsOrder(const RegionSearch& search, const Mode& mode, const int* shares) {
     const EndValues& values = *mode.values;
     const int count = values.count(), step = values[count / 4 * 3 + 1] - values[count / 4 * 3];
     for (std::size_t c = 0; c < 3; ++c)
-        for (const int codes : {-mode.reach[c], count - mode.reach[c]})  // the latter across the gap of the circle
+        for (const int codes : {-mode.reach[c], count - mode.reach[c]})  // the second: across the gap of the circle
             if (search.allowsSpread(c, shares, codes * step, 2 * step)) return true;
     return false;
 }
 
-/// Placements of the first region in which the anchor parts with its colour, which lies in the upper half.
+/// Adds the placements of region 0 in which the anchor parts from its colour, whose index is in the upper half.
 void Bc6hTwoColours::partPlacements(Searches& searches, const Mode& mode, double bound, std::vector<Placement>& list) const {
     const int count = 1 << mode.indexBits, half = count / 2;
     const auto own = static_cast<std::size_t>(searches.region.anchorColour);
@@ -335,9 +340,9 @@ void Bc6hTwoColours::partPlacements(Searches& searches, const Mode& mode, double
             placement.index[1 - own] = j;
             std::array<int, 2> shares = {weightOf(mode.indexBits, i), weightOf(mode.indexBits, j)};
             const int ownShare = shares[0];
-            if (both && own == 1) std::swap(shares[0], shares[1]);  // loads without an anchor lie in the order of the colours
+            if (both && own == 1) std::swap(shares[0], shares[1]);  // the loads of `rest` are in the order of the colours
             if (mode.regionCount == 1 && !needsOrder(searches.rest, mode, shares.data())) continue;
-            // Most pairs are too dear even without the anchor.
+            // Most pairs exceed the bound even without the anchor.
             if (!(searches.rest.place(shares.data(), *mode.values, *mode.values, mode.firstWindows, bound - anchorLeast,
                                       placement.ends.data()) < bound - anchorLeast))
                 continue;
@@ -376,8 +381,9 @@ void Bc6hTwoColours::tryTwoRegions(const Mode& mode, int partition, const Region
         }
 }
 
-/// The best ends for both regions at once, channel by channel: what is best for each alone where the deltas hold it, and else for every
-/// first end the best that it leaves the others. Returns infinity where nothing beats the best so far.
+/// Finds the best ends for both regions together, channel by channel. If the deltas can hold the best ends of each region alone, these are
+/// the result. Else it tries every first end of region 0, with the best other ends for it. Returns infinity if the error is not below the
+/// best so far.
 double Bc6hTwoColours::couple(const Mode& mode, const Placement& first, const Placement& second, std::array<Ends, 3>& firstEnds,
                               std::array<Ends, 3>& secondEnds) const {
     const int count = mode.values->count();
@@ -387,7 +393,7 @@ double Bc6hTwoColours::couple(const Mode& mode, const Placement& first, const Pl
         Ends &a = firstEnds[c], &b = secondEnds[c];
         a = first.ends[c];
         b = second.ends[c];
-        // A region where nothing counts goes where it disturbs the other least.
+        // A region without significant texels takes any codes that the deltas can hold.
         if (second.search->loads().empty()) b.first = b.second = a.first;
         if (first.search->loads().empty() && mode.transformed) {
             const bool rises = (b.second - b.first + count) % count < 2 * reach;
@@ -432,8 +438,8 @@ void Bc6hTwoColours::keep(double error, const Mode& mode, int partition, const P
     }
 }
 
-/// Texels that do not count share the place of a colour. The anchor's index keeps to the lower half: where it does not, the ends change
-/// places, and the search saw to it that they may.
+/// Sets the indices of a region. Insignificant texels get the index of colour 0. If the index of the anchor is in the upper half, the ends
+/// are swapped; the search has made sure that this is allowed.
 void Bc6hTwoColours::setIndices(int region, const Mode& mode, int partition, const Placement& placement) {
     const int last = (1 << mode.indexBits) - 1, anchor = anchorOf(mode.regionCount, partition, region);
     const auto colourOf = [&](int t) -> std::size_t { return two_->texels[1] >> t & 1; };

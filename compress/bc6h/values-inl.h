@@ -1,7 +1,8 @@
-// BC6H's own scale, the metric, and the way between them, in lanes.
+// BC6H: conversion between linear light, the scale v of the format, and the metric.
 //
-// Words: v is the scale on which the format interpolates: 0 .. 65535, or -32767 .. 32767 if signed. Nearly the bits of a half, times 64/31
-// (or 32/31), so nearly the logarithm of light. A code is an endpoint's stored integer. All of them fit a float exactly.
+// Words: v is the scale on which the format interpolates: 0 .. 65535, or -32767 .. 32767 if signed. A decoder turns v into the bits of a
+// half by v * 31/64 (31/32 if signed), so v is nearly the logarithm of light. A code is the stored integer of an endpoint. Both are exact
+// in a float. The metric is the value whose squared differences are minimized (HdrMetric).
 #if defined(LIGHTCOOK_COMPRESS_BC6H_VALUES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC6H_VALUES_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC6H_VALUES_INL_H_
@@ -12,7 +13,8 @@
 #include <hwy/highway.h>
 
 #include "compress/bc6h/search.h"
-#include "compress/encode.h"
+#include "compress/block/lanes-inl.h"
+#include "compress/encode_options.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
@@ -20,32 +22,31 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 template <class D, bool kSigned>
-class Bc6hValues {
-    using F = hn::Vec<D>;
-    using DI = hn::RebindToSigned<D>;
-    using I = hn::Vec<DI>;
+class Bc6hValues : Lanes<D> {
+    using typename Lanes<D>::F, typename Lanes<D>::DI, typename Lanes<D>::I;
+    using Lanes<D>::set;
 
 public:
     explicit Bc6hValues(const EncodeOptions& options) : scale_(options.hdrScale), isLog_(options.hdrMetric == HdrMetric::Log) {}
 
     static constexpr float kLargest = kSigned ? 32767.0f : 65535.0f;
     static constexpr float kSmallest = kSigned ? -32767.0f : 0.0f;
-    static constexpr float kPerHalf = kSigned ? 32.0f / 31 : 64.0f / 31;  ///< v between one half and the next
+    static constexpr float kPerHalf = kSigned ? 32.0f / 31 : 64.0f / 31;  ///< difference in v between neighbouring halves
 
-    /// The value whose squared differences are minimised, of light x.
+    /// Returns the metric of light x. HdrMetric::Relative uses x itself; its scale is part of the weights.
     HWY_INLINE F metric(F x) const {
         if (!isLog_) return x;
         if constexpr (!kSigned) return log2(x * set(1.0f / scale_) + set(1.0f));
         return hn::CopySign(log2(hn::Abs(x) * set(1.0f / scale_) + set(1.0f)), x);
     }
-    /// Light that an interpolated, whole v decodes to.
+    /// Returns the light that an interpolated integer v decodes to.
     static HWY_INLINE F lightOf(F v) {
         const I whole = hn::ConvertTo(DI(), kSigned ? hn::Abs(v) : v);
         const I half = hn::ShiftRight < kSigned ? 5 : 6 > (hn::ShiftLeft<5>(whole) - whole);
         const F x = hn::BitCast(D(), hn::ShiftLeft<13>(half)) * set(0x1p112f);
         return kSigned ? hn::CopySign(x, v) : x;
     }
-    /// Middle of the vs that decode to the half nearest to x.
+    /// Returns the middle of the values v that decode to the half nearest to x.
     static HWY_INLINE F vOf(F x) {
         const F magnitude = hn::Abs(x);
         const I bits = hn::BitCast(DI(), magnitude);
@@ -59,9 +60,7 @@ public:
     }
 
 private:
-    static HWY_INLINE F set(float value) { return hn::Set(D(), value); }
-
-    /// log2(z) for z >= 1 to 2e-5: exponent, and a polynomial in the mantissa.
+    /// Returns log2(z), z >= 1, to 2e-5: the exponent plus a polynomial of the mantissa.
     static HWY_INLINE F log2(F z) {
         const I bits = hn::BitCast(DI(), z);
         const F exponent = hn::ConvertTo(D(), hn::ShiftRight<23>(bits) - hn::Set(DI(), 127));

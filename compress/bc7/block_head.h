@@ -1,4 +1,4 @@
-// What comes before the indices of a BC7 block: the mode, the partition and the colours, without which texel shows which.
+// The head of a BC7 block: all bits before the indices, that is, the mode, the partition and the endpoints.
 #pragma once
 
 #include <array>
@@ -10,23 +10,24 @@
 
 namespace lightcook::compress {
 
-/// One index a texel; texels of `anchors` store theirs without the highest bit.
+/// A set of one index per texel. Anchor texels store theirs without the highest bit.
 struct IndexSet {
     int bits = 0;               ///< 2 .. 4
-    std::uint16_t anchors = 0;  ///< bit t: texel t
-    unsigned channels = 0;      ///< bit c: decoded channel c follows this set
+    std::uint16_t anchors = 0;  ///< bit t: texel t is an anchor
+    unsigned channels = 0;      ///< bit c: this set interpolates decoded channel c
 };
 
 struct BlockHead {
-    int bits = 0;  ///< from the block's start; 0: a reserved mode
+    int bits = 0;  ///< size of the head; 0: a reserved mode
     int setCount = 0;
-    std::array<IndexSet, 2> sets{};  ///< in the order in which they are stored
+    std::array<IndexSet, 2> sets{};  ///< in stored order
 };
 
+/// Reads the head of a block.
 BlockHead headOfBc7(const std::byte* block);
 
-/// Writes everything behind the head.
-/// indices  of each set, 0 .. 2^bits - 1; of anchors below half of that
+/// Replaces the indices of a block.
+/// indices  for each set, 0 .. 2^bits - 1, of anchors below 2^(bits - 1)
 void putIndices(const BlockHead& head, std::span<const std::array<std::uint8_t, kTexelCount>, 2> indices, std::byte* block);
 
 }  // namespace lightcook::compress

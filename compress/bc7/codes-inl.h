@@ -1,4 +1,4 @@
-// BC7: ends of lines as codes of a mode, and what they stand for, lane by lane.
+// BC7: rounds the ends of lines to codes of a mode, with their low bits, and converts codes back to values.
 #if defined(LIGHTCOOK_COMPRESS_BC7_CODES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC7_CODES_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC7_CODES_INL_H_
@@ -10,6 +10,7 @@
 
 #include "compress/bc7/lines-inl.h"
 #include "compress/bc7/modes.h"
+#include "compress/block/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
@@ -18,7 +19,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 enum class Bc7LowBits { None, PerEnd, PerRegion };
 
-/// How ends are stored and how many steps lie between them.
+/// Storage of the ends of a region, and the number of index steps between them.
 struct Bc7Coding {
     int bits;
     Bc7LowBits lowBits;
@@ -30,6 +31,7 @@ struct Bc7Coding {
     }
 };
 
+/// Rounded ends, the indices of the texels, and the error.
 template <class D, int kEnds, int kChannels>
 struct Bc7Coded {
     hn::Vec<D> error;
@@ -38,8 +40,9 @@ struct Bc7Coded {
 };
 
 template <class D>
-class Bc7Codes {
-    using F = hn::Vec<D>;
+class Bc7Codes : Lanes<D> {
+    using typename Lanes<D>::F;
+    using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::clamp;
     using View = Bc7View<D>;
     using Line = Bc7Line<D>;
     using Coding = Bc7Coding;
@@ -48,7 +51,8 @@ class Bc7Codes {
     using Coded = Bc7Coded<D, kEnds, kChannels>;
 
 public:
-    /// Rounds ends to codes. forced: bits of the low bits to take (end by end), or -1 for the nearest.
+    /// Rounds ends to codes.
+    /// forced  low bits to use, one bit for each end or region; -1 chooses the nearest
     template <int kRegions, int kChannels>
     static void codesOf(const View& view, const Line* lines, const Coding& coding, int forced, Coded<2 * kRegions, kChannels>& out) {
         for (int e = 0; e < 2 * kRegions; ++e) {
@@ -67,6 +71,7 @@ public:
             for (int c = 0; c < kChannels; ++c) out.code[e][c] = nearestCode(end[c], coding.bits, out.low[e]);
         }
     }
+    /// Computes the lines that the codes stand for.
     template <int kRegions, int kChannels>
     static void linesOf(const Coded<2 * kRegions, kChannels>& coded, const Coding& coding, Line* lines) {
         for (int r = 0; r < kRegions; ++r)
@@ -77,15 +82,12 @@ public:
     }
 
 private:
-    static HWY_INLINE F set(float value) { return hn::Set(D(), value); }
-    static HWY_INLINE F zero() { return hn::Zero(D()); }
-    static HWY_INLINE F clamp(F value, F low, F high) { return hn::Min(hn::Max(value, low), high); }
-
-    /// Eight bits of a value of fewer: the high ones repeated.
+    /// Expands a value to eight bits: the high bits are repeated below.
     static HWY_INLINE F expand(F value, int bits) {
         if (bits == 8) return value;
         return value * set(static_cast<float>(1 << (8 - bits))) + hn::Floor(value * set(1.0f / static_cast<float>(1 << (2 * bits - 8))));
     }
+    /// Returns the code nearest to a value in 0 .. 255, given its low bit; low < 0: the mode has none.
     static HWY_INLINE F nearestCode(F value, int bits, F low) {
         const bool hasLow = hn::GetLane(low) >= 0;
         const int allBits = bits + hasLow;
@@ -98,7 +100,7 @@ private:
         return expand(code * set(2.0f) + low, coding.bits + 1);
     }
 
-    /// The low bit that leaves an end, or both where they share it, closer to where it should be.
+    /// Returns the low bit that puts an end, or both ends if they share it, closer to its unrounded value.
     template <int kChannels>
     static F nearestLowBit(const View& view, const Line& line, const Coding& coding, int which) {
         F error[2];

@@ -1,4 +1,4 @@
-// BC7 as Khronos' Data Format Specification 1.3 defines it.
+// BC7 decoder after Khronos' Data Format Specification 1.3.
 #include <utility>
 
 #include "compress/bc7/modes.h"

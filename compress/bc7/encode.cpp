@@ -1,4 +1,4 @@
-// BC7: the kernel for each instruction set, and the packing of what it finds.
+// BC7: runs the kernel on the best instruction set, and packs its results.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,8 +9,9 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "compress/bc7/encode.cpp"
 #include <hwy/foreach_target.h>
-// After foreach_target, so that each target gets its own.
+// Must follow foreach_target: each target compiles its own copy.
 #include "compress/bc7/fit-inl.h"
+#include "compress/block/fit_blocks-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
@@ -18,16 +19,8 @@ namespace HWY_NAMESPACE {
 
 void fitBc7(std::span<const Block* const> blocks, const Bc7Search& search, const EncodeOptions& options, Bc7Result* found) {
     using D = hn::ScalableTag<float>;
-    constexpr std::size_t kLanes = hn::MaxLanes(D());
     Bc7Fit<D> fit(search, options);
-    std::array<const Block*, kLanes> lanes;
-    std::array<Bc7Result, kLanes> results;
-    for (std::size_t first = 0; first < blocks.size(); first += kLanes) {
-        // The last few fill a vector up with repeats of the very last.
-        for (std::size_t lane = 0; lane < kLanes; ++lane) lanes[lane] = blocks[std::min(first + lane, blocks.size() - 1)];
-        fit.run(lanes.data(), results.data());
-        std::copy_n(results.begin(), std::min(kLanes, blocks.size() - first), found + first);
-    }
+    fitBlocks<D>(blocks, found, [&](const Block* const* lanes, Bc7Result* results) { fit.run(lanes, results); });
 }
 
 }  // namespace HWY_NAMESPACE
@@ -41,10 +34,11 @@ namespace {
 
 HWY_EXPORT(fitBc7);
 
-/// Two 7-bit ends whose second of four values is exactly v, for each v: mode 5 holds any single colour of whole codes.
 struct SingleCode {
     std::uint8_t first, second;
 };
+/// Returns, for each 8-bit value, two 7-bit ends whose palette entry 1 of 4 is exactly that value. With them mode 5 encodes any single
+/// 8-bit colour without error.
 const std::array<SingleCode, 256>& singleCodes() {
     static const std::array<SingleCode, 256> table = [] {
         std::array<SingleCode, 256> codes{};
@@ -76,7 +70,7 @@ Bc7Result singleColour(const Block& block, std::size_t texel) {
     return result;
 }
 
-/// Puts a region's ends the other way round where its anchor has the highest bit of its index set, which is not stored.
+/// Swaps the ends of regions whose anchor index has its highest bit set: that bit is not stored.
 void turn(int regionCount, int partition, int indexBits, std::size_t firstChannel, std::size_t endChannel, Bc7Result& result,
           std::array<std::uint8_t, kTexelCount>& index) {
     const int half = 1 << (indexBits - 1), last = 2 * half - 1;
@@ -124,18 +118,21 @@ void pack(Bc7Result result, std::byte* out) {
 }  // namespace
 
 const Bc7Search& bc7SearchOf(int effort) {
+    // clang-format off
     static constexpr std::array<Bc7Search, 10> kSearches = {{
-        {0, 0, 0, 0, false, 0, 0, false, 0, false},
-        {0, 0, 0, 0, false, 0, 1, false, 0, false},
-        {0, 0, 0, 1, false, 0, 1, true, 0, false},
-        {16, 1, 0, 4, false, 0, 1, true, 0, false},
-        {32, 1, 0, 4, true, 0, 1, true, 0, false},
-        {64, 3, 0, 4, true, 1, 1, true, 0, false},
-        {64, 4, 1, 4, true, 1, 1, true, 1, false},
-        {64, 8, 4, 4, true, 1, 2, true, 2, false},
-        {64, 16, 16, 4, true, 1, 3, true, 4, false},
-        {64, 64, 64, 4, true, 2, 4, true, 8, true},
+        // shapes twoRegions threeRegions rotations mode4 freeRefits codedRefits everyLowBit descents twoColours
+        {       0,         0,           0,        0,false,         0,          0,      false,       0,     false},  // effort 0
+        {       0,         0,           0,        0,false,         0,          1,      false,       0,     false},
+        {       0,         0,           0,        1,false,         0,          1,       true,       0,     false},
+        {      16,         1,           0,        4,false,         0,          1,       true,       0,     false},
+        {      32,         1,           0,        4, true,         0,          1,       true,       0,     false},
+        {      64,         3,           0,        4, true,         1,          1,       true,       0,     false},  // effort 5
+        {      64,         4,           1,        4, true,         1,          1,       true,       1,     false},
+        {      64,         8,           4,        4, true,         1,          2,       true,       2,     false},
+        {      64,        16,          16,        4, true,         1,          3,       true,       4,     false},
+        {      64,        64,          64,        4, true,         2,          4,       true,       8,      true},  // effort 9
     }};
+    // clang-format on
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
 

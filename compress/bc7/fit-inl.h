@@ -1,5 +1,16 @@
-// The BC7 encoder's kernel: as many blocks as a vector has lanes, side by side. No lane ever meets another, and every step is a plain
-// IEEE operation, so a block gets the same bits at any width. Values are in units of a code, 0 .. 255.
+// The BC7 kernel, one block in each lane. Values are in 0 .. 255.
+//
+// Method, with the counts given by Bc7Search. Modes are tried in this order, and the least error wins:
+// 1. Mode 6: one line in four channels.
+// 2. Modes 5 and 4: one line for three channels, and a separate one for the fourth, which may be any channel (rotation).
+// 3. Modes 1 and 3 (opaque blocks) and 7 (others): two regions. Partitions are ranked by an estimate from their moments
+//    (partitions-inl.h) and the best ones are fitted.
+// 4. Modes 0 and 2 (opaque blocks): three regions, ranked in the same way.
+// The fit of a mode: line along the principal axis, refits with unrounded ends, rounding to codes with the nearest low bits, refits to the
+// indices of the rounded ends, optionally all combinations of low bits, and coordinate descent by single steps of each code.
+//
+// A mode is computed for all lanes if any lane may use it, but kept only in lanes that may: the result of a block does not depend on the
+// blocks in other lanes.
 #if defined(LIGHTCOOK_COMPRESS_BC7_FIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC7_FIT_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC7_FIT_INL_H_
@@ -15,6 +26,7 @@
 #include "compress/bc7/lines-inl.h"
 #include "compress/bc7/partitions-inl.h"
 #include "compress/bc7/search.h"
+#include "compress/block/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
@@ -22,11 +34,9 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 template <class D>
-class Bc7Fit {
-    using F = hn::Vec<D>;
-    using DI = hn::RebindToSigned<D>;
-    using I = hn::Vec<DI>;
-    using M = hn::Mask<D>;
+class Bc7Fit : Lanes<D> {
+    using typename Lanes<D>::F, typename Lanes<D>::M, typename Lanes<D>::DI, typename Lanes<D>::I;
+    using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::clamp, Lanes<D>::select;
     using View = Bc7View<D>;
     using Line = Bc7Line<D>;
     using Regions = Bc7Regions<D>;
@@ -41,7 +51,7 @@ class Bc7Fit {
 public:
     Bc7Fit(const Bc7Search& search, const EncodeOptions& options) : search_(search), options_(options) {}
 
-    /// Codes as many blocks as there are lanes.
+    /// Encodes Lanes(d) blocks. Results go to found, one after the other.
     void run(const Block* const* blocks, Bc7Result* found) {
         load(blocks);
         clearBest();
@@ -68,11 +78,6 @@ private:
         F index[kTexelCount], second[kTexelCount];
     };
 
-    static HWY_INLINE F set(float value) { return hn::Set(D(), value); }
-    static HWY_INLINE F zero() { return hn::Zero(D()); }
-    static HWY_INLINE F clamp(F value, F low, F high) { return hn::Min(hn::Max(value, low), high); }
-    static HWY_INLINE F select(M mask, F yes, F no) { return hn::IfThenElse(mask, yes, no); }
-
     void load(const Block* const* blocks) {
         const D d;
         const std::size_t lanes = hn::Lanes(d);
@@ -90,7 +95,7 @@ private:
             total = total + lines_.significance[t];
         }
         opaqueError_ = opaqueMiss * set(options_.channelWeights[3]);
-        // Nearly opaque is enough for the modes without alpha to be worth a try.
+        // Modes without alpha are worth a try in nearly opaque blocks too.
         opaque_ = opaqueError_ <= total * set(options_.channelWeights[3] * 4.0f);
         hasAlpha_ = opaqueError_ > zero();
         anyOpaque_ = !hn::AllFalse(d, opaque_);
@@ -107,6 +112,7 @@ private:
         for (int t = 0; t < kTexelCount; ++t) best_.index[t] = best_.second[t] = zero();
     }
 
+    /// Returns the channels with alpha swapped for channel rotation - 1; 0: not swapped.
     View rotated(int rotation) const {
         View view;
         for (std::size_t c = 0; c < 4; ++c) {
@@ -119,9 +125,10 @@ private:
         }
         return view;
     }
+    /// Returns the separate channel.
     static View alone(const View& view) { return {{view.channel[3], nullptr, nullptr, nullptr}, {view.weight[3], 0, 0, 0}}; }
 
-    /// Completes codes by their indices and error, and keeps them where they are better.
+    /// Chooses the indices for codes, computes their error, and keeps them where they are better.
     template <int kRegions, int kChannels>
     void evaluate(const Regions& regions, const View& view, const Coding& coding, Coded<2 * kRegions, kChannels>& trial,
                   Coded<2 * kRegions, kChannels>& best) const {
@@ -139,7 +146,7 @@ private:
         for (int t = 0; t < kTexelCount; ++t) best.index[t] = select(better, trial.index[t], best.index[t]);
     }
 
-    /// Fits lines, rounds them, and refits to what rounding made of them.
+    /// Fits the lines of a mode.
     template <int kRegions, int kChannels>
     void fit(const Regions& regions, const View& view, const Coding& coding, Coded<2 * kRegions, kChannels>& best) const {
         Texels position;
@@ -167,6 +174,7 @@ private:
         }
         for (int pass = 0; pass < search_.descents; ++pass) descend<kRegions, kChannels>(regions, view, coding, best);
     }
+    /// Runs one pass of coordinate descent.
     template <int kRegions, int kChannels>
     void descend(const Regions& regions, const View& view, const Coding& coding, Coded<2 * kRegions, kChannels>& best) const {
         const F largest = set(static_cast<float>((1 << coding.bits) - 1));
@@ -179,13 +187,13 @@ private:
                 }
     }
 
-    /// A mode with one index.
+    /// Fits a mode with one index set.
     template <int kRegions, int kChannels>
     void tryMode(int modeIndex, const Regions& regions, I partition, const View& view) {
         Coded<2 * kRegions, kChannels> coded;
         fit<kRegions, kChannels>(regions, view, Coding::of(kBc7Modes[static_cast<std::size_t>(modeIndex)]), coded);
         const F error = kChannels == 4 ? coded.error : coded.error + opaqueError_;
-        // A mode is tried when any lane asks for it; what the neighbours ask for must not change a block.
+        // Other lanes may have asked for this mode: keep it only in lanes that may use it.
         M better = error < best_.error;
         if (kChannels == 3) better = hn::And(better, opaque_);
         if (modeIndex == 7) better = hn::And(better, hasAlpha_);
@@ -198,7 +206,7 @@ private:
         for (int t = 0; t < kTexelCount; ++t) best_.index[t] = select(better, coded.index[t], best_.index[t]);
     }
 
-    /// Modes 4 and 5: one channel has an index of its own.
+    /// Fits mode 4 or 5, in which one channel has indices of its own.
     void trySecondIndex(int modeIndex, int rotation, bool swapIndices) {
         const Bc7Mode& mode = kBc7Modes[static_cast<std::size_t>(modeIndex)];
         const View view = rotated(rotation);
@@ -222,6 +230,7 @@ private:
             best_.second[t] = select(better, other.index[t], best_.second[t]);
         }
     }
+    /// Sets the error and the mode fields of the best candidate where the mask is set.
     void keepFrame(M better, F error, int mode, I partition, int rotation, int indexSelection) {
         const auto betterI = hn::RebindMask(DI(), better);
         best_.error = select(better, error, best_.error);
@@ -230,8 +239,6 @@ private:
         best_.rotation = hn::IfThenElse(betterI, hn::Set(DI(), rotation), best_.rotation);
         best_.indexSelection = hn::IfThenElse(betterI, hn::Set(DI(), indexSelection), best_.indexSelection);
     }
-
-    // ---- Partitions -------------------------------------------------------------------------------------------------------------
 
     void tryTwoRegions(const View& view) {
         typename Partitions::Ranking ranking;
@@ -248,7 +255,7 @@ private:
     }
 
     void tryThreeRegions(const View& view) {
-        // Mode 0 knows only the first sixteen, so these have a ranking of their own.
+        // Mode 0 has only the first sixteen partitions, so these are ranked separately.
         typename Partitions::Ranking coarse, fine;
         const int keep = search_.threeRegions, keepFine = std::min(keep, 16);
         Partitions(view, lines_.significance).rankThree(keep, keepFine, coarse, fine);
@@ -284,8 +291,8 @@ private:
     const EncodeOptions& options_;
     Bc7Lines<D> lines_;
     F texel_[4][kTexelCount];
-    F opaqueError_;        ///< of taking alpha for 1
-    M opaque_, hasAlpha_;  ///< lanes for modes without alpha, and for those with it; some may be both
+    F opaqueError_;        ///< error of replacing alpha by 1
+    M opaque_, hasAlpha_;  ///< lanes that may use modes without alpha, and mode 7; some may use both
     bool anyOpaque_ = false, anyAlpha_ = false;
     Candidate best_;
 };

@@ -1,5 +1,7 @@
-// BC7: regions of a block, lines through their texels, and the error that such lines leave, lane by lane. Values are in units of a code,
-// 0 .. 255.
+// BC7: the regions of a block, lines through their texels, and the error of rounded lines. Values are in 0 .. 255.
+//
+// A fit alternates two steps: given the lines, each texel takes the nearest index (chooseIndices); given the indices, the lines are the
+// solution of weighted least squares (refit). First positions are projections onto the principal axis of each region.
 #if defined(LIGHTCOOK_COMPRESS_BC7_LINES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC7_LINES_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC7_LINES_INL_H_
@@ -12,6 +14,7 @@
 #include <cmath>
 
 #include "compress/block/block.h"
+#include "compress/block/lanes-inl.h"
 #include "compress/block/partitions.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -19,25 +22,26 @@ namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The channels as a mode sees them, the one on its own last.
+/// The channels after rotation. In modes 4 and 5 the last one is the separate channel.
 template <class D>
 struct Bc7View {
     const hn::Vec<D>* channel[4];
     float weight[4];
 };
 
+/// The line of a region, from a to b.
 template <class D>
 struct Bc7Line {
     hn::Vec<D> a[4], b[4];
 };
 
-/// Region of each texel, lane by lane.
+/// The partition of each lane.
 template <class D>
 struct Bc7Regions {
     using F = hn::Vec<D>;
     using DI = hn::RebindToSigned<D>;
     using I = hn::Vec<DI>;
-    hn::Mask<D> second[kTexelCount], third[kTexelCount];
+    hn::Mask<D> second[kTexelCount], third[kTexelCount];  ///< lanes where the texel is in region 1, in region 2
 
     template <int kRegions>
     static Bc7Regions of(I partition) {
@@ -61,7 +65,7 @@ struct Bc7Regions {
         }
         return regions;
     }
-    /// The weight of a texel in region r: none where it lies elsewhere.
+    /// Returns the weight of a texel in region r, zero if it is in another one.
     template <int kRegions>
     HWY_INLINE F inRegion(int r, int t, F weight) const {
         if constexpr (kRegions == 1) return weight;
@@ -70,7 +74,7 @@ struct Bc7Regions {
         if (r == 2) return hn::IfThenElseZero(third[t], weight);
         return hn::IfThenZeroElse(second[t], hn::IfThenZeroElse(third[t], weight));
     }
-    /// The value of a texel's own region.
+    /// Selects the value of the region that holds a texel.
     template <int kRegions>
     HWY_INLINE F pick(int t, F ofFirst, F ofSecond, F ofThird) const {
         if constexpr (kRegions == 1) return ofFirst;
@@ -80,11 +84,10 @@ struct Bc7Regions {
     }
 };
 
-/// Lines through the texels of regions.
 template <class D>
-class Bc7Lines {
-    using F = hn::Vec<D>;
-    using M = hn::Mask<D>;
+class Bc7Lines : Lanes<D> {
+    using typename Lanes<D>::F, typename Lanes<D>::M;
+    using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::clamp, Lanes<D>::select;
     using View = Bc7View<D>;
     using Regions = Bc7Regions<D>;
 
@@ -92,9 +95,9 @@ public:
     using Line = Bc7Line<D>;
     using Texels = F[kTexelCount];
 
-    Texels significance;  ///< of each texel: set before anything is asked
+    Texels significance;  ///< set this before any call
 
-    /// First positions, in [0, 1], along each region's principal axis.
+    /// Sets the position of each texel on the principal axis of its region: 0 and 1 are the outermost significant texels.
     template <int kRegions, int kChannels>
     void startPositions(const Regions& regions, const View& view, Texels& position) const {
         for (int r = 0; r < kRegions; ++r) {
@@ -125,7 +128,7 @@ public:
         }
     }
 
-    /// Least-squares lines for texels at these positions.
+    /// Computes the weighted least-squares line of each region for texels at these positions.
     template <int kRegions, int kChannels>
     void leastSquares(const Regions& regions, const View& view, const Texels& position, Line* lines) const {
         for (int r = 0; r < kRegions; ++r) {
@@ -158,7 +161,7 @@ public:
         }
     }
 
-    /// Nearest of steps + 1 values of each texel on its line.
+    /// Sets the nearest of steps + 1 indices of each texel.
     template <int kRegions, int kChannels>
     void chooseIndices(const Regions& regions, const View& view, const Line* lines, float steps, Texels& index) const {
         F scale[kRegions], weighted[kRegions][kChannels], offset[kRegions];
@@ -184,9 +187,10 @@ public:
             index[t] = hn::Round(clamp(position, zero(), set(steps)));
         }
     }
-    /// The format's weights are these, rounded: 64 i / 3, 64 i / 7 and 64 i / 15.
+    /// Returns the interpolation weight of an index, in 64ths: 64 i / steps, rounded, as in the format's tables.
     static HWY_INLINE F weightOfIndex(F index, float steps) { return hn::Round(index * set(64.0f / steps)); }
 
+    /// Returns the error of lines with integer ends, with interpolation exactly as in a decoder.
     template <int kRegions, int kChannels>
     F errorOf(const Regions& regions, const View& view, const Line* lines, float steps, const Texels& index) const {
         constexpr int kSecond = kRegions > 1 ? 1 : 0, kThird = kRegions > 2 ? 2 : 0;
@@ -197,7 +201,7 @@ public:
             for (int c = 0; c < kChannels; ++c) {
                 const F a = regions.template pick<kRegions>(t, lines[0].a[c], lines[kSecond].a[c], lines[kThird].a[c]);
                 const F b = regions.template pick<kRegions>(t, lines[0].b[c], lines[kSecond].b[c], lines[kThird].b[c]);
-                // Whole numbers below 2^24: exact.
+                // Exact: integers below 2^24.
                 const F value = hn::Floor((a * set(64.0f) + (b - a) * weight + set(32.0f)) * set(1.0f / 64));
                 const F miss = value - view.channel[c][t];
                 sum = sum + set(view.weight[c]) * miss * miss;
@@ -207,6 +211,7 @@ public:
         return error;
     }
 
+    /// Fits lines to texels with these indices.
     template <int kRegions, int kChannels>
     void refit(const Regions& regions, const View& view, float steps, const Texels& index, Line* lines) const {
         Texels position;
@@ -215,12 +220,8 @@ public:
     }
 
 private:
-    static HWY_INLINE F set(float value) { return hn::Set(D(), value); }
-    static HWY_INLINE F zero() { return hn::Zero(D()); }
-    static HWY_INLINE F clamp(F value, F low, F high) { return hn::Min(hn::Max(value, low), high); }
-    static HWY_INLINE F select(M mask, F yes, F no) { return hn::IfThenElse(mask, yes, no); }
-
-    /// Direction, in the space of channels scaled by their weight, by power iteration from the row of the largest diagonal.
+    /// Finds the principal axis in the space of channels scaled by the root of their weight, by power iteration on the covariance matrix,
+    /// starting with its row of the largest diagonal element.
     template <int kRegions, int kChannels>
     void principalAxis(const Regions& regions, int r, const View& view, const F (&mean)[kChannels], F (&axis)[kChannels]) const {
         if constexpr (kChannels == 1) {
@@ -257,7 +258,7 @@ private:
             }
             for (int i = 0; i < kChannels; ++i) axis[i] = next[i];
         }
-        // A projection onto the axis weighs channels once more.
+        // Scale once more, so that a projection onto the axis weights the channels.
         for (int c = 0; c < kChannels; ++c) axis[c] = axis[c] * set(std::sqrt(view.weight[c]));
     }
 };

@@ -10,24 +10,29 @@ struct Bc7Mode {
     int partitionBits;
     int rotationBits;
     int indexSelectionBits;
-    int colourBits;       ///< of each endpoint's channel, without the shared low bit
+    int colourBits;       ///< of each endpoint and channel, without the low bit
     int alphaBits;        ///< 0: alpha is 1
-    int endpointLowBits;  ///< one for each endpoint
-    int sharedLowBits;    ///< one for each region
+    int endpointLowBits;  ///< 1: each endpoint has a low bit, shared by its channels
+    int sharedLowBits;    ///< 1: each region has a low bit, shared by its endpoints
     int indexBits;
-    int secondIndexBits;  ///< 0: one index serves colour and alpha
+    int secondIndexBits;  ///< 0: one index for colour and alpha
 };
 
-constexpr std::array<Bc7Mode, 8> kBc7Modes = {{{3, 4, 0, 0, 4, 0, 1, 0, 3, 0},
-                                               {2, 6, 0, 0, 6, 0, 0, 1, 3, 0},
-                                               {3, 6, 0, 0, 5, 0, 0, 0, 2, 0},
-                                               {2, 6, 0, 0, 7, 0, 1, 0, 2, 0},
-                                               {1, 0, 2, 1, 5, 6, 0, 0, 2, 3},
-                                               {1, 0, 2, 0, 7, 8, 0, 0, 2, 2},
-                                               {1, 0, 0, 0, 7, 7, 1, 0, 4, 0},
-                                               {2, 6, 0, 0, 5, 5, 1, 0, 2, 0}}};
+// clang-format off
+constexpr std::array<Bc7Mode, 8> kBc7Modes = {{
+  // regionCount partitionBits rotationBits indexSelectionBits colourBits alphaBits endpointLowBits sharedLowBits indexBits secondIndexBits
+  {          3,            4,           0,                 0,         4,        0,              1,            0,        3,              0},
+  {          2,            6,           0,                 0,         6,        0,              0,            1,        3,              0},
+  {          3,            6,           0,                 0,         5,        0,              0,            0,        2,              0},
+  {          2,            6,           0,                 0,         7,        0,              1,            0,        2,              0},
+  {          1,            0,           2,                 1,         5,        6,              0,            0,        2,              3},
+  {          1,            0,           2,                 0,         7,        8,              0,            0,        2,              2},
+  {          1,            0,           0,                 0,         7,        7,              1,            0,        4,              0},
+  {          2,            6,           0,                 0,         5,        5,              1,            0,        2,              0},
+}};
+// clang-format on
 
-/// An endpoint's bits as eight.
+/// Expands an endpoint to eight bits: the high bits are repeated below.
 constexpr int expandTo8(int value, int bits) {
     const int high = value << (8 - bits);
     return high | (high >> bits);

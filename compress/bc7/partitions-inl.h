@@ -1,4 +1,8 @@
-// BC7: which partitions promise most, judged by how far each region is from a line, lane by lane.
+// BC7: ranks partitions by an estimate of their error, from the moments of the texels alone.
+//
+// The weighted sums of 1, the channels and their products over a region give its covariance matrix. The error of the best line is the trace
+// less the largest eigenvalue, plus the quantization error along the line, a fixed share of that eigenvalue. The sums of region 0 are those
+// of the block less those of the other regions.
 #if defined(LIGHTCOOK_COMPRESS_BC7_PARTITIONS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC7_PARTITIONS_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC7_PARTITIONS_INL_H_
@@ -12,6 +16,7 @@
 #include <cmath>
 
 #include "compress/bc7/lines-inl.h"
+#include "compress/block/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
@@ -19,15 +24,13 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 template <class D>
-class Bc7Partitions {
-    using F = hn::Vec<D>;
-    using DI = hn::RebindToSigned<D>;
-    using I = hn::Vec<DI>;
-    using M = hn::Mask<D>;
+class Bc7Partitions : Lanes<D> {
+    using typename Lanes<D>::F, typename Lanes<D>::M, typename Lanes<D>::DI, typename Lanes<D>::I;
+    using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::select;
 
 public:
     static constexpr int kMostKept = 64;
-    /// The best first.
+    /// Partitions and their estimated errors, best first.
     struct Ranking {
         F score[kMostKept];
         I partition[kMostKept];
@@ -53,7 +56,7 @@ public:
         }
     }
 
-    /// The best of the first shapes partitions into two regions.
+    /// Ranks the first `shapes` partitions into two regions and keeps the best ones.
     void rankTwo(int shapes, int keep, Ranking& ranking) const {
         clear(keep, ranking);
         for (int p = 0; p < shapes; ++p) {
@@ -69,7 +72,7 @@ public:
         }
     }
 
-    /// The best partitions into three regions, and the best of the first sixteen.
+    /// Ranks the partitions into three regions, and the first sixteen of them separately.
     void rankThree(int keep, int keepFirst, Ranking& all, Ranking& first16) const {
         clear(keep, all);
         clear(keepFirst, first16);
@@ -93,15 +96,11 @@ public:
 private:
     static constexpr int kMoments = 15;
     struct Moments {
-        F v[kMoments];  ///< w; w times each channel; w times each product of two
+        F v[kMoments];  ///< w; w times each channel; w times each product of two channels
     };
 
-    static HWY_INLINE F set(float value) { return hn::Set(D(), value); }
-    static HWY_INLINE F zero() { return hn::Zero(D()); }
-    static HWY_INLINE F select(M mask, F yes, F no) { return hn::IfThenElse(mask, yes, no); }
-
-    /// What lies off the axis of texels with these moments, and the width of a step on it. The largest eigenvalue is taken as the norm of
-    /// the matrix: right where one direction rules, which is where it matters.
+    /// Estimates the error of texels with these moments on their best line: the variance off the axis, and the given share of the variance
+    /// along it. The largest eigenvalue is approximated by the Frobenius norm, which is exact if one direction dominates.
     static HWY_INLINE F estimateError(const F* m, float quantizationShare) {
         const F share = set(1.0f) / hn::Max(m[0], set(1e-30f));
         F trace = zero(), squares = zero();
@@ -115,9 +114,10 @@ private:
         const F norm = hn::Sqrt(squares);
         return hn::Max(trace - norm, zero()) + norm * set(quantizationShare);
     }
+    /// Inserts a partition into the sorted ranking.
     static void insert(F error, int partition, int keep, Ranking& ranking) {
         I candidate = hn::Set(DI(), partition);
-        for (int i = 0; i < keep; ++i) {  // what is pushed out moves on
+        for (int i = 0; i < keep; ++i) {  // the displaced entry moves on
             const M better = error < ranking.score[i];
             const auto betterI = hn::RebindMask(DI(), better);
             const F lost = select(better, ranking.score[i], error);

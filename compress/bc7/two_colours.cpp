@@ -12,11 +12,11 @@ namespace lightcook::compress {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr double kFloorShare = 32;  ///< texels of a region that weigh less of their colour are left out of its bound
+constexpr double kFloorShare = 32;  ///< a colour with less than 1/32 of its weight in a region is left out of the region's bound
 constexpr Window kAnywhere = {{0, 256}, {0, 256}, false};
 constexpr std::array<Window, 4> kAllAnywhere = {kAnywhere, kAnywhere, kAnywhere, kAnywhere};
 
-/// Errors are measured in codes, so the metric of an interpolated value is the value itself.
+/// Returns the metric of every interpolated value: the value itself, since errors are measured in 0 .. 255.
 const std::array<double, 256>& codeMetric() {
     static const std::array<double, 256> metric = [] {
         std::array<double, 256> values;
@@ -26,7 +26,8 @@ const std::array<double, 256>& codeMetric() {
     return metric;
 }
 
-/// lowBit: -1 where a mode has none
+/// Returns the values of all codes.
+/// lowBit  -1: the mode has none
 const EndValues& endValues(int bits, int lowBit) {
     static const auto tables = [] {
         std::vector<EndValues> made;
@@ -42,7 +43,7 @@ const EndValues& endValues(int bits, int lowBit) {
     return tables[static_cast<std::size_t>(3 * (bits - 4) + lowBit + 1)];
 }
 
-/// The low bits of both ends, in all combinations.
+/// Returns all combinations of the low bits of two ends.
 std::vector<std::array<int, 2>> lowBitsOf(int perPair) {
     if (perPair == 0) return {{-1, -1}};
     if (perPair == 1) return {{0, 0}, {1, 1}};
@@ -108,11 +109,11 @@ Bc7Result Bc7TwoColours::fit(const Block& block, const TwoColours& two) {
 }
 
 bool Bc7TwoColours::foundAll() const {
-    return bestError_ <= least_ * (1 + kTwoColoursHair);
+    return bestError_ <= least_ * (1 + kTieMargin);
 }
 
-/// Those that divide the colours best go first: what they find cuts the others short. Also finds what a colour weighs at the least where a
-/// region has any of it.
+/// Returns the partitions, {region count, number, unused}, those that separate the colours best first: their results prune the others.
+/// Also sets floor_.
 std::vector<std::array<int, 3>> Bc7TwoColours::partitions() {
     std::vector<std::pair<double, std::array<int, 3>>> list;
     floor_ = total_;
@@ -142,7 +143,7 @@ Bc7TwoColours::Coded Bc7TwoColours::code(std::span<const ChannelError> channels,
     best.error = kInfinite;
     const int count = 1 << coding.indexBits;
     for (const auto& low : lowBitsOf(coding.lowBitsPerPair))
-        // Ends may always change places, so the first of the colours keeps to the lower half.
+        // Swapping the ends mirrors the indices, so the first colour can stay in the lower half.
         for (int i = 0; i < count / 2; ++i)
             for (int j = 0; j < (loads.size() > 1 ? count : 1); ++j) {
                 search.limit(bound);
@@ -156,7 +157,7 @@ Bc7TwoColours::Coded Bc7TwoColours::code(std::span<const ChannelError> channels,
                 for (std::size_t e = 0; e < 2; ++e) best.low[e] = static_cast<std::uint8_t>(std::max(low[e], 0));
                 best.index[static_cast<std::size_t>(loads[0].colour)] = static_cast<std::uint8_t>(i);
                 if (loads.size() > 1) best.index[1] = static_cast<std::uint8_t>(j);
-                if (error <= search.least() * (1 + kTwoColoursHair)) return best;
+                if (error <= search.least() * (1 + kTieMargin)) return best;
             }
     return best;
 }
@@ -184,7 +185,7 @@ void Bc7TwoColours::tryOneRegion(int mode) {
     setRegion(1, 0, 0, 0, 4, coded);
 }
 
-/// Modes 4 and 5: one channel has an index of its own.
+/// Tries mode 4 or 5, in which one channel has indices of its own.
 void Bc7TwoColours::tryRotation(int mode, int rotation, bool indexSelection) {
     const Bc7Mode& of = kBc7Modes[static_cast<std::size_t>(mode)];
     std::array<ChannelError, 4> rotated = channels_;
@@ -206,7 +207,7 @@ void Bc7TwoColours::tryRotation(int mode, int rotation, bool indexSelection) {
     setRegion(1, 0, 0, 3, 1, other);
 }
 
-/// What a region of a mode costs at the least.
+/// Returns a lower bound of the error of a region in a mode.
 double Bc7TwoColours::bound(int mode, const Weights& weight) {
     const Bc7Mode& of = kBc7Modes[static_cast<std::size_t>(mode)];
     auto& bounds = bounds_[static_cast<std::size_t>(mode)];
@@ -219,7 +220,7 @@ double Bc7TwoColours::bound(int mode, const Weights& weight) {
     return least;
 }
 
-/// Modes of several regions, which have nothing to do with one another.
+/// Tries a mode with several regions. Regions are independent, so each is searched with the error that the others leave to it.
 void Bc7TwoColours::tryPartition(int mode, int partition) {
     const Bc7Mode& of = kBc7Modes[static_cast<std::size_t>(mode)];
     if (partition >= 1 << of.partitionBits) return;

@@ -1,4 +1,4 @@
-// BC7 blocks of two colours, coded with the least error that the format has.
+// BC7 blocks of two colours, encoded with the least possible error.
 #pragma once
 
 #include <array>
@@ -10,32 +10,32 @@
 
 namespace lightcook::compress {
 
-/// Every mode, every partition and rotation, every pair of places for the colours of each region, all low bits, every pair of ends: cut
-/// wherever what is left cannot beat the best so far.
+/// Branch and bound over every mode, partition and rotation, every pair of indices for the colours of each region, all low bits and every
+/// pair of ends. A branch is pruned where the lower bound of its error is not below the best error so far.
 class Bc7TwoColours {
 public:
     explicit Bc7TwoColours(const EncodeOptions& options);
     Bc7Result fit(const Block& block, const TwoColours& two);
 
 private:
-    /// How the ends of a region are stored.
+    /// Storage of the ends of a region.
     struct Coding {
         int bits;            ///< without the low bit
-        int lowBitsPerPair;  ///< 0, 1 for both ends, 2
+        int lowBitsPerPair;  ///< 0; 1: shared by both ends; 2: one for each end
         int indexBits;
     };
-    /// A region, coded.
+    /// An encoded region.
     struct Coded {
         double error = 0;
         std::array<Ends, 4> ends{};
-        std::array<std::uint8_t, 2> low{}, index{};  ///< of each end; of each colour
+        std::array<std::uint8_t, 2> low{}, index{};  ///< low bit of each end; index of each colour
     };
-    using Weights = std::array<double, 2>;  ///< of the colours in a region
+    using Weights = std::array<double, 2>;  ///< total significance of each colour in a region
 
     void tryOneRegion(int mode);
     void tryRotation(int mode, int rotation, bool indexSelection);
     void tryPartition(int mode, int partition);
-    /// The best of a region below the bound; an infinite error if there is none.
+    /// Finds the best encoding of a region with an error below the bound; the error is infinite if there is none.
     Coded code(std::span<const ChannelError> channels, const Weights& weight, const Coding& coding, double bound) const;
     double bound(int mode, const Weights& weight);
     std::vector<std::array<int, 3>> partitions();
@@ -44,10 +44,11 @@ private:
     bool foundAll() const;
 
     std::array<ChannelError, 4> channels_;
-    double least_ = 0;        ///< no block has a smaller error
-    double opaqueError_ = 0;  ///< of taking alpha for 1
-    Weights total_{}, floor_{};
-    std::array<std::vector<RegionBounds>, 8> bounds_;  ///< of each mode with several regions, for each choice of low bits
+    double least_ = 0;                                 ///< lower bound of the error of any block
+    double opaqueError_ = 0;                           ///< error of replacing alpha by 1
+    Weights total_{};                                  ///< in the whole block
+    Weights floor_{};                                  ///< lower bounds of the weights in any region that has the colour
+    std::array<std::vector<RegionBounds>, 8> bounds_;  ///< for each mode with several regions, for each choice of low bits
     double bestError_ = 0;
     Bc7Result best_;
     const Block* block_ = nullptr;

@@ -1,4 +1,4 @@
-// What every block encoder of this room starts from: sixteen texels, channel by channel, and how much each of them counts.
+// The input of every block encoder: sixteen texels in planes, and the significance (error weight) of each; block I/O; the encoders.
 #pragma once
 
 #include <array>
@@ -8,29 +8,29 @@
 #include <utility>
 #include <vector>
 
-#include "compress/encode.h"
+#include "compress/encode_options.h"
 
 namespace lightcook::compress {
 
 constexpr int kTexelCount = 16;  ///< of a 4x4 block
 
-/// A 4x4 block, texel y * 4 + x, in planes. Missing texels repeat the edge and weigh nothing.
+/// A 4x4 block in planes; the index of a texel is y * 4 + x. Texels beyond the edge of the image repeat the edge and have significance 0.
 struct Block {
     alignas(64) std::array<std::array<float, kTexelCount>, 4> channel;
     alignas(64) std::array<float, kTexelCount> significance;  ///< >= 0, at least one above 0
-    bool insignificant = false;                               ///< nothing counted: significance was set to 1, any cheap coding will do
+    bool insignificant = false;  ///< all significances were 0 and have been set to 1; the fastest search is good enough
 };
 
-/// Rows of texels as the kernels read them that need no blocks.
+/// An image as the row kernels read it, without gathering blocks.
 struct TexelRows {
-    const float* texels;                ///< four a texel
+    const float* texels;                ///< four floats per texel
     std::ptrdiff_t rowStride;           ///< [floats]
-    const float* significance;          ///< one a texel, or null: 1 everywhere
+    const float* significance;          ///< one float per texel; null: 1 everywhere
     std::ptrdiff_t significanceStride;  ///< [floats]
     int width, height;                  ///< [texels]
 };
 
-/// Packs fields of a block from its lowest bit upwards.
+/// Writes the bit fields of a block from its lowest bit upwards.
 class BitWriter {
 public:
     void put(std::uint32_t value, int bitCount) {
@@ -40,7 +40,7 @@ public:
         if (shift + bitCount > 64) words_[1] |= field >> (64 - shift);
         position_ += bitCount;
     }
-    /// The first byteCount bytes, little endian.
+    /// Writes the first byteCount bytes, little endian.
     void store(std::byte* out, std::size_t byteCount) const {
         for (std::size_t i = 0; i < byteCount; ++i) out[i] = static_cast<std::byte>(words_[i >> 3] >> (8 * (i & 7)));
     }
@@ -50,7 +50,7 @@ private:
     int position_ = 0;
 };
 
-/// Reads what BitWriter wrote.
+/// Reads the bit fields of a block from its lowest bit upwards.
 class BitReader {
 public:
     BitReader(const std::byte* bytes, std::size_t byteCount) {
@@ -70,24 +70,27 @@ private:
     int position_ = 0;
 };
 
-/// Blocks by the care that they need. Lists keep the order of the blocks.
+/// Sorts blocks by the search that they need. Every list keeps the order of the blocks.
 struct BlockSorter {
-    std::vector<std::pair<const Block*, std::size_t>> constant;  ///< one value wherever it counts, and a texel that has it
-    std::vector<const Block*> varied, insignificant;
+    /// Blocks whose significant texels are all equal, and the index of one of these texels.
+    std::vector<std::pair<const Block*, std::size_t>> constant;
+    std::vector<const Block*> varied;         ///< all others that have significant texels
+    std::vector<const Block*> insignificant;  ///< all others
     BlockSorter(std::span<const Block> blocks, std::size_t channelCount);
 };
 
-// The encoders, block by block into consecutive places of out.
+// The encoders write one block after the other to out.
 void encodeBc1(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);
 void encodeBc3(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);
-/// Channels are in [0, 1], or in [-1, 1] where signed.
+/// Encodes channel 0. Values are in [0, 1], or in [-1, 1] if signed.
 void encodeBc4(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out);
-/// One channel of each block into 8 bytes, stride bytes apart: unsigned BC4, half of BC5, the alpha of BC3.
+/// Encodes one channel of each block as unsigned BC4, 8 bytes every stride bytes: BC4, one half of BC5, or the alpha of BC3.
 void encodeBc4Channel(std::span<const Block> blocks, std::size_t channel, int effort, std::byte* out, std::size_t stride);
 void encodeBc5(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out);
-/// Whole rows of blocks of BC4 or BC5 at any effort but the exact 9; returns whether a value was clamped into the format's range.
+/// Encodes whole rows of blocks as BC4 or BC5, at any effort but 9, which is exhaustive. Returns true if a value was clamped into the
+/// range of the format.
 bool encodeBc4Rows(const TexelRows& rows, int channelCount, bool isSigned, int effort, std::byte* out);
-/// Channels are finite and in the format's range.
+/// Encodes values that are finite and in the range of the format.
 void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out);
 void encodeBc7(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);
 

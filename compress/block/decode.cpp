@@ -1,8 +1,9 @@
-// BC1, BC3, BC4 and BC5 as Direct3D 11 and Khronos' Data Format Specification define them, interpolated in real numbers.
-#include <algorithm>
-#include <glm/vec3.hpp>
-
+// Decoders of BC1, BC3, BC4 and BC5 after Direct3D 11 and Khronos' Data Format Specification, interpolated in real numbers.
 #include "compress/block/decode.h"
+
+#include <algorithm>
+#include <cassert>
+#include <glm/vec3.hpp>
 
 namespace lightcook::compress {
 namespace {
@@ -31,7 +32,9 @@ void decodeBc1(const std::byte* block, bool alwaysFourColours, DecodedBlock& out
 
 namespace {
 
-/// Eight values from two ends, the byte of the first beyond that of the second or not, and the index of each texel.
+/// Reads the indices of a block and returns its values.
+/// falls           the byte of the first endpoint is larger: seven steps between the endpoints, else five steps and the extremes
+/// least, largest  extremes of the format
 std::array<float, kTexelCount> interpolated(BitReader& bits, float first, float second, bool falls, float least, float largest) {
     std::array<float, 8> palette = {first, second};
     const int steps = falls ? 7 : 5;
@@ -47,7 +50,7 @@ std::array<float, kTexelCount> interpolated(BitReader& bits, float first, float 
     return out;
 }
 
-/// -128 means -127; which layout a block has its bytes tell as they are.
+/// Decodes a signed channel. Byte -128 means -127, but the mode depends on the bytes as they are.
 std::array<float, kTexelCount> decodeSnormChannel(const std::byte* block) {
     BitReader bits(block, 8);
     const int first = static_cast<std::int8_t>(bits.get(8)), second = static_cast<std::int8_t>(bits.get(8));

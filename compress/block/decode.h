@@ -1,4 +1,4 @@
-// What the blocks of this room decode to, for the encoders' own use: verify/ has decoders that share nothing with these.
+// Block decoders for the encoders' own use. verify/ has independent decoders, which share no code with these.
 #pragma once
 
 #include <array>
@@ -6,16 +6,17 @@
 #include <glm/vec4.hpp>
 
 #include "compress/block/block.h"
+#include "formats/pixel_format.h"
 
 namespace lightcook::compress {
 
 using DecodedBlock = std::array<glm::vec4, kTexelCount>;
 
-// BC1 to BC5 by ideal interpolation in [0, 1], or [-1, 1]; BC6H exact halves, minus infinity where a block asks for it; reserved modes of
-// BC6H and BC7 decode to 0.
+// BC1 to BC5 are interpolated in real numbers, in [0, 1] or [-1, 1]. BC6H gives exact halves, and minus infinity for the codes that mean
+// it. Reserved modes of BC6H and BC7 decode to 0.
 void decodeBc1(const std::byte* block, bool alwaysFourColours, DecodedBlock& out);
 void decodeBc3(const std::byte* block, DecodedBlock& out);
-/// One channel of 16 values in [0, 1].
+/// Decodes one channel, values in [0, 1].
 std::array<float, kTexelCount> decodeBc4Channel(const std::byte* block);
 void decodeBc4(const std::byte* block, DecodedBlock& out);
 void decodeBc5(const std::byte* block, DecodedBlock& out);
@@ -23,7 +24,7 @@ void decodeBc4Snorm(const std::byte* block, DecodedBlock& out);
 void decodeBc5Snorm(const std::byte* block, DecodedBlock& out);
 void decodeBc6h(const std::byte* block, bool isSigned, DecodedBlock& out);
 void decodeBc7(const std::byte* block, DecodedBlock& out);
-/// A block of any of these formats, BC1 with its three-colour form.
+/// Decodes a block of any of these formats; BC1 with its three-colour mode.
 void decodeBlock(formats::PixelFormat format, const std::byte* block, DecodedBlock& out);
 
 }  // namespace lightcook::compress

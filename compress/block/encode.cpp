@@ -10,7 +10,7 @@
 #include "compress/bc6h/search.h"
 #include "compress/block/block.h"
 #include "compress/block/decode.h"
-#include "compress/rdo.h"
+#include "compress/block/rdo.h"
 #include "compress/texel/astc.h"
 #include "compress/texel/packed_texels.h"
 
@@ -21,10 +21,10 @@ using formats::ImageView;
 using formats::PixelFormat;
 
 constexpr int kBlockSide = 4;
-/// Blocks handed to an encoder at once: a multiple of every vector's lanes, small enough for the first-level cache.
+/// Number of blocks that are passed to an encoder at once: a multiple of the lanes of any vector, small enough for the L1 cache.
 constexpr int kBatch = 64;
 
-/// What a format can hold, and how often a texel had to be changed for it.
+/// Clamps texels into the range of a format and counts the clamped values.
 class RangeClamp {
 public:
     explicit RangeClamp(PixelFormat format)
@@ -38,7 +38,7 @@ public:
                 report_.clampedHigh += counts;
             } else if (texel[c] < low_[c]) {
                 clamped[c] = low_[c];
-                // Beyond the end of a signed format is too large, whatever the sign.
+                // In a signed format a value below the range counts as too large too.
                 (low_[c] < 0 ? report_.clampedHigh : report_.clampedNegative) += counts;
             } else if (low_[c] == 0) {
                 clamped[c] = texel[c] + 0.0f;  // -0 becomes 0
@@ -46,14 +46,14 @@ public:
         }
         return clamped;
     }
-    /// A whole block; the report counts texels that weigh something.
+    /// Clamps a block. The report counts significant texels only.
     void operator()(Block& block) {
         int outside = 0;
         for (int c = 0; c < channelCount_; ++c) {
             auto& plane = block.channel[static_cast<std::size_t>(c)];
             const float low = low_[c], high = high_[c];
             for (float& value : plane) {
-                value += 0.0f;  // -0 becomes 0; a block has no use for its sign
+                value += 0.0f;  // -0 becomes 0
                 outside |= (value < low) | (value > high);
             }
         }
@@ -64,7 +64,7 @@ public:
             for (int c = 0; c < 4; ++c) block.channel[static_cast<std::size_t>(c)][t] = clamped[c];
         }
     }
-    /// Only for the report.
+    /// Counts the values that a kernel has clamped itself.
     void count(ImageView<const glm::vec4> texels, ImageView<const float> significance) {
         for (int y = 0; y < texels.height; ++y)
             for (int x = 0; x < texels.width; ++x) (*this)(texels.at(x, y), !significance.texels || significance.at(x, y) > 0);
@@ -78,8 +78,8 @@ private:
     EncodeReport report_;
 };
 
-/// Only ratios of significance count, but sums of huge weights overflow and tiny ones drown in what keeps divisions safe: a largest weight
-/// far from 1 is brought there by a power of two, which rounds nothing.
+/// Scales the significance of a block by a power of two if its largest value is far from 1. Only ratios count, but sums of huge weights
+/// overflow, and tiny ones vanish beside the small constants that keep divisions safe. A power of two rounds nothing.
 void normalize(std::array<float, kTexelCount>& significance) {
     const float largest = *std::max_element(significance.begin(), significance.end());
     if (largest >= 0x1p-10f && largest <= 0x1p10f) return;
@@ -87,7 +87,7 @@ void normalize(std::array<float, kTexelCount>& significance) {
     for (float& weight : significance) weight = std::ldexp(weight, exponent);
 }
 
-/// The 4x4 texels at (4 blockX, 4 blockY), as many channels as the format has; those beyond the edge repeat it and weigh nothing.
+/// Gathers the 4x4 texels at (4 blockX, 4 blockY). Texels beyond the edge repeat it and have significance 0.
 template <int kChannels>
 void gatherChannels(ImageView<const glm::vec4> texels, ImageView<const float> significance, int blockX, int blockY, RangeClamp& clamp,
                     Block& out) {
@@ -183,9 +183,9 @@ EncodeReport encodeBcRows(PixelFormat format, ImageView<const glm::vec4> texels,
     return clamp.report();
 }
 
-/// Encodes these blocks anew, each with the care that options ask of a single one.
-void encodeAnew(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance, const EncodeOptions& options,
-                std::span<const int> which, std::span<std::byte> out) {
+/// Encodes the blocks with these numbers again, by the full search.
+void encodeAgain(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance, const EncodeOptions& options,
+                 std::span<const int> which, std::span<std::byte> out) {
     const int across = formats::blocksAcross(format, texels.width);
     const auto bytesPerBlock = static_cast<std::size_t>(formats::info(format).bytesPerBlock);
     RangeClamp clamp(format);
@@ -204,7 +204,7 @@ TexelRows rowsOf(ImageView<const glm::vec4> texels, ImageView<const float> signi
     return {&texels.texels->x, 4 * texels.rowStride, significance.texels, significance.rowStride, texels.width, texels.height};
 }
 
-/// BC4 and BC5 but for their exact effort.
+/// Encodes BC4 and BC5 by the kernel that reads rows: all efforts but the exhaustive one.
 EncodeReport encodeBc4Fast(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
                            const EncodeOptions& options, std::span<std::byte> out) {
     const formats::PixelFormatInfo& info = formats::info(format);
@@ -214,35 +214,35 @@ EncodeReport encodeBc4Fast(PixelFormat format, ImageView<const glm::vec4> texels
     return clamp.report();
 }
 
-/// BC6H at low effort: a kernel that reads rows and no blocks, and the slower one for the blocks that it leaves poor.
+/// Encodes BC6H at low effort: the fast kernel, then the full search for blocks above fastKernelMaxError.
 EncodeReport encodeBc6hFast(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
                             const EncodeOptions& options, std::span<std::byte> out) {
     const TexelRows rows = rowsOf(texels, significance);
-    const float careAbove = bc6hSearchOf(options.effort).careAbove;
+    const float maxError = bc6hSearchOf(options.effort).fastKernelMaxError;
     std::vector<float> errors(out.size() / 16);
     RangeClamp clamp(format);
     if (encodeBc6hRows(rows, format == PixelFormat::Bc6hSf16, options, out.data(), errors.data())) clamp.count(texels, significance);
     std::vector<int> poor;
     for (std::size_t i = 0; i < errors.size(); ++i)
-        if (errors[i] > careAbove * careAbove) poor.push_back(static_cast<int>(i));
-    encodeAnew(format, texels, significance, options, poor, out);
+        if (errors[i] > maxError * maxError) poor.push_back(static_cast<int>(i));
+    encodeAgain(format, texels, significance, options, poor, out);
     return clamp.report();
 }
 
-/// What encodes rows of a format: kernels that read rows, where there are such, or blocks.
-auto fastest(PixelFormat format, int effort) {
+/// Returns the function that encodes rows of a format: one that reads rows if there is one, else one that gathers blocks.
+auto rowEncoderOf(PixelFormat format, int effort) {
     const bool isBc6h = format == PixelFormat::Bc6hUf16 || format == PixelFormat::Bc6hSf16;
-    if (isBc6h && bc6hSearchOf(effort).careAbove > 0) return encodeBc6hFast;
+    if (isBc6h && bc6hSearchOf(effort).fastKernelMaxError > 0) return encodeBc6hFast;
     const bool isBc4 = format == PixelFormat::Bc4 || format == PixelFormat::Bc4Snorm;
     const bool isBc5 = format == PixelFormat::Bc5 || format == PixelFormat::Bc5Snorm;
     if ((isBc4 || isBc5) && !bc4SearchOf(effort).exhaustive) return encodeBc4Fast;
     return encodeBcRows;
 }
 
-/// Every BC format: blocks, repeated where that is asked for, and what they decode to.
+/// Encodes any BC format, optimizes the rows (rdo), and decodes them.
 EncodeReport encodeBlockRows(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
                              const EncodeOptions& options, std::span<std::byte> out, ImageView<glm::vec4> decoded) {
-    const EncodeReport report = fastest(format, options.effort)(format, texels, significance, options, out);
+    const EncodeReport report = rowEncoderOf(format, options.effort)(format, texels, significance, options, out);
     const std::size_t rowBytes = formats::bytesPerBlockRow(format, texels.width);
     for (int top = 0; options.rdo > 0 && top < texels.height; top += kBlockSide) {
         const int count = std::min(kBlockSide, texels.height - top);
@@ -301,7 +301,7 @@ EncodeReport encodeRows(PixelFormat format, ImageView<const glm::vec4> texels, I
     assert(!significance.texels || (significance.width == texels.width && significance.height == texels.height));
     assert(!decoded.texels || (decoded.width == texels.width && decoded.height == texels.height));
     if (texels.width == 0 || texels.height == 0) return {};
-    if (canReduce(format)) return encodeBlockRows(format, texels, significance, options, out, decoded);
+    if (supportsRdo(format)) return encodeBlockRows(format, texels, significance, options, out, decoded);
     switch (format) {
         case PixelFormat::Astc4x4Hdr:
         case PixelFormat::Astc6x6Hdr:

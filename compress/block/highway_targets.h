@@ -1,5 +1,5 @@
-// Instruction sets that the kernels are compiled for: include before any header of Highway.
-// The floor is AVX2 (the whole program is built for it), so nothing below it is made; what lies above is chosen at run time.
+// Selects the instruction sets that the kernels are compiled for. Include it before any header of Highway.
+// AVX2 is the minimum that the whole program is built for, so nothing below it is compiled; better sets are chosen at run time.
 #pragma once
 
 #if defined(__x86_64__)

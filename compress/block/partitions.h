@@ -1,5 +1,5 @@
-// How BC6H and BC7 divide sixteen texels among two or three pairs of endpoints.
-// Source: the tables of Khronos' Data Format Specification 1.3, BPTC (the first 32 two-region shapes are BC6H's).
+// The partitions of BC6H and BC7: the assignment of sixteen texels to two or three regions, each with a pair of endpoints.
+// Source: the tables of Khronos' Data Format Specification 1.3, BPTC. BC6H uses the first 32 two-region partitions.
 #pragma once
 
 #include <array>
@@ -7,16 +7,16 @@
 
 namespace lightcook::compress {
 
-/// Bit t is set where texel t belongs to region 1 of 2.
+/// Bit t is set if texel t belongs to region 1 of 2.
 extern const std::array<std::uint16_t, 64> kTwoRegions;
-/// Bits 2t and 2t + 1 are the region of texel t, of 3.
+/// Bits 2t and 2t + 1 are the region of texel t, 0 .. 2.
 extern const std::array<std::uint32_t, 64> kThreeRegions;
-/// The texel of region 1 of 2 whose index is stored without its highest bit (texel 0 is region 0's).
+/// The anchor of region 1 of 2: the texel whose index is stored without its highest bit. Texel 0 is the anchor of region 0.
 extern const std::array<std::uint8_t, 64> kTwoRegionsAnchor;
-/// The same for regions 1 and 2 of 3.
+/// The anchors of regions 1 and 2 of 3.
 extern const std::array<std::array<std::uint8_t, 64>, 2> kThreeRegionsAnchor;
 
-/// Weights of the second endpoint, of 64, for 2, 3 and 4 bits of index.
+/// Interpolation weights of the second endpoint, in 64ths, for indices of 2, 3 and 4 bits.
 extern const std::array<std::uint8_t, 4> kWeights2;
 extern const std::array<std::uint8_t, 8> kWeights3;
 extern const std::array<std::uint8_t, 16> kWeights4;

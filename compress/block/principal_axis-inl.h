@@ -1,4 +1,4 @@
-// The direction in which points in three dimensions spread most, in lanes.
+// Principal axis of points in three dimensions, one set of points in each lane.
 #if defined(LIGHTCOOK_COMPRESS_PRINCIPAL_AXIS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_PRINCIPAL_AXIS_INL_H_
 #undef LIGHTCOOK_COMPRESS_PRINCIPAL_AXIS_INL_H_
@@ -13,7 +13,7 @@ namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// 1 / x to a thousandth, for any x > 0 of a plain float's range but the largest: a line through the bits, and two steps of Newton's.
+/// Returns 1 / x to 0.1 %, for all positive normal x but the largest: a linear function of the bits, and two Newton steps.
 template <class D>
 HWY_INLINE hn::Vec<D> roughInverse(hn::Vec<D> x) {
     const hn::RebindToSigned<D> di;
@@ -23,8 +23,8 @@ HWY_INLINE hn::Vec<D> roughInverse(hn::Vec<D> x) {
     return better * hn::NegMulAdd(x, better, two);
 }
 
-/// Dominant eigenvector of a symmetric matrix (xx xy xz yy yz zz), largest component about 1, by power iteration from the row of the
-/// largest diagonal.
+/// Finds the dominant eigenvector of a symmetric matrix (xx xy xz yy yz zz), with the largest component about 1, by power iteration that
+/// starts with the row of the largest diagonal element.
 template <class D>
 HWY_INLINE void principalAxis(const hn::Vec<D> (&m)[6], int iterations, hn::Vec<D> (&axis)[3]) {
     const auto yFirst = m[3] > m[0], zFirst = m[5] > hn::Max(m[0], m[3]);

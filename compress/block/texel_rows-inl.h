@@ -1,4 +1,4 @@
-// Rows of texels into lanes, a block a lane: as many blocks side by side as a vector has lanes.
+// Loads rows of texels into lanes, one block in each lane, for kernels that do not gather blocks.
 #if defined(LIGHTCOOK_COMPRESS_TEXEL_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_TEXEL_ROWS_INL_H_
 #undef LIGHTCOOK_COMPRESS_TEXEL_ROWS_INL_H_
@@ -19,7 +19,7 @@ namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// As many blocks as there are lanes, those beyond the edge of the image repeating it and weighing nothing.
+/// A copy of one block per lane at the edge of the image: texels beyond the edge repeat it and have weight 0.
 template <std::size_t kLanes>
 struct EdgeTexels {
     HWY_ALIGN float texels[4][16 * kLanes];
@@ -37,8 +37,9 @@ struct EdgeTexels {
     }
 };
 
-/// Walks all blocks, row by row, a vector of them at a time.
-/// run  (four rows of 4 Lanes texels, four rows of significance or null for 1 everywhere, how many blocks of the vector there are)
+/// Visits all blocks, row by row, a vector of blocks at a time.
+/// run  is called with four rows of 4 Lanes(d) texels, four rows of significance or null for 1 everywhere, and the number of blocks that
+///      lie in the image
 template <class D, class Run>
 void forEachVector(const TexelRows& rows, const Run& run) {
     constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
@@ -66,8 +67,8 @@ void forEachVector(const TexelRows& rows, const Run& run) {
         }
 }
 
-/// Significance of the blocks' texels. Only ratios count, but sums of squares of weights far from 1 would leave a float's range: those are
-/// brought near it by a power of two. Texels of blocks that weigh nothing weigh 1.
+/// Loads the significance of the texels of each block. Only ratios count; weights far from 1 are scaled by a power of two, so that sums of
+/// squares neither overflow nor underflow. If all weights of a block are 0, they become 1 and `nothing` is set.
 template <class D>
 void loadWeights(const std::array<const float*, 4>& rows, hn::Vec<D> (&weight)[kTexelCount], hn::Mask<D>& nothing) {
     const hn::RebindToSigned<D> di;

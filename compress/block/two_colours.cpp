@@ -20,7 +20,7 @@ int ceilDiv(int a, int b) {
     return -floorDiv(-a, b);
 }
 
-/// Calls visit(code) for codes low .. high that lie on the arc of a circle of count codes, until it returns false.
+/// Calls visit(code) for the codes in low .. high that are on the arc of a circle of count codes, until it returns false.
 template <class Visit>
 bool eachOn(const Arc& arc, int count, int low, int high, Visit&& visit) {
     int from = arc.from, end = arc.from + arc.count;
@@ -67,7 +67,7 @@ int EndValues::firstAtLeast(int value) const {
     const int last = count() - 1;
     if (value > values_.back()) return count();
     if (value <= values_.front()) return firstUsable_;
-    // Values lie nearly evenly: a guess is off by a code or two.
+    // Values are nearly equidistant: a linear guess is off by a code or two.
     int code = std::clamp(static_cast<int>((value - values_.front()) * codesPerValue_), 0, last);
     while ((*this)[code] < value) ++code;
     while (code > 0 && (*this)[code - 1] >= value) --code;
@@ -95,6 +95,7 @@ RegionSearch::RegionSearch(std::span<const ChannelError> channels, std::vector<L
     }
 }
 
+/// Returns the interpolated values with which the error of a load does not exceed the budget.
 RegionSearch::Range RegionSearch::within(const ChannelError& channel, const Load& load, double budget) const {
     const auto i = static_cast<std::size_t>(load.colour);
     const double weight = load.weight * channel.weight[i];
@@ -106,6 +107,7 @@ RegionSearch::Range RegionSearch::within(const ChannelError& channel, const Load
     return {static_cast<int>(low - channel.metric), static_cast<int>(high - channel.metric) - 1};
 }
 
+/// Returns the interpolated values of each load with which the error of a channel can be below the bound.
 RegionSearch::Ranges RegionSearch::rangesBelow(std::size_t channel, double bound) const {
     Ranges ranges{};
     for (std::size_t g = 0; g < loads_.size(); ++g) {
@@ -128,7 +130,7 @@ void RegionSearch::limit(double bound) {
                      [&](std::size_t a, std::size_t b) { return room[a] < room[b]; });
 }
 
-/// Codes of the first end that leave each load a second end of its own, at the least, and each pair of loads a common one.
+/// Returns the codes of the first end for which each load, and each pair of loads, has a second end that brings it within its range.
 RegionSearch::Range RegionSearch::firstEnds(const Task& task) const {
     const EndValues &first = task.first, &second = task.second;
     int low = first[first.firstUsable()], high = first[first.count() - 1];
@@ -151,7 +153,7 @@ RegionSearch::Range RegionSearch::firstEnds(const Task& task) const {
     return {first.firstAtLeast(low), first.lastAtMost(high)};
 }
 
-/// Codes of the second end that bring every load within its range.
+/// Returns the codes of the second end that bring every load within its range.
 RegionSearch::Range RegionSearch::secondEnds(const Task& task, int firstValue) const {
     const EndValues& second = task.second;
     int low = second[second.firstUsable()], high = second[second.count() - 1];
@@ -169,26 +171,26 @@ RegionSearch::Range RegionSearch::secondEnds(const Task& task, int firstValue) c
     return {second.firstAtLeast(low), second.lastAtMost(high)};
 }
 
-/// Runs of codes of the first end that may be of use, one after the other.
+/// Returns the intervals of codes of the first end that may be of use.
 std::array<RegionSearch::Range, 3> RegionSearch::firstRuns(const Task& task) const {
     constexpr Range kNone = {0, -1};
     const Range codes = firstEnds(task);
     const Arc& second = task.window.second;
     const int count = task.first.count(), reach = std::max(-second.from, second.from + second.count - 1);
     if (!task.window.secondFollowsFirst || 4 * reach >= count) return {codes, kNone, kNone};
-    // A second end that is close keeps the first close to every load, unless they are neighbours across the gap of the circle.
+    // A second end within reach keeps the first end close to every load, except for ends on both sides of the gap of the circle.
     Range near = {std::max(codes.low, reach), std::min(codes.high, count - reach - 1)};
     for (std::size_t g = 0; g < loads_.size(); ++g) {
         near.low = std::max(near.low, task.first.firstAtLeast(task.ranges[g].low) - reach);
         near.high = std::min(near.high, task.first.lastAtMost(task.ranges[g].high) + reach);
     }
-    // And loads close to one another.
+    // It also keeps the loads close to each other.
     const int step = (task.first[count - 1] - task.first[0]) / (count - 1) + 1;
     if (near.low <= near.high && !allowsSpread(task.ranges, task.shares, 0, (reach + 2) * step)) near = kNone;
     return {Range{codes.low, std::min(codes.high, reach - 1)}, near, Range{std::max(codes.low, count - reach), codes.high}};
 }
 
-/// visit(code) for each first end on these runs that the window allows, until it returns false.
+/// Calls visit(code) for each first end in these intervals that the window allows, until it returns false.
 template <class Visit>
 void RegionSearch::eachFirst(const Task& task, const std::array<Range, 3>& runs, Visit&& visit) const {
     for (const Range& run : runs)
@@ -203,7 +205,7 @@ double RegionSearch::errorOf(const Task& task, int code, int other) const {
     return error;
 }
 
-/// visit(second code) for each second end that brings every load within its range, until it returns false.
+/// Calls visit(second code) for each second end that brings every load within its range, until it returns false.
 template <class Visit>
 void RegionSearch::eachSecond(const Task& task, int code, Visit&& visit) const {
     const Range codes = secondEnds(task, task.first[code]);
@@ -213,7 +215,7 @@ void RegionSearch::eachSecond(const Task& task, int code, Visit&& visit) const {
     eachOn(arc, task.second.count(), codes.low, codes.high, visit);
 }
 
-/// Where there are many ends to try, a few that are likely to be good: what they leave is soon searched.
+/// Tries a few ends that are likely to be good, to reduce the bound before a search over many ends.
 void RegionSearch::probe(const Task& task, Range codes, double& bound, Ends& found) const {
     constexpr int kPlaces = 16;
     const ChannelError& channel = channels_[task.channel];
@@ -256,7 +258,7 @@ Ends RegionSearch::best(std::size_t channel, const int* shares, const EndValues&
     constexpr int kMany = 48;
     Task task{channel, shares, first, second, window, range_[channel]};
     Ends found{0, 0, kInfinite};
-    const double enough = leastOf_[channel] + (bound_ < kInfinite ? kTwoColoursHair * bound_ : 0);
+    const double enough = leastOf_[channel] + (bound_ < kInfinite ? kTieMargin * bound_ : 0);
     std::array<Range, 3> runs = firstRuns(task);
     Range codes = {first.count(), -1};
     int total = 0;
@@ -321,8 +323,8 @@ std::vector<Ends> RegionSearch::bestOfEachFirst(std::size_t channel, const int* 
     return list;
 }
 
-std::vector<std::array<double, 2>> RegionSearch::trades(std::size_t channel, const int* shares, const EndValues& first,
-                                                        const EndValues& second, const Window& window) const {
+std::vector<std::array<double, 2>> RegionSearch::tradeOffs(std::size_t channel, const int* shares, const EndValues& first,
+                                                           const EndValues& second, const Window& window) const {
     constexpr int kMany = 1024;
     constexpr std::size_t kMost = 4096;
     const ChannelError& error = channels_[channel];
@@ -376,9 +378,9 @@ RegionBounds::RegionBounds(std::span<const ChannelError> channels, int indexBits
     for (int i = 0; i < half; ++i)
         for (int j = 0; j < count_; ++j) {
             const std::array<int, 2> shares = {weightOf(indexBits, i), weightOf(indexBits, j)};
-            std::vector<Trades>& of = trades_.emplace_back();
+            std::vector<TradeOffs>& of = tradeOffs_.emplace_back();
             for (std::size_t c = 0; c < channels.size(); ++c) {
-                of.push_back(search.trades(c, shares.data(), first, second, windows[c]));
+                of.push_back(search.tradeOffs(c, shares.data(), first, second, windows[c]));
                 if (!of.back().empty()) continue;
                 of.clear();
                 break;
@@ -397,12 +399,12 @@ double RegionBounds::least(const std::array<double, 2>& weight) const {
 
 double RegionBounds::least(int i, int j, const std::array<double, 2>& weight) const {
     if (weight[0] < floor_[0] || weight[1] < floor_[1]) return 0;
-    // Ends that change places turn indices round.
-    const int turned = i < count_ / 2 ? i * count_ + j : (count_ - 1 - i) * count_ + count_ - 1 - j;
-    const std::vector<Trades>& of = trades_[static_cast<std::size_t>(turned)];
+    // Swapping the ends mirrors the indices.
+    const int mirrored = i < count_ / 2 ? i * count_ + j : (count_ - 1 - i) * count_ + count_ - 1 - j;
+    const std::vector<TradeOffs>& of = tradeOffs_[static_cast<std::size_t>(mirrored)];
     if (of.empty()) return kInfinite;
     double sum = 0;
-    for (const Trades& channel : of) {
+    for (const TradeOffs& channel : of) {
         double best = kInfinite;
         for (const auto& trade : channel) best = std::min(best, weight[0] * trade[0] + weight[1] * trade[1]);
         sum += best;

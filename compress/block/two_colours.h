@@ -1,8 +1,12 @@
-// Blocks of two colours, the part that BC6H and BC7 share: the best whole ends for texels that have two colours and chosen places between
-// these ends. Both formats interpolate v = (a (64 - share) + b share + 32) >> 6, so once the places are chosen channels have nothing to do
-// with one another, and every channel is a search over two whole numbers. Plain code: the same bytes from every instruction set.
+// Blocks of two colours, the part that BC6H and BC7 share: the best integer ends for texels of two colours whose indices are chosen.
 //
-// Words: a code is what is stored of an end; its value is what the interpolator sees; a load is texels of one colour at one place.
+// Both formats interpolate v = (a (64 - share) + b share + 32) >> 6, share the interpolation weight of the index. Once the indices are
+// chosen, channels are independent, and each channel is a search over two integers. It is pruned by intervals: a bound of the error limits
+// the interpolated value of each load to a range, and these ranges limit the two ends. Scalar code: every instruction set gives the same
+// bytes.
+//
+// Words: a code is the stored integer of an end; its value is the integer that is interpolated; a load is the texels of one colour that
+// have the same index.
 #pragma once
 
 #include <array>
@@ -15,23 +19,24 @@
 
 namespace lightcook::compress {
 
-/// The colours of a block that has two where it counts.
+/// The two colours of a block.
 struct TwoColours {
     std::array<std::array<float, 4>, 2> colour{};
-    std::array<std::uint32_t, 2> texels{};  ///< bit t is set where texel t counts and has this colour
+    std::array<std::uint32_t, 2> texels{};  ///< bit t is set if texel t is significant and has this colour
 };
+/// Returns true if the significant texels of a block have exactly two colours.
 bool hasTwoColours(const Block& block, std::size_t channelCount, TwoColours& two);
 
-/// What the codes of an end stand for, rising from code 0 on.
+/// The values of the codes of an end, rising from code 0.
 class EndValues {
 public:
-    /// firstUsable: codes below are never chosen
+    /// firstUsable  codes below it are never chosen
     explicit EndValues(std::vector<int> values, int firstUsable = 0);
     int count() const { return static_cast<int>(values_.size()); }
     int firstUsable() const { return firstUsable_; }
     int operator[](int code) const { return values_[static_cast<std::size_t>(code)]; }
-    int firstAtLeast(int value) const;  ///< count() where there is none
-    int lastAtMost(int value) const;    ///< firstUsable() - 1 where there is none
+    int firstAtLeast(int value) const;  ///< returns count() if there is none
+    int lastAtMost(int value) const;    ///< returns firstUsable() - 1 if there is none
 
 private:
     std::vector<int> values_;
@@ -41,32 +46,33 @@ private:
 
 /// The error of one channel: weight (metric[v] - target)^2 for each of the two colours.
 struct ChannelError {
-    const double* metric = nullptr;  ///< of v, lowest .. highest, rising
+    const double* metric = nullptr;  ///< of v in lowest .. highest, rising
     int lowest = 0, highest = 0;
-    std::array<double, 2> weight{}, target{}, least{};  ///< least: the smallest error over all v
-    std::array<int, 2> nearest{};                       ///< the v that has it
+    std::array<double, 2> weight{}, target{};
+    std::array<double, 2> least{};  ///< smallest error over all v
+    std::array<int, 2> nearest{};   ///< the v of the smallest error
 
     double at(int colour, int value) const {
         const auto i = static_cast<std::size_t>(colour);
         const double miss = metric[value] - target[i];
         return weight[i] * miss * miss;
     }
-    void findLeast();  ///< from the rest
+    void findLeast();  ///< sets least and nearest
 };
 
 struct Load {
     int colour;     ///< 0 or 1
-    double weight;  ///< of all its texels
+    double weight;  ///< total significance of its texels
 };
 
-/// Codes from, from + 1 .. on a circle, where the one after the last is the first.
+/// An interval of codes on a circle: the code after the last one is the first.
 struct Arc {
     int from, count;
 };
-/// Where ends may lie: the first on an arc, the second on another or that far from the first.
+/// The allowed codes of a pair of ends: the first in an arc; the second in another arc, absolute or relative to the first end.
 struct Window {
     Arc first, second;
-    bool secondFollowsFirst = false;  ///< second.from is counted from the first end
+    bool secondFollowsFirst = false;  ///< second.from is relative to the first end
 };
 
 struct Ends {
@@ -78,35 +84,36 @@ inline int interpolated(int a, int b, int share) {
     return (a * (64 - share) + b * share + 32) >> 6;
 }
 
-/// The loads that share a pair of ends.
+/// Searches for the ends of a region with given loads.
 class RegionSearch {
 public:
     RegionSearch(std::span<const ChannelError> channels, std::vector<Load> loads);
 
     const std::vector<Load>& loads() const { return loads_; }
-    double least() const { return least_; }  ///< no ends at all have a smaller error
+    double least() const { return least_; }  ///< lower bound of the error with any ends
     double least(std::size_t channel) const { return leastOf_[channel]; }
 
-    /// From here on only ends matter whose error is below the bound.
+    /// Restricts the following calls to ends with an error below the bound.
     void limit(double bound);
-    /// The best ends of each channel for loads at these shares of the way; returns the error, or infinity if it is not below the bound.
+    /// Finds the best ends of each channel for loads with these interpolation weights. Returns the error, or infinity if it is not below
+    /// the bound.
     double place(const int* shares, const EndValues& first, const EndValues& second, std::span<const Window> windows, double bound,
                  Ends* ends) const;
-    /// The best ends of one channel; the error is infinite if none is below the bound.
+    /// Returns the best ends of one channel; their error is infinite if it is not below the bound.
     Ends best(std::size_t channel, const int* shares, const EndValues& first, const EndValues& second, const Window& window,
               double bound) const;
-    /// False where no ends are below the bound whose values, second less first, are about that far apart.
+    /// Returns false if no ends with second - first in spread +- tolerance (values) can have an error below the bound.
     bool allowsSpread(std::size_t channel, const int* shares, int spread, int tolerance) const {
         return allowsSpread(range_[channel], shares, spread, tolerance);
     }
-    /// For each first end the best second one, where that is below the bound; rising errors.
+    /// Returns the best second end for each first end, where the error is below the bound, sorted by error.
     std::vector<Ends> bestOfEachFirst(std::size_t channel, const int* shares, const EndValues& values, const Window& window,
                                       double bound) const;
 
-    /// What the two loads can trade of one another's error, for a weight of one, within the bound: corners of the lower hull, falling in
-    /// the second as they rise in the first.
-    std::vector<std::array<double, 2>> trades(std::size_t channel, const int* shares, const EndValues& first, const EndValues& second,
-                                              const Window& window) const;
+    /// Returns the lower convex hull of the points (error of load 0, error of load 1), for unit weights, over all ends within the bound:
+    /// the possible trade-offs between the two loads. Corners rise in the first and fall in the second error.
+    std::vector<std::array<double, 2>> tradeOffs(std::size_t channel, const int* shares, const EndValues& first, const EndValues& second,
+                                                 const Window& window) const;
 
 private:
     struct Range {
@@ -119,7 +126,7 @@ private:
         const int* shares;
         const EndValues &first, &second;
         const Window& window;
-        Ranges ranges;  ///< interpolated values that each load may take
+        Ranges ranges;  ///< interpolated values that each load may have
     };
     bool allowsSpread(const Ranges& range, const int* shares, int spread, int tolerance) const;
     Range firstEnds(const Task& task) const;
@@ -138,30 +145,33 @@ private:
     std::vector<Load> loads_;
     std::array<double, 4> leastOf_{};
     double least_ = 0, bound_ = std::numeric_limits<double>::quiet_NaN();
-    std::array<Ranges, 4> range_{};                 ///< what the bound allows in each channel
-    std::array<std::size_t, 4> order_{0, 1, 2, 3};  ///< channels, those that allow the least first
+    std::array<Ranges, 4> range_{};                 ///< interpolated values that the bound allows in each channel
+    std::array<std::size_t, 4> order_{0, 1, 2, 3};  ///< channels, those with the fewest allowed values first
 };
 
-/// The least error of a region whatever its colours weigh: what its ends' precision and reach allow, as if there were no other region.
+/// Lower bounds of the error of a region for any weights of its colours: the least error that the precision and the windows of its ends
+/// allow, if there were no other region. Computed once for each mode, from the trade-offs of each pair of indices.
 class RegionBounds {
 public:
-    /// Colours that weigh less than the floor are taken to weigh nothing; errors above the bound need not be told apart.
+    /// floor  a colour with a smaller weight is treated as absent
+    /// bound  errors above it need not be distinguished
     RegionBounds(std::span<const ChannelError> channels, int indexBits, const EndValues& first, const EndValues& second,
                  std::span<const Window> windows, const std::array<double, 2>& floor, double bound);
-    /// No ends have a smaller error, or none below the bound that was given.
+    /// Returns a lower bound of the error, or some value above the constructor's bound.
     double least(const std::array<double, 2>& weight) const;
-    /// The same with the colours at these indices.
+    /// Returns the same for colours with these indices.
     double least(int firstIndex, int secondIndex, const std::array<double, 2>& weight) const;
 
 private:
-    using Trades = std::vector<std::array<double, 2>>;
-    int count_;                              ///< of indices
-    std::array<double, 2> floor_, alone_{};  ///< alone: error for a weight of one of each colour on its own
-    std::vector<std::vector<Trades>>
-        trades_;  ///< for each pair of indices, the first in the lower half, of each channel: none if it cannot be
+    using TradeOffs = std::vector<std::array<double, 2>>;
+    int count_;  ///< number of indices
+    std::array<double, 2> floor_;
+    std::array<double, 2> alone_{};  ///< error of each colour on its own, for unit weight
+    /// For each pair of indices, the first in the lower half, and each channel. Empty if no ends are below the bound.
+    std::vector<std::vector<TradeOffs>> tradeOffs_;
 };
 
-/// What is taken for no improvement, as a share of the error: searches end where less is to be had.
-constexpr double kTwoColoursHair = 1e-9;
+/// Relative differences of errors below this are ties: searches stop when they cannot gain more.
+constexpr double kTieMargin = 1e-9;
 
 }  // namespace lightcook::compress

@@ -16,8 +16,8 @@ namespace {
 using formats::ImageView;
 using formats::PixelFormat;
 
-/// libastcenc's quality runs from 0 to 100 with its presets at 0, 10, 60, 98, 99 and 100. Not every higher one is better on light: these
-/// are, in every format (tests/quality). 80 in place of 60 takes two fifths more time and gains 1.8 dB in HDR blocks of 4 x 4.
+/// Quality of libastcenc, 0 .. 100, for each effort; its presets are 0, 10, 60, 98, 99 and 100. Not every higher quality is better on
+/// light; these are, in every format (tests/quality). 80 instead of 60 takes 40 % more time and gains 1.8 dB in HDR blocks of 4 x 4.
 constexpr std::array<float, 10> kQuality = {0, 8, 15, 40, 60, 80, 90, 95, 99, 100};
 
 struct ContextFree {
@@ -26,12 +26,12 @@ struct ContextFree {
 using Context = std::unique_ptr<astcenc_context, ContextFree>;
 
 void check(astcenc_error status) {
-    // Our own arguments are right by construction: what is left is memory.
+    // The arguments are correct by construction, so only allocation can fail.
     if (status != ASTCENC_SUCCESS) throw std::runtime_error(std::string("libastcenc: ") + astcenc_get_error_string(status));
 }
 
-/// Setting a context up takes far longer than coding a row of blocks, so each thread keeps those it has used. The content of a context
-/// never changes what a call gives.
+/// Returns this thread's context for a format and options. Creating a context takes far longer than encoding a row of blocks, so each
+/// thread keeps all that it has used. Results do not depend on earlier calls.
 astcenc_context* contextFor(const formats::PixelFormatInfo& format, const EncodeOptions& options) {
     using Key = std::tuple<PixelFormat, int, std::array<float, 4>>;
     static thread_local std::map<Key, Context> contexts;
@@ -53,8 +53,8 @@ astcenc_context* contextFor(const formats::PixelFormatInfo& format, const Encode
     return context.get();
 }
 
-/// Texels that weigh nothing take the value of the nearest of their block that weighs something. Their mean would make one colour more for
-/// the block to hold: 0.3, 0.7 and 0.8 dB worse on light maps in blocks of 4, 6 and 8.
+/// Replaces texels of significance 0 by the nearest significant texel of their block. The mean of the block instead would add a colour:
+/// 0.3, 0.7 and 0.8 dB worse on light maps in blocks of 4, 6 and 8.
 void fillFreeTexels(ImageView<glm::vec4> texels, ImageView<const float> significance, int blockWidth, int blockHeight) {
     struct Place {
         int x, y;

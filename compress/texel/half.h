@@ -1,4 +1,4 @@
-// binary16 as integers: round to nearest even, and back.
+// Conversion between float and the bits of a half (binary16).
 #pragma once
 
 #include <bit>
@@ -9,7 +9,7 @@ namespace lightcook::compress {
 constexpr float kLargestHalf = 65504.0f;
 constexpr int kLargestHalfBits = 0x7BFF;
 
-/// Nearest half of a finite value, ties to even; what lies beyond +-65504 becomes +-65504.
+/// Returns the half nearest to a finite value, ties to even; values beyond +-65504 become +-65504.
 inline std::uint16_t halfFromFloat(float value) {
     const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
     const std::uint32_t sign = (bits >> 16) & 0x8000u;
@@ -21,7 +21,7 @@ inline std::uint16_t halfFromFloat(float value) {
         const std::uint32_t rebased = magnitude - 0x38000000u;
         half = (rebased + 0x0FFFu + ((rebased >> 13) & 1u)) >> 13;
     } else {
-        // Adding 0.5 makes the float unit do the rounding: the half's denormal step 2^-24 is then the last bit.
+        // Adding 0.5 rounds to multiples of 2^-24, the denormal step of a half.
         half = std::bit_cast<std::uint32_t>(std::bit_cast<float>(magnitude) + 0.5f) - 0x3F000000u;
     }
     return static_cast<std::uint16_t>(sign | half);
@@ -30,7 +30,7 @@ inline std::uint16_t halfFromFloat(float value) {
 inline float floatFromHalf(std::uint16_t half) {
     const std::uint32_t sign = static_cast<std::uint32_t>(half & 0x8000u) << 16;
     const std::uint32_t magnitude = half & 0x7FFFu;
-    // 2^112 moves the half's exponent to the float's; denormals come out right because the product is exact.
+    // 2^112 moves the exponent of the half to that of the float. The product is exact, for denormals too.
     const float value = std::bit_cast<float>(magnitude << 13) * std::bit_cast<float>(0x77800000u);
     return std::bit_cast<float>(std::bit_cast<std::uint32_t>(value) | sign);
 }

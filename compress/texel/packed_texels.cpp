@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -17,7 +18,7 @@ void store(std::uint64_t value, std::size_t byteCount, std::byte* out) {
     for (std::size_t i = 0; i < byteCount; ++i) out[i] = static_cast<std::byte>(value >> (8 * i));
 }
 
-/// Nearest float with five bits of exponent, no sign and mantissaBits of mantissa; ties to even. value in [0, largest].
+/// Returns the nearest float with five bits of exponent, no sign and mantissaBits of mantissa, ties to even. value is in [0, largest].
 std::uint32_t smallFloat(float value, int mantissaBits) {
     const int shift = 23 - mantissaBits;
     const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
@@ -42,7 +43,7 @@ glm::vec4 encodeR11g11b10f(const glm::vec4& texel, std::byte* out) {
     return {fromSmallFloat(r, 6), fromSmallFloat(g, 6), fromSmallFloat(b, 5), 1};
 }
 
-/// Error of one channel in the metric, squared.
+/// Returns the squared error of one channel in the metric.
 double squaredError(double decoded, double value, const EncodeOptions& options) {
     const auto scale = static_cast<double>(options.hdrScale);
     double difference = decoded - value;
@@ -53,8 +54,9 @@ double squaredError(double decoded, double value, const EncodeOptions& options) 
 
 constexpr int kRgb9e5Bias = 15, kRgb9e5MantissaBits = 9, kRgb9e5LargestMantissa = 511;
 
-/// The smallest exponent that holds the largest channel has the finest step, but cutting that channel to what an exponent below holds can
-/// cost less, in the metric, than what the others lose: exponents go down for as long as the cut alone does not cost more than the best.
+/// Searches for the exponent with the least error. The smallest exponent that holds the largest channel clamps nothing. Below it the step
+/// is finer, and clamping the largest channel may cost less than the other channels gain. The search goes down until the error of clamping
+/// alone is not below the best error.
 glm::vec4 encodeRgb9e5(const glm::vec4& texel, const EncodeOptions& options, std::byte* out) {
     const float largest = std::max({texel.r, texel.g, texel.b});
     const auto unitOf = [](int exponent) { return std::ldexp(1.0, exponent - kRgb9e5Bias - kRgb9e5MantissaBits); };
@@ -120,7 +122,7 @@ double srgbFromLinear(double value) {
     return value <= 0.0031308 ? value * 12.92 : 1.055 * std::pow(value, 1 / 2.4) - 0.055;
 }
 
-/// Nearest code in the code's own domain: even steps for the eye.
+/// Encodes to the nearest code in the sRGB domain, whose steps are perceptually uniform.
 glm::vec4 encodeSrgb(const glm::vec4& texel, std::byte* out) {
     static const std::array<float, 256> linearFromCode = [] {
         std::array<float, 256> table{};
@@ -136,7 +138,7 @@ glm::vec4 encodeSrgb(const glm::vec4& texel, std::byte* out) {
     return decoded;
 }
 
-/// Of a channel, that the format holds.
+/// Returns the largest value of a channel that the format holds.
 float largestValue(PixelFormat format, int channel) {
     switch (format) {
         case PixelFormat::Rgb9e5:

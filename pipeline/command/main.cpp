@@ -13,7 +13,7 @@
 #include <system_error>
 #include <thread>
 
-#include "compress/instruction_set.h"
+#include "compress/encode_options.h"
 #include "fit/specular_tables.h"
 #include "formats/nearest.h"
 #include "pipeline/command/convert.h"

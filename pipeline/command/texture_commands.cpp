@@ -8,7 +8,6 @@
 #include <limits>
 #include <utility>
 
-#include "compress/rdo.h"
 #include "formats/environment.h"
 #include "formats/gltf_scene.h"
 #include "formats/nearest.h"
@@ -121,7 +120,7 @@ Result<compress::EncodeOptions> optionsOf(const EncodeCommand& command, const fo
         options.channelWeights[c] = static_cast<int>(c) < format.channelCount ? command.channelWeights[c] / largest : 1.0f;
     if (!(command.rdo >= 0 && command.rdo <= kLargestRdo))
         return failure(ErrorCode::InvalidRequest, "--rdo", fmt::format("found {}, expected 0 to {}", command.rdo, kLargestRdo));
-    if (command.rdo > 0 && !compress::canReduce(format.format))
+    if (command.rdo > 0 && !compress::supportsRdo(format.format))
         return failure(ErrorCode::InvalidRequest, "--rdo",
                        fmt::format("found format {}, expected one of BC1 to BC7: only their blocks repeat", format.name));
     options.rdo = static_cast<float>(command.rdo);

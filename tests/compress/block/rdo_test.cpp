@@ -1,5 +1,5 @@
 // Repeated blocks: the error that was allowed is never passed in any row, by an independent metric and the verifier's decoders.
-#include "compress/rdo.h"
+#include "compress/block/rdo.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,94 @@
+// Rate-distortion optimization, first part: the copies that each block of a row can be made of, and the error of each.
+//
+// A block may repeat an earlier block of its row, up to kWholeReach blocks back; or a byte range of one, such as its endpoints or its
+// indices (up to kPartReach); or, in BC7, the head of one, everything before the indices, with the best indices for it (up to kHeadReach).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "compress/bc7/block_head.h"
+#include "compress/block/row_metric.h"
+#include "compress/encode_options.h"
+#include "formats/image.h"
+#include "formats/pixel_format.h"
+
+namespace lightcook::compress {
+
+/// A byte range of a block.
+struct ByteRange {
+    std::size_t begin, end;
+};
+
+/// A copy that may replace a block or a part of it.
+struct CopyCandidate {
+    static constexpr std::size_t kHeadOnly = ~std::size_t{0};
+    std::size_t source;  ///< block to the left
+    std::size_t range;   ///< number of the byte range, 0 for the whole block; kHeadOnly: the head, with new indices
+    double error;        ///< of the block with the copy
+};
+
+class RowCandidates {
+public:
+    /// Arguments as for reduceRow. Copies the encoded blocks and computes their errors.
+    RowCandidates(formats::PixelFormat format, formats::ImageView<const glm::vec4> texels, formats::ImageView<const float> significance,
+                  const EncodeOptions& options, std::span<const std::byte> row);
+
+    /// Finds the candidates of all blocks.
+    void find();
+
+    std::size_t count() const { return blocks_.size(); }
+    std::size_t blockBytes() const { return blockBytes_; }
+    /// Returns the bytes of a block as they were encoded.
+    const std::byte* blockAt(std::size_t j) const { return original_.data() + j * blockBytes_; }
+    double errorOf(std::size_t j) const { return blocks_[j].error; }
+    /// Returns the candidates of a block; those with an infinite error are left out.
+    const std::vector<CopyCandidate>& candidatesOf(std::size_t j) const { return blocks_[j].candidates; }
+    /// Returns the bytes that a candidate copies. A head is rounded down to whole bytes.
+    ByteRange bytesOf(const CopyCandidate& candidate) const {
+        if (candidate.range != CopyCandidate::kHeadOnly) return ranges_[candidate.range];
+        return {0, static_cast<std::size_t>(headBits_[candidate.source]) / 8};
+    }
+    /// Writes block j with the copy of a candidate to out.
+    void apply(std::size_t j, const CopyCandidate& candidate, std::byte* out) const;
+
+private:
+    using Indices = std::array<std::array<std::uint8_t, kTexelCount>, 2>;
+    /// The head of a BC7 block, and the values that its indices decode to.
+    struct Head {
+        BlockHead form{};
+        std::array<Planes, 16> decoded{};                         ///< for each index, all texels
+        std::array<std::array<float, kTexelCount>, 2> penalty{};  ///< of the upper half of indices of each set: infinite at anchors
+    };
+    struct RowBlock {
+        Planes wanted{};   ///< the texels, in the space of the metric
+        Planes weights{};  ///< weights of squared differences
+        Planes decoded{};  ///< the encoded block, in the space of the metric
+        double error = 0;
+        std::vector<CopyCandidate> candidates{};
+    };
+
+    void scaleWeights(formats::ImageView<const float> significance);
+    void gather(formats::ImageView<const glm::vec4> texels, formats::ImageView<const float> significance, int j);
+    bool decode(const std::byte* bytes, Planes& planes) const;
+    double errorOf(const RowBlock& block, const Planes& planes) const;
+    void findFor(std::size_t j);
+    Head headAt(std::size_t j) const;
+    double errorWith(const RowBlock& block, const Head& head, Indices* indices) const;
+
+    formats::PixelFormat format_;
+    std::span<const ByteRange> ranges_;
+    std::size_t blockBytes_;
+    RowMetric metric_;
+    const EncodeOptions& options_;
+    std::vector<std::byte> original_;
+    int significanceExponent_ = 0, channelExponent_ = 0;  ///< powers of two by which weights are scaled
+    std::vector<RowBlock> blocks_;
+    std::vector<Head> heads_;    ///< of the last blocks, in a ring buffer
+    std::vector<int> headBits_;  ///< size of the head of each block
+};
+
+}  // namespace lightcook::compress
