@@ -1,4 +1,4 @@
-// Synthetic images for the tests of the encoders, and what they are measured with.
+// Synthetic images for the tests of the encoders, and error measures.
 #pragma once
 
 #include <cmath>
@@ -14,7 +14,7 @@ namespace lightcook::compress::test {
 
 using TexelImage = formats::Image<glm::vec4>;
 
-/// A small generator with the same numbers everywhere (xorshift64*).
+/// A random number generator with the same numbers on every platform (xorshift64*).
 class Random {
 public:
     explicit Random(std::uint64_t seed) : state_(seed * 0x9E3779B97F4A7C15ull + 1) {}
@@ -43,7 +43,7 @@ struct NamedImage {
     TexelImage image;
 };
 
-/// Values in [0, 1], 64 x 64.
+/// Returns images of 64 x 64 values in [0, 1].
 inline std::vector<NamedImage> unitImages() {
     std::vector<NamedImage> images;
     const auto add = [&](const char* name, const std::function<glm::vec4(int, int)>& texel) {
@@ -63,7 +63,7 @@ inline std::vector<NamedImage> unitImages() {
     return images;
 }
 
-/// Light, 64 x 64.
+/// Returns images of 64 x 64 values of light.
 inline std::vector<NamedImage> lightImages() {
     std::vector<NamedImage> images;
     const auto add = [&](const char* name, const std::function<glm::vec4(int, int)>& texel) {
@@ -107,7 +107,7 @@ inline EncodeOptions effort(int level) {
     return options;
 }
 
-/// Root mean square of the difference over the first channelCount channels.
+/// Returns the RMS difference over the first channelCount channels.
 inline double rmsError(const TexelImage& a, const TexelImage& b, int channelCount) {
     double sum = 0;
     for (std::size_t i = 0; i < a.texels().size(); ++i)
@@ -116,7 +116,7 @@ inline double rmsError(const TexelImage& a, const TexelImage& b, int channelCoun
     return std::sqrt(sum / static_cast<double>(a.texels().size()) / channelCount);
 }
 
-/// The same of log2(1 + x).
+/// Returns the RMS difference of log2(1 + x).
 inline double logRmsError(const TexelImage& a, const TexelImage& b, int channelCount) {
     double sum = 0;
     const auto metric = [](float x) { return std::copysign(std::log2(1 + std::abs(static_cast<double>(x))), static_cast<double>(x)); };

@@ -1,5 +1,5 @@
-// Blocks that nobody should have to encode, but somebody will: huge, denormal, negative, lamps beside zeros, weights of any size. And what
-// must hold of whatever is made of them.
+// Hostile blocks: huge, denormal and negative values, bright light sources beside zeros, weights of any size; and the properties that every
+// encoded block must have.
 #pragma once
 
 #include "compress/block/highway_targets.h"
@@ -23,7 +23,7 @@ namespace lightcook::compress::test {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// Any finite bits.
+/// Returns a float of random bits, finite.
 inline float anyFinite(Random& random) {
     while (true) {
         const float value = std::bit_cast<float>(random.bits());
@@ -38,7 +38,7 @@ inline float hostileValue(Random& random) {
     return kValues[static_cast<std::size_t>(random.below(static_cast<int>(kValues.size())))];
 }
 
-/// One 4x4 block of a random kind. A third has no negative value.
+/// Writes one 4x4 block of a random kind. A third of the blocks has no negative value.
 inline void makeHostileBlock(Random& random, TexelImage& image, int left, int top) {
     const int kind = random.below(12);
     const bool keepSign = random.below(3) != 0;
@@ -137,7 +137,7 @@ inline EncodeOptions hostileOptions(Random& random, int level) {
     return options;
 }
 
-/// blockCount blocks in rows of 64; the last row may be short of full.
+/// Returns blockCount blocks in rows of 64; the last row may be shorter.
 inline HostileImage makeHostileImage(Random& random, int blockCount, int level) {
     const int across = std::min(blockCount, 64), down = (blockCount + across - 1) / across;
     HostileImage image{TexelImage(4 * across, 4 * down), formats::Image<float>(4 * across, 4 * down), hostileOptions(random, level)};
@@ -149,7 +149,7 @@ inline HostileImage makeHostileImage(Random& random, int blockCount, int level) 
     return image;
 }
 
-/// The 4x4 texels around (x, y), bit for bit, for whoever has to find out.
+/// Returns the 4x4 texels around (x, y) in hexadecimal, to reproduce a failure.
 inline std::string describeBlock(const HostileImage& image, formats::PixelFormat format, int x, int y) {
     std::ostringstream text;
     text << formats::info(format).name << " effort " << image.options.effort << " metric " << static_cast<int>(image.options.hdrMetric)
@@ -164,7 +164,7 @@ inline std::string describeBlock(const HostileImage& image, formats::PixelFormat
     return text.str();
 }
 
-/// What is wrong with one decoded value, or nothing.
+/// Returns the defect of a decoded value, or null.
 inline const char* wrongWith(formats::PixelFormat format, int channel, float ours, float theirs) {
     const formats::PixelFormatInfo& info = formats::info(format);
     if (!std::isfinite(ours) || !std::isfinite(theirs)) return "not finite";
@@ -178,8 +178,8 @@ inline const char* wrongWith(formats::PixelFormat format, int channel, float our
     return std::abs(ours - theirs) <= tolerance ? nullptr : "the encoder's decoder and the verifier's disagree";
 }
 
-/// Encodes with the narrowest and the widest instructions there are and holds the results against one another and against the verifier's
-/// decoder. Adds a test failure that holds the block for the first that fails; false then.
+/// Encodes with the narrowest and the widest instruction set and compares the bytes, and the decoded texels with the decoder of verify/. At
+/// the first defect, adds a test failure that describes the block and returns false.
 inline bool expectSound(formats::PixelFormat format, const HostileImage& image) {
     const std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
     hwy::GetChosenTarget().Update(targets.front());

@@ -1,4 +1,4 @@
-// The kernel of BC6H's low efforts: the same bytes at any width, and whatever a light map may throw at it.
+// BC6H's fast kernel: the same bytes at any vector width, and extreme values of light maps.
 #include "compress/block/highway_targets.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include "compress/texel/half.h"
 #include "tests/compress/codec_images.h"
 
-// The kernels are compiled for Highway's target, and so must be what inlines them.
+// The kernels are compiled for Highway's target, so the code that inlines them must be too.
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress::test {
 namespace {
@@ -22,7 +22,7 @@ namespace kernel = HWY_NAMESPACE;
 constexpr std::array kBothFormats = {PixelFormat::Bc6hUf16, PixelFormat::Bc6hSf16};
 constexpr int kRowBlocks = 64;
 
-/// A row of blocks: smooth, noisy, dark beside lamps, of one colour; and what they weigh, some blocks nothing at all.
+/// A row of blocks: smooth, noisy, dark beside bright light sources, of one colour; and their significance, 0 throughout some blocks.
 struct RowOfBlocks {
     TexelImage texels{4 * kRowBlocks, 4};
     formats::Image<float> significance{4 * kRowBlocks, 4};
@@ -116,7 +116,7 @@ TEST(Bc6hFast, EveryColourOfHalvesIsExact) {
     }
 }
 
-TEST(Bc6hFast, NegativeZeroIsZeroAndWhatIsClampedIsCounted) {
+TEST(Bc6hFast, NegativeZeroIsZeroAndClampedValuesAreCounted) {
     const auto image = [](const glm::vec4& colour) { return imageOf(4, 4, [&](int, int) { return colour; }); };
     for (const PixelFormat format : kBothFormats) {
         const Encoded zero = encode(format, image({-0.0f, 0.0f, -0.0f, 1}), effort(0));

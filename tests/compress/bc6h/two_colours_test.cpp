@@ -1,6 +1,6 @@
-// BC6H blocks of two colours at effort 9 against every block that the format has: every mode, partition, pair of ends and index, written
-// plainly from the format (partitions and index weights are those that the decoder's tests hold against other decoders). Where part of a
-// block alone costs more than what was found, the rest of it is not looked at: nothing else is cut.
+// BC6H blocks of two colours at effort 9 against an exhaustive search over every mode, partition, pair of ends and index, written from the
+// specification of the format (the tables of partitions and index weights are covered by the tests of the decoders). The only pruning: if
+// a part of a block alone costs more than the best error, the rest is skipped.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,13 +20,13 @@ using formats::PixelFormat;
 
 struct Mode {
     int regions, bits;
-    std::array<int, 3> deltaBits;  ///< 0: ends are stored whole
+    std::array<int, 3> deltaBits;  ///< 0: no deltas
 };
 constexpr Mode kModes[] = {{2, 10, {5, 5, 5}}, {2, 7, {6, 6, 6}},  {2, 11, {5, 4, 4}}, {2, 11, {4, 5, 4}}, {2, 11, {4, 4, 5}},
                            {2, 9, {5, 5, 5}},  {2, 8, {6, 5, 5}},  {2, 8, {5, 6, 5}},  {2, 8, {5, 5, 6}},  {2, 6, {0, 0, 0}},
                            {1, 10, {0, 0, 0}}, {1, 11, {9, 9, 9}}, {1, 12, {8, 8, 8}}, {1, 16, {4, 4, 4}}};
 
-/// Two colours in a block, what its texels weigh, and how errors are measured.
+/// A block of two colours, the significance of its texels, and the error metric.
 struct Block2 {
     glm::dvec3 colour[2];
     std::uint32_t second = 0;
@@ -62,7 +62,7 @@ double errorOf(const Block2& block, const TexelImage& decoded) {
     return sum;
 }
 
-/// All blocks of the format whose error is below a limit.
+/// Exhaustive search over the blocks of the format with an error below a limit.
 class BruteForce {
 public:
     BruteForce(const Block2& block, double limit) : block_(block), limit_(limit) {
@@ -79,7 +79,7 @@ public:
                 }
             }
     }
-    /// The least error there is, or the limit if none is below.
+    /// Returns the least error, or the limit if none is below it.
     double run() {
         // Channels whose colours are far apart cost the most, and leave others the least.
         std::sort(order_.begin(), order_.end(), [&](int a, int b) { return apart(a) > apart(b); });
@@ -97,16 +97,16 @@ private:
         int first, second;
         double error;
     };
-    /// Texels of a region by what is asked of their index: those of the first colour, of the second, and the anchor.
+    /// The three sorts of texels of a region, by the constraint on their index: first colour, second colour, anchor.
     struct Region {
         std::array<double, 3> weight{};
         int anchorColour = 0;
     };
-    /// Pairs of ends of each channel, for one index of each sort of texels.
+    /// The pairs of ends of each channel, for one index of each sort.
     struct Indexed {
         std::array<std::vector<Pair>, 3> pairs;
         std::array<double, 3> least = {INFINITY, INFINITY, INFINITY};
-        double sum = 0;  ///< of the channels that were searched
+        double sum = 0;  ///< error of the channels that were searched
         double total() const { return least[0] + least[1] + least[2]; }
     };
 
@@ -147,7 +147,7 @@ private:
         return region;
     }
 
-    /// For every index of each sort of texels all pairs of ends whose error is below the limit.
+    /// Returns, for every index of each sort, all pairs of ends with an error below the limit.
     std::vector<Indexed> search(const Mode& mode, const Region& region, bool isFirst, double limit) const {
         const int bits = mode.regions == 1 ? 4 : 3, indices = 1 << bits;
         std::vector<Indexed> found(static_cast<std::size_t>(indices * indices * indices / 2));
@@ -183,7 +183,8 @@ private:
         }
         return found;
     }
-    /// Whether no end within reach could bring some sort of texels below the limit. Across the gap of the circle of codes all may be.
+    /// Returns true if no ends within reach can bring some sort of texels below the limit. Across the gap of the circle of codes any value
+    /// is possible.
     bool isFarFrom(int x, int reach, const Region& region, const std::array<int, 3>& low, const std::array<int, 3>& high) const {
         const int mask = count_ - 1, rank = block_.isSigned ? (x + count_ / 2) & mask : x;
         if (rank < reach || rank + reach >= count_) return false;
@@ -192,7 +193,7 @@ private:
             if (region.weight[s] > 0 && (most < low[s] || least > high[s])) return true;
         return false;
     }
-    /// Interpolated values that cost less than the limit. Errors grow to both sides of the least.
+    /// Returns the interpolated values with an error below the limit. Errors rise on both sides of the least one.
     void rangeBelow(const std::vector<double>& table, int nearest, double weight, double limit, int& low, int& high) const {
         const auto isBelow = [&](int v) {
             return v >= (block_.isSigned ? -32767 : 0) && v <= (block_.isSigned ? 32767 : 65535) &&
@@ -210,7 +211,7 @@ private:
             const int w = weightOf(bits, i), v = (a * (64 - w) + b * w + 32) >> 6;
             for (std::size_t s = 0; s < 3; ++s) error[s][i] = region.weight[s] * (*tables[s])[static_cast<std::size_t>(v + kZero)];
         }
-        // Where no texel is of a sort, one index stands for all.
+        // A sort without texels needs one index only.
         const int last[3] = {region.weight[0] > 0 ? indices : 1, region.weight[1] > 0 ? indices : 1,
                              region.weight[2] > 0 ? indices / 2 : 1};
         for (int i = 0; i < last[0]; ++i) {
@@ -242,7 +243,7 @@ private:
             for (const Indexed& b : second)
                 if (a.total() + b.total() < limit_) limit_ = std::min(limit_, both(mode, a, b));
     }
-    /// Both regions' ends together: the deltas of all others are counted from the first end of the first.
+    /// Combines the ends of both regions: the first end of region 0 is the base of all deltas.
     double both(const Mode& mode, const Indexed& a, const Indexed& b) const {
         double total = 0;
         for (std::size_t c = 0; c < 3; ++c) {
@@ -259,14 +260,14 @@ private:
 
     const Block2& block_;
     double limit_;
-    std::vector<double> error_[2][3];  ///< of every interpolated value
+    std::vector<double> error_[2][3];  ///< error of every interpolated value
     int nearest_[2][3] = {};           ///< value with the least error
     std::array<int, 3> order_ = {0, 1, 2};
     std::vector<int> value_;
     int count_ = 0, isForbidden_ = -1;
 };
 
-/// Moves the second colour as far from the first as ends of some mode may just lie apart, or just not: there the order of the ends counts.
+/// Moves the second colour to just within or just beyond the reach of the deltas of some mode, where the order of the ends matters.
 void placeAtReach(Random& random, Block2& block) {
     constexpr std::array<int, 4> kReaches = {8, 128 * 16, 256 * 32, 16 * 32};
     const int reach = kReaches[static_cast<std::size_t>(random.below(4))];
@@ -279,7 +280,8 @@ void placeAtReach(Random& random, Block2& block) {
     }
 }
 
-/// Light beside light of any other level, near ones, greys, zeros and lamps; patterns that partitions hold, nearly hold, and do not.
+/// Returns two colours of any levels, similar ones, greys, zeros and bright light sources, in patterns that match a partition, nearly
+/// match, or do not.
 Block2 twoLights(Random& random, int number, bool isSigned) {
     Block2 block;
     block.isSigned = isSigned;
@@ -314,7 +316,7 @@ struct Above {
     double worst = 0, mean = 0, seconds = 0;
     int count = 0, exact = 0;
 };
-/// Root mean square errors of blocks, above the least there is.
+/// Compares the RMS errors of blocks with the least ones.
 void compare(const Block2& block, Above& above, const std::string& what) {
     double weight = 0;
     for (const double w : block.weight) weight += w;
@@ -332,7 +334,7 @@ void compare(const Block2& block, Above& above, const std::string& what) {
     EXPECT_LE(found, least * (1 + 1e-7)) << what << ": " << away;
 }
 
-/// extremes: with those blocks that keep the plain search busy for half a minute each
+/// extremes  includes blocks that take the exhaustive search half a minute each
 void compareMany(int count, bool extremes, std::uint64_t seed) {
     for (const bool isSigned : {false, true}) {
         Random random(seed);

@@ -1,4 +1,4 @@
-// Heads of BC7 blocks: behind them stand the indices, nothing else, as the verifier's decoder reads them.
+// Heads of BC7 blocks: the rest of a block is indices only, as the decoder of verify/ reads them.
 #include "compress/bc7/block_head.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace {
 using Bytes = std::array<std::byte, 16>;
 using Indices = std::array<std::array<std::uint8_t, kTexelCount>, 2>;
 
-/// Random bits behind the bits of a mode.
+/// Returns a block of a mode with random bits.
 Bytes randomBlock(Random& random, int mode) {
     Bytes bytes;
     for (std::byte& each : bytes) each = static_cast<std::byte>(random.below(256));

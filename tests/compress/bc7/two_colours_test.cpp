@@ -1,7 +1,7 @@
-// BC7 blocks of two colours at effort 9 against every block that the format has: every mode, partition, rotation, pair of ends, low bit and
-// index, written plainly from the format (partitions and index weights are those that the decoder's tests hold against other decoders).
-// An anchor's index has no highest bit, but ends may change places together with their low bits, so no block is lost by leaving that out.
-// Where one colour alone costs more than was found, no index is looked for the other: nothing else is cut.
+// BC7 blocks of two colours at effort 9 against an exhaustive search over every mode, partition, rotation, pair of ends, low bit and index,
+// written from the specification of the format (the tables of partitions and index weights are covered by the tests of the decoders).
+// The search ignores that anchor indices lack a bit: ends can be swapped together with their low bits, so no block is lost. The only
+// pruning: if one colour alone costs more than the best error, the other is skipped.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,12 +20,12 @@ namespace {
 using formats::PixelFormat;
 
 struct Mode {
-    int number, regions, partitions, colourBits, alphaBits, lowBits, indexBits;  ///< lowBits: 0, 1 a pair of ends, 2 a pair
+    int number, regions, partitions, colourBits, alphaBits, lowBits, indexBits;  ///< lowBits: per pair of ends, 0, 1 or 2
 };
 constexpr Mode kModes[] = {{0, 3, 16, 4, 0, 2, 3}, {1, 2, 64, 6, 0, 1, 3}, {2, 3, 64, 5, 0, 0, 2},
                            {3, 2, 64, 7, 0, 2, 2}, {6, 1, 1, 7, 7, 2, 4},  {7, 2, 64, 5, 5, 2, 2}};
 
-/// Two colours in a block, in codes, and what its texels weigh.
+/// A block of two colours, in 0 .. 255, and the significance of its texels.
 struct Block2 {
     glm::dvec4 colour[2];
     std::uint32_t second = 0;
@@ -56,7 +56,7 @@ double errorOf(const Block2& block, const TexelImage& decoded) {
 class BruteForce {
 public:
     BruteForce(const Block2& block, double limit) : block_(block), limit_(limit) {}
-    /// The least error there is, or the limit if none is below.
+    /// Returns the least error, or the limit if none is below it.
     double run() {
         double opaque = 0;
         for (int t = 0; t < 16; ++t) opaque += block_.weight[static_cast<std::size_t>(t)] * block_.errorOf(block_.colourOf(t), 3, 255);
@@ -96,7 +96,7 @@ private:
         if (low >= 0) code = code << 1 | low, ++bits;
         return code << (8 - bits) | (code << (8 - bits)) >> bits;
     }
-    /// Over all low bits and both indices the sum over channels of the least over both ends.
+    /// Returns the minimum over all low bits and both indices of the sum over channels of the least error over both ends.
     double least(const std::vector<int>& channels, const std::array<double, 2>& weights, int bits, int lowBits, int indexBits) const {
         double best = INFINITY;
         for (int low = 0; low < (lowBits == 0 ? 1 : 4); ++low) {
@@ -133,10 +133,11 @@ private:
 
     const Block2& block_;
     double limit_;
-    std::map<std::tuple<int, double, double>, double> known_;  ///< least of a mode's region, by what the colours weigh in it
+    std::map<std::tuple<int, double, double>, double> known_;  ///< least error of a region, by mode and weights of the colours
 };
 
-/// Any colours, near ones, whole codes, extremes; half of the blocks opaque; patterns that partitions hold, nearly hold, and do not.
+/// Returns two colours of any values, similar ones, 8-bit values or extremes, half of them opaque, in patterns that match a partition,
+/// nearly match, or do not.
 Block2 twoCodes(Random& random, int number) {
     Block2 block;
     block.options = effort(9);
@@ -147,7 +148,7 @@ Block2 twoCodes(Random& random, int number) {
         if (number % 4 == 2) a = std::nearbyint(a), b = std::nearbyint(b);
         if (number % 8 == 3) a = random.below(3) * 127.5, b = random.below(3) * 127.5;
         if (c == 3 && number / 2 % 2) a = b = 255;
-        // What the encoder is given is a float.
+        // The input of the encoder is a float.
         block.colour[0][c] = static_cast<double>(static_cast<float>(a / 255)) * 255;
         block.colour[1][c] = static_cast<double>(static_cast<float>(b / 255)) * 255;
     }

@@ -1,4 +1,4 @@
-// Any bytes: what the encoders believe that a block decodes to is what the verifier's decoder, written apart from them, makes of it.
+// The decoders of compress/ agree with the independent ones of verify/ on any bytes.
 #include "compress/block/decode.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace {
 using formats::PixelFormat;
 using Block16 = std::array<std::byte, 16>;
 
-/// Random bytes; every other block of BC7 starts with a mode drawn evenly, since half of all bytes would be mode 0.
+/// Returns random bytes. Every other BC7 block starts with a uniformly drawn mode, since half of all random blocks have mode 0.
 Block16 randomBlock(Random& random, PixelFormat format) {
     Block16 block;
     for (std::byte& byte : block) byte = static_cast<std::byte>(random.bits());

@@ -1,5 +1,5 @@
-// Random and adversarial texels at every effort: nothing crashes, nothing decodes to what is no number, instruction sets agree, and what
-// encodeRows says a block decodes to is what the verifier reads. A million blocks here, as many as LIGHTCOOK_SOAK_BLOCKS says in the soak.
+// Random and adversarial texels at every effort: nothing crashes, all decoded values are finite, instruction sets agree, and the decoded
+// texels of encodeRows are those that the verifier reads. A million blocks; in the soak test LIGHTCOOK_SOAK_BLOCKS.
 #include <cstdlib>
 #include <iostream>
 
@@ -10,11 +10,11 @@ namespace {
 
 using formats::PixelFormat;
 
-/// Shares of the blocks that each effort gets: about the same time for each.
+/// Shares of the blocks for each effort, so that every effort takes about the same time.
 constexpr std::array<double, 10> kSoakShares = {0.30, 0.20, 0.15, 0.12, 0.10, 0.06, 0.04, 0.02, 0.008, 0.002};
 constexpr int kBlocksAtOnce = 8192;
 
-/// Encodes about blockCount blocks. What was done is told, because a soak that silently did nothing looks like one that passed.
+/// Encodes about blockCount blocks and prints the count, because a soak test that silently did nothing looks like one that passed.
 void soak(PixelFormat format, int level, std::int64_t blockCount, std::uint64_t seed) {
     Random random(seed * 131 + static_cast<std::uint64_t>(format) * 17 + static_cast<std::uint64_t>(level));
     while (blockCount > 0) {
@@ -42,7 +42,8 @@ TEST_P(HostileFormat, AMillionOverAllFormatsAreSoundAtCheapEfforts) {
 }
 INSTANTIATE_TEST_SUITE_P(Encoders, HostileFormat, testing::ValuesIn(kBlockFormats), nameOf);
 
-/// Error of a block and of the same block in one colour, the weighted mean as well as the format holds one colour; both over the weights.
+/// Returns the error of a block, and that of one colour for the whole block, the weighted mean, rounded as the format does; both are
+/// divided by the weights.
 struct AgainstOneColour {
     double error = 0, oneColour = 0;
 };
@@ -90,7 +91,8 @@ TEST(HostileBlocks, NoBlockOfUnormFormatsIsWorseThanOneColour) {
         }
 }
 
-/// The same of BC6H: one colour is the weighted mean in the metric, a half in each channel (mode 14 holds any), errors are in the metric.
+/// Returns the same for BC6H: the one colour is the weighted mean in the metric, rounded to halves (mode 14 holds any); errors are in the
+/// metric.
 AgainstOneColour againstOneLight(PixelFormat format, const HostileImage& image, const TexelImage& decoded, int left, int top) {
     AgainstOneColour found;
     const auto scale = static_cast<double>(image.options.hdrScale);
@@ -113,7 +115,7 @@ AgainstOneColour againstOneLight(PixelFormat format, const HostileImage& image, 
         const auto channelWeight = static_cast<double>(image.options.channelWeights[static_cast<std::size_t>(c)]);
         // A half is off by 2^-12 of itself, or by 2^-25.
         const double mean = sum / weights, half = isLog ? (std::exp2(std::abs(mean)) - 1) * scale : std::abs(mean);
-        // The kernels' logarithms hold what is next to nothing to 1e-6.
+        // The logarithms of the kernels have an absolute error of 1e-6 near 0.
         const double away = metric(half + std::max(half * 0x1p-11, 0x1p-24)) - metric(half) + (isLog ? 1e-6 : 0.0);
         found.error += channelWeight * misses;
         found.oneColour += channelWeight * (std::max(0.0, squares - sum * mean) + weights * away * away);
@@ -141,7 +143,7 @@ TEST(HostileBlocks, NoBlockOfBc6hIsWorseThanOneColour) {
             }
 }
 
-/// Lanes of a vector share every decision that the code takes once for all of them: opaque blocks beside others, hostile ones beside tame.
+/// Some branches are taken once for all lanes: mix opaque blocks with others, and hostile blocks with tame ones.
 TEST(HostileBlocks, NeighboursDoNotChangeABlock) {
     for (const PixelFormat format : kBlockFormats)
         for (const int level : {1, 3, 6}) {
@@ -177,7 +179,7 @@ TEST(HostileBlocks, SignificanceOfAnySizeGivesTheSameBytes) {
     for (const PixelFormat format : kBlockFormats) {
         Random random(5);
         HostileImage image = makeHostileImage(random, 1024, 4);
-        // The first texel of each block is its heaviest, in [1, 2): what others are scaled to.
+        // The first texel of each block has the largest weight, in [1, 2), to which the others are scaled.
         for (int y = 0; y < image.texels.height(); ++y)
             for (int x = 0; x < image.texels.width(); ++x)
                 image.significance.at(x, y) = x % 4 == 0 && y % 4 == 0 ? 1.5f : static_cast<float>(random.below(7)) / 4;
@@ -211,7 +213,7 @@ INSTANTIATE_TEST_SUITE_P(Encoders, HostileTexels,
                                          PixelFormat::Rgba8Srgb),
                          nameOf);
 
-/// A fifth of the soak's blocks (the decoders have the rest), over seven formats.
+/// A fifth of the soak's blocks, over seven formats; the rest is used by the tests of the decoders.
 class HostileBlocksSoak : public testing::TestWithParam<PixelFormat> {};
 TEST_P(HostileBlocksSoak, EveryEffort) {
     const char* asked = std::getenv("LIGHTCOOK_SOAK_BLOCKS");

@@ -1,4 +1,4 @@
-// Hostile blocks through the kernels one lane at a time and a vector at a time: the same codes, whatever the values.
+// Hostile blocks through the kernels with one lane and with a whole vector: the codes are the same.
 #include "tests/compress/hostile_blocks.h"
 //
 #include <cstdlib>
@@ -8,7 +8,7 @@
 #include "compress/bc6h/fit-inl.h"
 #include "compress/bc7/fit-inl.h"
 
-// The kernels are compiled for Highway's target, and so must be what inlines them.
+// The kernels are compiled for Highway's target, so the code that inlines them must be too.
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress::test {
 namespace {
@@ -18,7 +18,7 @@ namespace kernel = HWY_NAMESPACE;
 using OneLane = kernel::hn::CappedTag<float, 1>;
 using AllLanes = kernel::hn::ScalableTag<float>;
 
-/// The blocks of an image as encodeRows would hand them on, weights as in a light map.
+/// Gathers the blocks of an image as encodeRows does, with weights as in a light map.
 std::vector<Block> blocksOf(const HostileImage& image, PixelFormat format, Random& random) {
     std::vector<Block> blocks;
     for (int y = 0; y < image.texels.height(); y += 4)
@@ -61,7 +61,7 @@ std::vector<Result> results(const std::vector<Block>& blocks, Fit fit, Run run) 
     return found;
 }
 
-/// Fit<D> for one lane and for all over hostile blocks, a multiple of every width at a time.
+/// Compares Fit<D> with one lane and with all lanes over hostile blocks, a multiple of every vector width at a time.
 template <template <class> class Fit, class Result, class Search, class Run, class... More>
 void expectAlike(PixelFormat format, int level, std::int64_t blockCount, const Search& search, Run run, const More&... more) {
     Random random(static_cast<std::uint64_t>(level) + 77);

@@ -1,4 +1,4 @@
-// A block gets the same bytes whatever it is coded beside, and on whatever instruction set.
+// The bytes of a block do not depend on the blocks in other lanes or on the instruction set.
 #include "compress/block/highway_targets.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include "compress/bc7/fit-inl.h"
 #include "tests/compress/codec_images.h"
 
-// The kernels are compiled for Highway's target, and so must be what inlines them.
+// The kernels are compiled for Highway's target, so the code that inlines them must be too.
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress::test {
 namespace {
@@ -21,7 +21,7 @@ namespace kernel = HWY_NAMESPACE;
 using OneLane = kernel::hn::CappedTag<float, 1>;
 using AllLanes = kernel::hn::ScalableTag<float>;
 
-/// Blocks of every kind, as many as a vector has lanes and more.
+/// Returns blocks of every kind, more than a vector has lanes.
 std::vector<Block> someBlocks(bool hdr) {
     Random random(51);
     std::vector<Block> blocks(128);
@@ -41,7 +41,7 @@ std::vector<Block> someBlocks(bool hdr) {
     return blocks;
 }
 
-/// Results of fit over all blocks, lanes at a time.
+/// Returns the results of a kernel for all blocks.
 template <class D, class Result, class Fit, class Run>
 std::vector<Result> results(const std::vector<Block>& blocks, Fit fit, Run run) {
     const std::size_t lanes = kernel::hn::Lanes(D());

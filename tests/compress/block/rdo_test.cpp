@@ -1,4 +1,4 @@
-// Repeated blocks: the error that was allowed is never passed in any row, by an independent metric and the verifier's decoders.
+// Rate-distortion optimization: no row exceeds the allowed error, by an independent metric and the decoders of verify/.
 #include "compress/block/rdo.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ std::vector<NamedImage> imagesFor(PixelFormat format) {
     return images;
 }
 
-/// The weighted squared error of each row of blocks.
+/// Returns the weighted squared error of each row of blocks.
 std::vector<double> rowErrors(PixelFormat format, const TexelImage& image, const formats::Image<float>& significance,
                               const EncodeOptions& options, const std::vector<std::byte>& bytes) {
     TexelImage read(image.width(), image.height());

@@ -1,4 +1,4 @@
-// Formats whose texels stand alone, against arithmetic in double and against searching every code.
+// Formats without blocks, against arithmetic in double and exhaustive searches over the codes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 
 using formats::PixelFormat;
 
-/// Nearest float with ten, six or five bits of mantissa and a half's exponents, ties to even.
+/// Returns the nearest float with ten, six or five bits of mantissa and the exponents of a half, ties to even.
 double nearestSmallFloat(double value, int mantissaBits) {
     if (value == 0) return 0;
     const double step = std::ldexp(1.0, std::max(std::ilogb(value), -14) - mantissaBits);
@@ -23,7 +23,7 @@ glm::vec4 roundTrip(PixelFormat format, const glm::vec4& texel, const EncodeOpti
     return encode(format, imageOf(1, 1, [&](int, int) { return texel; }), options).decoded.at(0, 0);
 }
 
-/// Values of every magnitude, and the ties between halves.
+/// Returns values of every magnitude, and the ties between halves.
 float anyPositive(Random& random, float largest) {
     const float value = std::ldexp(1 + random.unit(), random.below(44) - 28);
     const float onGrid = static_cast<float>(

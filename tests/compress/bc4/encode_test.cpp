@@ -1,4 +1,4 @@
-// BC4 and BC5 against searching every pair of ends.
+// BC4 and BC5 against an exhaustive search over every pair of endpoints.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ double blockError(const std::array<double, 16>& codes, const std::array<double, 
     return error;
 }
 
-/// Least error of any block, in codes squared.
+/// Returns the least error of any block [codes^2].
 double exhaustiveError(const std::array<double, 16>& codes, double startLimit) {
     double best = startLimit;
     std::array<double, 8> palette{};
@@ -68,7 +68,7 @@ TEST(Bc4, HighestEffortEqualsExhaustiveSearch) {
     EXPECT_LE(10 * std::log10(sumDefault / sumBest), 0.05);
 }
 
-/// Scattered, sloping and clipped blocks together.
+/// Blocks of noise, slopes and clipped slopes.
 TEST(Bc4, EveryEffortIsBetterThanTheOneBefore) {
     Random random(24);
     std::vector<std::array<double, 16>> blocks(512);
@@ -107,7 +107,7 @@ TEST(Bc5, ChannelsAreThoseOfTwoBc4) {
         }
 }
 
-/// Two ways to the same kernel: rows of texels (BC4), and blocks gathered one by one (the alpha of BC3).
+/// The same kernel reads rows of texels (BC4) and gathered blocks (the alpha of BC3).
 TEST(Bc4, RowsGiveTheBytesOfBlocks) {
     Random random(25);
     std::vector<std::array<double, 16>> blocks(81);

@@ -1,4 +1,4 @@
-// What holds for every format alike: quality, effort, bands, edges, extremes; and that the blocks decode to what was promised.
+// encodeRows, for every format: quality, efforts, strips, edges, extreme values, and the decoded texels.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -6,6 +6,7 @@
 #include <map>
 
 #include "tests/compress/codec_images.h"
+#include "tests/compress/few_colours.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::compress::test {
@@ -29,7 +30,7 @@ double errorOf(PixelFormat format, const TexelImage& a, const TexelImage& b) {
 struct Limit {
     PixelFormat format;
     const char* image;
-    double rms;  ///< at effort 5, as measured; of log2(1 + x) for floating-point formats
+    double rms;  ///< measured at effort 5; of log2(1 + x) in floating-point formats
 };
 constexpr std::array kLimits = {
     Limit{PixelFormat::Bc1, "gradient", 0.0113},
@@ -97,7 +98,7 @@ TEST(EncodeRows, MoreEffortNeverCostsQuality) {
     }
 }
 
-TEST(EncodeRows, DecodedIsWhatTheVerifierReads) {
+TEST(EncodeRows, DecodedTexelsEqualThoseOfTheVerifier) {
     for (const formats::PixelFormatInfo& format : formats::allPixelFormats()) {
         for (const NamedImage& named : imagesFor(format.format)) {
             if (format.format == PixelFormat::Astc4x4Hdr && named.name != "gradient") continue;  // slow, and libastcenc's own decoder
@@ -118,7 +119,7 @@ TEST(EncodeRows, DecodedIsWhatTheVerifierReads) {
     }
 }
 
-TEST(EncodeRows, BandsGiveTheBytesOfTheWhole) {
+TEST(EncodeRows, StripsGiveTheBytesOfTheWholeImage) {
     Random random(41);
     const auto image = imageOf(53, 41, [&](int, int) { return glm::vec4(random.unit(), random.unit(), random.unit(), random.unit()); });
     formats::Image<float> significance(53, 41, 1.0f);
@@ -139,7 +140,7 @@ TEST(EncodeRows, BandsGiveTheBytesOfTheWhole) {
 }
 
 TEST(EncodeRows, TexelsBeyondTheEdgeAreFree) {
-    // Of a 5 x 5 image the last block holds one texel: it must come back as if alone.
+    // The last block of a 5 x 5 image has one texel: it must decode as if it were alone.
     for (const PixelFormat format : kBlockFormats) {
         const auto image =
             imageOf(5, 5, [](int x, int y) { return x == 4 && y == 4 ? glm::vec4(0.25f, 0.5f, 0.75f, 1) : glm::vec4(1, 0, 1, 0); });
@@ -190,7 +191,7 @@ TEST(EncodeRows, ExtremesNeverGiveNanOrInfinity) {
         }
 }
 
-TEST(EncodeRows, MetricThatIsAskedForIsTheOneThatIsServed) {
+TEST(EncodeRows, EachMetricMinimizesItsOwnError) {
     Random random(43);
     const auto image = imageOf(64, 64, [&](int, int) {
         const float level = std::exp2(random.unit() * 12 - 6);
@@ -265,6 +266,22 @@ TEST(EncodeRows, SignedBc6hKeepsSigns) {
     const double mirroredError = logRmsError(encode(PixelFormat::Bc6hSf16, mirrored).decoded, mirrored, 3);
     EXPECT_NEAR(error, mirroredError, 0.02 * error);
     EXPECT_LT(error, 0.25);  // measured 0.209
+}
+
+TEST(EncodeRows, TexelsWithoutSignificanceDoNotChangeABlockOfOneColour) {
+    Random random(33);
+    for (const PixelFormat format :
+         {PixelFormat::Bc1, PixelFormat::Bc3, PixelFormat::Bc4, PixelFormat::Bc5, PixelFormat::Bc6hUf16, PixelFormat::Bc7}) {
+        const glm::vec4 colour(0.3f, 0.6f, 0.1f, 0.8f);
+        const TexelImage clean = coloured(colour);
+        const TexelImage dirty =
+            imageOf(4, 4, [&](int x, int) { return x == 2 ? glm::vec4(random.unit(), random.unit(), random.unit(), 0) : colour; });
+        formats::Image<float> significance(4, 4, 1.0f);
+        for (int y = 0; y < 4; ++y) significance.at(2, y) = 0;
+        const Encoded expected = encode(format, clean), found = encode(format, dirty, {}, significance.view());
+        EXPECT_EQ(found.decoded.at(0, 0), expected.decoded.at(0, 0)) << formats::info(format).name;
+        EXPECT_EQ(found.decoded.at(3, 3), expected.decoded.at(0, 0)) << formats::info(format).name;
+    }
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// BC4 and BC5 of signed values: both decoders against the formats' own formula (OpenImageIO 2.4 refuses such files), the encoder against
-// the step that it cannot do without.
+// Signed BC4 and BC5: both decoders against the formula of the format (OpenImageIO 2.4 cannot read such files), the encoder against an
+// exhaustive search.
 #include <gtest/gtest.h>
 
 #include <hwy/targets.h>
@@ -17,7 +17,7 @@ namespace {
 using formats::PixelFormat;
 using Bytes8 = std::array<std::byte, 8>;
 
-/// The sixteen values of half a block, from the formula: ends over 127, -128 as -127; seven steps where the first byte is the larger.
+/// Returns the sixteen values of one channel, from the formula: endpoints / 127, -128 as -127; seven steps if the first byte is larger.
 std::array<long double, kTexelCount> byFormula(const std::byte* block) {
     const int first = static_cast<signed char>(block[0]), second = static_cast<signed char>(block[1]);
     const long double a = std::max(first, -127) / 127.0L, b = std::max(second, -127) / 127.0L;
@@ -96,7 +96,7 @@ TEST(BcSnorm, OneValueErrsByAtMostAFourteenthOfACode) {
     }
 }
 
-/// Values of every kind: ramps through zero and below it, extremes, either zero, noise.
+/// Returns values of every kind: ramps through zero and below, extremes, both zeros, noise.
 TexelImage signedImage(int kind) {
     Random random(73);
     return imageOf(64, 64, [&](int x, int y) {
@@ -109,7 +109,7 @@ TexelImage signedImage(int kind) {
     });
 }
 
-/// The best that any block can do, by trying every pair of ends in both layouts; in codes squared.
+/// Returns the least error of any block [codes^2], by trying every pair of endpoints in both modes.
 double leastError(const std::array<double, kTexelCount>& codes, double limit) {
     double best = limit;
     for (int low = -127; low <= 127; ++low)
@@ -145,7 +145,7 @@ TEST(BcSnorm, HighestEffortEqualsExhaustiveSearch) {
     }
 }
 
-/// Negative values are worth as much as positive ones.
+/// Negative values get the same precision as positive ones.
 TEST(BcSnorm, MirroredValuesAreCodedAsWell) {
     constexpr std::array kMost = {0.002, 0.004, 1e-7, 0.055};
     for (int kind = 0; kind < 4; ++kind) {
