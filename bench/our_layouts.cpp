@@ -1,11 +1,11 @@
 #include "bench/our_layouts.h"
 
-#include <stdlib.h>
 #include <tbb/parallel_for.h>
 
 #include <stdexcept>
 
 #include "compress/light_map.h"
+#include "formats/temporary_folder.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/textures.h"
 #include "pipeline/scene/scene.h"
@@ -13,24 +13,7 @@
 namespace lightcook::bench {
 namespace {
 
-class TemporaryFolder {
-public:
-    TemporaryFolder() {
-        std::string name = std::filesystem::temp_directory_path() / "lightcook_peers_XXXXXX";
-        if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-        path_ = name;
-    }
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-    ~TemporaryFolder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    const std::filesystem::path& path() const { return path_; }
-
-private:
-    std::filesystem::path path_;
-};
+using formats::TemporaryFolder;
 
 template <class T>
 T valueOf(formats::Result<T> result) {

@@ -21,11 +21,14 @@
 #include <string>
 #include <vector>
 
+#include "formats/temporary_folder.h"
+
 namespace lightcook::bench {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
+using formats::TemporaryFolder;
 
 struct Options {
     fs::path data = LIGHTCOOK_SHARED_DATA;
@@ -33,25 +36,6 @@ struct Options {
     std::string scene;  ///< only scenes whose name holds this
     fs::path json;      ///< where to leave the rows for machines
     int runs = 1;
-};
-
-class TemporaryFolder {
-public:
-    TemporaryFolder() {
-        std::string name = fs::temp_directory_path() / "lightcook_bench_XXXXXX";
-        if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-        path_ = name;
-    }
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-    ~TemporaryFolder() {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-    const fs::path& path() const { return path_; }
-
-private:
-    fs::path path_;
 };
 
 struct Run {

@@ -7,7 +7,9 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "formats/pixel_format.h"
 #include "formats/target.h"
@@ -250,6 +252,14 @@ constexpr std::optional<LightMapLayout> lightMapLayoutFromName(std::string_view 
 
 constexpr std::string_view nameOf(LightMapFamily family) {
     return kLightMapFamilies[static_cast<std::size_t>(family)].name;
+}
+
+/// Returns the names of the families of layouts, for shaders::shaderInclude(). Names that are no layout are left out.
+inline std::vector<std::string> lightMapFamilies(std::span<const std::string> layouts) {
+    std::vector<std::string> families;
+    for (const std::string& name : layouts)
+        if (const auto layout = lightMapLayoutFromName(name)) families.emplace_back(nameOf(info(*layout).family));
+    return families;
 }
 
 /// Returns the format that a target has for a role.

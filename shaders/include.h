@@ -1,5 +1,5 @@
-// The shader text that an engine includes: the shared sources of this folder, embedded at build time and put together for the layouts that
-// a scene uses. The text compiles as GLSL 4.50, as GLSL ES 3.00 and as HLSL; define LIGHTCOOK_HLSL before including it in HLSL.
+// The shader text that an engine includes. The sources of this folder are embedded at build time and joined for the layouts of a scene.
+// The text compiles as GLSL 4.50, as GLSL ES 3.00 and as HLSL; define LIGHTCOOK_HLSL before including it in HLSL.
 #pragma once
 
 #include <span>
@@ -13,11 +13,15 @@ struct ShaderSource {
     std::string_view name;  ///< "light_map_luvw.glsl"
     std::string_view text;
 };
-/// Every shared source, in an order in which each needs only those before it.
+/// Returns every shared source, in an order in which each needs only those before it. The order is that of shaders/CMakeLists.txt.
 std::span<const ShaderSource> allSources();
 
-/// One file `lightcook.glsl` for the light-map layouts named ("raw", "flat", "luvw", "ratio", "zh3", "basis-4"; unknown names are a broken
-/// promise) with the specular, environment and RSRM functions. The same layouts give the same text, in any order and however often named.
-std::string shaderInclude(std::span<const std::string> layouts);
+/// Returns true if there is a source light_map_<family>.glsl.
+bool hasLightMapFamily(std::string_view family);
+
+/// Returns the text of `lightcook.glsl`: the sources of some families of light-map layouts, and all sources that are not of a light map
+/// (harmonics, specular, environment, RSRM). The text depends only on the set of families, not on their order or repetition.
+/// families  names of light_map_<family>.glsl, as formats::lightMapFamilies() gives them; each must exist
+std::string shaderInclude(std::span<const std::string> families);
 
 }  // namespace lightcook::shaders

@@ -1,4 +1,4 @@
-// The shared shader sources as C++ over GLM: shaders::lcExitRadiance(...) is the very text that engines include. Texels, constants and
+// The shared shader sources as C++ over GLM: shaders::lcExitRadiance(...) is the text that engines include. Texels, constants and
 // results are glm vectors; see the .glsl files for each function.
 #pragma once
 
@@ -26,7 +26,7 @@ using glm::vec2;
 using glm::vec3;
 using glm::vec4;
 
-// A shared function is inlined whole: the verifier calls decoders in its innermost loop.
+// Shared functions are inlined: the verifier calls decoders in its innermost loop.
 #define LC_FUNCTION inline
 // clang-format off
 #include "shaders/prelude.glsl"

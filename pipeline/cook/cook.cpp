@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "formats/light_map_layout.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/planner.h"
 #include "pipeline/cook/plan.h"
@@ -271,7 +272,7 @@ private:
             if (const auto trial = result.records.find("trial/" + name); trial != result.records.end())
                 for (const char* key : {"candidates", "share"}) rows.back()[std::string("trial_") + key] = trial->second.result.at(key);
         }
-        const std::string shader = shaders::shaderInclude(layoutsOf(assets));
+        const std::string shader = shaders::shaderInclude(formats::lightMapFamilies(layoutsOf(assets)));
         const Json manifest = makeManifest(scene_, outcome_.output, assets, digestOfText(shader));
         const std::string manifestText = sealed(manifest);
         if (oldManifest) removeStale(*oldManifest, manifest);

@@ -81,42 +81,4 @@ Result<void> moveFile(const std::filesystem::path& source, const std::filesystem
     return {};
 }
 
-Result<TemporaryFolder> TemporaryFolder::create(const std::filesystem::path& parent) {
-    std::vector<std::filesystem::path> missing;
-    std::error_code code;
-    for (std::filesystem::path each = parent; !each.empty() && !std::filesystem::exists(each, code); each = each.parent_path())
-        missing.push_back(each);
-    TemporaryFolder folder;
-    folder.madeParents_ = std::move(missing);
-    if (auto made = makeFolder(parent); !made) return tl::make_unexpected(made.error());
-    std::string pattern = (parent / ".lightcook-XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr) return systemFailure(parent, "make a temporary folder in it");
-    folder.path_ = pattern;
-    return folder;
-}
-
-Result<TemporaryFolder> TemporaryFolder::create() {
-    std::error_code code;
-    const std::filesystem::path parent = std::filesystem::temp_directory_path(code);
-    if (code)
-        return failure(ErrorCode::Internal, "TMPDIR", fmt::format("found '{}', expected a folder for temporary files", code.message()));
-    return create(parent);
-}
-
-TemporaryFolder::TemporaryFolder(TemporaryFolder&& other) noexcept
-    : path_(std::exchange(other.path_, {})), madeParents_(std::exchange(other.madeParents_, {})) {}
-
-TemporaryFolder& TemporaryFolder::operator=(TemporaryFolder&& other) noexcept {
-    std::swap(path_, other.path_);
-    std::swap(madeParents_, other.madeParents_);
-    return *this;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
-    for (const std::filesystem::path& parent : madeParents_)
-        if (std::filesystem::is_empty(parent, ignored)) std::filesystem::remove(parent, ignored);
-}
-
 }  // namespace lightcook::pipeline

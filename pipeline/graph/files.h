@@ -6,9 +6,9 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "formats/error.h"
+#include "formats/temporary_folder.h"
 
 namespace lightcook::pipeline {
 
@@ -23,22 +23,6 @@ formats::Result<void> copyFile(const std::filesystem::path& source, const std::f
 formats::Result<void> moveFile(const std::filesystem::path& source, const std::filesystem::path& destination);
 formats::Result<void> makeFolder(const std::filesystem::path& folder);
 
-/// A folder that goes away with its owner, whatever it holds.
-class TemporaryFolder {
-public:
-    /// parent   made as needed; what had to be made goes again with this folder, unless something has come to lie in it
-    static formats::Result<TemporaryFolder> create(const std::filesystem::path& parent);
-    /// In the system's folder for such things.
-    static formats::Result<TemporaryFolder> create();
-    TemporaryFolder(TemporaryFolder&& other) noexcept;
-    TemporaryFolder& operator=(TemporaryFolder&& other) noexcept;
-    ~TemporaryFolder();
-    const std::filesystem::path& path() const { return path_; }
-
-private:
-    TemporaryFolder() = default;
-    std::filesystem::path path_;
-    std::vector<std::filesystem::path> madeParents_;  ///< the deepest first
-};
+using formats::TemporaryFolder;
 
 }  // namespace lightcook::pipeline

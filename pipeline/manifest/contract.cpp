@@ -6,6 +6,7 @@
 #include <map>
 
 #include "formats/gpu_texture.h"
+#include "formats/light_map_layout.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/json_shape.h"
 #include "shaders/include.h"
@@ -58,19 +59,11 @@ private:
         for (const Json& asset : manifest_.at("assets"))
             if (asset.at("kind") == "light-map") layouts.push_back(asset.at("layout").get<std::string>());
         for (const std::string& layout : layouts)
-            if (!isKnown(layout)) return;  // the verification of that asset names it
+            if (!formats::lightMapLayoutFromName(layout)) return;  // the verification of that asset names it
         const std::filesystem::path file = folder_ / manifest_.at("shader").at("file").get<std::string>();
-        if (const auto text = readFile(file); !text || *text != shaders::shaderInclude(layouts))
+        if (const auto text = readFile(file); !text || *text != shaders::shaderInclude(formats::lightMapFamilies(layouts)))
             complain(file.string(), "another shader", "the one that this version verifies by");
     }
-    /// A family's source carries its name up to the hyphen.
-    static bool isKnown(const std::string& layout) {
-        const std::string name = "light_map_" + layout.substr(0, layout.find('-')) + ".glsl";
-        for (const shaders::ShaderSource& source : shaders::allSources())
-            if (source.name == name) return true;
-        return false;
-    }
-
     void checkConventions(const Json& asset) {
         for (const auto& [key, value] : conventions().at(asset.at("kind").get<std::string>()))
             expectEqual(fmt::format("{}, {}", asset.at("name").get<std::string>(), key), asset.value(key, Json()), value);

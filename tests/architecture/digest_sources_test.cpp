@@ -1,4 +1,5 @@
-// What the keys of cached results are made of (pipeline/CMakeLists.txt): every source of ours that an action's result can depend on.
+// The sources that the keys of cached results are made of (pipeline/CMakeLists.txt) include every one that an action's result can depend
+// on.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +20,7 @@ using testing::IsEmpty;
 
 const fs::path kTree = fs::path(LIGHTCOOK_SOURCE_DIR).lexically_normal();
 
-/// Relative to the tree.
+/// Returns the sources of the digest, relative to the tree.
 std::set<std::string> digestSources() {
     std::set<std::string> names;
     std::istringstream lines(formats::contentOf(LIGHTCOOK_DIGEST_SOURCES));
@@ -27,7 +28,7 @@ std::set<std::string> digestSources() {
     return names;
 }
 
-/// The sources below a header's folder that define its functions: those of the same name.
+/// Returns the sources below a header's folder that define its functions: those of the same name.
 std::vector<std::string> sourcesOf(const fs::path& header) {
     std::vector<std::string> names;
     const fs::path source = fs::path(header.filename()).replace_extension(".cpp");
@@ -36,7 +37,7 @@ std::vector<std::string> sourcesOf(const fs::path& header) {
     return names;
 }
 
-/// Our own files that a source names, and those that hold what a header of ours declares.
+/// Returns the files of this repository that a source includes and, for a header, those that define its functions.
 std::vector<std::string> neighboursOf(const std::string& file) {
     std::vector<std::string> names;
     for (const std::string& name : quotedIncludes(formats::contentOf(kTree / file))) {
@@ -48,7 +49,7 @@ std::vector<std::string> neighboursOf(const std::string& file) {
     return names;
 }
 
-/// All that can be reached from the table of actions and from every file that is named as one of theirs.
+/// Returns every file that can be reached from the table of asset kinds and from the sources of the actions.
 std::set<std::string> reachedByActions() {
     std::vector<std::string> waiting = {"pipeline/assets/asset_kind.cpp"};
     for (const auto& entry : fs::recursive_directory_iterator(kTree / "pipeline/assets"))
@@ -75,7 +76,7 @@ TEST(DigestSources, HoldAllThatAnActionReaches) {
     EXPECT_THAT(forgotten, IsEmpty());
 }
 
-TEST(DigestSources, HoldEverySourceOfTheRoomsBelow) {
+TEST(DigestSources, HoldEverySourceOfTheModulesBelow) {
     const std::set<std::string> counted = digestSources();
     std::vector<std::string> forgotten;
     for (const fs::path& file : checkTree(kTree).read)
@@ -83,7 +84,7 @@ TEST(DigestSources, HoldEverySourceOfTheRoomsBelow) {
     EXPECT_THAT(forgotten, IsEmpty());
 }
 
-TEST(DigestSources, LeaveOutWhatOnlyTellsOfResults) {
+TEST(DigestSources, LeaveOutSourcesThatOnlyReportResults) {
     const std::set<std::string> counted = digestSources();
     for (const char* name : {"pipeline/command/main.cpp", "pipeline/report/page.cpp", "pipeline/report/html.h"})
         EXPECT_FALSE(counted.contains(name)) << name;

@@ -10,9 +10,9 @@
 namespace lightcook::architecture {
 namespace {
 
-using Rooms = std::set<std::string>;
+using Modules = std::set<std::string>;
 
-const std::map<std::string, Rooms> kBelow = {
+const std::map<std::string, Modules> kBelow = {
     {"lighting", {}},
     {"shaders", {}},
     {"formats", {"lighting"}},
@@ -22,12 +22,28 @@ const std::map<std::string, Rooms> kBelow = {
     {"pipeline", {"compress", "fit", "verify", "formats", "lighting", "shaders"}},
 };
 
-struct Library {
-    std::string prefix;  // of the included name; ends in '/' for a folder of headers
-    Rooms homes;         // empty: everywhere
+/// Includes of a module's subfolders from outside the module that are allowed. A row that no file needs any more fails a test.
+const std::vector<IncludeException> kExceptions = {
+    {"tests/end_to_end/", "pipeline/", "end-to-end tests are tests of pipeline: they cook in this process and open what was written"},
+    {"tests/samplers/", "pipeline/", "cooks the small scene of tests/pipeline in this process to sample it on real devices"},
+    {"tests/samplers/", "verify/light_map/layouts.h", "needs the sample positions and decoders of the verifier, texel by texel"},
+    {"tests/quality/", "verify/light_map/score.h", "scores other engines' layouts like ours; the scores are no part of the library"},
+    {"tests/verify/", "compress/block/decode.h", "compares the verifier's decoders with the encoders' own, which are written apart"},
+    {"bench/", "pipeline/", "cooks single assets in this process; pipeline is a program and has no public headers"},
+    {"bench/", "verify/light_map/score.h", "scores other engines' layouts like ours; the scores are no part of the library"},
+    {"bench/", "compress/texel/half.h", "rounds test pictures to halves as the encoders do"},
+    {"bench/", "fit/lut/quadrature.h", "integrates the reference of a fit with the points of the fit itself"},
 };
 
-// A library that is not named here has no home yet: give it one in architecture.md first.
+/// Headers at the root of a module that nothing in this repository includes from outside the module.
+const std::map<std::string, std::string> kUnusedRootHeaders = {};
+
+struct Library {
+    std::string prefix;  // of the included name; ends in '/' for a folder of headers
+    Modules homes;       // empty: everywhere
+};
+
+// The modules that may include a library. A library that is missing here is refused everywhere.
 const std::vector<Library> kLibraries = {
     {"OpenImageIO/", {"formats"}},
     {"OpenEXR/", {"formats"}},
@@ -49,7 +65,7 @@ const std::vector<Library> kLibraries = {
     {"tl/", {"formats", "compress", "fit", "verify", "pipeline"}},
     {"fmt/", {}},
     {"glm/", {}},
-    // Not libraries, but the machine: files and threads have their rooms as well. A mutex is allowed where a reader is shared.
+    // Headers of the system: only some modules use files and threads. A mutex is allowed everywhere, for readers that threads share.
     {"sys/", {"formats", "pipeline"}},
     {"dlfcn.h", {"formats"}},
     {"fcntl.h", {"formats", "pipeline"}},
@@ -73,28 +89,54 @@ const Library* findLibrary(std::string_view name) {
     return nullptr;
 }
 
-std::string joined(const Rooms& names) {
+std::string joined(const Modules& names) {
     std::string text;
     for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
     return text;
 }
 
-/// What is wrong with `room` including `name`, if anything.
-std::optional<std::string> objection(const std::string& room, const std::string& name, bool quoted) {
-    const std::size_t slash = name.find('/');
-    const std::string first = slash == std::string::npos ? "" : name.substr(0, slash);
-    if (kBelow.contains(first)) {
-        if (first == room || kBelow.at(room).contains(first)) return std::nullopt;
-        return "room " + first + " is not below " + room;
+/// Returns the module of a path such as "compress/bc6h/encode.h"; empty if its first folder is none.
+std::string moduleOf(const std::string& name) {
+    const std::string first = name.substr(0, name.find('/'));
+    return name.find('/') != std::string::npos && kBelow.contains(first) ? first : "";
+}
+
+/// True for "compress/encode.h", false for "compress/bc6h/encode.h".
+bool isRootHeader(const std::string& name) {
+    return std::count(name.begin(), name.end(), '/') == 1;
+}
+
+/// Returns the module whose subfolders a file may include: its own or, for a test, the one that it tests.
+std::string homeOf(const std::string& file) {
+    const std::string prefix = "tests/";
+    return moduleOf(file.starts_with(prefix) ? file.substr(prefix.size()) : file);
+}
+
+/// Returns what is wrong with `file` including the subfolder header `name` of another module, if anything.
+std::optional<std::string> objectionToSubfolder(const std::string& file, const std::string& name) {
+    const std::string module = moduleOf(name);
+    if (module.empty() || isRootHeader(name) || module == homeOf(file)) return std::nullopt;
+    for (const IncludeException& row : kExceptions)
+        if (file.starts_with(row.from) && name.starts_with(row.included)) return std::nullopt;
+    return "only the headers at the root of " + module + " are public";
+}
+
+/// Returns what is wrong with a file of `module` including `name`, if anything.
+std::optional<std::string> objectionToLayer(const std::string& module, const std::string& name, bool quoted) {
+    const std::string first = moduleOf(name);
+    if (!first.empty()) {
+        if (first == module || kBelow.at(module).contains(first)) return std::nullopt;
+        return "module " + first + " is not below " + module;
     }
     if (const Library* library = findLibrary(name)) {
-        if (library->homes.empty() || library->homes.contains(room)) return std::nullopt;
+        if (library->homes.empty() || library->homes.contains(module)) return std::nullopt;
         return "it lives in " + joined(library->homes);
     }
     if (!quoted && isStandard(name)) return std::nullopt;
-    // Shader sources are handed to engines as one folder, so they name each other without the room.
-    if (quoted && first.empty() && room == "shaders") return std::nullopt;
-    return quoted && first.empty() ? "ours are included as room/file.h" : "no room is its home";
+    const bool hasFolder = name.find('/') != std::string::npos;
+    // Shader sources are handed to engines as one folder, so they name each other without the module.
+    if (quoted && !hasFolder && module == "shaders") return std::nullopt;
+    return quoted && !hasFolder ? "ours are included as module/file.h" : "no module is its home";
 }
 
 struct Include {
@@ -140,18 +182,26 @@ bool isSource(const std::filesystem::path& file) {
 
 }  // namespace
 
-const std::vector<std::string>& rooms() {
+const std::vector<std::string>& modules() {
     static const std::vector<std::string> names = {"lighting", "shaders", "formats", "compress", "fit", "verify", "pipeline"};
     return names;
 }
 
+std::span<const IncludeException> includeExceptions() {
+    return kExceptions;
+}
+
 std::vector<Violation> checkIncludes(const std::filesystem::path& file, std::string_view text) {
-    const std::string room = file.begin()->string();
+    const std::string first = file.begin()->string();
+    const bool isModule = kBelow.contains(first);
     std::vector<Violation> violations;
     forEachInclude(text, [&](int lineNumber, const Include& include) {
-        if (const auto why = objection(room, include.name, include.quoted))
+        std::optional<std::string> why = isModule ? objectionToLayer(first, include.name, include.quoted) : std::nullopt;
+        if (!why) why = objectionToSubfolder(file.generic_string(), include.name);
+        if (why)
             violations.push_back(
-                {file.generic_string() + ":" + std::to_string(lineNumber), room + " may not include " + include.name + ": " + *why});
+                {file.generic_string() + ":" + std::to_string(lineNumber),
+                 (isModule ? first : file.parent_path().generic_string()) + " may not include " + include.name + ": " + *why});
     });
     return violations;
 }
@@ -164,20 +214,80 @@ std::vector<std::string> quotedIncludes(std::string_view text) {
     return names;
 }
 
-TreeCheck checkTree(const std::filesystem::path& tree) {
-    TreeCheck check;
-    for (const std::string& room : rooms()) {
-        if (!std::filesystem::is_directory(tree / room)) continue;
-        for (const auto& entry : std::filesystem::recursive_directory_iterator(tree / room)) {
-            if (entry.is_regular_file() && isSource(entry.path())) check.read.push_back(entry.path().lexically_relative(tree));
+namespace {
+
+/// Returns the sources below a folder of the tree, relative to the tree, sorted.
+std::vector<std::filesystem::path> sourcesBelow(const std::filesystem::path& tree, const std::string& folder) {
+    std::vector<std::filesystem::path> files;
+    if (!std::filesystem::is_directory(tree / folder)) return files;
+    for (auto entry = std::filesystem::recursive_directory_iterator(tree / folder);
+         entry != std::filesystem::recursive_directory_iterator(); ++entry) {
+        if (entry->path().filename() == "node_modules") {
+            entry.disable_recursion_pending();
+        } else if (entry->is_regular_file() && isSource(entry->path())) {
+            files.push_back(entry->path().lexically_relative(tree));
         }
     }
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+}  // namespace
+
+TreeCheck checkTree(const std::filesystem::path& tree) {
+    TreeCheck check;
+    for (const std::string& module : modules()) {
+        const auto files = sourcesBelow(tree, module);
+        check.read.insert(check.read.end(), files.begin(), files.end());
+    }
     std::sort(check.read.begin(), check.read.end());
-    for (const std::filesystem::path& file : check.read) {
-        const std::vector<Violation> found = checkIncludes(file, formats::contentOf(tree / file));
+    std::vector<std::filesystem::path> users = check.read;
+    for (const char* folder : {"bench", "tests"}) {
+        const auto files = sourcesBelow(tree, folder);
+        users.insert(users.end(), files.begin(), files.end());
+    }
+    for (const std::filesystem::path& file : users) {
+        const std::string text = formats::contentOf(tree / file);
+        const std::vector<Violation> found = checkIncludes(file, text);
         check.violations.insert(check.violations.end(), found.begin(), found.end());
+        for (const std::string& name : quotedIncludes(text)) check.includes.push_back({file.generic_string(), name});
     }
     return check;
+}
+
+std::vector<std::string> unusedExceptions(const TreeCheck& check) {
+    std::vector<std::string> unused;
+    for (const IncludeException& row : kExceptions) {
+        const auto needsIt = [&](const UsedInclude& use) {
+            return use.file.starts_with(row.from) && use.name.starts_with(row.included) && !isRootHeader(use.name);
+        };
+        if (std::none_of(check.includes.begin(), check.includes.end(), needsIt)) unused.push_back(row.from + " -> " + row.included);
+    }
+    return unused;
+}
+
+std::vector<std::string> rootViolations(const std::filesystem::path& tree, const TreeCheck& check) {
+    std::set<std::string> usedOutside;
+    for (const UsedInclude& use : check.includes)
+        if (moduleOf(use.name) != homeOf(use.file)) usedOutside.insert(use.name);
+    std::vector<std::string> violations;
+    for (const std::string& module : modules()) {
+        if (!std::filesystem::is_directory(tree / module)) continue;
+        for (const auto& entry : std::filesystem::directory_iterator(tree / module)) {
+            const std::filesystem::path name = entry.path().filename();
+            const std::string file = module + "/" + name.string();
+            if (!entry.is_regular_file() || name == "CMakeLists.txt") continue;
+            if (module == "shaders" && (name.extension() == ".glsl" || name == "embed.cmake"))
+                continue;  // the headers that engines include
+            if (name.extension() != ".h") {
+                violations.push_back(file + " is no header: move it into a subfolder");
+            } else if (!usedOutside.contains(file) && !kUnusedRootHeaders.contains(file)) {
+                violations.push_back(file + " is included by nobody outside " + module + ": move it into a subfolder");
+            }
+        }
+    }
+    std::sort(violations.begin(), violations.end());
+    return violations;
 }
 
 }  // namespace lightcook::architecture

@@ -9,6 +9,7 @@
 
 #include "compress/encode.h"
 #include "formats/gpu_texture.h"
+#include "formats/light_map_layout.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
@@ -41,7 +42,7 @@ public:
         manifest_["assets"] = std::move(kept);
         std::vector<std::string> layouts;
         if (this->asset().at("kind") == "light-map") layouts.push_back(this->asset().at("layout"));
-        formats::writeContent(folder_ / kShaderName, shaders::shaderInclude(layouts));
+        formats::writeContent(folder_ / kShaderName, shaders::shaderInclude(formats::lightMapFamilies(layouts)));
         for (const FileRecord& file : filesOf(manifest_))
             if (file.name != kShaderName) std::filesystem::copy_file(cooked / file.name, folder_ / file.name);
         seal();

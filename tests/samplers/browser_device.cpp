@@ -15,6 +15,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "formats/temporary_folder.h"
+
 namespace lightcook::samplers {
 namespace {
 
@@ -65,9 +67,6 @@ std::vector<std::byte> bytesOf(const std::string& base64) {
 class Browser {
 public:
     Browser() {
-        char pattern[] = "/tmp/lightcook_browser_XXXXXX";
-        if (::mkdtemp(pattern) == nullptr) throw std::runtime_error("no temporary folder for a browser's profile");
-        profile_ = pattern;
         std::array<int, 2> told{}, answered{};
         if (::pipe2(told.data(), O_CLOEXEC) != 0 || ::pipe2(answered.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipes");
         child_ = ::fork();
@@ -82,8 +81,6 @@ public:
         ::close(from_);
         ::kill(-child_, SIGKILL);
         ::waitpid(child_, nullptr, 0);
-        std::error_code ignored;
-        std::filesystem::remove_all(profile_, ignored);
     }
     Browser(const Browser&) = delete;
     Browser& operator=(const Browser&) = delete;
@@ -109,7 +106,7 @@ private:
         for (const int stream : {0, 1, 2}) ::dup2(nothing, stream);
         ::dup2(a, 3);
         ::dup2(b, 4);
-        const std::string profile = "--user-data-dir=" + profile_.string();
+        const std::string profile = "--user-data-dir=" + profile_.path().string();
         ::execlp("chromium", "chromium", "--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
                  "--ignore-gpu-blocklist", "--disable-dev-shm-usage", "--no-first-run", profile.c_str(), "--remote-debugging-pipe",
                  "about:blank", static_cast<char*>(nullptr));
@@ -141,7 +138,7 @@ private:
         }
     }
 
-    std::filesystem::path profile_;
+    formats::TemporaryFolder profile_;
     pid_t child_ = -1;
     int to_ = -1, from_ = -1, lastId_ = 0;
     std::string pending_;

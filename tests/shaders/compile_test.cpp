@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/light_map_layout.h"
 #include "shaders/include.h"
 
 namespace lightcook {
@@ -49,7 +50,7 @@ protected:
     }
     void TearDown() override { std::filesystem::remove_all(folder_); }
 
-    /// Empty if it compiles, else what glslang said.
+    /// Returns glslang's messages; empty if the shader compiles.
     std::string errors(const std::string& shared, const std::string& body) const {
         const std::filesystem::path source = folder_ / "shader.frag", log = folder_ / "log.txt";
         std::ofstream(source) << fragmentShader(GetParam(), shared, body);
@@ -76,7 +77,7 @@ std::string textOf(std::string_view name) {
     return {};
 }
 
-/// Decode and shade with everything that a layout needs.
+/// Returns code that decodes a layout and shades with it.
 std::string useOf(const std::string& layout) {
     if (layout == "flat") return "LcFlatConstants k; k.range = 2.0;\nresult = lcLightMapFlat(vec4(0.1, 0.2, 0.3, 1.0), k);\n";
     if (layout.starts_with("basis")) {
@@ -125,15 +126,16 @@ TEST_P(Compile, EachSourceWithOnlyThePreludeAndHarmonicsBeforeIt) {
 }
 
 TEST_P(Compile, TheIncludeOfEveryLayoutDecodesAndShades) {
-    for (const std::string layout : {"raw", "flat", "luvw", "luvw-linear", "ratio", "zh3", "basis-3", "basis-8"}) {
+    for (const formats::LightMapLayoutInfo& row : formats::allLightMapLayouts()) {
+        const std::string layout(row.name);
         const std::vector<std::string> layouts = {layout};
-        EXPECT_EQ(errors(shaders::shaderInclude(layouts), useOf(layout)), "") << layout;
+        EXPECT_EQ(errors(shaders::shaderInclude(formats::lightMapFamilies(layouts)), useOf(layout)), "") << layout;
     }
 }
 
 TEST_P(Compile, TheIncludeOfAllLayoutsMayBeIncludedTwice) {
-    const std::vector<std::string> layouts = {"raw", "flat", "luvw", "luvw-linear", "ratio", "zh3", "basis-3", "basis-4"};
-    const std::string text = shaders::shaderInclude(layouts);
+    const std::string text =
+        shaders::shaderInclude(formats::namesOf(std::span<const formats::LightMapFamilyInfo>(formats::kLightMapFamilies)));
     EXPECT_EQ(errors(text + text, useOf("ratio")), "");
 }
 
@@ -147,12 +149,31 @@ std::string dialectName(const testing::TestParamInfo<Dialect>& tested) {
 }
 INSTANTIATE_TEST_SUITE_P(Dialects, Compile, testing::Values(Dialect::Glsl450, Dialect::GlslEs300, Dialect::Hlsl), dialectName);
 
-TEST(ShaderInclude, HoldsOnlyTheLayoutsAskedForInOneOrder) {
+TEST(ShaderInclude, HoldsOnlyTheFamiliesAskedForInOneOrder) {
     const std::vector<std::string> ratio = {"ratio"}, both = {"ratio", "luvw", "ratio"}, turned = {"luvw", "ratio"};
     EXPECT_NE(shaders::shaderInclude(ratio).find("lcLightMapRatio"), std::string::npos);
     EXPECT_EQ(shaders::shaderInclude(ratio).find("lcLightMapLuvw"), std::string::npos);
     EXPECT_EQ(shaders::shaderInclude(both), shaders::shaderInclude(turned));
     EXPECT_NE(shaders::shaderInclude({}).find("lcCookTorrance"), std::string::npos);
+}
+
+TEST(ShaderSources, HaveOneForEachFamilyOfLightMapLayouts) {
+    for (const formats::LightMapFamilyInfo& family : formats::kLightMapFamilies)
+        EXPECT_TRUE(shaders::hasLightMapFamily(family.name)) << family.name;
+    const auto count =
+        std::ranges::count_if(shaders::allSources(), [](const auto& source) { return source.name.starts_with("light_map_"); });
+    EXPECT_EQ(static_cast<std::size_t>(count), formats::kLightMapFamilies.size());
+    for (const char* unknown : {"", "basis-4", "sh5"}) EXPECT_FALSE(shaders::hasLightMapFamily(unknown)) << unknown;
+}
+
+TEST(ShaderSources, AreIncludedByTheCppHeaderInTheSameOrder) {
+    std::ifstream header(std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "shaders/lightcook_cpp.h");
+    const std::string prefix = "#include \"shaders/";
+    std::vector<std::string> included, embedded;
+    for (std::string line; std::getline(header, line);)
+        if (line.starts_with(prefix)) included.push_back(line.substr(prefix.size(), line.size() - prefix.size() - 1));
+    for (const shaders::ShaderSource& source : shaders::allSources()) embedded.emplace_back(source.name);
+    EXPECT_EQ(included, embedded);
 }
 
 }  // namespace

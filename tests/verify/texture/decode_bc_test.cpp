@@ -8,6 +8,7 @@
 #include <random>
 
 #include "compress/block/decode.h"
+#include "formats/temporary_folder.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::verify {
@@ -16,22 +17,6 @@ namespace {
 using formats::PixelFormat;
 
 constexpr int kSize = 4096;  // texels of a side: 1,048,576 blocks
-
-class TemporaryDds {
-public:
-    TemporaryDds() {
-        std::string name = std::filesystem::temp_directory_path() / "lightcook_XXXXXX";
-        if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-        folder_ = name;
-    }
-    TemporaryDds(const TemporaryDds&) = delete;
-    TemporaryDds& operator=(const TemporaryDds&) = delete;
-    ~TemporaryDds() { std::filesystem::remove_all(folder_); }
-    std::filesystem::path file() const { return folder_ / "blocks.dds"; }
-
-private:
-    std::filesystem::path folder_;
-};
 
 /// Random bytes; every fourth block has its fields pushed to extremes: all ones, all zeros, one bit, equal endpoints.
 std::vector<std::byte> makeBlocks(PixelFormat format, unsigned seed) {
@@ -77,13 +62,13 @@ struct Decoded {
 };
 
 Decoded throughOpenImageIO(PixelFormat format, std::span<const std::byte> blocks) {
-    const TemporaryDds place;
+    const formats::TemporaryFolder folder;
+    const std::filesystem::path place = folder / "blocks.dds";
     formats::TextureFileOptions options;
     options.container = formats::Container::Dds;
-    formats::Result<formats::TextureWriter> writer =
-        formats::TextureWriter::create(place.file(), {format, kSize, kSize, 1, 1, false, 1}, options);
+    formats::Result<formats::TextureWriter> writer = formats::TextureWriter::create(place, {format, kSize, kSize, 1, 1, false, 1}, options);
     EXPECT_TRUE(writer && writer->writeBlockRows({}, 0, blocks) && writer->commit());
-    const auto input = OIIO::ImageInput::open(place.file().string());
+    const auto input = OIIO::ImageInput::open(place.string());
     EXPECT_TRUE(input) << OIIO::geterror();
     Decoded decoded{input->spec().nchannels, {}};
     const std::size_t count = static_cast<std::size_t>(kSize) * kSize * static_cast<std::size_t>(decoded.channelCount);
