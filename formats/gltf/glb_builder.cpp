@@ -1,0 +1,297 @@
+#include "formats/gltf/glb_builder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include "formats/chart_clusters.h"
+#include "formats/gltf/attribute_bounds.h"
+#include "formats/gltf/draco_mesh.h"
+
+namespace lightcook::formats {
+namespace {
+
+std::optional<Quantization> quantizationOf(const MeshAttribute& attribute, const DracoOptions& options,
+                                           const std::map<std::string, AttributeBounds>& bounds) {
+    if (!mustBeFinite(attribute)) return std::nullopt;  // integers, colours, weights and tangents are kept bit for bit
+    if (attribute.semantic == "NORMAL") return Quantization{options.normalBits, {}, 1};
+    const int bits = attribute.semantic == "POSITION"     ? options.positionBits
+                     : attribute.semantic == "TEXCOORD_1" ? options.lightMapUvBits
+                                                          : options.uvBits;
+    return bounds.at(attribute.semantic).lattice(bits, attribute.componentCount);
+}
+
+/// The buffer views of the new GLB: those of the document that are still referred to, and new ones.
+class BufferViews {
+public:
+    explicit BufferViews(const GltfDocument& document) : document_(document) {}
+
+    /// Adds a view and returns its index.
+    std::size_t add(std::vector<std::byte> bytes, Json json = Json::object()) {
+        newViews_.push_back({std::move(bytes), std::move(json)});
+        return viewCount() + newViews_.size() - 1;
+    }
+
+    /// Moves image files beside the scene into the GLB, which may lie elsewhere. Images that cannot be read stay uris.
+    void embedImages(Json& json) {
+        if (!json.contains("images")) return;
+        for (Json& image : json["images"]) {
+            const std::string uri = image.value("uri", "");
+            if (uri.empty() || uri.starts_with("data:")) continue;
+            auto bytes = document_.readBeside(uri);
+            const std::string mimeType = bytes ? imageType(*bytes) : "";
+            if (mimeType.empty()) continue;
+            image.erase("uri");
+            image["mimeType"] = mimeType;
+            image["bufferView"] = add(std::move(*bytes));
+        }
+    }
+
+    /// Returns the one buffer of the GLB: the views that `json` still refers to in their old order, then the new ones. Renumbers the
+    /// references.
+    std::vector<std::byte> pack(Json& json) {
+        std::set<std::uint64_t> used;
+        visitBufferViews(std::as_const(json), [&used](const Json& reference) { used.insert(reference.get<std::uint64_t>()); });
+        std::map<std::uint64_t, std::size_t> newIndexOf;
+        Json views = Json::array();
+        std::vector<std::byte> buffer;
+        for (const std::uint64_t old : used) {
+            if (old >= viewCount() + newViews_.size()) {
+                document_.fail(ErrorCode::WrongShape, "bufferViews",
+                               fmt::format("found a reference to entry {}, expected less than {}", old, viewCount()));
+            }
+            const bool isNew = old >= viewCount();
+            Json view = isNew ? newViews_[old - viewCount()].json : document_.entry("bufferViews", old);
+            const std::span<const std::byte> bytes =
+                isNew ? std::span<const std::byte>(newViews_[old - viewCount()].bytes) : document_.bufferView(old);
+            buffer.resize((buffer.size() + 3) / 4 * 4);
+            view["buffer"] = 0;
+            view["byteOffset"] = buffer.size();
+            view["byteLength"] = bytes.size();
+            buffer.insert(buffer.end(), bytes.begin(), bytes.end());
+            newIndexOf[old] = views.size();
+            views.push_back(std::move(view));
+        }
+        visitBufferViews(json, [&newIndexOf](Json& reference) { reference = newIndexOf.at(reference.get<std::uint64_t>()); });
+        if (views.empty()) {
+            json.erase("bufferViews");
+        } else {
+            json["bufferViews"] = std::move(views);
+        }
+        return buffer;
+    }
+
+private:
+    struct NewView {
+        std::vector<std::byte> bytes;
+        Json json;
+    };
+    std::size_t viewCount() const { return document_.json().value("bufferViews", Json::array()).size(); }
+
+    static std::string imageType(std::span<const std::byte> bytes) {
+        const std::string_view head(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 16));
+        if (head.starts_with("\x89PNG")) return "image/png";
+        if (head.starts_with("\xFF\xD8\xFF")) return "image/jpeg";
+        if (head.starts_with("RIFF") && head.substr(8).starts_with("WEBP")) return "image/webp";
+        if (head.starts_with("\xABKTX 20\xBB")) return "image/ktx2";
+        return {};
+    }
+
+    const GltfDocument& document_;
+    std::vector<NewView> newViews_;
+};
+
+/// Replaces the geometry of the JSON, primitive by primitive, and collects the new buffer views.
+class GlbBuilder {
+public:
+    GlbBuilder(const GltfDocument& document, const std::vector<Primitive>& primitives, const ClusterMap* clusters)
+        : document_(document), primitives_(primitives), clusters_(clusters), json_(document.json()), views_(document) {}
+
+    BuiltGlb build(const DracoOptions* options) {
+        const std::vector<std::optional<DracoMesh>> coded = encodeAll(options);
+        findFreeAccessors(coded);
+        for (std::size_t i = 0; i < primitives_.size(); ++i) {
+            if (coded[i]) {
+                replace(primitives_[i], *coded[i]);
+            } else if (clusters_ != nullptr && primitives_[i].isTriangles) {
+                addClusters(primitives_[i]);
+            }
+        }
+        if (std::any_of(coded.begin(), coded.end(), [](const auto& mesh) { return mesh.has_value(); })) declareDraco();
+        views_.embedImages(json_);
+        const std::vector<std::byte> buffer = views_.pack(json_);
+        if (buffer.empty()) {
+            json_.erase("buffers");
+        } else {
+            json_["buffers"] = Json::array({Json{{"byteLength", buffer.size()}}});
+        }
+        BuiltGlb glb;
+        glb.bytes = assembleGlb(json_, buffer);
+        MeshSize& size = glb.size;
+        size.fileBytesIn = document_.fileBytes();
+        size.fileBytesOut = glb.bytes.size();
+        for (std::size_t i = 0; i < primitives_.size(); ++i) {
+            const TriangleMesh& written = coded[i] ? coded[i]->decoded : primitives_[i].geometry;
+            size.vertexCount += static_cast<std::int64_t>(written.vertexCount());
+            size.triangleCount += static_cast<std::int64_t>(written.triangleCount());
+        }
+        return glb;
+    }
+
+private:
+    std::vector<std::optional<DracoMesh>> encodeAll(const DracoOptions* options) const {
+        BoundsOfMeshes boundsOfMesh = boundsOfMeshes(primitives_, [](const Primitive& primitive) { return primitive.canCompress; });
+        std::vector<std::optional<DracoMesh>> coded(primitives_.size());
+        for (std::size_t i = 0; i < primitives_.size(); ++i) {
+            if (!primitives_[i].canCompress || primitives_[i].geometry.indices.empty()) continue;
+            if (options == nullptr && !(clusters_ != nullptr && primitives_[i].dracoView)) continue;
+            const TriangleMesh mesh = clusters_ != nullptr ? withClusters(primitives_[i]) : primitives_[i].geometry;
+            std::vector<std::optional<Quantization>> quantization;
+            for (const MeshAttribute& attribute : mesh.attributes) {
+                quantization.emplace_back();
+                if (options != nullptr) quantization.back() = quantizationOf(attribute, *options, boundsOfMesh[primitives_[i].mesh]);
+            }
+            auto encoded = encodeDraco(mesh, quantization, (options != nullptr ? *options : DracoOptions{}).speed);
+            if (encoded) coded[i] = std::move(*encoded);  // Draco refuses, say, meshes of degenerate triangles only: they stay as they are
+        }
+        return coded;
+    }
+
+    std::vector<std::uint8_t> clustersOf(const Primitive& primitive) const {
+        auto found = clustersOfVertices(primitive.geometry, *clusters_);
+        if (!found) document_.fail(ErrorCode::WrongShape, primitive.place(), found.error());
+        return std::move(*found);
+    }
+
+    /// Replaces kBasisAttribute if the scene has one already: it comes from an earlier cook.
+    TriangleMesh withClusters(const Primitive& primitive) const {
+        TriangleMesh mesh = primitive.geometry;
+        std::erase_if(mesh.attributes, [](const MeshAttribute& attribute) { return attribute.semantic == kBasisAttribute; });
+        MeshAttribute& added = mesh.attributes.emplace_back();
+        added.semantic = kBasisAttribute;
+        added.componentType = ComponentType::Uint8;
+        added.componentCount = 1;
+        for (const std::uint8_t cluster : clustersOf(primitive)) added.values.push_back(static_cast<std::byte>(cluster));
+        return mesh;
+    }
+
+    /// Adds the clusters of a primitive that is not encoded, one byte in four: glTF aligns vertex attributes to four bytes.
+    void addClusters(const Primitive& primitive) {
+        if (primitive.dracoView)
+            document_.fail(
+                ErrorCode::FormatUnsupported, primitive.place(),
+                "found a Draco stream that cannot be coded anew, expected one without morph targets that can take a vertex attribute");
+        constexpr std::size_t kStride = 4;
+        const std::vector<std::uint8_t> clusters = clustersOf(primitive);
+        std::vector<std::byte> bytes(kStride * primitive.vertexCount);
+        for (std::size_t i = 0; i < clusters.size(); ++i) bytes[kStride * primitive.usedVertices[i]] = static_cast<std::byte>(clusters[i]);
+        constexpr int kArrayBuffer = 34962;
+        Json accessor = clusterAccessor(primitive.vertexCount);
+        accessor["bufferView"] = views_.add(std::move(bytes), {{"byteStride", kStride}, {"target", kArrayBuffer}});
+        jsonOf(primitive)["attributes"][kBasisAttribute] = addAccessor(std::move(accessor));
+    }
+
+    static Json clusterAccessor(std::size_t vertexCount) {
+        return {{"componentType", static_cast<int>(ComponentType::Uint8)}, {"count", vertexCount}, {"type", "SCALAR"}};
+    }
+
+    Json& jsonOf(const Primitive& primitive) { return json_["meshes"][primitive.mesh]["primitives"][primitive.index]; }
+
+    /// Finds the accessors that only encoded primitives used. New accessors take their places, and none is removed: extensions that we do
+    /// not know may refer to accessors by index.
+    void findFreeAccessors(const std::vector<std::optional<DracoMesh>>& coded) {
+        std::set<std::uint64_t> used, kept;
+        for (std::size_t i = 0; i < primitives_.size(); ++i) {
+            const Json& primitive = jsonOf(primitives_[i]);
+            std::set<std::uint64_t>& users = coded[i] ? used : kept;
+            for (const Json& accessor : primitive["attributes"]) users.insert(accessor.get<std::uint64_t>());
+            if (primitive.contains("indices")) users.insert(primitive["indices"].get<std::uint64_t>());
+            for (const Json& target : primitive.value("targets", Json::array())) {
+                for (const Json& accessor : target) kept.insert(accessor.get<std::uint64_t>());
+            }
+        }
+        const auto keep = [&kept](const Json& user, const char* key) {
+            if (user.contains(key)) kept.insert(user[key].get<std::uint64_t>());
+        };
+        for (const Json& skin : json_.value("skins", Json::array())) keep(skin, "inverseBindMatrices");
+        for (const Json& animation : json_.value("animations", Json::array())) {
+            for (const Json& sampler : animation.value("samplers", Json::array())) {
+                keep(sampler, "input");
+                keep(sampler, "output");
+            }
+        }
+        std::set_difference(used.begin(), used.end(), kept.begin(), kept.end(), std::back_inserter(freeAccessors_));
+        std::reverse(freeAccessors_.begin(), freeAccessors_.end());  // lowest at the back, to be taken first
+    }
+
+    std::size_t addAccessor(Json accessor) {
+        if (freeAccessors_.empty()) {
+            json_["accessors"].push_back(std::move(accessor));
+            return json_["accessors"].size() - 1;
+        }
+        const std::uint64_t slot = freeAccessors_.back();
+        freeAccessors_.pop_back();
+        json_["accessors"][slot] = std::move(accessor);
+        return slot;
+    }
+
+    void replace(const Primitive& primitive, const DracoMesh& coded) {
+        Json attributes = Json::object(), ids = Json::object();
+        for (std::size_t i = 0; i < coded.decoded.attributes.size(); ++i) {
+            const MeshAttribute& attribute = coded.decoded.attributes[i];
+            const bool isOurs = clusters_ != nullptr && attribute.semantic == kBasisAttribute;
+            Json accessor = isOurs ? clusterAccessor(0)
+                                   : document_.entry("accessors", jsonOf(primitive)["attributes"][attribute.semantic].get<std::uint64_t>());
+            for (const char* gone : {"bufferView", "byteOffset", "sparse", "min", "max"}) accessor.erase(gone);
+            accessor["count"] = attribute.vertexCount();
+            if (attribute.semantic == "POSITION") addBounds(attribute, accessor);
+            attributes[attribute.semantic] = addAccessor(std::move(accessor));
+            ids[attribute.semantic] = coded.uniqueIds[i];
+        }
+        const bool isShort = coded.decoded.vertexCount() < 0xFFFF;  // the last value of each width restarts primitives
+        Json indices = {{"componentType", static_cast<int>(isShort ? ComponentType::Uint16 : ComponentType::Uint32)},
+                        {"count", coded.decoded.indices.size()},
+                        {"type", "SCALAR"}};
+        const std::size_t indexAccessor = addAccessor(std::move(indices));
+        Json& json = jsonOf(primitive);
+        json["attributes"] = std::move(attributes);
+        json["indices"] = indexAccessor;
+        json["extensions"][kDracoExtension] = {{"bufferView", views_.add(coded.bytes)}, {"attributes", std::move(ids)}};
+    }
+
+    static void addBounds(const MeshAttribute& position, Json& accessor) {
+        AttributeBounds bounds;
+        bounds.add(position);
+        accessor["min"] = bounds.low;
+        accessor["max"] = bounds.high;
+    }
+
+    void declareDraco() {
+        for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
+            Json names = json_.value(list, Json::array());
+            if (std::find(names.begin(), names.end(), kDracoExtension) == names.end()) names.push_back(kDracoExtension);
+            json_[list] = std::move(names);
+        }
+    }
+
+    const GltfDocument& document_;
+    const std::vector<Primitive>& primitives_;
+    const ClusterMap* clusters_;  ///< none: vertices get no cluster
+    Json json_;
+    BufferViews views_;
+    std::vector<std::uint64_t> freeAccessors_;
+};
+
+}  // namespace
+
+BuiltGlb buildGlb(const GltfDocument& document, const std::vector<Primitive>& primitives, const ClusterMap* clusters,
+                  const DracoOptions* options) {
+    return GlbBuilder(document, primitives, clusters).build(options);
+}
+
+}  // namespace lightcook::formats

@@ -1,0 +1,179 @@
+#include "formats/gltf/primitive.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <utility>
+
+#include "formats/gltf/draco_mesh.h"
+
+namespace lightcook::formats {
+namespace {
+
+constexpr std::uint64_t kTriangles = 4;  // glTF's primitive mode
+
+const Json* dracoExtension(const Json& primitive) {
+    const auto extensions = primitive.find("extensions");
+    if (extensions == primitive.end() || !extensions->is_object()) return nullptr;
+    const auto draco = extensions->find(kDracoExtension);
+    return draco == extensions->end() ? nullptr : &*draco;
+}
+
+/// Keeps the accessors that it has read, because primitives share them.
+class PrimitiveReader {
+public:
+    explicit PrimitiveReader(const GltfDocument& document) : document_(document) {}
+
+    std::vector<Primitive> readAll() {
+        std::vector<Primitive> primitives;
+        const Json meshes = document_.json().value("meshes", Json::array());
+        for (std::size_t mesh = 0; mesh < meshes.size(); ++mesh) {
+            const Json list = meshes[mesh].value("primitives", Json::array());
+            for (std::size_t index = 0; index < list.size(); ++index) primitives.push_back(read(list[index], mesh, index));
+        }
+        return primitives;
+    }
+
+private:
+    Primitive read(const Json& json, std::size_t mesh, std::size_t index) {
+        Primitive primitive;
+        primitive.mesh = mesh;
+        primitive.index = index;
+        const std::string place = primitive.place();
+        primitive.isTriangles = document_.number(json, "mode", kTriangles, place) == kTriangles;
+        primitive.canCompress = primitive.isTriangles && json.value("targets", Json::array()).empty();
+        const Json attributes = json.value("attributes", Json::object());
+        if (!attributes.contains("POSITION")) document_.fail(ErrorCode::WrongShape, place, "found no POSITION, expected one");
+        if (const Json* draco = dracoExtension(json)) {
+            primitive.dracoView = document_.number(*draco, "bufferView", 0, place);
+            readDraco(*draco, attributes, primitive);
+        } else {
+            for (const auto& [semantic, accessor] : attributes.items())
+                primitive.geometry.attributes.push_back(shared(attributes, semantic, place));
+            if (primitive.isTriangles) readIndices(json, primitive);
+        }
+        check(attributes, primitive);
+        primitive.vertexCount = primitive.geometry.vertexCount();
+        // Drop unused vertices right away: scenes share one set of vertices between dozens of primitives.
+        if (primitive.isTriangles) {
+            primitive.usedVertices = usedVerticesOf(primitive.geometry);
+            primitive.geometry = withoutUnusedVertices(primitive.geometry);
+        }
+        return primitive;
+    }
+
+    static std::vector<std::uint32_t> usedVerticesOf(const TriangleMesh& mesh) {
+        std::vector<bool> isUsed(mesh.vertexCount(), false);
+        for (const std::uint32_t index : mesh.indices) isUsed[index] = true;
+        std::vector<std::uint32_t> used;
+        for (std::uint32_t vertex = 0; vertex < isUsed.size(); ++vertex)
+            if (isUsed[vertex]) used.push_back(vertex);
+        return used;
+    }
+
+    MeshAttribute shared(const Json& attributes, const std::string& semantic, const std::string& place) {
+        const std::uint64_t accessor = document_.number(attributes, semantic.c_str(), 0, place);
+        const auto found = read_.find(accessor);
+        if (found == read_.end()) return read_.emplace(accessor, document_.readAccessor(accessor, semantic)).first->second;
+        MeshAttribute copy = found->second;
+        copy.semantic = semantic;
+        return copy;
+    }
+
+    void readDraco(const Json& draco, const Json& attributes, Primitive& primitive) const {
+        std::vector<DracoAttribute> wanted;
+        const Json ids = draco.value("attributes", Json::object());
+        for (const auto& [semantic, accessor] : attributes.items()) {
+            const MeshAttribute type =
+                document_.accessorType(document_.number(attributes, semantic.c_str(), 0, primitive.place()), semantic);
+            if (!ids.contains(semantic)) {
+                document_.fail(ErrorCode::FormatUnsupported, primitive.place(),
+                               fmt::format("found {} outside the Draco stream, expected every attribute in it", semantic));
+            }
+            const std::uint64_t id = document_.number(ids, semantic.c_str(), 0, primitive.place());
+            wanted.push_back({semantic, static_cast<int>(std::min<std::uint64_t>(id, 0x7FFFFFFF)), type.componentType, type.componentCount,
+                              type.isNormalized});
+        }
+        auto decoded = decodeDraco(document_.bufferView(*primitive.dracoView), wanted);
+        if (!decoded) {
+            document_.fail(ErrorCode::FileUnreadable, fmt::format("{}, bufferView {}", primitive.place(), *primitive.dracoView),
+                           fmt::format("found \"{}\", expected a Draco mesh", decoded.error()));
+        }
+        primitive.geometry = std::move(*decoded);
+    }
+
+    void readIndices(const Json& json, Primitive& primitive) const {
+        std::vector<std::uint32_t>& indices = primitive.geometry.indices;
+        if (!json.contains("indices")) {
+            for (std::uint32_t vertex = 0; vertex < primitive.geometry.vertexCount(); ++vertex) indices.push_back(vertex);
+            return;
+        }
+        const MeshAttribute read = document_.readAccessor(document_.number(json, "indices", 0, primitive.place()), "indices");
+        const bool isWhole = read.componentType == ComponentType::Uint8 || read.componentType == ComponentType::Uint16 ||
+                             read.componentType == ComponentType::Uint32;
+        if (!isWhole || read.componentCount != 1)
+            document_.fail(ErrorCode::WrongShape, primitive.place(), "found indices of another type, expected unsigned scalars");
+        const std::size_t bytes = read.bytesPerVertex();
+        for (std::size_t i = 0; i < read.vertexCount(); ++i) {
+            std::uint32_t index = 0;  // little-endian, as we are
+            std::memcpy(&index, read.values.data() + i * bytes, bytes);
+            indices.push_back(index);
+        }
+    }
+
+    void check(const Json& attributes, const Primitive& primitive) const {
+        const TriangleMesh& geometry = primitive.geometry;
+        for (const MeshAttribute& attribute : geometry.attributes) {
+            const std::string place =
+                fmt::format("accessor {} ({} of {})", attributes[attribute.semantic].dump(), attribute.semantic, primitive.place());
+            if (attribute.vertexCount() != geometry.vertexCount()) {
+                document_.fail(ErrorCode::WrongShape, place,
+                               fmt::format("found {} vertices, expected {} as in {}", attribute.vertexCount(), geometry.vertexCount(),
+                                           geometry.attributes.front().semantic));
+            }
+            const int components = attribute.semantic == "POSITION" || attribute.semantic == "NORMAL" ? 3
+                                   : attribute.semantic.starts_with("TEXCOORD_")                      ? 2
+                                                                                                      : attribute.componentCount;
+            if (attribute.componentCount != components) {
+                document_.fail(ErrorCode::WrongShape, place,
+                               fmt::format("found {} components, expected {}", attribute.componentCount, components));
+            }
+            if (mustBeFinite(attribute)) checkFinite(attribute, place);
+        }
+        if (geometry.indices.size() % 3 != 0) {
+            document_.fail(ErrorCode::WrongShape, primitive.place(),
+                           fmt::format("found {} indices, expected a multiple of 3", geometry.indices.size()));
+        }
+        for (std::size_t i = 0; i < geometry.indices.size(); ++i) {
+            if (geometry.indices[i] < geometry.vertexCount()) continue;
+            document_.fail(ErrorCode::WrongShape, fmt::format("{}, index {}", primitive.place(), i),
+                           fmt::format("found vertex {}, expected less than {}", geometry.indices[i], geometry.vertexCount()));
+        }
+    }
+
+    void checkFinite(const MeshAttribute& attribute, const std::string& place) const {
+        for (std::size_t vertex = 0; vertex < attribute.vertexCount(); ++vertex) {
+            const glm::dvec3 value = attribute.at(vertex);
+            if (std::isfinite(value.x) && std::isfinite(value.y) && std::isfinite(value.z)) continue;
+            document_.fail(ErrorCode::ValueNotFinite, fmt::format("{}, vertex {}", place, vertex),
+                           fmt::format("found ({}, {}, {}), expected finite values", value.x, value.y, value.z));
+        }
+    }
+
+    const GltfDocument& document_;
+    std::map<std::uint64_t, MeshAttribute> read_;
+};
+
+}  // namespace
+
+bool mustBeFinite(const MeshAttribute& attribute) {
+    return attribute.isFloat() &&
+           (attribute.semantic == "POSITION" || attribute.semantic == "NORMAL" || attribute.semantic.starts_with("TEXCOORD_"));
+}
+
+std::vector<Primitive> readPrimitives(const GltfDocument& document) {
+    return PrimitiveReader(document).readAll();
+}
+
+}  // namespace lightcook::formats

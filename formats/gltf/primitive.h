@@ -1,0 +1,38 @@
+// The primitives of a glTF document, read and checked.
+#pragma once
+
+#include <fmt/format.h>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/gltf/gltf_document.h"
+#include "formats/gltf/triangle_mesh.h"
+
+namespace lightcook::formats {
+
+inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
+
+/// One primitive of one mesh.
+struct Primitive {
+    std::size_t mesh = 0, index = 0;
+    TriangleMesh geometry;        ///< for triangles, only the vertices that they use; no indices for other modes
+    std::size_t vertexCount = 0;  ///< number of vertices in the accessors, which other primitives may share
+    bool isTriangles = false;
+    bool canCompress = false;  ///< triangles without morph targets, whose vertices must keep their order
+    std::optional<std::uint64_t> dracoView;
+    std::vector<std::uint32_t> usedVertices;  ///< for triangles, the index in the accessors of each vertex of the geometry
+
+    std::string place() const { return fmt::format("mesh {}, primitive {}", mesh, index); }
+};
+
+/// Returns true for attributes whose values are checked, and which Draco may quantize: float positions, normals and UVs.
+bool mustBeFinite(const MeshAttribute& attribute);
+
+/// Reads every primitive of every mesh, in the order of the file. Accessors that several primitives share are read once.
+/// Throws GltfFault for missing positions, vertex counts that differ, indices out of range and values that are not finite.
+std::vector<Primitive> readPrimitives(const GltfDocument& document);
+
+}  // namespace lightcook::formats
