@@ -1,6 +1,6 @@
 // Bake formats: how a baker writes the SH coefficients of a light map into a file. The table in bakes/bake_format.cpp has a row for each.
-// To add a format: a reader like bakes/sh9.cpp, a row, a test. What all formats share (coverage, normals, conversion to canonical form,
-// checks) is in bakes/canonical.cpp.
+// To add a format: a reader like bakes/sh9.cpp, a row, a test. All formats share bakes/canonical.cpp: coverage, normals, checks, conversion
+// to canonical form.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
-// Colour conversion through OpenColorIO: from the space a file is in to the working space. Everything that lightcook conditions is a
-// linear quantity, so what comes out is a 3 x 3 matrix, or a refusal by name.
+// Colour conversion through OpenColorIO, from the colour space of a file to the working space. lightcook converts only linear quantities,
+// so the result is a 3 x 3 matrix; conversions that are not linear are refused. See docs/theory/lighting.md, "Colour".
 #pragma once
 
 #include <filesystem>
@@ -10,27 +10,27 @@
 
 namespace lightcook::formats {
 
-/// The spaces of one scene, as scene.toml names them. An empty config is our own, built in code: scene-linear spaces by their usual names
-/// (lin_rec709 / lin_srgb, acescg / lin_ap1, aces2065-1 / lin_ap0, lin_rec2020, lin_p3d65, lin_ciexyzd65) and the encoded ones people
-/// mistake them for (srgb_texture / srgb, g22_rec709, g24_rec709), which are known so that they can be refused by name.
+/// The colour spaces of one scene, as scene.toml names them. The built-in config has the scene-linear spaces lin_rec709 (lin_srgb), acescg
+/// (lin_ap1), aces2065-1 (lin_ap0), lin_rec2020, lin_p3d65 and lin_ciexyzd65. It also knows the encoded spaces srgb_texture (srgb),
+/// g22_rec709 and g24_rec709, only to refuse them by name.
 struct ColorSpaces {
     std::string source = "lin_rec709";
     std::string working = "lin_rec709";
-    std::filesystem::path config;  ///< an OCIO config file; empty: ours
+    std::filesystem::path config;  ///< an OpenColorIO config file; empty: the built-in config
 
     bool operator==(const ColorSpaces&) const = default;
 };
 
-/// The matrix workingFromSource, and the luminance weights of the working space: Y of each primary under the space's own white. With a
-/// config of the user's, Y through its role aces_interchange, or what the config declares as its luma.
+/// A matrix, and the luminance weights of the working space: Y of each primary under the white of that space. For a config file, Y comes
+/// from its role aces_interchange or, without that role, from its default luma coefficients.
 struct LinearConversion {
     glm::mat3 workingFromSource{1.0f};
     glm::vec3 luminanceWeights{0.2126f, 0.7152f, 0.0722f};
     bool isIdentity = true;
 };
 
-/// Refuses unknown spaces (naming the nearest known one) and transforms that are not linear: found by probing the processor with scaled
-/// and added colours, not by the space's name.
+/// Returns the conversion. Fails for unknown spaces (the error names the nearest known one) and for conversions that are not linear.
+/// Linearity is tested with scaled and added colours; the name of a space does not matter.
 Result<LinearConversion> linearConversion(const ColorSpaces& spaces);
 
 }  // namespace lightcook::formats

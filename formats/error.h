@@ -1,4 +1,4 @@
-// The one way in which a bad file, recipe or request travels: as a value that names where and what.
+// Errors of files, scenes and requests are values that say where the fault is and what it is.
 #pragma once
 
 #include <string>
@@ -8,20 +8,20 @@
 namespace lightcook::formats {
 
 enum class ErrorCode {
-    InvalidRequest,     ///< command line or scene file: exit code 2
+    InvalidRequest,     ///< fault in the command line or the scene file: exit code 2
     FileUnreadable,     ///< missing, truncated, not the format it claims to be: 3
     FormatUnsupported,  ///< readable, but not something that we read or write: 3
-    WrongShape,         ///< channels, size, faces or layout differ from what was asked for: 3
+    WrongShape,         ///< channels, size or faces differ from those required: 3
     ValueNotFinite,     ///< NaN or infinity: 3
     ValueOutOfRange,    ///< negative energy, beyond the format: 3
     ColorSpace,         ///< unknown, or not linear where it has to be: 3
-    Verification,       ///< error over its bound, content not what was cooked: 4
+    Verification,       ///< error over its limit, or content that differs from the cooked one: 4
     OverBudget,         ///< 5
     Interrupted,        ///< 6
-    Internal,           ///< a fault of ours, or of the machine (disk full): 1
+    Internal,           ///< fault of lightcook or of the machine (disk full): 1
 };
 
-/// One line for the user reads "subject: found ..., expected ...".
+/// Users read one line, "subject: detail". The detail says what was found and what was expected, or what to do.
 struct Error {
     ErrorCode code = ErrorCode::Internal;
     std::string subject;  ///< file and place: "lobby.exr, channel sh03.G, texel (12, 7)"

@@ -1,4 +1,4 @@
-// Fireflies of path-traced light maps: single texels that a rare path made far brighter than all around them.
+// Fireflies of path-traced light maps: single texels that one rare path made far brighter than all of their neighbours.
 #pragma once
 
 #include <string>
@@ -10,14 +10,16 @@ namespace lightcook::formats {
 
 struct Firefly {
     int x = 0, y = 0;                ///< y: row of the map
-    float found = 0, brightest = 0;  ///< its light and that of its brightest neighbour: the largest channel of sh00
+    float found = 0, brightest = 0;  ///< the largest channel of sh00, of the texel and of its brightest neighbour
 };
 
-/// Covered texels of a band whose neighbours (eight; five in the band's first and last row) are covered too and none of which reaches
-/// 1 / limit of its light, where nine in ten covered texels of the band have less as well. limit > 0; real bakes stay under 3.
+/// Finds the fireflies of a strip: covered texels that are brighter than `limit` times their brightest neighbour and brighter than nine in
+/// ten covered texels of the strip. All neighbours (eight; five in the first and last row of the strip) must be covered. limit  > 0; the
+/// ratio stays under 3 in bakes without fireflies
 std::vector<Firefly> findFireflies(const LightMapStrip& band, double limit);
 
-/// Refuses the first one, or with `repair` gives each the mean of its neighbours and counts it. file: for the error.
+/// Fails at the first firefly or, with `repair`, replaces each by the mean of its neighbours and counts it.
+/// file  for the error
 Result<void> checkFireflies(LightMapStrip& band, double limit, bool repair, const std::string& file);
 
 }  // namespace lightcook::formats

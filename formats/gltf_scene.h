@@ -1,5 +1,5 @@
-// glTF scenes as far as lighting needs them: what the materials ask for, the light-map UV set (TEXCOORD_1), and writing the same
-// scene back with its geometry quantized by Draco (KHR_draco_mesh_compression).
+// glTF scenes as far as lighting needs them: lighting needs of the materials, light-map UVs (TEXCOORD_1), and writing the scene back with
+// its geometry compressed by Draco (KHR_draco_mesh_compression).
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 
 namespace lightcook::formats {
 
-/// What one glTF material asks of the lighting (metallic-roughness, KHR_materials_specular, KHR_materials_ior).
+/// Lighting needs of one material, from metallic-roughness, KHR_materials_specular and KHR_materials_ior.
 struct MaterialNeeds {
     std::string name;
     bool hasNormalMap = false;
@@ -37,17 +37,17 @@ struct MeshSize {
     std::size_t fileBytesOut = 0;
     std::int64_t vertexCount = 0, triangleCount = 0;  ///< as written: vertices split per primitive, degenerate triangles gone
 };
-/// The quantization error that a written mesh really has, found by reading it back: largest over the vertices.
+/// The largest quantization error of any vertex of a written mesh, measured by reading it back.
 struct MeshError {
     double position = 0;  ///< [scene units]
     double normalRadians = 0;
     double lightMapUv = 0;  ///< [UV units]
-    /// Of the source: the longest side of any mesh's bounds, which the bits of its lattice divide.
+    /// Longest side of the bounds of any mesh of the source; the bits of the lattice divide it.
     double positionExtent = 0, lightMapUvExtent = 0;
 };
 
-/// A glTF or GLB file, Draco-compressed or not. Refused with file and accessor: missing buffers, indices out of range, TEXCOORD_1 missing
-/// where a light map needs it, positions or UVs that are not finite.
+/// A glTF or GLB file, Draco-compressed or not. load() refuses missing buffers, indices out of range, and positions or UVs that are not
+/// finite; the error names the file and the accessor.
 class GltfScene {
 public:
     static Result<GltfScene> load(const std::filesystem::path& file);
@@ -55,26 +55,26 @@ public:
     GltfScene& operator=(GltfScene&&) noexcept;
     ~GltfScene();
 
-    /// Every material in the order of the file; then glTF's default one, named "default", if a primitive has none.
+    /// Returns every material in the order of the file, then glTF's default one, named "default", if a primitive has none.
     const std::vector<MaterialNeeds>& materials() const;
     bool hasLightMapUvs() const;  ///< every primitive has TEXCOORD_1
     std::int64_t vertexCount() const;
     std::int64_t triangleCount() const;
 
-    /// The same scene as a GLB whose triangle primitives are Draco meshes; nodes, materials, lights, animations, extras and extensions are
-    /// kept, images beside the scene move in. float POSITION, NORMAL and TEXCOORD_n are quantized, on one lattice a mesh, so that borders
-    /// between primitives stay shut; every other attribute is kept bit for bit. Primitives with morph targets (whose vertices must keep
-    /// their order), lines and points stay as they are. Whole or absent.
-    /// clusters  where given, every triangle primitive gains kBasisAttribute, kept exact; see clustersOfVertices for what is refused
+    /// Writes the scene as a GLB whose triangle primitives are Draco meshes. Nodes, materials, lights, animations, extras and extensions
+    /// are kept; images beside the scene are embedded. Float POSITION, NORMAL and TEXCOORD_n are quantized on one lattice a mesh, so that
+    /// no gaps open between its primitives; every other attribute is kept bit for bit. Lines, points and primitives with morph targets
+    /// (whose vertices must keep their order) stay as they are. The file appears when it is complete. clusters  if given, adds
+    /// kBasisAttribute to every triangle primitive, without loss; clustersOfVertices() says when it fails
     Result<MeshSize> writeDraco(const std::filesystem::path& file, const DracoOptions& options, const ClusterMap* clusters = nullptr) const;
-    /// The same scene as a GLB, values bit for bit: only kBasisAttribute comes in. Vertices and triangles stay where they are, but for
-    /// primitives that were Draco streams, which are coded anew without loss.
+    /// Writes the scene as a GLB that differs by kBasisAttribute only. All values are kept bit for bit. Vertices and triangles keep their
+    /// order, except in Draco streams, which are encoded again without loss.
     Result<MeshSize> writePlain(const std::filesystem::path& file, const ClusterMap* clusters) const;
-    /// Of the triangle primitives, in the order of the file; they live as long as the scene.
+    /// Returns the triangle primitives in the order of the file; they live as long as the scene.
     std::vector<const TriangleMesh*> triangleMeshes() const;
-    /// Compares vertex by vertex with a scene that writeDraco made of this one. Draco reorders vertices and triangles, so triangles are
-    /// matched one to one by how close their corners are (see matchTriangles); one without a counterpart is an ErrorCode::Verification, and
-    /// so are nodes, materials or animations that are not those of this scene.
+    /// Compares this scene with one that writeDraco() made of it. Draco reorders vertices and triangles, so matchTriangles() pairs them by
+    /// the distance of their corners. Fails with ErrorCode::Verification if a triangle has no counterpart, or if nodes, materials or
+    /// animations differ.
     Result<MeshError> errorOf(const GltfScene& cooked) const;
 
 private:
@@ -85,8 +85,8 @@ private:
 };
 
 enum class GltfFiles { All, Geometry };  ///< buffers and images, or buffers alone
-/// The files beside a glTF that it takes buffers and images from, those that exist, each once, in the order of the file: a change in one
-/// is a change of the scene. Empty for a scene that cannot be read; load() tells why.
+/// Returns the existing files beside a glTF that hold its buffers and images, each once, in the order of the file. They are inputs of a
+/// cook like the scene itself. Empty for a scene that cannot be read; load() says why.
 std::vector<std::filesystem::path> gltfFilesBeside(const std::filesystem::path& file, GltfFiles which = GltfFiles::All);
 
 }  // namespace lightcook::formats

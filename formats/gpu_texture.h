@@ -1,5 +1,5 @@
-// GPU textures and the files that hold them (KTX2, DDS), written and read by rows of blocks, so that a texture larger than
-// memory can pass through. What the bytes of a block mean is not known here: compress/ makes them, verify/ decodes them.
+// GPU textures in KTX2 and DDS files. They are written and read by rows of blocks, so that a texture may be larger than memory.
+// Blocks are plain bytes here: compress/ encodes them, verify/ decodes them.
 #pragma once
 
 #include <cstddef>
@@ -36,17 +36,17 @@ struct TextureShape {
 struct TextureFileOptions {
     Container container = Container::Ktx2;
     bool zstd = false;                            ///< KTX2 only: Zstandard supercompression, per mip level
-    int zstdLevel = 19;                           ///< what blocks repeat are short matches, which levels below 17 do not look for
+    int zstdLevel = 19;                           ///< blocks repeat in short matches, which levels below 17 do not search for
     std::map<std::string, std::string> metadata;  ///< KTX2 key-values (text); DDS has no room for them and drops them
 };
 
-/// Which image of a texture.
+/// Identifies one image of a texture.
 struct SubImage {
     int mip = 0, layer = 0, face = 0;
 };
 
-/// Writes a texture by rows of blocks, in any order, from any thread that has rows of its own.
-/// The file appears whole under its name at commit() (written beside it, synced, renamed); without commit() nothing stays behind.
+/// Writes a texture by rows of blocks, in any order. Several threads may write different rows at once.
+/// The file gets its name at commit() (written beside it, synced, renamed); without commit() it is removed.
 class TextureWriter {
 public:
     static Result<TextureWriter> create(const std::filesystem::path& file, const TextureShape& shape, const TextureFileOptions& options);
@@ -64,10 +64,10 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// Reads a texture back by rows of blocks. Every header field is checked before it is believed; a truncated or inconsistent file is an
-/// Error that says which field, what was found and what was expected. Reading is safe from several threads.
-/// Memory: rows are read straight into `out`; a level under Zstandard is inflated whole at the first touch and kept until the reader goes,
-/// so a reader of a compressed file holds at most the uncompressed levels it was asked for (and twice the largest while it inflates).
+/// Reads a texture by rows of blocks. Safe from several threads. Every header field is checked before it is used; the error for a truncated
+/// or inconsistent file names the field, the value found and the value expected.
+/// Memory: rows are read directly into `out`. A level under Zstandard is decompressed whole at its first use and kept until the reader is
+/// destroyed; while a level is decompressed, it takes up to twice its size.
 class TextureReader {
 public:
     static Result<TextureReader> open(const std::filesystem::path& file);

@@ -1,4 +1,4 @@
-// Images in memory: one owner that moves, and views that are passed.
+// Images in memory: an owner that moves, and views that are passed to functions.
 // Row 0 is the top row, x runs to the right; texel (x, y) has its centre at ((x + 0.5) / width, (y + 0.5) / height).
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace lightcook::formats {
 
-/// Borrowed texels. Row y starts at texels + y * rowStride.
+/// Texels owned by somebody else. Row y starts at texels + y * rowStride.
 template <class T>
 struct ImageView {
     T* texels = nullptr;
@@ -22,7 +22,7 @@ struct ImageView {
     }
     T* row(int y) const { return texels + y * rowStride; }
 
-    /// The rows [firstRow, firstRow + rowCount) of this view.
+    /// Returns the rows [firstRow, firstRow + rowCount) of this view.
     ImageView rows(int firstRow, int rowCount) const {
         assert(0 <= firstRow && 0 <= rowCount && firstRow + rowCount <= height);
         return {texels + firstRow * rowStride, width, rowCount, rowStride};
@@ -30,7 +30,7 @@ struct ImageView {
     operator ImageView<const T>() const requires(!std::is_const_v<T>) { return {texels, width, height, rowStride}; }
 };
 
-/// Owns width * height texels, rows packed. Moves; a copy is asked for by name.
+/// Owns width * height texels, rows packed. Moves; copy() makes a copy.
 template <class T>
 class Image {
 public:

@@ -1,4 +1,4 @@
-// Conventions of a light map's coefficients: what the numbers of a baker's file mean. A convention is a property of a file; inside the
+// Conventions of the coefficients in a light map file: sign, frame, quantity, units. A convention is a property of a file; inside the
 // program all coefficients are canonical (the first row of each table).
 #pragma once
 

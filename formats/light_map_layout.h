@@ -22,7 +22,7 @@ enum class LightMapLayout { Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis3, Bas
 /// Layouts of one family share their encoder, their decoder and the shader source light_map_<family>.glsl.
 enum class LightMapFamily { Raw, Flat, Luvw, Ratio, Zh3, Basis };
 
-/// Which of a target's formats holds the texels of a texture.
+/// Selects the format of a target that holds the texels of a texture.
 enum class TexelRole {
     Half,      ///< signed 16-bit floats on every target
     Hdr,       ///< TargetInfo::hdr

@@ -1,4 +1,4 @@
-// The known name nearest to one that was mistyped, for messages that help.
+// Finds the known name nearest to a mistyped one, for error messages.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace lightcook::formats {
 
-/// Levenshtein distance: insertions, deletions and substitutions of one character.
+/// Returns the Levenshtein distance: the number of insertions, deletions and substitutions of one character.
 inline std::size_t editDistance(std::string_view a, std::string_view b) {
     std::vector<std::size_t> row(b.size() + 1);
     for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
@@ -25,7 +25,7 @@ inline std::size_t editDistance(std::string_view a, std::string_view b) {
     return row[b.size()];
 }
 
-/// The first of the nearest names; empty if there are none.
+/// Returns the first of the nearest names; empty if `known` is empty.
 inline std::string nearestName(std::string_view found, std::span<const std::string> known) {
     std::string nearest;
     std::size_t least = 0;

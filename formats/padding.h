@@ -1,4 +1,4 @@
-// Texels outside charts, as far as a filter or a block reaches over a chart's edge.
+// Fills texels outside charts, as far as a filter or a block reaches over the edge of a chart.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace lightcook::formats {
 
-/// Calls add(x, y) for every covered texel on the smallest square ring around (centreX, centreY), 1 .. largestRing texels away, that has
-/// any. Rings are walked row by row, so that sums have one order. Returns how many there were; 0: none within reach.
+/// Calls add(x, y) for every covered texel on the smallest square ring around (centreX, centreY) that has any. Rings are 1 .. largestRing
+/// texels away and are walked row by row, so that sums have one order. Returns the number of calls; 0: no covered texel within reach.
 template <class Add>
 int visitNearestCovered(ImageView<const std::uint8_t> covered, int centreX, int centreY, int largestRing, Add add) {
     for (int ring = 1; ring <= largestRing; ++ring) {

@@ -1,4 +1,4 @@
-// A file that appears under its name whole or not at all: written beside its place, synced, renamed.
+// A file that gets its name only when it is complete: written beside its place, synced, renamed.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,10 @@
 
 namespace lightcook::formats {
 
-/// Owns the temporary name until commit(); without it the temporary file is removed when this goes.
+/// Owns the temporary file. The destructor removes it unless commit() was called.
 class PendingFile {
 public:
-    /// Creates an empty file beside `file`, in the same folder (a rename must not cross file systems), with a name nobody else has.
+    /// Creates an empty file with a unique name in the folder of `file` (a rename must not cross file systems).
     static Result<PendingFile> create(const std::filesystem::path& file);
     PendingFile(PendingFile&& other) noexcept;
     PendingFile& operator=(PendingFile&& other) noexcept;
@@ -21,7 +21,7 @@ public:
     const std::filesystem::path& target() const { return target_; }
     const std::filesystem::path& temporary() const { return temporary_; }
 
-    /// Syncs what has been written to temporary() and renames it to target(). Every stream on it is closed before this.
+    /// Syncs the file temporary() and renames it to target(). Close every stream on it first.
     Result<void> commit();
 
 private:
@@ -29,7 +29,7 @@ private:
     std::filesystem::path target_, temporary_;  ///< temporary_ is empty once committed or moved from
 };
 
-/// The same for bytes that are in memory already.
+/// Writes bytes to a file in the same way.
 Result<void> writeWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes);
 
 }  // namespace lightcook::formats

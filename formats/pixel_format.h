@@ -1,4 +1,4 @@
-// The GPU texel formats that lightcook writes, and what containers need to know of each.
+// The GPU texel formats that lightcook writes, with block size, channels and the numbers of Vulkan and DXGI.
 #pragma once
 
 #include <cstddef>

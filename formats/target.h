@@ -19,7 +19,7 @@ struct TargetInfo {
     PixelFormat ldr;              ///< four channels in [0, 1]
     PixelFormat ldrRgb;           ///< three channels in [0, 1] at the fewest bits
     PixelFormat ldrAlpha;         ///< a coarse colour in [0, 1] with a fine alpha: the textures of the luvw layouts
-    std::string_view deviceNeed;  ///< what a device must support to sample the formats
+    std::string_view deviceNeed;  ///< features that a device must support to sample the formats
 };
 
 /// Returns every target, in the order of the enumeration.

@@ -12,7 +12,7 @@ float lightOf(const lighting::ShRgb& sh) {
     return std::max({sh[0].x, sh[0].y, sh[0].z});
 }
 
-/// What nine in ten covered texels do not pass: one stray sample, however bright, says nothing of its rows.
+/// Returns the 90th percentile of the light of the covered texels. A mean would follow the firefly itself.
 float brightLight(const LightMapStrip& band) {
     std::vector<float> light;
     for (int y = 0; y < band.sh.height(); ++y)
@@ -32,7 +32,7 @@ void forEachNeighbour(const LightMapStrip& band, int x, int y, Visit&& visit) {
             if (u != x || v != y) visit(u, v);
 }
 
-/// The brightest neighbour's light, if all are covered and there are enough to judge by.
+/// Returns the light of the brightest neighbour; nothing at the edge of a chart or of the map, where too few neighbours are covered.
 std::optional<float> brightestAround(const LightMapStrip& band, int x, int y) {
     if (x == 0 || x == band.sh.width() - 1 || band.sh.height() < 2) return std::nullopt;
     bool isInside = true;

@@ -101,7 +101,7 @@ std::uint64_t TextureFileLayout::imageOffset(SubImage image) const {
 struct TextureWriter::State {
     TextureFileLayout layout;  ///< of the uncompressed bytes
     TextureFileOptions options;
-    PendingFile pending;                 ///< what will carry the name
+    PendingFile pending;                 ///< renamed to the final name by commit()
     std::optional<PendingFile> staging;  ///< with Zstandard: the uncompressed bytes until commit()
     FileBytes texels;                    ///< the file of the two that block rows go to
     std::atomic<std::uint64_t> bytesWritten = 0;

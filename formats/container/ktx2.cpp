@@ -319,7 +319,7 @@ private:
         return {};
     }
 
-    /// Orientations and swizzles would change what the texels mean: what we cannot honour is refused rather than ignored.
+    /// Refuses orientations and swizzles that we do not support: ignoring them would change the meaning of the texels.
     Result<void> checkMeaning() const {
         const auto orientation = layout_.metadata.find(std::string(kOrientationKey));
         if (orientation != layout_.metadata.end() && orientation->second != "rd")

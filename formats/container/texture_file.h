@@ -1,4 +1,4 @@
-// What KTX2 and DDS have in common for us: a shape, a place in the file for every image, and what was said beside it.
+// The description that KTX2 and DDS files share: shape, place of every image in the file, metadata.
 #pragma once
 
 #include <cstdint>
@@ -22,14 +22,14 @@ std::uint64_t levelBytes(const TextureShape& shape, int mip);
 /// All mips of one layer and face [bytes].
 std::uint64_t mipChainBytes(const TextureShape& shape);
 
-/// Where one mip level of a KTX2 file lies. For DDS, which keeps whole mip chains together, there is one place: everything.
+/// Place of one mip level in a KTX2 file. A DDS file stores whole mip chains, one for each layer and face, and has a single place for all.
 struct LevelPlace {
     std::uint64_t offset = 0;  ///< [bytes] from the start of the file
     std::uint64_t length = 0;  ///< [bytes] in the file
     std::uint64_t uncompressedLength = 0;
 };
 
-/// A container's description, made to be written or found by reading.
+/// Describes a container file that is read or about to be written.
 struct TextureFileLayout {
     Container container = Container::Ktx2;
     TextureShape shape;

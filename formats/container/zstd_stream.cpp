@@ -10,7 +10,7 @@ namespace lightcook::formats {
 namespace {
 
 constexpr std::size_t kPiece = std::size_t{1} << 20;
-/// From this level on Zstandard's tables would take 60 MiB and more beside the window; of 2^22 entries they cost 0.2 % of the file.
+/// From this level on, Zstandard's tables would take 60 MiB and more beside the window. Limiting them to 2^22 entries costs 0.2 % in size.
 constexpr int kFirstLevelOfLargeTables = 18, kLargestTableLog = 22;
 
 struct FreeContext {
@@ -73,7 +73,7 @@ Result<std::vector<std::byte>> zstdDecompress(const FileBytes& source, std::uint
                        fmt::format("found {} in the Zstandard stream, expected one frame of {} bytes", found, expectedLength));
     };
     std::vector<std::byte> in(static_cast<std::size_t>(std::min<std::uint64_t>(kPiece, length))), out(kPiece), bytes;
-    std::size_t left = 1;  // what ZSTD_decompressStream last said: 0 at the end of a frame
+    std::size_t left = 1;  // last result of ZSTD_decompressStream: 0 at the end of a frame
     for (std::uint64_t done = 0; done < length;) {
         const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(in.size(), length - done));
         if (Result<void> read = source.readAt(offset + done, std::span(in).first(count)); !read) return tl::make_unexpected(read.error());

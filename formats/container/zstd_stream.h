@@ -1,4 +1,4 @@
-// Zstandard from file to file and from file to memory, a piece at a time.
+// Zstandard compression from file to file, and decompression from file to memory, in pieces of constant size.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,9 @@ Result<void> checkZstdLevel(int level, const std::string& subject);
 Result<std::uint64_t> zstdCompress(const FileBytes& source, std::uint64_t sourceOffset, std::uint64_t sourceLength,
                                    const FileBytes& destination, std::uint64_t offset, int level);
 
-/// Inflates a range of a file that must give exactly `expectedLength` bytes. Memory grows with what the file really holds, not with what it
-/// claims; a corrupt, short, long or trailing stream is an error in the name of `subject`.
+/// Decompresses a range of a file to exactly `expectedLength` bytes. Memory grows with the decompressed data, not with the length that the
+/// file claims. Fails for a corrupt stream and for one that is too short, too long or followed by other bytes.
+/// subject  the place that the error names
 Result<std::vector<std::byte>> zstdDecompress(const FileBytes& source, std::uint64_t offset, std::uint64_t length,
                                               std::uint64_t expectedLength, const std::string& subject);
 

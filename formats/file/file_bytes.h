@@ -1,4 +1,4 @@
-// A file as an array of bytes: positioned reads and writes that several threads may make at once, and little-endian integers.
+// A file as an array of bytes, with positioned reads and writes that are safe from several threads; little-endian integers.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ namespace lightcook::formats {
 class FileBytes {
 public:
     static Result<FileBytes> openForReading(const std::filesystem::path& file);
-    /// An existing file; `shownAs` is the name that errors tell (a temporary stands in for it).
+    /// Opens an existing file. Errors name `shownAs`, because `file` is a temporary that will get that name.
     static Result<FileBytes> openForUpdate(const std::filesystem::path& file, const std::filesystem::path& shownAs);
     FileBytes(FileBytes&& other) noexcept;
     FileBytes& operator=(FileBytes&& other) noexcept;
@@ -24,7 +24,7 @@ public:
     /// [bytes], as it was when the file was opened
     std::uint64_t size() const { return size_; }
 
-    /// Fills all of out from the given offset, or fails.
+    /// Fills all of `out` from the given offset, or fails.
     Result<void> readAt(std::uint64_t offset, std::span<std::byte> out) const;
     Result<void> writeAt(std::uint64_t offset, std::span<const std::byte> bytes) const;
     /// Cuts or extends (with zeros) to the given size.
@@ -38,7 +38,7 @@ private:
     std::uint64_t size_ = 0;
 };
 
-/// Little-endian integers at a place of a buffer that is known to hold them.
+/// Little-endian integers. The buffer must hold all of their bytes.
 std::uint32_t loadU32(std::span<const std::byte> bytes, std::size_t offset);
 std::uint64_t loadU64(std::span<const std::byte> bytes, std::size_t offset);
 void appendU32(std::vector<std::byte>& bytes, std::uint32_t value);

@@ -1,4 +1,4 @@
-// Libraries' error strings, made fit for our one-line messages.
+// Error strings of libraries, shortened for one-line messages.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace lightcook::formats {
 
-/// Runs of white space and control characters become one space; what is too long to read in a line is cut.
+/// Replaces runs of white space and control characters by one space and cuts the text at 240 characters.
 inline std::string oneLine(std::string_view text) {
     constexpr std::size_t kLongest = 240;
     std::string line;

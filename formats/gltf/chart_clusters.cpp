@@ -12,7 +12,7 @@ namespace lightcook::formats {
 namespace {
 
 constexpr int kBlock = kClusterBlock;
-/// Of a filter; less is nothing.
+/// Filter weights below this are ignored.
 constexpr double kLeastWeight = 1e-3;
 
 int blocksOf(int texels) {
@@ -21,7 +21,7 @@ int blocksOf(int texels) {
 
 using Corners = std::array<glm::dvec2, 3>;  ///< [texels]
 
-/// How far a triangle spreads across between two heights; right < left where it does not reach there.
+/// Horizontal extent of a triangle between two heights; right < left if the triangle does not reach there.
 struct Spread {
     double left = HUGE_VAL, right = -HUGE_VAL;
     void add(double x) {
@@ -40,7 +40,8 @@ Spread spreadBetween(const Corners& corners, double low, double high) {
     return spread;
 }
 
-/// What a triangle does to a texel: hold its centre, or lie where a bilinear filter gives it weight, less than a texel away on each axis.
+/// Inside: the triangle holds the centre of the texel. Filtered: a bilinear filter inside the triangle gives the texel weight, that is, the
+/// triangle comes closer to the centre than one texel on each axis.
 enum class Touch { Inside, Filtered };
 
 /// Calls visit(row, begin, end) for the texels of the map that a triangle touches, row by row.
@@ -59,7 +60,7 @@ void forEachRun(const Corners& corners, int width, int height, Touch touch, Visi
     }
 }
 
-/// Sets of vertices that triangles join; a set is known by its lowest vertex.
+/// Sets of vertices that triangles connect (union-find); a set is identified by its lowest vertex.
 class Islands {
 public:
     explicit Islands(const TriangleMesh& mesh) : parent_(mesh.vertexCount()) {
@@ -97,7 +98,7 @@ Corners cornersOf(const TriangleMesh& mesh, const MeshAttribute& uv, std::size_t
     return corners;
 }
 
-/// The texel that stands for a triangle without centres. Far outside the map there is no int for a place.
+/// Returns the texel that stands for a triangle without texel centres. Clamps as double: far outside the map a place does not fit an int.
 glm::ivec2 texelAtCentroid(const Corners& corners, int width, int height) {
     const auto texelOf = [](double place, int size) { return static_cast<int>(std::clamp(std::floor(place), 0.0, size - 1.0)); };
     const glm::dvec2 centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
@@ -136,7 +137,7 @@ std::vector<IslandRun> islandRuns(std::span<const TriangleMesh* const> meshes, i
         const MeshAttribute* uv = mesh->find("TEXCOORD_1");
         if (uv == nullptr) continue;
         Islands islands(*mesh);
-        std::vector<int> nameOf(mesh->vertexCount(), kUnknown);  // of islands, at their lowest vertices
+        std::vector<int> nameOf(mesh->vertexCount(), kUnknown);  // of each island, stored at its lowest vertex
         std::vector<bool> hasCentre(mesh->vertexCount(), false);
         for (std::size_t triangle = 0; triangle < mesh->triangleCount(); ++triangle) {
             const std::uint32_t island = islands.find(mesh->indices[3 * triangle]);
@@ -165,7 +166,7 @@ tl::expected<std::vector<std::uint8_t>, std::string> clustersOfVertices(const Tr
     const MeshAttribute* uv = mesh.find("TEXCOORD_1");
     if (uv == nullptr) return tl::make_unexpected(std::string("found no TEXCOORD_1, expected light-map UVs"));
     Islands islands(mesh);
-    std::vector<int> clusters(mesh.vertexCount(), kUnknown);  // of islands, at their lowest vertices
+    std::vector<int> clusters(mesh.vertexCount(), kUnknown);  // of each island, stored at its lowest vertex
     for (std::size_t triangle = 0; triangle < mesh.triangleCount(); ++triangle) {
         int& known = clusters[islands.find(mesh.indices[3 * triangle])];
         std::string conflict;

@@ -1,4 +1,4 @@
-// Triangle meshes to and from Draco's bit stream (edgebreaker). Draco's types end here.
+// Triangle meshes to and from Draco's bit stream (edgebreaker). No type of Draco leaves draco_mesh.cpp.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace lightcook::formats {
 
-/// A lattice that float components are rounded to: 2^bits - 1 steps from origin to origin + range on each axis.
-/// Of normals only the bits count: they are rounded on an octahedron.
+/// The lattice that float components are rounded to: 2^bits - 1 steps from origin to origin + range on each axis.
+/// Normals use the bits only: they are rounded on an octahedron.
 struct Quantization {
     int bits = 0;
     std::vector<float> origin;
@@ -22,17 +22,17 @@ struct Quantization {
 struct DracoMesh {
     std::vector<std::byte> bytes;
     std::vector<int> uniqueIds;  ///< Draco's id of each attribute, in the order of the mesh
-    TriangleMesh decoded;        ///< what a reader will get
+    TriangleMesh decoded;        ///< the mesh as a reader decodes it
 };
 
-/// Attributes without quantization are kept bit for bit. Vertices that are alike in everything become one; triangles with two corners at
-/// one position are dropped; the order of vertices and triangles changes.
+/// Encodes a mesh. Attributes without quantization are kept bit for bit. Equal vertices are merged, triangles with two corners at one
+/// position are dropped, and the order of vertices and triangles changes.
 /// quantization  for each attribute
-/// Fails with Draco's own sentence, for one when every triangle is degenerate.
+/// Fails with Draco's message, for example if every triangle is degenerate.
 tl::expected<DracoMesh, std::string> encodeDraco(const TriangleMesh& mesh, std::span<const std::optional<Quantization>> quantization,
                                                  int speed);
 
-/// What a glTF primitive says of an attribute in a Draco stream.
+/// An attribute of a Draco stream, as the glTF primitive declares it.
 struct DracoAttribute {
     std::string semantic;
     int uniqueId = 0;
@@ -42,7 +42,7 @@ struct DracoAttribute {
 };
 tl::expected<TriangleMesh, std::string> decodeDraco(std::span<const std::byte> bytes, std::span<const DracoAttribute> attributes);
 
-/// The lattice step that positions in the stream were rounded to; 0 if they were not.
+/// Returns the lattice step that the positions in the stream were rounded to; 0 if they were not rounded.
 tl::expected<double, std::string> dracoPositionStep(std::span<const std::byte> bytes);
 
 }  // namespace lightcook::formats

@@ -1,5 +1,4 @@
-// A glTF file as its JSON and its buffers, checked where it is read, and written back as a GLB. What the JSON says beyond geometry is
-// carried along untouched.
+// A glTF file as its JSON and its buffers. The structure is checked where it is read. JSON that is not geometry is kept as it is.
 #pragma once
 
 #include <cstddef>
@@ -17,10 +16,10 @@
 
 namespace lightcook::formats {
 
-/// Keeps the order of keys, so that writing back changes nothing that was not meant.
+/// Keeps the order of keys, so that a scene written back differs only where it must.
 using Json = nlohmann::ordered_json;
 
-/// How the many checks of a document's structure leave it; GltfScene turns them into a Result.
+/// Thrown by the checks of the structure of a document; GltfScene turns it into a Result.
 struct GltfFault : std::exception {
     Error error;
 
@@ -41,18 +40,18 @@ public:
     std::size_t fileBytes() const { return fileBytes_; }  ///< of the file and of the buffers beside it
 
     [[noreturn]] void fail(ErrorCode code, const std::string& place, const std::string& detail) const;
-    /// Entry `index` of a top-level array such as "accessors".
+    /// Returns entry `index` of a top-level array such as "accessors".
     const Json& entry(const char* array, std::uint64_t index) const;
-    /// A member that is a whole number from 0; `fallback` where it is absent.
+    /// Returns a member that is a whole number from 0; `fallback` if it is absent.
     std::uint64_t number(const Json& object, const char* key, std::uint64_t fallback, const std::string& place) const;
 
     std::span<const std::byte> bufferView(std::uint64_t index) const;
-    /// The file that a relative uri names.
+    /// Reads the file that a relative uri names.
     Result<std::vector<std::byte>> readBeside(const std::string& uri) const;
     std::filesystem::path beside(const std::string& uri) const;
-    /// Component type and count as the accessor declares them, without values.
+    /// Returns the component type and count that the accessor declares, without values.
     MeshAttribute accessorType(std::uint64_t accessor, const std::string& semantic) const;
-    /// The elements of an accessor, sparse ones applied, packed; `semantic` also tells its use in errors.
+    /// Returns the elements of an accessor, packed, with sparse elements applied. Errors name the use of the accessor by `semantic`.
     MeshAttribute readAccessor(std::uint64_t accessor, const std::string& semantic) const;
 
 private:
@@ -71,8 +70,8 @@ private:
     std::vector<std::vector<std::byte>> buffers_;
 };
 
-/// Calls visit(integer) for every "bufferView" member below `json`, extensions of any name included; "extras" are the user's own.
-/// The list of buffer views itself is not a reference.
+/// Calls visit(integer) for every "bufferView" member below `json`, also in extensions of any name. Skips "extras", which belong to the
+/// user, and the list of buffer views itself.
 template <class JsonOrConst, class Visit>
 void visitBufferViews(JsonOrConst& json, Visit visit) {
     if (json.is_object()) {
@@ -89,9 +88,9 @@ void visitBufferViews(JsonOrConst& json, Visit visit) {
     }
 }
 
-/// The bytes of a GLB file with one buffer.
+/// Returns the bytes of a GLB file with one buffer.
 std::vector<std::byte> assembleGlb(const Json& json, std::span<const std::byte> buffer);
-/// The whole file, if it is there.
+/// Reads a whole file.
 Result<std::vector<std::byte>> readWholeFile(const std::filesystem::path& file);
 
 }  // namespace lightcook::formats

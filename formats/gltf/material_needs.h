@@ -1,4 +1,4 @@
-// What one glTF material asks of the lighting.
+// Reads the lighting needs of a glTF material.
 #pragma once
 
 #include "formats/gltf/gltf_document.h"
@@ -6,7 +6,7 @@
 
 namespace lightcook::formats {
 
-/// Throws what nlohmann::json throws where a member has the wrong type.
+/// Throws nlohmann::json::exception if a member has the wrong type.
 MaterialNeeds materialNeeds(const Json& material);
 
 }  // namespace lightcook::formats

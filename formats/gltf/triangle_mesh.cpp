@@ -45,7 +45,7 @@ double componentAt(const MeshAttribute& attribute, const std::byte* bytes) {
     return 0;
 }
 
-/// What is compared of one triangle.
+/// The corners of one triangle, for comparison.
 struct Corners {
     std::array<glm::dvec3, 3> position, normal, uv;
     glm::dvec3 centroid() const { return (position[0] + position[1] + position[2]) / 3.0; }
@@ -210,7 +210,7 @@ TriangleMesh withoutUnusedVertices(const TriangleMesh& mesh) {
 tl::expected<TriangleMatch, std::string> matchTriangles(const TriangleMesh& original, const TriangleMesh& coded, double positionStep) {
     const bool normals = original.find("NORMAL") != nullptr && coded.find("NORMAL") != nullptr;
     const bool uvs = original.find("TEXCOORD_1") != nullptr && coded.find("TEXCOORD_1") != nullptr;
-    // A copy that is short of triangles has lost the degenerate ones. Its own stay: rounding brings corners together that were apart.
+    // A copy with fewer triangles lost the degenerate ones. Keep degenerate triangles of the copy: rounding made them.
     const Degenerate degenerate = coded.triangleCount() == original.triangleCount() ? Degenerate::Keep : Degenerate::Drop;
     const std::vector<Corners> originals = cornersOf(original, normals, uvs, degenerate);
     const std::vector<Corners> copies = cornersOf(coded, normals, uvs, Degenerate::Keep);
@@ -230,7 +230,7 @@ tl::expected<TriangleMatch, std::string> matchTriangles(const TriangleMesh& orig
     }
     TriangleMatch worst;
     for (std::size_t i = 0; i < originals.size(); ++i) {
-        // Where triangles are smaller than the lattice, closest-first can use up the candidates of one: it is held against its nearest.
+        // If triangles are smaller than the lattice, others may have taken all candidates of a triangle: compare it with the nearest one.
         const Pair* pair = partner[i] != nullptr ? partner[i] : nearest[i];
         if (pair == nullptr) {
             const glm::dvec3 at = originals[i].centroid();

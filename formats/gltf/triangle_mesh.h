@@ -1,4 +1,4 @@
-// Triangles as glTF means them, away from any file: attributes by their glTF names, and three indices a triangle.
+// Triangle meshes in memory: attributes by their glTF names, and three indices a triangle.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace lightcook::formats {
 
-/// glTF's numbers for component types.
+/// Component types, by their glTF numbers.
 enum class ComponentType { Int8 = 5120, Uint8 = 5121, Int16 = 5122, Uint16 = 5123, Uint32 = 5125, Float32 = 5126 };
 /// [bytes]; 0 for a number that is none of them.
 std::size_t componentBytes(ComponentType type);
@@ -29,7 +29,7 @@ struct MeshAttribute {
     std::size_t bytesPerVertex() const { return componentBytes(componentType) * static_cast<std::size_t>(componentCount); }
     std::size_t vertexCount() const { return values.size() / bytesPerVertex(); }
     bool isFloat() const { return componentType == ComponentType::Float32; }
-    /// Up to three components of a vertex as numbers (normalized integers in [0, 1] or [-1, 1]); missing ones are 0.
+    /// Returns up to three components of a vertex (normalized integers as [0, 1] or [-1, 1]); missing ones are 0.
     glm::dvec3 at(std::size_t vertex) const;
 };
 
@@ -42,7 +42,7 @@ struct TriangleMesh {
     std::size_t vertexCount() const { return attributes.empty() ? 0 : attributes.front().vertexCount(); }
 };
 
-/// Only the vertices that triangles use, in their old order.
+/// Returns the mesh with only the vertices that triangles use, in their old order.
 TriangleMesh withoutUnusedVertices(const TriangleMesh& mesh);
 
 /// The largest differences between matched corners.

@@ -67,7 +67,7 @@ OCIO::MatrixTransformRcPtr matrixTransform(const glm::dmat3& matrix) {
     return transform;
 }
 
-/// sRGB's curve (IEC 61966-2-1) and a plain power: here only to be recognised and refused.
+/// The sRGB curve (IEC 61966-2-1) and a plain power, known only so that spaces that use them can be refused by name.
 OCIO::TransformRcPtr decodeSrgb() {
     OCIO::ExponentWithLinearTransformRcPtr transform = OCIO::ExponentWithLinearTransform::Create();
     transform->setGamma({2.4, 2.4, 2.4, 1.0});
@@ -108,7 +108,7 @@ void addSpace(OCIO::Config& config, const char* name, std::initializer_list<cons
     config.addColorSpace(space);
 }
 
-/// Our config: every space against CIE XYZ under D65.
+/// Returns the built-in config, in which every space is defined relative to CIE XYZ under D65.
 OCIO::ConstConfigRcPtr makeOurConfig() {
     OCIO::ConfigRcPtr config = OCIO::Config::Create();
     config->setVersion(2, 0);
@@ -133,7 +133,7 @@ OCIO::ConstConfigRcPtr makeOurConfig() {
 
 const OCIO::ConstConfigRcPtr& ourConfig() {
     static const OCIO::ConstConfigRcPtr config = [] {
-        OCIO::SetLoggingLevel(OCIO::LOGGING_LEVEL_NONE);  // what OCIO has to say reaches the user as an Error, or not at all
+        OCIO::SetLoggingLevel(OCIO::LOGGING_LEVEL_NONE);  // messages of OpenColorIO reach the user as an Error only
         return makeOurConfig();
     }();
     return config;
@@ -164,7 +164,7 @@ std::vector<std::string> knownNames(const OCIO::Config& config) {
     return names;
 }
 
-/// The space of that name, alias or role, as long as it holds colours.
+/// Finds the space of a name, alias or role. Refuses spaces for data.
 Result<OCIO::ConstColorSpaceRcPtr> findSpace(const OCIO::Config& config, const std::string& name, const ColorSpaces& spaces) {
     const std::string subject = fmt::format("colour space '{}'", oneLine(name));
     OCIO::ConstColorSpaceRcPtr space = config.getColorSpace(name.c_str());
@@ -196,7 +196,7 @@ glm::mat3 matrixOf(const Conversion& conversion) {
     return {apply(conversion, {1, 0, 0}), apply(conversion, {0, 1, 0}), apply(conversion, {0, 0, 1})};
 }
 
-/// How a conversion breaks the law f(x) = matrix x, in words; nothing if it keeps it at every probe.
+/// Returns, in words, the first probe x at which a conversion f differs from its matrix: f(x) != matrix x. Empty if there is none.
 /// Probes: scaled unit colours, from the toe of encoding curves to far above 1 and below 0, then sums.
 std::optional<std::string> whyNotLinear(const Conversion& conversion) {
     const glm::dmat3 matrix = matrixOf(conversion);
@@ -231,7 +231,8 @@ tl::unexpected<Error> notLinear(const std::string& what, const std::string& why)
                    why + ": SH coefficients, cubemaps and gradients only keep their meaning under linear conversions");
 }
 
-/// Y of each primary under the space's own white: by our table, else by the config's interchange role, else as the config says it.
+/// Returns Y of each primary under the white of the space: from the table above, else from the config's interchange role, else from its
+/// default luma coefficients.
 glm::vec3 luminanceWeights(const OCIO::Config& config, const OCIO::ConstColorSpaceRcPtr& working, bool isOurs) {
     const auto rowY = [](const glm::dmat3& xyz) { return glm::vec3(xyz[0].y, xyz[1].y, xyz[2].y); };
     const std::string name = working->getName();
@@ -239,7 +240,7 @@ glm::vec3 luminanceWeights(const OCIO::Config& config, const OCIO::ConstColorSpa
         for (const OurSpace& space : ourLinearSpaces()) {
             if (name == space.name) return rowY(xyzFromRgb(space.chromaticities));
         }
-        return {0, 1, 0};  // XYZ itself: what is not in the table is not linear, and was refused before
+        return {0, 1, 0};  // XYZ itself; other spaces outside the table are not linear and were refused
     }
     constexpr const char* kAcesInterchange = "aces_interchange";
     if (config.hasRole(kAcesInterchange)) {
@@ -251,8 +252,8 @@ glm::vec3 luminanceWeights(const OCIO::Config& config, const OCIO::ConstColorSpa
     return {weights[0], weights[1], weights[2]};
 }
 
-/// Each space against the config's own linear reference, so that the refusal names the space at fault, and so that two encoded spaces
-/// do not pass because their curves cancel.
+/// Tests each space against the linear reference of the config. The error then names the space at fault, and two encoded spaces do not pass
+/// because their curves cancel.
 Result<void> requireLinearSpaces(const OCIO::Config& config, const ColorSpaces& spaces,
                                  std::initializer_list<OCIO::ConstColorSpaceRcPtr> used) {
     const OCIO::ConstColorSpaceRcPtr reference = config.getColorSpace(spaces.config.empty() ? kXyz : OCIO::ROLE_SCENE_LINEAR);

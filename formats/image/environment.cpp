@@ -41,8 +41,8 @@ std::optional<Image<glm::vec3>> readFlatExr(const std::filesystem::path& file) {
     return texels;
 }
 
-/// R, G and B as stored; what else the file has does not matter. The two formats of most environments are read here, without the 0.15 s in
-/// which OpenImageIO and its libraries load; what is not plain in them, and every refusal, is OpenImageIO's.
+/// Reads R, G and B as stored and ignores other channels. Plain Radiance and EXR files are read here, without loading OpenImageIO and its
+/// libraries, which takes 0.15 s. OpenImageIO reads everything else and reports all errors.
 Result<Image<glm::vec3>> readRgb(const std::filesystem::path& file) {
     if (auto texels = readRadiancePicture(file)) return std::move(*texels);
     if (auto texels = readFlatExr(file)) return std::move(*texels);
@@ -65,7 +65,7 @@ int firstBadChannel(const glm::vec3& texel) {
     return 3;
 }
 
-/// Refuses or repairs what is not light, and brings the rest to the working space. Returns the count of repaired texels.
+/// Refuses or repairs values that are no light and converts the others to the working space. Returns the number of repaired texels.
 Result<std::int64_t> makeCanonical(Image<glm::vec3>& texels, const std::filesystem::path& file, const EnvironmentOptions& options) {
     const Result<LinearConversion> colors = linearConversion(options.colors);
     if (!colors) return failure(colors.error().code, fmt::format("{}, {}", file.string(), colors.error().subject), colors.error().detail);
@@ -90,7 +90,7 @@ Result<std::int64_t> makeCanonical(Image<glm::vec3>& texels, const std::filesyst
     return repaired;
 }
 
-/// Where the faces +X -X +Y -Y +Z -Z lie in an image, in cells as large as a face.
+/// Places of the faces +X -X +Y -Y +Z -Z in an image, in cells of the size of a face.
 struct FaceLayout {
     int columns, rows;
     std::array<std::array<int, 2>, kFaceCount> cells;  ///< column and row of each face
@@ -222,7 +222,7 @@ bool isPictureFile(const std::filesystem::path& file) {
     return false;
 }
 
-/// Through the sRGB curve (IEC 61966-2-1), texel by texel. What is not finite or negative stays for makeCanonical.
+/// Decodes the sRGB curve (IEC 61966-2-1), texel by texel. Leaves values that are not finite or negative to makeCanonical().
 Result<void> linearize(Image<glm::vec3>& texels, const std::filesystem::path& file) {
     for (int x = 0; x < texels.width(); ++x)
         for (int channel = 0; channel < 3; ++channel) {

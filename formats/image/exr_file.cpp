@@ -39,7 +39,7 @@ int ceilDivide(int a, int b) {
     return (a + b - 1) / b;
 }
 
-/// Opens the stream and reads magic number and version; what follows is the header.
+/// Opens the stream and reads magic number and version; the header follows.
 Result<int> readVersion(std::ifstream& stream, const std::filesystem::path& file) {
     std::error_code error;
     if (!std::filesystem::is_regular_file(file, error)) return unreadable(file, "found no such file, expected an OpenEXR image");
@@ -309,7 +309,7 @@ Result<ExrWriter> ExrWriter::create(const std::filesystem::path& file, int width
         Imf::Header header(width, height);
         header.compression() = Imf::ZIP_COMPRESSION;
         for (const std::string& channel : state->channels) header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
-        // A stream of our own: OpenEXR's destructors write the offset table and swallow what goes wrong; the stream remembers it.
+        // Use our own stream: OpenEXR writes the offset table in destructors, which hide errors; the stream keeps its error state.
         state->stream.open(state->pending.temporary(), std::ios::binary | std::ios::trunc);
         state->sink = std::make_unique<Imf::StdOFStream>(state->stream, file.c_str());
         constexpr int kThreadCount = 0;

@@ -1,4 +1,4 @@
-// OpenEXR files by channel name and by rows, as far as light maps and float images need them. OpenEXR's exceptions end here.
+// OpenEXR files, read and written by channel name and by rows. Exceptions of OpenEXR become errors here.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace lightcook::formats {
 
-/// The largest extent that is believed [texels]; a header that says more is broken or hostile.
+/// Largest width and height that is accepted [texels]; a larger one means a broken or hostile header.
 inline constexpr int kLargestExtent = 65536;
 
 struct ExrInfo {
@@ -24,7 +24,7 @@ struct ExrInfo {
     bool has(const std::string& channel) const;
 };
 
-/// Where the texels of one channel go: (x, y) of the rows asked for lies at texels + x * texelStride + y * rowStride [floats].
+/// Destination of one channel: texel (x, y) of the rows read goes to texels + x * texelStride + y * rowStride [floats].
 struct ExrPlane {
     std::string channel;
     float* texels = nullptr;
@@ -34,14 +34,14 @@ struct ExrPlane {
 /// Reads rows of chosen channels, half, float or uint, as float. Keeps a file open for each thread that reads at the same time.
 class ExrReader {
 public:
-    /// Refuses what is missing, not EXR, deep, in several parts, subsampled, absurdly large, or visibly truncated.
+    /// Opens a flat EXR file. Refuses deep, multi-part, subsampled, absurdly large and visibly truncated files.
     static Result<ExrReader> open(const std::filesystem::path& file);
     ExrReader(ExrReader&&) noexcept;
     ExrReader& operator=(ExrReader&&) noexcept;
     ~ExrReader();
 
     const ExrInfo& info() const;
-    /// Rows [firstRow, firstRow + rowCount) of channels that exist. Safe from several threads.
+    /// Reads rows [firstRow, firstRow + rowCount) of channels that exist. Safe from several threads.
     Result<void> readRows(int firstRow, int rowCount, std::span<const ExrPlane> planes) const;
 
 private:

@@ -1,5 +1,5 @@
-// What formats needs OpenImageIO for, behind a library of its own. OpenImageIO brings some 250 shared libraries with it (video, fonts,
-// volumes, databases): merely linking it cost every command 0.15 s and 120 MiB before main() ran, also those that never read an image.
+// The functions that need OpenImageIO, in a shared library that is loaded at first use. OpenImageIO depends on some 250 shared libraries
+// (video, fonts, volumes, databases): linking it cost every command 0.15 s and 120 MiB before main() ran.
 #pragma once
 
 #include <cstddef>
@@ -16,19 +16,19 @@ namespace lightcook::formats {
 
 /// The functions of the module, safe from several threads.
 struct ImageModule {
-    const char* version;  ///< of the lightcook it was built with; another one's functions may look different
-    /// R, G and B of any image as stored; refuses files without the three.
+    const char* version;  ///< version of lightcook that the module was built with; the functions of another version may differ
+    /// Reads R, G and B of any image as stored; refuses files that lack one of them.
     Result<Image<glm::vec3>> (*readRgb)(const std::filesystem::path& file);
-    /// As environment.h describes them.
+    /// See environment.h.
     Result<PlainImage> (*readImage)(const std::filesystem::path& file);
     Result<std::vector<std::byte>> (*encodePng)(ImageView<const glm::u8vec3> texels);
 };
 
-/// Loads lightcook_images.so at the first call: from the folder of the running program, else from ../lib/lightcook seen from there. Safe
-/// from several threads; an Error says where it was sought, or why it does not load.
+/// Loads lightcook_images.so at the first call, from the folder of the running program, else from ../lib/lightcook relative to it. Safe
+/// from several threads. The error says where it was searched, or why it does not load.
 Result<const ImageModule*> imageModule();
 
 }  // namespace lightcook::formats
 
-/// What the module exports.
+/// The one function that the module exports.
 extern "C" const lightcook::formats::ImageModule* lightcookImageModule();

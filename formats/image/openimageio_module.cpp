@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::int64_t kMostTexels = std::int64_t{1} << 28;  // 4 GiB as RGBA float; the largest panoramas in use are 16k x 8k, half of that
 
-/// Once a process: no pools of threads behind our back. Each caller brings its own.
+/// Turns off the thread pools of OpenImageIO and OpenEXR, once a process. Callers have threads of their own.
 void quietImageIo() {
     static std::once_flag once;
     std::call_once(once, [] {
@@ -30,7 +30,7 @@ tl::unexpected<Error> unreadable(const std::filesystem::path& file, const std::s
     return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found \"{}\", expected a whole image file", oneLine(library)));
 }
 
-/// An open image whose size can be believed.
+/// An open image whose size has been checked.
 struct OpenedImage {
     std::unique_ptr<OIIO::ImageInput> input;
     int width = 0, height = 0, channelCount = 0;
@@ -82,7 +82,7 @@ int indexOf(const OpenedImage& image, char name) {
     return -1;
 }
 
-/// R, G and B as stored; what else the file has does not matter.
+/// Reads R, G and B as stored and ignores other channels.
 Result<Image<glm::vec3>> loadRgb(const std::filesystem::path& file) {
     Result<OpenedImage> image = openImage(file);
     if (!image) return tl::make_unexpected(image.error());

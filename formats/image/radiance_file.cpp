@@ -19,7 +19,7 @@ constexpr std::int64_t kMostTexels = std::int64_t{1} << 28;
 /// Rows of other widths are stored flat.
 constexpr int kNarrowestEncoded = 8, kWidestEncoded = 32767;
 
-/// What is left of a file, or nothing once it has ended too soon.
+/// The bytes of a file that are not read yet. Functions return nothing if too few are left.
 class Bytes {
 public:
     explicit Bytes(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -43,7 +43,7 @@ private:
     std::span<const std::uint8_t> bytes_;
 };
 
-/// A positive number at the head of a text, which it leaves.
+/// Removes a positive number from the head of a text and returns it.
 std::optional<int> takeNumber(std::string_view& text) {
     int number = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -83,7 +83,7 @@ std::optional<std::array<int, 2>> readHeader(Bytes& bytes) {
     return std::nullopt;
 }
 
-/// One component of a row: literal bytes after their count, or a count over 128 and what repeats.
+/// Reads one component of a row: a count up to 128 and as many bytes, or 128 + count and the byte that repeats.
 bool readComponent(Bytes& bytes, std::span<std::uint8_t> out) {
     while (!out.empty()) {
         const auto head = bytes.take(2);  // a count is always followed by a byte
@@ -148,7 +148,7 @@ std::optional<Image<glm::vec3>> readRadiancePicture(const std::filesystem::path&
     if (!opened->readAt(0, std::as_writable_bytes(std::span(content)))) return std::nullopt;
     Bytes bytes(content);
     const auto extent = readHeader(bytes);
-    // Four bytes open every row: a header that promises more than the file could hold is believed by nobody.
+    // Every row takes at least four bytes: refuse a header that claims more rows than the file can hold.
     if (!extent || bytes.size() < 4 * static_cast<std::size_t>((*extent)[1])) return std::nullopt;
     const auto [width, height] = *extent;
     Image<glm::vec3> texels(width, height);

@@ -1,4 +1,4 @@
-// Radiance pictures (.hdr, .pic) of the usual kind, without OpenImageIO, whose 250 libraries take longer to load than a picture to read.
+// Reads common Radiance pictures (.hdr, .pic) without OpenImageIO, whose 250 libraries take longer to load than a picture takes to read.
 // Source: Ward 1991, Real Pixels (Graphics Gems II); the Radiance file format's reference page.
 #pragma once
 
@@ -10,9 +10,9 @@
 
 namespace lightcook::formats {
 
-/// R, G and B of a picture whose rows run from top to bottom and left to right ("-Y height +X width"), in RGBE, flat or with each component
-/// run-length encoded; a texel is mantissa * 2^(exponent - 136). Nothing at all if the file is missing, not such a picture, damaged, or of
-/// another kind (XYZE, other orientations, the run lengths of before 1991): then it is for OpenImageIO to read or to refuse.
+/// Reads an RGBE picture stored from top to bottom and left to right ("-Y height +X width"), flat or run-length encoded by component.
+/// A texel is mantissa * 2^(exponent - 136). Returns nothing if the file is missing, damaged or of another kind (XYZE, other orientations,
+/// run lengths of before 1991); the caller passes it to OpenImageIO then.
 std::optional<Image<glm::vec3>> readRadiancePicture(const std::filesystem::path& file);
 
 }  // namespace lightcook::formats
