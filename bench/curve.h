@@ -1,4 +1,4 @@
-// Bits a texel against error, both logarithmic, as a page that needs nothing else.
+// Writes a page that plots bits a texel against error, both logarithmic. The page is one file.
 #pragma once
 
 #include <string>
@@ -18,7 +18,7 @@ struct CurvePanel {
     std::vector<CurvePoint> points;
 };
 
-/// first, second  what full and hollow marks are
+/// first, second  captions of the full and the hollow marks
 std::string curvePage(const std::string& title, const std::vector<std::string>& notes, const std::string& first, const std::string& second,
                       const std::vector<CurvePanel>& panels);
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "bench/markdown_table.h"
 #include "bench/quality_table.h"
 #include "bench/scatter.h"
 #include "bench/timing.h"
@@ -62,24 +63,25 @@ struct Mean {
     }
 };
 
-/// The table of one format on standard output, a line an effort as soon as it is there.
+/// Prints the head of the table of one format; the rows follow, one for each effort.
 void printHead(PixelFormat format, const std::vector<const Picture*>& pictures) {
-    fmt::print("\n{}\n\n| effort | Mpix/s | two threads | share |", formats::info(format).name);
-    for (const Picture* picture : pictures) fmt::print(" {} |", picture->name);
-    fmt::print(" mean dB | rel RMSE |\n|---:|---:|---:|---:|");
-    for (std::size_t i = 0; i < pictures.size() + 2; ++i) fmt::print("---:|");
-    fmt::print("\n");
+    fmt::print("\n{}\n\n", formats::info(format).name);
+    std::vector<std::string> titles = {">effort", ">Mpix/s", ">two threads", ">share"};
+    for (const Picture* picture : pictures) titles.push_back(">" + picture->name);
+    titles.insert(titles.end(), {">mean dB", ">rel RMSE"});
+    printTableHead(titles);
 }
 std::string threeDigits(double value) {
     return fmt::format("{:.{}f}", value, value >= 100 ? 0 : value >= 10 ? 1 : value >= 1 ? 2 : value >= 0.1 ? 3 : 4);
 }
 void printRow(int effort, const std::vector<const Row*>& rows) {
     const Mean mean(rows);
-    fmt::print("| {} | {} | {} | {:.0f} % |", effort, threeDigits(1 / mean.secondsPerMpix), threeDigits(1 / mean.secondsPerMpix2),
-               std::max(1.0, 100 * mean.share));
-    for (const Row* row : rows) fmt::print(" {:.2f} |", row->timing.wholeDb);
-    fmt::print(" {:.3f} | {:.4f} |\n", mean.db, mean.relRmse);
-    std::fflush(stdout);
+    std::vector<std::string> cells = {std::to_string(effort), threeDigits(1 / mean.secondsPerMpix), threeDigits(1 / mean.secondsPerMpix2),
+                                      fmt::format("{:.0f} %", std::max(1.0, 100 * mean.share))};
+    for (const Row* row : rows) cells.push_back(fmt::format("{:.2f}", row->timing.wholeDb));
+    cells.push_back(fmt::format("{:.3f}", mean.db));
+    cells.push_back(fmt::format("{:.4f}", mean.relRmse));
+    printTableRow(cells);
 }
 
 std::string csvOf(const std::vector<Row>& rows) {
@@ -194,7 +196,7 @@ std::vector<PixelFormat> formatsOf(const std::vector<std::string>& names) {
     return found;
 }
 
-/// Whether the four panoramas and four light maps of the quotations are all there.
+/// Returns true if the pictures include the four panoramas and four light maps of the quoted figures.
 bool areTheQuotedPictures(const std::vector<Picture>& pictures) {
     const auto count = [&](PictureKind kind) {
         return std::count_if(pictures.begin(), pictures.end(), [kind](const Picture& picture) { return picture.kind == kind; });
@@ -277,17 +279,17 @@ int main(int argumentCount, char** arguments) {
     lightcook::bench::Options options;
     bool quick = false;
     CLI::App app("Speed and error of the encoders at each effort: as tables, CSV and a page of scatter plots.");
-    app.add_option("--formats", options.formats, "names as of `lightcook encode --format`")->delimiter(',');
-    app.add_option("--efforts", options.efforts, "of 0 to 9")->delimiter(',')->check(CLI::Range(0, 9));
-    app.add_option("--images", options.images, "only pictures whose name holds one of these")->delimiter(',');
-    app.add_option("--seconds", options.seconds, "about what one picture may take; slower efforts encode a share of it")
+    app.add_option("--formats", options.formats, "formats to measure; names of `lightcook encode --format`")->delimiter(',');
+    app.add_option("--efforts", options.efforts, "efforts to measure, 0 to 9")->delimiter(',')->check(CLI::Range(0, 9));
+    app.add_option("--images", options.images, "measure only pictures whose name contains one of these")->delimiter(',');
+    app.add_option("--seconds", options.seconds, "time limit for a picture; slower efforts encode a share of its blocks")
         ->check(CLI::Range(0.01, 1e6));
-    app.add_flag("--quick", quick, "a fifth of a second a picture, efforts 0, 1, 3, 5, 7, 9 unless said");
-    app.add_flag("--own", options.own, "the repository's own pictures, even where the shared data are");
+    app.add_flag("--quick", quick, "0.2 seconds a picture; efforts 0, 1, 3, 5, 7, 9 by default");
+    app.add_flag("--own", options.own, "use the pictures of the repository, even if the shared data are present");
     app.add_option("--data", options.data, "folder of the shared data");
-    app.add_option("--csv", options.csv, "a row for each format, effort and picture");
-    app.add_option("--html", options.html, "the scatter plots");
-    app.add_option("--table", options.table, "only write the table of quality for tests/quality");
+    app.add_option("--csv", options.csv, "write a row for each format, effort and picture to this file");
+    app.add_option("--html", options.html, "write the scatter plots to this page");
+    app.add_option("--table", options.table, "write only the quality table of tests/quality to this file");
     CLI11_PARSE(app, argumentCount, arguments);
     if (quick) {
         if (app.count("--seconds") == 0) options.seconds = 0.2;

@@ -1,4 +1,4 @@
-// How far decoded texels are from what was asked for.
+// Error of decoded texels against the texels that were encoded.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace lightcook::bench {
 
-/// Over the texels that count and the channels that the format holds (three of ASTC HDR: its alpha is a constant here).
+/// Figures over the significant texels and the channels that the format holds (three for ASTC HDR: its alpha is constant here).
 struct Figures {
     std::int64_t texels = 0;
     /// Float formats: log2-PSNR, 20 log10(1 / logRmse). Others: 20 log10(1 / rms of the difference). At most 120, which exact results get.
@@ -25,7 +25,7 @@ struct Figures {
 Figures measure(formats::PixelFormat format, formats::ImageView<const glm::vec4> reference, formats::ImageView<const float> significance,
                 formats::ImageView<const glm::vec4> decoded);
 
-/// What the verifier's decoder, which shares nothing with the encoders, makes of the bytes of a whole image.
+/// Decodes a whole image with the verifier's decoder, which shares no code with the encoders.
 formats::Image<glm::vec4> decodedByVerifier(formats::PixelFormat format, std::span<const std::byte> bytes, int width, int height);
 
 }  // namespace lightcook::bench

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "bench/cpu_time.h"
+#include "bench/markdown_table.h"
 #include "fit/cubemap.h"
 #include "fit/environment_sh.h"
 #include "fit/irradiance.h"
@@ -38,7 +39,7 @@ struct Light {
     glm::dvec3 radiance;
 };
 
-/// Every texel, or every quarter of one, as a direction: what brute force sums over.
+/// Returns the directions that brute force sums over: the centres of pieces x pieces parts of every texel.
 std::vector<Light> lightsOf(const Environment& environment, int pieces) {
     const int width = environment.texels.width() * pieces, height = environment.texels.height() * pieces;
     const bool isPanorama = environment.projection == Environment::Projection::Equirectangular;
@@ -134,10 +135,9 @@ void benchChains(const std::string& name, const Environment& environment, int ru
                 Errors& into = mips[mip].size >= 4 ? all : smallest;
                 into = {std::max(into.median, errors.median), std::max(into.p95, errors.p95), std::max(into.worst, errors.worst)};
             }
-            fmt::print("| {} | {} | {:g} | {:.2f} | {:.3f} | {:.3f} | {:.3f} | {:.2f} / {:.2f} | {:.1e} |\n", name,
-                       kNames[static_cast<int>(kernel)], cells, seconds, 100 * all.median, 100 * all.p95, 100 * all.worst,
-                       100 * smallest.median, 100 * smallest.worst, energy);
-            std::fflush(stdout);
+            printTableRow("{} | {} | {:g} | {:.2f} | {:.3f} | {:.3f} | {:.3f} | {:.2f} / {:.2f} | {:.1e}", name,
+                          kNames[static_cast<int>(kernel)], cells, seconds, 100 * all.median, 100 * all.p95, 100 * all.worst,
+                          100 * smallest.median, 100 * smallest.worst, energy);
             const std::string panel = fmt::format("cubemap chain, {} to 128 x 128 x 6, 8 levels", name);
             curves.describe(panel, "worst level's median against brute force");
             curves.add({panel, kNames[static_cast<int>(kernel)], fmt::format("{:g} cells", cells), seconds, all.median,
@@ -227,12 +227,11 @@ void benchOthers(const std::string& name, const Environment& environment, int ru
         const auto [seconds, errors] = measure("cells with exact moments", fmt::format("{} a side", cells), isDefault, [&] {
             return *fit::irradianceCubemap(environment, {32, 0, cells});
         });
-        if (isDefault)
-            fmt::print("| {} | {:.4f} | {:.4f} | {:.4f} | {:.4f} |\n", name, sh, seconds, 100 * errors.median, 100 * errors.worst);
+        if (isDefault) printTableRow("{} | {:.4f} | {:.4f} | {:.4f} | {:.4f}", name, sh, seconds, 100 * errors.median, 100 * errors.worst);
     }
 }
 
-/// Squares of what each way of shading place b errs, and of what is right there.
+/// Sums of squared errors of three ways of shading place b, and of the reference there.
 struct Relit {
     double divided = 0, borrowed = 0, area = 0, right = 0;
     void add(double own, double relit, double other, double areaOnly) {
@@ -269,7 +268,7 @@ void benchRelighting(const fs::path& data, const std::string& scene) {
         own.back().windowedSh = fit::projectEnvironment(environment);
     }
     if (levels.size() < 2) return;
-    fmt::print("| {} |", scene);
+    std::vector<std::string> cells = {scene};
     for (std::size_t mip = 0; mip < levels[0].size(); ++mip) {
         Relit relit;
         const int size = levels[0][mip].width();
@@ -285,10 +284,9 @@ void benchRelighting(const fs::path& data, const std::string& scene) {
                             relit.add(levels[b][mip].at(x, row)[c], other / from[c] * to[c], other, to[c]);
                         }
                     }
-        fmt::print(" {} |", relit.line());
+        cells.push_back(relit.line());
     }
-    fmt::print("\n");
-    std::fflush(stdout);
+    printTableRow(cells);
 }
 
 }  // namespace
@@ -308,24 +306,26 @@ void benchCubemaps(const fs::path& data, const fs::path& csvFile, int runs, FitC
         "\nCubemaps: CPU seconds of one thread from panorama to 128x128x6 with 8 levels, best of {}; worst level of 4 x 4 texels and more, "
         "24 "
         "texels each, against brute force, %; the same of 2 x 2 and 1 x 1, which have the source's mean instead; mean of any level against "
-        "the source's.\n\n| panorama | kernel | cells | s | median % | p95 % | worst % | 2x2, 1x1: median / worst % | mean off "
-        "|\n|---|---|---:|---:|---:|---:|---:|---:|---:|\n",
+        "the source's.\n\n",
         runs);
+    printTableHead({"panorama", "kernel", ">cells", ">s", ">median %", ">p95 %", ">worst %", ">2x2, 1x1: median / worst %", ">mean off"});
     for (const auto& [name, environment] : panoramas) benchChains(name, environment, runs, csv, curves);
-    // The figures of others, of a chain of the same size: whole processes, see docs/fits.md.
+    // The figures of others, of a chain of the same size: whole processes, see docs/lab/fits.md.
     for (const auto& [name, environment] : panoramas) {
         const std::string panel = fmt::format("cubemap chain, {} to 128 x 128 x 6, 8 levels", name);
         curves.add({panel, "others, GGX, quoted", "cmgen 1.9.25", 2.26, 0.01, false, true});
         curves.add({panel, "others, GGX, quoted", "glTF-IBL-Sampler", 5.2, 0.0175, false, true});
     }
-    fmt::print("\n| panorama | SH, s | irradiance 32x32x6, s | median % | worst % |\n|---|---:|---:|---:|---:|\n");
+    fmt::print("\n");
+    printTableHead({"panorama", ">SH, s", ">irradiance 32x32x6, s", ">median %", ">worst %"});
     for (const auto& [name, environment] : panoramas) benchOthers(name, environment, runs, curves);
     if (const fs::path probe = data / "scenes" / "cornell_probe0.exr"; fs::exists(probe))
         panoramas.emplace_back("cornell_probe0", load(probe));
     for (const auto& [name, environment] : panoramas) benchSh(name, environment, runs, curves);
     fmt::print(
         "\nRelighting, all pairs of a scene's probes, relative RMS in %: divided cubemap of a place times another's area specular / the "
-        "place's cubemap as it is / area specular alone.\n\n| scene | m 0.08 | 0.18 | 0.33 | 0.51 |\n|---|---:|---:|---:|---:|\n");
+        "place's cubemap as it is / area specular alone.\n\n");
+    printTableHead({"scene", ">m 0.08", ">0.18", ">0.33", ">0.51"});
     for (const char* scene : {"cornell", "interior", "outdoor", "zdm2_sun"}) benchRelighting(data, scene);
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bench/cpu_time.h"
+#include "bench/markdown_table.h"
 #include "fit/azimuthal_average.h"
 #include "fit/lut/quadrature.h"
 #include "fit/rsrm.h"
@@ -129,13 +130,12 @@ public:
         fmt::print(
             "\nReflection maps, 256 x 8 texels, exponents 1 to 16384. CPU seconds of one thread; error at {} texels a row: relative to "
             "value "
-            "and 0.001 of the largest, and in codes of 255.\n\n| gradient | way | ms | relative error | codes "
-            "|\n|---|---|---:|---:|---:|\n",
+            "and 0.001 of the largest, and in codes of 255.\n\n",
             256 / kEvery);
+        printTableHead({"gradient", "way", ">ms", ">relative error", ">codes"});
     }
     void add(const std::string& gradient, const std::string& way, double seconds, const Error& error) {
-        fmt::print("| {} | {} | {:.2f} | {:.1e} | {:.3g} |\n", gradient, way, 1e3 * seconds, error.relative, error.codes);
-        std::fflush(stdout);
+        printTableRow("{} | {} | {:.2f} | {:.1e} | {:.3g}", gradient, way, 1e3 * seconds, error.relative, error.codes);
         if (csv_.is_open()) csv_ << fmt::format("{},{},{},{},{}\n", gradient, way, seconds, error.relative, error.codes);
         const std::string panel = "reflection map, 256 zones to 256 x 8, " + gradient;
         curves_.describe(panel, "largest error, over the channel's largest value");
@@ -186,14 +186,15 @@ void benchRsrm(const fs::path& data, const fs::path& csv, int runs, FitCurves& c
     for (const char* name : {"clear_sky_256x1", "sun_glow_256x1"})
         if (const auto gradient = formats::loadGradient(data / "gradients" / (std::string(name) + ".exr"), {}))
             benchGradient(name, *gradient, runs, table);
-    fmt::print("\nAveraging a panorama around an axis, 256 zones.\n\n| panorama | axis | s | energy lost % |\n|---|---|---:|---:|\n");
+    fmt::print("\nAveraging a panorama around an axis, 256 zones.\n\n");
+    printTableHead({"panorama", "axis", ">s", ">energy lost %"});
     for (const char* name : {"kiara_1_dawn_1k", "potsdamer_platz_1k", "rooitou_park_1k", "st_fagans_interior_1k"}) {
         const auto loaded = formats::loadEnvironment(data / "env" / (std::string(name) + ".hdr"), {});
         if (!loaded) continue;
         for (const glm::dvec3& axis : {glm::dvec3(0, 1, 0), glm::dvec3(0.3, 0.8, 0.2)}) {
             fit::AzimuthalAverage average;
             const double seconds = cpuSeconds(runs, [&] { average = fit::averageAroundAxis(loaded->environment, axis, 256); });
-            fmt::print("| {} | {}, {}, {} | {:.3f} | {:.1f} |\n", name, axis.x, axis.y, axis.z, seconds, 100 * average.asymmetricEnergy);
+            printTableRow("{} | {}, {}, {} | {:.3f} | {:.1f}", name, axis.x, axis.y, axis.z, seconds, 100 * average.asymmetricEnergy);
         }
     }
 }

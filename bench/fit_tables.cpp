@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bench/cpu_time.h"
+#include "bench/markdown_table.h"
 #include "fit/specular_tables.h"
 
 namespace lightcook::bench {
@@ -44,14 +45,14 @@ Errors errorsOf(SpecularLobe lobe, const std::vector<double>& roughnesses, const
     return errors;
 }
 
-/// Of an integral by points a piece, over roughnesses and views of all sizes.
+/// Returns the errors of an integral with `points` points a piece, over roughnesses and views of all sizes.
 Errors errorsOfPoints(SpecularLobe lobe, int points) {
     return errorsOf(lobe, {1e-4, 1e-3, 0.005, 0.03, 1.0 / 16, 0.1, 0.25, 0.5, 0.8, 1.0},
                     {1e-3, 0.01, 0.05, 1.0 / 7, 0.3, 0.5, 0.75, 0.9, 0.99, 1.0},
                     [&](double NoV, double m) { return lighting::areaSpecular(NoV, m, lobe, kEnergy, points); });
 }
 
-/// Of a sum over samples, over what such a sum can do.
+/// Returns the errors of a sum over samples, over the roughnesses and views that such a sum can handle.
 Errors errorsOfSums(lighting::NormalDistribution distribution, SpecularLobe lobe, int samples) {
     return errorsOf(lobe, {1.0 / 16, 0.1, 0.25, 0.5, 1.0}, {1e-3, 0.05, 1.0 / 7, 0.5, 0.9, 1.0},
                     [&](double NoV, double m) { return lighting::integrateAreaSpecular(NoV, m, distribution, kEnergy, samples); });
@@ -61,11 +62,11 @@ void benchIntegrals(const std::filesystem::path& file, int runs, FitCurves& curv
     std::ofstream csv(file);
     csv << "lobe,way,samples,cpu_seconds,largest_error_c,largest_error_d\n";
     fmt::print("Twelve tables of 16 x 8, CPU seconds of one thread, best of {}; errors against 32 points a piece.\n\n", runs);
-    fmt::print("| lobe | way | samples | s | C | D |\n|---|---|---:|---:|---:|---:|\n");
+    printTableHead({"lobe", "way", ">samples", ">s", ">C", ">D"});
     const std::string panel = "twelve specular tables, 16 x 8";
     curves.describe(panel, "largest error of an entry");
     const auto tell = [&](const char* lobe, const char* way, int samples, double seconds, const Errors& errors) {
-        fmt::print("| {} | {} | {} | {:.5f} | {:.1e} | {:.1e} |\n", lobe, way, samples, seconds, errors.c, errors.d);
+        printTableRow("{} | {} | {} | {:.5f} | {:.1e} | {:.1e}", lobe, way, samples, seconds, errors.c, errors.d);
         csv << fmt::format("{},{},{},{},{},{}\n", lobe, way, samples, seconds, errors.c, errors.d);
         const bool isSum = std::string_view(way) == "samples an axis";
         curves.add({panel, isSum ? fmt::format("{}, samples an axis", lobe) : fmt::format("{}, points a piece", lobe),
@@ -99,8 +100,8 @@ void benchAxes(std::filesystem::path file) {
     file.replace_filename(file.stem().string() + "_axes" + file.extension().string());
     std::ofstream csv(file);
     csv << "lobe,views,rows,view_axis,roughness_axis,rel_rms_c,rel_rms_d,rel_rms_reflected,largest\n";
-    fmt::print("\nWhat a bilinear filter loses between ideal nodes, percent, m 1/16 to 1, F0 0.04 and 0.6: C, D, both; the plain m.\n\n");
-    fmt::print("| lobe | views x rows | view axis | C | D | reflected | largest |\n|---|---|---|---:|---:|---:|---:|\n");
+    fmt::print("\nError of a bilinear filter between exact nodes, percent, m 1/16 to 1, F0 0.04 and 0.6: C, D, both; the plain m.\n\n");
+    printTableHead({"lobe", "views x rows", "view axis", ">C", ">D", ">reflected", ">largest"});
     for (const Lobe& lobe : kLobes)
         for (const auto& [views, rows] : {std::array{8, 16}, std::array{16, 8}}) {
             fit::SpecularTableOptions options;
@@ -111,8 +112,8 @@ void benchAxes(std::filesystem::path file) {
                 csv << fmt::format("{},{},{},{},{},{},{},{},{}\n", lobe.name, views, rows, f.view, f.roughness, f.c, f.d, f.reflected,
                                    f.worst);
                 if (f.roughness == "m")
-                    fmt::print("| {} | {} x {} | `{}` | {:.2f} | {:.2f} | {:.2f} | {:.4f} |\n", lobe.name, views, rows, f.view, 100 * f.c,
-                               100 * f.d, 100 * f.reflected, f.worst);
+                    printTableRow("{} | {} x {} | `{}` | {:.2f} | {:.2f} | {:.2f} | {:.4f}", lobe.name, views, rows, f.view, 100 * f.c,
+                                  100 * f.d, 100 * f.reflected, f.worst);
             }
         }
 }

@@ -1,4 +1,4 @@
-// Run time against error of the specular tables: of the integrals by points a piece, and of the axes.
+// Run time against error of the specular tables: the number of points of the integrals, and the mapping of the axes.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 
 namespace lightcook::bench {
 
-/// Prints both tables as Markdown and leaves them as CSV: PATH, and PATH with "_axes" before its extension.
+/// Prints both tables as Markdown and writes them as CSV: to `csv`, and to `csv` with "_axes" before its extension.
 void benchTables(const std::filesystem::path& csv, int runs, FitCurves& curves);
 
 }  // namespace lightcook::bench

@@ -1,5 +1,5 @@
-// lightcook_fit_bench: the fits of a dominant light, as Markdown tables and CSV. Seconds and what one light leaves of each light map, with
-// a dense search on samples as the truth; then the specular light of each fit against the brute-force values of ../shared/data.
+// lightcook_fit_bench: the fits of a dominant light, as Markdown tables and CSV: seconds and the residual of one light on each light map,
+// with a dense search on samples as reference; then the specular light of each fit against the brute-force values of ../shared/data.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -21,6 +21,7 @@
 #include "bench/fit_curves.h"
 #include "bench/fit_rsrm.h"
 #include "bench/fit_tables.h"
+#include "bench/markdown_table.h"
 #include "fit/dominant_light.h"
 #include "fit/light_search.h"
 #include "formats/light_map.h"
@@ -103,7 +104,7 @@ double energyOf(const lighting::ShRgb& sh) {
     return energy;
 }
 
-/// The best of many directions, then ever smaller steps; what is left, as fit::LightFit tells it.
+/// Searches many directions, then around the best one in ever smaller steps. Returns the residual as fit::LightFit defines it.
 double denseSearch(const lighting::ShRgb& sh, bool hasAmbient) {
     constexpr int kDirections = 20000;
     double least = 2;
@@ -137,7 +138,7 @@ struct Figures {
 };
 constexpr std::array<double, 5> kPercentiles = {0.1, 0.25, 0.5, 0.75, 0.99};
 
-/// What is left of a texel by the direction of a fit, without the fade that textures ask for.
+/// Returns the residual of a texel for the direction of a fit, without the fade of the textures.
 double leftBy(const Map& map, int x, int y, DominantFit which) {
     fit::DominantLightOptions options;
     options.luminanceWeights = map.weights;
@@ -199,8 +200,8 @@ const char* nameOf(DominantFit which) {
     return which == DominantFit::Closed ? "closed" : which == DominantFit::Refined ? "refined" : "refined-ambient";
 }
 
-/// Ways that no texture is made by: on evenly spread texels, their seconds scaled to 1024 x 1024, what they leave in proportion to what the
-/// refined fit leaves there and on the whole map.
+/// Adds fits that the program does not offer, measured on evenly spread texels. Seconds are scaled to 1024 x 1024 texels, residuals by the
+/// ratio of the refined fit's residual on the whole map and on these texels.
 void addSampledWays(const Map& map, const std::string& panel, int sampleCount, double refinedLeft, FitCurves& curves) {
     std::vector<const lighting::ShRgb*> samples;
     for (std::size_t i = 0; i < map.band.sh.texels().size(); ++i)
@@ -236,17 +237,16 @@ void benchMaps(const std::vector<Map>& maps, const Options& options, FitCurves& 
     }
     fmt::print(
         "CPU seconds of one thread for 1024 x 1024 covered texels, best of {}. Residual: root of the squared error over the norm of the "
-        "coefficients.\n\n| map | fit | s | skipped % | energy left % | residual p10 | p25 | p50 | p75 | p99 | samples over 1e-3 above "
-        "dense "
-        "search | worst |\n|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n",
+        "coefficients.\n\n",
         options.runs);
+    printTableHead({"map", "fit", ">s", ">skipped %", ">energy left %", ">residual p10", ">p25", ">p50", ">p75", ">p99",
+                    ">samples over 1e-3 above dense search", ">worst"});
     for (const Map& map : maps)
         for (const DominantFit which : {DominantFit::Closed, DominantFit::Refined, DominantFit::RefinedAmbient}) {
             const Figures f = measure(map, which, options);
-            fmt::print("| {} | {} | {:.3f} | {:.1f} | {:.2f} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {} of {} | {:.1e} |\n",
-                       map.name, nameOf(which), f.seconds, 100 * f.skipped, 100 * f.unexplained, f.residuals[0], f.residuals[1],
-                       f.residuals[2], f.residuals[3], f.residuals[4], f.over, f.samples, f.worst);
-            std::fflush(stdout);
+            printTableRow("{} | {} | {:.3f} | {:.1f} | {:.2f} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {} of {} | {:.1e}", map.name,
+                          nameOf(which), f.seconds, 100 * f.skipped, 100 * f.unexplained, f.residuals[0], f.residuals[1], f.residuals[2],
+                          f.residuals[3], f.residuals[4], f.over, f.samples, f.worst);
             if (which == DominantFit::Refined) addSampledWays(map, panel, options.samples, f.unexplained, curves);
             curves.add({panel, map.name, nameOf(which), f.seconds, std::sqrt(f.unexplained), which == fit::DominantLightOptions{}.fit});
             if (csv.is_open())
@@ -277,7 +277,7 @@ std::vector<Shaded> readShaded(const fs::path& file) {
     return all;
 }
 
-/// A shading point, and what light does there.
+/// A shading point and the shading of a light source there.
 class Surface {
 public:
     Surface(const Shaded& shaded, const glm::dvec3& normal, const lighting::AreaSpecularKernel& kernel)
@@ -396,15 +396,16 @@ int main(int argc, char** argv) {
     lightcook::bench::Options options;
     CLI::App app("Seconds and errors of the fits of a dominant light", "lightcook_fit_bench");
     app.add_option("--data", options.data, "folder of the shared data")->capture_default_str();
-    app.add_option("--scene", options.scene, "only scenes whose name holds this");
-    app.add_option("--csv", options.csv, "leave the first table here as CSV");
-    app.add_option("--runs", options.runs, "best of so many")->check(CLI::Range(1, 100))->capture_default_str();
-    app.add_option("--samples", options.samples, "texels a map that are searched densely")
+    app.add_option("--scene", options.scene, "measure only scenes whose name contains this");
+    app.add_option("--csv", options.csv, "write the first table to this file as CSV");
+    app.add_option("--runs", options.runs, "report the best of this many runs")->check(CLI::Range(1, 100))->capture_default_str();
+    app.add_option("--samples", options.samples, "number of texels of a map that are searched densely")
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();
     std::filesystem::path tables, curvesFolder;
-    app.add_option("--tables", tables, "the specular tables alone: time against error, and axes; left here as CSV");
-    app.add_option("--curves", curvesFolder, "leave run time against error of every fit in this folder: fits.csv, fits.html");
+    app.add_option("--tables", tables,
+                   "measure only the specular tables (time against error, and axes) and write them to this file as CSV");
+    app.add_option("--curves", curvesFolder, "write run time against error of every fit to this folder: fits.csv, fits.html");
     CLI11_PARSE(app, argc, argv);
     try {
         lightcook::bench::FitCurves curves;

@@ -1,4 +1,4 @@
-// Our own layouts as the peers are measured: through the cook's own actions, and back by the verifier.
+// Measures our own layouts like those of other engines: cooks with the actions of the program and decodes with the verifier.
 #pragma once
 
 #include <filesystem>
@@ -9,12 +9,12 @@
 
 namespace lightcook::bench {
 
-/// Names of the cook's layouts that keep light's directions and that no peer stands for already ("raw" is nine halfs).
+/// Returns the layouts that keep directions of light and that no peer covers already ("raw" is nine halfs).
 std::vector<std::string> ourLayouts();
 
 /// Cooks the bake in `file` with a layout for BC formats, as `lightcook cook` does, and opens it again from its bytes. `ideal` is the same
-/// layout, with as many learned bases, in 16 bits a channel: they leave next to nothing but what the form itself loses. Throws
-/// std::runtime_error where the cook refuses.
+/// layout, with as many learned bases, in 16 bits a channel, so that nearly all of its error is that of the layout's form. Throws
+/// std::runtime_error if the cook fails.
 PeerMaps cookLayout(const Bake& bake, const std::filesystem::path& file, const std::string& layout, int effort);
 
 }  // namespace lightcook::bench

@@ -57,7 +57,7 @@ void fillBlocks(Image<glm::vec4>& texels, const Image<float>& significance) {
         }
 }
 
-/// One texture of a layout whose texels are a function of the bake's texel, and of what the textures before it decode to there.
+/// One texture of a layout. Its texels are a function of the bake's texel and of the decoded textures before it.
 struct Texture {
     PixelFormat format = PixelFormat::Bc7;
     HdrMetric metric = HdrMetric::Log;
@@ -121,7 +121,7 @@ PeerMaps run(const TexelLayout& layout, const Bake& bake, int effort) {
     return maps;
 }
 
-/// What light is divided by, so that the brightest coefficient is well inside a half: engines leave that to the scene's exposure.
+/// Returns the divisor that brings the brightest coefficient well inside the range of a half. Engines use the exposure of the scene.
 float hdrRange(const Bake& bake) {
     float largest = 0;
     for (int i = 0; i < lighting::kShCount; ++i) largest = std::max(largest, bake.measure.maximumAbsolute(i));

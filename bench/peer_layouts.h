@@ -1,8 +1,9 @@
-// Light-map layouts of other engines, for the bench alone: written from what is published of them, coded with our encoders, decoded with
-// the verifier's own decoders, and turned back into nine coefficients so that one score serves all.
+// Light-map layouts of other engines, for the benches only. They follow the published descriptions, use our block encoders and the
+// verifier's decoders, and decode to nine coefficients, so that one score fits all.
 //
 // Sources: Hu 2008, Lightmap compression in Halo 3 (GDC), and Halo 3's public shaders; Chen and Liu 2008, Lighting and Material of Halo 3;
-// Godot 4.4, modules/lightmapper_rd; Unreal Engine's light-map shaders. What a source leaves open is named where it is decided.
+// Godot 4.4, modules/lightmapper_rd; Unreal Engine's light-map shaders. Where a source leaves a choice open, the code says which one was
+// made.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +16,7 @@
 
 namespace lightcook::bench {
 
-/// A whole light map, and what encoders ask of one.
+/// A whole light map with the statistics that encoders need.
 struct Bake {
     formats::LightMapStrip band;
     compress::LightMapMeasure measure;
@@ -28,19 +29,19 @@ struct Bake {
 /// Throws std::runtime_error with the file's name where it cannot be read.
 Bake readBake(const std::filesystem::path& file);
 
-/// A bake as one layout gives it back. Outside charts: anything.
+/// A bake decoded from one layout. Texels outside charts hold any value.
 struct PeerMaps {
     double bitsPerTexel = 0;
-    formats::Image<lighting::ShRgb> ideal;  ///< the layout's form without any coding: what its basis loses
-    formats::Image<lighting::ShRgb> seen;   ///< from the bytes: what basis and coding lose
+    formats::Image<lighting::ShRgb> ideal;  ///< decoded without any encoding loss: the error of the basis alone
+    formats::Image<lighting::ShRgb> seen;   ///< decoded from the bytes: the whole error
 };
 
 struct PeerLayout {
     std::string name;  ///< for tables
-    std::string what;  ///< for people: engine and form
+    std::string what;  ///< engine and form, in words
     PeerMaps (*make)(const Bake& bake, int effort);
 };
-/// From few bits to many; the last ones are references without blocks.
+/// Returns the layouts in order of their bits; the last ones are references without blocks.
 const std::vector<PeerLayout>& peerLayouts();
 
 /// A map through the blocks that a plan of ours gives and back by the verifier's decoders. Throws std::runtime_error where the verifier

@@ -1,5 +1,5 @@
-// lightcook_peers: light-map layouts of other engines and our own side by side: the same bake, the same block encoders, the same score.
-// What a layout's form loses before any coding stands apart from what is lost in all.
+// lightcook_peers: compares light-map layouts of other engines with our own, by the same bakes, block encoders and score. It reports the
+// error of a layout's basis, before any encoding, apart from the whole error.
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
@@ -42,7 +42,7 @@ struct Row {
     Score basis, total;
 };
 
-/// What stands in tables and files of a row.
+/// A figure of a row in tables and files.
 struct Column {
     const char* name;
     double (*value)(const Row&);
@@ -151,7 +151,7 @@ std::map<std::string, fs::path> findScenes(const Options& options) {
     return scenes;
 }
 
-/// Every layout under one name: the peers, and what the cook has.
+/// A layout to measure, of another engine or of ours.
 struct Candidate {
     std::string name, what;
     bool ours = false;
@@ -231,13 +231,13 @@ void measureAll(const Options& options) {
 int main(int argumentCount, char** arguments) {
     lightcook::bench::Options options;
     CLI::App app("Light-map layouts of other engines and our own: bits a texel against error, on the same bakes by the same score.");
-    app.add_option("--data", options.data, "the folder that holds scenes/");
-    app.add_option("--scene", options.scene, "only scenes whose name holds this");
-    app.add_option("--layouts", options.layouts, "only these")->delimiter(',');
-    app.add_option("--effort", options.effort, "of the block encoders")->check(CLI::Range(0, 9));
-    app.add_option("--json", options.json, "a row for each scene and layout");
-    app.add_option("--csv", options.csv, "the same as CSV; errors as fractions");
-    app.add_option("--html", options.html, "the curves");
+    app.add_option("--data", options.data, "folder that contains scenes/");
+    app.add_option("--scene", options.scene, "measure only scenes whose name contains this");
+    app.add_option("--layouts", options.layouts, "layouts to measure")->delimiter(',');
+    app.add_option("--effort", options.effort, "effort of the block encoders")->check(CLI::Range(0, 9));
+    app.add_option("--json", options.json, "write a row for each scene and layout to this file");
+    app.add_option("--csv", options.csv, "write the same as CSV; errors are fractions");
+    app.add_option("--html", options.html, "write the curves to this page");
     CLI11_PARSE(app, argumentCount, arguments);
     try {
         lightcook::bench::measureAll(options);

@@ -1,4 +1,4 @@
-// What encoders are measured on: light as formats of half precision hold it, and which of its texels count.
+// Test pictures for encoders: light in half precision, and the texels that count.
 #pragma once
 
 #include <filesystem>
@@ -22,18 +22,18 @@ struct Picture {
     formats::Image<float> significance;  ///< 1 where a texel counts, else 0
 };
 
-/// The panoramas and light maps (coefficient 0) of a copy of ../shared/data, with a band of order 1 and one of order 2 of each map. Files
-/// that cannot be read are named on standard error.
+/// Returns the panoramas and light maps (coefficient 0, and one coefficient each of bands 1 and 2) of the shared data. Prints the names of
+/// unreadable files to standard error.
 std::vector<Picture> sharedPictures(const std::filesystem::path& data);
 
-/// What the repository carries or makes itself, size x size texels each: parts of examples/cornell and patterns made by formula.
+/// Returns the pictures that need no shared data, size x size texels each: parts of examples/cornell and patterns made by formula.
 std::vector<Picture> ownPictures(const std::filesystem::path& sources, int size);
 
-/// Whether a picture is of use to a format: SH bands only to formats with a sign.
+/// Returns true if a format can hold a picture: SH bands need a signed format.
 bool suits(const Picture& picture, formats::PixelFormat format);
 
-/// The texels as the format is given them. Float formats: as they are. Others: v = (x / (1 + x))^(1/2.2) for colour, and alpha as data made
-/// of it, 1 - (r + 2 g + b) / 4.
+/// Returns the texels as a format encodes them. Float formats: unchanged. Others: v = (x / (1 + x))^(1/2.2) for colour, and alpha as data
+/// made of it, 1 - (r + 2 g + b) / 4.
 formats::Image<glm::vec4> texelsFor(const Picture& picture, formats::PixelFormat format);
 
 }  // namespace lightcook::bench

@@ -1,5 +1,5 @@
 // The committed table of encoder quality, tests/quality/encoders.csv: figures of every block format and effort on the pictures that the
-// repository carries or makes, so that a change to an encoder shows what it does to them.
+// repository contains or makes. A change to an encoder changes the table.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 
 namespace lightcook::bench {
 
-/// Texels of a side of the table's pictures: enough for every kind of block, few enough for the slowest efforts.
+/// Side of the pictures of the table [texels]: enough for every kind of block, few enough for the slowest efforts.
 inline constexpr int kTablePictureSize = 64;
 
 struct QualityRow {
@@ -21,20 +21,20 @@ struct QualityRow {
     Figures figures;
 };
 
-/// The formats of the table, those with an effort: all made of blocks.
+/// Returns the formats of the table: all block formats with an effort.
 std::vector<formats::PixelFormat> tableFormats();
 
 /// Encodes and decodes a picture.
 Figures encodeAndMeasure(formats::PixelFormat format, int effort, const Picture& picture);
 
-/// Rows of one format and effort, a picture each.
+/// Returns the rows of one format and effort, one for each picture.
 std::vector<QualityRow> qualityRows(formats::PixelFormat format, int effort, const std::vector<Picture>& pictures);
 
-/// Mean of the decibels of rows.
+/// Returns the mean of the decibels of rows.
 double meanDb(const std::vector<QualityRow>& rows);
 
 std::string csvOf(const std::vector<QualityRow>& rows);
-/// Any line that is not as csvOf writes it is refused with its number.
+/// Reads a table that csvOf() wrote. The error for a bad line names its number.
 formats::Result<std::vector<QualityRow>> readQualityTable(const std::filesystem::path& file);
 
 }  // namespace lightcook::bench

@@ -26,7 +26,7 @@ std::string escaped(const std::string& text) {
     return out;
 }
 
-/// Where values lie in a panel: log10 of seconds to the right, decibels upwards.
+/// Maps values to places in a panel: log10 of seconds to the right, decibels upwards.
 struct Axes {
     double left = std::numeric_limits<double>::infinity(), right = -left, low = left, high = -left;
 
@@ -181,7 +181,7 @@ std::string panelHtml(const ScatterPanel& panel) {
     LabelPlaces labels;
     for (const ScatterSeries& series : panel.series)
         for (const ScatterPoint& point : series.points) labels.takeMark(axes.x(std::log10(point.secondsPerMpix)), axes.y(point.db));
-    // Quotations first, so that what was measured lies on top.
+    // Quoted figures first, so that our own measurements are drawn on top.
     for (const bool quoted : {true, false})
         for (std::size_t i = 0; i < panel.series.size(); ++i)
             if (isQuoted(panel.series[i].style) == quoted) drawing += seriesSvg(axes, panel.series[i], i, panel.isError, labels);

@@ -1,4 +1,4 @@
-// A page of scatter plots, run time against quality or error, one panel a format or a fit: a file that needs no other.
+// Writes a page of scatter plots of run time against quality or error, with a panel for each format or fit. The page is one file.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@
 namespace lightcook::bench {
 
 struct ScatterPoint {
-    double secondsPerMpix = 0, db = 0;  ///< of a panel of errors: seconds, and log10 of the error
+    double secondsPerMpix = 0, db = 0;  ///< in a panel of errors: seconds, and log10 of the error
     std::string label;                  ///< beside the point; may be empty
-    std::string hint;                   ///< what the pointer finds
+    std::string hint;                   ///< shown under the pointer
 };
 
 struct ScatterSeries {

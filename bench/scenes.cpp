@@ -1,6 +1,6 @@
-// lightcook_bench: what cooking the light maps of ../shared/data costs and what it is worth, as a Markdown table. One row a scene and
-// layout: the figures that a change to any room must not worsen. The program itself is run, as a user would, with a cache of its own, so
-// that seconds and memory are those of a whole cook with its verification.
+// lightcook_bench: time, memory, bytes and error of cooking the light maps of ../shared/data, as a Markdown table. It has one row for each
+// scene and layout; a change to any module must not worsen these figures. It runs the program as a user would, with a new cache, so that
+// seconds and memory are those of a whole cook with its verification.
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/markdown_table.h"
 #include "formats/temporary_folder.h"
 
 namespace lightcook::bench {
@@ -128,22 +129,19 @@ std::string percent(double fraction) {
 }
 
 void printHead() {
-    fmt::print(
-        "| scene | size | layout | bits/texel | GPU KiB | disk KiB | diffuse % | specular % | p99 % | max sampled % | max bound % | s | "
-        "unchanged s | peak MiB |\n"
-        "| --- | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
+    printTableHead({"scene", ">size", "layout", ">bits/texel", ">GPU KiB", ">disk KiB", ">diffuse %", ">specular %", ">p99 %",
+                    ">max sampled %", ">max bound %", ">s", ">unchanged s", ">peak MiB"});
 }
 
 void printRow(const Row& row) {
     const auto pair = [&row](const char* figure) {
         return percent(verdict(row, "diffuse", figure)) + " / " + percent(verdict(row, "specular", figure));
     };
-    fmt::print("| {} | {} | {} | {:g} | {} | {} | {} | {} | {} | {} | {} | {:.2f} | {:.3f} | {} |\n", row.scene,
-               row.lightMap.at("width").get<int>(), row.layout, row.lightMap.at("bits_per_texel").get<double>(),
-               row.lightMap.at("bytes_gpu").get<std::int64_t>() / 1024, row.lightMap.at("bytes_disk").get<std::int64_t>() / 1024,
-               percent(verdict(row, "diffuse", "rel_rms")), percent(verdict(row, "specular", "rel_rms")), pair("p99"), pair("max_sampled"),
-               pair("max_bound"), row.seconds, row.secondsAgain, row.peakRssBytes >> 20);
-    std::fflush(stdout);
+    printTableRow("{} | {} | {} | {:g} | {} | {} | {} | {} | {} | {} | {} | {:.2f} | {:.3f} | {}", row.scene,
+                  row.lightMap.at("width").get<int>(), row.layout, row.lightMap.at("bits_per_texel").get<double>(),
+                  row.lightMap.at("bytes_gpu").get<std::int64_t>() / 1024, row.lightMap.at("bytes_disk").get<std::int64_t>() / 1024,
+                  percent(verdict(row, "diffuse", "rel_rms")), percent(verdict(row, "specular", "rel_rms")), pair("p99"),
+                  pair("max_sampled"), pair("max_bound"), row.seconds, row.secondsAgain, row.peakRssBytes >> 20);
 }
 
 Json toJson(const Row& row) {
@@ -197,11 +195,11 @@ int benchScenes(const Options& options) {
 int main(int argumentCount, char** arguments) {
     lightcook::bench::Options options;
     CLI::App app("What cooking costs, and what it is worth");
-    app.add_option("--data", options.data, "the folder that holds scenes/");
-    app.add_option("--layouts", options.layouts, "light-map layouts to try")->delimiter(',');
-    app.add_option("--scene", options.scene, "only scenes whose name holds this");
-    app.add_option("--runs", options.runs, "cooks of each, of which the median counts")->check(CLI::Range(1, 99));
-    app.add_option("--json", options.json, "write the rows there as well");
+    app.add_option("--data", options.data, "folder that contains scenes/");
+    app.add_option("--layouts", options.layouts, "light-map layouts to cook")->delimiter(',');
+    app.add_option("--scene", options.scene, "cook only scenes whose name contains this");
+    app.add_option("--runs", options.runs, "number of cooks of each; the median is reported")->check(CLI::Range(1, 99));
+    app.add_option("--json", options.json, "write the rows to this file too");
     CLI11_PARSE(app, argumentCount, arguments);
     try {
         return lightcook::bench::benchScenes(options);

@@ -111,7 +111,7 @@ Timing timeEncoder(PixelFormat format, int effort, const Picture& picture, doubl
     timing.share = sample.share;
     timing.mpixPerCpuSecond = sample.mpix() / fastest(format, effort, sample, one, secondsEach / 3, cpuSeconds);
     timing.mpixPerSecond2 = sample.mpix() / fastest(format, effort, sample, two, secondsEach / 3, wallSeconds);
-    // Without a control the figures are worth the whole picture, once, within reason: what comes later stands on them.
+    // Without a control, encode the whole picture once if that takes not too long: later efforts are compared with its figures.
     constexpr double kReason = 20;
     if (timing.share < 1 && !control && whole < kReason * secondsEach) {
         sample = sampled(format, texels.view(), picture.significance.view(), 1);

@@ -1,4 +1,4 @@
-// How long an encoder takes for a picture, and how well it does.
+// Measures the speed and the quality of an encoder on a picture.
 #pragma once
 
 #include <optional>
@@ -10,21 +10,21 @@ namespace lightcook::bench {
 
 struct Timing {
     double mpixPerCpuSecond = 0;  ///< one thread; processor time, so that other work on the machine does not count
-    double mpixPerSecond2 = 0;    ///< two threads, wall clock: only of worth on a quiet machine
-    double share = 1;             ///< of the picture's blocks that the figures are of: evenly spread ones where the whole took too long
+    double mpixPerSecond2 = 0;    ///< two threads, wall clock: meaningful only on a machine without other work
+    double share = 1;             ///< share of the picture's blocks that was measured: evenly spread ones if the whole took too long
     Figures figures;              ///< over the same share
-    double wholeDb = 0;           ///< figures.psnrDb, or what it would be over the whole picture: see Control
+    double wholeDb = 0;           ///< figures.psnrDb, or an estimate of it for the whole picture: see Control
 };
 
-/// An effort that encoded the whole picture. What another effort gains on a share of it over this one on the same share is taken for what
-/// it gains on the whole.
+/// An effort that encoded the whole picture. The gain of another effort over it is measured on a share of the blocks and taken as the gain
+/// on the whole picture.
 struct Control {
     int effort = 0;
     double db = 0;
 };
 
-/// Best of a few runs.
-/// secondsEach  about what one picture may take: slower efforts encode every k-th block
+/// Returns the best of a few runs.
+/// secondsEach  time limit for a picture, roughly: slower efforts encode every k-th block
 Timing timeEncoder(formats::PixelFormat format, int effort, const Picture& picture, double secondsEach,
                    const std::optional<Control>& control);
 

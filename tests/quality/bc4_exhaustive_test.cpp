@@ -73,7 +73,7 @@ std::array<int, 8> palette(int low, int high, bool sixSteps, int largestCode) {
     return values;
 }
 
-/// What a block of eight bytes makes of the values: squared units.
+/// Returns the squared error of a block of eight bytes [squared units].
 std::int64_t errorOfBytes(const std::byte* bytes, const BlockValues& block, const Kind& kind) {
     const auto code = [&](std::byte byte) {
         const int raw = std::to_integer<int>(byte);

@@ -1,6 +1,6 @@
 // encoders.csv beside this file says how well each format does at each effort on the pictures that the repository carries or makes. Here
 // the same code measures again: nothing may be worse than was committed. `./dev bench encoders --table tests/quality/encoders.csv` writes
-// the table anew; its difference in version control is then the account of what a change to an encoder was worth.
+// the table again; its difference in version control then shows the effect of a change to an encoder.
 #include "bench/quality_table.h"
 
 #include <fmt/format.h>
@@ -17,7 +17,7 @@ namespace {
 using formats::PixelFormat;
 using Key = std::pair<int, std::string>;  ///< effort, picture
 
-/// A hair: what other roundings of a mathematical library may do to a picture made by formula.
+/// Tolerance for the roundings of another mathematical library in pictures made by formula.
 constexpr double kHairDb = 0.01;
 
 const std::filesystem::path kTable = std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "tests/quality/encoders.csv";

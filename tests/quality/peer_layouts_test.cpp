@@ -69,7 +69,7 @@ TEST(PeerLayouts, LightWithoutDirectionHasNoDominantOne) {
     EXPECT_EQ(bench::withDominantLight(grey, glm::vec3(7)), grey);
 }
 
-// White light from one direction d through bands 0 and 1: what is lost is its band 2, whose share of the 32 x 3 shaded values is summed
+// White light from one direction d through bands 0 and 1: the error is its band 2, whose share of the 32 x 3 shaded values is summed
 // here from Legendre polynomials of the angle between normal and light.
 TEST(PeerLayouts, LinearFormsLoseExactlyBandTwo) {
     const bench::Bake bake(oneLight());

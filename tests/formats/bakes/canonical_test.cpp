@@ -101,7 +101,7 @@ TEST(Canonical, RepairCountsInsteadOfRefusing) {
     EXPECT_EQ(strip.sh.at(3, 1), seededTexel(3, 1));
 }
 
-/// Light from one direction has strips of exactly sqrt(2 l + 1) times sh00; what the file's quantity convolved has less.
+/// Light from one direction has bands of length sqrt(2 l + 1) times sh00; in a file of irradiance they are shorter by the cosine lobe.
 TEST(Canonical, BandsFarBeyondWhatTheirMeanAllowsAreRefusedOrScaledDown) {
     for (const ShQuantity quantity : {ShQuantity::Radiance, ShQuantity::Irradiance}) {
         LightMapDescription description;

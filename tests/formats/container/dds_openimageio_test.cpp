@@ -115,7 +115,7 @@ TEST(DdsThroughOpenImageIO, PlainTexturesAndTheirMipsAreWhereTheyShouldBe) {
     }
 }
 
-/// Of a cube's smaller mips OpenImageIO 2.4.7 tells the extent of the mip before, so that only their first texel can be believed.
+/// OpenImageIO 2.4.7 reports the smaller mips of a cube with the extent of the mip before, so only their first texel is compared.
 TEST(DdsThroughOpenImageIO, CubeFacesComeInOrder) {
     const TemporaryFolder folder;
     for (const PixelFormat format : kReadable) {

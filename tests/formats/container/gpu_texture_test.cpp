@@ -271,7 +271,7 @@ TEST(GpuTexture, LevelsLargerThanOnePieceGoThroughZstandard) {
     expectPattern(*reader, shape);
 }
 
-/// Halves of blocks that stand elsewhere once more, between noise: what blocks made to repeat look like.
+/// Returns noise in which halves of blocks repeat at other places, like blocks after rate-distortion optimization.
 TEST(GpuTexture, ShortRepeatsAreFoundAtTheDefaultLevelAndComeBack) {
     const TemporaryFolder folder;
     const TextureShape shape{PixelFormat::Bc7, 256, 256, 1, 1, false, 1};

@@ -16,7 +16,8 @@ namespace {
 
 using nlohmann::json;
 
-/// What the Khronos specifications ask for, written down by hand: [bit offset, bit length - 1, channel and qualifiers, lower, upper].
+/// Data format descriptors from the Khronos specifications, written by hand: [bit offset, bit length - 1, channel and qualifiers, lower,
+/// upper].
 struct Expected {
     PixelFormat format;
     int vkFormat, typeSize, model, transfer;

@@ -75,7 +75,7 @@ TEST(ClustersOfVertices, AnIslandAcrossClustersIsRefusedByTexelAndTriangle) {
     EXPECT_FALSE(clustersOfVertices(TriangleMesh{}, twoHalves()));
 }
 
-/// Not only what lies on the map: places that no int can hold.
+/// Includes places outside the map that do not fit an int.
 TEST(ClustersOfVertices, UvsFarOutsideTheMapAreHarmless) {
     const auto found = clustersOfVertices(meshOf({1e30f, 1e30f, 2e30f, 1e30f, 1e30f, 2e30f}, {0, 1, 2}), twoHalves());
     ASSERT_TRUE(found) << found.error();
@@ -96,7 +96,7 @@ Polygon clipped(const Polygon& polygon, int axis, double bound, bool keepsBelow)
     return kept;
 }
 
-/// Whether anything of a triangle is left inside the square of this half side around a texel's centre.
+/// Returns true if a part of the triangle lies inside the square of this half side around a texel's centre (clips the triangle).
 bool meets(const Polygon& triangle, int x, int y, double half) {
     Polygon left = triangle;
     for (const bool keepsBelow : {false, true}) {

@@ -136,7 +136,7 @@ Error refusal(const GltfMaker& maker) {
     return refusal(folder / "scene.glb");
 }
 
-/// The JSON of a GLB, for looking at what was written.
+/// Returns the JSON of a GLB.
 json jsonOf(const std::filesystem::path& glb) {
     const std::string bytes = contentOf(glb);
     std::uint32_t length = 0;

@@ -100,7 +100,7 @@ TEST(LinearConversion, Rec709ToAcescgFollowsFromThePrimariesAndBradford) {
     for (std::size_t row = 0; row < 3; ++row)
         for (std::size_t column = 0; column < 3; ++column)
             EXPECT_NEAR(found[row][column], expected[row][column], 1e-6) << row << ' ' << column;
-    // As ACES 1.0's utilities publish it, to the four digits in which they agree.
+    // Published in the utilities of ACES 1.0, to the four digits in which they agree.
     EXPECT_NEAR(found[0][0], 0.6131, 1e-4);
     EXPECT_NEAR(found[1][1], 0.9164, 1e-4);
     EXPECT_NEAR(found[2][2], 0.8698, 1e-4);

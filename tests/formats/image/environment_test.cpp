@@ -121,7 +121,7 @@ struct Folded {
 };
 const Folded kFront{{0, 0, 1}, {1, 0, 0}, {0, -1, 0}};
 
-/// Every texel tells its direction; unused cells hold what would be refused.
+/// Every texel holds its direction; unused cells hold values that would be refused.
 ExrRecipe crossOf(int size, const std::map<std::pair<int, int>, Folded>& cells) {
     ExrRecipe recipe;
     recipe.width = recipe.height = 0;
