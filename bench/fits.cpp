@@ -44,7 +44,7 @@ struct Options {
 /// All rows of a map at once.
 struct Map {
     std::string name;
-    formats::LightMapStrip band;
+    formats::LightMapStrip strip;
     glm::vec3 weights;
     fs::path reference;  ///< brute-force values; empty if there are none
 };
@@ -52,24 +52,24 @@ struct Map {
 Map readMap(const std::string& name, const fs::path& file, const fs::path& reference) {
     const auto reader = formats::LightMapReader::open(file, {});
     if (!reader) throw std::runtime_error(reader.error().line());
-    auto band = reader->read(0, reader->height());
-    if (!band) throw std::runtime_error(band.error().line());
-    return {name, std::move(*band), reader->luminanceWeights(), reference};
+    auto strip = reader->read(0, reader->height());
+    if (!strip) throw std::runtime_error(strip.error().line());
+    return {name, std::move(*strip), reader->luminanceWeights(), reference};
 }
 
 /// 1024 x 1024 texels, every one covered: three lamps that pass over the map, over ambient light and noise.
 Map madeMap() {
     constexpr int kSize = 1024;
     Map map{"made", {}, lighting::kRec709Luminance, {}};
-    map.band.sh = formats::Image<lighting::ShRgb>(kSize, kSize);
-    map.band.covered = formats::Image<std::uint8_t>(kSize, kSize, 1);
-    map.band.normal = formats::Image<glm::vec3>(kSize, kSize, glm::vec3(0, 0, 1));
+    map.strip.sh = formats::Image<lighting::ShRgb>(kSize, kSize);
+    map.strip.covered = formats::Image<std::uint8_t>(kSize, kSize, 1);
+    map.strip.normal = formats::Image<glm::vec3>(kSize, kSize, glm::vec3(0, 0, 1));
     std::mt19937 random(1);
     const auto noise = [&random] { return static_cast<float>(random()) / 4294967296.0f - 0.5f; };
     const std::array<glm::vec3, 3> colors = {glm::vec3(3, 2.5f, 2), glm::vec3(1, 2, 2.5f), glm::vec3(1.5f, 0.5f, 0.3f)};
     for (int y = 0; y < kSize; ++y)
         for (int x = 0; x < kSize; ++x) {
-            lighting::ShRgb& sh = map.band.sh.at(x, y);
+            lighting::ShRgb& sh = map.strip.sh.at(x, y);
             for (std::size_t lamp = 0; lamp < colors.size(); ++lamp) {
                 const glm::vec3 towards(std::sin(0.01 * x + 2.0 * static_cast<double>(lamp)),
                                         std::cos(0.007 * y + static_cast<double>(lamp)), 0.8);
@@ -145,8 +145,8 @@ double leftBy(const Map& map, int x, int y, DominantFit which) {
     options.fadeStart = 0;
     options.fadeEnd = 1e-6f;
     options.fit = which;
-    const fit::DominantLight light = fit::dominantLight(map.band.sh.at(x, y), map.band.normal.at(x, y), options);
-    return fit::lightTowards(map.band.sh.at(x, y), glm::normalize(glm::dvec3(light.direction)), which == DominantFit::RefinedAmbient)
+    const fit::DominantLight light = fit::dominantLight(map.strip.sh.at(x, y), map.strip.normal.at(x, y), options);
+    return fit::lightTowards(map.strip.sh.at(x, y), glm::normalize(glm::dvec3(light.direction)), which == DominantFit::RefinedAmbient)
         .unexplained;
 }
 
@@ -154,11 +154,11 @@ void time(const Map& map, DominantFit which, int runs, Figures& figures) {
     fit::DominantLightOptions options;
     options.luminanceWeights = map.weights;
     options.fit = which;
-    const int width = map.band.sh.width(), height = map.band.sh.height();
+    const int width = map.strip.sh.width(), height = map.strip.sh.height();
     formats::Image<glm::vec3> direction(width, height), intensity(width, height);
     fit::DominantCounts counts;
     const double best = cpuSeconds(runs, [&] {
-        counts = fit::dominantLight(map.band.sh.view(), map.band.covered.view(), map.band.normal.view(), options, direction.view(),
+        counts = fit::dominantLight(map.strip.sh.view(), map.strip.covered.view(), map.strip.normal.view(), options, direction.view(),
                                     intensity.view());
     });
     const double texels = static_cast<double>(counts.refined + counts.skipped);
@@ -172,10 +172,10 @@ Figures measure(const Map& map, DominantFit which, const Options& options) {
     std::vector<double> residuals;
     std::vector<std::array<int, 2>> places;
     double left = 0, energy = 0;
-    for (int y = 0; y < map.band.sh.height(); ++y)
-        for (int x = 0; x < map.band.sh.width(); ++x) {
-            if (map.band.covered.at(x, y) == 0) continue;
-            const double unexplained = leftBy(map, x, y, which), own = energyOf(map.band.sh.at(x, y));
+    for (int y = 0; y < map.strip.sh.height(); ++y)
+        for (int x = 0; x < map.strip.sh.width(); ++x) {
+            if (map.strip.covered.at(x, y) == 0) continue;
+            const double unexplained = leftBy(map, x, y, which), own = energyOf(map.strip.sh.at(x, y));
             places.push_back({x, y});
             residuals.push_back(std::sqrt(unexplained));
             left += unexplained * own;
@@ -185,7 +185,7 @@ Figures measure(const Map& map, DominantFit which, const Options& options) {
     const std::size_t step = std::max<std::size_t>(1, places.size() / static_cast<std::size_t>(options.samples));
     for (std::size_t i = 0; i < places.size(); i += step) {
         const auto [x, y] = places[i];
-        const double above = residuals[i] - std::sqrt(denseSearch(map.band.sh.at(x, y), which == DominantFit::RefinedAmbient));
+        const double above = residuals[i] - std::sqrt(denseSearch(map.strip.sh.at(x, y), which == DominantFit::RefinedAmbient));
         figures.worst = std::max(figures.worst, above);
         figures.over += above > 1e-3 ? 1 : 0;
         ++figures.samples;
@@ -204,8 +204,8 @@ const char* nameOf(DominantFit which) {
 /// ratio of the refined fit's residual on the whole map and on these texels.
 void addSampledWays(const Map& map, const std::string& panel, int sampleCount, double refinedLeft, FitCurves& curves) {
     std::vector<const lighting::ShRgb*> samples;
-    for (std::size_t i = 0; i < map.band.sh.texels().size(); ++i)
-        if (map.band.covered.texels()[i] != 0) samples.push_back(&map.band.sh.texels()[i]);
+    for (std::size_t i = 0; i < map.strip.sh.texels().size(); ++i)
+        if (map.strip.covered.texels()[i] != 0) samples.push_back(&map.strip.sh.texels()[i]);
     if (samples.empty()) return;
     const std::size_t step = std::max<std::size_t>(1, samples.size() / static_cast<std::size_t>(sampleCount));
     double refined = 0;
@@ -334,8 +334,8 @@ Sums shadeAll(const Map& map) {
     Sums sums;
     std::map<std::array<int, 2>, lighting::AreaSpecularKernel> kernels;
     for (const Shaded& shaded : readShaded(map.reference)) {
-        const lighting::ShRgb& sh = map.band.sh.at(shaded.x, shaded.y);
-        const glm::vec3 normal = map.band.normal.at(shaded.x, shaded.y);
+        const lighting::ShRgb& sh = map.strip.sh.at(shaded.x, shaded.y);
+        const glm::vec3 normal = map.strip.normal.at(shaded.x, shaded.y);
         const double NoV = glm::dot(glm::dvec3(normal), shaded.view);
         const auto [kernel, isNew] =
             kernels.try_emplace({static_cast<int>(std::lround(1000 * NoV)), static_cast<int>(std::lround(1000 * shaded.m))});

@@ -65,10 +65,10 @@ compress::LightMapPlan uncodedPlan(const Bake& bake, const std::string& name, in
     const int width = bake.width(), height = bake.height();
     if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, Target::Float, width, height, bake.measure);
     compress::LightMapBlocks blocks(width, height);
-    blocks.add(bake.band, 0, height);
+    blocks.add(bake.strip, 0, height);
     const std::vector<int> charts = blocks.charts();
     compress::LightMapSamples samples(blocks.choose(charts, compress::learningBlocks(effort, width, height)), blocks.across());
-    samples.add(bake.band, 0, height);
+    samples.add(bake.strip, 0, height);
     compress::EncodeOptions options;
     options.effort = effort;
     return compress::planLearnedLightMap(layout, Target::Float, width, height, bake.measure, blocks, charts, samples, clusters, options);
@@ -84,7 +84,7 @@ std::vector<std::string> ourLayouts() {
 
 PeerMaps cookLayout(const Bake& bake, const std::filesystem::path& file, const std::string& layout, int effort) {
     Seen seen = cook(bake, file, layout, effort);
-    return {seen.bitsPerTexel, throughPlan(uncodedPlan(bake, layout, seen.clusters, effort), bake.band, effort), std::move(seen.sh)};
+    return {seen.bitsPerTexel, throughPlan(uncodedPlan(bake, layout, seen.clusters, effort), bake.strip, effort), std::move(seen.sh)};
 }
 
 }  // namespace lightcook::bench

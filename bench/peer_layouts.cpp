@@ -106,16 +106,16 @@ PeerMaps run(const TexelLayout& layout, const Bake& bake, int effort) {
         Image<glm::vec4> texels(bake.width(), bake.height(), glm::vec4(0, 0, 0, 1));
         for (int y = 0; y < bake.height(); ++y)
             for (int x = 0; x < bake.width(); ++x)
-                if (bake.band.covered.at(x, y) != 0) texels.at(x, y) = texture.store(bake.band.sh.at(x, y), decodedAt(x, y));
+                if (bake.strip.covered.at(x, y) != 0) texels.at(x, y) = texture.store(bake.strip.sh.at(x, y), decodedAt(x, y));
         decoded.push_back(coded(texture, std::move(texels), bake.significance, effort));
         maps.bitsPerTexel += bitsOf(texture.format);
     }
     for (int y = 0; y < bake.height(); ++y)
         for (int x = 0; x < bake.width(); ++x) {
-            if (bake.band.covered.at(x, y) == 0) continue;
+            if (bake.strip.covered.at(x, y) == 0) continue;
             maps.seen.at(x, y) = layout.load(decodedAt(x, y));
             for (std::size_t t = 0; t < layout.textures.size(); ++t)
-                texel[t] = layout.textures[t].store(bake.band.sh.at(x, y), std::span<const glm::vec4>(texel).first(t));
+                texel[t] = layout.textures[t].store(bake.strip.sh.at(x, y), std::span<const glm::vec4>(texel).first(t));
             maps.ideal.at(x, y) = layout.load(std::span<const glm::vec4>(texel).first(layout.textures.size()));
         }
     return maps;
@@ -201,8 +201,8 @@ struct UnrealForm {
         low = logOf(bake.measure.maximumAbsolute(0));
         for (int y = 0; y < bake.height(); ++y)
             for (int x = 0; x < bake.width(); ++x)
-                if (bake.band.covered.at(x, y) != 0) {
-                    const float value = logOf(largest(bake.band.sh.at(x, y)));
+                if (bake.strip.covered.at(x, y) != 0) {
+                    const float value = logOf(largest(bake.strip.sh.at(x, y)));
                     low = std::min(low, value), high = std::max(high, value);
                 }
         extent = std::max(high - low, 1e-3f);
@@ -275,8 +275,8 @@ PeerMaps talkLuvw(const Bake& bake, int effort, std::size_t count, ShRgb (*value
     std::array<float, lighting::kShCount> range{};
     for (int y = 0; y < bake.height(); ++y)
         for (int x = 0; x < bake.width(); ++x) {
-            const ShRgb stored = values(bake.band.sh.at(x, y));
-            for (std::size_t i = 0; i < count && bake.band.covered.at(x, y) != 0; ++i)
+            const ShRgb stored = values(bake.strip.sh.at(x, y));
+            for (std::size_t i = 0; i < count && bake.strip.covered.at(x, y) != 0; ++i)
                 range[i] = std::max(range[i], glm::length(stored[i]));
         }
     TexelLayout layout;
@@ -328,42 +328,42 @@ PeerMaps talkQuadratic(const Bake& bake, int effort) {
 
 /// Bands 0 and 1 as the bake's own floats.
 PeerMaps truncation(const Bake& bake, int) {
-    PeerMaps maps{kLinearCount * 3 * 32.0, bake.band.sh.copy(), {}};
+    PeerMaps maps{kLinearCount * 3 * 32.0, bake.strip.sh.copy(), {}};
     for (ShRgb& sh : maps.ideal.texels()) std::fill(sh.begin() + kLinearCount, sh.end(), glm::vec3(0));
     maps.seen = maps.ideal.copy();
     return maps;
 }
 
-formats::LightMapStrip copyOf(const formats::LightMapStrip& band) {
+formats::LightMapStrip copyOf(const formats::LightMapStrip& strip) {
     formats::LightMapStrip copy;
-    copy.firstRow = band.firstRow;
-    copy.sh = band.sh.copy();
-    copy.covered = band.covered.copy();
-    copy.normal = band.normal.copy();
+    copy.firstRow = strip.firstRow;
+    copy.sh = strip.sh.copy();
+    copy.covered = strip.covered.copy();
+    copy.normal = strip.normal.copy();
     return copy;
 }
 
 /// The first `count` coefficients through the two DXT5 images each of Halo 3's Luvw form, with its constants but by our encoder of luvw,
 /// which fits the second L to the colours that came out and weighs texels by what is seen; zero after them.
-Image<ShRgb> throughLuvw(const formats::LightMapStrip& band, double key, std::size_t count, int effort) {
+Image<ShRgb> throughLuvw(const formats::LightMapStrip& strip, double key, std::size_t count, int effort) {
     compress::LightMapMeasure measure;
-    measure.add(band);
+    measure.add(strip);
     compress::LightMapPlan plan = compress::withHalo3Constants(
-        compress::planLightMap(formats::LightMapLayout::Luvw, formats::Target::Bc, band.sh.width(), band.sh.height(), measure));
+        compress::planLightMap(formats::LightMapLayout::Luvw, formats::Target::Bc, strip.sh.width(), strip.sh.height(), measure));
     plan.key = key;
-    Image<ShRgb> seen = throughPlan(plan, band, effort);
+    Image<ShRgb> seen = throughPlan(plan, strip, effort);
     for (ShRgb& sh : seen.texels()) std::fill(sh.begin() + static_cast<std::ptrdiff_t>(count), sh.end(), glm::vec3(0));
     return seen;
 }
 
 PeerMaps halo3Quadratic(const Bake& bake, int effort) {
     constexpr std::size_t count = lighting::kShCount;
-    return {count * 2 * bitsOf(PixelFormat::Bc3), bake.band.sh.copy(), throughLuvw(bake.band, bake.measure.key(), count, effort)};
+    return {count * 2 * bitsOf(PixelFormat::Bc3), bake.strip.sh.copy(), throughLuvw(bake.strip, bake.measure.key(), count, effort)};
 }
 
 PeerMaps halo3Linear(const Bake& bake, int effort) {
     constexpr std::size_t count = kLinearCount + 1;
-    formats::LightMapStrip stored = copyOf(bake.band);
+    formats::LightMapStrip stored = copyOf(bake.strip);
     for (ShRgb& sh : stored.sh.texels()) sh = withIntensity(sh);
     PeerMaps maps{count * 2 * bitsOf(PixelFormat::Bc3), {}, throughLuvw(stored, bake.measure.key(), count, effort)};
     maps.ideal = std::move(stored.sh);
@@ -374,7 +374,7 @@ PeerMaps halo3Linear(const Bake& bake, int effort) {
 
 }  // namespace
 
-Image<ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::LightMapStrip& band, int effort) {
+Image<ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::LightMapStrip& strip, int effort) {
     compress::EncodeOptions options;
     options.effort = effort;
     const verify::CookedLightMap map{std::string(formats::info(plan.layout).name), plan.constants, plan.width, plan.height};
@@ -382,7 +382,7 @@ Image<ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::Ligh
     if (!verifier) throw std::runtime_error(verifier.error().line());
     Image<ShRgb> out(plan.width, plan.height);
     forEachStripe(plan.height, [&](int firstRow, int rowCount) {
-        const auto rows = compress::encodeLightMapRows(plan, band, firstRow, rowCount, options);
+        const auto rows = compress::encodeLightMapRows(plan, strip, firstRow, rowCount, options);
         verify::DecodedLightMapRows texels{firstRow, {}};
         for (std::size_t t = 0; t < rows.textures.size(); ++t) {
             auto& layers = texels.textures.emplace_back();
@@ -410,17 +410,17 @@ ShRgb withDominantLight(const ShRgb& linear, const glm::vec3& intensity) {
     return sh;
 }
 
-Bake::Bake(formats::LightMapStrip whole) : band(std::move(whole)), significance(band.sh.width(), band.sh.height(), 0) {
-    measure.add(band);
-    std::ranges::transform(band.covered.texels(), significance.texels().begin(), [](std::uint8_t c) { return c != 0 ? 1.0f : 0.0f; });
+Bake::Bake(formats::LightMapStrip whole) : strip(std::move(whole)), significance(strip.sh.width(), strip.sh.height(), 0) {
+    measure.add(strip);
+    std::ranges::transform(strip.covered.texels(), significance.texels().begin(), [](std::uint8_t c) { return c != 0 ? 1.0f : 0.0f; });
 }
 
 Bake readBake(const std::filesystem::path& file) {
     const auto reader = formats::LightMapReader::open(file, {});
     if (!reader) throw std::runtime_error(reader.error().line());
-    auto band = reader->read(0, reader->height());
-    if (!band) throw std::runtime_error(band.error().line());
-    return Bake(std::move(*band));
+    auto strip = reader->read(0, reader->height());
+    if (!strip) throw std::runtime_error(strip.error().line());
+    return Bake(std::move(*strip));
 }
 
 const std::vector<PeerLayout>& peerLayouts() {

@@ -18,13 +18,13 @@ namespace lightcook::bench {
 
 /// A whole light map with the statistics that encoders need.
 struct Bake {
-    formats::LightMapStrip band;
+    formats::LightMapStrip strip;
     compress::LightMapMeasure measure;
     formats::Image<float> significance;  ///< 1 inside charts, else 0
 
     explicit Bake(formats::LightMapStrip whole);
-    int width() const { return band.sh.width(); }
-    int height() const { return band.sh.height(); }
+    int width() const { return strip.sh.width(); }
+    int height() const { return strip.sh.height(); }
 };
 /// Throws std::runtime_error with the file's name where it cannot be read.
 Bake readBake(const std::filesystem::path& file);
@@ -46,9 +46,9 @@ const std::vector<PeerLayout>& peerLayouts();
 
 /// A map through the blocks that a plan of ours gives and back by the verifier's decoders. Throws std::runtime_error where the verifier
 /// refuses the plan.
-formats::Image<lighting::ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::LightMapStrip& band, int effort);
+formats::Image<lighting::ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::LightMapStrip& strip, int effort);
 
-/// Halo 3 as shipped: bands 0 and 1 as stored, band 2 that of one light in the direction of band 1.
+/// Halo 3 as shipped: bands 0 and 1 as stored, strip 2 that of one light in the direction of strip 1.
 lighting::ShRgb withDominantLight(const lighting::ShRgb& linear, const glm::vec3& intensity);
 /// The intensity that it stores: the least-squares fit to all nine coefficients, never negative.
 glm::vec3 dominantIntensity(const lighting::ShRgb& sh);

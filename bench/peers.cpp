@@ -63,7 +63,7 @@ Score scoreOf(const verify::LightMapScore& score, const Bake& bake, const format
     std::vector<verify::LightMapScore::Errors> parts(static_cast<std::size_t>((bake.height() + rows - 1) / rows));
     tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
         const int firstRow = static_cast<int>(i) * rows;
-        parts[i] = score.score(bake.band, result.view().rows(firstRow, std::min(rows, bake.height() - firstRow)), firstRow);
+        parts[i] = score.score(bake.strip, result.view().rows(firstRow, std::min(rows, bake.height() - firstRow)), firstRow);
     });
     verify::LightMapScore::Errors whole;
     for (const auto& part : parts) whole.merge(part);

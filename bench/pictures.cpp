@@ -54,8 +54,8 @@ void addImage(const fs::path& file, std::vector<Picture>& pictures) {
 void addLightMap(const fs::path& file, const std::string& name, std::vector<Picture>& pictures) {
     const formats::Result<formats::LightMapReader> reader = formats::LightMapReader::open(file, {});
     if (!reader) return complain(reader.error());
-    const formats::Result<formats::LightMapStrip> band = reader->read(0, reader->height());
-    if (!band) return complain(band.error());
+    const formats::Result<formats::LightMapStrip> strip = reader->read(0, reader->height());
+    if (!strip) return complain(strip.error());
     for (const std::size_t coefficient : {std::size_t{0}, std::size_t{2}, std::size_t{6}}) {
         const int width = reader->width(), height = reader->height();
         Picture picture{(coefficient == 0 ? "l0_of_" : "sh" + std::to_string(coefficient) + "_of_") + name,
@@ -63,8 +63,8 @@ void addLightMap(const fs::path& file, const std::string& name, std::vector<Pict
                         formats::Image<float>(width, height)};
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
-                picture.texels.at(x, y) = glm::vec4(band->sh.at(x, y)[coefficient], 1.0f);
-                picture.significance.at(x, y) = band->covered.at(x, y) != 0 ? 1.0f : 0.0f;
+                picture.texels.at(x, y) = glm::vec4(strip->sh.at(x, y)[coefficient], 1.0f);
+                picture.significance.at(x, y) = strip->covered.at(x, y) != 0 ? 1.0f : 0.0f;
             }
         makeHalfs(picture);
         pictures.push_back(std::move(picture));

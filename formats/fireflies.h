@@ -16,10 +16,10 @@ struct Firefly {
 /// Finds the fireflies of a strip: covered texels that are brighter than `limit` times their brightest neighbour and brighter than nine in
 /// ten covered texels of the strip. All neighbours (eight; five in the first and last row of the strip) must be covered. limit  > 0; the
 /// ratio stays under 3 in bakes without fireflies
-std::vector<Firefly> findFireflies(const LightMapStrip& band, double limit);
+std::vector<Firefly> findFireflies(const LightMapStrip& strip, double limit);
 
 /// Fails at the first firefly or, with `repair`, replaces each by the mean of its neighbours and counts it.
 /// file  for the error
-Result<void> checkFireflies(LightMapStrip& band, double limit, bool repair, const std::string& file);
+Result<void> checkFireflies(LightMapStrip& strip, double limit, bool repair, const std::string& file);
 
 }  // namespace lightcook::formats

@@ -20,17 +20,17 @@ constexpr int kSize = 32;
 
 /// One white light a texel, its direction and intensity running over the map, on normals that face it.
 formats::LightMapStrip oneLight() {
-    formats::LightMapStrip band;
-    band.sh = formats::Image<ShRgb>(kSize, kSize);
-    band.covered = formats::Image<std::uint8_t>(kSize, kSize, 1);
-    band.normal = formats::Image<glm::vec3>(kSize, kSize);
+    formats::LightMapStrip strip;
+    strip.sh = formats::Image<ShRgb>(kSize, kSize);
+    strip.covered = formats::Image<std::uint8_t>(kSize, kSize, 1);
+    strip.normal = formats::Image<glm::vec3>(kSize, kSize);
     for (int y = 0; y < kSize; ++y)
         for (int x = 0; x < kSize; ++x) {
             const glm::vec3 direction = glm::normalize(glm::vec3(static_cast<float>(x) / kSize - 0.5f, 1, static_cast<float>(y) / kSize));
-            band.normal.at(x, y) = direction;
-            band.sh.at(x, y) = lighting::projectDirectional(direction, glm::vec3(1 + static_cast<float>(y) / kSize));
+            strip.normal.at(x, y) = direction;
+            strip.sh.at(x, y) = lighting::projectDirectional(direction, glm::vec3(1 + static_cast<float>(y) / kSize));
         }
-    return band;
+    return strip;
 }
 
 PeerMaps make(const std::string& name, const bench::Bake& bake) {
@@ -41,7 +41,7 @@ PeerMaps make(const std::string& name, const bench::Bake& bake) {
 
 verify::ErrorFigures diffuse(const bench::Bake& bake, const formats::Image<ShRgb>& result) {
     const auto score = verify::LightMapScore::create({}, bake.measure.key());
-    return score->score(bake.band, result.view(), 0).diffuse.figures();
+    return score->score(bake.strip, result.view(), 0).diffuse.figures();
 }
 
 TEST(PeerLayouts, BitsAreThoseOfTheirBlocks) {
@@ -57,8 +57,8 @@ TEST(PeerLayouts, OneLightIsExactlyWhatHalo3Keeps) {
     const bench::Bake bake(oneLight());
     EXPECT_LT(diffuse(bake, make("halo3-linear", bake).ideal).relRms, 1e-6);
     EXPECT_LT(diffuse(bake, make("halo3-linear-talk", bake).ideal).relRms, 1e-6);
-    const glm::vec3 direction = bake.band.normal.at(5, 9), intensity(1 + 9.0f / kSize);
-    EXPECT_NEAR(bench::dominantIntensity(bake.band.sh.at(5, 9)).x, intensity.x, 1e-6);
+    const glm::vec3 direction = bake.strip.normal.at(5, 9), intensity(1 + 9.0f / kSize);
+    EXPECT_NEAR(bench::dominantIntensity(bake.strip.sh.at(5, 9)).x, intensity.x, 1e-6);
     const ShRgb light = bench::withDominantLight(lighting::projectDirectional(direction, glm::vec3(2)), glm::vec3(2));
     for (std::size_t i = 0; i < light.size(); ++i) EXPECT_NEAR(light[i].y, 2 * lighting::evaluateBasis(direction)[i], 1e-6) << i;
 }
@@ -105,7 +105,7 @@ TEST(PeerLayouts, BlackAndSpikesStayFinite) {
             const PeerMaps maps = layout.make(bake, 1);
             for (int y = 0; y < bake.height(); ++y)
                 for (int x = 0; x < bake.width(); ++x)
-                    for (std::size_t i = 0; i < lighting::kShCount && bake.band.covered.at(x, y) != 0; ++i)
+                    for (std::size_t i = 0; i < lighting::kShCount && bake.strip.covered.at(x, y) != 0; ++i)
                         for (int c = 0; c < 3; ++c) {
                             ASSERT_TRUE(std::isfinite(maps.ideal.at(x, y)[i][c])) << layout.name << ' ' << x << ' ' << y << ' ' << i;
                             ASSERT_TRUE(std::isfinite(maps.seen.at(x, y)[i][c])) << layout.name << ' ' << x << ' ' << y << ' ' << i;

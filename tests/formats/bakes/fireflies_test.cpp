@@ -9,67 +9,67 @@ namespace lightcook::formats {
 namespace {
 
 LightMapStrip darkRoom(int width, int height, float light) {
-    LightMapStrip band;
-    band.firstRow = 64;
-    band.sh = Image<lighting::ShRgb>(width, height, lighting::ShRgb{});
-    for (lighting::ShRgb& sh : band.sh.texels()) sh[0] = glm::vec3(light);
-    band.covered = Image<std::uint8_t>(width, height, 1);
-    band.normal = Image<glm::vec3>(width, height, glm::vec3(0, 0, 1));
-    return band;
+    LightMapStrip strip;
+    strip.firstRow = 64;
+    strip.sh = Image<lighting::ShRgb>(width, height, lighting::ShRgb{});
+    for (lighting::ShRgb& sh : strip.sh.texels()) sh[0] = glm::vec3(light);
+    strip.covered = Image<std::uint8_t>(width, height, 1);
+    strip.normal = Image<glm::vec3>(width, height, glm::vec3(0, 0, 1));
+    return strip;
 }
 
 TEST(Fireflies, AreSingleTexelsAmongCoveredOnes) {
-    LightMapStrip band = darkRoom(16, 8, 1);
-    band.sh.at(5, 3)[0] = {1, 2000, 1};
-    band.sh.at(9, 0)[0] = {1001, 0, 0};
-    const std::vector<Firefly> found = findFireflies(band, 1000);
+    LightMapStrip strip = darkRoom(16, 8, 1);
+    strip.sh.at(5, 3)[0] = {1, 2000, 1};
+    strip.sh.at(9, 0)[0] = {1001, 0, 0};
+    const std::vector<Firefly> found = findFireflies(strip, 1000);
     ASSERT_EQ(found.size(), 2u);
     EXPECT_EQ(found[0].x, 9);
     EXPECT_EQ(found[0].y, 64);
     EXPECT_EQ(found[1].y, 67);
     EXPECT_EQ(found[1].found, 2000);
     EXPECT_EQ(found[1].brightest, 1);
-    EXPECT_EQ(findFireflies(band, 1500).size(), 1u);
+    EXPECT_EQ(findFireflies(strip, 1500).size(), 1u);
 }
 
-TEST(Fireflies, LampsOfTwoTexelsChartsOfOneAndEdgesOfTheMapAreLight) {
-    LightMapStrip band = darkRoom(16, 8, 1);
-    band.sh.at(5, 3)[0] = band.sh.at(6, 4)[0] = glm::vec3(60000);  // two that touch
-    band.sh.at(0, 4)[0] = band.sh.at(15, 2)[0] = glm::vec3(60000);
-    EXPECT_TRUE(findFireflies(band, 1000).empty());
-    band = darkRoom(16, 8, 1);
-    band.sh.at(10, 4)[0] = glm::vec3(60000);
-    band.covered.at(11, 5) = 0;  // at a chart's edge
-    EXPECT_TRUE(findFireflies(band, 1000).empty());
+TEST(Fireflies, LightSourcesOfTwoTexelsSmallChartsAndEdgesOfTheMapAreKept) {
+    LightMapStrip strip = darkRoom(16, 8, 1);
+    strip.sh.at(5, 3)[0] = strip.sh.at(6, 4)[0] = glm::vec3(60000);  // two that touch
+    strip.sh.at(0, 4)[0] = strip.sh.at(15, 2)[0] = glm::vec3(60000);
+    EXPECT_TRUE(findFireflies(strip, 1000).empty());
+    strip = darkRoom(16, 8, 1);
+    strip.sh.at(10, 4)[0] = glm::vec3(60000);
+    strip.covered.at(11, 5) = 0;  // at a chart's edge
+    EXPECT_TRUE(findFireflies(strip, 1000).empty());
 }
 
 TEST(Fireflies, FaintOnesInTheDarkAreLeft) {
-    LightMapStrip band = darkRoom(16, 8, 0);
-    band.sh.at(2, 1)[0] = glm::vec3(1e-9f);
-    EXPECT_EQ(findFireflies(band, 1000).size(), 1u) << "all that shines in these rows";
-    for (int x = 0; x < 16; ++x) band.sh.at(x, 6)[0] = glm::vec3(1);
-    EXPECT_TRUE(findFireflies(band, 1000).empty()) << "less than an eighth of these rows has";
+    LightMapStrip strip = darkRoom(16, 8, 0);
+    strip.sh.at(2, 1)[0] = glm::vec3(1e-9f);
+    EXPECT_EQ(findFireflies(strip, 1000).size(), 1u) << "all that shines in these rows";
+    for (int x = 0; x < 16; ++x) strip.sh.at(x, 6)[0] = glm::vec3(1);
+    EXPECT_TRUE(findFireflies(strip, 1000).empty()) << "less than an eighth of these rows has";
 }
 
 TEST(Fireflies, MendedOnesHaveTheirNeighboursMeanAndAreCounted) {
     const auto lit = [] {
         std::mt19937 random(7);
         std::uniform_real_distribution<float> light(0.5f, 1.5f);
-        LightMapStrip band = darkRoom(12, 12, 0);
-        for (lighting::ShRgb& sh : band.sh.texels())
+        LightMapStrip strip = darkRoom(12, 12, 0);
+        for (lighting::ShRgb& sh : strip.sh.texels())
             for (glm::vec3& coefficient : sh) coefficient = {light(random), light(random), light(random)};
-        return band;
+        return strip;
     };
-    LightMapStrip band = lit();
+    LightMapStrip strip = lit();
     const LightMapStrip before = lit();
-    band.sh.at(4, 4)[0].b = 1e30f;
-    band.sh.at(8, 11)[0].r = 1e5f;
-    ASSERT_TRUE(checkFireflies(band, 1000, true, "map.exr"));
-    EXPECT_EQ(band.repairs.fireflies, 2);
+    strip.sh.at(4, 4)[0].b = 1e30f;
+    strip.sh.at(8, 11)[0].r = 1e5f;
+    ASSERT_TRUE(checkFireflies(strip, 1000, true, "map.exr"));
+    EXPECT_EQ(strip.repairs.fireflies, 2);
     for (int y = 0; y < 12; ++y)
         for (int x = 0; x < 12; ++x) {
-            const bool isMended = (x == 4 && y == 4) || (x == 8 && y == 11);
-            EXPECT_EQ(band.sh.at(x, y) == before.sh.at(x, y), !isMended) << x << ' ' << y;
+            const bool isRepaired = (x == 4 && y == 4) || (x == 8 && y == 11);
+            EXPECT_EQ(strip.sh.at(x, y) == before.sh.at(x, y), !isRepaired) << x << ' ' << y;
         }
     for (std::size_t i = 0; i < 9; ++i)
         for (int channel = 0; channel < 3; ++channel) {
@@ -80,10 +80,10 @@ TEST(Fireflies, MendedOnesHaveTheirNeighboursMeanAndAreCounted) {
             for (int v = 10; v <= 11; ++v)
                 for (int u = 7; u <= 9; ++u)
                     if (u != 8 || v != 11) five += before.sh.at(u, v)[i][channel];
-            EXPECT_NEAR(band.sh.at(4, 4)[i][channel], eight / 8, 1e-6);
-            EXPECT_NEAR(band.sh.at(8, 11)[i][channel], five / 5, 1e-6);
+            EXPECT_NEAR(strip.sh.at(4, 4)[i][channel], eight / 8, 1e-6);
+            EXPECT_NEAR(strip.sh.at(8, 11)[i][channel], five / 5, 1e-6);
         }
-    EXPECT_TRUE(findFireflies(band, 1000).empty());
+    EXPECT_TRUE(findFireflies(strip, 1000).empty());
 }
 
 }  // namespace
