@@ -53,7 +53,7 @@ TreeCheck checkTree(const std::filesystem::path& tree);
 std::vector<std::string> unusedExceptions(const TreeCheck& check);
 
 /// Returns the files at the root of a module that do not belong there: files that are no header, and headers that nothing outside the
-/// module includes.
+/// module includes, neither directly nor through other public headers.
 std::vector<std::string> rootViolations(const std::filesystem::path& tree, const TreeCheck& check);
 
 }  // namespace lightcook::architecture
