@@ -67,11 +67,12 @@ void FitCurves::write(const std::filesystem::path& folder) const {
         if (!each.series.empty()) panels.push_back(std::move(each));
     }
     writeText(folder / "fits.csv", csv);
-    writeText(folder / "fits.html",
-              scatterPage("Fits: run time against error",
-                          {"Lower is better, left is faster. Which point is the default and why: docs/fits.md. Hollow squares are quoted: "
-                           "whole processes of others, measured elsewhere."},
-                          panels));
+    writeText(
+        folder / "fits.html",
+        scatterPage("Fits: run time against error",
+                    {"Lower is better, left is faster. Which point is the default and why: docs/lab/fits.md. Hollow squares are quoted: "
+                     "whole processes of others, measured elsewhere."},
+                    panels));
 }
 
 }  // namespace lightcook::bench
