@@ -13,7 +13,7 @@ namespace lightcook::pipeline {
 namespace {
 
 Html pictureFigure(const std::filesystem::path& folder, const Json& preview, const char* role, const Html& caption) {
-    constexpr std::uint32_t kSmoothFrom = 256;  // [pixels] smaller pictures are enlarged: as squares, since their texels are the subject
+    constexpr std::uint32_t kSmoothFrom = 256;  // [pixels] smaller pictures are enlarged without smoothing, so that texels can be seen
     const std::string file = words(member(preview, role));
     const auto picture = loadPicture(folder, file);
     Html content;
@@ -33,7 +33,7 @@ Html pictureFigure(const std::filesystem::path& folder, const Json& preview, con
 Html pictures(const std::filesystem::path& folder, const Json& asset) {
     const Json& preview = member(asset, "preview");
     if (!preview.is_object()) return {};
-    // The ramp of this scale is that of preview.cpp.
+    // This scale shows the colour ramp of preview.cpp.
     const Html ramp = word("0") + element("span", {{"class", "heat"}}, {}) + word("10 % or more");
     const std::string kind = words(member(asset, "kind"));
     const char *reference = ": the float bake", *cooked = ": as the shader reads it", *difference = "";
@@ -75,7 +75,7 @@ Html stageTable(const Json& asset) {
     return table("stages", element("tr", groups) + element("tr", names), rows);
 }
 
-/// Where the worst sample and the largest bound of the last stage are, as far as the verifier tells.
+/// Returns a table of the places of the worst sample and of the largest bound of the last stage, as far as they are reported.
 Html worstTable(const Json& asset) {
     Html rows;
     for (const char* shading : kShadings) {
@@ -111,7 +111,7 @@ Html textureTable(const Json& asset) {
     return table("textures", element("tr", headCell("Texture") + headCell("Format") + headCell("GPU", "num") + headCell("File")), rows);
 }
 
-/// What a note's count counts.
+/// Returns the caption of a note.
 std::string noteWords(const std::string& key) {
     static const std::array<std::pair<const char*, const char*>, 13> kNotes = {
         {{"covered_texels", "Texels inside charts"},
@@ -140,7 +140,7 @@ Html valueMarkup(const Json& value) {
     return text(words(value));
 }
 
-/// Term and value for each of an object's entries; objects inside give their entries "outer inner". Zeros say nothing and are left out.
+/// Returns term and value of each entry of an object; entries of inner objects are named "outer inner". Zeros are left out.
 Html entries(const Json& object, const std::string& prefix) {
     Html rows;
     if (!object.is_object()) return rows;
@@ -173,12 +173,12 @@ Html notes(const Json& asset) {
 double relRms(const Json& candidate, const char* shading) {
     return number(member(candidate, shading));
 }
-/// What a bound on both errors would ask of it.
+/// Returns the larger of both errors, which a limit on both applies to.
 double worseError(const Json& candidate) {
     return std::max(relRms(candidate, "diffuse"), relRms(candidate, "specular"));
 }
 
-/// Of the candidates: the chosen one, the best of the smaller, and the smallest of those that are better.
+/// Three of the candidates: the chosen one, the best of the smaller ones, and the smallest of the better ones.
 struct Alternatives {
     const Json *chosen = nullptr, *cheaper = nullptr, *better = nullptr;
 
@@ -208,7 +208,7 @@ Html candidateCurve(const Json& asset) {
     return errorCurve(points, number(member(member(asset, "limit"), "value")));
 }
 
-/// What else this map could have been, smallest first.
+/// Returns a table of all layouts that were tried, smallest first.
 Html candidateTable(const Json& asset) {
     const Json& candidates = list(asset, "trial_candidates");
     if (candidates.empty()) return {};
@@ -235,7 +235,7 @@ Html truthRow(const std::string& name, const Json& errors) {
     return element("tr", cells);
 }
 
-/// Of one way to shade: all values, and those of each roughness.
+/// Returns the rows of one kind of shading: one for all values, and one for each roughness.
 Html truthRows(const std::string& name, const Json& errors) {
     if (!errors.is_object()) return {};
     Html rows = truthRow(name, errors);
@@ -244,7 +244,7 @@ Html truthRows(const std::string& name, const Json& errors) {
     return rows;
 }
 
-/// Traced light, and whose the difference is.
+/// Returns the comparison with traced light, divided among truncation, fit and quantization.
 Html groundTruth(const Json& asset) {
     const Json& truth = member(asset, "ground_truth");
     const Html rows = truthRows("Lambert", member(truth, "lambert")) +
@@ -255,15 +255,15 @@ Html groundTruth(const Json& asset) {
                       headCell("Cooking", "num") + headCell("Total", "num") + headCell("With area specular of the rest", "num") +
                       headCell("Two lights", "num");
     const Json &specular = member(truth, "specular"), &isFit = member(truth, "fit_is_largest");
-    Html told;
+    Html conclusion;
     if (isFit.is_boolean() && isFit.get<bool>())
-        told = element(
+        conclusion = element(
             "p", text(fmt::format("One light cannot explain this scene: its fit is the largest of the three parts. A second light "
                                   "would take it from {} to {}.",
                                   humanPercent(number(member(specular, "fit"))), humanPercent(number(member(specular, "two_lights"))))));
     return element("div", {{"class", "notes"}},
                    element("h3", text(fmt::format("Ground truth: {} values", groupedCount(count(member(truth, "values")))))) +
-                       table("truth", element("tr", head), rows) + told);
+                       table("truth", element("tr", head), rows) + conclusion);
 }
 
 Html assetFacts(const Json& asset) {

@@ -1,4 +1,4 @@
-// A section of report.html: all that the report says of one asset.
+// A section of report.html: everything that the report holds about one asset.
 #pragma once
 
 #include <filesystem>

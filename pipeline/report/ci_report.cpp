@@ -44,15 +44,15 @@ std::string ruleOf(formats::ErrorCode code) {
     }
 }
 
-/// What the report's failures tell of each error, by its line.
+/// Returns the properties of each failure of the report, by its error line.
 std::map<std::string, Json> factsByLine(const Json& report) {
     std::map<std::string, Json> facts;
     if (!report.is_object()) return facts;
     for (const Json& asset : report.at("assets"))
         for (const Json& failure : asset.value("failures", Json::array())) {
-            Json told = failure;
-            for (const char* key : {"subject", "detail", "message"}) told.erase(key);
-            facts[failure.at("message").get<std::string>()] = std::move(told);
+            Json properties = failure;
+            for (const char* key : {"subject", "detail", "message"}) properties.erase(key);
+            facts[failure.at("message").get<std::string>()] = std::move(properties);
         }
     return facts;
 }
@@ -80,9 +80,10 @@ std::string junitReport(const Json& report, const std::vector<formats::Error>& e
     const std::map<std::string, Json> facts = factsByLine(report);
     for (const formats::Error& error : errors) {
         ++count;
-        const auto told = facts.find(error.line());
-        cases += fmt::format("  <testcase classname=\"{}\" name=\"{}\">{}<failure message=\"{}\"/></testcase>\n", ruleOf(error.code),
-                             xmlEscaped(error.subject), told == facts.end() ? "" : junitProperties(told->second), xmlEscaped(error.detail));
+        const auto found = facts.find(error.line());
+        cases +=
+            fmt::format("  <testcase classname=\"{}\" name=\"{}\">{}<failure message=\"{}\"/></testcase>\n", ruleOf(error.code),
+                        xmlEscaped(error.subject), found == facts.end() ? "" : junitProperties(found->second), xmlEscaped(error.detail));
     }
     return fmt::format(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"{} verify {}\" tests=\"{}\" failures=\"{}\">\n{}</testsuite>\n",
@@ -99,12 +100,12 @@ std::string sarifReport(const Json& report, const std::vector<formats::Error>& e
              {"message", {{"text", error.line()}}},
              {"locations", Json::array({{{"physicalLocation",
                                           {{"artifactLocation", {{"uri", error.subject.substr(0, error.subject.find(", "))}}}}}}})}});
-        const auto told = facts.find(error.line());
-        if (told == facts.end()) continue;
-        const std::string asset = told->second.at("asset").get<std::string>();
+        const auto found = facts.find(error.line());
+        if (found == facts.end()) continue;
+        const std::string asset = found->second.at("asset").get<std::string>();
         results.back()["locations"][0]["logicalLocations"] = Json::array(
-            {{{"name", asset}, {"fullyQualifiedName", asset + "/" + told->second.at("stage").get<std::string>()}, {"kind", "resource"}}});
-        results.back()["properties"] = told->second;
+            {{{"name", asset}, {"fullyQualifiedName", asset + "/" + found->second.at("stage").get<std::string>()}, {"kind", "resource"}}});
+        results.back()["properties"] = found->second;
     }
     Json rules = Json::array();
     for (const char* id : {"shaded-error", "memory-budget", "input"}) rules.push_back({{"id", id}});

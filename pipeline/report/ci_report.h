@@ -7,10 +7,10 @@
 
 namespace lightcook::pipeline {
 
-/// One test suite; a test case per asset, and every error as a failed one of its own, whose properties tell asset, stage, texel, normal,
-/// found and allowed (report_failures.h).
+/// Returns one test suite. Each asset is a test case, and each error is a failed test case of its own, with asset, stage, texel, normal,
+/// found and allowed as its properties (failures.h).
 std::string junitReport(const Json& report, const std::vector<formats::Error>& errors, const std::string& folder);
-/// SARIF 2.1.0: one result per error, with the same properties and the asset and stage as its logical location.
+/// Returns SARIF 2.1.0: one result for each error, with the same properties and the asset and stage as its logical location.
 std::string sarifReport(const Json& report, const std::vector<formats::Error>& errors);
 
 }  // namespace lightcook::pipeline

@@ -17,10 +17,10 @@ namespace {
 
 using formats::Result;
 
-/// Residuals that a report names.
+/// Thresholds for which the report counts texels with a larger residual.
 constexpr std::array<double, 3> kLevels = {0.1, 0.25, 0.5};
 constexpr std::size_t kWorstCount = 8;
-/// About how many texels are given a second light.
+/// Approximate number of texels to which two lights are fitted.
 constexpr double kSecondLights = 1e4;
 
 std::string levelName(double level) {
@@ -33,8 +33,8 @@ double energyOf(const lighting::ShRgb& sh) {
     return energy;
 }
 
-/// What some fit leaves of many texels.
-class Leftovers {
+/// Distribution of the residuals of one fit over many texels.
+class ResidualStatistics {
 public:
     void add(double unexplained, double energy) {
         const double residual = std::sqrt(unexplained);
@@ -48,7 +48,7 @@ public:
             energyOver_[i] += energy;
         }
     }
-    void merge(const Leftovers& other) {
+    void merge(const ResidualStatistics& other) {
         texels_ += other.texels_;
         energy_ += other.energy_;
         left_ += other.left_;
@@ -85,7 +85,7 @@ private:
     std::array<double, kLevels.size()> texelsOver_{}, energyOver_{};
 };
 
-/// A texel that the best light leaves much of.
+/// The texel with the largest squared error under the best light.
 struct Worst {
     int x = 0, y = 0;
     double left = -1;  ///< squared error
@@ -94,7 +94,7 @@ struct Worst {
 };
 
 struct BandFindings {
-    Leftovers closed, best, two;
+    ResidualStatistics closed, best, two;
     Worst worst;
 };
 
@@ -192,7 +192,7 @@ Result<Json> explainDominant(const std::filesystem::path& file, const formats::L
                  {"best_light", total.best.toJson()},
                  {"two_lights", total.two.toJson()}};
     json["two_lights"]["texels_tried"] = static_cast<std::int64_t>(total.two.texels());
-    // The worst of a band of rows each, so that they are not one corner.
+    // One worst texel for each strip of rows, so that they are spread over the map.
     json["worst_texels"] = Json::array();
     for (const Worst& each : worst) json["worst_texels"].push_back(toJson(each, total.best.energy(), hasAmbient));
     return json;

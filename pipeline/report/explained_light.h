@@ -1,4 +1,4 @@
-// Where one light cannot say what a light map holds, and what a second one would give there.
+// How much of a light map one dominant light explains, and how much a second light would add.
 #pragma once
 
 #include <filesystem>
@@ -10,13 +10,13 @@
 
 namespace lightcook::pipeline {
 
-/// Of every covered texel: what is left of its SH by the closed form and by the best single light, as the root of the squared error over
-/// the norm of the coefficients (the residual, in [0, 1]); of a sample of them by two lights. Shares are of texels and of energy, the sum
-/// of squares of all coefficients. hasAmbient: beside ambient light.
+/// Fits the closed form and the best single light to every covered texel, and two lights to a sample of the texels. Returns for each fit
+/// the fraction of energy (the sum of squares of all coefficients) that is not explained and the distribution of the residual: the root of
+/// the squared error over the norm of the texel's coefficients, in [0, 1]. hasAmbient: each fit has an ambient light too.
 formats::Result<Json> explainDominant(const std::filesystem::path& file, const formats::LightMapDescription& description, bool hasAmbient,
                                       const RunState& state);
 
-/// The same as a table for people.
+/// Returns the explanation as lines of text.
 std::vector<std::string> linesOf(const Json& explanation);
 
 }  // namespace lightcook::pipeline

@@ -20,7 +20,7 @@ std::string vectorWords(const Json& v) {
     return "(" + words + ")";
 }
 
-/// ": found 1.2, expected 0.9, off by 0.3, allowed 0.02"
+/// Returns ": found 1.2, expected 0.9, off by 0.3, allowed 0.02".
 std::string lightWords(const Json& at, double allowed) {
     const double found = figure(at, "found"), reference = figure(at, "reference");
     if (!std::isfinite(found) || !std::isfinite(reference)) return "";
@@ -28,30 +28,30 @@ std::string lightWords(const Json& at, double allowed) {
     return std::isfinite(allowed) ? words + fmt::format(", allowed {:.4g}", allowed) : words;
 }
 
-/// How far the light may be off there for a local relative error of `limit`; not a number where nothing tells.
+/// Returns the difference of light at a place that is a local relative error of `limit`; NaN if the place has no figures.
 double allowedAt(const Json& at, double limit) {
     const double local = figure(at, "local"), off = std::abs(figure(at, "found") - figure(at, "reference"));
     return local > 0 && std::isfinite(local) ? limit * off / local : std::nan("");
 }
 
-class Accusations {
+class Failures {
 public:
-    explicit Accusations(const Json& asset) : asset_(asset) {}
+    explicit Failures(const Json& asset) : asset_(asset) {}
 
-    /// subject  without the asset's name; at  null, or a place as report.json has it
+    /// Adds a failure. subject: without the asset's name; at: a place of report.json, or null.
     void add(const std::string& subject, const std::string& detail, const Json& facts, const Json& at, double allowed) {
         Json failure = {{"asset", asset_.at("name")}, {"kind", asset_.at("kind")}};
         failure.update(facts);
-        std::string told = detail;
+        std::string text = detail;
         if (at.is_object()) {
             failure.update(at);
             failure.erase("local");
             if (std::isfinite(allowed)) failure["allowed"] = allowed;
-            told += "; worst at " + placeWords(at) + lightWords(at, allowed);
+            text += "; worst at " + placeWords(at) + lightWords(at, allowed);
         }
         failure["subject"] = asset_.at("name").get<std::string>() + ", " + subject;
-        failure["detail"] = told;
-        failure["message"] = failure["subject"].get<std::string>() + ": " + told;
+        failure["detail"] = text;
+        failure["message"] = failure["subject"].get<std::string>() + ": " + text;
         list.push_back(std::move(failure));
     }
     Json list = Json::array();
@@ -60,8 +60,8 @@ private:
     const Json& asset_;
 };
 
-/// Every kind of shading of a stage that is over the limit, or whose figures are no numbers.
-void addStage(const Json& stage, double limit, bool isLast, Accusations& accusations) {
+/// Adds a failure for each kind of shading of a stage that is over the limit or has figures that are not finite.
+void addStage(const Json& stage, double limit, bool isLast, Failures& failures) {
     const std::string name = stage.at("name").get<std::string>();
     for (const char* shading : {"diffuse", "specular"}) {
         const Json& error = stage.at("error").at(shading);
@@ -70,7 +70,7 @@ void addStage(const Json& stage, double limit, bool isLast, Accusations& accusat
         const double relRms = figure(error, "rel_rms");
         if (isFinite && !(isLast && relRms > limit)) continue;
         const auto at = error.find("sampled_at");
-        accusations.add(
+        failures.add(
             fmt::format("stage {}, {}", name, shading),
             fmt::format("found rel_rms {:.4g}, expected at most {:.4g}{}", relRms, limit, isFinite ? "" : " and every figure finite"),
             {{"stage", name}, {"shading", shading}, {"rel_rms", relRms}, {"limit", limit}}, at != error.end() ? *at : Json(),
@@ -96,19 +96,19 @@ std::string placeWords(const Json& at) {
 }
 
 Json failuresOf(const Json& asset) {
-    Accusations accusations(asset);
+    Failures failures(asset);
     const double limit = asset.at("limit").at("value").get<double>();
     const Json& stages = asset.at("stages");
     for (const Json& each : asset.value("violations", Json::array())) {
         const std::string place = each.at("place").get<std::string>();
         const auto at = each.find("at");
-        accusations.add(place,
-                        fmt::format("found {}, expected {}", each.at("found").get<std::string>(), each.at("expected").get<std::string>()),
-                        {{"stage", stages.back().at("name")}, {"place", place}}, at != each.end() ? *at : Json(),
-                        at != each.end() ? allowedAt(*at, limit) : std::nan(""));
+        failures.add(place,
+                     fmt::format("found {}, expected {}", each.at("found").get<std::string>(), each.at("expected").get<std::string>()),
+                     {{"stage", stages.back().at("name")}, {"place", place}}, at != each.end() ? *at : Json(),
+                     at != each.end() ? allowedAt(*at, limit) : std::nan(""));
     }
-    for (const Json& stage : stages) addStage(stage, limit, &stage == &stages.back(), accusations);
-    return accusations.list;
+    for (const Json& stage : stages) addStage(stage, limit, &stage == &stages.back(), failures);
+    return failures.list;
 }
 
 std::vector<formats::Error> errorsOf(const Json& failures) {

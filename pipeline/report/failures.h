@@ -1,4 +1,4 @@
-// What an asset that did not pass is accused of: for the one line of the exit code, for JUnit and SARIF, and in report.json.
+// The failures of an asset's verification: for error lines, JUnit, SARIF and report.json.
 #pragma once
 
 #include <string>
@@ -8,18 +8,18 @@
 
 namespace lightcook::pipeline {
 
-/// The asset's accusations, each
+/// Returns the failures of an asset, a row of report.json without "failures". Each failure is
 /// {"asset", "kind", "stage", "shading", "place", "texel", "mip", "face", "channel", "normal", "view", "m", "f0",
 ///  "reference", "found", "allowed", "message"},
-/// as far as they are known: `found` is the light at the worst sample, `reference` what it should be, `allowed` how far it may be from
-/// that. `message` is the line that tells of it. asset  a row of report.json, whole but for "failures"
+/// as far as these are known. `found` is the light at the worst sample, `reference` that of the source, `allowed` the largest difference
+/// that is within the limit. `message` is the error line.
 Json failuresOf(const Json& asset);
 
-/// A place as report.json has it ("sampled_at", "bound_at", "at"), in words: "texel (12, 31), green, normal (0, 0, 1)". Tolerates what is
-/// absent or of another type.
+/// Returns a place of report.json ("sampled_at", "bound_at", "at") as text: "texel (12, 31), green, normal (0, 0, 1)". Leaves out members
+/// that are absent or of another type.
 std::string placeWords(const Json& at);
 
-/// The errors of a report's failures, in their order: code Verification.
+/// Returns one error of code Verification for each failure, in the same order.
 std::vector<formats::Error> errorsOf(const Json& failures);
 
 }  // namespace lightcook::pipeline

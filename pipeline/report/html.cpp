@@ -13,9 +13,9 @@ namespace {
 
 constexpr const char* kNotFinite = "not finite";
 
-/// Decimals that leave three significant digits of a value >= 0.001.
+/// Returns the number of decimals that gives three significant digits for a value >= 0.001.
 int decimalsOf(double magnitude) {
-    // Limits are where rounding to fewer digits would carry into the next decade.
+    // The limits are the values from which rounding carries into the next decade.
     if (magnitude >= 99.95) return 0;
     if (magnitude >= 9.995) return 1;
     if (magnitude >= 0.9995) return 2;

@@ -1,4 +1,4 @@
-// Markup that what is put into it cannot break, and numbers as people read them.
+// HTML markup whose content is always escaped, and numbers formatted for people.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace lightcook::pipeline {
 
-/// Finished markup. Text becomes markup only through text(), which escapes it, so nothing gets in unescaped by oversight.
+/// Markup. Text becomes markup only through text(), which escapes it, so unescaped text cannot get in by oversight.
 class Html {
 public:
     Html() = default;
@@ -31,21 +31,21 @@ private:
     friend Html raw(std::string_view markup);
 };
 
-/// & < > " ' become entities; control characters that HTML does not allow become U+FFFD. Right inside elements and attributes.
+/// Escapes text for elements and attributes: & < > " ' become entities, control characters that HTML forbids become U+FFFD.
 Html text(std::string_view plain);
-/// Markup of our own, as it stands: a style sheet, a doctype. Never anything that came from a file.
+/// Returns constant markup unescaped, such as a style sheet or a doctype. Never for text that comes from a file.
 Html raw(std::string_view markup);
 
 using Attributes = std::vector<std::pair<std::string_view, std::string>>;  ///< names are ours, values are escaped
 Html element(std::string_view name, const Attributes& attributes, const Html& content);
 Html element(std::string_view name, const Html& content);
-/// img, meta, col, ...: no content, no end tag.
+/// Returns an element without content and end tag: img, meta, col.
 Html voidElement(std::string_view name, const Attributes& attributes);
 
-/// A CSS colour. Kinds of assets keep theirs from page to page; a kind that is not ours is grey.
+/// Returns the CSS colour of a kind of assets, the same on every page; grey for an unknown kind.
 std::string kindColor(const std::string& kind);
 
-/// The style sheet of the report.
+/// Returns the style sheet of the report.
 std::string_view reportStyle();
 
 std::string base64(std::string_view bytes);
@@ -54,20 +54,20 @@ struct Picture {
     std::string dataUri;
     std::uint32_t width = 0, height = 0;  ///< [pixels]
 };
-/// A PNG under `folder`, ready for src="". Nothing if it is missing, is no PNG, or if `name` leads out of the folder.
+/// Returns a PNG file under `folder` as a data URL for src="". Nothing if it is missing or not a PNG, or if `name` leads out of the folder.
 std::optional<Picture> loadPicture(const std::filesystem::path& folder, const std::string& name);
 
-/// "1,234,567"
+/// Returns "1,234,567".
 std::string groupedCount(std::uint64_t count);
-/// Three significant digits in the unit that fits: "0 B", "21.3 KiB", "2.00 MiB", "1020 KiB".
+/// Returns three significant digits in the unit that fits: "0 B", "21.3 KiB", "2.00 MiB", "1020 KiB".
 std::string humanBytes(std::uint64_t bytes);
-/// "0 s", "0.25 ms", "340 ms", "12.3 s", "2 min 05 s", "1 h 02 min"; "not finite" for NaN and infinities.
+/// Returns "0 s", "0.25 ms", "340 ms", "12.3 s", "2 min 05 s", "1 h 02 min"; "not finite" for NaN and infinities.
 std::string humanSeconds(double seconds);
-/// A ratio in percent, three significant digits: "1.23 %", "0.412 %", "< 0.001 %", "340 %"; "not finite" for NaN and infinities.
+/// Returns a ratio in percent, three significant digits: "1.23 %", "0.412 %", "< 0.001 %", "340 %"; "not finite" for NaN and infinities.
 std::string humanPercent(double ratio);
-/// Three significant digits without a unit: "8.00", "0.0123"; "not finite" for NaN and infinities.
+/// Returns three significant digits without a unit: "8.00", "0.0123"; "not finite" for NaN and infinities.
 std::string humanNumber(double value);
-/// The shortest digits that give the same double back.
+/// Returns the shortest decimal text that parses to the same double.
 std::string exactNumber(double value);
 
 }  // namespace lightcook::pipeline

@@ -13,13 +13,13 @@ namespace {
 constexpr double kWidth = 640, kHeight = 300, kLeft = 58, kRight = 14, kTop = 12, kBottom = 38;
 constexpr double kLabelHeight = 13, kLetterWidth = 6.4;
 
-/// A logarithmic axis from one place on the page to another, a little wider than its values.
+/// A logarithmic axis between two positions on the page, with a margin around its values.
 class Axis {
 public:
     Axis(double from, double to, double low, double high)
         : from_(from), to_(to), low_(std::log2(low) - 0.35), high_(std::log2(high) + 0.35) {}
     double at(double value) const { return from_ + (to_ - from_) * (std::log2(value) - low_) / (high_ - low_); }
-    /// 1, 2 and 5 of each decade inside.
+    /// Returns the ticks: 1, 2 and 5 of each decade inside.
     std::vector<double> ticks() const {
         std::vector<double> ticks;
         for (int decade = -8; decade <= 8; ++decade)
@@ -58,10 +58,10 @@ Html grid(const Axis& bits, const Axis& error) {
     return out + label("tick middle", (kLeft + kWidth - kRight) / 2, kHeight - 4, "bits per texel, tables included");
 }
 
-/// Names beside their dots, moved up or down until they cover no other.
+/// Places names beside their dots and moves them up or down until none covers another.
 class Labels {
 public:
-    /// A dot or a ring stands here.
+    /// Marks a position as taken by a dot or a ring.
     void takeMark(double x, double y) { taken_.push_back({x - 6, y + 4, 12}); }
     Html put(const std::string& name, double x, double y) {
         const double width = kLetterWidth * static_cast<double>(name.size());

@@ -1,4 +1,4 @@
-// A picture for report.html: what each layout that was tried costs and loses.
+// A plot for report.html: error against memory of each layout that was tried.
 #pragma once
 
 #include <string>
@@ -15,8 +15,9 @@ struct CurvePoint {
     bool isChosen = false;
 };
 
-/// An SVG of error against bits, both by octaves: a dot for diffuse, a ring for specular, a line between them; a rule at the limit where
-/// there is one (above 0). Points that are not finite and above 0 are left out; empty where fewer than two are left.
+/// Returns an SVG of error against bits on logarithmic axes. Each layout is a dot (diffuse) and a ring (specular) with a line between them.
+/// A horizontal rule marks the limit if it is above 0. Points that are not finite and positive are left out; with fewer than two points the
+/// result is empty.
 Html errorCurve(const std::vector<CurvePoint>& points, double limit);
 
 }  // namespace lightcook::pipeline

@@ -1,4 +1,4 @@
-// report.html from report.json: the page, and what it says of all assets together.
+// report.html from report.json: the page, and its sections about all assets together.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -44,7 +44,7 @@ Html header(const Json& report) {
 
 // Why it failed
 
-/// "rel_rms, p99": which of the figures are no finite numbers.
+/// Returns "rel_rms, p99": the names of the figures that are not finite.
 std::string notFiniteNames(const Json& figures) {
     std::string names;
     for (const char* name : kFigures)
@@ -106,7 +106,7 @@ struct Share {
     std::uint64_t bytes;
 };
 
-/// Largest first, so that the bar and its table tell the same story.
+/// Returns the shares of memory, largest first, for the bar and its table.
 std::vector<Share> sharesOf(const Json& bytesByName) {
     std::vector<Share> shares;
     if (bytesByName.is_object())
@@ -165,7 +165,7 @@ Html limitNote(const Json& asset) {
     return element("span", {{"class", "sub"}}, word("limit ") + percentMarkup(limit));
 }
 
-/// Every row speaks of one shading; what both share spans the two.
+/// Returns one of the two rows of an asset, for one kind of shading. The first has the cells that both share, over two rows.
 Html assetRow(const Json& asset, std::size_t index, std::size_t shading) {
     const Json& figures = member(member(lastStage(asset), "error"), kShadings[shading]);
     const Attributes both = {{"rowspan", "2"}};
@@ -203,7 +203,7 @@ Html allAssets(const Json& report) {
                                            "the last stage; point at a number for its exact value.")));
 }
 
-// What was left out, and what the words mean
+// Skipped work, and the meaning of the terms
 
 Html skips(const Json& report) {
     const Json& skipped = list(report, "skipped");

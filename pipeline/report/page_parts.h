@@ -1,5 +1,5 @@
-// What the sections of report.html are put together from: readings of report.json that tolerate what is absent or of another type, since a
-// page with a dash in it says more than no page, and small pieces of markup.
+// Parts of the sections of report.html: small pieces of markup, and access to report.json that tolerates absent members and members of
+// another type. An old or damaged report so gives a page with dashes instead of no page.
 #pragma once
 
 #include <array>
@@ -16,24 +16,24 @@ inline constexpr std::array kShadings = {"diffuse", "specular"};
 
 // Reading the report
 
-/// Null for what is no object or lacks the key.
+/// Returns the member, or null if the value is not an object or lacks the key.
 const Json& member(const Json& object, const char* key);
-/// An empty array stands for what is no array.
+/// Returns the member if it is an array, else an empty array.
 const Json& list(const Json& object, const char* key);
-/// A string as it is, null as nothing, all else as its JSON.
+/// Returns a string as it is, "" for null, and the JSON text of other values.
 std::string words(const Json& value);
-/// NaN for what is no finite number: JSON writes NaN and infinities as null, and a report in memory shows as the one in the file does.
+/// Returns NaN unless the value is a finite number. JSON writes NaN and infinities as null; a report in memory looks like the file's.
 double number(const Json& value);
-/// 0 for what is no number, or a negative one.
+/// Returns 0 unless the value is a number of at least 0.
 std::uint64_t count(const Json& value);
-/// Whether a report or an asset says so.
+/// Returns true if a report or an asset has "passed": true.
 bool passed(const Json& object);
 
-/// Null for an asset without stages.
+/// Returns the last stage, or null for an asset without stages.
 const Json& lastStage(const Json& asset);
-/// Of rel_rms; NaN where there is none.
+/// Returns the limit on rel_rms, or NaN if there is none.
 double limitOf(const Json& asset);
-/// "256 × 256", "128 × 128 × 6"; empty for what has no texels.
+/// Returns "256 × 256" or "128 × 128 × 6"; empty for an asset without texels.
 std::string sizeWords(const Json& asset);
 
 // Pieces
@@ -43,23 +43,23 @@ Html withTitle(const std::string& shown, const std::string& exact);
 Html bytesMarkup(std::uint64_t bytes);
 Html secondsMarkup(const Json& seconds);
 Html percentMarkup(double ratio);
-/// A member of `figures` in percent; a dash where it is absent.
+/// Returns a member of `figures` in percent, or a dash if it is absent.
 Html figureMarkup(const Json& figures, const char* name);
 
 Html numberCell(const Html& content, const Attributes& more = {});
 Html headCell(const char* name, const char* kind = "", const Attributes& more = {});
-/// rel_rms with a thin meter under it that is full at the limit.
+/// Returns rel_rms over a thin bar that is full at the limit.
 Html limitedCell(const Json& figures, double limit);
 /// head, body  rows
 Html table(const char* kind, const Html& head, const Html& body);
 
 Html card(const char* title, const Html& content);
 Html verdictChip(bool isPassed);
-/// One term and what it is, in a list of facts.
+/// Returns a term and its value for a list of facts.
 Html fact(const char* name, const Html& value);
-/// A dot in the colour of a kind of assets.
+/// Returns a dot in the colour of a kind of assets.
 Html swatch(const std::string& kind);
-/// Where the page has the section of an asset.
+/// Returns the anchor of an asset's section on the page.
 std::string assetAnchor(std::size_t index);
 
 }  // namespace lightcook::pipeline

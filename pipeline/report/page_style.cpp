@@ -2,8 +2,8 @@
 
 namespace lightcook::pipeline {
 
-// Colour never speaks alone: verdicts are words, segments are named in the table under the bar.
-// The hues of kinds differ in lightness too, so that they stay apart for colour-blind eyes and on a grey printer.
+// Nothing is shown by colour alone: verdicts are words, and the table under the bar names the segments.
+// The hues of kinds differ in lightness too, so that they can be told apart by colour-blind readers and on grey printers.
 std::string_view reportStyle() {
     return R"css(
 :root {

@@ -15,7 +15,7 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
-/// Sum over an asset's textures; a mesh says its bytes itself.
+/// Returns the sum over an asset's textures; the entry of a mesh has its own number of bytes.
 std::uint64_t sumOf(const Json& asset, const char* key) {
     std::uint64_t sum = asset.value(key, std::uint64_t{0});
     for (const Json& texture : asset.at("textures")) sum += texture.at(key).get<std::uint64_t>();
@@ -57,7 +57,7 @@ Json reportAsset(const Json& manifestAsset, const ActionRecord& cooked, const Ac
     for (const char* key : {"key", "light", "mesh_error", "preview", "measures", "ground_truth"})
         if (verified.result.contains(key)) row[key] = verified.result.at(key);
     if (!row.at("passed").get<bool>()) row["failures"] = failuresOf(row);
-    // By which lights and meshes find their light map.
+    // Lights and meshes are matched to their light map by these.
     const std::string kind = manifestAsset.at("kind").get<std::string>();
     if (row.contains("light") && (kind == "light-map" || kind == "dominant" || kind == "mesh"))
         row["light"]["bake"] = manifestAsset.at("source").at("files").at("source").at("file");

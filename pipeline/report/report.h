@@ -1,4 +1,4 @@
-// report.json and report.html: bytes against the budget, error against the bound, time against both.
+// report.json and report.html: memory against the budget, errors and their bounds against the limits, time.
 #pragma once
 
 #include <filesystem>
@@ -14,10 +14,10 @@ namespace lightcook::pipeline {
 inline constexpr const char* kReportName = "report.json";
 inline constexpr const char* kReportHtmlName = "report.html";
 
-/// One asset's row: its manifest entry, what cooking and verifying it said, and how long each took.
+/// Returns the row of an asset: its manifest entry, the results of its cook and its verification, and the time of each.
 Json reportAsset(const Json& manifestAsset, const ActionRecord& cooked, const ActionRecord& verified);
 
-/// GPU memory of an asset [bytes]: its textures, and what it needs beside them.
+/// Returns the GPU memory of an asset [bytes]: its textures and the data beside them.
 std::uint64_t gpuBytesOf(const Json& manifestAsset);
 
 struct ReportFrame {
@@ -26,17 +26,17 @@ struct ReportFrame {
     std::uint64_t peakRssBytes = 0;
     std::optional<std::uint64_t> budgetBytes;
 };
-/// Product.md's report. passed: every asset passed, and the bytes are within the budget if there is one.
+/// Returns report.json (docs/reference/report.md). "passed" is true if every asset passed and the memory is within the budget.
 Json makeReport(const ReportFrame& frame, const std::vector<Json>& assets, const std::vector<Skip>& skipped);
 
 bool isWithinBudget(const Json& report);
 
-/// A page that stands alone: pictures are read from `folder` and put inside.
+/// Returns a self-contained page; pictures are read from `folder` and embedded.
 std::string renderReportHtml(const Json& report, const std::filesystem::path& folder);
 
 formats::Result<Json> readReport(const std::filesystem::path& file);
 
-/// Most memory that this process has had resident [bytes].
+/// Returns the peak resident memory of this process [bytes].
 std::uint64_t peakResidentBytes();
 
 }  // namespace lightcook::pipeline

@@ -15,7 +15,7 @@ namespace lightcook::pipeline {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-/// The verifier writes the largest double for what passes no limit: no figure to calculate with.
+/// The verifier writes the largest double for a figure that exceeds every limit; sums must not use it.
 constexpr double kNoFigure = 1e300;
 
 constexpr std::array kLightNames = {"diffuse", "area_specular", "analytic_specular", "environment"};
@@ -49,7 +49,7 @@ double lightOf(const Json& asset, const char* key) {
     return asset.contains("light") ? figure(asset.at("light"), key) : kNan;
 }
 
-/// An error over its light. No light and no error is no error; an error without light is beyond telling.
+/// Returns error / light: 0 for no error without light, infinity for an error without light.
 double relative(double squaredError, double squaredLight) {
     return squaredError == 0 ? 0 * squaredLight : std::sqrt(squaredError / squaredLight);
 }
@@ -63,22 +63,22 @@ Moments momentsOf(const Json& asset, const char* key) {
             if (list[i].is_number()) moments[i] = list[i].get<double>();
     return moments;
 }
-/// Of what the tables reflect of a map's light.
+/// Returns the rel_rms of the light that the tables reflect of a light map.
 double tablesRelRms(const Json& tables, const Json& map) {
     const Moments light = momentsOf(map, "moments");
     return relative(meanSquare(momentsOf(tables, "error_moments"), light), meanSquare(momentsOf(tables, "kernel_moments"), light));
 }
 
-/// One asset in one kind of shading. Squares, so that mixtures of places are sums.
+/// One asset in one kind of shading. Members are squares, so that averages over light maps are sums.
 struct Part {
     const Json* asset;
-    const char* shading;  ///< of the figures: "diffuse" or "specular"
-    const char* name;     ///< of the shading, as it is told
+    const char* shading;  ///< the figures' kind of shading: "diffuse" or "specular"
+    const char* name;     ///< of the shading, as reported
     double squaredError = 0, squaredLight = 0;
-    bool isAlternative = false;  ///< a pixel has this error or that of another such part, never both
+    bool isAlternative = false;  ///< a pixel has the error of only one of the alternatives
 };
 
-/// All that the pixels of one light map show, or of all light maps.
+/// All light that the pixels of one light map, or of all light maps, show.
 struct Shading {
     Lights squaredLights{};
     std::vector<Part> parts;
@@ -94,7 +94,7 @@ struct Shading {
         for (const Part& part : parts) sum += part.squaredError;
         return sum;
     }
-    /// Errors of one pixel add up at worst; of alternatives it has one.
+    /// Upper bound: errors of one pixel add up at worst; of alternatives it has only one.
     void bound() {
         double sum = 0, alternatives = 0;
         for (const Part& part : parts) {
@@ -105,7 +105,7 @@ struct Shading {
         }
         squaredBound = square(sum + std::sqrt(alternatives));
     }
-    /// The part of a share of all pixels.
+    /// Adds the light of a part of all pixels, weighted by its share.
     void add(const Shading& other, double weight) {
         for (std::size_t i = 0; i < squaredLights.size(); ++i) squaredLights[i] += weight * other.squaredLights[i];
         squaredBound += weight * other.squaredBound;
@@ -146,7 +146,7 @@ public:
         Shading scene;
         Json maps = Json::array();
         for (std::size_t i = 0; i < lightMaps_.size(); ++i) {
-            // A map without covered texels shows nothing; where none has any, all are alike.
+            // A map without covered texels shows nothing; if no map has any, all weigh the same.
             const double weight = texels > 0 ? lightOf(*lightMaps_[i], "texels") / texels : 1 / static_cast<double>(lightMaps_.size());
             scene.add(shadings[i], weight);
             Json entry = {{"name", lightMaps_[i]->at("name")}, {"weight", finiteOrNull(weight)}};
@@ -160,7 +160,8 @@ public:
     }
 
 private:
-    /// The light map that a light or a mesh belongs to: of the same bake and, where several are, of the name that theirs begins with.
+    /// Returns the light map that a light or a mesh belongs to: the one with the same bake; of several, the one whose name theirs begins
+    /// with.
     const Json* mapOf(const Json& asset) const {
         const auto bakeOf = [](const Json& each) { return each.contains("light") ? each.at("light").value("bake", "") : std::string(); };
         const Json* found = nullptr;
@@ -198,7 +199,7 @@ private:
         if (specular != 0) {
             shading.squaredLights[kArea] = square(specular);
             shading.squaredLights[kEnvironment] = squaredRatio_ * square(specular);
-            // An error of S is seen twice: as it is, and in what the environment multiplies with it.
+            // An error of S is visible twice: directly, and in the environment's light R S.
             const double reflected = specular * (1 + std::sqrt(squaredRatio_));
             add(map, "specular", "area specular", relRmsOf(map, "specular"), reflected);
             for (const Json* tables : tables_) add(*tables, "specular", "area specular", tablesRelRms(*tables, map), reflected);
@@ -210,7 +211,7 @@ private:
         return shading;
     }
 
-    /// What each stage alone would have of the whole, in proportion to its own rel_rms.
+    /// Returns the share of each stage if it were alone, in proportion to its own rel_rms.
     static Json stagesOf(const Part& part, double share) {
         Json stages = Json::array();
         const double total = relRmsOf(*part.asset, part.shading);
@@ -261,10 +262,10 @@ private:
 
     const std::vector<Json>& assets_;
     std::vector<const Json*> lightMaps_, tables_, probes_;
-    double squaredRatio_ = 0;  ///< of R, over the cubemaps
+    double squaredRatio_ = 0;  ///< mean square of R over the cubemaps
 };
 
-/// What is to be had for more memory or time, by kind of asset.
+/// Returns the way to reduce the error of a kind of asset, for more memory or time.
 const char* remedyOf(const std::string& kind) {
     if (kind == "light-map") return "a richer light_map_layout, or more effort, buys most";
     if (kind == "dominant") return "more effort, or target \"float\", buys most";
@@ -284,9 +285,9 @@ std::string adviceOf(const Json& whole) {
     const double relRms = figure(whole, "rel_rms"), share = figure(first, "share");
     if (!std::isfinite(relRms) || !std::isfinite(share)) return "A figure is not finite: there is no sum.";
     if (share == 0) return "There is no error.";
-    const auto told = [&](const char* key) { return words(member(first, key)); };
+    const auto textOfKey = [&](const char* key) { return words(member(first, key)); };
     return fmt::format("{} of the error ({}) is {} of {} ({}): {}.", share > 0.5 ? "Most" : "The largest part", humanPercent(share),
-                       told("shading"), told("asset"), told("kind"), remedyOf(told("kind")));
+                       textOfKey("shading"), textOfKey("asset"), textOfKey("kind"), remedyOf(textOfKey("kind")));
 }
 
 std::string lineOf(const Json& whole) {

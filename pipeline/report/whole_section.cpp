@@ -11,7 +11,7 @@
 namespace lightcook::pipeline {
 namespace {
 
-/// A name, and smaller under it what else is to be said.
+/// Returns a name over a smaller second line.
 Html nameCell(const Html& name, const std::string& more) {
     return element("th", {{"scope", "row"}}, name + (more.empty() ? Html() : element("span", {{"class", "sub"}}, text(more))));
 }
@@ -30,7 +30,7 @@ Html bar(const Json& whole) {
     return element("div", {{"class", "bar"}, {"role", "img"}, {"aria-label", adviceOf(whole)}}, segments);
 }
 
-/// "alone: l0 3.00 %, code 98.0 %"
+/// Returns "alone: l0 3.00 %, code 98.0 %".
 std::string stageWords(const Json& part) {
     std::string stages;
     for (const Json& stage : list(part, "stages"))

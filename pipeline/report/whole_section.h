@@ -1,4 +1,4 @@
-// A section of report.html: the error of the whole shading, and whose it is.
+// A section of report.html: the error of the whole shading and the assets that it comes from.
 #pragma once
 
 #include "pipeline/graph/action.h"
@@ -6,7 +6,8 @@
 
 namespace lightcook::pipeline {
 
-/// whole  as wholeError gives it; nothing for what is no object. What is absent or of another type is a dash.
+/// Returns the section of a result of wholeError; nothing if that is not an object. Members that are absent or of another type show as a
+/// dash.
 Html wholeSection(const Json& whole);
 
 }  // namespace lightcook::pipeline

@@ -1,4 +1,4 @@
-// The program as users and build systems meet it: exit codes, one line for each error, quiet on pipes, nothing left behind.
+// The program as users and build systems run it: exit codes, one line for each error, quiet on pipes, nothing left behind.
 #include <gmock/gmock.h>
 #include <sys/wait.h>
 
@@ -29,7 +29,7 @@ protected:
         return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, contentOf(scene_ / "stdout"), contentOf(scene_ / "stderr")};
     }
 
-    /// One line that names what it should, the code, and no output folder.
+    /// Expects the exit code, one error line with the words, and no output folder.
     void expectRefused(const std::string& arguments, int code, const std::vector<std::string>& words) const {
         SCOPED_TRACE(arguments);
         const Ended ended = run(arguments);
@@ -73,7 +73,7 @@ TEST_F(Command, HelpAndVersionAreNoErrors) {
     }
 }
 
-/// The library that reads images is loaded at first use: beside the program, or where an installation puts it.
+/// The image library is loaded at first use, from the folder of the program or from the installation's.
 TEST_F(Command, LoadsItsImageLibraryOnlyToReadImages) {
     namespace fs = std::filesystem;
     const fs::path program = scene_ / "bin/lightcook", installed = scene_ / "lib/lightcook/lightcook_images.so";

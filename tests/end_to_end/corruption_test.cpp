@@ -1,4 +1,4 @@
-// Whatever happens to a byte of a cooked folder, and whichever of its files is one of another cook: `verify` says which file it is.
+// Corruption: `verify` names the file of a cooked folder in which a byte is changed, or that comes from another cook.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -38,7 +38,7 @@ protected:
         const RunState state;
         return verifyCooked({cooked(), {}, 0}, state);
     }
-    /// What the program would end with: 3 or 4, and a line that names the file.
+    /// Expects exit code 3 or 4 and an error line that names the file.
     static void expectNamed(const std::string& file, const std::string& what) {
         const Outcome outcome = verify();
         ASSERT_FALSE(outcome.errors.empty()) << file << ", " << what << ": nothing found";
@@ -96,7 +96,7 @@ TEST_F(CookedFolder, AFileOfAnotherCookIsFoundAndNamed) {
         const auto found = others.find(file);
         if (found == others.end() || found->second == content) continue;
         formats::writeContent(cooked() / file, found->second);
-        // A manifest and the files of another cook disagree: whose fault it is cannot be told, each is named that is not the manifest's.
+        // A manifest beside the files of another cook: every file that is not the manifest's is named.
         expectNamed(file == kManifestName ? kReportName : file, "of another cook");
         formats::writeContent(cooked() / file, content);
         ++stale;

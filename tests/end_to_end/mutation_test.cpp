@@ -1,5 +1,5 @@
-// Does `verify` see what it is for? Deliberate faults, each put into a cooked scene of its own copy, each to be refused with the right code
-// and by its name. Loose ones leave the manifest's digests as they were, like a bad disk. Sealed ones go through CookedCopy::seal: every
+// Mutation tests of `verify`: each deliberate fault is put into a copy of a cooked scene and must be refused with the right exit code and
+// word. Loose ones leave the manifest's digests as they were, like a bad disk. Sealed ones go through CookedCopy::seal: every
 // digest, size and constant is what a cook with that fault would have written, so that nothing but the light itself, or the shader's
 // conventions, can tell.
 #include <gmock/gmock.h>
@@ -50,7 +50,7 @@ struct Fault {
     const char* asset;
     Kind kind;
     int code;          ///< exit code of `verify`
-    const char* word;  ///< what some error has to say
+    const char* word;  ///< word that one of the errors must contain
     std::function<void(CookedCopy&)> apply;
 };
 
@@ -71,9 +71,9 @@ void expectCaught(const Cooked& cooked, const std::vector<Fault>& faults) {
             continue;
         }
         EXPECT_EQ(exitCode(outcome.errors.front().code), fault.code) << outcome.errors.front().line();
-        std::string told;
-        for (const formats::Error& error : outcome.errors) told += error.line() + "\n";
-        EXPECT_THAT(told, testing::HasSubstr(fault.word));
+        std::string lines;
+        for (const formats::Error& error : outcome.errors) lines += error.line() + "\n";
+        EXPECT_THAT(lines, testing::HasSubstr(fault.word));
     }
 }
 
@@ -171,7 +171,7 @@ glm::ivec2 averageBlock(CookedCopy& copy) {
 
 constexpr double kPi = std::numbers::pi;
 
-// ---- light maps: what SH conventions, layers and blocks can suffer ----
+// ---- light maps: faults of SH conventions, layers and blocks ----
 
 const std::vector<Fault>& ratioFaults() {
     static const std::vector<Fault> kFaults = {

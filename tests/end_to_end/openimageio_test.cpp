@@ -1,5 +1,5 @@
 // A second opinion on the DDS files of a cook: OpenImageIO reads every texture, and each texel is held against verify's decoder of the same
-// bytes. What OpenImageIO 2.4 does not read in the file as it stands is told, and read by a detour instead:
+// bytes. OpenImageIO 2.4 cannot read some of the files directly; the test lists and converts them:
 //   - of an array it sees the first slice, and of a cubemap's smaller mips the wrong extent: every image is cut out, by offsets that are
 //     reckoned here and not by formats/, and read as a plain texture of its own. Arrays of BC3 need the cutting too (a DX10 header, of
 //     which it takes BC4 to BC7 only);
@@ -32,7 +32,7 @@ T valueOf(formats::Result<T> result) {
     return std::move(*result);
 }
 
-/// What OpenImageIO sees: rows of texels.
+/// The image that OpenImageIO reads: rows of texels.
 struct Seen {
     int width = 0, height = 0, channelCount = 0;
     std::vector<float> values;
@@ -84,8 +84,8 @@ std::vector<std::byte> headerOf(int width, int height, std::string_view fourCc, 
     return header;
 }
 
-/// How far OpenImageIO's value of a channel may be from ours. Nothing where formats say everything; a code of 8 bits where ours is ideal
-/// and theirs rounds; what a division in single precision rounds.
+/// Returns the allowed difference between OpenImageIO's value of a channel and ours: 0 for formats with exact decodes, one code of 8 bits
+/// where ours is exact and theirs rounds, and the rounding of a division in single precision.
 double allowedOf(PixelFormat format) {
     switch (format) {
         case PixelFormat::Bc1:
@@ -118,7 +118,7 @@ protected:
         options.container = formats::Container::Dds;
         options.lightMapLayout = layout;
         options.onlyKind = std::move(onlyKind);
-        options.maxError = 1.0;  // small layouts are asked for too: what the error is worth is not the question here
+        options.maxError = 1.0;  // no limit, so that small layouts pass too
         options.effort = 3;
         std::filesystem::remove_all(out());
         const RunState state;

@@ -86,8 +86,8 @@ INSTANTIATE_TEST_SUITE_P(Both, SharedScenes,
                              return name;
                          });
 
-/// Traced light: what cooking adds to the truncation to nine coefficients is at most a fifth of it, and the whole is what a program that
-/// shares no line with ours finds.
+/// Traced light: the error of cooking is at most a fifth of that of the truncation to nine coefficients, and an independent program finds
+/// the same total.
 class SharedTruth : public testing::TestWithParam<const char*> {};
 
 TEST_P(SharedTruth, CookingIsAFifthOfTruncationAtMost) {

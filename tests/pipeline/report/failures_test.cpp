@@ -1,4 +1,4 @@
-// What is said of an asset that did not pass: in one line, in report.json, on the page, to JUnit and to SARIF.
+// The failures of an asset: in an error line, in report.json, on the page, in JUnit and in SARIF.
 #include <gmock/gmock.h>
 
 #include <cmath>

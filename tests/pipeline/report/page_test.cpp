@@ -227,7 +227,7 @@ TEST_F(ReportHtml, ShowsWhatWasTriedAndWhatStandsBesideTheChosen) {
     EXPECT_EQ(occurrences(page, "<g class=\"chosen\">"), 1u);
     EXPECT_EQ(occurrences(page, "<line class=\"limit\""), 1u);
     EXPECT_THAT(page, HasSubstr("&lt;b&gt;&amp;</text>"));
-    // What cannot be drawn is left out, and one point alone is no curve.
+    // Points that cannot be drawn are left out; one point makes no curve.
     for (std::size_t i = 0; i < 5; ++i) asset["trial_candidates"][i]["diffuse"] = i % 2 == 0 ? Json(nullptr) : Json(kInfinity);
     EXPECT_EQ(occurrences(render(reportOf(Json::array({asset}))), "<svg"), 0u);
 }

@@ -92,7 +92,7 @@ TEST(WholeError, TwoPartsByHand) {
     EXPECT_NEAR(at(whole, "light_rms"), 5, 1e-14);
     EXPECT_NEAR(at(partOf(whole, "map", "diffuse"), "share"), 0.64, 1e-14);
     EXPECT_NEAR(at(partOf(whole, "map_dominant", "analytic specular"), "share"), 0.36, 1e-14);
-    // The stage before the last has twice the error and four times the share of what counts.
+    // The stage before the last has twice the error and four times the share of the last one.
     EXPECT_NEAR(at(partOf(whole, "map", "diffuse").at("stages").at(0), "share"), 4 * 0.64, 1e-14);
     EXPECT_FALSE(whole.contains("light_maps"));
     EXPECT_TRUE(whole.at("apart").empty());
@@ -102,7 +102,7 @@ TEST(WholeError, EveryKindOfLightByHand) {
     const Json whole =
         wholeError({lightMap("map", 0.02, 0.03, 2, 1), dominant("map_dominant", 0.05, 3), mesh("room_mesh", 0.01, 1.5),
                     probe("left", 0.04, 1), probe("right", 0.08, 2), tables(0.002), asset("sky", "rsrm", 0.006, 0.004, nullptr)});
-    const double ratio = std::sqrt((1.0 + 4.0) / 2), reflected = 1 + ratio;  // S and what the environment makes of it
+    const double ratio = std::sqrt((1.0 + 4.0) / 2), reflected = 1 + ratio;  // S, and the environment's light R S
     const double light = std::sqrt(4 + 1 + 9 + ratio * ratio);
     const double diffuse = 0.02 * 2, moved = 0.01 * 1.5, area = 0.03 * reflected, table = 0.002 * reflected, analytic = 0.05 * 3;
     const double environment = std::sqrt((0.04 * 0.04 + 0.16 * 0.16) / 2);
