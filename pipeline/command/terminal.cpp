@@ -4,13 +4,31 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 namespace lightcook::pipeline {
+namespace {
+
+constexpr std::array kExitCodes = {
+    ExitCodeInfo{0, "success"},
+    ExitCodeInfo{1, "internal error, or an error of the system, such as a full disk"},
+    ExitCodeInfo{2, "mistake on the command line or in the scene file"},
+    ExitCodeInfo{3, "input refused: unreadable, not finite or of the wrong shape"},
+    ExitCodeInfo{4, "verification failed: an error over its limit, or a file that is not the one that was cooked"},
+    ExitCodeInfo{5, "over the memory budget"},
+    ExitCodeInfo{6, "interrupted"},
+};
+
+}  // namespace
 
 using formats::ErrorCode;
+
+std::span<const ExitCodeInfo> allExitCodes() {
+    return kExitCodes;
+}
 
 Terminal::Terminal(LogFormat format) : format_(format), isInteractive_(format == LogFormat::Text && ::isatty(STDERR_FILENO) == 1) {}
 

@@ -1,8 +1,10 @@
-// What people and machines see while a command runs: a progress bar on a terminal, nothing on a pipe; errors as a line, or as JSON.
+// Messages of a running command: a progress bar on a terminal and nothing on a pipe; errors as one line each, plain or JSON.
 #pragma once
 
 #include <mutex>
+#include <span>
 #include <string>
+#include <string_view>
 
 #include "formats/error.h"
 
@@ -17,11 +19,11 @@ public:
     Terminal(const Terminal&) = delete;
     Terminal& operator=(const Terminal&) = delete;
 
-    /// From any thread; drawn at most twenty times a second.
+    /// Draws the progress bar, at most twenty times a second. Callable from any thread.
     void progress(const std::string& what, double fraction);
     void error(const formats::Error& error);
     void warning(const std::string& subject, const std::string& detail);
-    /// A line of result on standard output.
+    /// Prints a line of the command's result on standard output.
     void say(const std::string& line);
     bool isInteractive() const { return isInteractive_; }
 
@@ -35,7 +37,15 @@ private:
     long long lastDrawnMs_ = 0;
 };
 
-/// Exit code of an error: product.md's table.
+struct ExitCodeInfo {
+    int code;
+    std::string_view meaning;
+};
+
+/// Returns every exit code with its meaning, in ascending order.
+std::span<const ExitCodeInfo> allExitCodes();
+
+/// Returns the exit code of an error.
 int exitCode(formats::ErrorCode code);
 
 }  // namespace lightcook::pipeline

@@ -109,7 +109,7 @@ private:
         formats::LightMapDescription description = entry.description;
         description.repair = options_.repair;
         std::string layout = lightMapLayoutFor(scene_, needs_);
-        const std::string target(nameOf(scene_.output.target));
+        const std::string target(formats::info(scene_.output.target).name);
         const bool isDecided = layout != kAutoLayout || options_.layouts.contains(entry.name);
         if (layout == kAutoLayout && isDecided) layout = options_.layouts.at(entry.name);
         const bool mayBeLearned = !isDecided || hasLearnedBases(layout);
@@ -193,7 +193,7 @@ private:
             return;
         }
         Json parameters = {{"colors", toJson(scene_.colors)},
-                           {"target", std::string(nameOf(scene_.output.target))},
+                           {"target", std::string(formats::info(scene_.output.target).name)},
                            {"textures", textures_},
                            {"size", kCubemapSize},
                            {"repair", options_.repair}};

@@ -40,7 +40,7 @@ Json makeManifest(const Scene& scene, const std::filesystem::path& outputFolder,
         {"scene", scene.name},
         {"tool", {{"name", kToolName}, {"version", kToolVersion}}},
         {"scene_directory", std::filesystem::proximate(scene.directory.empty() ? "." : scene.directory, outputFolder).generic_string()},
-        {"target", std::string(nameOf(scene.output.target))},
+        {"target", std::string(formats::info(scene.output.target).name)},
         {"color", {{"working", scene.colors.working}}},
         {"shader", {{"file", kShaderName}, {"digest", shaderDigest}}},
         {"assets", Json::array()}};

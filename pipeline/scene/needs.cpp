@@ -92,7 +92,7 @@ std::vector<double> samplesOf(const Range& range, const std::vector<double>& usu
 }
 
 double estimatedSeconds(const std::string& kind, double megapixels) {
-    // Seconds a megapixel, two threads; see docs/experiments.md for the bench these rates come from.
+    // Seconds a megapixel, two threads; see docs/lab/experiments.md for the benchmark of these rates.
     static const std::map<std::string, double> kRates = {
         {"dominant", 0.6}, {"cubemap", 12.0}, {"lut", 26.0}, {"light-map", 3.0}, {"rsrm", 10.0}};
     const auto rate = kRates.find(kind);

@@ -7,9 +7,14 @@
 #include <glm/geometric.hpp>
 #include <initializer_list>
 #include <set>
+#include <stdexcept>
 
 #include "fit/specular_tables.h"
+#include "formats/light_map_layout.h"
 #include "formats/nearest.h"
+#include "formats/vocabulary.h"
+#include "pipeline/scene/checks.h"
+#include "pipeline/scene/keys.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -18,7 +23,7 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
-/// Thrown inside this file only: reading a table stops at its first mistake, and readScene turns it into a value.
+/// Thrown inside this file only, at the first mistake of a table; readScene returns it as an error.
 struct SceneMistake {
     formats::Error error;
 };
@@ -31,22 +36,36 @@ std::string listed(const std::vector<std::string>& names) {
     return fmt::format("{}", fmt::join(names, ", "));
 }
 
-/// One table of the file, read key by key; `close` refuses what nobody asked for.
+/// Reads the keys of one table of the file. The constructor refuses keys that the section does not have (keys.h).
 class TableReader {
 public:
-    TableReader(const toml::table& table, std::filesystem::path file, std::string name)
-        : table_(table), file_(std::move(file)), name_(std::move(name)) {}
+    /// `section`: a name of keys.h; empty for the keys before the first table.
+    TableReader(const toml::table& table, std::filesystem::path file, std::string_view section)
+        : table_(table), file_(std::move(file)), name_(section.empty() ? "the scene" : section), section_(sceneSection(section)) {
+        refuseUnknownKeys();
+    }
 
     [[noreturn]] void fail(const toml::node& node, const std::string& detail) const {
         const toml::source_position at = node.source().begin;
         throw SceneMistake{{ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file_.string(), at.line, at.column), detail}};
     }
 
+    /// Refuses the value of a key that a check objects to.
+    void check(const char* key, const Objection& objection) const {
+        if (objection) fail(node(key), fmt::format("found {} for {}.{}, expected {}", objection->found, name_, key, objection->expected));
+    }
+
+    /// Reads the name of a row of a table.
+    template <class Row>
+    auto oneOfRows(const char* key, std::span<const Row> rows) {
+        return formats::findByName(rows, oneOf(key, formats::namesOf(rows), std::string(rows.front().name)))->id;
+    }
+
     bool has(const char* key) const { return table_.contains(key); }
 
     template <class T>
     std::optional<T> optional(const char* key, const char* expected) {
-        known_.push_back(key);
+        requireRow(key);
         const toml::node* node = table_.get(key);
         if (node == nullptr) return std::nullopt;
         const std::optional<T> value = node->value<T>();
@@ -68,7 +87,7 @@ public:
         return value;
     }
 
-    /// A relative path counts from the scene file's folder.
+    /// Returns the path relative to the scene file's folder.
     std::filesystem::path resolve(const std::string& text) const { return (file_.parent_path() / text).lexically_normal(); }
     std::filesystem::path requiredPath(const char* key) { return resolve(required<std::string>(key, "a path")); }
     std::optional<std::filesystem::path> optionalPath(const char* key) {
@@ -78,7 +97,7 @@ public:
     }
 
     std::optional<std::vector<double>> numbers(const char* key, const char* expected) {
-        known_.push_back(key);
+        requireRow(key);
         const toml::node* node = table_.get(key);
         if (node == nullptr) return std::nullopt;
         const toml::array* array = node->as_array();
@@ -97,13 +116,11 @@ public:
         const std::string expected = fmt::format("[low, high] with {} <= low <= high <= {}", lowest, highest);
         const auto values = numbers(key, expected.c_str());
         if (!values) return std::nullopt;
-        if (values->size() != 2 || (*values)[0] > (*values)[1] || (*values)[0] < lowest || (*values)[1] > highest)
-            fail(*table_.get(key), fmt::format("found [{}] for {}.{}, expected {}", fmt::join(*values, ", "), name_, key, expected));
+        check(key, objectionToRange(*values, lowest, highest));
         return Range{(*values)[0], (*values)[1]};
     }
 
     const toml::table* table(const char* key) {
-        known_.push_back(key);
         const toml::node* node = table_.get(key);
         if (node == nullptr) return nullptr;
         if (!node->is_table()) fail(*node, fmt::format("found {} for '{}', expected a table [{}]", typeName(*node), key, key));
@@ -111,7 +128,6 @@ public:
     }
 
     std::vector<const toml::table*> tables(const char* key) {
-        known_.push_back(key);
         std::vector<const toml::table*> found;
         const toml::node* node = table_.get(key);
         if (node == nullptr) return found;
@@ -124,17 +140,6 @@ public:
         return found;
     }
 
-    void close() const {
-        for (const auto& [key, node] : table_) {
-            const std::string name(key.str());
-            if (std::find(known_.begin(), known_.end(), name) != known_.end()) continue;
-            const toml::source_position at = key.source().begin;
-            throw SceneMistake{{ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file_.string(), at.line, at.column),
-                                fmt::format("found unknown key '{}' in {}, expected one of its keys; nearest is '{}'", name, name_,
-                                            formats::nearestName(name, known_))}};
-        }
-    }
-
     const toml::node& node(const char* key) const { return *table_.get(key); }
     std::string place(const char* key) const {
         const toml::source_position at = table_.get(key)->source().begin;
@@ -142,6 +147,27 @@ public:
     }
 
 private:
+    void refuseUnknownKeys() const {
+        std::vector<std::string> known = formats::namesOf(std::span<const SceneKeyInfo>(section_.keys));
+        if (section_.name.empty())  // sections are keys of the root
+            for (const SceneSectionInfo& section : allSceneSections())
+                if (!section.name.empty()) known.emplace_back(section.name);
+        for (const auto& [key, node] : table_) {
+            const std::string name(key.str());
+            if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+            const toml::source_position at = key.source().begin;
+            throw SceneMistake{{ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file_.string(), at.line, at.column),
+                                fmt::format("found unknown key '{}' in {}, expected one of its keys; nearest is '{}'", name, name_,
+                                            formats::nearestName(name, known))}};
+        }
+    }
+
+    /// Throws if a key that is read has no row in keys.h.
+    void requireRow(std::string_view key) const {
+        if (formats::findByName(std::span<const SceneKeyInfo>(section_.keys), key) == nullptr)
+            throw std::logic_error(fmt::format("the key '{}' of {} has no row", key, name_));
+    }
+
     static std::string typeName(const toml::node& node) {
         switch (node.type()) {
             case toml::node_type::string:
@@ -163,14 +189,13 @@ private:
 
     const toml::table& table_;
     std::filesystem::path file_;
-    std::string name_;
-    std::vector<std::string> known_;
+    std::string name_;  ///< for messages
+    const SceneSectionInfo& section_;
 };
 
 OutputSettings readOutput(TableReader reader) {
     OutputSettings output;
-    const std::string target = reader.oneOf("target", {"bc", "astc", "float"}, "bc");
-    output.target = *targetFromName(target, "");
+    output.target = reader.oneOfRows("target", formats::allTargets());
     const auto fraction = [&](const char* key, double otherwise) {
         const auto value = reader.optional<double>(key, "a positive fraction, 0.02 for 2 %");
         if (value && (!(*value > 0) || !std::isfinite(*value)))
@@ -185,9 +210,7 @@ OutputSettings readOutput(TableReader reader) {
         if (!bytes) throw SceneMistake{bytes.error()};
         output.budgetBytes = *bytes;
     }
-    std::vector<std::string> layouts = lightMapLayoutNames();
-    layouts.push_back(kAutoLayout);
-    if (reader.has("light_map_layout")) output.lightMapLayout = reader.oneOf("light_map_layout", layouts, "");
+    if (reader.has("light_map_layout")) output.lightMapLayout = reader.oneOf("light_map_layout", lightMapLayoutChoices(), "");
     output.container = reader.oneOf("container", {"ktx2", "dds"}, "ktx2") == "dds" ? formats::Container::Dds : formats::Container::Ktx2;
     output.zstd = reader.optional<bool>("zstd", "true or false").value_or(false);
     if (output.zstd && output.container == formats::Container::Dds)
@@ -202,11 +225,11 @@ OutputSettings readOutput(TableReader reader) {
         if (!(*rdo >= 0 && *rdo <= kLargestRdo))
             reader.fail(reader.node("rdo"), fmt::format("found {} for output.rdo, expected a fraction from 0 to {}", *rdo, kLargestRdo));
         if (*rdo > 0 && output.target != Target::Bc)
-            reader.fail(reader.node("rdo"), fmt::format("found output.rdo with target = \"{}\", expected target = \"bc\"", target));
+            reader.fail(reader.node("rdo"),
+                        fmt::format("found output.rdo with target = \"{}\", expected target = \"bc\"", formats::info(output.target).name));
         output.rdo = *rdo;
     }
     output.draco = reader.optional<bool>("draco", "true or false").value_or(true);
-    reader.close();
     return output;
 }
 
@@ -215,11 +238,10 @@ formats::ColorSpaces readColors(TableReader reader) {
     colors.source = reader.optional<std::string>("source", "the name of a colour space").value_or(colors.source);
     colors.working = reader.optional<std::string>("working", "the name of a colour space").value_or(colors.working);
     colors.config = reader.optionalPath("config").value_or(std::filesystem::path());
-    reader.close();
     return colors;
 }
 
-/// Names become file names and keys: they have to be usable as both.
+/// Reads a name that can be a file name and a key.
 std::string readName(TableReader& reader) {
     const std::string name = reader.required<std::string>("name", "a string");
     const bool usable = !name.empty() && name.front() != '.' &&
@@ -229,32 +251,32 @@ std::string readName(TableReader& reader) {
     return name;
 }
 
+/// Reads the key `bake`, or `layout`, its older name.
+std::string readBake(TableReader& reader) {
+    const bool isOldName = reader.has("layout");
+    if (isOldName && reader.has("bake"))
+        reader.fail(reader.node("layout"),
+                    "found light_map.layout beside light_map.bake, expected one of them: layout is the older name of bake");
+    return reader.oneOf(isOldName ? "layout" : "bake", formats::bakeNames(), std::string(formats::kAutoBake));
+}
+
 LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& colors) {
     LightMapEntry entry;
     entry.name = readName(reader);
     entry.file = reader.requiredPath("file");
-    entry.description.bake = reader.oneOf("layout", formats::bakeNames(), std::string(formats::kAutoBake));
-    entry.description.phase =
-        reader.oneOf("phase", {"none", "condon-shortley"}, "none") == "none" ? formats::ShPhase::None : formats::ShPhase::CondonShortley;
-    entry.description.frame =
-        reader.oneOf("frame", {"world", "tangent"}, "world") == "world" ? formats::ShFrame::World : formats::ShFrame::Tangent;
-    entry.description.quantity = reader.oneOf("quantity", {"radiance", "irradiance"}, "radiance") == "radiance"
-                                     ? formats::ShQuantity::Radiance
-                                     : formats::ShQuantity::Irradiance;
-    entry.description.lightUnits = reader.oneOf("light_units", {"radiometric", "game"}, "radiometric") == "radiometric"
-                                       ? formats::LightUnits::Radiometric
-                                       : formats::LightUnits::Game;
-    if (const auto limit = reader.optional<double>("firefly_limit", "a number from 1, or 0 to believe all")) {
-        if (!formats::isFireflyLimit(*limit))
-            reader.fail(reader.node("firefly_limit"),
-                        fmt::format("found {} for light_map.firefly_limit, expected a number from 1, or 0 to believe all", *limit));
+    entry.description.bake = readBake(reader);
+    entry.description.phase = reader.oneOfRows("phase", formats::conventions<formats::ShPhase>());
+    entry.description.frame = reader.oneOfRows("frame", formats::conventions<formats::ShFrame>());
+    entry.description.quantity = reader.oneOfRows("quantity", formats::conventions<formats::ShQuantity>());
+    entry.description.lightUnits = reader.oneOfRows("light_units", formats::conventions<formats::LightUnits>());
+    if (const auto limit = reader.optional<double>("firefly_limit", "a number from 1, or 0 for no check")) {
+        reader.check("firefly_limit", objectionToFireflyLimit(*limit));
         entry.description.fireflyLimit = *limit;
     }
     entry.description.colors = colors;
     entry.mesh = reader.optionalPath("mesh");
     entry.groundTruth = reader.optionalPath("ground_truth");
     entry.dominantFit = reader.oneOf("dominant_fit", kDominantFitNames, entry.dominantFit);
-    reader.close();
     return entry;
 }
 
@@ -263,35 +285,20 @@ ProbeEntry readProbe(TableReader reader) {
     entry.name = readName(reader);
     entry.file = reader.requiredPath("file");
     entry.sh = reader.optionalPath("sh");
-    reader.close();
     return entry;
-}
-
-bool isUsableAxis(const glm::dvec3& axis) {
-    const double length = glm::length(axis);
-    return length > 0 && std::isfinite(length);
 }
 
 GradientEntry readGradient(TableReader reader) {
     GradientEntry entry;
     entry.name = readName(reader);
     entry.file = reader.requiredPath("file");
-    constexpr const char* kExpected = "1 to 256 increasing Phong exponents from 1 to 65536";
-    if (const auto exponents = reader.numbers("exponents", kExpected)) {
+    if (const auto exponents = reader.numbers("exponents", "1 to 256 increasing Phong exponents from 1 to 65536")) {
+        reader.check("exponents", objectionToExponents(*exponents));
         entry.exponents = *exponents;
-        bool usable = !exponents->empty() && exponents->size() <= 256;
-        for (std::size_t i = 0; usable && i < exponents->size(); ++i)
-            usable = (*exponents)[i] >= 1 && (*exponents)[i] <= 65536 && (i == 0 || (*exponents)[i - 1] < (*exponents)[i]);
-        if (!usable)
-            reader.fail(reader.node("exponents"),
-                        fmt::format("found [{}] for gradient.exponents, expected {}", fmt::join(*exponents, ", "), kExpected));
     }
     entry.encoding = reader.oneOf("encoding", kGradientEncodings, entry.encoding);
-    constexpr const char* kAxis = "a direction [x, y, z] other than zero";
-    if (const auto axis = reader.numbers("axis", kAxis)) {
-        const bool isDirection = axis->size() == 3 && isUsableAxis({(*axis)[0], (*axis)[1], (*axis)[2]});
-        if (!isDirection)
-            reader.fail(reader.node("axis"), fmt::format("found [{}] for gradient.axis, expected {}", fmt::join(*axis, ", "), kAxis));
+    if (const auto axis = reader.numbers("axis", "a direction [x, y, z] other than zero")) {
+        reader.check("axis", objectionToAxis(*axis));
         entry.axis = glm::dvec3((*axis)[0], (*axis)[1], (*axis)[2]);
         if (reader.has("encoding") && entry.encoding != "auto")
             reader.fail(reader.node("encoding"), "found gradient.encoding beside an axis, expected it for painted gradients alone");
@@ -304,7 +311,6 @@ GradientEntry readGradient(TableReader reader) {
     }
     entry.format = reader.oneOf("format", kRsrmFormats, entry.format);
     entry.dither = reader.optional<bool>("dither", "true or false").value_or(false);
-    reader.close();
     return entry;
 }
 
@@ -315,11 +321,10 @@ MaterialEntry readMaterial(TableReader reader) {
     entry.specular = reader.optional<bool>("specular", "true or false");
     entry.m = reader.range("m", 0, 1);
     entry.f0 = reader.range("f0", 0, 1);
-    reader.close();
     return entry;
 }
 
-/// Assets are files in one folder: two of one name, of whatever kind, would write over each other.
+/// Refuses two assets of one name: they would overwrite each other's files in the output folder.
 void refuseRepeatedNames(const Scene& scene) {
     std::set<std::string> names = {"cooked", "report", "lightcook", "specular"};
     const auto claim = [&](const std::string& name) {
@@ -344,22 +349,17 @@ TableSettings readTables(TableReader reader) {
     TableSettings tables;
     const auto count = [&](const char* key, int least) -> std::optional<int> {
         const auto value = reader.optional<std::int64_t>(key, "an integer up to 1024");
-        if (value && (*value < least || *value > 1024))
+        if (value && (*value < least || *value > kMostTableNodes))
             reader.fail(reader.node(key), fmt::format("found {} for tables.{}, expected an integer from {} to 1024", *value, key, least));
         return value ? std::optional(static_cast<int>(*value)) : std::nullopt;
     };
     tables.viewCount = count("views", 2).value_or(tables.viewCount);
     tables.roughnessCount = count("rows", 1);
     tables.lobe = reader.oneOf("lobe", kLobeNames, tables.lobe);
-    tables.normalization = reader.oneOf("normalization", {"energy", "halo3"}, tables.normalization);
-    if (tables.lobe.starts_with("phong") && tables.normalization != "energy")
-        reader.fail(reader.node("normalization"),
-                    fmt::format("found \"{}\" for tables.normalization with lobe = \"{}\", expected \"energy\", "
-                                "the only one of a Phong lobe",
-                                tables.normalization, tables.lobe));
-    tables.viewAxis = reader.oneOf("view_axis", axisNames(fit::viewMappings()), tables.viewAxis);
-    tables.roughnessAxis = reader.oneOf("roughness_axis", axisNames(fit::roughnessMappings()), tables.roughnessAxis);
-    reader.close();
+    tables.normalization = reader.oneOf("normalization", kNormalizationNames, tables.normalization);
+    if (reader.has("normalization")) reader.check("normalization", objectionToNormalization(tables.normalization, tables.lobe));
+    tables.viewAxis = reader.oneOf("view_axis", viewAxisNames(), tables.viewAxis);
+    tables.roughnessAxis = reader.oneOf("roughness_axis", roughnessAxisNames(), tables.roughnessAxis);
     return tables;
 }
 
@@ -367,7 +367,7 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     Scene scene;
     scene.file = file;
     scene.directory = file.parent_path();
-    TableReader reader(root, file, "the scene");
+    TableReader reader(root, file, "");
     const std::int64_t schema = reader.required<std::int64_t>("schema", "schema = 1");
     if (schema != 1) reader.fail(reader.node("schema"), fmt::format("found schema {}, expected 1", schema));
     scene.name = readName(reader);
@@ -379,38 +379,19 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     for (const toml::table* table : reader.tables("probe")) scene.probes.push_back(readProbe({*table, file, "probe"}));
     for (const toml::table* table : reader.tables("gradient")) scene.gradients.push_back(readGradient({*table, file, "gradient"}));
     for (const toml::table* table : reader.tables("material")) scene.materials.push_back(readMaterial({*table, file, "material"}));
-    reader.close();
     refuseRepeatedNames(scene);
     return scene;
 }
 
 }  // namespace
 
-std::string_view nameOf(Target target) {
-    switch (target) {
-        case Target::Bc:
-            return "bc";
-        case Target::Astc:
-            return "astc";
-        case Target::Float:
-            return "float";
-    }
-    return "bc";
-}
-
 std::string whyNotRsrm(const GradientEntry& entry, Target target) {
     if (entry.format != "rgba8" && target != Target::Bc)
         return fmt::format("found format \"{}\" with target \"{}\", expected target \"bc\" or format \"rgba8\"", entry.format,
-                           nameOf(target));
+                           formats::info(target).name);
     if (entry.format != "rgba8" && entry.dither)
         return fmt::format("found dither with format \"{}\", expected format \"rgba8\": blocks round a pattern away", entry.format);
     return "";
-}
-
-Result<Target> targetFromName(std::string_view name, const std::string& subject) {
-    for (const Target target : {Target::Bc, Target::Astc, Target::Float})
-        if (nameOf(target) == name) return target;
-    return failure(ErrorCode::InvalidRequest, subject, fmt::format("found {}, expected one of: bc, astc, float", inQuotes(name)));
 }
 
 std::string layoutAsked(const OutputSettings& output) {
@@ -419,9 +400,25 @@ std::string layoutAsked(const OutputSettings& output) {
 }
 
 const std::vector<std::string>& lightMapLayoutNames() {
-    static const std::vector<std::string> names = {"ratio",   "zh3",     "luvw",    "luvw-linear", "flat",    "raw",
-                                                   "basis-3", "basis-4", "basis-8", "basis-12",    "basis-16"};
+    static const std::vector<std::string> names = formats::namesOf(formats::allLightMapLayouts());
     return names;
+}
+
+const std::vector<std::string>& lightMapLayoutChoices() {
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> all = lightMapLayoutNames();
+        all.push_back(kAutoLayout);
+        return all;
+    }();
+    return names;
+}
+
+std::vector<std::string> viewAxisNames() {
+    return axisNames(fit::viewMappings());
+}
+
+std::vector<std::string> roughnessAxisNames() {
+    return axisNames(fit::roughnessMappings());
 }
 
 Result<std::uint64_t> parseByteCount(std::string_view text, const std::string& subject) {

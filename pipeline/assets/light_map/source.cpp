@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
+#include <stdexcept>
 
 #include "formats/fireflies.h"
+#include "formats/light_map_conventions.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -21,23 +24,13 @@ void copyRows(formats::ImageView<const T> source, int sourceRow, formats::ImageV
     for (int y = 0; y < count; ++y) std::copy_n(source.row(sourceRow + y), source.width, out.row(outRow + y));
 }
 
-constexpr std::pair<formats::ShPhase, const char*> kPhases[] = {{formats::ShPhase::None, "none"},
-                                                                {formats::ShPhase::CondonShortley, "condon-shortley"}};
-constexpr std::pair<formats::ShFrame, const char*> kFrames[] = {{formats::ShFrame::World, "world"}, {formats::ShFrame::Tangent, "tangent"}};
-constexpr std::pair<formats::ShQuantity, const char*> kQuantities[] = {{formats::ShQuantity::Radiance, "radiance"},
-                                                                       {formats::ShQuantity::Irradiance, "irradiance"}};
-constexpr std::pair<formats::LightUnits, const char*> kUnits[] = {{formats::LightUnits::Radiometric, "radiometric"},
-                                                                  {formats::LightUnits::Game, "game"}};
-
-template <class Enum, std::size_t N>
-const char* nameOf(const std::pair<Enum, const char*> (&table)[N], Enum value) {
-    return std::find_if(std::begin(table), std::end(table), [&](const auto& row) { return row.first == value; })->second;
-}
-template <class Enum, std::size_t N>
-Enum valueOf(const std::pair<Enum, const char*> (&table)[N], const std::string& name) {
-    const auto row = std::find_if(std::begin(table), std::end(table), [&](const auto& each) { return each.second == name; });
-    if (row == std::end(table)) throw std::out_of_range("'" + name + "'");
-    return row->first;
+/// Returns the convention of a name in an action's parameters; throws for an unknown one.
+template <class Enum>
+Enum conventionAt(const Json& json, const char* key) {
+    const std::string name = json.at(key).get<std::string>();
+    const std::optional<Enum> convention = formats::conventionFromName<Enum>(name);
+    if (!convention) throw std::out_of_range("'" + name + "'");
+    return *convention;
 }
 
 }  // namespace
@@ -130,10 +123,10 @@ Result<std::vector<BakedTexel>> coveredOfBlock(LightMapSource& bake, int x, int 
 
 Json toJson(const formats::LightMapDescription& description) {
     return {{"bake", description.bake},
-            {"phase", nameOf(kPhases, description.phase)},
-            {"frame", nameOf(kFrames, description.frame)},
-            {"quantity", nameOf(kQuantities, description.quantity)},
-            {"light_units", nameOf(kUnits, description.lightUnits)},
+            {"phase", formats::conventionName(description.phase)},
+            {"frame", formats::conventionName(description.frame)},
+            {"quantity", formats::conventionName(description.quantity)},
+            {"light_units", formats::conventionName(description.lightUnits)},
             {"color_source", description.colors.source},
             {"color_working", description.colors.working},
             {"firefly_limit", description.fireflyLimit},
@@ -152,10 +145,10 @@ Result<formats::LightMapDescription> lightMapDescriptionFromJson(const Json& jso
     try {
         formats::LightMapDescription description;
         description.bake = json.at("bake").get<std::string>();
-        description.phase = valueOf(kPhases, json.at("phase").get<std::string>());
-        description.frame = valueOf(kFrames, json.at("frame").get<std::string>());
-        description.quantity = valueOf(kQuantities, json.at("quantity").get<std::string>());
-        description.lightUnits = valueOf(kUnits, json.at("light_units").get<std::string>());
+        description.phase = conventionAt<formats::ShPhase>(json, "phase");
+        description.frame = conventionAt<formats::ShFrame>(json, "frame");
+        description.quantity = conventionAt<formats::ShQuantity>(json, "quantity");
+        description.lightUnits = conventionAt<formats::LightUnits>(json, "light_units");
         description.colors = colorSpacesOf(json.at("color_source").get<std::string>(), json.at("color_working").get<std::string>(), action);
         description.fireflyLimit = json.at("firefly_limit").get<double>();
         description.repair = json.at("repair").get<bool>();

@@ -49,7 +49,7 @@ roughness_axis = "sqrt(m)"
     expectRefused(kHead + "[tables]\nviews = 1\n", "4:9", "expected an integer from 2 to 1024");
     expectRefused(kHead + "[tables]\nrows = 2000\n", "4:8", "expected an integer from 1 to 1024");
     expectRefused(kHead + "[tables]\nview_axis = \"m\"\n", "4:13", "expected one of: ");
-    expectRefused(kHead + "[tables]\nlobe = \"phong\"\nnormalization = \"halo3\"\n", "5:17", "the only one of a Phong lobe");
+    expectRefused(kHead + "[tables]\nlobe = \"phong\"\nnormalization = \"halo3\"\n", "5:17", "the only one of Phong lobes");
     expectRefused(kHead + "tables = 3\n", "3:10", "expected a table [tables]");
 }
 
@@ -108,6 +108,15 @@ f0 = [0.04, 0.6]
     EXPECT_EQ(scene->materials[0].m->high, 0.5);
 }
 
+TEST(ReadScene, TheBakeFormatHasAnOlderName) {
+    const std::string map = kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\n";
+    EXPECT_EQ(sceneFromText(map)->lightMaps[0].description.bake, "auto");
+    EXPECT_EQ(sceneFromText(map + "bake = \"sh9\"\n")->lightMaps[0].description.bake, "sh9");
+    EXPECT_EQ(sceneFromText(map + "layout = \"sh9\"\n")->lightMaps[0].description.bake, "sh9");
+    expectRefused(map + "bake = \"sh10\"\n", "6:8", "found 'sh10' for light_map.bake, expected one of: auto, sh9");
+    expectRefused(map + "bake = \"sh9\"\nlayout = \"sh9\"\n", "7:10", "layout is the older name of bake");
+}
+
 TEST(ReadScene, AnUnknownKeyIsRefusedWithItsPlaceAndTheNearestKnownOne) {
     expectRefused(kHead + "[output]\ntargt = \"bc\"\n", "4:1", "unknown key 'targt' in output");
     expectRefused(kHead + "[output]\ntargt = \"bc\"\n", "4:1", "nearest is 'target'");
@@ -120,7 +129,7 @@ TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
                   "6:", "expected one of: closed, refined, explained, refined-ambient");
     for (const char* limit : {"0.5", "-1", "nan", "inf"})
         expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\nfirefly_limit = " + limit + "\n",
-                      "6:", "expected a number from 1, or 0 to believe all");
+                      "6:", "expected a number from 1, or 0 for no check");
     expectRefused("schema = 2\nname = \"s\"\n", "1:", "found schema 2, expected 1");
     expectRefused("name = \"s\"\n", "1:", "found no key 'schema'");
     expectRefused(kHead + "[output]\ntarget = \"etc2\"\n", "4:10", "found 'etc2' for output.target, expected one of: bc, astc, float");

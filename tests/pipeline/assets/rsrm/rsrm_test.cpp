@@ -9,7 +9,7 @@
 
 #include "formats/environment.h"
 #include "lighting/sphere.h"
-#include "pipeline/command/convert.h"
+#include "pipeline/command/rsrm.h"
 #include "pipeline/graph/files.h"
 #include "tests/formats/temporary_folder.h"
 
@@ -26,21 +26,20 @@ protected:
             for (int x = 0; x < width; ++x) image.at(x, y) = glm::vec4(texel(x, y), 1.0f);
         ASSERT_TRUE(formats::writeExr(folder_ / name, image.view(), 3));
     }
-    ConvertOptions options(const std::string& input) {
-        ConvertOptions options;
-        options.converter = "rsrm";
+    RsrmOptions options(const std::string& input) {
+        RsrmOptions options;
         options.input = folder_ / input;
         options.output = folder_ / ("out" + std::to_string(++count_));
         options.cook.cache = folder_ / "cache";
         return options;
     }
-    Json asset(const ConvertOptions& options) {
-        const Outcome outcome = convert(options, state_);
+    Json asset(const RsrmOptions& options) {
+        const Outcome outcome = convertRsrm(options, state_);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
         return outcome.report.is_object() ? outcome.report.at("assets").at(0) : Json();
     }
-    std::string refusal(const ConvertOptions& options) {
-        const Outcome outcome = convert(options, state_);
+    std::string refusal(const RsrmOptions& options) {
+        const Outcome outcome = convertRsrm(options, state_);
         EXPECT_FALSE(outcome.errors.empty()) << "expected a refusal";
         return outcome.errors.empty() ? "" : outcome.errors[0].line();
     }
@@ -58,8 +57,8 @@ TEST_F(Rsrm, EveryFormatAndTheDitherAreVerified) {
     write("warm.exr", 64, 1, warm);
     std::map<std::string, std::uint64_t> bytes;
     for (const char* format : {"rgba8", "bc7", "bc4"}) {
-        ConvertOptions wanted = options("warm.exr");
-        wanted.rsrmFormat = format;
+        RsrmOptions wanted = options("warm.exr");
+        wanted.format = format;
         const Json found = asset(wanted);
         bytes[format] = found.at("bytes_gpu");
         EXPECT_LT(found.at("measures").at("code_error"), std::string(format) == "rgba8" ? 0.56 : 8) << format;
@@ -68,7 +67,7 @@ TEST_F(Rsrm, EveryFormatAndTheDitherAreVerified) {
     EXPECT_EQ(bytes["rgba8"], 8192u);
     EXPECT_EQ(bytes["bc7"], 2048u);
     EXPECT_EQ(bytes["bc4"], 1024u);
-    ConvertOptions dithered = options("warm.exr");
+    RsrmOptions dithered = options("warm.exr");
     dithered.dither = true;
     const Json found = asset(dithered).at("measures");
     EXPECT_LT(found.at("code_error"), 1.06);
@@ -78,15 +77,15 @@ TEST_F(Rsrm, EveryFormatAndTheDitherAreVerified) {
 TEST_F(Rsrm, FormatsThatDoNotFitAreRefused) {
     write("warm.exr", 64, 1, warm);
     write("many.exr", 64, 1, [](int x, int) { return glm::vec3(1, 0.01f * static_cast<float>(x), 1); });
-    ConvertOptions wanted = options("warm.exr");
-    wanted.rsrmFormat = "bc7";
+    RsrmOptions wanted = options("warm.exr");
+    wanted.format = "bc7";
     wanted.cook.target = Target::Astc;
     EXPECT_THAT(refusal(wanted), HasSubstr("found format \"bc7\" with target \"astc\""));
     wanted.cook.target = Target::Bc;
     wanted.dither = true;
     EXPECT_THAT(refusal(wanted), HasSubstr("found dither with format \"bc7\""));
-    ConvertOptions grey = options("many.exr");
-    grey.rsrmFormat = "bc4";
+    RsrmOptions grey = options("many.exr");
+    grey.format = "bc4";
     EXPECT_THAT(refusal(grey), HasSubstr("zone 0: found a colour of its own, expected one colour"));
 }
 
@@ -103,7 +102,7 @@ TEST_F(Rsrm, PicturesAreSrgbUnlessSaidOtherwise) {
     EXPECT_NEAR((*linear)[7].x, 188.0 / 255, 1e-6);
     EXPECT_LT(asset(options("grey.png")).at("measures").at("code_error"), 0.5);
     write("bright.exr", 8, 1, [](int x, int) { return glm::vec3(static_cast<float>(x)); });
-    ConvertOptions wanted = options("bright.exr");
+    RsrmOptions wanted = options("bright.exr");
     wanted.encoding = "srgb";
     EXPECT_THAT(refusal(wanted), HasSubstr("channel R, texel (2, 0): found 2, expected 0 to 1 under the sRGB curve"));
 }
@@ -115,7 +114,7 @@ TEST_F(Rsrm, EnvironmentsAreAveragedAroundTheirAxis) {
         return glm::vec3(static_cast<float>(direction.x > 0 ? 3 : 1));
     });
     const auto around = [&](std::vector<double> axis) {
-        ConvertOptions wanted = options("sky.exr");
+        RsrmOptions wanted = options("sky.exr");
         wanted.axis = std::move(axis);
         wanted.zones = 64;
         return asset(wanted).at("measures").at("asymmetric_energy").get<double>();
@@ -123,7 +122,7 @@ TEST_F(Rsrm, EnvironmentsAreAveragedAroundTheirAxis) {
     EXPECT_LT(around({1, 0, 0}), 0.01);
     EXPECT_NEAR(around({0, 1, 0}), 0.2, 0.01);  // mean 2 squared of mean square 5
     EXPECT_THAT(refusal(options("sky.exr")), HasSubstr("an environment needs an axis"));
-    ConvertOptions wanted = options("sky.exr");
+    RsrmOptions wanted = options("sky.exr");
     wanted.axis = {0, 0, 0};
     EXPECT_THAT(refusal(wanted), HasSubstr("axis"));
 }
@@ -139,7 +138,7 @@ TEST_F(Rsrm, TheEdgesOfNumbersAreCookedOrRefusedByName) {
     write("spike.exr", 64, 1, spike(1e30f));
     for (const char* name : {"black.exr", "one.exr", "denormal.exr", "long.exr", "huge.exr", "spike.exr"}) {
         SCOPED_TRACE(name);
-        ConvertOptions wanted = options(name);
+        RsrmOptions wanted = options(name);
         wanted.exponents = {256, 4096, 65536};
         const Json found = asset(wanted);
         EXPECT_LT(found.at("measures").at("code_error"), 0.56);
@@ -149,9 +148,9 @@ TEST_F(Rsrm, TheEdgesOfNumbersAreCookedOrRefusedByName) {
     EXPECT_THAT(refusal(options("negative.exr")), HasSubstr("negative.exr, channel R, texel (5, 0): found -1, expected a non-negative"));
     write("nan.exr", 64, 1, spike(NAN));
     EXPECT_THAT(refusal(options("nan.exr")), HasSubstr("nan.exr, channel R, texel (5, 0): found nan, expected a finite"));
-    ConvertOptions mended = options("nan.exr");
-    mended.repair = true;
-    EXPECT_LT(asset(mended).at("measures").at("code_error"), 0.56);
+    RsrmOptions repaired = options("nan.exr");
+    repaired.cook.repair = true;
+    EXPECT_LT(asset(repaired).at("measures").at("code_error"), 0.56);
 }
 
 }  // namespace

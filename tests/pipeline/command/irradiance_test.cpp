@@ -1,4 +1,4 @@
-#include "pipeline/command/irradiance_command.h"
+#include "pipeline/command/irradiance.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "formats/environment.h"
-#include "pipeline/command/convert.h"
 #include "tests/formats/temporary_folder.h"
 #include "verify/cubemap.h"
 
@@ -17,10 +16,10 @@ namespace {
 
 using formats::Image;
 
-/// Grey, with a lamp that is one texel or none.
-std::filesystem::path writeSky(const formats::TemporaryFolder& folder, float lamp) {
+/// Writes a grey panorama with a light source of one texel.
+std::filesystem::path writeSky(const formats::TemporaryFolder& folder, float light) {
     Image<glm::vec4> sky(64, 32, glm::vec4(0.5f, 0.5f, 0.5f, 1));
-    sky.at(10, 8) += glm::vec4(lamp, lamp / 2, 0, 0);
+    sky.at(10, 8) += glm::vec4(light, light / 2, 0, 0);
     const std::filesystem::path file = folder / "sky.exr";
     EXPECT_TRUE(formats::writeExr(file, sky.view(), 3));
     return file;
@@ -29,22 +28,22 @@ std::filesystem::path writeSky(const formats::TemporaryFolder& folder, float lam
 TEST(IrradianceCommand, GreyStaysGreyThroughEveryTarget) {
     const formats::TemporaryFolder folder;
     const auto sky = writeSky(folder, 0);
-    for (const char* target : {"bc", "astc", "float"})
+    for (const formats::TargetInfo& target : formats::allTargets())
         for (const char* name : {"out.ktx2", "out.dds"}) {
-            if (std::string(target) == "astc" && std::string(name) == "out.dds") continue;  // DDS has no ASTC
+            if (target.id == formats::Target::Astc && std::string(name) == "out.dds") continue;  // DDS has no ASTC
             IrradianceCommand command;
             command.input = sky;
             command.output = folder / name;
-            command.target = target;
+            command.target = target.id;
             command.size = 8;
             command.wrap = 0.25;
             const auto cooked = cookIrradiance(command);
             ASSERT_TRUE(cooked) << cooked.error().line();
-            EXPECT_LT(cooked->at("worst").get<double>(), std::string(target) == "float" ? 1e-6 : 1e-3) << target;
+            EXPECT_LT(cooked->at("worst").get<double>(), target.id == formats::Target::Float ? 1e-6 : 1e-3) << target.name;
         }
 }
 
-TEST(IrradianceCommand, AFailedVerificationLeavesWhatWasThere) {
+TEST(IrradianceCommand, AFailedVerificationKeepsTheEarlierFile) {
     const formats::TemporaryFolder folder;
     IrradianceCommand command;
     command.input = writeSky(folder, 5000);
@@ -62,31 +61,7 @@ TEST(IrradianceCommand, AFailedVerificationLeavesWhatWasThere) {
     EXPECT_EQ(cookIrradiance(command).error().code, formats::ErrorCode::InvalidRequest);
 }
 
-/// A lamp over what is 10^18 times darker: no half holds both, and the report says where.
-TEST(Cubemap, LightThatDivisionLosesIsCountedByLevel) {
-    const formats::TemporaryFolder folder;
-    for (const bool isDark : {false, true}) {
-        Image<glm::vec4> sky(16, 8, glm::vec4(isDark ? 1e-12f : 0.5f));
-        if (isDark) sky.at(3, 2) = glm::vec4(1e6f);
-        ASSERT_TRUE(formats::writeExr(folder / "sky.exr", sky.view(), 3));
-        ConvertOptions options;
-        options.converter = "cubemap";
-        options.input = folder / "sky.exr";
-        options.output = folder / (isDark ? "dark" : "calm");
-        options.cook.cache = folder / "cache";
-        options.cook.target = Target::Float;
-        const Outcome outcome = convert(options, RunState());
-        ASSERT_TRUE(outcome.report.is_object());
-        const Json& notes = outcome.report.at("assets").at(0).at("notes");
-        EXPECT_TRUE(notes.at("division_clamped").empty());
-        EXPECT_EQ(notes.at("division_lost").empty(), !isDark);
-        if (isDark) {
-            EXPECT_GT(notes.at("division_lost").at("level 0").get<int>(), 6 * 128 * 128);
-        }
-    }
-}
-
-TEST(ShCommand, GreyStaysGreyForEveryWrapAndALampIsItsCoefficients) {
+TEST(ShCommand, GreyStaysGreyForEveryWrapAndALightSourceIsItsCoefficients) {
     const formats::TemporaryFolder folder;
     ShCommand command;
     command.input = writeSky(folder, 0);
@@ -95,7 +70,7 @@ TEST(ShCommand, GreyStaysGreyForEveryWrapAndALampIsItsCoefficients) {
         command.wrap = wrap;
         const auto grey = cookSh(command);
         ASSERT_TRUE(grey) << grey.error().line();
-        EXPECT_EQ(Json::parse(std::ifstream(command.output)), *grey) << "what is returned is what was written";
+        EXPECT_EQ(Json::parse(std::ifstream(command.output)), *grey) << "the returned object is the written one";
         EXPECT_NEAR(grey->at("exit")[0][1].get<double>() * 0.5 * std::sqrt(1 / std::numbers::pi), 0.5, 1e-6) << "exit radiance";
         for (int i = 1; i < 9; ++i) EXPECT_NEAR(grey->at("exit")[i][0].get<double>(), 0, 1e-7) << i;
     }
@@ -112,19 +87,19 @@ TEST(ShCommand, GreyStaysGreyForEveryWrapAndALampIsItsCoefficients) {
             EXPECT_NEAR(lit->at("exit")[i][channel].get<double>(), kBands[i == 0 ? 0 : i < 4 ? 1 : 2] * sh, 1e-6 * std::abs(sh)) << i;
             EXPECT_NEAR(rescaled->at("sh")[i][channel].get<double>(), 16.0 / 17 * sh, 1e-6 * std::abs(sh)) << i;
         }
-    EXPECT_GT(lit->at("sh")[0][0].get<double>(), lit->at("sh")[0][2].get<double>()) << "the lamp is red";
+    EXPECT_GT(lit->at("sh")[0][0].get<double>(), lit->at("sh")[0][2].get<double>()) << "the light source is red";
     command.output = folder / "out.ktx2";
     EXPECT_EQ(cookSh(command).error().code, formats::ErrorCode::InvalidRequest);
 }
 
-TEST(IrradianceCommand, TheVerifierSeesAMissingLampAndAWrongRange) {
+TEST(IrradianceCommand, TheVerifierSeesAMissingLightSourceAndAWrongRange) {
     formats::Environment environment{formats::Environment::Projection::CubeStrip, Image<glm::vec3>(8, 48, glm::vec3(0.2f))};
     environment.texels.at(1, 34) = glm::vec3(900);  // towards a corner of +Z
     std::vector<Image<glm::vec4>> faces;
     for (int face = 0; face < 6; ++face) faces.emplace_back(4, 4, glm::vec4(0.2f));
-    EXPECT_GT(verify::compareIrradiance(faces, 1, 0, environment).relRms, 0.1) << "the lamp is missing";
+    EXPECT_GT(verify::compareIrradiance(faces, 1, 0, environment).relRms, 0.1) << "the light source is missing";
     environment.texels.at(1, 34) = glm::vec3(0.2f);
-    EXPECT_LT(verify::compareIrradiance(faces, 1, 0, environment).worst, 0.03) << "texels in their middles only";
+    EXPECT_LT(verify::compareIrradiance(faces, 1, 0, environment).worst, 0.03) << "sampled at texel centres only";
     EXPECT_NEAR(verify::compareIrradiance(faces, 2, 0, environment).relRms, 1, 0.05) << "twice the range";
 }
 

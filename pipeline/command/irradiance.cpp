@@ -1,4 +1,4 @@
-#include "pipeline/command/irradiance_command.h"
+#include "pipeline/command/irradiance.h"
 
 #include <fmt/format.h>
 
@@ -22,7 +22,7 @@ using formats::failure;
 using formats::Image;
 using formats::Result;
 
-/// [s] of this process so far, all threads.
+/// Returns the CPU time of this process, all threads [s].
 double cpuSeconds() {
     return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
@@ -33,7 +33,7 @@ Json rowsOf(const lighting::ShRgb& sh) {
     return rows;
 }
 
-/// Every texel of a written file against brute force.
+/// Compares texels of a written file with brute force.
 Result<verify::IrradianceFigures> verified(const std::filesystem::path& file, float range, double wrap,
                                            const formats::Environment& environment) {
     const auto texture = formats::TextureReader::open(file);
@@ -63,7 +63,7 @@ Result<Json> cookIrradiance(const IrradianceCommand& command) {
     const float range = hdrRange(largest);
 
     formats::TextureShape shape;
-    shape.format = hdrFormat(command.target);
+    shape.format = formats::info(command.target).hdr;
     shape.width = shape.height = command.size;
     shape.faceCount = 6;
     TextureSettings settings = command.textures;
@@ -72,7 +72,7 @@ Result<Json> cookIrradiance(const IrradianceCommand& command) {
     const auto images = encodeFaces(shape.format, strip->view(), range, settings.encodeOptions(), report);
     const Json constants = {{"range", range}, {"wrap", command.wrap}, {"quantity", "exit radiance of a white surface"}};
     const auto metadata = textureMetadata({{"layout", "irradiance-cubemap"}, {"constants", constants}});
-    // Beside nothing until it is verified: what lies at the output stays until there is a better one.
+    // Written to a temporary folder: a file that fails its verification does not replace an earlier output.
     auto folder = TemporaryFolder::create();
     if (!folder) return tl::make_unexpected(folder.error());
     const std::filesystem::path file = folder->path() / ("irradiance" + extension);

@@ -1,0 +1,110 @@
+#include "pipeline/command/command.h"
+
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "formats/nearest.h"
+#include "pipeline/command/session.h"
+#include "pipeline/command/terminal.h"
+#include "pipeline/graph/version.h"
+
+namespace lightcook::pipeline {
+
+// One file each: cook.cpp, verify.cpp, ...
+CommandFunction defineCook(CLI::App& app);
+CommandFunction defineVerify(CLI::App& app);
+CommandFunction defineReport(CLI::App& app);
+CommandFunction defineLightmap(CLI::App& app);
+CommandFunction defineDominant(CLI::App& app);
+CommandFunction defineCubemap(CLI::App& app);
+CommandFunction defineLut(CLI::App& app);
+CommandFunction defineRsrm(CLI::App& app);
+CommandFunction defineEncode(CLI::App& app);
+CommandFunction defineDecode(CLI::App& app);
+CommandFunction defineReconstruct(CLI::App& app);
+CommandFunction defineCompare(CLI::App& app);
+CommandFunction defineInfo(CLI::App& app);
+CommandFunction defineDemo(CLI::App& app);
+
+namespace {
+
+constexpr std::array kCommands = {
+    CommandInfo{"cook", "Cook a whole scene, incrementally, and verify it", defineCook},
+    CommandInfo{"verify", "Reopen a cooked scene; measure and bound its errors again from the files", defineVerify},
+    CommandInfo{"report", "Print the memory and errors of a cooked scene; compare them with a baseline", defineReport},
+    CommandInfo{"lightmap", "Compress one SH light map", defineLightmap},
+    CommandInfo{"dominant", "Fit and compress the dominant light of one SH light map", defineDominant},
+    CommandInfo{"cubemap", "Prefilter and pre-divide one environment, or take its diffuse light", defineCubemap},
+    CommandInfo{"lut", "Make the tables of area-specular light", defineLut},
+    CommandInfo{"rsrm", "Make the radially symmetric reflection map of one gradient", defineRsrm},
+    CommandInfo{"encode", "Compress an image into a KTX2 or DDS texture", defineEncode},
+    CommandInfo{"decode", "Decode a texture into a float EXR", defineDecode},
+    CommandInfo{"reconstruct", "Write a cooked light map as the shader sees it, in the form of a bake", defineReconstruct},
+    CommandInfo{"compare", "Print the differences of two images, textures or cooked scenes", defineCompare},
+    CommandInfo{"info", "Print the contents of a file or a cooked scene", defineInfo},
+    CommandInfo{"demo", "Cook, verify and report the scene that ships with the program", defineDemo},
+};
+
+/// Returns "the command 'bake' (nearest is 'cook')" for the first word that stands in a command's place and is none; else "".
+std::string describeUnknownCommand(int argc, const char* const* argv) {
+    std::vector<std::string> names;
+    for (const CommandInfo& command : kCommands) names.emplace_back(command.name);
+    for (int i = 1; i < argc; ++i) {
+        const std::string word = argv[i];
+        if (word == "-j" || word == "--threads" || word == "--log" || word == "--instructions") ++i;  // skips the option's value
+        if (word.starts_with("-")) continue;
+        if (std::find(names.begin(), names.end(), word) != names.end()) return "";
+        return fmt::format("the command '{}' (nearest is '{}')", word, formats::nearestName(word, names));
+    }
+    return "";
+}
+
+}  // namespace
+
+std::span<const CommandInfo> allCommands() {
+    return kCommands;
+}
+
+void defineProgram(CLI::App& app, GlobalOptions& global, CommandFunction& selected) {
+    app.name("lightcook");
+    app.description("lightcook compresses baked lighting into GPU textures and certifies the error of the shaded result.");
+    app.set_version_flag("--version", fmt::format("{} {}", kToolName, kToolVersion), "Print the version and exit");
+    app.set_help_flag("-h,--help", "Print this help and exit");
+    app.require_subcommand(1);
+    app.fallthrough();
+    app.add_option("--log", global.log, "Format of error messages")->check(CLI::IsMember({"text", "json"}))->capture_default_str();
+    app.add_option("-j,--threads", global.threads, "Number of threads; default: one for each core")->check(CLI::Range(1, 1024));
+    app.add_option("--instructions", global.instructions, "Vector instructions that the encoders may use; the output is the same for both")
+        ->check(CLI::IsMember({"widest", "avx2"}))
+        ->capture_default_str();
+    for (const CommandInfo& command : kCommands) {
+        CLI::App* sub = app.add_subcommand(std::string(command.name), std::string(command.summary));
+        const CommandFunction function = command.define(*sub);
+        sub->callback([&selected, function] { selected = function; });
+    }
+}
+
+ParsedCommandLine parseCommandLine(int argc, const char* const* argv, GlobalOptions& global) {
+    CLI::App app;
+    ParsedCommandLine parsed;
+    defineProgram(app, global, parsed.function);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& mistake) {
+        if (mistake.get_exit_code() == 0) return {{}, app.exit(mistake)};  // --help, --version
+        const std::string unknown = describeUnknownCommand(argc, argv);
+        const std::string found = unknown.empty() ? fmt::format("a mistake ({})", mistake.what()) : unknown;
+        Terminal(global.logFormat())
+            .error({formats::ErrorCode::InvalidRequest, "command line", fmt::format("found {}, expected what --help shows", found)});
+        return {{}, exitCode(formats::ErrorCode::InvalidRequest)};
+    }
+    return parsed;
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,122 @@
+#include "pipeline/command/compare.h"
+
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Formatter.hpp>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+
+#include "pipeline/command/command.h"
+#include "pipeline/command/option_groups.h"
+#include "pipeline/command/printing.h"
+#include "pipeline/command/session.h"
+#include "pipeline/command/texture_file.h"
+#include "pipeline/report/report.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::Result;
+
+/// Sums over texels and channels.
+struct ImageError {
+    double squared = 0, squaredReference = 0, squaredLog = 0, largest = 0;
+    std::int64_t count = 0;
+
+    void add(double a, double b) {
+        squared += (b - a) * (b - a);
+        squaredReference += a * a;
+        const double difference = std::log2(1 + std::max(b, 0.0)) - std::log2(1 + std::max(a, 0.0));
+        squaredLog += difference * difference;
+        largest = std::max(largest, std::abs(b - a));
+        ++count;
+    }
+    Json toJson() const {
+        const double n = static_cast<double>(std::max<std::int64_t>(count, 1));
+        const double logRms = std::sqrt(squaredLog / n);
+        return {{"rmse", std::sqrt(squared / n)},
+                {"rel_rmse", squaredReference > 0 ? std::sqrt(squared / squaredReference)
+                                                  : (squared > 0 ? std::numeric_limits<double>::infinity() : 0.0)},
+                {"log2_psnr_db", logRms > 0 ? 20 * std::log10(1 / logRms) : std::numeric_limits<double>::infinity()},
+                {"max_abs", largest}};
+    }
+};
+
+Result<Json> compareImages(const std::filesystem::path& a, const std::filesystem::path& b) {
+    const auto first = readAnyImage(a), second = readAnyImage(b);
+    if (!first) return tl::make_unexpected(first.error());
+    if (!second) return tl::make_unexpected(second.error());
+    if (first->texels.width() != second->texels.width() || first->texels.height() != second->texels.height())
+        return failure(ErrorCode::WrongShape, b.string(),
+                       fmt::format("found {} x {} texels, expected {} x {} as in {}", second->texels.width(), second->texels.height(),
+                                   first->texels.width(), first->texels.height(), a.string()));
+    const int channels = std::min({first->channelCount, second->channelCount, 4});
+    ImageError error;
+    for (std::size_t i = 0; i < first->texels.texels().size(); ++i)
+        for (int c = 0; c < channels; ++c)
+            error.add(static_cast<double>(first->texels.texels()[i][c]), static_cast<double>(second->texels.texels()[i][c]));
+    return error.toJson();
+}
+
+Json assetRow(const Json& asset) {
+    const Json& error = asset.at("stages").back().at("error");
+    return {{"bytes_gpu", asset.at("bytes_gpu")},
+            {"bytes_disk", asset.at("bytes_disk")},
+            {"diffuse_rel_rms", error.at("diffuse").at("rel_rms")},
+            {"specular_rel_rms", error.at("specular").at("rel_rms")},
+            {"passed", asset.at("passed")}};
+}
+
+Result<Json> compareScenes(const std::filesystem::path& a, const std::filesystem::path& b) {
+    const auto first = readReport(a / kReportName), second = readReport(b / kReportName);
+    if (!first) return tl::make_unexpected(first.error());
+    if (!second) return tl::make_unexpected(second.error());
+    std::map<std::string, std::pair<Json, Json>> rows;
+    for (const Json& asset : first->at("assets")) rows[asset.at("name").get<std::string>()].first = assetRow(asset);
+    for (const Json& asset : second->at("assets")) rows[asset.at("name").get<std::string>()].second = assetRow(asset);
+    Json assets = Json::array();
+    for (const auto& [name, row] : rows)
+        assets.push_back({{"name", name}, {"a", row.first}, {"b", row.second}, {"same", row.first == row.second}});
+    return Json{
+        {"a_bytes_gpu", first->at("budget").at("used_bytes")}, {"b_bytes_gpu", second->at("budget").at("used_bytes")}, {"assets", assets}};
+}
+
+}  // namespace
+
+Result<Json> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b) {
+    std::error_code code;
+    const bool areFolders = std::filesystem::is_directory(a, code) && std::filesystem::is_directory(b, code);
+    return areFolders ? compareScenes(a, b) : compareImages(a, b);
+}
+
+CommandFunction defineCompare(CLI::App& app) {
+    struct Options {
+        std::filesystem::path a, b;
+        std::string metric;
+    };
+    const auto options = std::make_shared<Options>();
+    addFileOption(app, "a", options->a, "The reference: an image, a texture or an output folder of cook")->required();
+    addFileOption(app, "b", options->b, "The one to compare with it")->required();
+    app.add_option("--metric", options->metric, "Print only this figure (images and textures)")
+        ->check(CLI::IsMember({"rmse", "rel_rmse", "log2_psnr_db", "max_abs"}));
+    return [options](Session& session) {
+        const auto differences = compareFiles(options->a, options->b);
+        if (!differences) return session.finish(differences);
+        if (options->metric.empty())
+            printJson(session.terminal, *differences);
+        else if (differences->contains(options->metric))
+            session.terminal.say(fmt::format("{}", differences->at(options->metric).get<double>()));
+        else
+            return session.finish(std::vector<formats::Error>{
+                {ErrorCode::InvalidRequest, "--metric", "found two cooked scenes, expected two images or textures"}});
+        return 0;
+    };
+}
+
+}  // namespace lightcook::pipeline

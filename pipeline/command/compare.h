@@ -1,0 +1,15 @@
+// lightcook compare: differences of two images, textures or cooked scenes.
+#pragma once
+
+#include <filesystem>
+
+#include "formats/error.h"
+#include "pipeline/graph/action.h"
+
+namespace lightcook::pipeline {
+
+/// Returns {"rmse","rel_rmse","log2_psnr_db","max_abs"} of two images or textures of one size; or bytes and errors of each asset of two
+/// cooked scenes.
+formats::Result<Json> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,31 @@
+// The common part of the single converters (lightmap, dominant, cubemap, lut, rsrm): a scene of one asset, made in memory, then cooked
+// and verified like any other.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "pipeline/cook/cook.h"
+
+namespace lightcook::pipeline {
+
+/// Options of every converter.
+struct ConverterOptions {
+    std::filesystem::path input;   ///< not of lut
+    std::filesystem::path output;  ///< a folder; or a .ktx2 or .dds file if the asset is one texture
+    CookOptions cook;              ///< overrides of [output], repair, cache
+};
+
+/// Returns a scene without assets for the converter's input.
+Scene sceneFor(const ConverterOptions& options);
+
+/// Returns the input's stem with everything that an asset's name may not hold replaced by '_'; `otherwise` if nothing is left.
+std::string assetNameFor(const std::filesystem::path& input, const std::string& otherwise);
+
+/// Cooks the assets of one kind of a scene to options.output.
+Outcome convertScene(Scene scene, const std::string& kind, const ConverterOptions& options, const RunState& state);
+
+/// An outcome that is nothing but an error.
+Outcome failedOutcome(formats::Error error);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,55 @@
+// lightcook cook: a whole scene.
+#include <CLI/App.hpp>
+#include <CLI/Formatter.hpp>
+#include <memory>
+
+#include "pipeline/command/command.h"
+#include "pipeline/command/option_groups.h"
+#include "pipeline/command/printing.h"
+#include "pipeline/command/session.h"
+
+namespace lightcook::pipeline {
+
+CommandFunction defineCook(CLI::App& app) {
+    struct Options {
+        CookOptions cook;
+        OutputOptions output;
+        std::optional<int> samples;
+    };
+    const auto options = std::make_shared<Options>();
+    CookOptions& cook = options->cook;
+    addFileOption(app, "scene", cook.scene, "The scene file (scene.toml)")->required();
+    addFolderOption(app, "-o,--output", cook.output, "Output folder; default: <scene name>.cooked");
+    options->output.addAll(app);
+    app.add_option("--depfile", cook.depfile, "Write the inputs as a Makefile rule")->type_name(kFilePlaceholder);
+    app.add_option("--only", cook.only, "Cook this asset and those that derive from it; leave the others as they are")->type_name("NAME");
+    addFolderOption(app, "--cache", cook.cache, "Cache folder; default: $LIGHTCOOK_CACHE, else the user's cache folder");
+    addSamplesOption(app, options->samples);
+    app.add_flag("--force", cook.force, "Cook everything again");
+    app.add_flag("--keep-going", cook.keepGoing, "Cook the other assets after a failure; the exit code is the first failure's");
+    addRepairOption(app, cook.repair);
+    app.footer(R"(An action (to cook or to verify one asset) is identified by a digest of the content of its inputs, its
+parameters and lightcook's own sources. Results of earlier actions are taken from the cache, which
+holds at most 4 GiB and drops the least recently used first. If nothing changed, a cook opens no
+image and does not touch the outputs.
+
+--depfile writes the inputs as a Makefile rule whose target is DIR/cooked.json. Give a build system
+cooked.json as the output: with restat = 1 in Ninja, because an unchanged cook does not touch the
+file; in Make, end the recipe with touch $@.
+
+A bad input (missing, truncated, of the wrong shape, not finite, negative energy) ends with exit code
+3 and a line that names file and place, and nothing is written. --repair replaces bad values and
+counts them in the report. In light maps it also repairs SH bands that are too long for their mean,
+and fireflies.
+
+--rdo applies to every BC texture. The verifier's bounds include what it changes.)");
+    return [options](Session& session) {
+        if (auto applied = options->output.apply(options->cook); !applied) return session.finish(applied);
+        if (options->samples) options->cook.samples = *options->samples;
+        const Outcome outcome = cookScene(options->cook, session.state);
+        if (session.terminal.isInteractive() && outcome.report.is_object()) printReport(session.terminal, outcome.report);
+        return session.finish(outcome.errors);
+    };
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,131 @@
+#include "pipeline/command/cubemap.h"
+
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Formatter.hpp>
+#include <algorithm>
+#include <memory>
+
+#include "pipeline/command/command.h"
+#include "pipeline/command/irradiance.h"
+#include "pipeline/command/option_groups.h"
+#include "pipeline/command/printing.h"
+#include "pipeline/command/session.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+/// Options of the command line; those that only some filters have are empty unless given.
+struct CommandLine : CubemapOptions {
+    OutputOptions outputOptions;
+    std::string filter = "specular";
+    std::optional<double> wrap;
+    std::optional<int> size;
+    std::optional<std::string> normalize;
+};
+
+/// Returns an error for the first option that was given to a filter which has no use for it.
+formats::Result<void> checkFilterOptions(const CommandLine& options) {
+    struct OwnedOption {
+        const char* name;
+        bool isGiven;
+        std::vector<std::string> filters;
+    };
+    const OwnedOption owned[] = {
+        {.name = "--wrap", .isGiven = options.wrap.has_value(), .filters = {"irradiance", "sh"}},
+        {.name = "--size", .isGiven = options.size.has_value(), .filters = {"irradiance"}},
+        {.name = "--normalize", .isGiven = options.normalize.has_value(), .filters = {"sh"}},
+        {.name = "--sh", .isGiven = !options.sh.empty(), .filters = {"specular"}},
+    };
+    for (const OwnedOption& option : owned)
+        if (option.isGiven && std::find(option.filters.begin(), option.filters.end(), options.filter) == option.filters.end())
+            return checkOption(option.name, ValueError{fmt::format("it with --filter {}", options.filter),
+                                                       fmt::format("--filter {}", fmt::join(option.filters, " or "))});
+    return {};
+}
+
+/// Runs --filter irradiance.
+formats::Result<Json> runIrradiance(const CommandLine& options) {
+    IrradianceCommand command;
+    command.input = options.input;
+    command.output = options.output;
+    command.wrap = options.wrap.value_or(command.wrap);
+    command.size = options.size.value_or(command.size);
+    command.repair = options.cook.repair;
+    command.target = options.cook.target.value_or(command.target);
+    command.maxError = options.cook.maxError.value_or(command.maxError);
+    command.textures.zstd = options.cook.zstd.value_or(command.textures.zstd);
+    command.textures.effort = options.cook.effort.value_or(command.textures.effort);
+    command.textures.rdo = options.cook.rdo.value_or(command.textures.rdo);
+    return cookIrradiance(command);
+}
+
+/// Runs --filter sh.
+formats::Result<Json> runSh(const CommandLine& options) {
+    ShCommand command;
+    command.input = options.input;
+    command.output = options.output;
+    command.wrap = options.wrap.value_or(command.wrap);
+    command.normalize = options.normalize.value_or(command.normalize);
+    command.repair = options.cook.repair;
+    return cookSh(command);
+}
+
+}  // namespace
+
+Outcome convertCubemap(const CubemapOptions& options, const RunState& state) {
+    Scene scene = sceneFor(options);
+    scene.name = assetNameFor(options.input, "cubemap");
+    scene.probes.push_back({scene.name, options.input, options.sh.empty() ? std::nullopt : std::optional(options.sh)});
+    return convertScene(std::move(scene), "cubemap", options, state);
+}
+
+CommandFunction defineCubemap(CLI::App& app) {
+    const auto options = std::make_shared<CommandLine>();
+    addFileOption(app, "input", options->input, "The environment")->required();
+    addFileOption(app, "output", options->output, "A folder, or a .ktx2, .dds or (--filter sh) .json file")->required();
+    options->outputOptions.addTextures(app);
+    addRepairOption(app, options->cook.repair);
+    app.add_option("--filter", options->filter,
+                   "specular: prefiltered and pre-divided levels; irradiance: diffuse light, one level in one file; sh: nine coefficients "
+                   "as JSON")
+        ->check(CLI::IsMember({"specular", "irradiance", "sh"}))
+        ->capture_default_str();
+    addFileOption(app, "--sh", options->sh, "For specular: JSON with the environment's SH; default: projected from the image");
+    app.add_option("--wrap", options->wrap, "For irradiance and sh: wrapped diffuse, energy conserving, 0 (Lambert, the default) to 1")
+        ->check(CLI::Range(0.0, 1.0));
+    app.add_option("--size", options->size, "For irradiance: texels of a face's edge; default: 32")->check(CLI::Range(1, 1024));
+    app.add_option("--normalize", options->normalize,
+                   "For sh: none (the default), or d3dx: multiply by 16/17, so that a game light of 1 is 1 through nine coefficients")
+        ->check(CLI::IsMember({"none", "d3dx"}));
+    app.footer(R"(The environment is an equirectangular panorama (2:1), six faces +X -X +Y -Y +Z -Z in a strip (1:6 or
+6:1), a horizontal (4:3) or vertical (3:4) cross, or one of six square files whose names end in
+px nx py ny pz nz or posx negx posy negy posz negz. The shape of the image selects the form. The
+corners of a cross are ignored.
+
+--filter irradiance writes the exit radiance of a white Lambert surface (irradiance over pi) for every
+normal, computed from the whole environment. The texture's metadata has the "range" to multiply by.
+--wrap W makes the kernel max(0, n.l + W) / (pi (1 + W)^2), with the SH bands 1, (2 - W) / 3 and
+(1 - W)^2 / 4. 96 texels of the file are compared with the sum over every source texel; --max-error
+(default 0.1) limits their RMS error.
+
+--filter sh writes "sh", the incident radiance as nine rows of R, G and B, without Condon-Shortley
+signs, and "exit", the same times the bands of wrapped Lambert: the sum of exit_i Y_i(n) is the exit
+radiance of a white surface. Through nine coefficients, a white surface that faces a game light of 1
+shows 17/16; --normalize d3dx multiplies everything by 16/17, as D3DX does.)");
+    return [options](Session& session) {
+        if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
+        if (auto checked = checkFilterOptions(*options); !checked) return session.finish(checked);
+        if (options->filter != "specular") {
+            const auto cooked = options->filter == "sh" ? runSh(*options) : runIrradiance(*options);
+            if (cooked && session.terminal.isInteractive()) printJson(session.terminal, *cooked);
+            return session.finish(cooked);
+        }
+        const Outcome outcome = convertCubemap(*options, session.state);
+        if (session.terminal.isInteractive() && outcome.report.is_object()) printReport(session.terminal, outcome.report);
+        return session.finish(outcome.errors);
+    };
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,18 @@
+// lightcook decode: a texture as a float EXR.
+#pragma once
+
+#include <filesystem>
+
+#include "formats/error.h"
+
+namespace lightcook::pipeline {
+
+struct DecodeCommand {
+    std::filesystem::path input, output;
+    int mip = 0, layer = 0;
+};
+
+/// Writes a float EXR with the format's channels; a cubemap as a vertical strip of its faces.
+formats::Result<void> decodeTexture(const DecodeCommand& command);
+
+}  // namespace lightcook::pipeline

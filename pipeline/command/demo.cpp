@@ -1,0 +1,52 @@
+// lightcook demo: the scene that ships with the program.
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Formatter.hpp>
+#include <memory>
+
+#include "pipeline/command/command.h"
+#include "pipeline/command/option_groups.h"
+#include "pipeline/command/printing.h"
+#include "pipeline/command/session.h"
+#include "pipeline/report/report.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+/// Returns the example scene beside the installed program, or that of the source tree which the program was built from.
+std::filesystem::path demoScene() {
+    const std::filesystem::path scene = "examples/cornell/scene.toml";
+    std::error_code code;
+    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", code);
+    const std::filesystem::path installed = program.parent_path().parent_path() / "share/lightcook" / scene;
+    return std::filesystem::exists(installed, code) ? installed : std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / scene;
+}
+
+}  // namespace
+
+CommandFunction defineDemo(CLI::App& app) {
+    struct Options {
+        CookOptions cook;
+        OutputOptions output;
+    };
+    const auto options = std::make_shared<Options>();
+    options->cook.output = "demo.cooked";
+    addFolderOption(app, "-o,--output", options->cook.output, "Output folder; default: demo.cooked");
+    options->output.addAll(app);
+    return [options](Session& session) {
+        if (auto applied = options->output.apply(options->cook); !applied) return session.finish(applied);
+        options->cook.scene = demoScene();
+        const Outcome cooked = cookScene(options->cook, session.state);
+        if (!cooked.errors.empty()) return session.finish(cooked.errors);
+        const std::filesystem::path& folder = options->cook.output;
+        const Outcome verified = verifyCooked({folder, {}, {}}, session.state);
+        if (verified.report.is_object()) printReport(session.terminal, verified.report);
+        if (verified.errors.empty())
+            session.terminal.say(fmt::format("cooked and verified; the report is {}",
+                                             std::filesystem::absolute(folder / kReportHtmlName).lexically_normal().string()));
+        return session.finish(verified.errors);
+    };
+}
+
+}  // namespace lightcook::pipeline

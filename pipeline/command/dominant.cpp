@@ -1,0 +1,72 @@
+#include "pipeline/command/dominant.h"
+
+#include <CLI/App.hpp>
+#include <CLI/Formatter.hpp>
+#include <memory>
+
+#include "pipeline/command/command.h"
+#include "pipeline/command/lightmap.h"
+#include "pipeline/command/option_groups.h"
+#include "pipeline/command/printing.h"
+#include "pipeline/command/session.h"
+#include "pipeline/report/explained_light.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+/// Prints how much of the light map one light and two lights explain.
+int printExplanation(const DominantOptions& options, Session& session) {
+    formats::LightMapDescription description = options.description;
+    description.repair = options.cook.repair;
+    const auto explanation = explainDominant(options.input, description, options.fit == "refined-ambient", session.state);
+    if (!explanation) return session.finish(explanation);
+    if (session.log == LogFormat::JsonLines)
+        session.terminal.say(explanation->dump());
+    else
+        for (const std::string& line : linesOf(*explanation)) session.terminal.say(line);
+    return 0;
+}
+
+}  // namespace
+
+Outcome convertDominant(const DominantOptions& options, const RunState& state) {
+    Scene scene = lightMapScene(options, options.description);
+    scene.lightMaps.front().dominantFit = options.fit;
+    return convertScene(std::move(scene), "dominant", options, state);
+}
+
+CommandFunction defineDominant(CLI::App& app) {
+    struct Options : DominantOptions {
+        OutputOptions outputOptions;
+        ConventionOptions conventions;
+        bool explain = false;
+    };
+    const auto options = std::make_shared<Options>();
+    addFileOption(app, "input", options->input, "The bake")->required();
+    addFolderOption(app, "output", options->output, "Output folder")->required();
+    options->outputOptions.addTextures(app);
+    addRepairOption(app, options->cook.repair);
+    options->conventions.add(app);
+    app.add_option("--fit", options->fit,
+                   "closed: the direction of band 1; refined: the direction of least error; explained: refined, and dimmed where one light "
+                   "explains little; refined-ambient: refined, beside ambient light")
+        ->check(CLI::IsMember(kDominantFitNames))
+        ->capture_default_str();
+    app.add_flag("--report", options->explain, "Print where one light cannot represent the map, and what a second light would gain");
+    app.footer(R"(--report prints, for the closed form, the best single light and two lights: the fraction of energy
+(squares of all SH coefficients) that is not explained; median and 99th percentile of the residual
+(root of the squared error over the norm of a texel's coefficients); texels and energy with a
+residual over 10, 25 and 50 %; and the worst texel of up to eight strips of 64 rows with the two
+lights that would do better. With --log json it is one JSON object on standard output. The textures
+hold one light.)");
+    return [options](Session& session) {
+        if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
+        if (auto applied = options->conventions.apply(options->description); !applied) return session.finish(applied);
+        const Outcome outcome = convertDominant(*options, session.state);
+        if (session.terminal.isInteractive() && outcome.report.is_object()) printReport(session.terminal, outcome.report);
+        if (!options->explain || !outcome.errors.empty()) return session.finish(outcome.errors);
+        return printExplanation(*options, session);
+    };
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,18 @@
+// lightcook dominant: the dominant light of one SH light map.
+#pragma once
+
+#include <string>
+
+#include "formats/light_map.h"
+#include "pipeline/command/converter.h"
+
+namespace lightcook::pipeline {
+
+struct DominantOptions : ConverterOptions {
+    formats::LightMapDescription description;
+    std::string fit = "closed";  ///< one of kDominantFitNames
+};
+
+Outcome convertDominant(const DominantOptions& options, const RunState& state);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,32 @@
+// lightcook encode: an image as a GPU texture.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+
+#include "compress/encode.h"
+#include "formats/error.h"
+#include "pipeline/graph/action.h"
+
+namespace lightcook::pipeline {
+
+struct EncodeCommand {
+    std::filesystem::path input, output;
+    std::string format;
+    int effort = 5;
+    bool cube = false;  ///< the input is a vertical strip of six faces
+    bool zstd = false;
+    bool repair = false;  ///< replaces NaN, infinity and negatives in unsigned formats by zero and counts them, instead of refusing them
+    compress::HdrMetric metric = compress::HdrMetric::Log;
+    float metricScale = 1;                               ///< 1e-6 .. 65504; see HdrMetric
+    std::array<float, 4> channelWeights = {1, 1, 1, 1};  ///< finite, >= 0, one of the format's channels above 0; only ratios count
+    double rdo = 0;                                      ///< see compress::EncodeOptions; BC formats only
+    std::filesystem::path significance = {};             ///< image whose first channel weighs the texels; empty: all count alike
+};
+
+/// Returns {"width","height","mips","layers","faces","format","bytes","encode_seconds","threads","clamped_high","clamped_negative",
+/// "repaired"}.
+formats::Result<Json> encodeTexture(const EncodeCommand& command, int threads);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,135 @@
+#include "pipeline/command/info.h"
+
+#include <CLI/App.hpp>
+#include <CLI/Formatter.hpp>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "formats/gltf_scene.h"
+#include "formats/light_map.h"
+#include "pipeline/command/command.h"
+#include "pipeline/command/option_groups.h"
+#include "pipeline/command/printing.h"
+#include "pipeline/command/session.h"
+#include "pipeline/command/texture_file.h"
+#include "pipeline/manifest/json_shape.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/scene/scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Result;
+
+Json describeTexture(const formats::TextureReader& texture) {
+    const formats::TextureShape& shape = texture.shape();
+    return {{"container", texture.container() == formats::Container::Dds ? "dds" : "ktx2"},
+            {"format", std::string(formats::info(shape.format).name)},
+            {"width", shape.width},
+            {"height", shape.height},
+            {"mips", shape.mipCount},
+            {"layers", shape.layerCount},
+            {"faces", shape.faceCount},
+            {"zstd", texture.isZstd()},
+            {"bytes_gpu", shape.gpuBytes()},
+            {"bytes_disk", texture.fileBytes()},
+            {"metadata", texture.metadata()}};
+}
+
+Json describeImage(const formats::PlainImage& image) {
+    const float infinity = std::numeric_limits<float>::infinity();
+    float low = infinity, high = -infinity;
+    std::int64_t notFinite = 0, negative = 0;
+    const int channels = std::min(image.channelCount, 4);
+    for (const glm::vec4& texel : image.texels.texels())
+        for (int c = 0; c < channels; ++c) {
+            if (!std::isfinite(texel[c])) {
+                ++notFinite;
+                continue;
+            }
+            low = std::min(low, texel[c]);
+            high = std::max(high, texel[c]);
+            negative += texel[c] < 0 ? 1 : 0;
+        }
+    return {{"width", image.texels.width()},
+            {"height", image.texels.height()},
+            {"channels", image.channelCount},
+            {"minimum", low},
+            {"maximum", high},
+            {"not_finite", notFinite},
+            {"negative", negative}};
+}
+
+Json describeScene(const Scene& scene) {
+    Json json = {{"scene", scene.name},
+                 {"target", std::string(formats::info(scene.output.target).name)},
+                 {"light_map_layout", layoutAsked(scene.output)},
+                 {"max_error", scene.output.maxError}};
+    for (const auto& entry : scene.lightMaps) json["light_maps"].push_back(entry.name);
+    for (const auto& entry : scene.probes) json["probes"].push_back(entry.name);
+    for (const auto& entry : scene.gradients) json["gradients"].push_back(entry.name);
+    return json;
+}
+
+Result<Json> describeFolder(const std::filesystem::path& folder) {
+    const auto manifest = readManifest(folder);
+    if (!manifest) return tl::make_unexpected(manifest.error());
+    Json json = {
+        {"scene", manifest->at("scene")}, {"tool", manifest->at("tool")}, {"target", manifest->at("target")}, {"assets", Json::array()}};
+    for (const Json& asset : manifest->at("assets"))
+        json["assets"].push_back({{"name", asset.at("name")},
+                                  {"kind", asset.at("kind")},
+                                  {"layout", asset.at("layout")},
+                                  {"width", asset.at("width")},
+                                  {"height", asset.at("height")},
+                                  {"textures", asset.at("textures").size()}});
+    return json;
+}
+
+}  // namespace
+
+Result<Json> describeFile(const std::filesystem::path& file) {
+    std::error_code code;
+    if (std::filesystem::is_directory(file, code)) return describeFolder(file);
+    const std::string extension = lowerExtension(file);
+    if (isTextureFile(file)) return formats::TextureReader::open(file).map(describeTexture);
+    if (extension == ".toml") return readScene(file).map(describeScene);
+    if (extension == ".glb" || extension == ".gltf")
+        return formats::GltfScene::load(file).map([](const formats::GltfScene& scene) {
+            Json json = {
+                {"vertices", scene.vertexCount()}, {"triangles", scene.triangleCount()}, {"light_map_uvs", scene.hasLightMapUvs()}};
+            for (const auto& material : scene.materials()) json["materials"].push_back(material.name);
+            return json;
+        });
+    if (extension == ".exr") {
+        if (const auto map = formats::LightMapReader::open(file, {}))
+            return Json{{"light_map", std::string(map->bake())},
+                        {"width", map->width()},
+                        {"height", map->height()},
+                        {"normals", map->hasNormals()}};
+    }
+    return formats::readImage(file).map(describeImage);
+}
+
+CommandFunction defineInfo(CLI::App& app) {
+    struct Options {
+        std::filesystem::path file;
+        bool json = false;
+    };
+    const auto options = std::make_shared<Options>();
+    addFileOption(app, "file", options->file, "A texture, image, light map, mesh, scene file or output folder of cook")->required();
+    app.add_flag("--json", options->json, "Print JSON");
+    return [options](Session& session) {
+        const auto facts = describeFile(options->file);
+        if (!facts) return session.finish(facts);
+        if (options->json)
+            session.terminal.say(textOf(*facts));
+        else
+            printJson(session.terminal, *facts);
+        return 0;
+    };
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,48 @@
+#include "pipeline/command/lightmap.h"
+
+#include <CLI/App.hpp>
+#include <CLI/Formatter.hpp>
+#include <memory>
+
+#include "pipeline/command/command.h"
+#include "pipeline/command/option_groups.h"
+#include "pipeline/command/printing.h"
+#include "pipeline/command/session.h"
+
+namespace lightcook::pipeline {
+
+Scene lightMapScene(const ConverterOptions& options, const formats::LightMapDescription& description) {
+    Scene scene = sceneFor(options);
+    LightMapEntry entry;
+    entry.name = scene.name = assetNameFor(options.input, "lightmap");
+    entry.file = options.input;
+    entry.description = description;
+    scene.lightMaps.push_back(entry);
+    return scene;
+}
+
+Outcome convertLightMap(const LightMapOptions& options, const RunState& state) {
+    return convertScene(lightMapScene(options, options.description), "light-map", options, state);
+}
+
+CommandFunction defineLightmap(CLI::App& app) {
+    struct Options : LightMapOptions {
+        OutputOptions outputOptions;
+        ConventionOptions conventions;
+    };
+    const auto options = std::make_shared<Options>();
+    addFileOption(app, "input", options->input, "The bake")->required();
+    addFileOption(app, "output", options->output, "A folder; or a .ktx2 or .dds file if the layout is one texture")->required();
+    options->outputOptions.addAll(app);
+    addRepairOption(app, options->cook.repair);
+    options->conventions.add(app);
+    return [options](Session& session) {
+        if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
+        if (auto applied = options->conventions.apply(options->description); !applied) return session.finish(applied);
+        const Outcome outcome = convertLightMap(*options, session.state);
+        if (session.terminal.isInteractive() && outcome.report.is_object()) printReport(session.terminal, outcome.report);
+        return session.finish(outcome.errors);
+    };
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,18 @@
+// lightcook lightmap: one SH light map.
+#pragma once
+
+#include "formats/light_map.h"
+#include "pipeline/command/converter.h"
+
+namespace lightcook::pipeline {
+
+struct LightMapOptions : ConverterOptions {
+    formats::LightMapDescription description;
+};
+
+Outcome convertLightMap(const LightMapOptions& options, const RunState& state);
+
+/// Returns a scene that holds the light map alone, with the closed fit of its dominant light.
+Scene lightMapScene(const ConverterOptions& options, const formats::LightMapDescription& description);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,126 @@
+#include "pipeline/command/option_groups.h"
+
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Formatter.hpp>
+#include <map>
+
+#include "formats/light_map_conventions.h"
+#include "formats/target.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+/// Returns "none: no Condon-Shortley signs; condon-shortley: ..." for the rows of a table.
+template <class Row>
+std::string captionsOf(std::span<const Row> rows) {
+    std::string text;
+    for (const Row& row : rows) text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", row.name, row.caption);
+    return text;
+}
+
+template <class Enum>
+void addConvention(CLI::App& app, const char* name, std::string& value, const char* what) {
+    const auto rows = formats::conventions<Enum>();
+    value = rows.front().name;
+    app.add_option(name, value, fmt::format("{} ({})", what, captionsOf(rows)))
+        ->check(CLI::IsMember(formats::namesOf(rows)))
+        ->capture_default_str();
+}
+
+}  // namespace
+
+CLI::Option* addFileOption(CLI::App& app, const std::string& names, std::filesystem::path& file, const std::string& description) {
+    return app.add_option(names, file, description)->type_name(kFilePlaceholder);
+}
+
+CLI::Option* addFolderOption(CLI::App& app, const std::string& names, std::filesystem::path& folder, const std::string& description) {
+    return app.add_option(names, folder, description)->type_name(kFolderPlaceholder);
+}
+
+void addEffortOption(CLI::App& app, std::optional<int>& effort) {
+    app.add_option("--effort", effort, "Effort of the block encoders, 0 (fastest) to 9 (best); default: 5")->check(CLI::Range(0, 9));
+}
+
+void addRdoOption(CLI::App& app, std::optional<double>& rdo) {
+    app.add_option("--rdo", rdo,
+                   "Rate-distortion optimization of BC blocks: the fraction by which the error of a row of blocks may grow so that the "
+                   "compressed file shrinks, such as 0.02")
+        ->check(CLI::Range(0.0, kLargestRdo));
+}
+
+void addRepairOption(CLI::App& app, bool& repair) {
+    app.add_flag("--repair", repair,
+                 "Repair bad input values (NaN, infinite, negative energy) and count them, instead of refusing the file");
+}
+
+void addSamplesOption(CLI::App& app, std::optional<int>& samples) {
+    app.add_option("--samples", samples, "Random positions between texels at which the verifier shades, per texel")
+        ->check(CLI::Range(0, 1000000));
+}
+
+formats::Result<void> checkOption(const char* option, const Objection& objection) {
+    if (!objection) return {};
+    return formats::failure(formats::ErrorCode::InvalidRequest, option,
+                            fmt::format("found {}, expected {}", objection->found, objection->expected));
+}
+
+void OutputOptions::addFiles(CLI::App& app) {
+    app.add_option("--container", container_, "Container of the textures")->check(CLI::IsMember({"ktx2", "dds"}));
+    app.add_flag("--zstd", zstd_, "Compress the textures inside KTX2 with Zstandard");
+    app.add_option("--max-error", maxError_, "Limit on rel_rms of diffuse and of specular, as a fraction; over it verification fails")
+        ->check(CLI::PositiveNumber);
+}
+
+void OutputOptions::addTextures(CLI::App& app) {
+    app.add_option("--target", target_, fmt::format("Family of GPU formats ({})", captionsOf(formats::allTargets())))
+        ->check(CLI::IsMember(formats::namesOf(formats::allTargets())));
+    addFiles(app);
+    addEffortOption(app, effort_);
+    addRdoOption(app, rdo_);
+}
+
+void OutputOptions::addAll(CLI::App& app) {
+    addTextures(app);
+    app.add_option("--layout", layout_, "Layout of light maps; auto: the one that meets --max-error or --budget best")
+        ->check(CLI::IsMember(lightMapLayoutChoices()));
+    app.add_option("--budget", budget_, "GPU memory of everything that is written, such as \"2 MiB\"; more ends with code 5")
+        ->type_name("SIZE");
+}
+
+formats::Result<void> OutputOptions::apply(CookOptions& options) const {
+    if (!target_.empty()) options.target = formats::targetFromName(target_);
+    if (!layout_.empty()) options.lightMapLayout = layout_;
+    if (!container_.empty()) options.container = container_ == "dds" ? formats::Container::Dds : formats::Container::Ktx2;
+    if (maxError_) options.maxError = maxError_;
+    if (effort_) options.effort = effort_;
+    if (rdo_) options.rdo = rdo_;
+    if (zstd_) options.zstd = true;
+    if (budget_.empty()) return {};
+    const auto bytes = parseByteCount(budget_, "--budget");
+    if (!bytes) return tl::make_unexpected(bytes.error());
+    options.budgetBytes = *bytes;
+    return {};
+}
+
+void ConventionOptions::add(CLI::App& app) {
+    addConvention<formats::ShPhase>(app, "--phase", phase_, "Sign convention of the SH basis");
+    addConvention<formats::ShFrame>(app, "--frame", frame_, "Frame of the coefficients");
+    addConvention<formats::ShQuantity>(app, "--quantity", quantity_, "Quantity that the coefficients expand");
+    addConvention<formats::LightUnits>(app, "--light-units", lightUnits_, "Units of the bake's light sources");
+    app.add_option("--firefly-limit", fireflyLimit_,
+                   "A texel that is brighter than this many times its brightest neighbour is a firefly and refused; 0: no check")
+        ->capture_default_str();
+}
+
+formats::Result<void> ConventionOptions::apply(formats::LightMapDescription& description) const {
+    description.phase = *formats::conventionFromName<formats::ShPhase>(phase_);
+    description.frame = *formats::conventionFromName<formats::ShFrame>(frame_);
+    description.quantity = *formats::conventionFromName<formats::ShQuantity>(quantity_);
+    description.lightUnits = *formats::conventionFromName<formats::LightUnits>(lightUnits_);
+    description.fireflyLimit = fireflyLimit_;
+    return checkOption("--firefly-limit", objectionToFireflyLimit(fireflyLimit_));
+}
+
+}  // namespace lightcook::pipeline

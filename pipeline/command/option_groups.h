@@ -1,0 +1,68 @@
+// Options that several commands share, each defined once.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/error.h"
+#include "formats/light_map.h"
+#include "pipeline/cook/cook.h"
+#include "pipeline/scene/checks.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace lightcook::pipeline {
+
+/// Placeholders of options that take a path: help texts show them, and shell completions offer files or folders for them.
+inline constexpr const char* kFilePlaceholder = "FILE";
+inline constexpr const char* kFolderPlaceholder = "FOLDER";
+
+CLI::Option* addFileOption(CLI::App& app, const std::string& names, std::filesystem::path& file, const std::string& description);
+CLI::Option* addFolderOption(CLI::App& app, const std::string& names, std::filesystem::path& folder, const std::string& description);
+
+/// Options that override the scene file's [output]. A command has those that act on what it writes.
+class OutputOptions {
+public:
+    /// Adds all: for commands that cook a whole scene or a light map.
+    void addAll(CLI::App& app);
+    /// Adds --target, --effort, --rdo and those of addFiles: for commands that write compressed textures.
+    void addTextures(CLI::App& app);
+    /// Adds --container, --zstd and --max-error: for commands that write textures of fixed formats.
+    void addFiles(CLI::App& app);
+
+    /// Copies what was given on the command line to `options`.
+    formats::Result<void> apply(CookOptions& options) const;
+
+private:
+    std::string target_, layout_, container_, budget_;
+    std::optional<double> maxError_, rdo_;
+    std::optional<int> effort_;
+    bool zstd_ = false;
+};
+
+/// --phase, --frame, --quantity, --light-units and --firefly-limit: the conventions of a baked light map.
+class ConventionOptions {
+public:
+    void add(CLI::App& app);
+    /// Copies the conventions to `description`; fails if the firefly limit is out of range.
+    formats::Result<void> apply(formats::LightMapDescription& description) const;
+
+private:
+    std::string phase_, frame_, quantity_, lightUnits_;
+    double fireflyLimit_ = formats::LightMapDescription{}.fireflyLimit;
+};
+
+void addEffortOption(CLI::App& app, std::optional<int>& effort);
+void addRdoOption(CLI::App& app, std::optional<double>& rdo);
+void addRepairOption(CLI::App& app, bool& repair);
+void addSamplesOption(CLI::App& app, std::optional<int>& samples);
+
+/// Returns the objection to an option's value as an error of the command line.
+formats::Result<void> checkOption(const char* option, const Objection& objection);
+
+}  // namespace lightcook::pipeline

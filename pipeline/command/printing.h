@@ -1,0 +1,15 @@
+// Results of commands as lines for people.
+#pragma once
+
+#include "pipeline/command/terminal.h"
+#include "pipeline/graph/action.h"
+
+namespace lightcook::pipeline {
+
+/// Prints a report as a table: one row an asset, then the memory and the error of the whole scene.
+void printReport(Terminal& terminal, const Json& report);
+
+/// Prints an object as indented lines "key: value".
+void printJson(Terminal& terminal, const Json& json, const std::string& indent = "");
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,27 @@
+// lightcook reconstruct: a cooked light map as the shader sees it.
+#include <CLI/App.hpp>
+#include <CLI/Formatter.hpp>
+#include <memory>
+
+#include "pipeline/command/command.h"
+#include "pipeline/command/option_groups.h"
+#include "pipeline/command/session.h"
+
+namespace lightcook::pipeline {
+
+CommandFunction defineReconstruct(CLI::App& app) {
+    struct Options {
+        std::filesystem::path folder, output;
+        std::string name;
+    };
+    const auto options = std::make_shared<Options>();
+    addFolderOption(app, "folder", options->folder, "Output folder of cook")->required();
+    app.add_option("name", options->name, "Name of the light map")->required()->type_name("NAME");
+    addFileOption(app, "output", options->output, "The EXR to write: 27 float channels sh00.R .. sh08.B")->required();
+    app.footer("The coefficients are radiance in the world frame, without Condon-Shortley signs.");
+    return [options](Session& session) {
+        return session.finish(reconstructLightMap(options->folder, options->name, options->output, session.state));
+    };
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,180 @@
+#include "pipeline/command/reference.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <sstream>
+#include <vector>
+
+#include "pipeline/command/terminal.h"
+#include "pipeline/graph/version.h"
+#include "pipeline/scene/keys.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+constexpr std::size_t kMarkdownColumns = 100;
+constexpr const char* kGenerated = "<!-- Generated from the program's own tables: ./dev docs -->\n\n";
+
+/// Returns the words of a text in lines of at most `columns` characters.
+std::string wrapped(const std::string& text, std::size_t columns) {
+    std::istringstream words(text);
+    std::string lines, line, word;
+    while (words >> word) {
+        if (!line.empty() && line.size() + 1 + word.size() > columns) {
+            lines += line + "\n";
+            line.clear();
+        }
+        line += (line.empty() ? "" : " ") + word;
+    }
+    return lines + line + "\n";
+}
+
+/// Returns the parts of a text between empty lines.
+std::vector<std::string> paragraphsOf(const std::string& text) {
+    std::vector<std::string> paragraphs;
+    for (std::size_t start = 0; start < text.size();) {
+        const std::size_t end = std::min(text.find("\n\n", start), text.size());
+        if (end > start) paragraphs.push_back(text.substr(start, end - start));
+        start = end + 2;
+    }
+    return paragraphs;
+}
+
+std::string joinedNames(const OptionDoc& option) {
+    return fmt::format("{}", fmt::join(option.names, ", "));
+}
+
+/// Returns the description with its first letter in lower case, as cells of tables have it.
+std::string cellOf(const OptionDoc& option) {
+    std::string text = option.description;
+    if (text.size() > 1 && std::isupper(static_cast<unsigned char>(text[0])) != 0 && std::islower(static_cast<unsigned char>(text[1])) != 0)
+        text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
+    return text;
+}
+
+std::string escapedForCell(const std::string& text) {
+    std::string escaped;
+    for (const char c : text) {
+        if (c == '|') escaped += '\\';
+        escaped += c == '<' ? std::string("&lt;") : std::string(1, c);
+    }
+    return escaped;
+}
+
+std::string optionTable(const std::vector<OptionDoc>& options) {
+    std::string text = "| option | value | default | meaning |\n| --- | --- | --- | --- |\n";
+    for (const OptionDoc& option : options) {
+        const std::string value = option.placeholder.empty() ? "" : fmt::format("`{}`", escapedForCell(option.placeholder));
+        const std::string fallback = option.isRequired ? "required" : option.fallback.empty() ? "" : fmt::format("`{}`", option.fallback);
+        text += fmt::format("| `{}` | {} | {} | {} |\n", joinedNames(option), value, fallback, escapedForCell(cellOf(option)));
+    }
+    return text;
+}
+
+std::string headingOf(const SceneSectionInfo& section) {
+    if (section.name.empty()) return "Top of the file";
+    return section.isArray ? fmt::format("`[[{}]]`", section.name) : fmt::format("`[{}]`", section.name);
+}
+
+/// Escapes what troff would read as a command, and sets hyphens as minus signs, so that options can be copied.
+std::string troff(const std::string& text) {
+    std::string escaped;
+    for (const char c : text) {
+        if (c == '\\')
+            escaped += "\\e";
+        else if (c == '-')
+            escaped += "\\-";
+        else if (c == '|')
+            escaped += "|\\:";  // lines may break after it
+        else
+            escaped += c;
+    }
+    return escaped.starts_with('.') || escaped.starts_with('\'') ? "\\&" + escaped : escaped;
+}
+
+std::string troffOption(const OptionDoc& option) {
+    std::string names;
+    for (const std::string& name : option.names) names += fmt::format("{}\\fB{}\\fR", names.empty() ? "" : ", ", troff(name));
+    if (!option.placeholder.empty() && !option.isPositional) names += fmt::format(" \\fI{}\\fR", troff(option.placeholder));
+    const std::string fallback = option.fallback.empty() ? "" : fmt::format(" (default: {})", option.fallback);
+    return fmt::format(".TP\n{}\n{}\n", names, troff(option.description + fallback + "."));
+}
+
+std::string troffParagraphs(const std::string& notes) {
+    std::string text;
+    for (const std::string& paragraph : paragraphsOf(notes)) {
+        text += ".PP\n";
+        std::istringstream lines(wrapped(paragraph, 78));
+        for (std::string line; std::getline(lines, line);) text += troff(line) + "\n";
+    }
+    return text;
+}
+
+}  // namespace
+
+std::string commandReference(const ProgramDoc& program) {
+    std::string text = "# Commands\n\n";
+    text += kGenerated;
+    text += wrapped(
+        "`lightcook COMMAND --help` prints the same as this page. Commands are silent on a pipe, except `verify`, `report`, `compare` and "
+        "`info`, whose output is their purpose. A terminal gets a progress bar. `lightmap`, `dominant`, `cubemap`, `lut` and `rsrm` "
+        "convert one asset and verify it like a scene.",
+        kMarkdownColumns);
+    text += "\n| command | does |\n| --- | --- |\n";
+    for (const CommandDoc& command : program.commands)
+        text += fmt::format("| [`{}`](#{}) | {} |\n", command.name, command.name, command.summary);
+    text += "\n## Options of all commands\n\n" + optionTable(program.options);
+    text += "\n## Exit codes\n\n| code | meaning |\n| --- | --- |\n";
+    for (const ExitCodeInfo& row : allExitCodes()) text += fmt::format("| {} | {} |\n", row.code, row.meaning);
+    for (const CommandDoc& command : program.commands) {
+        text += fmt::format("\n## {}\n\n`lightcook {}`\n\n{}.\n\n{}", command.name, command.usage(), command.summary,
+                            optionTable(command.options));
+        for (const std::string& paragraph : paragraphsOf(command.notes)) text += "\n" + wrapped(paragraph, kMarkdownColumns);
+    }
+    return text;
+}
+
+std::string sceneFileReference() {
+    std::string text = "# The scene file\n\n" + std::string(kGenerated);
+    text += wrapped(
+        "A scene is one TOML file. Paths are relative to it. [examples/cornell/scene.toml](../../examples/cornell/scene.toml) is a "
+        "complete example with comments, and [from a baker to a scene](../guide/from-a-baker-to-a-scene.md) explains the choices. Unknown "
+        "keys are "
+        "refused, with the nearest known key. Every mistake is one line with file, line and column, actual and expected value, and exit "
+        "code 2. On the command line, `--target`, `--layout`, `--container`, `--max-error`, `--budget`, `--effort`, `--rdo` and `--zstd` "
+        "override keys of `[output]`.",
+        kMarkdownColumns);
+    for (const SceneSectionInfo& section : allSceneSections()) {
+        text += fmt::format("\n## {}\n\n", headingOf(section));
+        if (!section.intro.empty()) text += wrapped(section.intro, kMarkdownColumns) + "\n";
+        text += "| key | type | default | meaning |\n| --- | --- | --- | --- |\n";
+        for (const SceneKeyInfo& key : section.keys)
+            text += fmt::format("| `{}` | {} | {} | {} |\n", key.name, key.type, key.fallback, key.caption);
+        if (!section.outro.empty()) text += "\n" + wrapped(section.outro, kMarkdownColumns);
+    }
+    return text;
+}
+
+std::string manPage(const ProgramDoc& program) {
+    std::string text = fmt::format(".TH LIGHTCOOK 1 \"\" \"{} {}\" \"User Commands\"\n.ad l\n", kToolName, kToolVersion);
+    text += ".SH NAME\nlightcook \\- compress baked lighting into GPU textures with certified error\n";
+    text += ".SH SYNOPSIS\n\\fBlightcook\\fR [\\fIoptions\\fR] \\fIcommand\\fR [\\fIarguments\\fR]\n";
+    text += ".SH DESCRIPTION\n" + troff(program.summary) + "\n.SH OPTIONS\nThese stand before or after any command.\n";
+    for (const OptionDoc& option : program.options) text += troffOption(option);
+    text += ".SH COMMANDS\n";
+    for (const CommandDoc& command : program.commands) {
+        text += fmt::format(".SS lightcook {}\n{}.\n", troff(command.usage()), troff(command.summary));
+        for (const OptionDoc& option : command.options) text += troffOption(option);
+        text += troffParagraphs(command.notes);
+    }
+    text += ".SH EXIT STATUS\n";
+    for (const ExitCodeInfo& row : allExitCodes()) text += fmt::format(".TP\n\\fB{}\\fR\n{}\n", row.code, troff(std::string(row.meaning)));
+    text +=
+        ".SH ENVIRONMENT\n.TP\n\\fBLIGHTCOOK_CACHE\\fR\nFolder of the cache. Default: $XDG_CACHE_HOME/lightcook, else "
+        "~/.cache/lightcook.\n";
+    return text;
+}
+
+}  // namespace lightcook::pipeline

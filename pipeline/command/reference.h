@@ -1,0 +1,19 @@
+// Documents made from the tables of the program: pages of docs/reference and the manual page.
+#pragma once
+
+#include <string>
+
+#include "pipeline/command/program_doc.h"
+
+namespace lightcook::pipeline {
+
+/// Returns docs/reference/commands.md.
+std::string commandReference(const ProgramDoc& program);
+
+/// Returns docs/reference/scene-file.md, from pipeline/scene/keys.h.
+std::string sceneFileReference();
+
+/// Returns lightcook.1 in the man macros of troff.
+std::string manPage(const ProgramDoc& program);
+
+}  // namespace lightcook::pipeline

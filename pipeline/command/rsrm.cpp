@@ -1,0 +1,90 @@
+#include "pipeline/command/rsrm.h"
+
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Formatter.hpp>
+#include <memory>
+
+#include "pipeline/command/command.h"
+#include "pipeline/command/option_groups.h"
+#include "pipeline/command/printing.h"
+#include "pipeline/command/session.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+/// Prints the energy that the average of an environment around its axis lost.
+void printAsymmetry(Session& session, const Json& report) {
+    if (!report.is_object() || report.at("assets").empty()) return;
+    const Json measures = report.at("assets").at(0).value("measures", Json::object());
+    if (!measures.contains("asymmetric_energy")) return;
+    const double fraction = measures.at("asymmetric_energy").get<double>();
+    session.terminal.say(session.log == LogFormat::JsonLines
+                             ? Json({{"asymmetric_energy", fraction}}).dump()
+                             : fmt::format("{:.3g} % of the light's energy is not symmetric around the axis and is lost", 100 * fraction));
+}
+
+}  // namespace
+
+Outcome convertRsrm(const RsrmOptions& options, const RunState& state) {
+    Scene scene = sceneFor(options);
+    GradientEntry entry{assetNameFor(options.input, "rsrm"), options.input};
+    scene.name = entry.name;
+    if (!options.exponents.empty()) {
+        if (auto checked = checkOption("--exponents", objectionToExponents(options.exponents)); !checked)
+            return failedOutcome(checked.error());
+        entry.exponents = options.exponents;
+    }
+    if (!options.axis.empty()) {
+        if (auto checked = checkOption("--axis", objectionToAxis(options.axis)); !checked) return failedOutcome(checked.error());
+        entry.axis = glm::dvec3(options.axis[0], options.axis[1], options.axis[2]);
+    }
+    entry.encoding = options.encoding;
+    entry.zones = options.zones;
+    entry.format = options.format;
+    entry.dither = options.dither;
+    scene.gradients.push_back(entry);
+    return convertScene(std::move(scene), "rsrm", options, state);
+}
+
+CommandFunction defineRsrm(CLI::App& app) {
+    struct Options : RsrmOptions {
+        OutputOptions outputOptions;
+    };
+    const auto options = std::make_shared<Options>();
+    addFileOption(app, "input", options->input, "A gradient (one row of texels), or with --axis an environment")->required();
+    addFileOption(app, "output", options->output, "A folder, or a .ktx2 or .dds file")->required();
+    options->outputOptions.addTextures(app);
+    addRepairOption(app, options->cook.repair);
+    app.add_option("--exponents", options->exponents, "Phong exponents, one row each: 1 to 256 increasing numbers from 1 to 65536")
+        ->delimiter(',')
+        ->type_name("S,S,...");
+    app.add_option("--encoding", options->encoding, "Encoding of a painted gradient; auto: sRGB for PNG, JPEG, TGA and BMP, else linear")
+        ->check(CLI::IsMember(kGradientEncodings))
+        ->capture_default_str();
+    CLI::Option* axis = app.add_option("--axis", options->axis, "The input is an environment: average it around this world direction")
+                            ->delimiter(',')
+                            ->expected(3)
+                            ->type_name("X,Y,Z");
+    app.add_option("--zones", options->zones, "Zones of equal solid angle of the average around the axis")
+        ->check(CLI::Range(1, kMostGradientZones))
+        ->needs(axis)
+        ->capture_default_str();
+    app.add_option("--format", options->format, "Pixel format; bc4 for gradients of one colour, bc7 and bc4 for --target bc only")
+        ->check(CLI::IsMember(kRsrmFormats))
+        ->capture_default_str();
+    app.add_flag("--dither", options->dither, "Carry the rounding error to the next texel of the row (rgba8 only)");
+    app.footer(R"(With --axis the command prints the fraction of the light's energy that is not symmetric around the
+axis; with --log json as {"asymmetric_energy": 0.7}. If it is large, a reflection map cannot represent
+the environment.)");
+    return [options](Session& session) {
+        if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
+        const Outcome outcome = convertRsrm(*options, session.state);
+        if (session.terminal.isInteractive() && outcome.report.is_object()) printReport(session.terminal, outcome.report);
+        if (outcome.errors.empty() && !options->axis.empty()) printAsymmetry(session, outcome.report);
+        return session.finish(outcome.errors);
+    };
+}
+
+}  // namespace lightcook::pipeline

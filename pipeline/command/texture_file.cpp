@@ -1,0 +1,52 @@
+#include "pipeline/command/texture_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "verify/texture_unit.h"
+
+namespace lightcook::pipeline {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::Image;
+using formats::Result;
+
+std::string lowerExtension(const std::filesystem::path& file) {
+    std::string extension = file.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+    return extension;
+}
+
+bool isTextureFile(const std::filesystem::path& file) {
+    return lowerExtension(file) == ".ktx2" || lowerExtension(file) == ".dds";
+}
+
+Result<void> requireTextureFile(const std::filesystem::path& file) {
+    if (isTextureFile(file)) return {};
+    return failure(ErrorCode::InvalidRequest, file.string(),
+                   fmt::format("found the extension '{}', expected .ktx2 or .dds", file.extension().string()));
+}
+
+Result<formats::PlainImage> readAnyImage(const std::filesystem::path& file, int mip, int layer) {
+    if (!isTextureFile(file)) return formats::readImage(file);
+    const auto texture = formats::TextureReader::open(file);
+    if (!texture) return tl::make_unexpected(texture.error());
+    const formats::TextureShape& shape = texture->shape();
+    if (mip < 0 || mip >= shape.mipCount || layer < 0 || layer >= shape.layerCount)
+        return failure(ErrorCode::InvalidRequest, file.string(),
+                       fmt::format("found a request for mip {} and layer {}, expected mip 0 to {} and layer 0 to {}", mip, layer,
+                                   shape.mipCount - 1, shape.layerCount - 1));
+    const int width = shape.mipWidth(mip), height = shape.mipHeight(mip);
+    formats::PlainImage image{Image<glm::vec4>(width, height * shape.faceCount), formats::info(shape.format).channelCount};
+    for (int face = 0; face < shape.faceCount; ++face) {
+        const auto decoded = verify::decodeImage(*texture, {mip, layer, face});
+        if (!decoded) return tl::make_unexpected(decoded.error());
+        for (int y = 0; y < height; ++y) std::copy_n(decoded->view().row(y), width, image.texels.view().row(face * height + y));
+    }
+    return image;
+}
+
+}  // namespace lightcook::pipeline

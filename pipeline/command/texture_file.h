@@ -1,0 +1,25 @@
+// Texture files by their names, and any readable file as an image.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "formats/environment.h"
+#include "formats/error.h"
+#include "formats/gpu_texture.h"
+
+namespace lightcook::pipeline {
+
+/// Returns the extension in lower case: ".ktx2".
+std::string lowerExtension(const std::filesystem::path& file);
+
+/// Returns true for .ktx2 and .dds.
+bool isTextureFile(const std::filesystem::path& file);
+
+/// Returns an error unless the file's extension is .ktx2 or .dds.
+formats::Result<void> requireTextureFile(const std::filesystem::path& file);
+
+/// Reads an image, or one mip and layer of a texture. The faces of a cubemap lie one under the other.
+formats::Result<formats::PlainImage> readAnyImage(const std::filesystem::path& file, int mip = 0, int layer = 0);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,49 @@
+#include "pipeline/scene/checks.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "formats/light_map.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+std::string inBrackets(const std::vector<double>& values) {
+    return fmt::format("[{}]", fmt::join(values, ", "));
+}
+
+}  // namespace
+
+Objection objectionToFireflyLimit(double limit) {
+    if (formats::isFireflyLimit(limit)) return std::nullopt;
+    return ValueError{fmt::format("{}", limit), "a number from 1, or 0 for no check"};
+}
+
+Objection objectionToRange(const std::vector<double>& range, double lowest, double highest) {
+    if (range.size() == 2 && lowest <= range[0] && range[0] <= range[1] && range[1] <= highest) return std::nullopt;
+    return ValueError{inBrackets(range), fmt::format("[low, high] with {} <= low <= high <= {}", lowest, highest)};
+}
+
+Objection objectionToExponents(const std::vector<double>& exponents) {
+    bool isUsable = !exponents.empty() && exponents.size() <= 256;
+    for (std::size_t i = 0; isUsable && i < exponents.size(); ++i)
+        isUsable = exponents[i] >= 1 && exponents[i] <= 65536 && (i == 0 || exponents[i - 1] < exponents[i]);
+    if (isUsable) return std::nullopt;
+    return ValueError{inBrackets(exponents), "1 to 256 increasing Phong exponents from 1 to 65536"};
+}
+
+Objection objectionToAxis(const std::vector<double>& axis) {
+    if (axis.size() == 3) {
+        const double length = std::hypot(axis[0], axis[1], axis[2]);
+        if (length > 0 && std::isfinite(length)) return std::nullopt;
+    }
+    return ValueError{inBrackets(axis), "a direction [x, y, z] other than zero"};
+}
+
+Objection objectionToNormalization(const std::string& normalization, const std::string& lobe) {
+    if (normalization == "energy" || !lobe.starts_with("phong")) return std::nullopt;
+    return ValueError{fmt::format("\"{}\" with the lobe \"{}\"", normalization, lobe), "\"energy\", the only one of Phong lobes"};
+}
+
+}  // namespace lightcook::pipeline

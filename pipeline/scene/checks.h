@@ -1,0 +1,28 @@
+// Checks of single settings that the scene file and the command line share.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace lightcook::pipeline {
+
+/// The two halves of the message "found ..., expected ...".
+struct ValueError {
+    std::string found, expected;
+};
+/// Nothing where a value is allowed.
+using Objection = std::optional<ValueError>;
+
+/// A limit is a number from 1, or 0 for no check.
+Objection objectionToFireflyLimit(double limit);
+/// A range is two numbers with lowest <= low <= high <= highest.
+Objection objectionToRange(const std::vector<double>& range, double lowest, double highest);
+/// 1 to 256 increasing Phong exponents from 1 to 65536, one for each row of a reflection map.
+Objection objectionToExponents(const std::vector<double>& exponents);
+/// An axis is a direction [x, y, z] other than zero.
+Objection objectionToAxis(const std::vector<double>& axis);
+/// Phong lobes have one normalization only.
+Objection objectionToNormalization(const std::string& normalization, const std::string& lobe);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,216 @@
+#include "pipeline/scene/keys.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "formats/bake_format.h"
+#include "formats/light_map_conventions.h"
+#include "formats/target.h"
+#include "formats/vocabulary.h"
+#include "pipeline/scene/scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+/// Returns the names in quotes and code marks: `"a"`, `"b"`.
+std::string choices(const std::vector<std::string>& names) {
+    std::string text;
+    for (const std::string& name : names) text += fmt::format("{}`\"{}\"`", text.empty() ? "" : ", ", name);
+    return text;
+}
+
+template <class Row>
+std::string choices(std::span<const Row> rows) {
+    return choices(formats::namesOf(rows));
+}
+
+std::string inQuotes(std::string_view name) {
+    return fmt::format("`\"{}\"`", name);
+}
+
+/// Returns "`none`: no Condon-Shortley signs; ..." for the rows of a table.
+template <class Row>
+std::string captions(std::span<const Row> rows) {
+    std::string text;
+    for (const Row& row : rows) text += fmt::format("{}`{}`: {}", text.empty() ? "" : "; ", row.name, row.caption);
+    return text;
+}
+
+template <class Enum>
+SceneKeyInfo conventionKey(std::string_view name, std::string_view what) {
+    const auto rows = formats::conventions<Enum>();
+    return {name, choices(rows), inQuotes(rows.front().name), fmt::format("{}. {}", what, captions(rows))};
+}
+
+constexpr const char* kBoolean = "true, false";
+
+SceneSectionInfo rootSection() {
+    return {.name = "",
+            .isArray = false,
+            .intro = "",
+            .keys = {{"schema", "integer", "required", "`1`: the version of this format"},
+                     {"name", "string", "required", "name of the scene, in manifest and report"}},
+            .outro = ""};
+}
+
+SceneSectionInfo outputSection() {
+    return {
+        .name = "output",
+        .isArray = false,
+        .intro = "",
+        .keys =
+            {{"target", choices(formats::allTargets()), inQuotes(formats::allTargets().front().name), "family of GPU formats"},
+             {"max_error", "fraction", "0.1",
+              "limit on `rel_rms` of diffuse and of specular light, of light maps and meshes; above it verification fails (exit code 4)"},
+             {"max_converter_error", "fraction", "0.1",
+              "limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity; the larger of this and "
+              "`max_error` "
+              "applies"},
+             {"budget", "size", "none",
+              "GPU memory of the whole scene: `\"2 MiB\"`, `\"1.5 GB\"`, `\"4096\"` (bytes); more is exit code 5"},
+             {"light_map_layout", choices(lightMapLayoutChoices()), "`\"auto\"` where `max_error` or `budget` is given, else `\"ratio\"`",
+              "see [layouts](../theory/layouts.md)"},
+             {"container", choices({"ktx2", "dds"}), "`\"ktx2\"`", "container of the textures"},
+             {"zstd", kBoolean, "false", "Zstandard supercompression of KTX2 levels"},
+             {"effort", "0 to 9", "5", "effort of the block encoders: 0 is fastest, 9 best"},
+             {"rdo", "0 to 1", "0",
+              "target `bc`: share by which the error of a row of blocks may grow, for smaller files with `zstd` "
+              "([encoding textures](../guide/encoding-textures.md#rate-distortion-optimization))"},
+             {"draco", kBoolean, "true",
+              "write meshes as Draco inside glTF, with the fewest bits that the limit allows "
+              "([meshes](../guide/into-an-engine.md#meshes)). `false`: a mesh is written only under a learned layout, unchanged except for "
+              "the added attribute"}},
+        .outro = ""};
+}
+
+SceneSectionInfo colorSection() {
+    return {.name = "color",
+            .isArray = false,
+            .intro = "",
+            .keys = {{"source", "string", "`\"lin_rec709\"`", "colour space of the files"},
+                     {"working", "string", "`\"lin_rec709\"`", "colour space of the engine"},
+                     {"config", "path", "built in", "OpenColorIO configuration that has both"}},
+            .outro = "[Colour](../theory/lighting.md#colour) lists the built-in spaces. Conversions that are not linear are refused."};
+}
+
+SceneSectionInfo lightMapSection() {
+    std::string bakes = fmt::format("format of the file. `{}`: by its channels", formats::kAutoBake);
+    for (const formats::BakeFormatInfo& row : formats::allBakeFormats()) bakes += fmt::format("; `{}`: {}", row.name, row.caption);
+    return {
+        .name = "light_map",
+        .isArray = true,
+        .intro = "",
+        .keys =
+            {{"name", "string", "required", "name of the asset and its files: letters, digits, `_`, `-` and `.`"},
+             {"file", "path", "required", "EXR, tiled or scan-line, half or float"},
+             {"bake", choices(formats::bakeNames()), inQuotes(formats::kAutoBake), bakes},
+             {"layout", "as `bake`", "none", "older name of `bake`; not beside it"},
+             conventionKey<formats::ShPhase>("phase", "sign convention"),
+             conventionKey<formats::ShFrame>("frame", "axes of the coefficients"),
+             conventionKey<formats::ShQuantity>("quantity", "quantity that the coefficients expand"),
+             conventionKey<formats::LightUnits>("light_units", "units of the bake's light sources"),
+             {"firefly_limit", "number from 1, or 0", "1000",
+              "largest ratio of a texel to its brightest neighbour; above it the texel is a firefly. 0: no test (charts of one texel are "
+              "never tested)"},
+             {"dominant_fit", choices(kDominantFitNames), inQuotes(kDominantFitNames.front()),
+              "method of the [dominant light](../theory/lighting.md#dominant-light)"},
+             {"ground_truth", "path", "none",
+              "CSV of light traced at texels of the map, to separate truncation, fit and quantization "
+              "([format](../theory/error.md#ground-truth))"},
+             {"mesh", "path", "none",
+              "glTF or GLB whose `TEXCOORD_1` is the light-map UV. Its materials decide what the scene needs. A learned layout keeps each "
+              "of "
+              "its islands under one basis ([clusters](../theory/layouts.md#clusters-in-the-mesh))"}},
+        .outro =
+            "[From a baker to a scene](../guide/from-a-baker-to-a-scene.md#light-maps) lists the values that are refused, and "
+            "`--repair`."};
+}
+
+SceneSectionInfo tablesSection() {
+    return {.name = "tables",
+            .isArray = false,
+            .intro = "Specular tables, made where a material is specular. `lightcook lut` has the same options.",
+            .keys = {{"views", fmt::format("2 to {}", kMostTableNodes), "8", "columns: views"},
+                     {"rows", fmt::format("1 to {}", kMostTableNodes), "those of 16, m 1/16 to 1, that the materials need",
+                      "rows, spread over exactly the materials' range of m"},
+                     {"lobe", choices(kLobeNames), inQuotes(kLobeNames.front()),
+                      "[lobe](../theory/lighting.md#specular-tables); `distribution` in the manifest"},
+                     {"normalization", choices(kNormalizationNames), inQuotes(kNormalizationNames.front()),
+                      "`halo3`: four times as bright; not for Phong lobes"},
+                     {"view_axis", choices(viewAxisNames()), "`\"auto\"`",
+                      "quantity along columns; `auto`: the one with the least interpolation error"},
+                     {"roughness_axis", choices(roughnessAxisNames()), "`\"auto\"`", "quantity along rows"}},
+            .outro = ""};
+}
+
+SceneSectionInfo probeSection() {
+    return {.name = "probe",
+            .isArray = true,
+            .intro = "",
+            .keys = {{"name", "string", "required", "name of the asset"},
+                     {"file", "path", "required",
+                      "equirectangular panorama, or six faces as a strip, a cross or six files "
+                      "([shapes](../guide/from-a-baker-to-a-scene.md#probes)); EXR or Radiance HDR"},
+                     {"sh", "path", "projected from the image",
+                      "JSON with the probe's own SH, found by the image's file name: "
+                      "`{\"probes\": [{\"file\": \"...\", \"sh\": [[r, g, b], ... nine]}]}`"}},
+            .outro = ""};
+}
+
+SceneSectionInfo gradientSection() {
+    return {
+        .name = "gradient",
+        .isArray = true,
+        .intro = "",
+        .keys = {{"name", "string", "required", "name of the asset"},
+                 {"file", "path", "required",
+                  "painted: N x 1 texels of equal solid angle, from the axis (north) to its opposite, HDR or 8 bits; or, with `axis`, an "
+                  "environment as a probe's"},
+                 {"exponents", "numbers, 1 to 65536", fmt::format("`[{}]`", fmt::join(GradientEntry{}.exponents, ", ")),
+                  "Phong exponents, one row each; 1 is Lambert exit radiance"},
+                 {"encoding", choices(kGradientEncodings), inQuotes(kGradientEncodings.front()),
+                  "of painted gradients. `auto`: the sRGB curve for PNG, JPEG, TGA and BMP, linear for others. The primaries are those "
+                  "of `color.source` either way"},
+                 {"axis", "`[x, y, z]`", "none",
+                  "the file is an environment, averaged around this world direction "
+                  "([loss](../theory/lighting.md#radially-symmetric-reflection-maps))"},
+                 {"zones", fmt::format("1 to {}", kMostGradientZones), "256", "with `axis`: number of zones of equal solid angle"},
+                 {"format", choices(kRsrmFormats), inQuotes(kRsrmFormats.front()),
+                  "`bc7` and `bc4` under target `bc` alone, a quarter and an eighth of the bytes (rows count in fours); `bc4` for "
+                  "gradients of one colour"},
+                 {"dither", kBoolean, "false",
+                  "`rgba8`: rounding errors are carried to the next texel of the row, so that slow gradients have no bands"}},
+        .outro = ""};
+}
+
+SceneSectionInfo materialSection() {
+    return {.name = "material",
+            .isArray = true,
+            .intro = "Adds to the glTF's materials, or overrides them.",
+            .keys = {{"name", "string", "required", "name of a material in the glTF; `\"*\"` is every material"},
+                     {"normal_map", kBoolean, "from the glTF", "false and no specular: a flat map is enough"},
+                     {"specular", kBoolean, "from the glTF", "false: no dominant light, no tables, no cubemaps"},
+                     {"m", "two numbers in [0, 1]", "from the glTF", "the range of Beckmann roughness (glTF: `roughnessFactor` squared)"},
+                     {"f0", "two numbers in [0, 1]", "from the glTF", "the range of reflectance at normal incidence"}},
+            .outro = ""};
+}
+
+}  // namespace
+
+std::span<const SceneSectionInfo> allSceneSections() {
+    static const std::vector<SceneSectionInfo> sections = {rootSection(),   outputSection(), colorSection(),    lightMapSection(),
+                                                           tablesSection(), probeSection(),  gradientSection(), materialSection()};
+    return sections;
+}
+
+const SceneSectionInfo& sceneSection(std::string_view name) {
+    const auto sections = allSceneSections();
+    const auto found =
+        std::find_if(sections.begin(), sections.end(), [&](const SceneSectionInfo& section) { return section.name == name; });
+    if (found == sections.end()) throw std::logic_error(fmt::format("no section '{}' in the scene file", name));
+    return *found;
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,322 @@
+#include "pipeline/command/encode.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "formats/environment.h"
+#include "pipeline/command/compare.h"
+#include "pipeline/command/decode.h"
+#include "pipeline/command/info.h"
+#include "tests/formats/temporary_folder.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::ErrorCode;
+using formats::Image;
+
+Image<glm::vec4> ramp(int width, int height) {
+    Image<glm::vec4> image(width, height);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            image.at(x, y) = glm::vec4((x + 0.5f) / static_cast<float>(width), (y + 0.5f) / static_cast<float>(height), 0.25f, 0.75f);
+    return image;
+}
+
+TEST(EncodeTexture, EveryFormatComesBackCloseThroughKtx2AndDds) {
+    const formats::TemporaryFolder folder;
+    ASSERT_TRUE(formats::writeExr(folder / "in.exr", ramp(37, 22).view(), 4).has_value());
+    for (const formats::PixelFormatInfo& format : formats::allPixelFormats())
+        for (const char* extension : {".ktx2", ".dds"}) {
+            if (format.dxgiFormat == 0 && std::string(extension) == ".dds") continue;
+            SCOPED_TRACE(std::string(format.name) + extension);
+            EncodeCommand command;
+            command.input = folder / "in.exr";
+            command.output = folder / ("out" + std::string(extension));
+            command.format = format.name;
+            const auto facts = encodeTexture(command, 2);
+            ASSERT_TRUE(facts.has_value()) << facts.error().line();
+            for (const char* key : {"width", "height", "mips", "layers", "faces", "format", "bytes", "encode_seconds", "threads"})
+                EXPECT_TRUE(facts->contains(key)) << key;
+            EXPECT_EQ(facts->at("bytes"), formats::bytesPerImage(format.format, 37, 22));
+            const auto difference = compareFiles(command.input, command.output);
+            ASSERT_TRUE(difference.has_value()) << difference.error().line();
+            EXPECT_LT(difference->at("rel_rmse").get<double>(), 0.06);
+            ASSERT_TRUE(decodeTexture({command.output, folder / "back.exr", 0, 0}).has_value());
+            EXPECT_EQ(compareFiles(command.output, folder / "back.exr")->at("max_abs").get<double>(), 0.0);
+        }
+}
+
+TEST(EncodeTexture, WhatAFormatCannotMeanIsRefusedWithItsPlaceOrRepaired) {
+    const formats::TemporaryFolder folder;
+    Image<glm::vec4> image = ramp(8, 8);
+    EncodeCommand command;
+    command.input = folder / "in.exr";
+    command.output = folder / "out.ktx2";
+    command.format = "bc6h-uf16";
+    const std::pair<float, ErrorCode> cases[] = {{std::numeric_limits<float>::quiet_NaN(), ErrorCode::ValueNotFinite},
+                                                 {std::numeric_limits<float>::infinity(), ErrorCode::ValueNotFinite},
+                                                 {-1.0f, ErrorCode::ValueOutOfRange}};
+    for (const auto& [value, code] : cases) {
+        image.at(5, 3).y = value;
+        ASSERT_TRUE(formats::writeExr(command.input, image.view(), 3).has_value());
+        command.repair = false;
+        const auto refused = encodeTexture(command, 1);
+        ASSERT_FALSE(refused.has_value());
+        EXPECT_EQ(refused.error().code, code);
+        EXPECT_NE(refused.error().subject.find("channel G, texel (5, 3)"), std::string::npos) << refused.error().line();
+        EXPECT_FALSE(std::filesystem::exists(command.output));
+        command.repair = true;
+        const auto repaired = encodeTexture(command, 1);
+        ASSERT_TRUE(repaired.has_value()) << repaired.error().line();
+        EXPECT_EQ(repaired->at("repaired"), 1);
+        std::filesystem::remove(command.output);
+    }
+    command.repair = false;
+    command.format = "bc6h-sf16";
+    EXPECT_TRUE(encodeTexture(command, 1).has_value()) << "a signed format holds -1";
+    for (const char* format : {"bc7", "rgb9e5", "r16-unorm"}) {
+        image = ramp(8, 8);
+        image.at(2, 1).x = -0.25f;
+        ASSERT_TRUE(formats::writeExr(command.input, image.view(), 3).has_value());
+        command.format = format;
+        command.repair = false;
+        EXPECT_EQ(encodeTexture(command, 1).error().code, ErrorCode::ValueOutOfRange) << format;
+        command.repair = true;
+        EXPECT_EQ(encodeTexture(command, 1)->at("repaired"), 1) << format;
+    }
+}
+
+TEST(EncodeTexture, SignedBlocksComeBackFromBothContainers) {
+    const formats::TemporaryFolder folder;
+    Image<glm::vec4> image(32, 24);
+    for (int y = 0; y < 24; ++y)
+        for (int x = 0; x < 32; ++x) image.at(x, y) = glm::vec4(-static_cast<float>(x) / 31, static_cast<float>(y) / 11.5f - 1, 0, 1);
+    image.at(3, 4) = glm::vec4(-2, 2, 0, 1);
+    ASSERT_TRUE(formats::writeExr(folder / "in.exr", image.view(), 3).has_value());
+    for (const char* container : {"out.ktx2", "out.dds"})
+        for (const auto& [format, channels] : std::initializer_list<std::pair<const char*, int>>{{"bc4-snorm", 1}, {"bc5-snorm", 2}}) {
+            const auto facts = encodeTexture({folder / "in.exr", folder / container, format}, 1);
+            ASSERT_TRUE(facts.has_value()) << facts.error().line();
+            EXPECT_EQ(facts->at("clamped_high"), channels) << format;
+            const auto described = describeFile(folder / container);
+            ASSERT_TRUE(described.has_value()) << described.error().line();
+            EXPECT_EQ(described->at("format"), format);
+            ASSERT_TRUE(decodeTexture({folder / container, folder / "back.exr", 0, 0}).has_value());
+            const auto back = formats::readImage(folder / "back.exr");
+            ASSERT_TRUE(back.has_value()) << back.error().line();
+            for (int y = 0; y < 24; ++y)
+                for (int x = 0; x < 32; ++x)
+                    for (int c = 0; c < channels; ++c)
+                        ASSERT_NEAR(back->texels.at(x, y)[c], std::clamp(image.at(x, y)[c], -1.0f, 1.0f), 0.05f)
+                            << format << ' ' << x << ' ' << y;
+        }
+}
+
+TEST(EncodeTexture, WhatIsTooLargeIsClampedAndCounted) {
+    const formats::TemporaryFolder folder;
+    Image<glm::vec4> image = ramp(8, 8);
+    image.at(1, 6).x = 1e9f;
+    image.at(7, 7).z = 2e9f;
+    ASSERT_TRUE(formats::writeExr(folder / "in.exr", image.view(), 3).has_value());
+    for (const auto& [format, largest] : std::initializer_list<std::pair<const char*, double>>{
+             {"bc6h-uf16", 65504}, {"bc6h-sf16", 65504}, {"rgb9e5", 65408}, {"r11g11b10f", 65024}, {"bc7", 1}, {"rgba16-unorm", 1}}) {
+        EncodeCommand command{folder / "in.exr", folder / "out.ktx2", format};
+        const auto facts = encodeTexture(command, 1);
+        ASSERT_TRUE(facts.has_value()) << facts.error().line();
+        EXPECT_EQ(facts->at("clamped_high"), 2) << format;
+        EXPECT_EQ(facts->at("repaired"), 0) << format;
+        ASSERT_TRUE(decodeTexture({command.output, folder / "back.exr", 0, 0}).has_value());
+        const double brightest = describeFile(folder / "back.exr")->at("maximum").get<double>();
+        EXPECT_LE(brightest, largest) << format;
+        EXPECT_GE(brightest, 0.9 * largest) << format;
+    }
+}
+
+/// Smooth light from 2^-5 to 2^5 with a grain of a quarter, the channels apart.
+Image<glm::vec4> light(int width, int height) {
+    Image<glm::vec4> image(width, height);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            for (int c = 0; c < 4; ++c) {
+                const float octaves =
+                    2.5f * (std::sin(0.11f * static_cast<float>(x + 9 * c)) + std::sin(0.07f * static_cast<float>(y - 5 * c)));
+                image.at(x, y)[c] = std::exp2(octaves) * (1 + static_cast<float>((x * 37 + y * 101 + c * 53 + x * y * 29) % 32) / 128);
+            }
+    return image;
+}
+
+/// The encoder that minimizes an error reaches a smaller value of it than encoders that minimize other errors.
+class EncodeOptionsOfTheCommand : public testing::Test {
+protected:
+    EncodeOptionsOfTheCommand() { EXPECT_TRUE(formats::writeExr(folder_ / "in.exr", light(64, 64).view(), 4).has_value()); }
+    EncodeCommand command(const char* format) const { return {folder_ / "in.exr", folder_ / "out.ktx2", format}; }
+    /// Decoded texels.
+    Image<glm::vec4> coded(const EncodeCommand& command) const {
+        const auto facts = encodeTexture(command, 1);
+        EXPECT_TRUE(facts.has_value()) << facts.error().line();
+        EXPECT_TRUE(decodeTexture({command.output, folder_ / "back.exr", 0, 0}).has_value());
+        return std::move(formats::readImage(folder_ / "back.exr")->texels);
+    }
+    template <class Error>
+    static double sum(const Image<glm::vec4>& texels, const Error& error) {
+        const Image<glm::vec4> reference = light(64, 64);
+        double total = 0;
+        for (int y = 0; y < 64; ++y)
+            for (int x = 0; x < 64; ++x)
+                for (int c = 0; c < 3; ++c) {
+                    const double found = static_cast<double>(texels.at(x, y)[c]), wanted = static_cast<double>(reference.at(x, y)[c]);
+                    total += std::pow(error(found, wanted, x, c), 2);
+                }
+        return total;
+    }
+    void expectRefused(const EncodeCommand& command, ErrorCode code, const std::string& words) const {
+        const auto refused = encodeTexture(command, 1);
+        ASSERT_FALSE(refused.has_value());
+        EXPECT_EQ(refused.error().code, code) << refused.error().line();
+        EXPECT_NE(refused.error().line().find(words), std::string::npos) << refused.error().line();
+        EXPECT_FALSE(std::filesystem::exists(command.output));
+    }
+
+    formats::TemporaryFolder folder_;
+};
+
+TEST_F(EncodeOptionsOfTheCommand, EachMetricAndScaleServesItsOwnError) {
+    const std::function<double(double, double, int, int)> errors[] = {
+        [](double a, double b, int, int) { return std::log2(1 + a) - std::log2(1 + b); },
+        [](double a, double b, int, int) { return std::log2(1 + a / 0.02) - std::log2(1 + b / 0.02); },
+        [](double a, double b, int, int) { return a - b; },
+        [](double a, double b, int, int) { return (a - b) / (b + 0.01); },
+    };
+    const std::pair<compress::HdrMetric, float> asked[] = {{compress::HdrMetric::Log, 1.0f},
+                                                           {compress::HdrMetric::Log, 0.02f},
+                                                           {compress::HdrMetric::Linear, 1.0f},
+                                                           {compress::HdrMetric::Relative, 0.01f}};
+    double table[4][4];
+    for (int i = 0; i < 4; ++i) {
+        EncodeCommand each = command("bc6h-uf16");
+        each.metric = asked[i].first;
+        each.metricScale = asked[i].second;
+        const Image<glm::vec4> texels = coded(each);
+        for (int j = 0; j < 4; ++j) table[i][j] = sum(texels, errors[j]);
+    }
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) {
+            if (i == j || (i == 1 && j == 3)) continue;  // those two measure nearly the same
+            EXPECT_LT(table[j][j], table[i][j]) << "asked for " << i << ", measured " << j;
+        }
+}
+
+TEST_F(EncodeOptionsOfTheCommand, WeightsServeTheirChannelAndOnlyRatiosCount) {
+    const auto red = [](double a, double b, int, int c) { return c == 0 ? std::log2(1 + a) - std::log2(1 + b) : 0; };
+    EncodeCommand plain = command("bc6h-uf16"), weighted = plain, same = plain;
+    weighted.channelWeights = {8, 1, 1, 0};
+    same.channelWeights = {3, 3, 3, 3};
+    const Image<glm::vec4> reference = coded(plain);
+    EXPECT_LT(sum(coded(weighted), red), 0.7 * sum(reference, red));
+    EXPECT_EQ(coded(same).texels(), reference.texels());
+}
+
+TEST_F(EncodeOptionsOfTheCommand, SignificanceServesTheTexelsThatCount) {
+    Image<glm::vec4> image = light(64, 64), weights(64, 64, glm::vec4(0));
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 64; ++x) {
+            weights.at(x, y) = glm::vec4(x % 4 < 2 ? 1e20f : 0.0f, 7, 7, 7);
+            if (x % 4 >= 2) image.at(x, y) = glm::vec4((x + y) % 3 * 20.0f);
+        }
+    ASSERT_TRUE(formats::writeExr(folder_ / "in.exr", image.view(), 3).has_value());
+    ASSERT_TRUE(formats::writeExr(folder_ / "weights.exr", weights.view(), 3).has_value());
+    const auto counted = [](double a, double b, int x, int) { return x % 4 < 2 ? std::log2(1 + a) - std::log2(1 + b) : 0; };
+    for (const char* format : {"bc6h-uf16", "astc-4x4-hdr"}) {
+        EncodeCommand plain = command(format), weighted = plain;
+        weighted.significance = folder_ / "weights.exr";
+        EXPECT_LT(sum(coded(weighted), counted), 0.7 * sum(coded(plain), counted)) << format;
+    }
+}
+
+TEST_F(EncodeOptionsOfTheCommand, MoreErrorInRepeatedBlocksMakesSmallerFiles) {
+    // Rows long enough to find something to repeat.
+    Image<glm::vec4> image = light(512, 32);
+    for (glm::vec4& texel : image.texels()) texel /= 256;
+    ASSERT_TRUE(formats::writeExr(folder_ / "in.exr", image.view(), 4).has_value());
+    for (const char* format : {"bc1", "bc3", "bc4", "bc5", "bc7", "bc6h-uf16"}) {
+        double lastBytes = 1e9;
+        for (const double rdo : {0.0, 0.05, 0.5}) {
+            EncodeCommand each = command(format);
+            each.zstd = true;
+            each.rdo = rdo;
+            ASSERT_TRUE(encodeTexture(each, 1).has_value());
+            const auto bytes = static_cast<double>(std::filesystem::file_size(each.output));
+            EXPECT_LT(bytes, 0.99 * lastBytes) << format << ' ' << rdo;
+            lastBytes = bytes;
+        }
+    }
+}
+
+TEST_F(EncodeOptionsOfTheCommand, ImpossibleOnesAreRefused) {
+    const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+    EncodeCommand each = command("bc6h-uf16");
+    for (const float scale : {0.0f, -1.0f, 1e-7f, 1e6f, nan, infinity}) {
+        each.metricScale = scale;
+        expectRefused(each, ErrorCode::InvalidRequest, "--metric-scale");
+    }
+    each = command("bc6h-uf16");
+    for (const std::array<float, 4>& weights : {std::array<float, 4>{0, 0, 0, 1}, {1, -1, 1, 1}, {1, 1, nan, 1}, {infinity, 1, 1, 1}}) {
+        each.channelWeights = weights;
+        expectRefused(each, ErrorCode::InvalidRequest, "--weights");
+    }
+    each = command("bc7");
+    for (const double rdo : {-0.1, 1.5, static_cast<double>(nan)}) {
+        each.rdo = rdo;
+        expectRefused(each, ErrorCode::InvalidRequest, "--rdo");
+    }
+    each = command("astc-4x4-hdr");
+    each.rdo = 0.1;
+    expectRefused(each, ErrorCode::InvalidRequest, "found format astc-4x4-hdr, expected one of BC1 to BC7");
+    each = command("bc6h-uf16");
+    each.significance = folder_ / "weights.exr";
+    expectRefused(each, ErrorCode::FileUnreadable, "weights.exr");
+    ASSERT_TRUE(formats::writeExr(each.significance, light(64, 60).view(), 3).has_value());
+    expectRefused(each, ErrorCode::WrongShape, "found 64 x 60 texels, expected 64 x 64");
+    for (const auto& [value, code] :
+         {std::pair(nan, ErrorCode::ValueNotFinite), {infinity, ErrorCode::ValueNotFinite}, {-1.0f, ErrorCode::ValueOutOfRange}}) {
+        Image<glm::vec4> weights = light(64, 64);
+        weights.at(9, 4).x = value;
+        ASSERT_TRUE(formats::writeExr(each.significance, weights.view(), 3).has_value());
+        expectRefused(each, code, "weights.exr, texel (9, 4): found a significance");
+    }
+}
+
+TEST(EncodeTexture, WrongRequestsAreRefused) {
+    const formats::TemporaryFolder folder;
+    ASSERT_TRUE(formats::writeExr(folder / "in.exr", ramp(8, 8).view(), 3).has_value());
+    EncodeCommand command{folder / "in.exr", folder / "out.ktx2", "bc6", 5, false, false, false};
+    const auto format = encodeTexture(command, 1);
+    ASSERT_FALSE(format.has_value());
+    EXPECT_EQ(format.error().code, ErrorCode::InvalidRequest);
+    EXPECT_NE(format.error().detail.find("nearest is 'bc"), std::string::npos);
+    command.format = "bc7";
+    command.output = folder / "out.png";
+    EXPECT_EQ(encodeTexture(command, 1).error().code, ErrorCode::InvalidRequest);
+    command.output = folder / "out.ktx2";
+    command.cube = true;
+    EXPECT_EQ(encodeTexture(command, 1).error().code, ErrorCode::WrongShape);
+    EXPECT_FALSE(std::filesystem::exists(folder / "out.ktx2"));
+}
+
+TEST(EncodeTexture, ACubeKeepsItsFaces) {
+    const formats::TemporaryFolder folder;
+    ASSERT_TRUE(formats::writeExr(folder / "in.exr", ramp(8, 48).view(), 3).has_value());
+    const EncodeCommand command{folder / "in.exr", folder / "out.ktx2", "rgba16f", 5, true, true, false};
+    const auto facts = encodeTexture(command, 1);
+    ASSERT_TRUE(facts.has_value());
+    EXPECT_EQ(facts->at("faces"), 6);
+    EXPECT_EQ(describeFile(command.output)->at("faces"), 6);
+    EXPECT_LT(compareFiles(command.input, command.output)->at("max_abs").get<double>(), 1e-3);
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline
