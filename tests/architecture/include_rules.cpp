@@ -28,10 +28,8 @@ const std::vector<IncludeException> kExceptions = {
     {"tests/samplers/", "pipeline/", "cooks the small scene of tests/pipeline in this process to sample it on real devices"},
     {"tests/samplers/", "verify/light_map/layouts.h", "needs the sample positions and decoders of the verifier, texel by texel"},
     {"tests/pipeline/assets/mesh/", "formats/image/exr_file.h", "writes a bake with coverage; LightMapWriter writes coefficients only"},
-    {"tests/quality/", "verify/light_map/score.h", "scores other engines' layouts like ours; the scores are no part of the library"},
     {"tests/verify/", "compress/block/decode.h", "compares the verifier's decoders with the encoders' own, which are written apart"},
     {"bench/", "pipeline/", "cooks single assets in this process; pipeline is a program and has no public headers"},
-    {"bench/", "verify/light_map/score.h", "scores other engines' layouts like ours; the scores are no part of the library"},
     {"bench/", "compress/texel/half.h", "rounds test pictures to halves as the encoders do"},
     {"bench/", "fit/lut/quadrature.h", "integrates the reference of a fit with the points of the fit itself"},
 };
