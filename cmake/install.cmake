@@ -18,6 +18,15 @@ install(DIRECTORY shaders/ DESTINATION ${CMAKE_INSTALL_DATADIR}/lightcook/shader
 install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/lightcook COMPONENT runtime)
 install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT runtime)
 install(FILES README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT runtime)
+# Generated from the command table. They belong to the program, so that building it is enough to install it.
+add_dependencies(lightcook lightcook_shell_files)
+set(generated ${PROJECT_BINARY_DIR}/generated)
+install(FILES ${generated}/lightcook.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT runtime)
+install(FILES ${generated}/completions/lightcook.bash
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT runtime RENAME lightcook)
+install(FILES ${generated}/completions/_lightcook DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT runtime)
+install(FILES ${generated}/completions/lightcook.fish
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d COMPONENT runtime)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT runtime RENAME copyright)
 
 # --- development: what somebody needs who builds on the library -------------------------------------------------------------------------

@@ -15,7 +15,9 @@ mv "$work/staged" "$work/prefix"
 prefix=$work/prefix
 
 for file in bin/lightcook lib/lightcook/lightcook_images.so share/lightcook/shaders/sh.glsl share/lightcook/examples/cornell/scene.toml \
-    share/doc/lightcook/copyright share/doc/lightcook/README.md include/lightcook/compress/encode.h; do
+    share/doc/lightcook/copyright share/doc/lightcook/README.md include/lightcook/compress/encode.h \
+    share/man/man1/lightcook.1 share/bash-completion/completions/lightcook share/zsh/vendor-completions/_lightcook \
+    share/fish/vendor_completions.d/lightcook.fish; do
     [[ -s $prefix/$file ]] || die "$file is not installed"
 done
 if grep -rlF "$build" "$prefix/lib" --include='*.cmake'; then die "the CMake package names the build folder"; fi
