@@ -3,6 +3,8 @@
 #include <array>
 #include <cassert>
 
+#include "formats/vocabulary.h"
+
 namespace lightcook::formats {
 namespace {
 
@@ -54,9 +56,8 @@ const PixelFormatInfo& info(PixelFormat format) {
 }
 
 std::optional<PixelFormat> pixelFormatFromName(std::string_view name) {
-    for (const PixelFormatInfo& candidate : kInfos)
-        if (candidate.name == name) return candidate.format;
-    return std::nullopt;
+    const PixelFormatInfo* row = findByName(allPixelFormats(), name);
+    return row == nullptr ? std::nullopt : std::optional(row->format);
 }
 
 int blocksAcross(PixelFormat format, int width) {
