@@ -6,6 +6,7 @@
 
 #include "compress/light_map.h"
 #include "formats/temporary_folder.h"
+#include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/textures.h"
 #include "pipeline/scene/scene.h"
@@ -30,27 +31,23 @@ Seen cook(const Bake& bake, const std::filesystem::path& file, const std::string
     const TemporaryFolder folder;
     pipeline::TextureSettings settings;
     settings.effort = effort;
-    const pipeline::Action action{"cook/lightmap",
-                                  "light-map",
-                                  "lightmap",
-                                  {{"description", pipeline::toJson(formats::LightMapDescription{})},
-                                   {"layout", layout},
-                                   {"target", "bc"},
-                                   {"textures", settings.toJson()}},
-                                  {{"source", file}},
-                                  {}};
-    pipeline::LightMapSources sources;
+    const pipeline::Action action{
+        "cook/lightmap",    "light-map",
+        "lightmap",         pipeline::toJson(pipeline::LightMapParameters{{}, layout, formats::Target::Bc, settings}),
+        {{"source", file}}, {}};
+    pipeline::SharedObjects shared;
     const pipeline::RunState state;
-    const pipeline::ActionContext context{action, folder.path(), folder.path(), {}, sources, state};
-    const pipeline::Json asset = valueOf(pipeline::cookLightMap(context)).result.at("asset");
+    const pipeline::ActionContext context{action, folder.path(), folder.path(), {}, shared, state};
+    const auto cooked = valueOf(pipeline::fromJson<pipeline::CookResult>(valueOf(pipeline::cookLightMap(context)).result, layout));
+    const pipeline::CookedAsset& asset = cooked.asset;
     const auto reader = valueOf(pipeline::CookedLightMapReader::open(folder.path(), asset, {}, {}, bake.measure.key()));
 
-    const pipeline::Json& constants = asset.at("constants");
+    const pipeline::Json constants = asset.constants.value_or(pipeline::Json::object());
     const int clusters = constants.contains("clusters") ? constants.at("clusters").at(0).get<int>() : 0;
-    Seen seen{asset.at("bits_per_texel").get<double>(), clusters, formats::Image<lighting::ShRgb>(bake.width(), bake.height())};
-    const int bands = (bake.height() + pipeline::kBandRows - 1) / pipeline::kBandRows;
-    tbb::parallel_for(0, bands, [&](int band) {
-        const int firstRow = band * pipeline::kBandRows, rowCount = std::min(pipeline::kBandRows, bake.height() - firstRow);
+    Seen seen{asset.bitsPerTexel.value_or(0), clusters, formats::Image<lighting::ShRgb>(bake.width(), bake.height())};
+    const int chunks = (bake.height() + pipeline::kChunkRows - 1) / pipeline::kChunkRows;
+    tbb::parallel_for(0, chunks, [&](int chunk) {
+        const int firstRow = chunk * pipeline::kChunkRows, rowCount = std::min(pipeline::kChunkRows, bake.height() - firstRow);
         const auto rows = reader.verifier().reconstruct(valueOf(reader.read(firstRow, rowCount)), firstRow, rowCount);
         for (int y = 0; y < rowCount; ++y)
             for (int x = 0; x < bake.width(); ++x) seen.sh.at(x, firstRow + y) = rows.at(x, y);

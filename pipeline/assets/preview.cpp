@@ -70,20 +70,28 @@ void Preview::set(int x, int y, const glm::vec3& reference, const glm::vec3& coo
     cooked_.at(x / stride_, y / stride_) = toneMapped(cooked);
 }
 
-formats::Result<void> Preview::write(const std::filesystem::path& folder, const std::string& name, ActionOutcome& outcome) const {
+formats::Result<PreviewFiles> Preview::write(const std::filesystem::path& folder, const std::string& name) const {
     formats::Image<glm::u8vec3> difference(worst_.width(), worst_.height());
     std::ranges::transform(worst_.texels(), difference.texels().begin(), heat);
-    const std::pair<const char*, const formats::Image<glm::u8vec3>*> pictures[] = {
-        {"reference", &reference_}, {"cooked", &cooked_}, {"difference", &difference}};
-    for (const auto& [suffix, picture] : pictures) {
-        const std::string file = "preview/" + name + "_" + suffix + ".png";
-        const auto png = formats::encodePng(picture->view());
+    const auto writePng = [&](const char* suffix, const formats::Image<glm::u8vec3>& picture) -> formats::Result<std::string> {
+        std::string file = "preview/" + name + "_" + suffix + ".png";
+        const auto png = formats::encodePng(picture.view());
         if (!png) return tl::make_unexpected(png.error());
-        if (auto written = writeFile(folder / file, *png); !written) return written;
-        outcome.files.push_back(file);
-        outcome.result["preview"][suffix] = file;
-    }
-    return {};
+        if (auto written = writeFile(folder / file, *png); !written) return tl::make_unexpected(written.error());
+        return file;
+    };
+    const auto reference = writePng("reference", reference_), cooked = writePng("cooked", cooked_),
+               worst = writePng("difference", difference);
+    for (const auto* file : {&reference, &cooked, &worst})
+        if (!*file) return tl::make_unexpected(file->error());
+    return PreviewFiles{*reference, *cooked, *worst};
+}
+
+formats::Result<ActionOutcome> outcomeWithPreview(VerifyResult result, const Preview& preview, const ActionContext& context) {
+    const auto files = preview.write(context.folder, context.action.asset);
+    if (!files) return tl::make_unexpected(files.error());
+    result.preview = *files;
+    return outcomeWith(result, {files->reference, files->cooked, files->difference});
 }
 
 }  // namespace lightcook::pipeline

@@ -1,32 +1,33 @@
-// Small pictures for the report: reference, cooked, and where they differ.
+// Small pictures for the report: reference, cooked, difference.
 #pragma once
 
 #include <glm/gtc/type_precision.hpp>
 #include <glm/vec3.hpp>
 
 #include "formats/image.h"
+#include "pipeline/assets/results.h"
 #include "pipeline/graph/action.h"
 
 namespace lightcook::pipeline {
 
-/// Three pictures of one asset, filled texel by texel from any thread, each texel by one of them. Those of the reference and of what was
-/// cooked are points; no error hides between them: the difference is the worst local relative error of all texels under a pixel.
+/// Three pictures of one asset: reference, cooked, difference. Threads may fill them together, each texel by one thread. Reference and
+/// cooked are point samples; the difference is the largest local relative error of all texels under a pixel, so that no error is missed.
 class Preview {
 public:
     /// Shows every stride-th texel of width x height, so that the longer side has at most kLongestSide pixels.
-    /// key  log-average luminance: what is shown as middle grey; 0 shows everything black
+    /// key  log-average luminance, shown as middle grey; 0 shows everything black
     Preview(int width, int height, double key);
 
     int stride() const { return stride_; }
     bool shows(int x, int y) const {
         return x % stride_ == 0 && y % stride_ == 0 && x / stride_ < reference_.width() && y / stride_ < reference_.height();
     }
-    /// Exit radiance or radiance at any texel: two pictures show those of texels that shows(), the one of the difference the worst of all
-    /// that share a pixel.
+    /// Sets the light of a texel. Reference and cooked show it only if shows(x, y); the difference counts every texel.
     void set(int x, int y, const glm::vec3& reference, const glm::vec3& cooked);
 
-    /// Writes <name>_reference.png, <name>_cooked.png, <name>_difference.png under `folder`/preview and names them in `outcome`.
-    formats::Result<void> write(const std::filesystem::path& folder, const std::string& name, ActionOutcome& outcome) const;
+    /// Writes <name>_reference.png, <name>_cooked.png and <name>_difference.png into `folder`/preview, and returns their names relative to
+    /// `folder`.
+    formats::Result<PreviewFiles> write(const std::filesystem::path& folder, const std::string& name) const;
 
     static constexpr int kLongestSide = 384;
 
@@ -40,5 +41,8 @@ private:
     formats::Image<glm::u8vec3> reference_, cooked_;
     formats::Image<float> worst_;  ///< local relative error
 };
+
+/// Writes the preview and returns the outcome of a verify action with its names.
+formats::Result<ActionOutcome> outcomeWithPreview(VerifyResult result, const Preview& preview, const ActionContext& context);
 
 }  // namespace lightcook::pipeline

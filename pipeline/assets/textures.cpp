@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace lightcook::pipeline {
 namespace {
@@ -17,42 +18,49 @@ using formats::Result;
 /// Rows of blocks that one task encodes: small enough to spread a 256 x 256 texture over a few threads.
 constexpr int kBlockRowsPerTask = 8;
 
+Result<formats::TextureWriter> createTexture(const std::filesystem::path& file, const formats::TextureShape& shape,
+                                             const TextureSettings& settings, const std::map<std::string, std::string>& metadata) {
+    formats::TextureFileOptions options;
+    options.container = settings.container;
+    options.zstd = settings.zstd;
+    options.metadata = metadata;
+    return formats::TextureWriter::create(file, shape, options);
+}
+
+Result<void> writeImages(formats::TextureWriter& writer, const formats::TextureShape& shape,
+                         const std::vector<std::vector<std::byte>>& images) {
+    std::size_t index = 0;
+    for (int mip = 0; mip < shape.mipCount; ++mip)
+        for (int layer = 0; layer < shape.layerCount; ++layer)
+            for (int face = 0; face < shape.faceCount; ++face)
+                if (auto written = writer.writeBlockRows({mip, layer, face}, 0, images.at(index++)); !written) return written;
+    return {};
+}
+
+/// Returns the manifest entry of a texture file; its digest follows when the manifest is put together.
+CookedTexture entryOf(const TexturePlan& plan, const std::string& file, std::uint64_t fileBytes, std::string_view filter) {
+    CookedTexture entry;
+    entry.role = plan.role;
+    entry.file = file;
+    entry.format = formats::info(plan.shape.format).name;
+    entry.width = plan.shape.width;
+    entry.height = plan.shape.height;
+    entry.mips = plan.shape.mipCount;
+    entry.layers = plan.shape.layerCount;
+    entry.faces = plan.shape.faceCount;
+    entry.bytesGpu = plan.shape.gpuBytes();
+    entry.bytesDisk = fileBytes;
+    entry.sampler.filter = filter;
+    return entry;
+}
+
 }  // namespace
-
-Json TextureSettings::toJson() const {
-    return {{"container", container == formats::Container::Dds ? "dds" : "ktx2"}, {"zstd", zstd}, {"effort", effort}, {"rdo", rdo}};
-}
-
-TextureSettings TextureSettings::fromJson(const Json& json) {
-    return {json.at("container") == "dds" ? formats::Container::Dds : formats::Container::Ktx2, json.at("zstd").get<bool>(),
-            json.at("effort").get<int>(), json.at("rdo").get<double>()};
-}
 
 compress::EncodeOptions TextureSettings::encodeOptions() const {
     compress::EncodeOptions options;
     options.effort = effort;
     options.rdo = static_cast<float>(rdo);
     return options;
-}
-
-PixelFormat hdrFormat(const std::string& target) {
-    if (target == "float") return PixelFormat::Rgba16f;
-    return target == "astc" ? PixelFormat::Astc4x4Hdr : PixelFormat::Bc6hUf16;
-}
-
-Json textureEntry(const std::string& role, const std::string& file, const formats::TextureShape& shape, std::size_t fileBytes,
-                  const Sampler& sampler) {
-    return {{"role", role},
-            {"file", file},
-            {"format", std::string(formats::info(shape.format).name)},
-            {"width", shape.width},
-            {"height", shape.height},
-            {"mips", shape.mipCount},
-            {"layers", shape.layerCount},
-            {"faces", shape.faceCount},
-            {"bytes_gpu", shape.gpuBytes()},
-            {"bytes_disk", fileBytes},
-            {"sampler", {{"filter", sampler.filter}, {"wrap", sampler.wrap}}}};
 }
 
 std::vector<std::byte> encodeImage(PixelFormat format, formats::ImageView<const glm::vec4> texels,
@@ -92,60 +100,61 @@ std::map<std::string, std::string> textureMetadata(const Json& facts) {
     return {{"io.lightcook", facts.dump()}};
 }
 
-Result<formats::TextureWriter> createTexture(const std::filesystem::path& file, const formats::TextureShape& shape,
-                                             const TextureSettings& settings, const std::map<std::string, std::string>& metadata) {
-    formats::TextureFileOptions options;
-    options.container = settings.container;
-    options.zstd = settings.zstd;
-    options.metadata = metadata;
-    return formats::TextureWriter::create(file, shape, options);
-}
-
 Result<void> writeTexture(const std::filesystem::path& file, const formats::TextureShape& shape, const TextureSettings& settings,
                           const std::map<std::string, std::string>& metadata, const std::vector<std::vector<std::byte>>& images) {
     auto writer = createTexture(file, shape, settings, metadata);
     if (!writer) return tl::make_unexpected(writer.error());
-    std::size_t index = 0;
-    for (int mip = 0; mip < shape.mipCount; ++mip)
-        for (int layer = 0; layer < shape.layerCount; ++layer)
-            for (int face = 0; face < shape.faceCount; ++face)
-                if (auto written = writer->writeBlockRows({mip, layer, face}, 0, images.at(index++)); !written) return written;
+    if (auto written = writeImages(*writer, shape, images); !written) return written;
     return writer->commit();
 }
 
-Result<Json> packTexture(const ActionContext& context, const WholeTexture& texture, const TextureSettings& settings, const Json& facts,
-                         ActionOutcome& outcome) {
-    const std::string file = texture.name + std::string(settings.extension());
-    const std::filesystem::path path = context.folder / file;
-    if (auto written = writeTexture(path, texture.shape, settings, textureMetadata(facts), texture.images); !written)
-        return tl::make_unexpected(written.error());
-    outcome.files.push_back(file);
-    return textureEntry(texture.role, file, texture.shape, std::filesystem::file_size(path), texture.sampler);
+Result<std::size_t> AssetTextures::create(TexturePlan plan) {
+    std::string file = plan.fileName + std::string(settings_.extension());
+    auto writer = createTexture(context_.folder / file, plan.shape, settings_, textureMetadata(plan.facts));
+    if (!writer) return tl::make_unexpected(writer.error());
+    outputs_.push_back({std::move(plan), std::move(file), std::move(*writer)});
+    return outputs_.size() - 1;
 }
 
-Result<formats::TextureReader> openTexture(const std::filesystem::path& folder, const Json& asset, const std::string& role) {
-    for (const Json& entry : asset.at("textures")) {
-        if (entry.at("role") != role) continue;
-        const std::filesystem::path file = folder / entry.at("file").get<std::string>();
-        auto reader = formats::TextureReader::open(file);
-        if (!reader) return reader;
-        const formats::TextureShape& shape = reader->shape();
-        const auto disagree = [&](const char* what, const std::string& found, const std::string& expected) {
-            return failure(ErrorCode::Verification, file.string(),
-                           fmt::format("found {} {}, expected {} as in the manifest", what, found, expected));
-        };
-        if (formats::info(shape.format).name != entry.at("format").get<std::string>())
-            return disagree("format", std::string(formats::info(shape.format).name), entry.at("format").get<std::string>());
-        for (const auto& [key, value] : std::initializer_list<std::pair<const char*, int>>{{"width", shape.width},
-                                                                                           {"height", shape.height},
-                                                                                           {"mips", shape.mipCount},
-                                                                                           {"layers", shape.layerCount},
-                                                                                           {"faces", shape.faceCount}})
-            if (entry.at(key).get<int>() != value) return disagree(key, std::to_string(value), std::to_string(entry.at(key).get<int>()));
-        return reader;
+Result<void> AssetTextures::write(TexturePlan plan, const std::vector<std::vector<std::byte>>& images) {
+    const auto index = create(std::move(plan));
+    if (!index) return tl::make_unexpected(index.error());
+    Output& output = outputs_[*index];
+    return writeImages(output.writer, output.plan.shape, images);
+}
+
+Result<ActionOutcome> AssetTextures::finish(CookResult result) {
+    std::vector<std::string> files;
+    for (Output& output : outputs_) {
+        if (auto committed = output.writer.commit(); !committed) return tl::make_unexpected(committed.error());
+        files.push_back(output.file);
+        result.asset.textures.push_back(
+            entryOf(output.plan, output.file, std::filesystem::file_size(context_.folder / output.file), info(result.asset.kind).filter));
     }
-    return failure(ErrorCode::Verification, asset.at("name").get<std::string>(),
-                   fmt::format("found no texture '{}' in the manifest, expected one", role));
+    return outcomeWith(result, std::move(files));
+}
+
+Result<formats::TextureReader> openTexture(const std::filesystem::path& folder, const CookedAsset& asset, const std::string& role) {
+    const auto entry = std::ranges::find(asset.textures, role, &CookedTexture::role);
+    if (entry == asset.textures.end())
+        return failure(ErrorCode::Verification, asset.name, fmt::format("found no texture '{}' in the manifest, expected one", role));
+    const std::filesystem::path file = folder / entry->file;
+    auto reader = formats::TextureReader::open(file);
+    if (!reader) return reader;
+    const formats::TextureShape& shape = reader->shape();
+    const auto disagree = [&](const char* member, const auto& found, const auto& expected) {
+        return failure(ErrorCode::Verification, file.string(),
+                       fmt::format("found {} {}, expected {} as in the manifest", member, found, expected));
+    };
+    if (const auto format = formats::info(shape.format).name; format != entry->format) return disagree("format", format, entry->format);
+    const std::initializer_list<std::tuple<const char*, int, int>> sizes = {{"width", shape.width, entry->width},
+                                                                            {"height", shape.height, entry->height},
+                                                                            {"mips", shape.mipCount, entry->mips},
+                                                                            {"layers", shape.layerCount, entry->layers},
+                                                                            {"faces", shape.faceCount, entry->faces}};
+    for (const auto& [member, found, expected] : sizes)
+        if (found != expected) return disagree(member, found, expected);
+    return reader;
 }
 
 float hdrRange(float largest) {

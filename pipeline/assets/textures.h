@@ -1,4 +1,4 @@
-// Writing and reading the textures of an asset: images to encoded files, with the manifest entry of each.
+// Textures of an asset: encodes images, writes them as files with their manifest entries, and opens these files again.
 #pragma once
 
 #include <filesystem>
@@ -12,11 +12,14 @@
 #include "compress/encode.h"
 #include "formats/gpu_texture.h"
 #include "formats/image.h"
+#include "pipeline/assets/results.h"
 #include "pipeline/graph/action.h"
+#include "pipeline/json/enum_names.h"
+#include "pipeline/manifest/cooked_asset.h"
 
 namespace lightcook::pipeline {
 
-/// How the textures of an asset are written: part of the parameters of every action that writes some.
+/// Settings of an asset's texture files: a parameter of every action that writes some.
 struct TextureSettings {
     formats::Container container = formats::Container::Ktx2;
     bool zstd = false;
@@ -24,70 +27,80 @@ struct TextureSettings {
     double rdo = 0;  ///< see compress::EncodeOptions
 
     compress::EncodeOptions encodeOptions() const;
-
-    Json toJson() const;
-    static TextureSettings fromJson(const Json& json);
     std::string_view extension() const { return container == formats::Container::Dds ? ".dds" : ".ktx2"; }
 };
+template <class Fields, Is<TextureSettings> Self>
+void describe(Fields& fields, Self& settings) {
+    fields.required("container", settings.container, "container of the files");
+    fields.required("zstd", settings.zstd, "true for Zstandard supercompression");
+    fields.required("effort", settings.effort, "effort of the encoders, 0 to 9");
+    fields.required("rdo", settings.rdo, "largest growth of the error for blocks that repeat");
+}
 
-/// The format of HDR colours for a target: 16-bit floats for "float", ASTC for "astc", BC6H for "bc".
-formats::PixelFormat hdrFormat(const std::string& target);
-
-/// What a sampler has to do, for the manifest.
-struct Sampler {
-    std::string filter = "linear";  ///< linear or trilinear
-    std::string wrap = "clamp";
-};
-
-/// The manifest's entry of one texture file. Its digest joins it when the manifest is put together.
-Json textureEntry(const std::string& role, const std::string& file, const formats::TextureShape& shape, std::size_t fileBytes,
-                  const Sampler& sampler);
-
-/// Encodes one image over the threads of the arena, by groups of block rows. Reports what had to be clamped.
+/// Encodes one image on the threads of the arena, in groups of block rows. Adds the clamped values to the report.
 std::vector<std::byte> encodeImage(formats::PixelFormat format, formats::ImageView<const glm::vec4> texels,
                                    formats::ImageView<const float> significance, const compress::EncodeOptions& options,
                                    compress::EncodeReport& report);
 
-/// The six faces of a level that lie under each other, size x 6 size, divided by range: each encoded as encodeImage does.
+/// Divides six faces that lie under each other (size x 6 size) by `range`, and encodes each of them as encodeImage does.
 std::vector<std::vector<std::byte>> encodeFaces(formats::PixelFormat format, formats::ImageView<const glm::vec3> strip, float range,
                                                 const compress::EncodeOptions& options, compress::EncodeReport& report);
 
-/// What a loader needs to decode a texture, for inside its file, in case the manifest gets lost.
+/// Returns the metadata that a texture file carries for a loader without the manifest: layout and constants of the decode.
 std::map<std::string, std::string> textureMetadata(const Json& facts);
 
-formats::Result<formats::TextureWriter> createTexture(const std::filesystem::path& file, const formats::TextureShape& shape,
-                                                      const TextureSettings& settings, const std::map<std::string, std::string>& metadata);
 /// Writes a texture whose images are all in memory, mip by mip (outer) and layer or face by layer or face (inner).
 formats::Result<void> writeTexture(const std::filesystem::path& file, const formats::TextureShape& shape, const TextureSettings& settings,
                                    const std::map<std::string, std::string>& metadata, const std::vector<std::vector<std::byte>>& images);
 
-/// A texture of an asset whose images are all in memory, in the order of writeTexture.
-struct WholeTexture {
+/// A texture of an asset, before it has texels.
+struct TexturePlan {
     std::string role;
-    std::string name;  ///< of its file, without the extension
+    std::string fileName;  ///< without the extension
     formats::TextureShape shape;
-    std::vector<std::vector<std::byte>> images;
-    Sampler sampler;
+    Json facts;  ///< see textureMetadata
 };
-/// Writes it into the action's folder, with facts as its metadata, and names it in `outcome`. Returns its manifest entry.
-formats::Result<Json> packTexture(const ActionContext& context, const WholeTexture& texture, const TextureSettings& settings,
-                                  const Json& facts, ActionOutcome& outcome);
 
-/// The texture of a role in an asset's manifest entry, opened and held against what the entry says of it.
-formats::Result<formats::TextureReader> openTexture(const std::filesystem::path& folder, const Json& asset, const std::string& role);
+/// The texture files of one cook action: writes them into the action's folder and returns their manifest entries.
+class AssetTextures {
+public:
+    AssetTextures(const ActionContext& context, const TextureSettings& settings) : context_(context), settings_(settings) {}
 
-/// What HDR values are divided by before they are stored: a power of two that brings the largest to 512 .. 1024, so that neither the top of
-/// a half nor its subnormals cost precision. 1 for black.
+    /// Creates a texture that the caller writes piece by piece. Returns its index.
+    formats::Result<std::size_t> create(TexturePlan plan);
+    formats::TextureWriter& writer(std::size_t index) { return outputs_.at(index).writer; }
+    /// Writes a texture whose images are all in memory, in the order of writeTexture.
+    formats::Result<void> write(TexturePlan plan, const std::vector<std::vector<std::byte>>& images);
+
+    /// Commits every texture. `result` gets their manifest entries, sampled as the table of kinds says; the outcome gets their files.
+    formats::Result<ActionOutcome> finish(CookResult result);
+
+private:
+    struct Output {
+        TexturePlan plan;
+        std::string file;
+        formats::TextureWriter writer;
+    };
+    const ActionContext& context_;
+    TextureSettings settings_;
+    std::vector<Output> outputs_;
+};
+
+/// Opens the texture of a role of a cooked asset, and refuses a file that differs from its manifest entry.
+formats::Result<formats::TextureReader> openTexture(const std::filesystem::path& folder, const CookedAsset& asset, const std::string& role);
+
+/// Returns the power of two that HDR values are divided by before they are stored; 1 for black. It brings the largest value to 512 .. 1024,
+/// so that neither the top of the half range nor its subnormals cost precision.
 float hdrRange(float largest);
 
-/// The texels of an image as they lie in memory, row by row.
+/// Returns the texels of an image as they lie in memory, row by row.
 template <class Texel>
 std::vector<std::byte> bytesOf(const formats::Image<Texel>& image) {
     const auto bytes = std::as_bytes(std::span(image.texels()));
     return {bytes.begin(), bytes.end()};
 }
 
-/// Channels of an image as RGBA, missing ones 0, alpha 1.
+/// Returns RGB as RGBA with alpha 1.
 formats::Image<glm::vec4> toRgba(formats::ImageView<const glm::vec3> image);
 
 }  // namespace lightcook::pipeline

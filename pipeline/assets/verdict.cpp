@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace lightcook::pipeline {
@@ -14,58 +13,65 @@ bool isFinite(const verify::ErrorFigures& figures) {
            std::isfinite(figures.maxBound);
 }
 
+const std::vector<std::string> kFaces = {"+X", "-X", "+Y", "-Y", "+Z", "-Z"};
+const std::vector<std::string> kChannels = {"red", "green", "blue"};
+
+/// Returns the index of a name, -1 for none.
+int indexOf(const std::vector<std::string>& names, const std::optional<std::string>& name) {
+    const auto found = name ? std::ranges::find(names, *name) : names.end();
+    return found == names.end() ? -1 : static_cast<int>(found - names.begin());
+}
+
 }  // namespace
 
-Json toJson(const verify::ErrorPlace& place) {
-    constexpr std::array kFaces = {"+X", "-X", "+Y", "-Y", "+Z", "-Z"};
-    constexpr std::array kChannels = {"red", "green", "blue"};
-    Json json = Json::object();
-    if (place.mip >= 0) json["mip"] = place.mip;
-    if (place.face >= 0) json["face"] = kFaces.at(static_cast<std::size_t>(place.face));
-    if (place.x >= 0) json["texel"] = {place.x, place.y};
-    if (place.channel >= 0) json["channel"] = kChannels.at(static_cast<std::size_t>(place.channel));
-    const auto direction = [&](const char* key, const glm::dvec3& v) {
-        if (v != glm::dvec3(0)) json[key] = {v.x, v.y, v.z};
-    };
-    direction("normal", place.normal);
-    direction("view", place.view);
-    if (place.m > 0) json["m"] = place.m;
-    if (place.view != glm::dvec3(0)) json["f0"] = place.f0;
+ErrorPlaceFields FieldMirror<verify::ErrorPlace>::of(const verify::ErrorPlace& place) {
+    ErrorPlaceFields fields;
+    if (place.mip >= 0) fields.mip = place.mip;
+    if (place.face >= 0) fields.face = kFaces.at(static_cast<std::size_t>(place.face));
+    if (place.x >= 0) fields.texel = {place.x, place.y};
+    if (place.channel >= 0) fields.channel = kChannels.at(static_cast<std::size_t>(place.channel));
+    if (place.normal != glm::dvec3(0)) fields.normal = place.normal;
+    if (place.view != glm::dvec3(0)) {
+        fields.view = place.view;
+        fields.f0 = place.f0;
+    }
+    if (place.m > 0) fields.m = place.m;
     if (place.reference != 0 || place.found != 0) {
-        json["reference"] = place.reference;
-        json["found"] = place.found;
+        fields.reference = place.reference;
+        fields.found = place.found;
     }
-    if (place.local != 0) json["local"] = place.local;
-    return json;
+    if (place.local != 0) fields.local = place.local;
+    return fields;
 }
 
-Json toJson(const verify::ErrorFigures& figures) {
-    Json json = {{"rel_rms", figures.relRms}, {"p99", figures.p99}, {"max_sampled", figures.maxSampled}, {"max_bound", figures.maxBound}};
-    if (figures.sampledAt.isKnown()) json["sampled_at"] = toJson(figures.sampledAt);
-    if (figures.boundAt.isKnown()) json["bound_at"] = toJson(figures.boundAt);
-    return json;
+verify::ErrorPlace FieldMirror<verify::ErrorPlace>::from(const ErrorPlaceFields& fields) {
+    verify::ErrorPlace place;
+    place.mip = fields.mip.value_or(-1);
+    place.face = indexOf(kFaces, fields.face);
+    if (fields.texel) {
+        place.x = (*fields.texel)[0];
+        place.y = (*fields.texel)[1];
+    }
+    place.channel = indexOf(kChannels, fields.channel);
+    place.normal = fields.normal.value_or(glm::dvec3(0));
+    place.view = fields.view.value_or(glm::dvec3(0));
+    place.m = fields.m.value_or(0);
+    place.f0 = fields.f0.value_or(0);
+    place.reference = fields.reference.value_or(0);
+    place.found = fields.found.value_or(0);
+    place.local = fields.local.value_or(0);
+    return place;
 }
 
-Json toJson(const verify::StageError& stage) {
-    return {{"name", stage.name},
-            {"seconds", stage.seconds},
-            {"error", {{"diffuse", toJson(stage.diffuse)}, {"specular", toJson(stage.specular)}}}};
-}
-
-Json verdict(const std::vector<verify::StageError>& stages, double maxError, const std::vector<verify::Violation>& violations) {
-    Json result = {{"stages", Json::array()}, {"limit", {{"metric", "rel_rms"}, {"value", maxError}}}, {"passed", false}};
-    bool passed = !stages.empty();
-    for (const verify::StageError& stage : stages) {
-        result["stages"].push_back(toJson(stage));
-        passed = passed && isFinite(stage.diffuse) && isFinite(stage.specular);
-    }
-    result["passed"] =
-        passed && violations.empty() && stages.back().diffuse.relRms <= maxError && stages.back().specular.relRms <= maxError;
-    for (const verify::Violation& each : violations) {
-        result["violations"].push_back({{"place", each.place}, {"found", each.found}, {"expected", each.expected}});
-        if (each.at.isKnown()) result["violations"].back()["at"] = toJson(each.at);
-    }
-    return result;
+Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std::vector<verify::Violation> violations) {
+    Verdict verdict;
+    verdict.limit = maxError;
+    verdict.passed = !stages.empty() && violations.empty();
+    for (const verify::StageError& stage : stages) verdict.passed = verdict.passed && isFinite(stage.diffuse) && isFinite(stage.specular);
+    if (verdict.passed) verdict.passed = stages.back().diffuse.relRms <= maxError && stages.back().specular.relRms <= maxError;
+    verdict.stages = std::move(stages);
+    verdict.violations = std::move(violations);
+    return verdict;
 }
 
 std::optional<verify::BlockErrors::Block> checkBlocks(const verify::BlockErrors& blocks, const std::string& image, double maxError,
@@ -83,7 +89,7 @@ void checkStage(const std::vector<verify::StageError>& stages, const std::string
     const auto first = std::ranges::find(stages, before, &verify::StageError::name);
     const auto second = std::ranges::find(stages, after, &verify::StageError::name);
     if (first == stages.end() || second == stages.end()) return;
-    // A first stage that is all but right may lose to the rounding of a second one.
+    // The rounding of a second stage may exceed the error of a first one that is almost exact.
     constexpr double kSlack = 1.05, kLeast = 2e-4;
     const double errorBefore = std::max(first->diffuse.relRms, first->specular.relRms);
     const double errorAfter = std::max(second->diffuse.relRms, second->specular.relRms);

@@ -1,32 +1,108 @@
-// Errors as the report and the records carry them.
+// Verdicts: the errors of an asset's stages, held against its limit. docs/theory/error.md defines the figures.
 #pragma once
 
 #include <optional>
+#include <string>
+#include <vector>
 
-#include "pipeline/graph/action.h"
+#include "pipeline/json/json_fields.h"
 #include "verify/block_errors.h"
 #include "verify/figures.h"
 #include "verify/violation.h"
 
 namespace lightcook::pipeline {
 
-/// What is known of {"mip", "face", "texel": [x, y], "channel", "normal", "view", "m", "f0", "reference", "found", "local"}.
-Json toJson(const verify::ErrorPlace& place);
-/// {"rel_rms", "p99", "max_sampled", "max_bound"}, and "sampled_at" and "bound_at" where the verifier tells of the places.
-Json toJson(const verify::ErrorFigures& figures);
-/// {"name", "seconds", "error": {"diffuse": {...}, "specular": {...}}}
-Json toJson(const verify::StageError& stage);
+struct Verdict {
+    std::vector<verify::StageError> stages;
+    std::string metric = "rel_rms";  ///< of the limit
+    double limit = 0;                ///< on rel_rms of the last stage, diffuse and specular
+    bool passed = false;
+    std::vector<verify::Violation> violations;  ///< faults that the figures of the whole asset would average away
+};
 
-/// A verdict: the last stage's rel_rms, of diffuse and of specular, within the limit, every figure a finite number, and no law broken.
-/// {"stages": [...], "limit": {"metric", "value"}, "passed"}, and where there are some "violations": [{"place", "found", "expected", "at"}]
-Json verdict(const std::vector<verify::StageError>& stages, double maxError, const std::vector<verify::Violation>& violations = {});
+/// Returns a verdict. It passes if the last stage's rel_rms of diffuse and specular is within the limit, all figures of all stages are
+/// finite, and there is no violation.
+Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std::vector<verify::Violation> violations = {});
 
-/// Tells of the worst block of an image if it errs by more than a map with this limit may. The violation's place in numbers is the
-/// caller's.
+/// Appends a violation for the worst 4 x 4 block of an image if its error exceeds what an asset with this limit may have, and returns that
+/// block. The caller adds the violation's place in numbers.
+/// image  prefix of the place: "mip 1, face 2, "
 std::optional<verify::BlockErrors::Block> checkBlocks(const verify::BlockErrors& blocks, const std::string& image, double maxError,
                                                       std::vector<verify::Violation>& violations, double leastMean = 0);
-/// A stage that codes what the one before it left must not add to the error: `before` and `after` are names of stages.
+/// Appends a violation if stage `after`, which encodes the residual of stage `before`, adds to the error: then it belongs to another asset.
 void checkStage(const std::vector<verify::StageError>& stages, const std::string& before, const std::string& after,
                 std::vector<verify::Violation>& violations);
+
+/// The members of an ErrorPlace that are known, as JSON has them.
+struct ErrorPlaceFields {
+    std::optional<int> mip;
+    std::optional<std::string> face;
+    std::optional<std::array<double, 2>> texel;
+    std::optional<std::string> channel;
+    std::optional<glm::dvec3> normal, view;
+    std::optional<double> m, f0, reference, found, local;
+};
+template <class Fields, Is<ErrorPlaceFields> Self>
+void describe(Fields& fields, Self& place) {
+    fields.optional("mip", place.mip, "mip level");
+    fields.optional("face", place.face, "face of a cubemap: +X, -X, +Y, -Y, +Z or -Z");
+    fields.optional("texel", place.texel, "x and y; fractions lie between texel centres");
+    fields.optional("channel", place.channel, "red, green or blue");
+    fields.optional("normal", place.normal, "normal of the shading, or the reflected direction of a reflection map");
+    fields.optional("view", place.view, "direction to the viewer");
+    fields.optional("m", place.m, "Beckmann roughness");
+    fields.optional("f0", place.f0, "reflectance at normal incidence");
+    fields.optional("reference", place.reference, kNumberOrNull, "light of the bake");
+    fields.optional("found", place.found, kNumberOrNull, "light of the cooked asset");
+    fields.optional("local", place.local, kNumberOrNull, "local relative error");
+}
+
+template <>
+struct FieldMirror<verify::ErrorPlace> {
+    using Type = ErrorPlaceFields;
+    static ErrorPlaceFields of(const verify::ErrorPlace& place);
+    static verify::ErrorPlace from(const ErrorPlaceFields& fields);
+};
+
+template <class Fields, Is<verify::ErrorFigures> Self>
+void describe(Fields& fields, Self& figures) {
+    fields.required("rel_rms", figures.relRms, kFigure, "RMS of the error over RMS of the reference");
+    fields.required("p99", figures.p99, kFigure, "99th percentile of the local relative error");
+    fields.required("max_sampled", figures.maxSampled, kFigure, "largest local relative error of a sample");
+    fields.required("max_bound", figures.maxBound, kFigure, "certified bound on the local relative error");
+    fields.presentIf(figures.sampledAt.isKnown(), "sampled_at", figures.sampledAt, "place of max_sampled");
+    fields.presentIf(figures.boundAt.isKnown(), "bound_at", figures.boundAt, "place of max_bound");
+}
+
+template <class Fields, Is<verify::StageError> Self>
+void describe(Fields& fields, Self& stage) {
+    fields.required("name", stage.name, "name of the stage, as the layout calls it");
+    fields.required("seconds", stage.seconds, kFigure, "wall time of the verification, in the last stage");
+    fields.object("error", "error after this stage", [&](auto& error) {
+        error.required("diffuse", stage.diffuse, "of Lambert shading");
+        error.required("specular", stage.specular, "of area-specular shading");
+    });
+}
+
+template <class Fields, Is<verify::Violation> Self>
+void describe(Fields& fields, Self& violation) {
+    fields.required("place", violation.place, "place inside the asset");
+    fields.required("found", violation.found, "value that was found");
+    fields.required("expected", violation.expected, "value that was expected");
+    fields.presentIf(violation.at.isKnown(), "at", violation.at, "worst sample there");
+}
+
+/// The members of a verdict, which a row of the report has beside others.
+template <class Fields, Is<Verdict> Self>
+void describe(Fields& fields, Self& verdict) {
+    fields.required("stages", verdict.stages, atLeast(1), "errors after each stage; the last is the whole asset");
+    fields.object("limit", "limit that the last stage is held to", [&](auto& limit) {
+        limit.required("metric", verdict.metric, "figure that is limited");
+        limit.required("value", verdict.limit, between(0, HUGE_VAL), "largest value that passes");
+    });
+    fields.required("passed", verdict.passed, "true if the figures are within the limit and nothing is violated");
+    fields.presentIf(!verdict.violations.empty(), "violations", verdict.violations,
+                     "faults that the figures of the whole asset would average away");
+}
 
 }  // namespace lightcook::pipeline

@@ -1,19 +1,30 @@
 #include "pipeline/assets/verification.h"
 
-#include "pipeline/assets/verdict.h"
-
 namespace lightcook::pipeline {
+namespace {
 
-double maxErrorOf(const ActionContext& context) {
-    return context.action.parameters.at("max_error").get<double>();
+struct LimitParameter {
+    double maxError = 0;
+};
+template <class Fields, Is<LimitParameter> Self>
+void describe(Fields& fields, Self& limit) {
+    fields.required("max_error", limit.maxError, "limit on rel_rms");
 }
 
-ActionOutcome outcomeOf(std::vector<verify::StageError> stages, const ActionContext& context, const Stopwatch& watch,
-                        const std::vector<verify::Violation>& violations) {
+}  // namespace
+
+formats::Result<double> maxErrorOf(const ActionContext& context) {
+    const auto limit = parametersOf<LimitParameter>(context);
+    if (!limit) return tl::make_unexpected(limit.error());
+    return limit->maxError;
+}
+
+VerifyResult judged(std::vector<verify::StageError> stages, double maxError, const Stopwatch& watch,
+                    std::vector<verify::Violation> violations) {
     if (!stages.empty()) stages.back().seconds = watch.seconds();
-    ActionOutcome outcome;
-    outcome.result["verdict"] = verdict(stages, maxErrorOf(context), violations);
-    return outcome;
+    VerifyResult result;
+    result.verdict = makeVerdict(std::move(stages), maxError, std::move(violations));
+    return result;
 }
 
 }  // namespace lightcook::pipeline

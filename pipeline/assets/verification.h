@@ -1,16 +1,17 @@
-// What the verifications of all kinds of assets share.
+// Helpers that the verifications of all asset kinds share.
 #pragma once
 
 #include <chrono>
 #include <vector>
 
+#include "pipeline/assets/results.h"
 #include "pipeline/graph/action.h"
 #include "verify/figures.h"
 #include "verify/violation.h"
 
 namespace lightcook::pipeline {
 
-/// Wall time since it was made.
+/// Measures wall time since its construction.
 class Stopwatch {
 public:
     double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
@@ -19,11 +20,11 @@ private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// The limit that the asset is held to, of rel_rms.
-double maxErrorOf(const ActionContext& context);
+/// Returns the limit on rel_rms that the asset is held to: parameter "max_error" of its verify action.
+formats::Result<double> maxErrorOf(const ActionContext& context);
 
-/// An outcome with the verdict on these stages; the last one bears the time since the watch was made.
-ActionOutcome outcomeOf(std::vector<verify::StageError> stages, const ActionContext& context, const Stopwatch& watch,
-                        const std::vector<verify::Violation>& violations);
+/// Returns a result with the verdict on these stages. The last stage gets the time since the watch was made.
+VerifyResult judged(std::vector<verify::StageError> stages, double maxError, const Stopwatch& watch,
+                    std::vector<verify::Violation> violations);
 
 }  // namespace lightcook::pipeline

@@ -1,4 +1,4 @@
-// Cook a scene, verify a cooked one, give a light map back: what the command line calls.
+// The jobs of the command line: cook a scene, verify a cooked folder, write a cooked light map as a bake.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 
 namespace lightcook::pipeline {
 
-/// What the command line lays over the scene file.
+/// Options of a cook. Those that are set override the scene file.
 struct CookOptions {
     std::filesystem::path scene;
     std::filesystem::path output;  ///< empty: "<scene name>.cooked" in the current folder
@@ -32,16 +32,17 @@ struct CookOptions {
     int samples = 1;              ///< random positions per texel quad
 };
 
-/// How a command ended. Errors in the order in which they count: the first one's code is the exit code.
+/// Result of a job. The code of the first error is the exit code.
 struct Outcome {
     std::vector<formats::Error> errors;
-    Json report;                   ///< null if there is none
-    std::filesystem::path output;  ///< where it lies
+    Json report;                   ///< null without one
+    std::filesystem::path output;  ///< folder of the cooked scene
     int actionsRun = 0, actionsReused = 0;
 };
 
+/// Cooks the scene file of the options.
 Outcome cookScene(const CookOptions& options, const RunState& state);
-/// The same for a scene that was put together in memory: what the single converters do. options.scene is not read.
+/// Cooks a scene that is in memory, as the single converters do. options.scene is not read.
 Outcome cookScene(Scene scene, const CookOptions& options, const RunState& state);
 
 struct VerifyOptions {
@@ -49,11 +50,10 @@ struct VerifyOptions {
     std::filesystem::path sources;  ///< the scene's folder; empty: as the manifest says
     std::optional<int> samples;     ///< random positions per texel quad; default: as cooked
 };
-/// Reopens what was cooked: content digests of every file, then errors and bounds from the bytes. The report is a fresh one of the same
-/// form.
+/// Verifies a cooked folder again: content digests of every file, then errors and bounds from the bytes. Returns a new report.
 Outcome verifyCooked(const VerifyOptions& options, const RunState& state);
 
-/// Writes a cooked light map as the shader sees it: the bake's 27 channels.
+/// Writes a cooked light map as the shader decodes it, with the 27 channels of a bake.
 formats::Result<void> reconstructLightMap(const std::filesystem::path& folder, const std::string& name, const std::filesystem::path& output,
                                           const RunState& state);
 

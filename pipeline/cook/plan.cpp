@@ -7,24 +7,26 @@
 
 #include "formats/environment.h"
 #include "formats/gltf_scene.h"
+#include "formats/light_map_layout.h"
 #include "formats/nearest.h"
 #include "pipeline/assets/cubemap/cubemap.h"
+#include "pipeline/assets/dominant/dominant.h"
 #include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/light_map.h"
-#include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/light_map/trial.h"
+#include "pipeline/assets/lut/lut.h"
 #include "pipeline/assets/mesh/mesh.h"
-#include "pipeline/assets/textures.h"
+#include "pipeline/assets/rsrm/rsrm.h"
+#include "pipeline/assets/source_colors.h"
 
 namespace lightcook::pipeline {
 namespace {
 
-constexpr int kCubemapSize = 128;           ///< the paper's
-constexpr int kRsrmWidth = 256;             ///< the paper's
 constexpr double kSmallestShadedM = 0.005;  ///< the smallest that verify::LightMapVerifier takes
 
 using Inputs = std::map<std::string, std::filesystem::path>;
 
-/// The mesh and what lies beside it.
+/// Returns a mesh and the files beside it as inputs.
 Inputs meshInputs(const std::filesystem::path& mesh, formats::GltfFiles which = formats::GltfFiles::All) {
     Inputs inputs = {{kMeshRole, mesh}};
     int index = 0;
@@ -32,7 +34,8 @@ Inputs meshInputs(const std::filesystem::path& mesh, formats::GltfFiles which = 
     return inputs;
 }
 
-/// By the mesh's own name; where several light maps would share that, by the light map's too: each map's UVs are verified against it.
+/// Returns the name of a mesh asset: that of the mesh, and if several light maps share it also that of the light map, since the UVs are
+/// verified against each map.
 std::string meshAssetName(const Scene& scene, const LightMapEntry& entry) {
     const std::string name = entry.mesh->stem().string() + "_mesh";
     const auto sharing = std::count_if(scene.lightMaps.begin(), scene.lightMaps.end(),
@@ -40,25 +43,47 @@ std::string meshAssetName(const Scene& scene, const LightMapEntry& entry) {
     return sharing > 1 ? entry.name + "_" + name : name;
 }
 
-/// Names without extension that the files of an asset may have, under every layout.
-std::vector<std::string> fileNames(const std::string& asset, const std::string& kind) {
-    static const std::map<std::string, std::vector<std::string>> kEndings = {
-        {"light-map", {"_l0", "_ratio", "_luvw_first", "_luvw_second", "_exit", "_sh", "_code", "_residual"}},
-        {"dominant", {"_direction", "_intensity"}},
-        {"lut", {"_c0236", "_d0236", "_cd78"}}};
-    const auto endings = kEndings.find(kind);
+/// Returns true if a layout has learned bases for each cluster of charts: then a mesh names the cluster of each vertex.
+bool hasLearnedBases(const std::string& layout) {
+    const auto known = formats::lightMapLayoutFromName(layout);
+    return known && formats::info(*known).isLearned();
+}
+
+/// Returns the bits that a texel takes in the textures of a layout under a target.
+double bitsPerTexel(formats::LightMapLayout layout, formats::Target target) {
+    double bits = 0;
+    for (const formats::LightMapTextureInfo& texture : formats::info(layout).textures) {
+        const formats::PixelFormatInfo& format = formats::info(formats::formatFor(texture.role, formats::info(target)));
+        bits += texture.layerCount * 8.0 * format.bytesPerBlock / (format.blockWidth * format.blockHeight);
+    }
+    return bits;
+}
+
+/// Returns the names without extension that the files of an asset may have.
+std::vector<std::string> fileNames(const std::string& asset, AssetKind kind) {
     std::vector<std::string> names = {asset};
-    if (endings != kEndings.end())
-        for (const std::string& ending : endings->second) names.push_back(asset + ending);
+    for (const std::string& ending : info(kind).fileEndings()) names.push_back(asset + ending);
     return names;
 }
 
+/// GPU memory of the whole Cook-Torrance tables: three textures of 8 bytes a texel.
+constexpr int kTableTexelBytes = 24;
+/// Rows of these tables, and the smallest skipped cubemap: eight levels of six BC6H faces, 4/3 of a byte for each texel of the first.
+constexpr int kTableRows = 16;
+constexpr std::uint64_t kSkippedCubemapBytes = 131072;
+
+/// Parameters of a verification that has none beside max_error.
+struct NoParameters {};
+template <class Fields, Is<NoParameters> Self>
+void describe(Fields&, Self&) {}
+
+/// Plans the assets of a scene, kind by kind.
 class Planner {
 public:
     Planner(const Scene& scene, const Needs& needs, const PlanOptions& options) : scene_(scene), needs_(needs), options_(options) {
-        textures_ = TextureSettings{scene.output.container, scene.output.zstd, scene.output.effort, scene.output.rdo}.toJson();
+        textures_ = TextureSettings{scene.output.container, scene.output.zstd, scene.output.effort, scene.output.rdo};
         shading_.specular = needs.specular;
-        // A mirror (m = 0) has no area specular to shade: the verifier's smallest lobe stands for it.
+        // A mirror (m = 0) has no area specular: the verifier's smallest lobe stands for it.
         shading_.m = samplesOf({std::max(needs.m.low, kSmallestShadedM), std::max(needs.m.high, kSmallestShadedM)}, shading_.m);
         shading_.f0 = samplesOf(needs.f0, shading_.f0);
         if (!needs.normalMap && !needs.specular) shading_.normalCount = 1;
@@ -80,74 +105,81 @@ public:
     const std::vector<std::string>& knownNames() const { return knownNames_; }
 
 private:
-    bool wanted(const std::string& asset, const std::string& kind, const std::string& parent) {
+    bool wanted(const std::string& asset, AssetKind kind, const std::string& parent) {
         knownNames_.push_back(asset);
-        if (options_.onlyKind && *options_.onlyKind != kind) return false;
+        if (options_.onlyKind && *options_.onlyKind != info(kind).name) return false;
         return !options_.only || *options_.only == asset || *options_.only == parent;
     }
 
-    /// Of a light map, a probe or a gradient: the file itself, and the colour configuration that it is read by.
+    /// Returns the inputs of an asset with one source: the file, and the colour configuration that it is read with.
     Inputs sourceOf(const std::filesystem::path& file) const {
         Inputs inputs = {{"source", file}};
         if (!scene_.colors.config.empty()) inputs[kColorConfigRole] = scene_.colors.config;
         return inputs;
     }
 
-    void add(const std::string& asset, const std::string& kind, Json parameters, Inputs inputs, Json verifyParameters,
-             Inputs verifyInputs) {
+    template <Described Parameters, Described VerifyParameters>
+    void add(const std::string& asset, AssetKind kind, const Parameters& parameters, Inputs inputs,
+             const VerifyParameters& verifyParameters, const Inputs& verifyInputs) {
         for (const std::string& name : fileNames(asset, kind))
             if (!fileNames_.insert(name).second && takenName_.empty()) takenName_ = name;
         plan_.assets.push_back(asset);
-        plan_.actions.push_back({"cook/" + asset, kind, asset, std::move(parameters), std::move(inputs), {}});
-        const bool holdsLight = kind == "light-map" || kind == "mesh";
-        verifyParameters["max_error"] =
-            holdsLight ? scene_.output.maxError : std::max(scene_.output.maxError, scene_.output.maxConverterError);
-        plan_.actions.push_back(verifyAction(asset, kind, verifyInputs, std::move(verifyParameters)));
+        plan_.actions.push_back({"cook/" + asset, std::string(info(kind).name), asset, toJson(parameters), std::move(inputs), {}});
+        Json verification = toJson(verifyParameters);
+        verification["max_error"] =
+            info(kind).isHeldToMaxError ? scene_.output.maxError : std::max(scene_.output.maxError, scene_.output.maxConverterError);
+        plan_.actions.push_back(verifyAction(asset, kind, verifyInputs, std::move(verification)));
     }
 
     void planLightMap(const LightMapEntry& entry) {
         formats::LightMapDescription description = entry.description;
         description.repair = options_.repair;
         std::string layout = lightMapLayoutFor(scene_, needs_);
-        const std::string target(formats::info(scene_.output.target).name);
         const bool isDecided = layout != kAutoLayout || options_.layouts.contains(entry.name);
         if (layout == kAutoLayout && isDecided) layout = options_.layouts.at(entry.name);
         const bool mayBeLearned = !isDecided || hasLearnedBases(layout);
         const bool hasMesh =
-            entry.mesh && (scene_.output.draco || mayBeLearned) && wanted(meshAssetName(scene_, entry), "mesh", entry.name);
-        // A mesh that bears the clusters of its light map is not cooked without it.
-        const bool isWanted = wanted(entry.name, "light-map", entry.name) || (hasMesh && mayBeLearned);
-        if (isWanted && !isDecided) {
-            plan_.undecided.push_back(entry.name);
-            plan_.actions.push_back(
-                {"trial/" + entry.name,
-                 "light-map-trial",
-                 entry.name,
-                 {{"description", toJson(description)}, {"target", target}, {"textures", textures_}, {"shading", toJson(shading_)}},
-                 lightMapInputs(entry, mayBeLearned),
-                 {}});
-        } else if (isWanted) {
-            add(entry.name, "light-map",
-                {{"description", toJson(description)}, {"layout", layout}, {"target", target}, {"textures", textures_}},
-                lightMapInputs(entry, mayBeLearned), {{"shading", toJson(shading_)}, {"samples", options_.samples}}, tracedInputs(entry));
-            if (layout == "flat" && layoutAsked(scene_.output) != "flat")
-                skip(fmt::format("directional light map '{}'", entry.name),
-                     "no material has a normal map or is specular: a flat exit-radiance map is enough", entry.name,
-                     bitsOf(layoutAsked(scene_.output)) - bitsOf(layout));
-        }
-        const std::string dominant = entry.name + "_dominant";
-        if (wanted(dominant, "dominant", entry.name)) {
-            if (needs_.specular)
-                add(dominant, "dominant",
-                    {{"description", toJson(description)}, {"fit", entry.dominantFit}, {"target", target}, {"textures", textures_}},
-                    sourceOf(entry.file), {{"shading", toJson(shading_)}}, tracedInputs(entry));
-            else
-                skip("dominant light of '" + entry.name + "'", "no material is specular", entry.name, 2 * bitsOf("flat"));
-        }
+            entry.mesh && (scene_.output.draco || mayBeLearned) && wanted(meshAssetName(scene_, entry), AssetKind::Mesh, entry.name);
+        // A mesh whose vertices name clusters depends on its light map.
+        const bool isWanted = wanted(entry.name, AssetKind::LightMap, entry.name) || (hasMesh && mayBeLearned);
+        if (isWanted && !isDecided) addTrial(entry, description);
+        if (isWanted && isDecided) addLightMap(entry, description, layout);
+        planDominant(entry, description);
         if (hasMesh && isDecided && (scene_.output.draco || hasLearnedBases(layout))) addMesh(entry, description, layout);
     }
 
-    /// Where bases are learned, no two may meet on an island of the mesh: it counts as an input, if it is there.
+    void addTrial(const LightMapEntry& entry, const formats::LightMapDescription& description) {
+        plan_.undecided.push_back(entry.name);
+        plan_.actions.push_back({"trial/" + entry.name,
+                                 "light-map-trial",
+                                 entry.name,
+                                 toJson(TrialParameters{description, scene_.output.target, textures_, shading_}),
+                                 lightMapInputs(entry, true),
+                                 {}});
+    }
+
+    void addLightMap(const LightMapEntry& entry, const formats::LightMapDescription& description, const std::string& layout) {
+        add(entry.name, AssetKind::LightMap, LightMapParameters{description, layout, scene_.output.target, textures_},
+            lightMapInputs(entry, hasLearnedBases(layout)), LightMapVerifyParameters{shading_, options_.samples}, tracedInputs(entry));
+        const std::string asked = layoutAsked(scene_.output);
+        if (layout == formats::info(formats::LightMapLayout::Flat).name && asked != layout)
+            skip(fmt::format("directional light map '{}'", entry.name),
+                 "no material has a normal map or is specular: a flat exit-radiance map is enough", entry.name,
+                 bitsOf(asked) - bitsOf(layout));
+    }
+
+    void planDominant(const LightMapEntry& entry, const formats::LightMapDescription& description) {
+        const std::string dominant = entry.name + "_dominant";
+        if (!wanted(dominant, AssetKind::Dominant, entry.name)) return;
+        if (needs_.specular)
+            add(dominant, AssetKind::Dominant, DominantParameters{description, entry.dominantFit, scene_.output.target, textures_},
+                sourceOf(entry.file), DominantVerifyParameters{shading_}, tracedInputs(entry));
+        else
+            skip("dominant light of '" + entry.name + "'", "no material is specular", entry.name,
+                 2 * bitsPerTexel(formats::LightMapLayout::Flat, scene_.output.target));
+    }
+
+    /// Returns the inputs of a light map. No two learned bases may meet on an island of the mesh, so the mesh is one of them if it exists.
     Inputs lightMapInputs(const LightMapEntry& entry, bool mayBeLearned) const {
         Inputs inputs = sourceOf(entry.file);
         std::error_code code;
@@ -156,7 +188,7 @@ private:
         return inputs;
     }
 
-    /// Traced light is looked at by the verifier alone.
+    /// Returns the inputs of a verification with traced light, which no cook reads.
     Inputs tracedInputs(const LightMapEntry& entry) const {
         Inputs inputs = sourceOf(entry.file);
         if (entry.groundTruth) inputs[kGroundTruthRole] = *entry.groundTruth;
@@ -168,15 +200,15 @@ private:
         const Inputs inputs = meshInputs(*entry.mesh);
         Inputs verifyInputs = sourceOf(entry.file);
         verifyInputs.insert(inputs.begin(), inputs.end());
-        add(asset, "mesh", {{"description", toJson(description)}, {"draco", scene_.output.draco}, {"max_error", scene_.output.maxError}},
-            scene_.output.draco ? verifyInputs : inputs, Json::object(), verifyInputs);
+        add(asset, AssetKind::Mesh, MeshParameters{description, scene_.output.draco, scene_.output.maxError},
+            scene_.output.draco ? verifyInputs : inputs, NoParameters{}, verifyInputs);
         plan_.meshes[asset] = entry.name;
         if (!hasLearnedBases(layout)) return;
         plan_.actions[plan_.actions.size() - 2].dependencies.push_back("cook/" + entry.name);
         plan_.actions.back().dependencies.push_back("cook/" + entry.name);
     }
 
-    /// Of a probe: where it is one of six files, the others too.
+    /// Returns the inputs of a probe: of six files, all that exist.
     Inputs sourceOfProbe(const std::filesystem::path& file) const {
         Inputs inputs = sourceOf(file);
         std::error_code code;
@@ -186,84 +218,92 @@ private:
     }
 
     void planProbe(const ProbeEntry& entry) {
-        if (!wanted(entry.name, "cubemap", entry.name)) return;
+        if (!wanted(entry.name, AssetKind::Cubemap, entry.name)) return;
         if (!needs_.specular) {
-            // Eight levels of six BC6H faces: 4/3 of a byte a texel.
-            skip("cubemap '" + entry.name + "'", "no material is specular", std::uint64_t{131072}, estimatedSeconds("cubemap", 0.131));
+            skip("cubemap '" + entry.name + "'", "no material is specular", kSkippedCubemapBytes, estimatedSeconds("cubemap", 0.131));
             return;
         }
-        Json parameters = {{"colors", toJson(scene_.colors)},
-                           {"target", std::string(formats::info(scene_.output.target).name)},
-                           {"textures", textures_},
-                           {"size", kCubemapSize},
-                           {"repair", options_.repair}};
+        CubemapParameters parameters{.colors = scene_.colors,
+                                     .target = scene_.output.target,
+                                     .textures = textures_,
+                                     .size = kCubemapSize,
+                                     .repair = options_.repair,
+                                     .probeFile = {}};
         Inputs inputs = sourceOfProbe(entry.file);
         if (entry.sh) {
             inputs["sh"] = *entry.sh;
-            parameters["probe_file"] = entry.file.filename().string();  // by which the SH is found in that file
+            parameters.probeFile = entry.file.filename().string();
         }
-        add(entry.name, "cubemap", std::move(parameters), inputs, Json::object(), sourceOfProbe(entry.file));
+        add(entry.name, AssetKind::Cubemap, parameters, inputs, NoParameters{}, sourceOfProbe(entry.file));
     }
 
+    /// Returns the GPU memory of a reflection map [bytes].
     static std::uint64_t rsrmBytes(const GradientEntry& entry, std::size_t rows) {
         const std::size_t blockRows = (rows + 3) / 4;
         return entry.format == "rgba8" ? rows * kRsrmWidth * 4 : blockRows * (kRsrmWidth / 4) * (entry.format == "bc7" ? 16 : 8);
     }
 
-    void planGradient(const GradientEntry& entry) {
-        if (!wanted(entry.name, "rsrm", entry.name)) return;
+    /// Returns the exponents whose rows the materials need, and reports the others as skipped. Empty: nothing is needed.
+    std::vector<double> neededExponents(const GradientEntry& entry) {
         std::vector<double> exponents = entry.exponents;
-        if (!needs_.specular) {
-            std::erase_if(exponents, [](double exponent) { return exponent != 1; });
-            if (exponents.empty()) {
-                skip("RSRM '" + entry.name + "'", "no material is specular, and no row of exponent 1 was asked for",
-                     rsrmBytes(entry, entry.exponents.size()), 0);
-                return;
-            }
-            if (exponents.size() < entry.exponents.size())
-                skip("specular rows of RSRM '" + entry.name + "'", "no material is specular",
-                     rsrmBytes(entry, entry.exponents.size()) - rsrmBytes(entry, exponents.size()), 0);
-        }
+        if (needs_.specular) return exponents;
+        std::erase_if(exponents, [](double exponent) { return exponent != 1; });
+        const std::uint64_t saved = rsrmBytes(entry, entry.exponents.size()) - (exponents.empty() ? 0 : rsrmBytes(entry, exponents.size()));
+        if (exponents.empty())
+            skip("RSRM '" + entry.name + "'", "no material is specular, and no row of exponent 1 was asked for", saved, 0);
+        else if (exponents.size() < entry.exponents.size())
+            skip("specular rows of RSRM '" + entry.name + "'", "no material is specular", saved, 0);
+        return exponents;
+    }
+
+    void planGradient(const GradientEntry& entry) {
+        if (!wanted(entry.name, AssetKind::Rsrm, entry.name)) return;
+        const std::vector<double> exponents = neededExponents(entry);
+        if (exponents.empty()) return;
         if (const std::string why = whyNotRsrm(entry, scene_.output.target); !why.empty() && !mistake_)
             mistake_ = {formats::ErrorCode::InvalidRequest, fmt::format("gradient '{}'", entry.name), why};
-        Json parameters = {{"colors", toJson(scene_.colors)}, {"exponents", exponents}, {"width", kRsrmWidth},
-                           {"format", entry.format},          {"dither", entry.dither}, {"textures", textures_},
-                           {"repair", options_.repair}};
-        if (entry.axis) {
-            parameters["axis"] = {entry.axis->x, entry.axis->y, entry.axis->z};
-            parameters["zones"] = entry.zones;
-        } else {
-            parameters["encoding"] = entry.encoding;
-        }
-        add(entry.name, "rsrm", std::move(parameters), sourceOf(entry.file), Json::object(), sourceOf(entry.file));
+        RsrmParameters parameters{.colors = scene_.colors,
+                                  .exponents = exponents,
+                                  .width = kRsrmWidth,
+                                  .format = entry.format,
+                                  .dither = entry.dither,
+                                  .textures = textures_,
+                                  .repair = options_.repair,
+                                  .axis = entry.axis,
+                                  .zones = {},
+                                  .encoding = {}};
+        if (entry.axis)
+            parameters.zones = entry.zones;
+        else
+            parameters.encoding = entry.encoding;
+        add(entry.name, AssetKind::Rsrm, parameters, sourceOf(entry.file), NoParameters{}, sourceOf(entry.file));
     }
 
     void planTables() {
-        if ((scene_.lightMaps.empty() && scene_.materials.empty()) || !wanted("specular", "lut", "specular")) return;
+        if ((scene_.lightMaps.empty() && scene_.materials.empty()) || !wanted("specular", AssetKind::Lut, "specular")) return;
         const TableSettings& tables = scene_.tables;
-        if (!needs_.specular) {
-            skip("Cook-Torrance tables", "no material is specular", static_cast<std::uint64_t>(16 * tables.viewCount * 24),
-                 estimatedSeconds("lut", 16 * tables.viewCount * 1e-6));
-            return;
-        }
+        const auto skipRows = [&](std::string what, std::string why, int rows) {
+            const int texels = rows * tables.viewCount;
+            skip(std::move(what), std::move(why), static_cast<std::uint64_t>(texels * kTableTexelBytes),
+                 estimatedSeconds("lut", texels * 1e-6));
+        };
+        if (!needs_.specular) return skipRows("Cook-Torrance tables", "no material is specular", kTableRows);
         const TableRows rows = tableRowsFor(needs_);
-        if (rows.count < 16 && !tables.roughnessCount)
-            skip(fmt::format("{} of 16 roughness rows of the Cook-Torrance tables", 16 - rows.count),
-                 fmt::format("materials use m from {} to {} only", needs_.m.low, needs_.m.high),
-                 static_cast<std::uint64_t>((16 - rows.count) * tables.viewCount * 24),
-                 estimatedSeconds("lut", (16 - rows.count) * tables.viewCount * 1e-6));
-        add("specular", "lut",
-            {{"lobe", tables.lobe},
-             {"normalization", tables.normalization},
-             {"view_count", tables.viewCount},
-             {"roughness_count", tables.roughnessCount.value_or(rows.count)},
-             {"minimum_m", tables.roughnessCount ? needs_.m.low : rows.minimumM()},
-             {"maximum_m", tables.roughnessCount ? needs_.m.high : rows.maximumM()},
-             {"view_axis", tables.viewAxis},
-             {"roughness_axis", tables.roughnessAxis},
-             {"f0", {needs_.f0.low, needs_.f0.high}},
-             {"textures", textures_}},
-            {}, {{"shading", toJson(shading_)}}, {});
+        if (const int unused = kTableRows - rows.count; unused > 0 && !tables.roughnessCount)
+            skipRows(fmt::format("{} of {} roughness rows of the Cook-Torrance tables", unused, kTableRows),
+                     fmt::format("materials use m from {} to {} only", needs_.m.low, needs_.m.high), unused);
+        add("specular", AssetKind::Lut,
+            LutParameters{.lobe = tables.lobe,
+                          .normalization = tables.normalization,
+                          .viewCount = tables.viewCount,
+                          .roughnessCount = tables.roughnessCount.value_or(rows.count),
+                          .minimumM = tables.roughnessCount ? needs_.m.low : rows.minimumM(),
+                          .maximumM = tables.roughnessCount ? needs_.m.high : rows.maximumM(),
+                          .viewAxis = tables.viewAxis,
+                          .roughnessAxis = tables.roughnessAxis,
+                          .f0 = {needs_.f0.low, needs_.f0.high},
+                          .textures = textures_},
+            {}, LutVerifyParameters{shading_}, {});
     }
 
     void skip(std::string what, std::string why, std::uint64_t bytes, double seconds) {
@@ -273,19 +313,15 @@ private:
     void skip(std::string what, std::string why, std::string lightMap, double bitsPerTexel) {
         plan_.skipped.push_back({std::move(what), std::move(why), 0, 0, std::move(lightMap), bitsPerTexel});
     }
-    /// Bits a texel of a layout under the scene's target: nine coefficients or one value, in blocks of 8 bits or halves of 64.
+    /// Returns the bits of a texel under the scene's target. "auto" counts as the default layout, since it is not decided yet.
     double bitsOf(const std::string& layout) const {
-        static const std::map<std::string, double> kTextures = {{"flat", 1},    {"luvw", 18},    {"luvw-linear", 10}, {"ratio", 9},
-                                                                {"zh3", 5},     {"raw", 9},      {"basis-3", 1.5},    {"basis-4", 2},
-                                                                {"basis-8", 3}, {"basis-12", 4}, {"basis-16", 5},     {kAutoLayout, 9}};
-        const double textures = kTextures.at(layout);
-        return textures * (scene_.output.target == Target::Float || layout == "raw" ? 64 : 8);
+        return bitsPerTexel(formats::lightMapLayoutFromName(layout).value_or(formats::LightMapLayout::Ratio), scene_.output.target);
     }
 
     const Scene& scene_;
     const Needs& needs_;
     const PlanOptions& options_;
-    Json textures_;
+    TextureSettings textures_;
     verify::LightMapShading shading_;
     Plan plan_;
     std::vector<std::string> knownNames_;
@@ -310,13 +346,9 @@ std::vector<Action> planNeeds(const Scene& scene) {
     return actions;
 }
 
-bool hasLearnedBases(const std::string& layout) {
-    return layout.starts_with("basis-");
-}
-
-Action verifyAction(const std::string& asset, const std::string& kind, const std::map<std::string, std::filesystem::path>& sources,
+Action verifyAction(const std::string& asset, AssetKind kind, const std::map<std::string, std::filesystem::path>& sources,
                     Json parameters) {
-    return {"verify/" + asset, "verify-" + kind, asset, std::move(parameters), sources, {"cook/" + asset}};
+    return {"verify/" + asset, "verify-" + std::string(info(kind).name), asset, std::move(parameters), sources, {"cook/" + asset}};
 }
 
 formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const PlanOptions& options) {

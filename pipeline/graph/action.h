@@ -1,28 +1,28 @@
-// The graph of actions: what has to be made, from what, by which pure function. The graph is data; run here, or written for others.
+// The graph of actions. An action is a pure function of files and parameters. The graph is data: it is run here, or written for a build
+// system.
 #pragma once
 
 #include <atomic>
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "formats/error.h"
+#include "pipeline/graph/shared_objects.h"
+#include "pipeline/json/json.h"
 
 namespace lightcook::pipeline {
 
-using Json = nlohmann::ordered_json;  ///< keys keep the order in which a reader wants to see them
-
-/// A pure function of its inputs' content and its parameters.
+/// A pure function of the content of its inputs, its parameters and its dependencies.
 struct Action {
     std::string id;     ///< "cook/lightmap": unique in the graph
-    std::string kind;   ///< which function: "light-map", "verify-light-map", ...
+    std::string kind;   ///< names the function: "light-map", "verify-light-map", ...
     std::string asset;  ///< the asset that it belongs to, for messages, reports and --only
     Json parameters;
-    std::map<std::string, std::filesystem::path> inputs;  ///< by role: files of the user's
-    std::vector<std::string> dependencies;                ///< ids of actions whose files and results this one reads
+    std::map<std::string, std::filesystem::path> inputs;  ///< files of the user, by role
+    std::vector<std::string> dependencies;                ///< ids of the actions whose files and results this one reads
 };
 
 struct FileRecord {
@@ -31,32 +31,27 @@ struct FileRecord {
     std::uint64_t bytes = 0;
 };
 
-/// What an action left: kept in the cache under the action's key.
+/// Result of an action, kept in the cache under the action's key.
 struct ActionRecord {
     std::string id;
-    Json result;  ///< small facts: manifest entries, figures, counts
+    Json result;  ///< manifest entry, figures, counts: see assets/results.h
     std::vector<FileRecord> files;
-    double seconds = 0;  ///< when it last ran
-
-    Json toJson() const;
-    static formats::Result<ActionRecord> fromJson(const Json& json, const std::string& subject);
+    double seconds = 0;  ///< of its last run
 };
 
-/// How far things are and whether to stop; shared by everything that runs in one cook.
+/// Progress and interrupt, shared by everything that runs in one cook.
 struct RunState {
     std::atomic<bool> interrupted{false};
     std::function<void(const std::string& what, double fraction)> progress;  ///< may be empty; called from any thread
 };
 
-class LightMapSources;
-
-/// What a running action sees.
+/// Context of a running action.
 struct ActionContext {
     const Action& action;
     std::filesystem::path folder;               ///< where it writes its files
     std::filesystem::path upstreamFolder;       ///< where the files of its dependencies lie
     std::vector<const ActionRecord*> upstream;  ///< in the order of action.dependencies
-    LightMapSources& lightMaps;                 ///< open light maps, shared with the actions beside it
+    SharedObjects& shared;                      ///< shared with the actions beside it
     const RunState& state;
 };
 struct ActionOutcome {
@@ -65,7 +60,7 @@ struct ActionOutcome {
 };
 using ActionFunction = formats::Result<ActionOutcome> (*)(const ActionContext&);
 
-/// The function behind a kind; every kind that plan() names has one.
-ActionFunction actionFunction(const std::string& kind);
+/// Returns the function of an action kind.
+using ActionTable = ActionFunction (*)(const std::string& kind);
 
 }  // namespace lightcook::pipeline

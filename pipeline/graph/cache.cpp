@@ -9,6 +9,7 @@
 
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/json/json_fields.h"
 
 namespace lightcook::pipeline {
 
@@ -16,25 +17,18 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
-Json ActionRecord::toJson() const {
-    Json json = {{"id", id}, {"seconds", seconds}, {"result", result}, {"files", Json::array()}};
-    for (const FileRecord& file : files) json["files"].push_back({{"name", file.name}, {"digest", file.digest}, {"bytes", file.bytes}});
-    return json;
+template <class Fields, Is<FileRecord> Self>
+void describe(Fields& fields, Self& file) {
+    fields.required("name", file.name, "path, relative to the output folder");
+    fields.required("digest", file.digest, "XXH3-128 of the content");
+    fields.required("bytes", file.bytes, "size");
 }
-
-Result<ActionRecord> ActionRecord::fromJson(const Json& json, const std::string& subject) {
-    try {
-        ActionRecord record;
-        record.id = json.at("id").get<std::string>();
-        record.seconds = json.at("seconds").get<double>();
-        record.result = json.at("result");
-        for (const Json& file : json.at("files"))
-            record.files.push_back(
-                {file.at("name").get<std::string>(), file.at("digest").get<std::string>(), file.at("bytes").get<std::uint64_t>()});
-        return record;
-    } catch (const nlohmann::json::exception& mistake) {
-        return failure(ErrorCode::FileUnreadable, subject, fmt::format("found {}, expected an action's record", mistake.what()));
-    }
+template <class Fields, Is<ActionRecord> Self>
+void describe(Fields& fields, Self& record) {
+    fields.required("id", record.id, "action");
+    fields.required("seconds", record.seconds, "wall time of its last run");
+    fields.required("result", record.result, "result of the action");
+    fields.required("files", record.files, "files that it wrote");
 }
 
 Cache::Cache(std::filesystem::path root, std::uint64_t limitBytes) : root_(std::move(root)), limitBytes_(limitBytes) {}
@@ -53,7 +47,7 @@ std::optional<ActionRecord> Cache::find(const std::string& key) const {
     const std::size_t end = text->find('\n');
     if (end == std::string::npos || digestOfText(std::string_view(*text).substr(end + 1)) != text->substr(0, end)) return std::nullopt;
     const Json json = Json::parse(text->begin() + static_cast<std::ptrdiff_t>(end) + 1, text->end(), nullptr, false);
-    auto record = ActionRecord::fromJson(json, recordPath(key).string());
+    auto record = fromJson<ActionRecord>(json, recordPath(key).string());
     if (!record) return std::nullopt;
     return std::move(*record);
 }
@@ -64,7 +58,7 @@ Result<void> Cache::store(const std::string& key, const ActionRecord& record, co
         if (std::filesystem::exists(contentPath(file.digest), code)) continue;
         if (auto copied = copyFile(folder / file.name, contentPath(file.digest)); !copied) return copied;
     }
-    const std::string text = record.toJson().dump(-1, ' ', false, Json::error_handler_t::replace);
+    const std::string text = toJson(record).dump(-1, ' ', false, Json::error_handler_t::replace);
     return writeFile(recordPath(key), digestOfText(text) + "\n" + text);
 }
 

@@ -1,4 +1,4 @@
-// A local cache of actions: records under ac/, contents under cas/, both by digest. Other machines may share it later by the same names.
+// A local cache of actions: records under ac/, file contents under cas/, both named by digest.
 #pragma once
 
 #include <filesystem>
@@ -12,15 +12,15 @@ namespace lightcook::pipeline {
 
 class Cache {
 public:
-    /// root   made as needed
-    /// limitBytes  of contents; the least recently used go when prune() finds more
+    /// root        is created as needed
+    /// limitBytes  of contents: prune() removes the least recently used ones beyond it
     Cache(std::filesystem::path root, std::uint64_t limitBytes);
 
-    /// The record of a key, if it is there, whole and readable. Contents may have been pruned: restore() tells.
+    /// Returns the record of a key, or nothing if it is absent or damaged. Its contents may have been pruned: see restore().
     std::optional<ActionRecord> find(const std::string& key) const;
-    /// Keeps a record and a copy of its files, which lie in `folder`.
+    /// Stores a record and copies of its files, which lie in `folder`.
     formats::Result<void> store(const std::string& key, const ActionRecord& record, const std::filesystem::path& folder) const;
-    /// Puts a content back under a name; false if the cache has it no more, or has it damaged.
+    /// Copies a content to a file. Returns false if the cache does not have it, or has it damaged.
     bool restore(const std::string& digest, const std::filesystem::path& destination) const;
     void prune() const;
 
@@ -34,7 +34,7 @@ private:
     std::uint64_t limitBytes_;
 };
 
-/// $LIGHTCOOK_CACHE, else $XDG_CACHE_HOME/lightcook, else ~/.cache/lightcook, else a folder in the system's temporary one.
+/// Returns $LIGHTCOOK_CACHE, else $XDG_CACHE_HOME/lightcook, else ~/.cache/lightcook, else a folder in the system's temporary folder.
 std::filesystem::path defaultCacheFolder();
 
 }  // namespace lightcook::pipeline

@@ -1,4 +1,4 @@
-// Content digests: what an action's inputs and outputs are known by.
+// Content digests, by which the inputs and outputs of actions are identified.
 #pragma once
 
 #include <cstdint>
@@ -12,18 +12,18 @@
 
 namespace lightcook::pipeline {
 
-/// XXH3-128 as 32 hexadecimal digits: for change and corruption, not against an adversary.
+/// Returns XXH3-128 as 32 hexadecimal digits. It detects changes and corruption, not an attack.
 std::string digestOfText(std::string_view text);
 formats::Result<std::string> digestOfFile(const std::filesystem::path& file);
 
-/// Digests of files, remembered by size, times and inode between runs, so that an unchanged file is not read again.
-/// Safe from several threads.
+/// Digests of files, kept by size, times and inode between runs, so that an unchanged file is not read again. May be used from several
+/// threads.
 class DigestMemo {
 public:
-    /// memoFile  where to remember; a missing or broken one starts empty
+    /// memoFile  holds the digests of earlier runs; a missing or damaged one counts as empty
     explicit DigestMemo(std::filesystem::path memoFile);
     formats::Result<std::string> of(const std::filesystem::path& file);
-    /// Writes the memo if something was learnt; a memo that cannot be written costs time, not correctness.
+    /// Writes the memo if it changed. A memo that cannot be written costs time, not correctness.
     void save() const;
 
 private:

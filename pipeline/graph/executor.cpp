@@ -8,7 +8,6 @@
 #include <optional>
 #include <set>
 
-#include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/source_digest.h"
 
@@ -20,8 +19,8 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
-/// Everything an action's result depends on: its function, parameters, inputs, the files and facts of its dependencies, the tool itself,
-/// and the asset's name, which its files and its manifest entry bear.
+/// Returns the cache key of an action: a digest of everything that its result depends on. That is its function, parameters and inputs, the
+/// files and results of its dependencies, the sources of this program, and the asset's name, which files and manifest entry have.
 Result<std::string> keyOf(const Action& action, const std::vector<const ActionRecord*>& upstream, DigestMemo& digests) {
     Json key = {{"tool", kSourceDigest},           {"kind", action.kind},      {"asset", action.asset},
                 {"parameters", action.parameters}, {"inputs", Json::object()}, {"upstream", Json::array()}};
@@ -40,9 +39,13 @@ Result<std::string> keyOf(const Action& action, const std::vector<const ActionRe
 
 class Execution {
 public:
-    Execution(const ExecuteOptions& options, const std::filesystem::path& staging, const Cache& cache, DigestMemo& digests,
-              const RunState& state)
-        : options_(options), staging_(staging), cache_(cache), digests_(digests), state_(state) {}
+    Execution(const ExecuteOptions& options, const std::filesystem::path& staging, const ExecutionContext& with)
+        : options_(options),
+          staging_(staging),
+          functions_(with.functions),
+          cache_(with.cache),
+          digests_(with.digests),
+          state_(with.state) {}
 
     struct Done {
         ActionRecord record;
@@ -59,7 +62,7 @@ public:
     }
 
 private:
-    /// Every file of the record is in the output folder with its content, or comes from the cache into the staging folder.
+    /// Returns true if every file of the record is in the output folder, or could be copied from the cache into the staging folder.
     bool bringBack(const ActionRecord& record) {
         for (const FileRecord& file : record.files) {
             std::error_code code;
@@ -74,8 +77,8 @@ private:
         const auto start = std::chrono::steady_clock::now();
         for (const ActionRecord* record : upstream)
             if (auto gathered = gather(*record); !gathered) return tl::make_unexpected(gathered.error());
-        const ActionContext context{action, staging_, staging_, upstream, lightMaps_, state_};
-        auto outcome = actionFunction(action.kind)(context);
+        const ActionContext context{action, staging_, staging_, upstream, shared_, state_};
+        auto outcome = functions_(action.kind)(context);
         if (!outcome) return tl::make_unexpected(outcome.error());
         Done done;
         done.record.id = action.id;
@@ -86,11 +89,12 @@ private:
             done.record.files.push_back({name, *digest, std::filesystem::file_size(staging_ / name)});
         }
         done.record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        (void)cache_.store(key, done.record, staging_);  // a cache that is full or read-only costs time later, nothing now
+        (void)cache_.store(key, done.record, staging_);  // a cache that is full or read-only costs time later
         return done;
     }
 
-    /// A dependency's files may be in the output folder only: the action that reads them finds all in one place.
+    /// Links the files of a dependency that are only in the output folder into the staging folder, so that an action finds all in one
+    /// place.
     Result<void> gather(const ActionRecord& record) {
         const std::lock_guard lock(gatherMutex_);
         for (const FileRecord& file : record.files) {
@@ -107,14 +111,15 @@ private:
 
     const ExecuteOptions& options_;
     const std::filesystem::path& staging_;
+    ActionTable functions_;
     const Cache& cache_;
     DigestMemo& digests_;
     const RunState& state_;
-    LightMapSources lightMaps_;
+    SharedObjects shared_;
     std::mutex gatherMutex_;
 };
 
-/// Actions whose dependencies are all in earlier waves.
+/// Returns the indices of the actions in waves: the dependencies of an action are all in earlier waves.
 std::vector<std::vector<std::size_t>> waves(const std::vector<Action>& graph) {
     std::map<std::string, std::size_t> waveOf;
     std::vector<std::vector<std::size_t>> result;
@@ -124,6 +129,26 @@ std::vector<std::vector<std::size_t>> waves(const std::vector<Action>& graph) {
         waveOf[graph[index].id] = wave;
         if (result.size() <= wave) result.resize(wave + 1);
         result[wave].push_back(index);
+    }
+    return result;
+}
+
+/// Collects the results of actions, in the order of the graph. One bad input can stop several actions: its error is kept once.
+ExecutionResult collect(const std::vector<Action>& graph, std::vector<std::optional<Result<Execution::Done>>>& done, bool keepGoing) {
+    ExecutionResult result;
+    for (std::size_t index = 0; index < graph.size(); ++index) {
+        if (!done[index]) continue;
+        if (!*done[index]) {
+            const std::string line = done[index]->error().line();
+            const bool isKnown = std::ranges::any_of(result.errors, [&](const Error& each) { return each.line() == line; });
+            if (!isKnown && (keepGoing || result.errors.empty())) result.errors.push_back(done[index]->error());
+            continue;
+        }
+        Execution::Done& each = **done[index];
+        (each.reused ? result.actionsReused : result.actionsRun) += 1;
+        if (each.reused) result.reused[graph[index].id] = each.record.seconds;
+        result.files.insert(result.files.end(), each.record.files.begin(), each.record.files.end());
+        result.records.emplace(graph[index].id, std::move(each.record));
     }
     return result;
 }
@@ -140,18 +165,18 @@ void ExecutionResult::add(ExecutionResult later) {
 }
 
 ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& options, const std::filesystem::path& staging,
-                        const Cache& cache, DigestMemo& digests, const RunState& state) {
-    Execution execution(options, staging, cache, digests, state);
+                        const ExecutionContext& context) {
+    Execution execution(options, staging, context);
     std::vector<std::optional<Result<Execution::Done>>> done(graph.size());
     std::map<std::string, std::size_t> indexOf;
     for (std::size_t index = 0; index < graph.size(); ++index) indexOf[graph[index].id] = index;
     std::atomic<std::size_t> lowestFailure{graph.size()};
     for (const auto& wave : waves(graph)) {
-        // Of several failures the first one of the graph is told, whichever thread was quickest: what stands before it is still tried.
+        // The first failure of the graph is reported, whichever thread was first: actions that stand before it are still run.
         if (lowestFailure < graph.size() && !options.keepGoing) break;
         tbb::parallel_for(std::size_t{0}, wave.size(), [&](std::size_t i) {
             const Action& action = graph[wave[i]];
-            if (state.interrupted || (wave[i] > lowestFailure && !options.keepGoing)) return;
+            if (context.state.interrupted || (wave[i] > lowestFailure && !options.keepGoing)) return;
             std::vector<const ActionRecord*> upstream;
             for (const std::string& id : action.dependencies) {
                 const auto& dependency = done[indexOf.at(id)];
@@ -164,25 +189,9 @@ ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& 
             }
         });
     }
-    ExecutionResult result;
-    for (std::size_t index = 0; index < graph.size(); ++index) {
-        if (!done[index]) continue;
-        if (!*done[index]) {
-            // One bad input can stop several actions: it is told once.
-            const std::string line = done[index]->error().line();
-            const bool isTold =
-                std::any_of(result.errors.begin(), result.errors.end(), [&](const Error& each) { return each.line() == line; });
-            if (!isTold && (options.keepGoing || result.errors.empty())) result.errors.push_back(done[index]->error());
-            continue;
-        }
-        Execution::Done& each = **done[index];
-        (each.reused ? result.actionsReused : result.actionsRun) += 1;
-        if (each.reused) result.reused[graph[index].id] = each.record.seconds;
-        result.files.insert(result.files.end(), each.record.files.begin(), each.record.files.end());
-        result.records.emplace(graph[index].id, std::move(each.record));
-    }
-    if (state.interrupted)  // what the actions say is that they were interrupted, or what else would have been told
-        result.errors.assign(1, Error{ErrorCode::Interrupted, "cook", "found an interrupt, expected to finish"});
+    ExecutionResult result = collect(graph, done, options.keepGoing);
+    // The errors of interrupted actions say nothing else.
+    if (context.state.interrupted) result.errors.assign(1, Error{ErrorCode::Interrupted, "cook", "interrupted"});
     return result;
 }
 

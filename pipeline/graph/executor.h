@@ -1,4 +1,4 @@
-// Runs a graph of actions: what is unchanged is taken from the cache, the rest is made, independent actions beside each other.
+// Runs a graph of actions: unchanged ones come from the cache, independent ones run beside each other.
 #pragma once
 
 #include <filesystem>
@@ -15,27 +15,34 @@ namespace lightcook::pipeline {
 
 struct ExecuteOptions {
     std::filesystem::path outputFolder;
-    bool force = false;      ///< run everything, whatever the cache knows
-    bool keepGoing = false;  ///< after a failure do what does not depend on it
+    bool force = false;      ///< run everything, whatever the cache has
+    bool keepGoing = false;  ///< after a failure, run the actions that do not depend on it
 };
 
 struct ExecutionResult {
     std::map<std::string, ActionRecord> records;  ///< by action id, of those that succeeded
     std::vector<formats::Error> errors;           ///< in the order of the graph; the first decides the exit code
     int actionsRun = 0, actionsReused = 0;
-    std::map<std::string, double> reused;  ///< by action id: the seconds that running it took last time
-    std::vector<FileRecord> files;         ///< all that the graph made; those not in place yet lie in the staging folder
-    /// Another graph's result, executed after this one into the same folders.
+    std::map<std::string, double> reused;  ///< by action id: seconds of its last run
+    std::vector<FileRecord> files;         ///< made by the graph; new ones lie in the staging folder
+    /// Adds the result of another graph that ran after this one into the same folders.
     void add(ExecutionResult later);
 };
 
-/// Order: an action's dependencies stand before it. Threads: those of the current tbb arena.
-/// Files that are new or changed end up in `staging` under their names; publish() moves them. What already lies in the output folder
-/// unchanged stays.
-ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& options, const std::filesystem::path& staging,
-                        const Cache& cache, DigestMemo& digests, const RunState& state);
+/// Services that the actions of a graph run with.
+struct ExecutionContext {
+    ActionTable functions;
+    const Cache& cache;
+    DigestMemo& digests;
+    const RunState& state;
+};
 
-/// Moves what execute() staged into the output folder.
+/// Runs a graph in which the dependencies of an action stand before it, on the threads of the current TBB arena. New and changed files end
+/// up in `staging` under their names; publish() moves them. Unchanged files stay in the output folder.
+ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& options, const std::filesystem::path& staging,
+                        const ExecutionContext& context);
+
+/// Moves the files that execute() staged into the output folder.
 formats::Result<void> publish(const ExecutionResult& result, const std::filesystem::path& staging,
                               const std::filesystem::path& outputFolder);
 

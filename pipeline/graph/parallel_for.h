@@ -1,4 +1,5 @@
-// Work in pieces spread over threads: the bands or strips of a light map, merged in the order of the rows, and others in no order.
+// Parallel loops over indices, with progress and interrupts: merged in the order of the indices (foldInOrder, mapInOrder), or independent
+// (forEachIndex).
 #pragma once
 
 #include <tbb/parallel_for.h>
@@ -14,11 +15,11 @@
 
 namespace lightcook::pipeline {
 
-/// Calls work(index) for index 0 .. count - 1, each a Result<T>, on the threads of the arena, and merge(T) with each in the order of their
-/// indices, one at a time. Indices are begun in that order: what is in flight or waits to be merged is about one a thread, and neighbours
-/// find each other's rows in memory. The first error in the order of indices is the one that is told; an interrupt is one too.
+/// Calls work(index), which returns a Result<T>, for each index in [0, count) on the threads of the arena, and merge(T) in the order of the
+/// indices, one at a time. Work begins in that order too: only about one result a thread waits to be merged, and neighbouring rows are in
+/// memory together. Returns the error of the lowest index that failed, or an interrupt.
 template <class T, class Work, class Merge>
-formats::Result<void> foldBands(int count, const ActionContext& context, const std::string& what, Work work, Merge merge) {
+formats::Result<void> foldInOrder(int count, const ActionContext& context, const std::string& what, Work work, Merge merge) {
     std::atomic<int> next{0}, done{0}, lowestFailure{count};
     std::mutex mutex;
     std::map<int, formats::Result<T>> waiting;
@@ -40,28 +41,28 @@ formats::Result<void> foldBands(int count, const ActionContext& context, const s
         }
     };
     tbb::parallel_for(0, tbb::this_task_arena::max_concurrency(), [&](int) { workUntilDone(); });
-    if (context.state.interrupted) return formats::failure(formats::ErrorCode::Interrupted, what, "found an interrupt, expected to finish");
+    if (context.state.interrupted) return formats::failure(formats::ErrorCode::Interrupted, what, "interrupted");
     if (merged < count) return tl::make_unexpected(waiting.begin()->second.error());
     return {};
 }
 
-/// The same, all results kept: for small ones.
+/// Does the same and returns all results, in order: for small ones.
 template <class T, class Work>
-formats::Result<std::vector<T>> forEachBand(int count, const ActionContext& context, const std::string& what, Work work) {
+formats::Result<std::vector<T>> mapInOrder(int count, const ActionContext& context, const std::string& what, Work work) {
     std::vector<T> values;
-    const auto folded = foldBands<T>(count, context, what, work, [&](T&& value) { values.push_back(std::move(value)); });
+    const auto folded = foldInOrder<T>(count, context, what, work, [&](T&& value) { values.push_back(std::move(value)); });
     if (!folded) return tl::make_unexpected(folded.error());
     return values;
 }
 
-/// What an action ends with after an interrupt.
+/// Returns the error of an action that was interrupted.
 inline tl::unexpected<formats::Error> interrupted(const ActionContext& context) {
-    return formats::failure(formats::ErrorCode::Interrupted, context.action.asset, "found an interrupt, expected to finish");
+    return formats::failure(formats::ErrorCode::Interrupted, context.action.asset, "interrupted");
 }
 
-/// work(index) for each of count pieces, in no order; false after an interrupt.
+/// Calls work(index) for each index in [0, count), in no order. Returns false after an interrupt.
 template <class Work>
-bool forEachPiece(std::size_t count, const ActionContext& context, const std::string& what, Work work) {
+bool forEachIndex(std::size_t count, const ActionContext& context, const std::string& what, Work work) {
     std::atomic<std::size_t> done{0};
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t index) {
         if (context.state.interrupted) return;

@@ -2,13 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <map>
-
 #include "formats/gpu_texture.h"
 #include "formats/light_map_layout.h"
+#include "pipeline/assets/cubemap/cubemap.h"
 #include "pipeline/graph/files.h"
-#include "pipeline/manifest/json_shape.h"
 #include "shaders/include.h"
 
 namespace lightcook::pipeline {
@@ -17,31 +14,20 @@ namespace {
 using formats::Error;
 using formats::ErrorCode;
 
-/// Conventions of the shared shaders, by kind of asset. "frame" of a table is the shader's own; its lobe and
-/// normalization are what its verification integrates.
-const std::map<std::string, std::map<std::string, std::string>>& conventions() {
-    static const std::map<std::string, std::map<std::string, std::string>> kConventions = {
-        {"light-map", {{"units", "radiometric"}, {"phase", "none"}, {"frame", "world"}}},
-        {"dominant", {{"units", "radiometric"}, {"frame", "world"}}},
-        {"cubemap", {{"units", "radiometric"}, {"phase", "none"}, {"frame", "world"}}},
-        {"lut", {{"phase", "none"}, {"frame", "z the normal, the view in the x-z plane"}}},
-        {"rsrm", {{"units", "radiometric"}}},
-        {"mesh", {}}};
-    return kConventions;
-}
-
+/// Holds a manifest against the table of asset kinds, the shader, the files and the sources.
 class Contract {
 public:
-    Contract(const std::filesystem::path& folder, const Json& manifest) : folder_(folder), manifest_(manifest) {}
+    Contract(const std::filesystem::path& folder, const Manifest& manifest) : folder_(folder), manifest_(manifest) {}
 
     std::vector<Error> check() && {
         checkShader();
-        for (const Json& asset : manifest_.at("assets")) {
+        for (const CookedAsset& asset : manifest_.assets) {
             checkConventions(asset);
             checkColors(asset);
-            if (asset.at("kind") == "cubemap") checkRoughness(asset);
-            if (asset.contains("file")) checkFileSize(asset, asset.at("name").get<std::string>());
-            for (const Json& texture : asset.at("textures")) checkTexture(asset, texture);
+            if (asset.kind == AssetKind::Cubemap)
+                for (Error& error : checkCubemapConstants(asset)) errors_.push_back(std::move(error));
+            if (asset.file) checkFileSize(*asset.file, asset.bytesDisk.value_or(0), asset.name);
+            for (const CookedTexture& texture : asset.textures) checkTexture(asset, texture);
         }
         return std::move(errors_);
     }
@@ -56,87 +42,85 @@ private:
 
     void checkShader() {
         std::vector<std::string> layouts;
-        for (const Json& asset : manifest_.at("assets"))
-            if (asset.at("kind") == "light-map") layouts.push_back(asset.at("layout").get<std::string>());
+        for (const CookedAsset& asset : manifest_.assets)
+            if (asset.kind == AssetKind::LightMap) layouts.push_back(asset.layout);
         for (const std::string& layout : layouts)
-            if (!formats::lightMapLayoutFromName(layout)) return;  // the verification of that asset names it
-        const std::filesystem::path file = folder_ / manifest_.at("shader").at("file").get<std::string>();
+            if (!formats::lightMapLayoutFromName(layout)) return;  // the verification of that asset reports it
+        const std::filesystem::path file = folder_ / manifest_.shader.file;
         if (const auto text = readFile(file); !text || *text != shaders::shaderInclude(formats::lightMapFamilies(layouts)))
-            complain(file.string(), "another shader", "the one that this version verifies by");
-    }
-    void checkConventions(const Json& asset) {
-        for (const auto& [key, value] : conventions().at(asset.at("kind").get<std::string>()))
-            expectEqual(fmt::format("{}, {}", asset.at("name").get<std::string>(), key), asset.value(key, Json()), value);
+            complain(file.string(), "another shader", "the one that this version verifies with");
     }
 
-    /// Sources were converted to the space that the manifest names.
-    void checkColors(const Json& asset) {
-        const Json& source = asset.at("source");
+    void checkConventions(const CookedAsset& asset) {
+        const AssetConventions& expected = info(asset.kind).conventions;
+        const auto check = [&](const char* key, const std::optional<std::string>& found, std::string_view value) {
+            if (!value.empty())
+                expectEqual(fmt::format("{}, {}", asset.name, key), found ? Json(*found) : Json(nullptr), std::string(value));
+        };
+        check("units", asset.units, expected.units);
+        check("phase", asset.phase, expected.phase);
+        check("frame", asset.frame, expected.frame);
+    }
+
+    /// Sources are converted to the working space that the manifest names.
+    void checkColors(const CookedAsset& asset) {
         Json working;
-        if (source.contains("description")) working = source.at("description").value("color_working", Json());
-        if (source.contains("colors")) working = source.at("colors").value("working", Json());
-        if (!working.is_null())
-            expectEqual(asset.at("name").get<std::string>() + ", color/working", manifest_.at("color").at("working"), working);
+        if (asset.source.description && asset.source.description->is_object())
+            working = asset.source.description->value("color_working", Json());
+        if (asset.source.colors) working = asset.source.colors->working;
+        if (!working.is_null()) expectEqual(asset.name + ", color/working", manifest_.workingColor, working);
     }
 
-    /// An engine picks the mip by perceptual roughness; the kernel was filtered with its square.
-    void checkRoughness(const Json& asset) {
-        const std::string name = asset.at("name").get<std::string>();
-        const Json& constants = asset.at("constants");
-        expectEqual(name + ", constants/kernel", constants.value("kernel", Json()), "beckmann");
-        int mip = 0;
-        for (const Json& each : constants.at("mips")) {
-            const double perceptual = each.at("perceptual_roughness").get<double>(), m = each.at("m").get<double>();
-            if (!(std::abs(perceptual * perceptual - m) <= 1e-6))
-                complain(fmt::format("{}, constants/mips/{}", name, mip), fmt::format("perceptual_roughness {} with m {}", perceptual, m),
-                         "m to be its square");
-            ++mip;
-        }
-    }
-
-    void checkFileSize(const Json& entry, const std::string& place) {
+    void checkFileSize(const std::string& file, std::uint64_t expected, const std::string& place) {
         std::error_code code;
-        const auto bytes = std::filesystem::file_size(folder_ / entry.at("file").get<std::string>(), code);
-        if (!code) expectEqual(place + ", bytes_disk", entry.at("bytes_disk").get<std::uint64_t>(), std::uint64_t{bytes});
+        const auto bytes = std::filesystem::file_size(folder_ / file, code);
+        if (!code) expectEqual(place + ", bytes_disk", expected, std::uint64_t{bytes});
     }
 
-    void checkTexture(const Json& asset, const Json& texture) {
-        const std::string place = fmt::format("{}, texture {}", asset.at("name").get<std::string>(), texture.at("role").get<std::string>());
-        const Json sampler = {{"filter", asset.at("kind") == "cubemap" ? "trilinear" : "linear"}, {"wrap", "clamp"}};
-        expectEqual(place + ", sampler", texture.value("sampler", Json()), sampler);
-        checkFileSize(texture, place);
-        const auto reader = formats::TextureReader::open(folder_ / texture.at("file").get<std::string>());
+    void checkTexture(const CookedAsset& asset, const CookedTexture& texture) {
+        const std::string place = fmt::format("{}, texture {}", asset.name, texture.role);
+        const Sampler sampler{std::string(info(asset.kind).filter), "clamp"};
+        expectEqual(place + ", sampler", toJson(texture.sampler), toJson(sampler));
+        checkFileSize(texture.file, texture.bytesDisk, place);
+        const auto reader = formats::TextureReader::open(folder_ / texture.file);
         if (!reader) {
             errors_.push_back(reader.error());
             return;
         }
-        expectEqual(place + ", bytes_gpu", texture.at("bytes_gpu").get<std::uint64_t>(), std::uint64_t{reader->shape().gpuBytes()});
-        for (const char* key : {"width", "height"}) expectEqual(place + ", " + key + " of its asset", asset.at(key), texture.at(key));
-        if (const auto told = reader->metadata().find("io.lightcook"); told != reader->metadata().end())
-            checkMetadata(parseJson(told->second), asset, place);
+        expectEqual(place + ", bytes_gpu", texture.bytesGpu, std::uint64_t{reader->shape().gpuBytes()});
+        expectEqual(place + ", width of its asset", asset.width, texture.width);
+        expectEqual(place + ", height of its asset", asset.height, texture.height);
+        if (const auto metadata = reader->metadata().find("io.lightcook"); metadata != reader->metadata().end())
+            checkMetadata(parseJson(metadata->second), asset, place);
     }
 
-    /// What the texture says of itself, in case the manifest gets lost: learned tables it leaves out.
-    void checkMetadata(const Json& told, const Json& asset, const std::string& place) {
-        if (told.is_discarded() || !told.is_object() || !told.contains("constants") || !told.at("constants").is_object())
-            return complain(place, "metadata of another shape", "its layout and constants");
-        for (const auto& [name, value] : told.at("constants").items())
-            expectEqual(fmt::format("{}, metadata constants/{}", place, name), value, asset.at("constants").value(name, Json()));
-        if (asset.at("kind") == "light-map" && told.contains("layout"))
-            expectEqual(place + ", metadata layout", told.at("layout"), asset.at("layout"));
-        if (asset.at("kind") == "lut")
-            for (const char* key : {"distribution", "normalization"})
-                expectEqual(fmt::format("{}, metadata {}", place, key), told.value(key, Json()), asset.value(key, Json()));
+    /// Checks the copy of layout and constants inside a texture, which serves a loader without the manifest. It leaves out learned tables.
+    void checkMetadata(const Json& metadata, const CookedAsset& asset, const std::string& place) {
+        const Json copies = metadata.is_object() ? metadata.value("constants", Json()) : Json();
+        if (!copies.is_object()) return complain(place, "metadata of another shape", "its layout and constants");
+        const Json constants = asset.constants.value_or(Json::object());
+        for (const auto& [name, value] : copies.items())
+            expectEqual(fmt::format("{}, metadata constants/{}", place, name), value,
+                        constants.is_object() ? constants.value(name, Json()) : Json());
+        if (asset.kind == AssetKind::LightMap && metadata.contains("layout"))
+            expectEqual(place + ", metadata layout", metadata["layout"], asset.layout);
+        const auto check = [&](const char* key, const std::optional<std::string>& expected) {
+            if (asset.kind == AssetKind::Lut)
+                expectEqual(fmt::format("{}, metadata {}", place, key), metadata.value(key, Json()),
+                            expected ? Json(*expected) : Json(nullptr));
+        };
+        check("distribution", asset.distribution);
+        check("normalization", asset.normalization);
     }
 
     const std::filesystem::path& folder_;
-    const Json& manifest_;
+    const Manifest& manifest_;
     std::vector<Error> errors_;
 };
 
 }  // namespace
 
-std::vector<Error> checkContract(const std::filesystem::path& folder, const Json& manifest) {
+std::vector<Error> checkContract(const std::filesystem::path& folder, const Manifest& manifest) {
     return Contract(folder, manifest).check();
 }
 

@@ -1,281 +1,241 @@
 #include "pipeline/manifest/json_shape.h"
 
-#include <fmt/format.h>
-
-#include <array>
 #include <cmath>
+
+#include "pipeline/assets/results.h"
+#include "pipeline/json/json_fields.h"
+#include "pipeline/manifest/cooked_asset.h"
+#include "pipeline/manifest/manifest.h"
 
 namespace lightcook::pipeline {
 namespace {
 
-using formats::ErrorCode;
-using formats::Result;
+// The structs below list the members of report.json for the check of its shape and for the reference. Members of type Json are shown, but
+// nothing depends on their shape: the page tolerates an edited report.
 
-constexpr int kDeepest = 64;  ///< ours end at 8
-constexpr std::int64_t kLargestSide = 1 << 20;
-constexpr std::int64_t kLargestCount = 4096;           ///< of views and normals shaded, mips, layers
-constexpr std::int64_t kLargestSampleCount = 1000000;  ///< as the command line takes
-constexpr std::uint64_t kLargestBytes = std::uint64_t{1} << 60;
+constexpr FieldRule kNotNegative = between(0, HUGE_VAL), kBytes = between(0, kLargestBytes);
 
-/// Thrown inside this file only: the first mistake ends a check.
-struct Mistake {
-    formats::Error error;
+struct FiguresShape {
+    double relRms = 0, p99 = 0, maxSampled = 0, maxBound = 0;
+    std::optional<Json> sampledAt, boundAt;
 };
-
-std::string shortened(const Json& value) {
-    std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
-    return text.size() <= 60 ? text : text.substr(0, 57) + "...";
+template <class Fields, Is<FiguresShape> Self>
+void describe(Fields& fields, Self& figures) {
+    fields.required("rel_rms", figures.relRms, kFigure, "RMS of the error over RMS of the reference");
+    fields.required("p99", figures.p99, kFigure, "99th percentile of the local relative error");
+    fields.required("max_sampled", figures.maxSampled, kFigure, "largest local relative error of a sample");
+    fields.required("max_bound", figures.maxBound, kFigure, "certified bound on the local relative error");
+    fields.optional("sampled_at", figures.sampledAt, "place of max_sampled: `texel`, `mip`, `face`, `channel`, `normal`, `view`, ...");
+    fields.optional("bound_at", figures.boundAt, "place of max_bound");
 }
 
-/// A value and where it stands.
-class Place {
-public:
-    Place(const Json& value, std::string subject, std::string path = "")
-        : value_(value), subject_(std::move(subject)), path_(std::move(path)) {}
-
-    [[noreturn]] void fail(const std::string& expected) const {
-        throw Mistake{{ErrorCode::FileUnreadable, path_.empty() ? subject_ : subject_ + ", " + path_,
-                       fmt::format("found {}, expected {}", shortened(value_), expected)}};
-    }
-    bool has(const char* key) const { return value_.is_object() && value_.contains(key); }
-    Place operator[](const char* key) const {
-        if (!value_.is_object()) fail("an object");
-        const auto found = value_.find(key);
-        if (found == value_.end()) fail(fmt::format("an object with a member \"{}\"", key));
-        return {*found, subject_, path_.empty() ? key : path_ + "/" + key};
-    }
-    template <class Visit>
-    void each(Visit visit) const {
-        if (!value_.is_array()) fail("a list");
-        std::size_t index = 0;
-        for (const Json& element : value_) visit(Place(element, subject_, fmt::format("{}/{}", path_, index++)));
-    }
-    template <class Visit>
-    void eachMember(Visit visit) const {
-        object();
-        for (const auto& [key, element] : value_.items()) visit(Place(element, subject_, path_ + "/" + key));
-    }
-
-    void object() const {
-        if (!value_.is_object()) fail("an object");
-    }
-    void list(std::size_t least) const {
-        if (!value_.is_array() || value_.size() < least) fail(fmt::format("a list of at least {}", least));
-    }
-    void flag() const {
-        if (!value_.is_boolean()) fail("true or false");
-    }
-    const std::string& text() const {
-        if (!value_.is_string()) fail("a string");
-        return value_.get_ref<const std::string&>();
-    }
-    void oneOf(std::initializer_list<const char*> names) const {
-        for (const char* name : names)
-            if (value_ == name) return;
-        fail(fmt::format("one of: {}", fmt::join(names, ", ")));
-    }
-    void number(double low, double high) const {
-        if (!value_.is_number() || !(value_.get<double>() >= low && value_.get<double>() <= high))
-            fail(fmt::format("a number from {} to {}", low, high));
-    }
-    void integer(std::int64_t low, std::int64_t high) const {
-        const bool fits = value_.is_number_unsigned()
-                              ? value_.get<std::uint64_t>() <= static_cast<std::uint64_t>(high) &&
-                                    (low <= 0 || value_.get<std::uint64_t>() >= static_cast<std::uint64_t>(low))
-                              : value_.is_number_integer() && value_.get<std::int64_t>() >= low && value_.get<std::int64_t>() <= high;
-        if (!fits) fail(fmt::format("an integer from {} to {}", low, high));
-    }
-    void bytes() const { integer(0, static_cast<std::int64_t>(kLargestBytes)); }
-    void bytesOrNull() const {
-        if (!value_.is_null()) bytes();
-    }
-    /// A figure that may not be finite, which JSON writes as null.
-    void figure() const {
-        if (!value_.is_null()) number(0, HUGE_VAL);
-    }
-    /// A file inside the cooked folder.
-    void file() const {
-        const std::filesystem::path path = text();
-        bool isInside = !path.empty() && path.is_relative() && path.has_filename() && text().find('\0') == std::string::npos;
-        for (const auto& part : path) isInside = isInside && part != "..";
-        if (!isInside) fail("the name of a file inside the cooked folder");
-    }
-
-private:
-    const Json& value_;
-    std::string subject_, path_;
+struct StageShape {
+    std::string name;
+    std::optional<Json> seconds;
+    FiguresShape diffuse, specular;
 };
-
-void checkKind(const Place& kind) {
-    kind.oneOf({"light-map", "dominant", "cubemap", "lut", "rsrm", "mesh"});
-}
-
-void checkTexture(const Place& texture) {
-    for (const char* key : {"role", "format", "digest"}) texture[key].text();
-    texture["file"].file();
-    for (const char* key : {"width", "height"}) texture[key].integer(1, kLargestSide);
-    for (const char* key : {"mips", "layers", "faces"}) texture[key].integer(1, kLargestCount);
-    for (const char* key : {"bytes_gpu", "bytes_disk"}) texture[key].bytes();
-}
-
-void checkVerifyParameters(const Place& parameters) {
-    parameters["max_error"].number(0, 1e30);
-    if (parameters.has("samples")) parameters["samples"].integer(0, kLargestSampleCount);
-    if (!parameters.has("shading")) return;
-    const Place shading = parameters["shading"];
-    shading["specular"].flag();
-    for (const char* key : {"views", "normals"}) shading[key].integer(1, kLargestCount);
-    for (const char* key : {"m", "f0"}) {
-        shading[key].list(1);
-        shading[key].each([](const Place& value) { value.number(0, 1); });
-    }
-}
-
-void checkManifestAsset(const Place& asset) {
-    for (const char* key : {"name", "layout"}) asset[key].text();
-    checkKind(asset["kind"]);
-    for (const char* key : {"width", "height"}) asset[key].integer(0, kLargestSide);
-    asset["textures"].each(checkTexture);
-    if (asset.has("file")) {
-        asset["file"].file();
-        asset["digest"].text();
-    }
-    for (const char* key : {"bytes_gpu", "bytes_disk"})
-        if (asset.has(key)) asset[key].bytes();
-    if (asset.has("basis"))
-        for (const char* key : {"attribute", "light_map"}) asset["basis"][key].text();
-    if (asset.has("fit")) asset["fit"].oneOf({"closed", "refined", "explained", "refined-ambient"});
-    checkVerifyParameters(asset["verify"]);
-    asset["source"]["files"].eachMember([](const Place& source) {
-        source["file"].text();
-        source["digest"].text();
-    });
-    // What the verification of each kind opens.
-    const std::string& kind = asset["kind"].text();
-    if (kind != "lut") asset["source"]["files"]["source"].object();
-    if (kind == "mesh") {
-        asset["source"]["files"]["mesh"].object();
-        asset["file"].file();
-    }
-}
-
-void checkReportFile(const Place& file) {
-    file["file"].file();
-    file["digest"].text();
-}
-
-void checkReportAsset(const Place& asset) {
-    for (const char* key : {"name", "layout"}) asset[key].text();
-    checkKind(asset["kind"]);
-    for (const char* key : {"width", "height"}) asset[key].integer(0, kLargestSide);
-    for (const char* key : {"bytes_in", "bytes_gpu", "bytes_disk"}) asset[key].bytes();
-    for (const char* key : {"bits_per_texel", "seconds"}) asset[key].number(0, HUGE_VAL);
-    asset["stages"].list(1);
-    asset["stages"].each([](const Place& stage) {
-        stage["name"].text();
-        for (const char* kind : {"diffuse", "specular"})
-            for (const char* figure : {"rel_rms", "p99", "max_sampled", "max_bound"}) stage["error"][kind][figure].figure();
-    });
-    asset["limit"]["metric"].text();
-    asset["limit"]["value"].number(0, HUGE_VAL);
-    asset["passed"].flag();
-    if (asset.has("failures"))
-        asset["failures"].each([](const Place& failure) {
-            for (const char* key : {"subject", "detail", "message"}) failure[key].text();
-        });
-    if (!asset.has("light")) return;
-    const Place light = asset["light"];
-    light.object();
-    for (const char* key : {"diffuse_rms", "specular_rms", "ratio_rms", "ratio_rel_rms", "texels"})
-        if (light.has(key)) light[key].figure();
-    for (const char* key : {"moments", "kernel_moments", "error_moments"})
-        if (light.has(key)) light[key].each([](const Place& moment) { moment.number(-HUGE_VAL, HUGE_VAL); });
-    if (light.has("bake")) light["bake"].text();
-}
-
-/// The whole shading of a scene, or of one of its light maps.
-void checkShading(const Place& shading) {
-    for (const char* key : {"rel_rms", "rel_rms_bound", "light_rms"}) shading[key].figure();
-    shading["lights"].eachMember([](const Place& light) { light.figure(); });
-    shading["parts"].each([](const Place& part) {
-        for (const char* key : {"asset", "shading"}) part[key].text();
-        checkKind(part["kind"]);
-        for (const char* key : {"share", "rel_rms", "light_rms"}) part[key].figure();
-        part["stages"].each([](const Place& stage) {
-            stage["name"].text();
-            stage["share"].figure();
-        });
+template <class Fields, Is<StageShape> Self>
+void describe(Fields& fields, Self& stage) {
+    fields.required("name", stage.name, "name of the stage");
+    fields.optional("seconds", stage.seconds, "wall time of the verification, in the last stage");
+    fields.object("error", "error after this stage", [&](auto& error) {
+        error.required("diffuse", stage.diffuse, "of Lambert shading");
+        error.required("specular", stage.specular, "of area-specular shading");
     });
 }
 
-void checkWhole(const Place& whole) {
-    checkShading(whole);
-    if (whole.has("light_maps"))
-        whole["light_maps"].each([](const Place& map) {
-            map["name"].text();
-            map["weight"].figure();
-            checkShading(map);
-        });
-    whole["apart"].each([](const Place& asset) {
-        asset["asset"].text();
-        checkKind(asset["kind"]);
-        asset["rel_rms"].figure();
-    });
+struct FailureShape {
+    std::string subject, detail, message;
+};
+template <class Fields, Is<FailureShape> Self>
+void describe(Fields& fields, Self& failure) {
+    fields.required("subject", failure.subject, "asset and place");
+    fields.required("detail", failure.detail, "what was found and what was expected");
+    fields.required("message", failure.message, "the whole line");
 }
 
-template <class Check>
-Result<void> checked(const Json& json, const std::string& subject, Check check) {
-    try {
-        check(Place(json, subject));
-        return {};
-    } catch (const Mistake& mistake) {
-        return tl::make_unexpected(mistake.error);
-    }
+struct RowShape {
+    std::string name, layout, metric;
+    AssetKind kind = AssetKind::LightMap;
+    int width = 0, height = 0;
+    std::uint64_t bytesIn = 0, bytesGpu = 0, bytesDisk = 0;
+    double bitsPerTexel = 0, seconds = 0, limit = 0;
+    bool passed = false;
+    std::vector<StageShape> stages;
+    std::optional<std::vector<FailureShape>> failures;
+    std::optional<LightFigures> light;
+    std::optional<Json> verifySeconds, violations, textures, notes, key, meshError, preview, measures, groundTruth, trialCandidates,
+        trialShare;
+};
+template <class Fields, Is<RowShape> Self>
+void describe(Fields& fields, Self& row) {
+    constexpr FieldRule kSide = between(0, kLargestSide);
+    fields.required("name", row.name, "name of the asset");
+    fields.required("kind", row.kind, "kind of asset");
+    fields.required("width", row.width, kSide, "width [texels]");
+    fields.required("height", row.height, kSide, "height [texels]");
+    fields.required("bytes_in", row.bytesIn, kBytes, "size of the source [bytes]");
+    fields.required("bytes_gpu", row.bytesGpu, kBytes, "GPU memory [bytes]");
+    fields.required("bytes_disk", row.bytesDisk, kBytes, "size of the files [bytes]");
+    fields.required("bits_per_texel", row.bitsPerTexel, kNotNegative, "GPU memory of a texel [bits]");
+    fields.required("layout", row.layout, "layout of the textures");
+    fields.required("seconds", row.seconds, kNotNegative, "wall time of the cook");
+    fields.optional("verify_seconds", row.verifySeconds, "wall time of the verification");
+    fields.required("stages", row.stages, atLeast(1), "errors after each stage; the last is the whole asset");
+    fields.object("limit", "limit that the last stage is held to", [&](auto& limit) {
+        limit.required("metric", row.metric, "figure that is limited");
+        limit.required("value", row.limit, kNotNegative, "largest value that passes");
+    });
+    fields.required("passed", row.passed, "true if the figures are within the limit and nothing is violated");
+    fields.optional("violations", row.violations, "faults that the figures average away: `place`, `found`, `expected`, `at`");
+    fields.optional("textures", row.textures, "textures: `role`, `file`, `format`, `bytes_gpu`");
+    fields.optional("notes", row.notes, "counts and facts of the cook");
+    fields.optional("key", row.key, "log-average luminance of the exit radiance");
+    fields.optional("light", row.light, "light that the errors are a part of");
+    fields.optional("mesh_error", row.meshError, "how far quantization moved the vertices");
+    fields.optional("preview", row.preview, "pictures: `reference`, `cooked`, `difference`");
+    fields.optional("measures", row.measures, "further figures of the kind");
+    fields.optional("ground_truth", row.groundTruth, "errors against traced light");
+    fields.optional("failures", row.failures, "reasons of an asset that did not pass");
+    fields.optional("trial_candidates", row.trialCandidates, "layouts that were tried: size and error of each");
+    fields.optional("trial_share", row.trialShare, "part of the map that was tried");
+}
+
+struct PartShape {
+    struct Stage {
+        std::string name;
+        double share = 0;
+    };
+    std::string asset, shading;
+    AssetKind kind = AssetKind::LightMap;
+    double share = 0, relRms = 0, lightRms = 0;
+    std::vector<Stage> stages;
+};
+template <class Fields, Is<PartShape::Stage> Self>
+void describe(Fields& fields, Self& stage) {
+    fields.required("name", stage.name, "name of the stage");
+    fields.required("share", stage.share, kFigure, "share of the squared error");
+}
+template <class Fields, Is<PartShape> Self>
+void describe(Fields& fields, Self& part) {
+    fields.required("asset", part.asset, "name of the asset");
+    fields.required("kind", part.kind, "kind of asset");
+    fields.required("shading", part.shading, "diffuse or specular");
+    fields.required("share", part.share, kFigure, "share of the squared error");
+    fields.required("rel_rms", part.relRms, kFigure, "rel_rms of the asset");
+    fields.required("light_rms", part.lightRms, kFigure, "RMS of its light");
+    fields.required("stages", part.stages, "shares of its stages");
+}
+
+struct ShadingShape {
+    double relRms = 0, relRmsBound = 0, lightRms = 0;
+    std::map<std::string, double> lights;
+    std::vector<PartShape> parts;
+};
+template <class Fields, Is<ShadingShape> Self>
+void describe(Fields& fields, Self& shading) {
+    fields.required("rel_rms", shading.relRms, kFigure, "error of the shaded light, with independent parts");
+    fields.required("rel_rms_bound", shading.relRmsBound, kFigure, "error if all parts add up");
+    fields.required("light_rms", shading.lightRms, kFigure, "RMS of the shaded light");
+    fields.required("lights", shading.lights, kFigure, "RMS of each kind of light");
+    fields.required("parts", shading.parts, "assets that take part, the largest share first");
+}
+
+struct MapShape {
+    std::string name;
+    double weight = 0;
+    ShadingShape shading;
+};
+template <class Fields, Is<MapShape> Self>
+void describe(Fields& fields, Self& map) {
+    fields.required("name", map.name, "name of the light map");
+    fields.required("weight", map.weight, kFigure, "share of the covered texels");
+    describe(fields, map.shading);
+}
+
+struct ApartShape {
+    std::string asset;
+    AssetKind kind = AssetKind::LightMap;
+    double relRms = 0;
+};
+template <class Fields, Is<ApartShape> Self>
+void describe(Fields& fields, Self& apart) {
+    fields.required("asset", apart.asset, "name of the asset");
+    fields.required("kind", apart.kind, "kind of asset");
+    fields.required("rel_rms", apart.relRms, kFigure, "rel_rms of the asset");
+}
+
+struct WholeShape {
+    ShadingShape shading;
+    std::optional<std::vector<MapShape>> lightMaps;
+    std::vector<ApartShape> apart;
+};
+template <class Fields, Is<WholeShape> Self>
+void describe(Fields& fields, Self& whole) {
+    describe(fields, whole.shading);
+    fields.optional("light_maps", whole.lightMaps, "the same for each light map, if there are several");
+    fields.required("apart", whole.apart, "assets that light no surface of the light maps");
+}
+
+struct ReportFile {
+    std::string file, digest;
+};
+template <class Fields, Is<ReportFile> Self>
+void describe(Fields& fields, Self& file) {
+    fields.required("file", file.file, kFileInFolder, "manifest, page or picture");
+    fields.required("digest", file.digest, "XXH3-128 of the file");
+}
+
+struct ReportShape {
+    std::string scene;
+    std::optional<Json> tool;
+    bool passed = false;
+    double seconds = 0, peakRssBytes = 0;
+    std::vector<RowShape> assets;
+    std::vector<Json> skipped;
+    std::optional<Json> limitBytes;
+    std::uint64_t usedBytes = 0;
+    std::map<std::string, Json> byKind, byFormat;
+    std::optional<WholeShape> whole;
+    std::optional<std::vector<ReportFile>> files;
+};
+template <class Fields, Is<ReportShape> Self>
+void describe(Fields& fields, Self& report) {
+    fields.required("scene", report.scene, "name of the scene");
+    fields.optional("tool", report.tool, "program that wrote the report: `name`, `version`");
+    fields.required("passed", report.passed, "true if every asset passed and the budget holds");
+    fields.required("seconds", report.seconds, kNotNegative, "wall time of the job");
+    fields.required("peak_rss_bytes", report.peakRssBytes, kNotNegative, "most memory that was resident");
+    fields.required("assets", report.assets, "a row for each asset");
+    fields.required("skipped", report.skipped, "what was not cooked: `what`, `why`, `bytes_saved`, `seconds_saved`");
+    fields.object("budget", "GPU memory", [&](auto& budget) {
+        budget.optional("limit_bytes", report.limitBytes, "budget [bytes], null without one");
+        budget.required("used_bytes", report.usedBytes, kBytes, "GPU memory of all assets");
+        budget.required("by_kind", report.byKind, "GPU memory by kind of asset");
+        budget.required("by_format", report.byFormat, "GPU memory by pixel format");
+    });
+    fields.optional("whole", report.whole, "error of the whole shading of the scene");
+    fields.optional("files", report.files, "files that belong to this report");
 }
 
 }  // namespace
 
-Json parseJson(const std::string& text) {
-    bool isTooDeep = false;
-    Json json = Json::parse(
-        text,
-        [&](int depth, Json::parse_event_t, Json&) {
-            isTooDeep = isTooDeep || depth > kDeepest;
-            return !isTooDeep;
-        },
-        false);
-    return isTooDeep ? Json(Json::value_t::discarded) : json;
-}
-
-std::string textOf(const Json& json) {
-    return json.dump(2, ' ', false, Json::error_handler_t::replace);
-}
-
-Result<void> checkManifest(const Json& manifest, const std::string& subject) {
-    return checked(manifest, subject, [](const Place& root) {
-        root["schema"].integer(1, 1);
-        for (const char* key : {"scene", "scene_directory", "target"}) root[key].text();
-        root["tool"].object();
-        root["shader"]["file"].file();
-        root["shader"]["digest"].text();
-        root["assets"].each(checkManifestAsset);
+formats::Result<void> checkReport(const Json& report, const std::string& subject) {
+    return checkedJson(report, subject, [](const JsonPlace& root) {
+        ReportShape shape;
+        readValue(root, shape, {});
+        const JsonPlace limit = root["budget"]["limit_bytes"];
+        if (!limit.value().is_null()) limit.integer(0, static_cast<std::int64_t>(kLargestBytes));
     });
 }
 
-Result<void> checkReport(const Json& report, const std::string& subject) {
-    return checked(report, subject, [](const Place& root) {
-        root["scene"].text();
-        root["passed"].flag();
-        for (const char* key : {"seconds", "peak_rss_bytes"}) root[key].number(0, HUGE_VAL);
-        root["assets"].each(checkReportAsset);
-        root["skipped"].list(0);
-        if (root.has("files")) root["files"].each(checkReportFile);
-        if (root.has("whole")) checkWhole(root["whole"]);
-        const Place budget = root["budget"];
-        budget["limit_bytes"].bytesOrNull();
-        budget["used_bytes"].bytes();
-        for (const char* key : {"by_kind", "by_format"}) budget[key].object();
-    });
+std::string reportReference() {
+    std::vector<FieldRow> rows = fieldRows<ReportShape>();
+    rows.push_back({"digest", "string", "XXH3-128 of this file, taken with zeros for the digits of the digest itself"});
+    return "# Report\n\n`report.json` adds up a cook or a verification: bytes against the budget, error against the limit, time. `[]` "
+           "stands\nfor each element of a list, `.*` for each member of an object whose keys are names. Figures that are not finite "
+           "are\n`null`.\n\n" +
+           markdownTable(rows);
 }
 
 }  // namespace lightcook::pipeline

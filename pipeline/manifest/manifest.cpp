@@ -4,51 +4,103 @@
 
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/version.h"
-#include "pipeline/manifest/json_shape.h"
 
 namespace lightcook::pipeline {
+namespace {
 
 using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
-Json manifestAsset(const Action& cook, const Action& verify, const ActionRecord& cooked, const std::filesystem::path& sceneDirectory,
-                   DigestMemo& digests) {
-    Json asset = cooked.result.at("asset");
-    const auto record = [&](const std::string& file) {
-        for (const FileRecord& each : cooked.files)
-            if (each.name == file) return each;
-        return FileRecord{};
+constexpr double kLargestSampleCount = 1000000;  ///< that the command line takes
+
+/// Parameters of a verification, as far as they have to be in range before an action reads them.
+struct VerifyLimits {
+    double maxError = 0;
+    std::optional<int> samples;
+    struct Shading {
+        bool specular = false;
+        int views = 1, normals = 1;
+        std::vector<double> m, f0;
     };
-    for (Json& texture : asset["textures"]) texture["digest"] = record(texture.at("file").get<std::string>()).digest;
-    if (asset.contains("file")) asset["digest"] = record(asset.at("file").get<std::string>()).digest;
-    std::map<std::string, std::filesystem::path> sources = verify.inputs;
-    sources.insert(cook.inputs.begin(), cook.inputs.end());
-    Json files = Json::object();
-    for (const auto& [role, path] : sources)
-        files[role] = {{"file", std::filesystem::proximate(path, sceneDirectory.empty() ? "." : sceneDirectory).generic_string()},
-                       {"digest", digests.of(path).value_or("")}};
-    asset["source"]["files"] = files;
-    asset["verify"] = verify.parameters;
-    return asset;
+    std::optional<Shading> shading;
+};
+template <class Fields, Is<VerifyLimits::Shading> Self>
+void describe(Fields& fields, Self& shading) {
+    constexpr FieldRule kUnit = {.low = 0, .high = 1, .leastCount = 1}, kCount = between(1, kLargestCount);
+    fields.required("specular", shading.specular, "true if area specular is shaded");
+    fields.required("m", shading.m, kUnit, "Beckmann roughness");
+    fields.required("f0", shading.f0, kUnit, "reflectance at normal incidence");
+    fields.required("views", shading.views, kCount, "views of each texel");
+    fields.required("normals", shading.normals, kCount, "normals of each texel");
+}
+template <class Fields, Is<VerifyLimits> Self>
+void describe(Fields& fields, Self& limits) {
+    fields.required("max_error", limits.maxError, between(0, 1e30), "limit on rel_rms");
+    fields.optional("samples", limits.samples, between(0, kLargestSampleCount), "random positions of each texel quad");
+    fields.optional("shading", limits.shading, "materials that are shaded");
 }
 
-Json makeManifest(const Scene& scene, const std::filesystem::path& outputFolder, std::vector<Json> assets,
-                  const std::string& shaderDigest) {
-    Json manifest = {
-        {"schema", 1},
-        {"scene", scene.name},
-        {"tool", {{"name", kToolName}, {"version", kToolVersion}}},
-        {"scene_directory", std::filesystem::proximate(scene.directory.empty() ? "." : scene.directory, outputFolder).generic_string()},
-        {"target", std::string(formats::info(scene.output.target).name)},
-        {"color", {{"working", scene.colors.working}}},
-        {"shader", {{"file", kShaderName}, {"digest", shaderDigest}}},
-        {"assets", Json::array()}};
-    for (Json& asset : assets) manifest["assets"].push_back(std::move(asset));
+/// Reads a manifest. Members that a cook action leaves open, and the manifest fills in, have to be there.
+Manifest readFinished(const JsonPlace& root) {
+    Manifest manifest;
+    readValue(root, manifest, {});
+    for (std::size_t i = 0; i < manifest.assets.size(); ++i) {
+        const JsonPlace asset = root["assets"].element(i);
+        const AssetKind kind = manifest.assets[i].kind;
+        for (std::size_t texture = 0; texture < manifest.assets[i].textures.size(); ++texture)
+            asset["textures"].element(texture)["digest"].text();
+        if (manifest.assets[i].file) asset["digest"].text();
+        VerifyLimits limits;
+        readValue(asset["verify"], limits, {});
+        const JsonPlace files = asset["source"]["files"];
+        files.object();
+        if (kind != AssetKind::Lut) files["source"].object();
+        if (kind == AssetKind::Mesh) {
+            files["mesh"].object();
+            asset["file"].text();
+        }
+    }
     return manifest;
 }
 
-Result<Json> readManifest(const std::filesystem::path& folder) {
+}  // namespace
+
+Result<CookedAsset> manifestAsset(const Action& cook, const Action& verify, const ActionRecord& cooked,
+                                  const std::filesystem::path& sceneDirectory, DigestMemo& digests) {
+    auto asset = fromJson<CookedAsset>(cooked.result.value("asset", Json()), cook.id);
+    if (!asset) return asset;
+    const auto digestOf = [&](const std::string& file) {
+        for (const FileRecord& each : cooked.files)
+            if (each.name == file) return each.digest;
+        return std::string();
+    };
+    for (CookedTexture& texture : asset->textures) texture.digest = digestOf(texture.file);
+    if (asset->file) asset->digest = digestOf(*asset->file);
+    std::map<std::string, std::filesystem::path> sources = verify.inputs;
+    sources.insert(cook.inputs.begin(), cook.inputs.end());
+    auto& files = asset->source.files.emplace();
+    for (const auto& [role, path] : sources)
+        files[role] = {std::filesystem::proximate(path, sceneDirectory.empty() ? "." : sceneDirectory).generic_string(),
+                       digests.of(path).value_or("")};
+    asset->verify = verify.parameters;
+    return asset;
+}
+
+Manifest makeManifest(const Scene& scene, const std::filesystem::path& outputFolder, std::vector<CookedAsset> assets,
+                      const std::string& shaderDigest) {
+    Manifest manifest;
+    manifest.scene = scene.name;
+    manifest.tool = {kToolName, kToolVersion};
+    manifest.sceneDirectory = std::filesystem::proximate(scene.directory.empty() ? "." : scene.directory, outputFolder).generic_string();
+    manifest.target = formats::info(scene.output.target).name;
+    manifest.workingColor = scene.colors.working;
+    manifest.shader = {kShaderName, shaderDigest};
+    manifest.assets = std::move(assets);
+    return manifest;
+}
+
+Result<Manifest> loadManifest(const std::filesystem::path& folder) {
     const std::filesystem::path file = folder / kManifestName;
     const auto text = readFile(file);
     if (!text) {
@@ -58,28 +110,35 @@ Result<Json> readManifest(const std::filesystem::path& folder) {
                        isFolder ? "found no manifest, expected the output folder of `lightcook cook`"
                                 : "found no such folder, expected the output folder of `lightcook cook`");
     }
-    Json manifest = parseJson(*text);
-    if (manifest.is_discarded() || !manifest.is_object() || !manifest.contains("assets"))
+    const Json json = parseJson(*text);
+    if (json.is_discarded() || !json.is_object() || !json.contains("assets"))
         return failure(ErrorCode::FileUnreadable, file.string(), "found no manifest in it, expected what `lightcook cook` writes");
-    if (manifest.contains("schema") && manifest["schema"].is_number_integer() && manifest["schema"] != 1)
-        return failure(ErrorCode::FormatUnsupported, file.string(), fmt::format("found schema {}, expected 1", manifest["schema"].dump()));
-    if (auto shaped = checkManifest(manifest, file.string()); !shaped) return tl::make_unexpected(shaped.error());
-    return manifest;
+    if (json.contains("schema") && json["schema"].is_number_integer() && json["schema"] != 1)
+        return failure(ErrorCode::FormatUnsupported, file.string(), fmt::format("found schema {}, expected 1", json["schema"].dump()));
+    return checkedJson(json, file.string(), readFinished);
 }
 
-std::vector<FileRecord> filesOf(const Json& manifest) {
-    std::vector<FileRecord> files;
-    const auto add = [&](const Json& entry) {
-        if (entry.contains("file") && entry.contains("digest"))
-            files.push_back({entry["file"].get<std::string>(), entry["digest"].get<std::string>(), 0});
-    };
-    if (manifest.contains("shader")) add(manifest["shader"]);
-    for (const Json& asset : manifest.at("assets")) {
-        add(asset);
-        if (asset.contains("textures"))
-            for (const Json& texture : asset["textures"]) add(texture);
+Result<Json> readManifest(const std::filesystem::path& folder) {
+    const auto manifest = loadManifest(folder);
+    if (!manifest) return tl::make_unexpected(manifest.error());
+    return toJson(*manifest);
+}
+
+std::vector<FileRecord> filesOf(const Manifest& manifest) {
+    std::vector<FileRecord> files = {{manifest.shader.file, manifest.shader.digest, 0}};
+    for (const CookedAsset& asset : manifest.assets) {
+        if (asset.file) files.push_back({*asset.file, asset.digest.value_or(""), 0});
+        for (const CookedTexture& texture : asset.textures) files.push_back({texture.file, texture.digest, 0});
     }
     return files;
+}
+
+std::string manifestReference() {
+    std::vector<FieldRow> rows = fieldRows<Manifest>();
+    rows.push_back({"digest", "string", "XXH3-128 of this file, taken with zeros for the digits of the digest itself"});
+    return "# Manifest\n\n`cooked.json` tells an engine everything that it needs to load and decode a cooked scene. `[]` stands for each "
+           "element of a\nlist, `.*` for each member of an object whose keys are names.\n\n" +
+           markdownTable(rows);
 }
 
 }  // namespace lightcook::pipeline

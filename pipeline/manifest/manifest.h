@@ -1,13 +1,14 @@
-// cooked.json: what an engine, and the verifier, need to know of a cooked scene.
+// cooked.json: everything that an engine and the verifier need to know of a cooked scene. docs/reference/manifest.md lists its fields.
 #pragma once
 
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include "pipeline/cook/plan.h"
+#include "formats/target.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/graph/executor.h"
+#include "pipeline/graph/digest.h"
+#include "pipeline/manifest/cooked_asset.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {
@@ -15,16 +16,65 @@ namespace lightcook::pipeline {
 inline constexpr const char* kManifestName = "cooked.json";
 inline constexpr const char* kShaderName = "lightcook.glsl";
 
-/// The entry of one asset: what its cook action said, the digests of its files and sources, and how it is verified.
+struct Tool {
+    std::string name, version;
+};
+template <class Fields, Is<Tool> Self>
+void describe(Fields& fields, Self& tool) {
+    fields.required("name", tool.name, "lightcook");
+    fields.required("version", tool.version, "version of the program");
+}
+
+struct ShaderFile {
+    std::string file, digest;
+};
+template <class Fields, Is<ShaderFile> Self>
+void describe(Fields& fields, Self& shader) {
+    fields.required("file", shader.file, kFileInFolder, "shader include for the layouts of this scene");
+    fields.required("digest", shader.digest, "XXH3-128 of the file");
+}
+
+struct Manifest {
+    int schema = 1;
+    std::string scene;
+    Tool tool;
+    std::string sceneDirectory;
+    std::string target;
+    std::string workingColor;
+    ShaderFile shader;
+    std::vector<CookedAsset> assets;
+};
+template <class Fields, Is<Manifest> Self>
+void describe(Fields& fields, Self& manifest) {
+    fields.required("schema", manifest.schema, between(1, 1), "version of this form");
+    fields.required("scene", manifest.scene, "name of the scene");
+    fields.required("tool", manifest.tool, "program that wrote the folder");
+    fields.required("scene_directory", manifest.sceneDirectory, "folder of the scene file, relative to this one");
+    fields.required("target", manifest.target, "target of the cook: bc, astc or float");
+    fields.object("color", "colour of the cooked textures",
+                  [&](auto& color) { color.required("working", manifest.workingColor, "working colour space"); });
+    fields.required("shader", manifest.shader, "decode and shading, as the verifier ran them");
+    fields.required("assets", manifest.assets, "assets, in the order of the report");
+}
+
+/// Returns the entry of one asset: the result of its cook action, the digests of its files and sources, and the parameters of its
+/// verification.
 /// sceneDirectory   sources are named relative to it, so that a manifest means the same on another machine
-Json manifestAsset(const Action& cook, const Action& verify, const ActionRecord& cooked, const std::filesystem::path& sceneDirectory,
-                   DigestMemo& digests);
+formats::Result<CookedAsset> manifestAsset(const Action& cook, const Action& verify, const ActionRecord& cooked,
+                                           const std::filesystem::path& sceneDirectory, DigestMemo& digests);
 
-/// directoryFromOutput  the scene's folder as seen from the output folder
-Json makeManifest(const Scene& scene, const std::filesystem::path& outputFolder, std::vector<Json> assets, const std::string& shaderDigest);
+Manifest makeManifest(const Scene& scene, const std::filesystem::path& outputFolder, std::vector<CookedAsset> assets,
+                      const std::string& shaderDigest);
 
+/// Reads cooked.json of a folder, and refuses one of another shape: types, ranges, unknown kinds, files outside the folder.
+formats::Result<Manifest> loadManifest(const std::filesystem::path& folder);
+/// Returns the same as JSON, for tools that look up single members.
 formats::Result<Json> readManifest(const std::filesystem::path& folder);
-/// Every file that the manifest names, relative to its folder.
-std::vector<FileRecord> filesOf(const Json& manifest);
+
+/// Returns every file that the manifest names, relative to its folder.
+std::vector<FileRecord> filesOf(const Manifest& manifest);
+
+/// Returns the fields of cooked.json as Markdown tables.
+std::string manifestReference();
 
 }  // namespace lightcook::pipeline

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "pipeline/graph/digest.h"
-#include "pipeline/manifest/json_shape.h"
+#include "pipeline/json/json.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -13,7 +13,7 @@ constexpr std::size_t kDigits = 32;
 
 }  // namespace
 
-std::string sealed(Json document) {
+std::string withSelfDigest(Json document) {
     const std::string zeros(kDigits, '0');
     document.erase(std::string(kKey));
     document.push_back({kKey, zeros});
@@ -22,19 +22,19 @@ std::string sealed(Json document) {
     return text;
 }
 
-formats::Result<void> checkSeal(const std::string& text, const std::string& subject) {
+formats::Result<void> checkSelfDigest(const std::string& text, const std::string& subject) {
     const Json document = parseJson(text);
-    std::string told;
-    if (document.is_object() && document.contains(kKey) && document.at(kKey).is_string()) told = document.at(kKey).get<std::string>();
-    if (told.size() != kDigits || text.rfind(told) == std::string::npos)
+    std::string stated;
+    if (document.is_object() && document.contains(kKey) && document[kKey].is_string()) stated = document[kKey].get<std::string>();
+    if (stated.size() != kDigits || text.rfind(stated) == std::string::npos)
         return formats::failure(formats::ErrorCode::Verification, subject,
                                 "found no digest of its own, expected the file as `lightcook cook` left it");
     std::string blank = text;
-    blank.replace(blank.rfind(told), kDigits, std::string(kDigits, '0'));
+    blank.replace(blank.rfind(stated), kDigits, std::string(kDigits, '0'));
     const std::string digest = digestOfText(blank);
-    if (digest != told)
+    if (digest != stated)
         return formats::failure(formats::ErrorCode::Verification, subject,
-                                fmt::format("found content {}, expected {} as cooked", digest, told));
+                                fmt::format("found content {}, expected {} as cooked", digest, stated));
     return {};
 }
 

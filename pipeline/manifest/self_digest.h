@@ -1,16 +1,18 @@
-// Documents that carry their own digest: whichever of their bytes is changed, it shows.
+// Documents that have their own digest as a last member, so that a change of any byte shows.
 #pragma once
 
 #include <string>
 
-#include "pipeline/graph/action.h"
+#include "formats/error.h"
+#include "pipeline/json/json.h"
 
 namespace lightcook::pipeline {
 
-/// The document as text with a last member "digest": that of this very text, the digest's own digits taken as zeros. One that it has is
-/// replaced.
-std::string sealed(Json document);
-/// Refuses a text that is not what sealed() made of some document: Verification, of `subject`.
-formats::Result<void> checkSeal(const std::string& text, const std::string& subject);
+/// Returns the document as text with a last member "digest": the XXH3-128 of this very text, with zeros for the digest's own digits. A
+/// digest that the document has is replaced.
+std::string withSelfDigest(Json document);
+
+/// Refuses a text that withSelfDigest() did not make, with code Verification.
+formats::Result<void> checkSelfDigest(const std::string& text, const std::string& subject);
 
 }  // namespace lightcook::pipeline

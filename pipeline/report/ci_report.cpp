@@ -5,7 +5,7 @@
 #include <map>
 
 #include "pipeline/graph/version.h"
-#include "pipeline/manifest/json_shape.h"
+#include "pipeline/json/json.h"
 
 namespace lightcook::pipeline {
 namespace {

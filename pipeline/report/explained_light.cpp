@@ -161,17 +161,17 @@ std::string lightText(const Json& light) {
 
 Result<Json> explainDominant(const std::filesystem::path& file, const formats::LightMapDescription& description, bool hasAmbient,
                              const RunState& state) {
-    LightMapSources sources;
-    const auto source = sources.open(file, description);
+    SharedObjects shared;
+    const auto source = shared.get<LightMapSources>().open(file, description);
     if (!source) return tl::make_unexpected(source.error());
     LightMapSource& bake = **source;
     const Action action{"", "", file.filename().string(), {}, {}, {}};
-    const ActionContext context{action, {}, {}, {}, sources, state};
+    const ActionContext context{action, {}, {}, {}, shared, state};
     const int every =
         std::max(1, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(bake.width()) * bake.height() / kSecondLights))));
     const auto parts =
-        forEachBand<BandFindings>(bake.bandCount(), context, "explain " + action.asset, [&](int index) -> Result<BandFindings> {
-            const auto band = bake.band(index);
+        mapInOrder<BandFindings>(bake.chunkCount(), context, "explain " + action.asset, [&](int index) -> Result<BandFindings> {
+            const auto band = bake.chunk(index);
             if (!band) return tl::make_unexpected(band.error());
             return examine(**band, bake.luminanceWeights(), every, hasAmbient);
         });

@@ -13,7 +13,7 @@
 #include "pipeline/cook/cook.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
-#include "pipeline/manifest/json_shape.h"
+#include "pipeline/json/json.h"
 #include "pipeline/manifest/manifest.h"
 #include "shaders/include.h"
 #include "tests/formats/temporary_folder.h"
@@ -43,7 +43,7 @@ public:
         std::vector<std::string> layouts;
         if (this->asset().at("kind") == "light-map") layouts.push_back(this->asset().at("layout"));
         formats::writeContent(folder_ / kShaderName, shaders::shaderInclude(formats::lightMapFamilies(layouts)));
-        for (const FileRecord& file : filesOf(manifest_))
+        for (const FileRecord& file : filesOf(valueOf(loadManifest(cooked))))
             if (file.name != kShaderName) std::filesystem::copy_file(cooked / file.name, folder_ / file.name);
         seal();
     }

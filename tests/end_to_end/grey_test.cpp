@@ -4,7 +4,10 @@
 
 #include <algorithm>
 
-#include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/cubemap/cubemap.h"
+#include "pipeline/assets/dominant/dominant.h"
+#include "pipeline/assets/light_map/cooked_light_map.h"
+#include "pipeline/assets/rsrm/rsrm.h"
 #include "pipeline/assets/textures.h"
 #include "pipeline/manifest/manifest.h"
 #include "shaders/lightcook_cpp.h"
@@ -28,11 +31,13 @@ protected:
         const RunState state;
         const Outcome outcome = cookScene(scene_.options(), state);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
-        manifest_ = *readManifest(scene_ / "out");
+        const auto manifest = loadManifest(scene_ / "out");
+        if (!manifest) throw std::runtime_error(manifest.error().line());
+        manifest_ = *manifest;
     }
-    const Json& asset(const std::string& name) const {
-        for (const Json& each : manifest_.at("assets"))
-            if (each.at("name") == name) return each;
+    const CookedAsset& asset(const std::string& name) const {
+        for (const CookedAsset& each : manifest_.assets)
+            if (each.name == name) return each;
         throw std::runtime_error("no asset " + name);
     }
     std::filesystem::path folder() const { return scene_ / "out"; }
@@ -43,7 +48,7 @@ protected:
     void noDirectionDominatesGreyLight() const;
 
     SmallScene scene_;
-    Json manifest_;
+    Manifest manifest_;
 };
 
 void expectGrey(const glm::vec3& value, const std::string& where) {
@@ -65,24 +70,23 @@ void GreyTest::lightMapShadesToGreyForEveryNormal() const {
 }
 
 void GreyTest::cubemapTimesItsOwnAreaSpecularIsGreyAtEveryMip() const {
-    const Json& cubemap = asset("probe");
+    const CookedAsset& cubemap = asset("probe");
     const auto texture = openTexture(folder(), cubemap, "cubemap");
     ASSERT_TRUE(texture.has_value()) << texture.error().line();
-    const Json& constants = cubemap.at("constants");
+    const auto constants = fromJson<CubemapConstants>(cubemap.constants.value_or(Json()), "probe");
+    ASSERT_TRUE(constants.has_value()) << constants.error().line();
     shaders::LcSh sh;
-    for (std::size_t i = 0; i < 9; ++i)
-        sh.c[i] = {constants.at("windowed_sh")[i][0].get<float>(), constants.at("windowed_sh")[i][1].get<float>(),
-                   constants.at("windowed_sh")[i][2].get<float>()};
+    for (std::size_t i = 0; i < 9; ++i) sh.c[i] = constants->windowedSh[i];
     for (int mip = 0; mip < texture->shape().mipCount; ++mip) {
-        const Json& bands = constants.at("mips")[static_cast<std::size_t>(mip)].at("bands");
-        const glm::vec3 factors(bands[0].get<float>(), bands[1].get<float>(), bands[2].get<float>());
+        const lighting::ShBands& bands = constants->mips.at(static_cast<std::size_t>(mip)).bands;
+        const glm::vec3 factors(bands[0], bands[1], bands[2]);
         for (int face = 0; face < 6; ++face) {
             const auto image = verify::decodeImage(*texture, {mip, 0, face});
             ASSERT_TRUE(image.has_value());
             for (int y = 0; y < image->height(); y += 3)
                 for (int x = 0; x < image->width(); x += 3) {
                     const glm::vec3 direction(lighting::cubeTexelDirection(face, x, y, image->width()));
-                    const glm::vec3 stored = glm::vec3(image->at(x, y)) * constants.at("range").get<float>();
+                    const glm::vec3 stored = glm::vec3(image->at(x, y)) * constants->range;
                     expectGrey(shaders::lcEnvironment(stored, shaders::lcZonalSpecular(sh, direction, factors)),
                                fmt::format("mip {} face {}", mip, face));
                 }
@@ -91,22 +95,24 @@ void GreyTest::cubemapTimesItsOwnAreaSpecularIsGreyAtEveryMip() const {
 }
 
 void GreyTest::reflectionMapIsGreyForEveryExponent() const {
-    const Json& rsrm = asset("sky");
+    const CookedAsset& rsrm = asset("sky");
     const auto texture = openTexture(folder(), rsrm, "rsrm");
     ASSERT_TRUE(texture.has_value());
     const auto image = verify::decodeImage(*texture, {});
-    const Json& color = rsrm.at("constants").at("color");
-    const glm::vec3 hdrColor(color[0].get<float>(), color[1].get<float>(), color[2].get<float>());
-    for (const glm::vec4& texel : image->texels()) expectGrey(shaders::lcRsrm(glm::vec3(texel), hdrColor), "RSRM");
+    const auto constants = fromJson<RsrmConstants>(rsrm.constants.value_or(Json()), "sky");
+    ASSERT_TRUE(constants.has_value()) << constants.error().line();
+    for (const glm::vec4& texel : image->texels()) expectGrey(shaders::lcRsrm(glm::vec3(texel), constants->color), "RSRM");
 }
 
 void GreyTest::noDirectionDominatesGreyLight() const {
+    const auto constants = fromJson<DominantConstants>(asset("map_dominant").constants.value_or(Json()), "map_dominant");
+    ASSERT_TRUE(constants.has_value()) << constants.error().line();
     const auto intensity = openTexture(folder(), asset("map_dominant"), "intensity");
     ASSERT_TRUE(intensity.has_value());
     const auto image = verify::decodeImage(*intensity, {});
     ASSERT_TRUE(image.has_value()) << image.error().line();
     for (const glm::vec4& texel : image->texels())
-        for (int c = 0; c < 3; ++c) EXPECT_LT(texel[c] * asset("map_dominant").at("constants").at("intensity_range").get<float>(), 1e-3f);
+        for (int c = 0; c < 3; ++c) EXPECT_LT(texel[c] * constants->intensityRange, 1e-3f);
 }
 
 TEST_P(GreyTest, ComesOutOfEveryAssetAsItWentIn) {

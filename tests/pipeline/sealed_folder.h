@@ -3,7 +3,7 @@
 #pragma once
 
 #include "pipeline/graph/digest.h"
-#include "pipeline/manifest/json_shape.h"
+#include "pipeline/json/json.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/manifest/self_digest.h"
 #include "pipeline/report/report.h"
@@ -12,13 +12,13 @@
 namespace lightcook::pipeline {
 
 inline void writeSealedManifest(const std::filesystem::path& folder, const Json& manifest) {
-    const std::string text = sealed(manifest);
+    const std::string text = withSelfDigest(manifest);
     formats::writeContent(folder / kManifestName, text);
     if (!std::filesystem::exists(folder / kReportName)) return;
     Json report = parseJson(formats::contentOf(folder / kReportName));
     for (Json& file : report["files"])
         if (file.at("file") == kManifestName) file["digest"] = digestOfText(text);
-    formats::writeContent(folder / kReportName, sealed(report));
+    formats::writeContent(folder / kReportName, withSelfDigest(report));
 }
 
 }  // namespace lightcook::pipeline

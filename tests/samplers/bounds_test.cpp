@@ -97,7 +97,8 @@ struct Verified {
             map.formats.push_back(*formats::pixelFormatFromName(texture.at("format").get<std::string>()));
             texels.textures.push_back(scene.decoded(asset, texture.at("role")));
             texels.spans.emplace_back();
-            const auto reader = valueOf(pipeline::openTexture(scene.folder(), asset, texture.at("role")));
+            const auto reader = valueOf(pipeline::openTexture(
+                scene.folder(), valueOf(pipeline::fromJson<pipeline::CookedAsset>(asset, "manifest")), texture.at("role")));
             for (int layer = 0; layer < reader.shape().layerCount; ++layer)
                 texels.spans.back().push_back(verify::blockSpans(map.formats.back(), valueOf(reader.readImage({0, layer, 0})), map.width));
         }

@@ -47,7 +47,8 @@ public:
     Ktx2 ktx2(const pipeline::Json& texture) const { return readKtx2(folder() / texture.at("file").get<std::string>()); }
     /// Returns the texture, read by formats/ and decoded by verify/: mip by mip, layer by layer, face by face.
     std::vector<Image> decoded(const pipeline::Json& asset, const std::string& role) const {
-        const auto reader = valueOf(pipeline::openTexture(folder(), asset, role));
+        const auto reader =
+            valueOf(pipeline::openTexture(folder(), valueOf(pipeline::fromJson<pipeline::CookedAsset>(asset, "manifest")), role));
         std::vector<Image> images;
         for (int mip = 0; mip < reader.shape().mipCount; ++mip)
             for (int layer = 0; layer < reader.shape().layerCount; ++layer)

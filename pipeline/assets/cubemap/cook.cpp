@@ -8,30 +8,21 @@
 
 #include "fit/cubemap.h"
 #include "fit/pre_divide.h"
-#include "fit/specular_tables.h"
-#include "pipeline/assets/light_map/source.h"
-#include "pipeline/assets/textures.h"
+#include "pipeline/assets/source_colors.h"
 #include "pipeline/graph/parallel_for.h"
 
 namespace lightcook::pipeline {
 namespace {
 
 using formats::Image;
-using formats::PixelFormat;
 using formats::Result;
 
-Json toJson(const lighting::ShRgb& sh) {
-    Json json = Json::array();
-    for (const glm::vec3& c : sh) json.push_back({c.x, c.y, c.z});
-    return json;
-}
-
 struct DividedLevels {
-    std::vector<Image<glm::vec3>> levels;  ///< each a strip of six faces
-    std::vector<std::int64_t> clamped;     ///< of each level: values of which the quotient is larger than any float
+    std::vector<Image<glm::vec3>> levels;  ///< each has six faces below each other
+    std::vector<std::int64_t> clamped;     ///< for each level, values whose quotient is larger than any float
 };
 
-/// Every level prefiltered and divided. Rows are spread over the threads.
+/// Prefilters and divides every level. Rows are spread over the threads.
 DividedLevels filterAndDivide(const fit::CubemapPrefilter& filter, const fit::PreDivide& divide, const ActionContext& context) {
     struct Task {
         int mip, face, size, firstRow;
@@ -48,7 +39,7 @@ DividedLevels filterAndDivide(const fit::CubemapPrefilter& filter, const fit::Pr
             for (int row = 0; row < size; row += kRowsPerTask)
                 tasks.push_back({mip, face, size, row, level.view().rows(face * size + row, std::min(kRowsPerTask, size - row))});
     }
-    const bool finished = forEachPiece(tasks.size(), context, "filter " + context.action.asset, [&](std::size_t index) {
+    const bool finished = forEachIndex(tasks.size(), context, "filter " + context.action.asset, [&](std::size_t index) {
         const Task& task = tasks[index];
         filter.filterRows(task.mip, task.face, task.firstRow, task.rows.height, task.rows);
     });
@@ -63,7 +54,7 @@ DividedLevels filterAndDivide(const fit::CubemapPrefilter& filter, const fit::Pr
     return {std::move(levels), {clamped.begin(), clamped.end()}};
 }
 
-/// Values that are light, and so much darker than the range that no half can hold them: their product with S is black.
+/// Counts positive values that are too small for a half after division by the range: their product with S is black.
 std::int64_t lostBelow(const Image<glm::vec3>& level, float range) {
     constexpr float kHalfOfSmallestHalf = 0x1p-25f;
     std::int64_t lost = 0;
@@ -72,7 +63,8 @@ std::int64_t lostBelow(const Image<glm::vec3>& level, float range) {
     return lost;
 }
 
-/// Where stored * S is not what was prefiltered since the stored numbers end: counts by level, of those that have any.
+/// Returns, for each level that has any, the number of values whose stored * S differs from the prefiltered value: the quotient was larger
+/// than any float (clamped) or smaller than any half (lost).
 Json divisionNotes(const DividedLevels& divided, float range) {
     Json notes = {{"division_clamped", Json::object()}, {"division_lost", Json::object()}};
     for (std::size_t mip = 0; mip < divided.levels.size(); ++mip) {
@@ -90,175 +82,77 @@ float brightest(const std::vector<Image<glm::vec3>>& levels) {
     return largest;
 }
 
-Json cubemapConstants(const fit::CubemapPrefilter& filter, const fit::PreDivide& divide, float range) {
-    Json mips = Json::array();
-    for (const fit::MipKernel& mip : filter.mips())
-        mips.push_back({{"perceptual_roughness", mip.perceptualRoughness}, {"m", mip.m}, {"bands", mip.bands}});
-    return {{"range", range},
-            {"kernel", "beckmann"},
-            {"mips", mips},
-            {"windowed_sh", toJson(divide.windowedSh)},
-            {"window", divide.window},
-            {"window_lambda", divide.windowLambda},
-            {"epsilon", divide.epsilon}};
+CubemapConstants constantsOf(const fit::CubemapPrefilter& filter, const fit::PreDivide& divide, float range) {
+    CubemapConstants constants;
+    constants.range = range;
+    for (const fit::MipKernel& mip : filter.mips()) constants.mips.push_back({mip.perceptualRoughness, mip.m, mip.bands});
+    constants.windowedSh = divide.windowedSh;
+    constants.window = divide.window;
+    constants.windowLambda = divide.windowLambda;
+    constants.epsilon = divide.epsilon;
+    return constants;
 }
 
-std::vector<float> floats(const glm::vec4& v) {
-    return {v.x, v.y, v.z, v.w};
+/// Returns the SH of a probe: stored beside it, or projected from its image.
+Result<lighting::ShRgb> incidentSh(const formats::LoadedEnvironment& loaded, const CubemapParameters& parameters, const Action& action) {
+    const auto stored = action.inputs.find("sh");
+    if (stored == action.inputs.end()) return fit::projectEnvironment(loaded.environment);
+    return formats::loadProbeSh(stored->second, parameters.probeFile.value_or(""));
 }
 
-Json axisJson(const fit::TableAxis& axis, const fit::AxisMapping& mapping) {
-    return {{"of", mapping.name},
-            {"factors", mapping.factors},
-            {"count", axis.count},
-            {"minimum", axis.minimum},
-            {"maximum", axis.maximum},
-            {"scale", axis.coordinateScale},
-            {"offset", axis.coordinateOffset}};
-}
-
-/// Axes that were asked for, or those that lose least.
-void chooseAxes(const Json& parameters, fit::SpecularTableOptions& options) {
-    const std::string view = parameters.at("view_axis"), roughness = parameters.at("roughness_axis");
-    if (view == "auto" || roughness == "auto") {
-        const auto f0 = parameters.at("f0").get<std::array<double, 2>>();
-        fit::chooseMappings(options, f0[0], f0[1]);
-    }
-    if (view != "auto") options.view = fit::viewMapping(view);
-    if (roughness != "auto") options.roughness = fit::roughnessMapping(roughness);
+Json notesOf(const formats::LoadedEnvironment& loaded, const compress::EncodeReport& report, const fit::PreDivide& divide,
+             const DividedLevels& divided, float range) {
+    Json notes = {{"repaired_texels", loaded.repairedTexels}, {"clamped_high", report.clampedHigh}, {"window_lambda", divide.windowLambda}};
+    notes.update(divisionNotes(divided, range));
+    return notes;
 }
 
 }  // namespace
 
-std::optional<lighting::SpecularLobe> lobeOf(const std::string& name) {
-    const auto place = std::find(kLobeNames.begin(), kLobeNames.end(), name);
-    if (place == kLobeNames.end()) return std::nullopt;
-    constexpr std::array kLobes = {lighting::SpecularLobe::Beckmann, lighting::SpecularLobe::Ggx, lighting::SpecularLobe::Phong,
-                                   lighting::SpecularLobe::PhongPower};
-    return kLobes.at(static_cast<std::size_t>(place - kLobeNames.begin()));
-}
-
-Json toJson(const formats::ColorSpaces& colors) {
-    return {{"source", colors.source}, {"working", colors.working}};
-}
-
-formats::EnvironmentOptions environmentOptions(const Json& json, const Action& action) {
-    const Json& colors = json.at("colors");
-    return {colorSpacesOf(colors.at("source").get<std::string>(), colors.at("working").get<std::string>(), action),
-            json.at("repair").get<bool>()};
-}
-
 Result<ActionOutcome> cookCubemap(const ActionContext& context) {
-    const Json& parameters = context.action.parameters;
-    const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
+    const auto parameters = parametersOf<CubemapParameters>(context);
+    if (!parameters) return tl::make_unexpected(parameters.error());
     const auto& source = context.action.inputs.at("source");
-    const auto loaded = formats::loadEnvironment(source, environmentOptions(parameters, context.action));
+    AssetSource read;
+    read.colors = parameters->colors;
+    read.repair = parameters->repair;
+    const auto loaded = formats::loadEnvironment(source, environmentOptions(read, context.action));
     if (!loaded) return tl::make_unexpected(loaded.error());
-    lighting::ShRgb sh = fit::projectEnvironment(loaded->environment);
-    if (const auto shFile = context.action.inputs.find("sh"); shFile != context.action.inputs.end()) {
-        const auto stored = formats::loadProbeSh(shFile->second, parameters.at("probe_file").get<std::string>());
-        if (!stored) return tl::make_unexpected(stored.error());
-        sh = *stored;
-    }
+    const auto sh = incidentSh(*loaded, *parameters, context.action);
+    if (!sh) return tl::make_unexpected(sh.error());
     fit::CubemapOptions options;
-    options.size = parameters.at("size").get<int>();
+    options.size = parameters->size;
     const auto filter = fit::CubemapPrefilter::create(loaded->environment, options);
     if (!filter) return tl::make_unexpected(filter.error());
     std::vector<lighting::ShBands> bands;
     for (const fit::MipKernel& mip : filter->mips()) bands.push_back(mip.bands);
-    const fit::PreDivide divide = fit::makePreDivide(sh, bands, {});
+    const fit::PreDivide divide = fit::makePreDivide(*sh, bands, {});
     const DividedLevels divided = filterAndDivide(*filter, divide, context);
-    const std::vector<Image<glm::vec3>>& levels = divided.levels;
     if (context.state.interrupted) return interrupted(context);
 
-    const float range = hdrRange(brightest(levels));
+    const float range = hdrRange(brightest(divided.levels));
     formats::TextureShape shape;
-    shape.format = hdrFormat(parameters.at("target").get<std::string>());
+    shape.format = formats::info(parameters->target).hdr;
     shape.width = shape.height = options.size;
     shape.mipCount = filter->mipCount();
     shape.faceCount = 6;
     compress::EncodeReport report;
-    WholeTexture texture{"cubemap", context.action.asset, shape, {}, {"trilinear", "clamp"}};
-    for (const Image<glm::vec3>& level : levels)
-        for (auto& face : encodeFaces(shape.format, level.view(), range, settings.encodeOptions(), report))
-            texture.images.push_back(std::move(face));
-    const Json constants = cubemapConstants(*filter, divide, range);
-    ActionOutcome outcome;
-    const auto packed = packTexture(context, texture, settings, {{"layout", "pre-divided-cubemap"}, {"constants", constants}}, outcome);
-    if (!packed) return tl::make_unexpected(packed.error());
-    outcome.result["asset"] = {{"name", context.action.asset},
-                               {"kind", "cubemap"},
-                               {"layout", "pre-divided"},
-                               {"width", options.size},
-                               {"height", options.size},
-                               {"quantity", "prefiltered radiance over its own area specular"},
-                               {"units", "radiometric"},
-                               {"phase", "none"},
-                               {"frame", "world"},
-                               {"constants", constants},
-                               {"textures", Json::array({*packed})},
-                               {"source", {{"colors", parameters.at("colors")}, {"repair", parameters.at("repair")}}}};
-    outcome.result["bytes_in"] = std::filesystem::file_size(source);
-    outcome.result["notes"] = {
-        {"repaired_texels", loaded->repairedTexels}, {"clamped_high", report.clampedHigh}, {"window_lambda", divide.windowLambda}};
-    outcome.result["notes"].update(divisionNotes(divided, range));
-    return outcome;
-}
+    std::vector<std::vector<std::byte>> images;
+    for (const Image<glm::vec3>& level : divided.levels)
+        for (auto& face : encodeFaces(shape.format, level.view(), range, parameters->textures.encodeOptions(), report))
+            images.push_back(std::move(face));
+    const Json constants = toJson(constantsOf(*filter, divide, range));
+    const std::string& name = context.action.asset;
+    AssetTextures textures(context, parameters->textures);
+    if (auto written = textures.write({"cubemap", name, shape, {{"layout", "pre-divided-cubemap"}, {"constants", constants}}}, images);
+        !written)
+        return tl::make_unexpected(written.error());
 
-Result<ActionOutcome> cookTables(const ActionContext& context) {
-    const Json& parameters = context.action.parameters;
-    const TextureSettings settings = TextureSettings::fromJson(parameters.at("textures"));
-    fit::SpecularTableOptions options;
-    const std::string lobe = parameters.at("lobe"), normalization = parameters.at("normalization");
-    options.lobe = lobeOf(lobe).value();
-    options.normalization =
-        normalization == "halo3" ? lighting::CookTorranceNormalization::Halo3 : lighting::CookTorranceNormalization::Energy;
-    options.viewCount = parameters.at("view_count").get<int>();
-    options.roughnessCount = parameters.at("roughness_count").get<int>();
-    options.minimumM = parameters.at("minimum_m").get<double>();
-    options.maximumM = parameters.at("maximum_m").get<double>();
-    if (auto usable = fit::checkSpecularTableOptions(options); !usable) return tl::make_unexpected(usable.error());
-    chooseAxes(parameters, options);
-    std::vector<std::vector<lighting::AreaSpecularKernel>> rows(static_cast<std::size_t>(options.roughnessCount));
-    tbb::parallel_for(0, options.roughnessCount,
-                      [&](int row) { rows[static_cast<std::size_t>(row)] = fit::integrateSpecularTableRow(options, row); });
-    const fit::SpecularTables tables = fit::assembleSpecularTables(options, rows);
-
-    formats::TextureShape shape;
-    shape.format = PixelFormat::Rgba16Unorm;
-    shape.width = options.viewCount;
-    shape.height = options.roughnessCount;
-    ActionOutcome outcome;
-    Json textures = Json::array(),
-         constants = {{"view", axisJson(tables.view, options.view)}, {"roughness", axisJson(tables.roughness, options.roughness)}};
-    const std::pair<const char*, const fit::SpecularTexture*> parts[] = {
-        {"c0236", &tables.c0236}, {"d0236", &tables.d0236}, {"cd78", &tables.cd78}};
-    for (const auto& [role, texture] : parts) {
-        constants[std::string(role) + "_scale"] = floats(texture->scale);
-        constants[std::string(role) + "_bias"] = floats(texture->bias);
-    }
-    const Json facts = {
-        {"layout", "cook-torrance-tables"}, {"distribution", lobe}, {"normalization", normalization}, {"constants", constants}};
-    for (const auto& [role, texture] : parts) {
-        const WholeTexture whole{role, context.action.asset + "_" + role, shape, {bytesOf(texture->stored)}, {}};
-        const auto packed = packTexture(context, whole, settings, facts, outcome);
-        if (!packed) return tl::make_unexpected(packed.error());
-        textures.push_back(*packed);
-    }
-    outcome.result["asset"] = {{"name", context.action.asset},
-                               {"kind", "lut"},
-                               {"layout", "cook-torrance-cd"},
-                               {"width", shape.width},
-                               {"height", shape.height},
-                               {"quantity", "SH coefficients of the area-specular kernel"},
-                               {"distribution", lobe},
-                               {"normalization", normalization},
-                               {"phase", "none"},
-                               {"frame", "z the normal, the view in the x-z plane"},
-                               {"constants", constants},
-                               {"textures", textures}};
-    outcome.result["bytes_in"] = 0;
-    return outcome;
+    CookResult result{makeCookedAsset(name, AssetKind::Cubemap, "pre-divided", options.size, options.size),
+                      std::filesystem::file_size(source), notesOf(*loaded, report, divide, divided, range)};
+    result.asset.constants = constants;
+    result.asset.source = read;
+    return textures.finish(std::move(result));
 }
 
 }  // namespace lightcook::pipeline

@@ -1,30 +1,73 @@
-// Environment probes as pre-divided, prefiltered cubemaps; the Cook-Torrance tables.
+// Environment probes as pre-divided, prefiltered cubemaps: docs/theory/lighting.md, "Pre-divided cubemaps".
 #pragma once
 
 #include <optional>
 
-#include "formats/environment.h"
-#include "lighting/area_specular.h"
+#include "formats/target.h"
+#include "lighting/sh.h"
+#include "pipeline/assets/textures.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/scene/scene.h"
+#include "pipeline/json/json_fields.h"
 
 namespace lightcook::pipeline {
 
-/// "cubemap". Inputs "source" and optionally "sh"; parameters: colors, probe_file (with "sh"), target, textures, size, repair.
+inline constexpr int kCubemapSize = 128;  ///< of the first mip [texels]: that of the paper
+
+/// Parameters of the cook action. Its inputs are "source" (one file or the first of six) and optionally "sh".
+struct CubemapParameters {
+    formats::ColorSpaces colors;
+    formats::Target target = formats::Target::Bc;
+    TextureSettings textures;
+    int size = kCubemapSize;
+    bool repair = false;
+    std::optional<std::string> probeFile;  ///< name by which input "sh" knows the probe
+};
+template <class Fields, Is<CubemapParameters> Self>
+void describe(Fields& fields, Self& parameters) {
+    fields.required("colors", parameters.colors, "colour spaces");
+    fields.required("target", parameters.target, "target");
+    fields.required("textures", parameters.textures, "settings of the files");
+    fields.required("size", parameters.size, "texels along an edge");
+    fields.required("repair", parameters.repair, "true to replace texels that are not finite");
+    fields.optional("probe_file", parameters.probeFile, "name of the probe in the SH file");
+}
+
+/// Constants of the shader's decode: light = range * texel * S, with S the area specular of `windowed_sh` under the bands of the mip.
+struct CubemapConstants {
+    struct Mip {
+        double perceptualRoughness = 0, m = 0;
+        lighting::ShBands bands{1, 1, 1};
+    };
+    float range = 1;
+    std::string kernel = "beckmann";
+    std::vector<Mip> mips;
+    lighting::ShRgb windowedSh{};
+    lighting::ShBands window{1, 1, 1};
+    double windowLambda = 0, epsilon = 0;
+};
+template <class Fields, Is<CubemapConstants::Mip> Self>
+void describe(Fields& fields, Self& mip) {
+    fields.required("perceptual_roughness", mip.perceptualRoughness, "roughness by which an engine picks the mip");
+    fields.required("m", mip.m, "Beckmann roughness of the kernel: the square of perceptual_roughness");
+    fields.required("bands", mip.bands, "factors of SH bands 0, 1 and 2 under this kernel");
+}
+template <class Fields, Is<CubemapConstants> Self>
+void describe(Fields& fields, Self& constants) {
+    fields.required("range", constants.range, "factor of the stored texels");
+    fields.required("kernel", constants.kernel, "microfacet distribution of the prefilter");
+    fields.required("mips", constants.mips, "kernel of each mip");
+    fields.required("windowed_sh", constants.windowedSh, "SH of the denominator");
+    fields.required("window", constants.window, "window of the bands that keeps the denominator positive");
+    fields.required("window_lambda", constants.windowLambda, "lambda of that window; 0: none");
+    fields.required("epsilon", constants.epsilon, "least denominator, over its mean");
+}
+
+/// Cooks a probe.
 formats::Result<ActionOutcome> cookCubemap(const ActionContext& context);
-/// "lut". No input; parameters: lobe, normalization, view_count, roughness_count, minimum_m, maximum_m, view_axis, roughness_axis, f0 (the
-/// range that axes are chosen for), textures.
-formats::Result<ActionOutcome> cookTables(const ActionContext& context);
-
-/// "verify-cubemap", "verify-lut": upstream the cooked asset; parameters: max_error.
+/// Verifies a cooked cubemap against a brute-force prefilter of its source.
 formats::Result<ActionOutcome> verifyCubemap(const ActionContext& context);
-formats::Result<ActionOutcome> verifyTables(const ActionContext& context);
 
-/// By its name in the manifest; nothing for a name that is not among kLobeNames.
-std::optional<lighting::SpecularLobe> lobeOf(const std::string& name);
-
-Json toJson(const formats::ColorSpaces& colors);
-/// How an action reads its source. json   with members colors and repair
-formats::EnvironmentOptions environmentOptions(const Json& json, const Action& action);
+/// Returns the faults of a manifest's constants: an engine picks the mip by perceptual roughness, the kernel has its square.
+std::vector<formats::Error> checkCubemapConstants(const CookedAsset& asset);
 
 }  // namespace lightcook::pipeline

@@ -8,6 +8,7 @@
 
 #include "fit/light_search.h"
 #include "formats/color.h"
+#include "pipeline/assets/source_colors.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -30,14 +31,13 @@ Json dominantSplit(const TruthErrors& area, const TruthErrors& one, const TruthE
 
 }  // namespace
 
-Result<GroundTruth> GroundTruth::open(const ActionContext& context, const LightMapSource& bake, const Json& description) {
+Result<GroundTruth> GroundTruth::open(const ActionContext& context, const LightMapSource& bake, const formats::ColorSpaces& colorSpaces) {
     GroundTruth truth;
     const auto file = context.action.inputs.find(kGroundTruthRole);
     if (file == context.action.inputs.end()) return truth;
     auto values = formats::readShadingValues(file->second, bake.width(), bake.height());
     if (!values) return tl::make_unexpected(values.error());
-    const auto colors = formats::linearConversion(colorSpacesOf(description.at("color_source").get<std::string>(),
-                                                                description.at("color_working").get<std::string>(), context.action));
+    const auto colors = formats::linearConversion(withConfig(colorSpaces, context.action));
     if (!colors) return tl::make_unexpected(colors.error());
     if (!colors->isIdentity)
         for (ShadingValue& value : *values) value.value = glm::dmat3(colors->workingFromSource) * value.value;
@@ -47,41 +47,41 @@ Result<GroundTruth> GroundTruth::open(const ActionContext& context, const LightM
     return truth;
 }
 
-Result<std::span<const ShadingValue>> GroundTruth::within(const formats::LightMapStrip& band, int firstRow, int rowCount) const {
+Result<std::span<const ShadingValue>> GroundTruth::within(const formats::LightMapStrip& strip, int firstRow, int rowCount) const {
     const auto first = std::ranges::lower_bound(values_, firstRow, {}, &ShadingValue::y);
     const auto last = std::ranges::lower_bound(values_, firstRow + rowCount, {}, &ShadingValue::y);
     for (auto value = first; value != last; ++value)
-        if (band.covered.at(value->x, value->y - band.firstRow) == 0)
+        if (strip.covered.at(value->x, value->y - strip.firstRow) == 0)
             return failure(ErrorCode::WrongShape, fmt::format("{}, line {}", file_, value->line),
                            fmt::format("found texel ({}, {}) outside every chart, expected one inside", value->x, value->y));
     return std::span(first, last);
 }
 
-std::vector<verify::LightMapTruthPlace> lightMapPlaces(std::span<const ShadingValue> values, const formats::LightMapStrip& band,
+std::vector<verify::LightMapTruthPlace> lightMapPlaces(std::span<const ShadingValue> values, const formats::LightMapStrip& strip,
                                                        const formats::Image<lighting::ShRgb>& cooked, int firstRow) {
     std::vector<verify::LightMapTruthPlace> places;
     for (const ShadingValue& value : values) {
-        const int row = value.y - band.firstRow;
+        const int row = value.y - strip.firstRow;
         places.push_back(
-            {value, glm::dvec3(band.normal.at(value.x, row)), band.sh.at(value.x, row), cooked.at(value.x, value.y - firstRow)});
+            {value, glm::dvec3(strip.normal.at(value.x, row)), strip.sh.at(value.x, row), cooked.at(value.x, value.y - firstRow)});
     }
     return places;
 }
 
-std::vector<verify::DominantTruthPlace> dominantPlaces(std::span<const ShadingValue> values, const formats::LightMapStrip& band,
+std::vector<verify::DominantTruthPlace> dominantPlaces(std::span<const ShadingValue> values, const formats::LightMapStrip& strip,
                                                        const verify::DominantVerifier& verifier, const verify::DecodedDominantRows& texels,
                                                        bool hasAmbient) {
     std::vector<verify::DominantTruthPlace> places;
     for (const ShadingValue& value : values) {
         if (value.kind != ShadingValue::Kind::Specular) continue;
-        // Many values speak of one texel, and come one after the other.
+        // Values of one texel follow each other: its light is fitted once.
         if (!places.empty() && places.back().value.x == value.x && places.back().value.y == value.y) {
             places.push_back(places.back());
             places.back().value = value;
             continue;
         }
-        const int row = value.y - band.firstRow;
-        verify::DominantTruthPlace place{value, glm::dvec3(band.normal.at(value.x, row)), band.sh.at(value.x, row), {}, {}, {}};
+        const int row = value.y - strip.firstRow;
+        verify::DominantTruthPlace place{value, glm::dvec3(strip.normal.at(value.x, row)), strip.sh.at(value.x, row), {}, {}, {}};
         place.cooked = verifier.decode(texels, value.x, value.y);
         place.fitted = verifier.reference(place.baked, place.normal, place.cooked);
         const fit::TwoLights two = fit::bestTwoLights(place.baked, glm::normalize(place.fitted.direction), hasAmbient);

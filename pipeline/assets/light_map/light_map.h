@@ -1,45 +1,44 @@
-// Light maps: cook one in bands, open it again, verify it, give it back as a bake.
+// Light maps: cooked into the textures of a layout, and verified from the bytes on disk. docs/theory/layouts.md describes the layouts.
 #pragma once
 
-#include "formats/gpu_texture.h"
-#include "formats/light_map.h"
+#include <optional>
+
+#include "formats/target.h"
+#include "pipeline/assets/light_map/shading.h"
 #include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/textures.h"
 #include "pipeline/graph/action.h"
-#include "verify/light_map.h"
 
 namespace lightcook::pipeline {
 
-/// "light-map". Input "source", and "mesh" where the layout learns and the map has one; parameters: asset, description, layout, target,
-/// textures.
-formats::Result<ActionOutcome> cookLightMap(const ActionContext& context);
-/// "verify-light-map". Input "source"; upstream: the cooked light map; parameters: max_error, shading, samples.
-formats::Result<ActionOutcome> verifyLightMap(const ActionContext& context);
-
-/// Log-average luminance of a bake's exit radiance: the key of every error figure.
-formats::Result<double> surveyKey(LightMapSource& bake, const ActionContext& context);
-
-/// A cooked light map, opened from its manifest entry and the files beside it.
-class CookedLightMapReader {
-public:
-    static formats::Result<CookedLightMapReader> open(const std::filesystem::path& folder, const Json& asset,
-                                                      const verify::LightMapShading& shading, const verify::LightMapSampling& sampling,
-                                                      double key);
-    const verify::LightMapVerifier& verifier() const { return verifier_; }
-    int width() const { return width_; }
-    int height() const { return height_; }
-    /// Decoded texels from firstRow (a multiple of 16) on: at least rowCount rows, as far as the map has them.
-    formats::Result<verify::DecodedLightMapRows> read(int firstRow, int rowCount) const;
-
-private:
-    CookedLightMapReader(verify::LightMapVerifier verifier, int width, int height)
-        : verifier_(std::move(verifier)), width_(width), height_(height) {}
-    verify::LightMapVerifier verifier_;
-    std::vector<formats::TextureReader> textures_;
-    int width_, height_;
+/// Parameters of the cook action. Its inputs are "source", and "mesh" if the layout is learned and the map has a mesh.
+struct LightMapParameters {
+    formats::LightMapDescription description;
+    std::string layout;
+    formats::Target target = formats::Target::Bc;
+    TextureSettings textures;
 };
+template <class Fields, Is<LightMapParameters> Self>
+void describe(Fields& fields, Self& parameters) {
+    fields.required("description", parameters.description, "conventions of the light map");
+    fields.required("layout", parameters.layout, "layout");
+    fields.required("target", parameters.target, "target");
+    fields.required("textures", parameters.textures, "settings of the files");
+}
 
-/// What the materials shade with, as parameters.
-Json toJson(const verify::LightMapShading& shading);
-verify::LightMapShading shadingFromJson(const Json& json);
+/// Parameters of the verify action, beside max_error. Its inputs are "source" and optionally traced light.
+struct LightMapVerifyParameters {
+    verify::LightMapShading shading;
+    int samples = 1;  ///< random positions of each texel quad
+};
+template <class Fields, Is<LightMapVerifyParameters> Self>
+void describe(Fields& fields, Self& parameters) {
+    fields.required("shading", parameters.shading, "materials that are shaded");
+    fields.required("samples", parameters.samples, "random positions of each texel quad");
+}
+
+formats::Result<ActionOutcome> cookLightMap(const ActionContext& context);
+/// Verifies the shaded light of the cooked textures against the bake, at texels and between them, with a certified bound.
+formats::Result<ActionOutcome> verifyLightMap(const ActionContext& context);
 
 }  // namespace lightcook::pipeline

@@ -3,17 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
-#include <stdexcept>
 
 #include "formats/fireflies.h"
-#include "formats/light_map_conventions.h"
+#include "pipeline/assets/source_colors.h"
 
 namespace lightcook::pipeline {
 namespace {
 
-using formats::ErrorCode;
-using formats::failure;
 using formats::LightMapStrip;
 using formats::Result;
 
@@ -22,15 +18,6 @@ constexpr std::size_t kBytesPerTexel = sizeof(lighting::ShRgb) + sizeof(std::uin
 template <class T>
 void copyRows(formats::ImageView<const T> source, int sourceRow, formats::ImageView<T> out, int outRow, int count) {
     for (int y = 0; y < count; ++y) std::copy_n(source.row(sourceRow + y), source.width, out.row(outRow + y));
-}
-
-/// Returns the convention of a name in an action's parameters; throws for an unknown one.
-template <class Enum>
-Enum conventionAt(const Json& json, const char* key) {
-    const std::string name = json.at(key).get<std::string>();
-    const std::optional<Enum> convention = formats::conventionFromName<Enum>(name);
-    if (!convention) throw std::out_of_range("'" + name + "'");
-    return *convention;
 }
 
 }  // namespace
@@ -65,7 +52,7 @@ void LightMapSources::keep(LightMapSource& source, int index, std::size_t bytes)
     }
 }
 
-Result<std::shared_ptr<const LightMapStrip>> LightMapSource::band(int index) {
+Result<std::shared_ptr<const LightMapStrip>> LightMapSource::chunk(int index) {
     std::shared_ptr<Slot> slot;
     {
         const std::lock_guard lock(mutex_);
@@ -73,17 +60,17 @@ Result<std::shared_ptr<const LightMapStrip>> LightMapSource::band(int index) {
         if (!entry) entry = std::make_shared<Slot>();
         slot = entry;
     }
-    const std::lock_guard lock(slot->mutex);  // two threads that want one band decode it once
-    if (!slot->band) {
-        auto band = reader_.read(index * kBandRows, bandRows(index));
-        if (!band) return tl::make_unexpected(band.error());
+    const std::lock_guard lock(slot->mutex);  // two threads that ask for one chunk decode it once
+    if (!slot->chunk) {
+        auto chunk = reader_.read(index * kChunkRows, chunkRows(index));
+        if (!chunk) return tl::make_unexpected(chunk.error());
         if (fireflies_.limit > 0)
-            if (auto settled = formats::checkFireflies(*band, fireflies_.limit, fireflies_.repair, fireflies_.file); !settled)
-                return tl::make_unexpected(settled.error());
-        slot->band = std::make_shared<const LightMapStrip>(std::move(*band));
+            if (auto checked = formats::checkFireflies(*chunk, fireflies_.limit, fireflies_.repair, fireflies_.file); !checked)
+                return tl::make_unexpected(checked.error());
+        slot->chunk = std::make_shared<const LightMapStrip>(std::move(*chunk));
     }
-    owner_.keep(*this, index, kBytesPerTexel * static_cast<std::size_t>(width()) * static_cast<std::size_t>(bandRows(index)));
-    return slot->band;
+    owner_.keep(*this, index, kBytesPerTexel * static_cast<std::size_t>(width()) * static_cast<std::size_t>(chunkRows(index)));
+    return slot->chunk;
 }
 
 Result<LightMapStrip> LightMapSource::stripWithMargin(int index, int above, int below) {
@@ -95,7 +82,7 @@ Result<LightMapStrip> LightMapSource::stripWithMargin(int index, int above, int 
     result.covered = formats::Image<std::uint8_t>(width(), end - first);
     result.normal = formats::Image<glm::vec3>(width(), end - first);
     for (int row = first; row < end;) {
-        const auto source = band(row / kBandRows);
+        const auto source = chunk(row / kChunkRows);
         if (!source) return tl::make_unexpected(source.error());
         const int sourceRow = row - (*source)->firstRow;
         const int count = std::min((*source)->sh.height() - sourceRow, end - row);
@@ -110,9 +97,9 @@ Result<LightMapStrip> LightMapSource::stripWithMargin(int index, int above, int 
 Result<std::vector<BakedTexel>> coveredOfBlock(LightMapSource& bake, int x, int y) {
     constexpr int kSize = 4;
     std::vector<BakedTexel> texels;
-    const auto band = bake.band(y / kBandRows);
-    if (!band) return tl::make_unexpected(band.error());
-    const formats::LightMapStrip& rows = **band;
+    const auto chunk = bake.chunk(y / kChunkRows);
+    if (!chunk) return tl::make_unexpected(chunk.error());
+    const formats::LightMapStrip& rows = **chunk;
     for (int at = y; at < std::min(y + kSize, rows.firstRow + rows.sh.height()); ++at)
         for (int column = x; column < std::min(x + kSize, bake.width()); ++column) {
             const int row = at - rows.firstRow;
@@ -121,50 +108,13 @@ Result<std::vector<BakedTexel>> coveredOfBlock(LightMapSource& bake, int x, int 
     return texels;
 }
 
-Json toJson(const formats::LightMapDescription& description) {
-    return {{"bake", description.bake},
-            {"phase", formats::conventionName(description.phase)},
-            {"frame", formats::conventionName(description.frame)},
-            {"quantity", formats::conventionName(description.quantity)},
-            {"light_units", formats::conventionName(description.lightUnits)},
-            {"color_source", description.colors.source},
-            {"color_working", description.colors.working},
-            {"firefly_limit", description.fireflyLimit},
-            {"repair", description.repair}};
+Result<formats::LightMapDescription> descriptionOf(const CookedAsset& asset) {
+    return fromJson<formats::LightMapDescription>(asset.source.description.value_or(Json()), asset.name + ", source/description");
 }
 
-formats::ColorSpaces colorSpacesOf(const std::string& source, const std::string& working, const Action& action) {
-    const auto config = action.inputs.find(kColorConfigRole);
-    return {source, working, config == action.inputs.end() ? std::filesystem::path() : config->second};
-}
-
-namespace {
-
-/// The inverse of toJson.
-Result<formats::LightMapDescription> lightMapDescriptionFromJson(const Json& json, const Action& action) {
-    try {
-        formats::LightMapDescription description;
-        description.bake = json.at("bake").get<std::string>();
-        description.phase = conventionAt<formats::ShPhase>(json, "phase");
-        description.frame = conventionAt<formats::ShFrame>(json, "frame");
-        description.quantity = conventionAt<formats::ShQuantity>(json, "quantity");
-        description.lightUnits = conventionAt<formats::LightUnits>(json, "light_units");
-        description.colors = colorSpacesOf(json.at("color_source").get<std::string>(), json.at("color_working").get<std::string>(), action);
-        description.fireflyLimit = json.at("firefly_limit").get<double>();
-        description.repair = json.at("repair").get<bool>();
-        return description;
-    } catch (const std::exception& mistake) {
-        return failure(ErrorCode::FileUnreadable, action.asset,
-                       fmt::format("found {}, expected a light map's description", mistake.what()));
-    }
-}
-
-}  // namespace
-
-Result<LightMapSource*> openLightMap(const ActionContext& context, const Json& description) {
-    const auto read = lightMapDescriptionFromJson(description, context.action);
-    if (!read) return tl::make_unexpected(read.error());
-    return context.lightMaps.open(context.action.inputs.at("source"), *read);
+Result<LightMapSource*> openLightMap(const ActionContext& context, formats::LightMapDescription description) {
+    description.colors = withConfig(description.colors, context.action);
+    return context.shared.get<LightMapSources>().open(context.action.inputs.at("source"), description);
 }
 
 }  // namespace lightcook::pipeline

@@ -1,4 +1,4 @@
-// Light maps as actions read them: in bands, with the rows around a band, and without decoding the same tiles for each action again.
+// Light maps as actions read them: in strips, with the rows around a strip, and without decoding the same tiles for each action again.
 #pragma once
 
 #include <algorithm>
@@ -10,38 +10,40 @@
 
 #include "formats/light_map.h"
 #include "pipeline/graph/action.h"
+#include "pipeline/json/enum_names.h"
+#include "pipeline/manifest/cooked_asset.h"
 
 namespace lightcook::pipeline {
 
-/// Rows that are read together: one row of the usual tiles, and a whole number of blocks of every format.
-inline constexpr int kBandRows = 64;
-/// Texels that are worked on together, at most: maps too wide for it are worked on in strips, parts of a band.
+/// Rows of a chunk, which is read and kept as a whole: one row of the usual tiles, and a whole number of blocks of every format.
+inline constexpr int kChunkRows = 64;
+/// Largest number of texels of a strip, which is the work of one task: the strips of a wide map are parts of a chunk.
 inline constexpr int kStripTexels = 1 << 18;
 
 class LightMapSources;
 
-/// One map, open. Safe from several threads.
+/// An open light map. Its functions may be called from several threads.
 class LightMapSource {
 public:
     int width() const { return reader_.width(); }
     int height() const { return reader_.height(); }
-    int bandCount() const { return (height() + kBandRows - 1) / kBandRows; }
+    int chunkCount() const { return (height() + kChunkRows - 1) / kChunkRows; }
     glm::vec3 luminanceWeights() const { return reader_.luminanceWeights(); }
 
-    /// Band `index`, rows [index * kBandRows, ...).
-    formats::Result<std::shared_ptr<const formats::LightMapStrip>> band(int index);
-    int bandRows(int index) const { return std::min(kBandRows, height() - index * kBandRows); }
+    /// Returns the rows [index * kChunkRows, ...), decoded once however many actions ask.
+    formats::Result<std::shared_ptr<const formats::LightMapStrip>> chunk(int index);
+    int chunkRows(int index) const { return std::min(kChunkRows, height() - index * kChunkRows); }
 
-    /// Strips have 64, 32 or 16 rows, by the map's width: encoding and verifying take several times what a texel takes as it was read.
+    /// Strips have 64, 32 or 16 rows, by the map's width: encoding and verifying take several times the memory of the rows themselves.
     int stripCount() const { return (height() + stripHeight() - 1) / stripHeight(); }
     int stripFirstRow(int index) const { return index * stripHeight(); }
     int stripRows(int index) const { return std::min(stripHeight(), height() - stripFirstRow(index)); }
-    /// The rows of strip `index` and up to `above` and `below` more, as far as the map has them.
+    /// Returns the rows of a strip and up to `above` and `below` more, as far as the map has them.
     formats::Result<formats::LightMapStrip> stripWithMargin(int index, int above, int below);
 
 private:
     friend class LightMapSources;
-    /// What becomes of stray samples, band by band.
+    /// Check of each chunk for fireflies.
     struct Fireflies {
         std::string file;
         double limit;
@@ -50,13 +52,13 @@ private:
     LightMapSource(LightMapSources& owner, formats::LightMapReader reader, Fireflies fireflies)
         : owner_(owner), reader_(std::move(reader)), fireflies_(std::move(fireflies)) {}
     int stripHeight() const {
-        int rows = kBandRows;
+        int rows = kChunkRows;
         while (rows > 16 && rows * width() > kStripTexels) rows /= 2;
         return rows;
     }
     struct Slot {
         std::mutex mutex;
-        std::shared_ptr<const formats::LightMapStrip> band;
+        std::shared_ptr<const formats::LightMapStrip> chunk;
     };
 
     LightMapSources& owner_;
@@ -66,13 +68,13 @@ private:
     std::map<int, std::shared_ptr<Slot>> slots_;
 };
 
-/// The maps that a cook has open: each once, however many actions read it, and the decoded bands that were used last.
+/// The light maps that a cook has open, each once for all its actions, with the chunks that were used last.
 class LightMapSources {
 public:
-    /// The map stays open as long as this does.
+    /// Opens a map, or returns it if it is open. It stays open as long as this object lives.
     formats::Result<LightMapSource*> open(const std::filesystem::path& file, const formats::LightMapDescription& description);
 
-    /// Decoded bands that are kept, of all maps together [bytes]: a 1024 x 1024 map whole, a larger one in part.
+    /// Decoded chunks that are kept, of all maps together [bytes]: all of a 1024 x 1024 map, part of a larger one.
     static constexpr std::size_t kKeptBytes = std::size_t{192} << 20;
 
 private:
@@ -82,7 +84,7 @@ private:
         int index;
         std::size_t bytes;
     };
-    /// A band was used: the least recently used ones go where it takes the total over the limit.
+    /// Notes that a chunk was used, and drops the least recently used ones beyond the limit.
     void keep(LightMapSource& source, int index, std::size_t bytes);
 
     std::mutex mutex_;
@@ -97,17 +99,26 @@ struct BakedTexel {
     lighting::ShRgb sh{};
     glm::vec3 normal{0};
 };
-/// The covered texels of a 4 x 4 block, from (x, y) on.
+/// Returns the covered texels of the 4 x 4 block whose first texel is (x, y).
 formats::Result<std::vector<BakedTexel>> coveredOfBlock(LightMapSource& bake, int x, int y);
 
-/// Input of an action whose colours are converted by a configuration of the scene's own.
-inline constexpr const char* kColorConfigRole = "color_config";
+/// Fields of [[light_map]] as parameters of an action, and as the manifest states them.
+template <class Fields, Is<formats::LightMapDescription> Self>
+void describe(Fields& fields, Self& description) {
+    fields.required("bake", description.bake, "bake format of the file, or auto");
+    fields.required("phase", description.phase, "sign convention of the SH basis");
+    fields.required("frame", description.frame, "frame of the coefficients");
+    fields.required("quantity", description.quantity, "radiance or irradiance");
+    fields.required("light_units", description.lightUnits, "radiometric or game");
+    fields.required("color_source", description.colors.source, "colour space of the file");
+    fields.required("color_working", description.colors.working, "colour space of the cooked textures");
+    fields.required("firefly_limit", description.fireflyLimit, "brightness over the neighbours at which a texel is a firefly; 0: none is");
+    fields.required("repair", description.repair, "true if faults are repaired instead of refused");
+}
 
-/// [[light_map]]'s facts as parameters of an action.
-Json toJson(const formats::LightMapDescription& description);
-/// The action's input "source", read as `description` (toJson of one) says; open as long as the cook.
-formats::Result<LightMapSource*> openLightMap(const ActionContext& context, const Json& description);
-/// The colour spaces of some JSON; a configuration file is an input of the action, so that its content counts and the file may move.
-formats::ColorSpaces colorSpacesOf(const std::string& source, const std::string& working, const Action& action);
+/// Returns how the light map of a cooked asset is read.
+formats::Result<formats::LightMapDescription> descriptionOf(const CookedAsset& asset);
+/// Opens the action's input "source". It stays open as long as the cook.
+formats::Result<LightMapSource*> openLightMap(const ActionContext& context, formats::LightMapDescription description);
 
 }  // namespace lightcook::pipeline

@@ -1,4 +1,4 @@
-// How much light the glossy lobes of the tables meet, band by band: what their error is worth on the light of a real map.
+// Second moments of light and of specular kernels: from them follows the error that specular tables cause under the light of a real map.
 //
 // In the frame of a view (z along the normal, the view above x) area specular is T . c, with T of the tables (f0 C + (1 - f0) D, nothing at
 // coefficients 1, 4, 5) and c the incident coefficients. Over views all around the normal, its mean square is a sum of ten products: of
@@ -14,10 +14,10 @@
 
 namespace lightcook::pipeline {
 
-/// Means of products 00, 22, 66, 02, 06, 26, 33, 77, 37, 88 of coefficients.
+/// Means of the products 00, 22, 66, 02, 06, 26, 33, 77, 37, 88 of coefficients.
 using Moments = std::array<double, 10>;
 
-/// Of light around normals, averaged over azimuth and colour channels.
+/// Moments of the light around normals, averaged over azimuth and colour channels.
 class LightMoments {
 public:
     /// incident  world frame; normal: unit
@@ -31,13 +31,13 @@ private:
     double texels_ = 0;
 };
 
-/// Of the kernels that tables hold: as they should be, and of their error.
+/// Moments of the kernels of some tables, and of the errors of these kernels.
 struct TableMoments {
     Moments reference{}, error{};
 };
 TableMoments tableMoments(const std::vector<verify::LutResult>& kernels, const std::vector<double>& f0);
 
-/// Mean square of T . c.
+/// Returns the mean square of T . c.
 double meanSquare(const Moments& table, const Moments& light);
 
 }  // namespace lightcook::pipeline

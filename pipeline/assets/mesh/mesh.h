@@ -1,19 +1,68 @@
-// Meshes: what their materials need, and the same mesh quantized for the engine.
+// Meshes: the same mesh with quantized vertices for the engine, and the needs of its materials.
 #pragma once
 
+#include <string>
+#include <vector>
+
+#include "formats/gltf_scene.h"
+#include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/action.h"
+#include "pipeline/json/json_fields.h"
+#include "pipeline/manifest/cooked_asset.h"
 
 namespace lightcook::pipeline {
 
 /// Input of an action that reads a mesh.
 inline constexpr const char* kMeshRole = "mesh";
 
-/// "materials". Input "mesh": the needs of each material, as facts.
+/// Parameters of the cook action. Its inputs are "mesh", and "source" (the light map) where it chooses bits. It depends on the light map
+/// where bases are learned: vertices name their clusters.
+struct MeshParameters {
+    formats::LightMapDescription description;
+    bool draco = true;
+    double maxError = 0;  ///< of the light map: a mesh may use a part of it
+};
+template <class Fields, Is<MeshParameters> Self>
+void describe(Fields& fields, Self& parameters) {
+    fields.required("description", parameters.description, "conventions of the light map");
+    fields.required("draco", parameters.draco, "true for Draco compression");
+    fields.required("max_error", parameters.maxError, "limit of the light map");
+}
+
+/// Needs of one material of a mesh.
+struct MaterialRecord {
+    std::string name;
+    bool hasNormalMap = false, isSpecular = true;
+    std::array<double, 2> m{}, f0{};
+};
+template <class Fields, Is<MaterialRecord> Self>
+void describe(Fields& fields, Self& material) {
+    fields.required("name", material.name, "name of the material");
+    fields.required("normal_map", material.hasNormalMap, "true if it has a normal map");
+    fields.required("specular", material.isSpecular, "true if it is specular");
+    fields.required("m", material.m, "range of the Beckmann roughness");
+    fields.required("f0", material.f0, "range of the reflectance at normal incidence");
+}
+
+/// Result of action "materials".
+struct MaterialsResult {
+    std::uint64_t mostBytesGpu = 0;  ///< upper bound of the bytes that the cooked mesh adds
+    std::vector<MaterialRecord> materials;
+};
+template <class Fields, Is<MaterialsResult> Self>
+void describe(Fields& fields, Self& result) {
+    fields.required("most_bytes_gpu", result.mostBytesGpu, "upper bound of the bytes that the cooked mesh adds");
+    fields.required("materials", result.materials, "materials of the mesh");
+}
+
+/// Action "materials" reads the needs of each material. Its input is "mesh".
 formats::Result<ActionOutcome> readMaterials(const ActionContext& context);
-/// "mesh". Input "mesh"; parameters: description, draco; upstream: the light map where its bases are learned, for the vertices' clusters.
 formats::Result<ActionOutcome> cookMesh(const ActionContext& context);
-/// "verify-mesh". Inputs "mesh" and "source" (the light map); upstream: the cooked mesh, and the light map again; parameters: max_error,
-/// description.
+/// Verifies how far quantization moved vertices, and what that changes of the light map's shading. Its inputs are "mesh" and "source"; it
+/// depends on the light map again.
 formats::Result<ActionOutcome> verifyMesh(const ActionContext& context);
+
+/// Returns the clusters of a light map with learned bases.
+formats::Result<formats::ClusterMap> clusterMapOf(const CookedAsset& lightMap);
 
 }  // namespace lightcook::pipeline

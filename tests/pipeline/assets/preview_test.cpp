@@ -11,10 +11,10 @@ namespace {
 
 formats::Image<glm::vec4> differenceOf(const Preview& preview) {
     const formats::TemporaryFolder folder;
-    ActionOutcome outcome;
-    EXPECT_TRUE(preview.write(folder / "", "map", outcome).has_value());
-    EXPECT_EQ(outcome.files.size(), 3u);
-    auto picture = formats::readImage(folder / "preview/map_difference.png");
+    const auto files = preview.write(folder / "", "map");
+    EXPECT_TRUE(files.has_value());
+    EXPECT_EQ(files->difference, "preview/map_difference.png");
+    auto picture = formats::readImage(folder / files->difference);
     return std::move(picture->texels);
 }
 

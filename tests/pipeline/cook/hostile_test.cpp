@@ -5,7 +5,7 @@
 #include "pipeline/graph/cache.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
-#include "pipeline/manifest/json_shape.h"
+#include "pipeline/json/json.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 #include "tests/pipeline/small_scene.h"
@@ -339,7 +339,7 @@ protected:
 TEST_F(EditedJson, AManifestOfAnyShapeIsVerifiedOrRefused) {
     int refused = 0;
     forEachEdit(kManifestName, [&] {
-        const auto manifest = readManifest(scene_ / "out");
+        const auto manifest = loadManifest(scene_ / "out");
         if (!manifest) {
             ++refused;
             EXPECT_THAT(manifest.error().line(), HasSubstr("expected"));

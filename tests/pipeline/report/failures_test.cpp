@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "pipeline/manifest/json_shape.h"
+#include "pipeline/json/json.h"
 #include "pipeline/report/ci_report.h"
 #include "pipeline/report/failures.h"
 #include "pipeline/report/report.h"

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "pipeline/assets/asset_kind.h"
 #include "pipeline/cook/plan.h"
 
 namespace lightcook::pipeline {

@@ -101,12 +101,12 @@ TEST(GroundTruthValues, OutsideEveryChartThereIsNothingToCompare) {
     const SmallScene scene(Parts::LightMap);
     formats::writeContent(scene / "truth.csv", kHead + "4,5,lambert,0,0,0,0,1,1,1,1\n6,9,lambert,0,0,0,0,1,1,1,1\n");
     const formats::LightMapDescription description;
-    LightMapSources sources;
-    const auto bake = sources.open(scene / "map.exr", description);
+    SharedObjects shared;
+    const auto bake = shared.get<LightMapSources>().open(scene / "map.exr", description);
     ASSERT_TRUE(bake.has_value());
     const Action action{"", "", "map", {}, {{kGroundTruthRole, scene / "truth.csv"}}, {}};
     const RunState state;
-    const auto truth = GroundTruth::open({action, {}, {}, {}, sources, state}, **bake, toJson(description));
+    const auto truth = GroundTruth::open({action, {}, {}, {}, shared, state}, **bake, description.colors);
     ASSERT_TRUE(truth.has_value()) << truth.error().line();
     formats::LightMapStrip band = *(*bake)->stripWithMargin(0, 0, 0);
     EXPECT_EQ(truth->within(band, 0, 9)->size(), 1u);

@@ -1,10 +1,8 @@
-// Naming the error or the bytes instead of the layout.
+// Layouts chosen by an error or a budget.
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <random>
 
-#include "pipeline/assets/light_map/planner.h"
 #include "pipeline/cook/cook.h"
 #include "tests/pipeline/small_scene.h"
 
@@ -16,69 +14,6 @@ using Parts = SmallScene::Parts;
 Outcome cook(const CookOptions& options) {
     const RunState state;
     return cookScene(options, state);
-}
-
-LightMapCandidates randomCandidates(std::mt19937& random, int maps) {
-    LightMapCandidates candidates;
-    for (int map = 0; map < maps; ++map)
-        for (int i = 0; i < 5; ++i)
-            candidates["map" + std::to_string(map)].push_back(
-                {"layout" + std::to_string(i), 100 + random() % 1000, static_cast<double>(1 + random() % 50) / 1000});
-    return candidates;
-}
-
-struct Worth {
-    double error = 0;
-    std::uint64_t bytes = 0;
-};
-Worth worthOf(const LightMapCandidates& candidates, const std::map<std::string, std::string>& layouts) {
-    Worth worth;
-    for (const auto& [map, layout] : layouts) {
-        const LightMapCandidate& chosen = *std::ranges::find(candidates.at(map), layout, &LightMapCandidate::layout);
-        worth.error = std::max(worth.error, chosen.error);
-        worth.bytes += chosen.bytes;
-    }
-    return worth;
-}
-/// Every combination of layouts.
-std::vector<Worth> allWorths(const LightMapCandidates& candidates) {
-    std::vector<Worth> worths = {{}};
-    for (const auto& [map, each] : candidates) {
-        std::vector<Worth> longer;
-        for (const Worth& worth : worths)
-            for (const LightMapCandidate& candidate : each)
-                longer.push_back({std::max(worth.error, candidate.error), worth.bytes + candidate.bytes});
-        worths = std::move(longer);
-    }
-    return worths;
-}
-
-TEST(Allocation, FindsWhatTryingEveryCombinationFinds) {
-    std::mt19937 random(3);
-    for (int round = 0; round < 200; ++round) {
-        const LightMapCandidates candidates = randomCandidates(random, 1 + static_cast<int>(random() % 4));
-        const std::vector<Worth> all = allWorths(candidates);
-        const double maxError = static_cast<double>(random() % 60) / 1000;
-        const std::uint64_t budget = 200 + random() % 4000;
-        std::uint64_t fewestBytes = ~std::uint64_t{0};
-        double leastError = 1e30;
-        for (const Worth& worth : all) {
-            if (worth.error <= maxError) fewestBytes = std::min(fewestBytes, worth.bytes);
-            if (worth.bytes <= budget) leastError = std::min(leastError, worth.error);
-        }
-        const Worth small = worthOf(candidates, smallestWithin(candidates, maxError));
-        if (fewestBytes != ~std::uint64_t{0}) {
-            EXPECT_LE(small.error, maxError);
-            EXPECT_EQ(small.bytes, fewestBytes);
-        }
-        const Worth good = worthOf(candidates, bestWithin(candidates, budget));
-        if (leastError < 1e30) {
-            EXPECT_LE(good.bytes, budget);
-            EXPECT_EQ(good.error, leastError);
-        } else {
-            EXPECT_EQ(good.bytes, std::ranges::min_element(all, {}, &Worth::bytes)->bytes);
-        }
-    }
 }
 
 const Json& rowOf(const Outcome& outcome, const std::string& name) {

@@ -7,7 +7,7 @@
 #include "formats/gltf_scene.h"
 #include "formats/image/exr_file.h"
 #include "pipeline/graph/digest.h"
-#include "pipeline/manifest/json_shape.h"
+#include "pipeline/json/json.h"
 #include "pipeline/manifest/manifest.h"
 #include "tests/pipeline/sealed_folder.h"
 #include "tests/pipeline/small_scene.h"

@@ -1,0 +1,50 @@
+// Kinds of assets that a scene is cooked into. One row for each kind; a kind's cook and verification lie together in assets/<kind>/. A kind
+// has one name in scene file, commands, manifest and report.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipeline/graph/action.h"
+#include "pipeline/json/json_fields.h"
+
+namespace lightcook::pipeline {
+
+enum class AssetKind { LightMap, Dominant, Cubemap, Lut, Rsrm, Mesh };
+
+/// Conventions of the shared shaders that a manifest states for an asset, and that contract.cpp holds it to. Empty: the kind has no such
+/// member.
+struct AssetConventions {
+    std::string_view units, phase, frame;
+};
+
+struct AssetKindInfo {
+    AssetKind id;
+    std::string_view name;      ///< "light-map"
+    std::string_view caption;   ///< one line for help texts, reports and documents
+    std::string_view quantity;  ///< stored in the textures
+    AssetConventions conventions;
+    std::string_view filter;                    ///< that its textures are sampled and verified with: linear or trilinear
+    bool isHeldToMaxError;                      ///< by `max_error`; else by the limit of converters, see OutputSettings
+    ActionFunction cook, verify;                ///< actions "<name>" and "verify-<name>"
+    std::vector<std::string> (*fileEndings)();  ///< of its files' names, after the asset's name: "_l0"
+};
+
+/// Returns every kind, in the order of the enumeration.
+std::span<const AssetKindInfo> allAssetKinds();
+const AssetKindInfo& info(AssetKind kind);
+std::optional<AssetKind> assetKindFromName(std::string_view name);
+
+template <>
+struct EnumNames<AssetKind> {
+    static std::vector<std::string> all();
+};
+
+/// Returns the function of an action kind: of each asset kind "<name>" and "verify-<name>", and of the actions before a plan. An unknown
+/// kind gets a function that fails.
+ActionFunction actionFunction(const std::string& kind);
+
+}  // namespace lightcook::pipeline

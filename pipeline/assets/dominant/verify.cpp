@@ -1,0 +1,282 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <optional>
+
+#include "pipeline/assets/dominant/dominant.h"
+#include "pipeline/assets/light_map/ground_truth.h"
+#include "pipeline/assets/light_map/survey.h"
+#include "pipeline/assets/preview.h"
+#include "pipeline/assets/verification.h"
+#include "pipeline/graph/parallel_for.h"
+#include "shaders/lightcook_cpp.h"
+#include "verify/block_errors.h"
+#include "verify/dominant.h"
+#include "verify/texture_unit.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::Image;
+using formats::Result;
+
+/// Decodes rows of a texture, from firstRow (a multiple of the block height) on: at least rowCount, as far as the map has them.
+Result<Image<glm::vec4>> readRows(const formats::TextureReader& texture, int firstRow, int rowCount) {
+    const formats::TextureShape& shape = texture.shape();
+    const int blockHeight = formats::info(shape.format).blockHeight;
+    const int blockRows = formats::blocksDown(shape.format, std::min(rowCount, shape.height - firstRow));
+    Image<glm::vec4> rows(shape.width, std::min(blockRows * blockHeight, shape.height - firstRow));
+    std::vector<std::byte> blocks(formats::bytesPerBlockRow(shape.format, shape.width) * static_cast<std::size_t>(blockRows));
+    if (auto read = texture.readBlockRows({}, firstRow / blockHeight, blocks); !read) return tl::make_unexpected(read.error());
+    verify::decodeRows(shape.format, blocks, rows.view());
+    return rows;
+}
+
+verify::DominantFit dominantFitOf(const std::string& name) {
+    if (name == "refined") return verify::DominantFit::Refined;
+    if (name == "explained") return verify::DominantFit::Explained;
+    return name == "refined-ambient" ? verify::DominantFit::RefinedAmbient : verify::DominantFit::Closed;
+}
+
+/// Returns the exit radiance of a white Lambert surface under one dominant light.
+glm::vec3 litBy(const glm::vec3& direction, const glm::vec3& intensity, const glm::vec3& normal) {
+    const float cosine = std::max(glm::dot(normal, shaders::lcDominantDirection(direction, normal)), 0.0f);
+    return cosine / std::numbers::pi_v<float> * intensity;
+}
+
+/// Squared errors of direction vectors, without and with the residual texture.
+struct ResidualGain {
+    double coarse = 0, fine = 0;
+    void add(const glm::dvec3& truth, const glm::dvec3& first, const glm::dvec3& both) {
+        coarse += glm::dot(first - truth, first - truth);
+        fine += glm::dot(both - truth, both - truth);
+    }
+    void merge(const ResidualGain& other) {
+        coarse += other.coarse;
+        fine += other.fine;
+    }
+};
+
+/// Adds the error of a light to its block. A light counts as three vectors, one a channel: intensity times direction.
+void addLight(const verify::DominantLightSample& truth, const verify::DominantLightSample& seen, int x, int y,
+              verify::BlockErrors& blocks) {
+    const auto unit = [](const glm::dvec3& v) { return glm::length(v) > 0 ? glm::normalize(v) : v; };
+    double error = 0, reference = 0;
+    for (int channel = 0; channel < 3; ++channel) {
+        const glm::dvec3 difference = seen.intensity[channel] * unit(seen.direction) - truth.intensity[channel] * unit(truth.direction);
+        error += glm::dot(difference, difference);
+        reference += truth.intensity[channel] * truth.intensity[channel];
+    }
+    blocks.add(x, y, error, reference);
+}
+
+/// The textures of a cooked dominant light.
+struct DominantTextures {
+    formats::TextureReader direction, intensity;
+    std::optional<formats::TextureReader> residual;
+};
+
+Result<DominantTextures> openTextures(const ActionContext& context, const CookedAsset& asset, const DominantConstants& constants,
+                                      const LightMapSource& bake) {
+    auto direction = openTexture(context.upstreamFolder, asset, "direction");
+    if (!direction) return tl::make_unexpected(direction.error());
+    auto intensity = openTexture(context.upstreamFolder, asset, "intensity");
+    if (!intensity) return tl::make_unexpected(intensity.error());
+    DominantTextures textures{std::move(*direction), std::move(*intensity), {}};
+    if (constants.residualScale != 0) {
+        auto residual = openTexture(context.upstreamFolder, asset, "residual");
+        if (!residual) return tl::make_unexpected(residual.error());
+        textures.residual = std::move(*residual);
+    }
+    for (const formats::TextureReader* texture :
+         {&textures.direction, &textures.intensity, textures.residual ? &*textures.residual : &textures.direction})
+        if (texture->shape().width != bake.width() || texture->shape().height != bake.height())
+            return failure(ErrorCode::Verification, context.action.asset,
+                           fmt::format("found textures of {} x {} texels, expected {} x {} as the source", texture->shape().width,
+                                       texture->shape().height, bake.width(), bake.height()));
+    return textures;
+}
+
+/// Some rows of the textures, decoded.
+struct DecodedRows {
+    verify::DecodedDominantRows rows;       ///< as the shader reads them, with the residual
+    std::vector<glm::vec4> firstDirection;  ///< stored direction without the residual
+};
+
+Result<DecodedRows> decodeRows(const DominantTextures& textures, const DominantConstants& constants, int firstRow, int rowCount) {
+    auto directions = readRows(textures.direction, firstRow, rowCount);
+    if (!directions) return tl::make_unexpected(directions.error());
+    std::vector<glm::vec4> firstDirection(directions->texels().begin(), directions->texels().end());
+    if (textures.residual) {
+        const auto residual = readRows(*textures.residual, firstRow, rowCount);
+        if (!residual) return tl::make_unexpected(residual.error());
+        for (std::size_t i = 0; i < residual->texels().size(); ++i)
+            directions->texels()[i] =
+                glm::vec4(shaders::lcDominantStored(glm::vec3(directions->texels()[i]), glm::vec3(residual->texels()[i]),
+                                                    constants.residualScale, constants.residualCentre),
+                          1.0f);
+    }
+    auto intensities = readRows(textures.intensity, firstRow, rowCount);
+    if (!intensities) return tl::make_unexpected(intensities.error());
+    return DecodedRows{{firstRow, std::move(*directions), std::move(*intensities)}, std::move(firstDirection)};
+}
+
+/// Errors of some strips.
+struct DominantPart {
+    verify::DominantErrors errors;
+    verify::BlockErrors blocks;
+    ResidualGain gain;
+    std::vector<verify::DominantTruthPlace> truthPlaces;
+    void merge(const DominantPart& other) {
+        errors.merge(other.errors);
+        blocks.merge(other.blocks);
+        gain.merge(other.gain);
+        truthPlaces.insert(truthPlaces.end(), other.truthPlaces.begin(), other.truthPlaces.end());
+    }
+};
+
+/// Compares a cooked dominant light with the bake, strip by strip.
+class DominantComparison {
+public:
+    DominantComparison(LightMapSource& bake, const DominantTextures& textures, const DominantConstants& constants,
+                       const verify::CookedDominant& map, const verify::DominantShading& shading, const GroundTruth& groundTruth,
+                       double key)
+        : bake_(bake),
+          textures_(textures),
+          constants_(constants),
+          map_(map),
+          groundTruth_(groundTruth),
+          key_(key),
+          verifier_(map, shading, bake.luminanceWeights(), key),
+          preview_(bake.width(), bake.height(), key),
+          blockStep_(map.fit == verify::DominantFit::Closed ? 1 : 2) {}
+
+    Result<DominantPart> compare(const ActionContext& context) {
+        DominantPart whole{verify::DominantErrors(key_), verify::BlockErrors(bake_.width(), 0), {}, {}};
+        const auto compared = foldInOrder<DominantPart>(
+            bake_.stripCount(), context, "verify " + context.action.asset, [&](int index) { return compareStrip(index); },
+            [&](const DominantPart& part) { whole.merge(part); });
+        if (!compared) return tl::make_unexpected(compared.error());
+        return whole;
+    }
+    const Preview& preview() const { return preview_; }
+
+private:
+    Result<DominantPart> compareStrip(int index) {
+        const int firstRow = bake_.stripFirstRow(index), rowCount = bake_.stripRows(index);
+        DominantPart part{verify::DominantErrors(key_), verify::BlockErrors(bake_.width(), rowCount, firstRow), {}, {}};
+        const auto reference = bake_.stripWithMargin(index, 0, 1);
+        if (!reference) return tl::make_unexpected(reference.error());
+        const auto cooked = decodeRows(textures_, constants_, firstRow, rowCount + 1);
+        if (!cooked) return tl::make_unexpected(cooked.error());
+        for (int y = 0; y < rowCount; ++y)
+            for (int x = 0; x < map_.width; ++x)
+                if (isCompared(*reference, x, y, firstRow)) compareTexel(*reference, *cooked, x, y, firstRow, part);
+        part.errors = verifier_.verifyRows(cooked->rows, *reference, firstRow, rowCount);
+        const auto traced = groundTruth_.within(*reference, firstRow, rowCount);
+        if (!traced) return tl::make_unexpected(traced.error());
+        part.truthPlaces = dominantPlaces(*traced, *reference, verifier_, cooked->rows, map_.fit == verify::DominantFit::RefinedAmbient);
+        return part;
+    }
+
+    /// A refined reference costs a search for each texel: four of the sixteen texels of a block are enough to find its faults.
+    bool isCompared(const formats::LightMapStrip& reference, int x, int y, int firstRow) const {
+        if (reference.covered.at(x, y) == 0) return false;
+        return preview_.shows(x, firstRow + y) || (x % blockStep_ == 0 && y % blockStep_ == 0);
+    }
+
+    void compareTexel(const formats::LightMapStrip& reference, const DecodedRows& cooked, int x, int y, int firstRow, DominantPart& part) {
+        const glm::vec3 normal = reference.normal.at(x, y);
+        const auto seen = verifier_.decode(cooked.rows, x, firstRow + y);
+        const auto truth = verifier_.reference(reference.sh.at(x, y), glm::dvec3(normal), seen);
+        addLight(truth, seen, x, firstRow + y, part.blocks);
+        const glm::vec3 stored(cooked.firstDirection[static_cast<std::size_t>(y * map_.width + x)]);
+        part.gain.add(truth.direction, map_.directionScale * stored + map_.directionBias, seen.direction);
+        const glm::vec3 lit = litBy(glm::vec3(truth.direction), glm::vec3(truth.intensity), normal);
+        const glm::vec3 litAsSeen = litBy(glm::vec3(seen.direction), glm::vec3(seen.intensity), normal);
+        preview_.set(x, firstRow + y, lit, litAsSeen);
+    }
+
+    LightMapSource& bake_;
+    const DominantTextures& textures_;
+    const DominantConstants& constants_;
+    const verify::CookedDominant& map_;
+    const GroundTruth& groundTruth_;
+    double key_;
+    verify::DominantVerifier verifier_;
+    Preview preview_;
+    int blockStep_;  ///< of the texels that are compared for blocks
+};
+
+/// Returns the faults of a comparison: a block that is too far off, or a residual texture that makes directions worse.
+std::vector<verify::Violation> violationsOf(const DominantPart& whole, bool hasResidual, double maxError, LightMapSource& bake) {
+    std::vector<verify::Violation> violations;
+    if (const auto block = checkBlocks(whole.blocks, "", maxError, violations))
+        if (const auto texels = coveredOfBlock(bake, block->x, block->y); texels && !texels->empty()) {
+            verify::ErrorPlace& at = violations.back().at;
+            at.x = texels->front().x;
+            at.y = texels->front().y;
+            at.channel = -1;
+            at.normal = glm::dvec3(texels->front().normal);
+        }
+    const ResidualGain& gain = whole.gain;
+    if (hasResidual && gain.fine > 1.05 * gain.coarse)
+        violations.push_back({"texture residual", fmt::format("a squared error of directions of {:.3g}", gain.fine),
+                              fmt::format("no more than without it ({:.3g}): it belongs to something else", gain.coarse)});
+    return violations;
+}
+
+}  // namespace
+
+Result<ActionOutcome> verifyDominant(const ActionContext& context) {
+    const Stopwatch watch;
+    const auto asset = upstreamAsset(context);
+    if (!asset) return tl::make_unexpected(asset.error());
+    const auto maxError = maxErrorOf(context);
+    if (!maxError) return tl::make_unexpected(maxError.error());
+    const auto parameters = parametersOf<DominantVerifyParameters>(context);
+    if (!parameters) return tl::make_unexpected(parameters.error());
+    const auto constants = fromJson<DominantConstants>(asset->constants.value_or(Json()), asset->name + ", constants");
+    if (!constants) return tl::make_unexpected(constants.error());
+    const auto description = descriptionOf(*asset);
+    if (!description) return tl::make_unexpected(description.error());
+    const auto source = openLightMap(context, *description);
+    if (!source) return tl::make_unexpected(source.error());
+    LightMapSource& bake = **source;
+    const auto textures = openTextures(context, *asset, *constants, bake);
+    if (!textures) return tl::make_unexpected(textures.error());
+    const auto key = surveyKey(bake, context);
+    if (!key) return tl::make_unexpected(key.error());
+    const auto groundTruth = GroundTruth::open(context, bake, description->colors);
+    if (!groundTruth) return tl::make_unexpected(groundTruth.error());
+
+    const verify::CookedDominant map{constants->directionScale,
+                                     constants->directionBias,
+                                     constants->intensityRange,
+                                     bake.width(),
+                                     bake.height(),
+                                     dominantFitOf(asset->fit.value_or("closed"))};
+    const verify::LightMapShading& materials = parameters->shading;
+    const verify::DominantShading shading{materials.m, materials.f0, materials.viewCount, verify::dominantStride(map.width, map.height)};
+    DominantComparison comparison(bake, *textures, *constants, map, shading, *groundTruth, *key);
+    const auto whole = comparison.compare(context);
+    if (!whole) return tl::make_unexpected(whole.error());
+
+    const verify::DominantErrors& errors = whole->errors;
+    VerifyResult result = judged(errors.stages(), *maxError, watch, violationsOf(*whole, textures->residual.has_value(), *maxError, bake));
+    result.key = *key;
+    result.light.emplace().specularRms = errors.referenceRms();
+    if (!whole->truthPlaces.empty()) result.groundTruth = toJson(verify::dominantTruth(whole->truthPlaces));
+    result.measures = {{"direction_error_degrees_mean", errors.meanDirectionError()},
+                       {"direction_error_degrees_max", errors.maxDirectionError()},
+                       {"unexplained_energy_stored", errors.unexplainedStored()},
+                       {"unexplained_energy_reference", errors.unexplainedReference()},
+                       {"shaded_every_texels", shading.stride}};
+    return outcomeWithPreview(std::move(result), comparison.preview(), context);
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,75 @@
+#include "pipeline/assets/light_map/cooked_light_map.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "pipeline/assets/textures.h"
+#include "verify/sampler_tolerance.h"
+#include "verify/texture_unit.h"
+
+namespace lightcook::pipeline {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::Result;
+
+Result<CookedLightMapReader> CookedLightMapReader::open(const std::filesystem::path& folder, const CookedAsset& asset,
+                                                        const verify::LightMapShading& shading, const verify::LightMapSampling& sampling,
+                                                        double key) {
+    auto constants = checkedJson(asset.constants.value_or(Json()), asset.name + ", constants", [](const JsonPlace& root) {
+        std::map<std::string, std::vector<float>> values;
+        readValue(root, values, {});
+        return values;
+    });
+    if (!constants) return tl::make_unexpected(constants.error());
+    verify::CookedLightMap map;
+    map.layout = asset.layout;
+    map.constants = std::move(*constants);
+    map.width = asset.width;
+    map.height = asset.height;
+    const auto needs = verify::LightMapVerifier::texturesOf(map);
+    if (!needs) return tl::make_unexpected(needs.error());
+    std::vector<formats::TextureReader> textures;
+    for (const auto& need : *needs) {
+        auto texture = openTexture(folder, asset, need.name);
+        if (!texture) return tl::make_unexpected(texture.error());
+        const formats::TextureShape& shape = texture->shape();
+        if (shape.layerCount != need.layerCount || shape.width != map.width || shape.height != map.height)
+            return failure(ErrorCode::Verification, fmt::format("{}, texture {}", asset.name, need.name),
+                           fmt::format("found {} x {} with {} layers, expected {} x {} with {}", shape.width, shape.height,
+                                       shape.layerCount, map.width, map.height, need.layerCount));
+        map.formats.push_back(shape.format);
+        textures.push_back(std::move(*texture));
+    }
+    auto verifier = verify::LightMapVerifier::create(map, shading, sampling, key);
+    if (!verifier) return tl::make_unexpected(verifier.error());
+    CookedLightMapReader reader(std::move(*verifier), map.width, map.height);
+    reader.textures_ = std::move(textures);
+    return reader;
+}
+
+Result<verify::DecodedLightMapRows> CookedLightMapReader::read(int firstRow, int rowCount) const {
+    verify::DecodedLightMapRows rows;
+    rows.firstRow = firstRow;
+    for (const formats::TextureReader& texture : textures_) {
+        const formats::PixelFormat format = texture.shape().format;
+        const int blockHeight = formats::info(format).blockHeight;
+        const int blockRows = formats::blocksDown(format, std::min(rowCount, height_ - firstRow));
+        const int texelRows = std::min(blockRows * blockHeight, height_ - firstRow);
+        std::vector<std::byte> blocks(formats::bytesPerBlockRow(format, width_) * static_cast<std::size_t>(blockRows));
+        std::vector<formats::Image<glm::vec4>> layers, spans;
+        for (int layer = 0; layer < texture.shape().layerCount; ++layer) {
+            if (auto read = texture.readBlockRows({0, layer, 0}, firstRow / blockHeight, blocks); !read)
+                return tl::make_unexpected(read.error());
+            layers.emplace_back(width_, texelRows);
+            verify::decodeRows(format, blocks, layers.back().view());
+            spans.push_back(verify::blockSpans(format, blocks, width_));
+        }
+        rows.textures.push_back(std::move(layers));
+        rows.spans.push_back(std::move(spans));
+    }
+    return rows;
+}
+
+}  // namespace lightcook::pipeline

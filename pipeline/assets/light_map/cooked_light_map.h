@@ -1,0 +1,33 @@
+// A cooked light map, opened again.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "formats/gpu_texture.h"
+#include "pipeline/manifest/cooked_asset.h"
+#include "verify/light_map.h"
+
+namespace lightcook::pipeline {
+
+/// Reads and decodes a cooked light map from its manifest entry and the files beside it.
+class CookedLightMapReader {
+public:
+    static formats::Result<CookedLightMapReader> open(const std::filesystem::path& folder, const CookedAsset& asset,
+                                                      const verify::LightMapShading& shading, const verify::LightMapSampling& sampling,
+                                                      double key);
+    const verify::LightMapVerifier& verifier() const { return verifier_; }
+    int width() const { return width_; }
+    int height() const { return height_; }
+    /// Decodes texels from firstRow (a multiple of 16) on: at least rowCount rows, as far as the map has them.
+    formats::Result<verify::DecodedLightMapRows> read(int firstRow, int rowCount) const;
+
+private:
+    CookedLightMapReader(verify::LightMapVerifier verifier, int width, int height)
+        : verifier_(std::move(verifier)), width_(width), height_(height) {}
+    verify::LightMapVerifier verifier_;
+    std::vector<formats::TextureReader> textures_;
+    int width_, height_;
+};
+
+}  // namespace lightcook::pipeline

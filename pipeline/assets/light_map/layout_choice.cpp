@@ -1,0 +1,54 @@
+#include "pipeline/assets/light_map/layout_choice.h"
+
+#include <algorithm>
+#include <set>
+
+namespace lightcook::pipeline {
+namespace {
+
+/// Returns the smallest candidate within maxError, or the one of least error.
+const LightMapCandidate& smallestOf(const std::vector<LightMapCandidate>& candidates, double maxError) {
+    const LightMapCandidate* best = &candidates.front();
+    for (const LightMapCandidate& each : candidates) {
+        const bool fits = each.error <= maxError, bestFits = best->error <= maxError;
+        const bool isBetter = fits && bestFits ? each.bytes < best->bytes : fits != bestFits ? fits : each.error < best->error;
+        if (isBetter) best = &each;
+    }
+    return *best;
+}
+
+}  // namespace
+
+std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial) {
+    std::vector<LightMapCandidate> candidates;
+    for (const TrialCandidate& each : trial.candidates)
+        candidates.push_back({each.layout, each.bytesGpu, std::max(each.diffuse, each.specular)});
+    return candidates;
+}
+
+std::map<std::string, std::string> smallestWithin(const LightMapCandidates& candidates, double maxError) {
+    std::map<std::string, std::string> layouts;
+    for (const auto& [map, each] : candidates) layouts[map] = smallestOf(each, maxError).layout;
+    return layouts;
+}
+
+std::map<std::string, std::string> bestWithin(const LightMapCandidates& candidates, std::uint64_t bytes) {
+    std::set<double> bounds;
+    for (const auto& [map, each] : candidates)
+        for (const LightMapCandidate& candidate : each) bounds.insert(candidate.error);
+    for (const double bound : bounds) {
+        std::uint64_t used = 0;
+        bool isHeld = true;
+        for (const auto& [map, each] : candidates) {
+            const LightMapCandidate& smallest = smallestOf(each, bound);
+            used += smallest.bytes;
+            isHeld = isHeld && smallest.error <= bound;
+        }
+        if (isHeld && used <= bytes) return smallestWithin(candidates, bound);
+    }
+    std::map<std::string, std::string> layouts;
+    for (const auto& [map, each] : candidates) layouts[map] = std::ranges::min_element(each, {}, &LightMapCandidate::bytes)->layout;
+    return layouts;
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,45 @@
+#include "pipeline/assets/light_map/survey.h"
+
+#include "pipeline/graph/parallel_for.h"
+#include "verify/light_map.h"
+
+namespace lightcook::pipeline {
+
+using formats::Result;
+
+Result<double> surveyKey(LightMapSource& bake, const ActionContext& context) {
+    using verify::LightMapKey;
+    const auto parts =
+        mapInOrder<LightMapKey>(bake.chunkCount(), context, "survey " + context.action.asset, [&](int index) -> Result<LightMapKey> {
+            const auto chunk = bake.chunk(index);
+            if (!chunk) return tl::make_unexpected(chunk.error());
+            LightMapKey part(bake.luminanceWeights());
+            part.add(**chunk, (*chunk)->firstRow, bake.chunkRows(index));
+            return part;
+        });
+    if (!parts) return tl::make_unexpected(parts.error());
+    LightMapKey key(bake.luminanceWeights());
+    for (const LightMapKey& part : *parts) key.merge(part);
+    return key.key();
+}
+
+Result<MeasuredLightMap> measureLightMap(LightMapSource& source, const ActionContext& context) {
+    auto parts = mapInOrder<MeasuredLightMap>(
+        source.chunkCount(), context, "measure " + context.action.asset, [&](int index) -> Result<MeasuredLightMap> {
+            const auto chunk = source.chunk(index);
+            if (!chunk) return tl::make_unexpected(chunk.error());
+            MeasuredLightMap part{compress::LightMapMeasure(source.luminanceWeights()), (*chunk)->repairs, (*chunk)->negativeAfterGamut};
+            part.measure.add(**chunk);
+            return part;
+        });
+    if (!parts) return tl::make_unexpected(parts.error());
+    MeasuredLightMap whole{compress::LightMapMeasure(source.luminanceWeights()), {}, 0};
+    for (const MeasuredLightMap& part : *parts) {
+        whole.measure.merge(part.measure);
+        whole.repairs += part.repairs;
+        whole.negativeAfterGamut += part.negativeAfterGamut;
+    }
+    return whole;
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,21 @@
+// Measurements of a light map before it is cooked or verified.
+#pragma once
+
+#include "compress/light_map.h"
+#include "pipeline/assets/light_map/source.h"
+#include "pipeline/graph/action.h"
+
+namespace lightcook::pipeline {
+
+/// Returns the log-average luminance of a bake's exit radiance: the key of every error figure.
+formats::Result<double> surveyKey(LightMapSource& bake, const ActionContext& context);
+
+struct MeasuredLightMap {
+    compress::LightMapMeasure measure;
+    formats::LightMapRepairs repairs;
+    std::int64_t negativeAfterGamut = 0;
+};
+/// Measures the ranges that an encoder needs, and counts repaired texels.
+formats::Result<MeasuredLightMap> measureLightMap(LightMapSource& source, const ActionContext& context);
+
+}  // namespace lightcook::pipeline

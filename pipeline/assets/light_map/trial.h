@@ -1,0 +1,56 @@
+// Trials: every layout of a light map, encoded and shaded without files, so that a layout can be chosen by error or by bytes.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/graph/action.h"
+
+namespace lightcook::pipeline {
+
+/// Parameters of action "light-map-trial". Its inputs are "source", and "mesh" if the map has one.
+struct TrialParameters {
+    formats::LightMapDescription description;
+    formats::Target target = formats::Target::Bc;
+    TextureSettings textures;
+    verify::LightMapShading shading;
+};
+template <class Fields, Is<TrialParameters> Self>
+void describe(Fields& fields, Self& parameters) {
+    fields.required("description", parameters.description, "conventions of the light map");
+    fields.required("target", parameters.target, "target");
+    fields.required("textures", parameters.textures, "settings of the files");
+    fields.required("shading", parameters.shading, "materials that are shaded");
+}
+
+/// Size and error of one layout.
+struct TrialCandidate {
+    std::string layout;
+    std::uint64_t bytesGpu = 0;
+    double bitsPerTexel = 0;
+    double diffuse = 0, specular = 0;  ///< rel_rms
+};
+template <class Fields, Is<TrialCandidate> Self>
+void describe(Fields& fields, Self& candidate) {
+    fields.required("layout", candidate.layout, "layout");
+    fields.required("bytes_gpu", candidate.bytesGpu, "GPU memory [bytes]");
+    fields.required("bits_per_texel", candidate.bitsPerTexel, "GPU memory of a texel [bits]");
+    fields.required("diffuse", candidate.diffuse, kFigure, "rel_rms of diffuse shading");
+    fields.required("specular", candidate.specular, kFigure, "rel_rms of specular shading");
+}
+
+struct TrialResult {
+    std::vector<TrialCandidate> candidates;  ///< by bytes
+    double share = 1;                        ///< part of the map that was tried
+};
+template <class Fields, Is<TrialResult> Self>
+void describe(Fields& fields, Self& result) {
+    fields.required("candidates", result.candidates, "layouts, the smallest first");
+    fields.required("share", result.share, "part of the map that was tried");
+}
+
+/// Encodes the map, or evenly spread strips of a large one, under every layout that has directions, and shades its texel centres.
+formats::Result<ActionOutcome> tryLightMap(const ActionContext& context);
+
+}  // namespace lightcook::pipeline

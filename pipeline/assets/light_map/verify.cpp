@@ -1,0 +1,211 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "formats/light_map_layout.h"
+#include "lighting/radiometry.h"
+#include "lighting/sphere.h"
+#include "pipeline/assets/light_map/cooked_light_map.h"
+#include "pipeline/assets/light_map/ground_truth.h"
+#include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/light_map/survey.h"
+#include "pipeline/assets/lut/light_moments.h"
+#include "pipeline/assets/preview.h"
+#include "pipeline/assets/verification.h"
+#include "pipeline/graph/parallel_for.h"
+#include "verify/block_errors.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::Result;
+
+/// Pairs of stages of which the second encodes the residual of the first.
+constexpr std::pair<const char*, const char*> kResidualStages[] = {
+    {"stage 1", "stage 2"}, {"code", "residual 1"}, {"residual 1", "residual 2"}, {"residual 2", "residual 3"}};
+
+/// Sums of squares.
+struct Squares {
+    double error = 0, reference = 0;
+    void add(const glm::vec3& truth, const glm::vec3& seen) {
+        const glm::dvec3 difference = glm::dvec3(seen) - glm::dvec3(truth);
+        error += glm::dot(difference, difference);
+        reference += glm::dot(glm::dvec3(truth), glm::dvec3(truth));
+    }
+};
+
+/// Returns the squared error of a texel: of all nine coefficients, or for a flat map of the exit radiance at the texel's own normal.
+Squares squaresOf(const lighting::ShRgb& reference, const lighting::ShRgb& seen, const glm::vec3& normal, bool isFlat) {
+    Squares squares;
+    const auto exit = [&](const lighting::ShRgb& sh) { return lighting::lambertExitRadiance(sh, normal, glm::vec3(1)).value; };
+    if (isFlat)
+        squares.add(exit(reference), exit(seen));
+    else
+        for (std::size_t i = 0; i < reference.size(); ++i) squares.add(reference[i], seen[i]);
+    return squares;
+}
+
+/// Returns the texel, normal and channel of a block with the largest local error of exit radiance, over the texel's own normal and 32 of
+/// the hemisphere around it.
+Result<verify::ErrorPlace> worstInBlock(LightMapSource& bake, const CookedLightMapReader& cooked, const verify::BlockErrors::Block& block,
+                                        double key) {
+    const auto texels = coveredOfBlock(bake, block.x, block.y);
+    if (!texels) return tl::make_unexpected(texels.error());
+    constexpr int kRows = verify::BlockErrors::kSize, kNormals = 32;
+    const int rowCount = std::min(kRows, bake.height() - block.y);
+    const auto rows = cooked.read(block.y, rowCount);
+    if (!rows) return tl::make_unexpected(rows.error());
+    const auto seen = cooked.verifier().reconstruct(*rows, block.y, rowCount);
+    verify::ErrorPlace worst;
+    for (const BakedTexel& texel : *texels) {
+        const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(texel.normal));
+        for (int i = -1; i < kNormals; ++i) {
+            const glm::dvec3 normal = i < 0 ? glm::dvec3(texel.normal) : frame * lighting::fibonacciHemisphere(i, kNormals);
+            const auto exit = [&](const lighting::ShRgb& sh) {
+                return glm::dvec3(lighting::lambertExitRadiance(sh, glm::vec3(normal), glm::vec3(1)).value);
+            };
+            const glm::dvec3 reference = exit(texel.sh), found = exit(seen.at(texel.x, texel.y - block.y));
+            for (int channel = 0; channel < 3; ++channel) {
+                const double local = std::abs(found[channel] - reference[channel]) /
+                                     (std::abs(reference[channel]) + lighting::kLocalErrorFloor * (key > 0 ? key : 1));
+                if (worst.isKnown() && !(local > worst.local)) continue;
+                worst.x = texel.x;
+                worst.y = texel.y;
+                worst.channel = channel;
+                worst.normal = normal;
+                worst.reference = reference[channel];
+                worst.found = found[channel];
+                worst.local = local;
+            }
+        }
+    }
+    return worst;
+}
+
+/// Returns the RMS of the light that the map's errors are a part of. The verifier works in units of the key, where there is one.
+LightFigures lightOf(const verify::LightMapErrors& errors, double key, const LightMoments& light) {
+    const double unit = key > 0 ? key : 1.0;
+    const auto& centres = errors.accumulators.at(errors.accumulators.size() - 2);  // the last one is of places between texels
+    LightFigures figures;
+    figures.diffuseRms = unit * centres.diffuse.referenceRms();
+    figures.specularRms = unit * centres.specular.referenceRms();
+    const Moments moments = light.moments();
+    figures.moments.emplace(moments.begin(), moments.end());
+    figures.texels = light.texels();
+    return figures;
+}
+
+/// Errors and light of some strips.
+struct LightMapPart {
+    verify::LightMapErrors errors;
+    verify::BlockErrors blocks;
+    std::vector<verify::LightMapTruthPlace> truthPlaces;
+    LightMoments light;
+    void merge(const LightMapPart& other) {
+        errors.merge(other.errors);
+        blocks.merge(other.blocks);
+        light.merge(other.light);
+        truthPlaces.insert(truthPlaces.end(), other.truthPlaces.begin(), other.truthPlaces.end());
+    }
+};
+
+/// Compares one strip of a cooked map with the bake.
+Result<LightMapPart> compareStrip(LightMapSource& bake, const CookedLightMapReader& cooked, const GroundTruth& truth, bool isFlat,
+                                  int index, Preview& preview) {
+    const int firstRow = bake.stripFirstRow(index), rowCount = bake.stripRows(index);
+    const auto reference = bake.stripWithMargin(index, 0, 1);
+    if (!reference) return tl::make_unexpected(reference.error());
+    const auto texels = cooked.read(firstRow, rowCount + 1);
+    if (!texels) return tl::make_unexpected(texels.error());
+    const auto seen = cooked.verifier().reconstruct(*texels, firstRow, rowCount);
+    verify::BlockErrors blocks(bake.width(), rowCount, firstRow);
+    LightMoments light;
+    for (int y = 0; y < rowCount; ++y)
+        for (int x = 0; x < bake.width(); ++x) {
+            if (reference->covered.at(x, y) == 0) continue;
+            const glm::vec3 normal = reference->normal.at(x, y);
+            light.add(reference->sh.at(x, y), normal);
+            const Squares squares = squaresOf(reference->sh.at(x, y), seen.at(x, y), normal, isFlat);
+            blocks.add(x, firstRow + y, squares.error, squares.reference);
+            const glm::vec3 lit = lighting::lambertExitRadiance(reference->sh.at(x, y), normal, glm::vec3(1)).value;
+            const glm::vec3 found = lighting::lambertExitRadiance(seen.at(x, y), normal, glm::vec3(1)).value;
+            preview.set(x, firstRow + y, lit, found);
+        }
+    const auto traced = truth.within(*reference, firstRow, rowCount);
+    if (!traced) return tl::make_unexpected(traced.error());
+    return LightMapPart{cooked.verifier().verifyRows(*texels, *reference, firstRow, rowCount), std::move(blocks),
+                        lightMapPlaces(*traced, *reference, seen, firstRow), light};
+}
+
+/// Opens the bake of a cooked map, and refuses one of another size.
+Result<LightMapSource*> openBake(const ActionContext& context, const CookedAsset& asset, const formats::LightMapDescription& description) {
+    const auto source = openLightMap(context, description);
+    if (!source) return source;
+    if ((*source)->width() != asset.width || (*source)->height() != asset.height)
+        return failure(ErrorCode::Verification, context.action.inputs.at("source").string(),
+                       fmt::format("found {} x {} texels, expected {} x {} as cooked", (*source)->width(), (*source)->height(), asset.width,
+                                   asset.height));
+    return source;
+}
+
+/// Returns the faults of a map: a block that is too far off, or a residual stage that adds to the error.
+Result<std::vector<verify::Violation>> violationsOf(const LightMapPart& whole, const std::vector<verify::StageError>& stages,
+                                                    double maxError, LightMapSource& bake, const CookedLightMapReader& cooked, double key) {
+    std::vector<verify::Violation> violations;
+    if (const auto block = checkBlocks(whole.blocks, "", maxError, violations)) {
+        const auto worst = worstInBlock(bake, cooked, *block, key);
+        if (!worst) return tl::make_unexpected(worst.error());
+        violations.back().at = *worst;
+    }
+    for (const auto& [before, after] : kResidualStages) checkStage(stages, before, after, violations);
+    return violations;
+}
+
+}  // namespace
+
+Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
+    const Stopwatch watch;
+    const auto asset = upstreamAsset(context);
+    if (!asset) return tl::make_unexpected(asset.error());
+    const auto maxError = maxErrorOf(context);
+    if (!maxError) return tl::make_unexpected(maxError.error());
+    const auto parameters = parametersOf<LightMapVerifyParameters>(context);
+    if (!parameters) return tl::make_unexpected(parameters.error());
+    const auto description = descriptionOf(*asset);
+    if (!description) return tl::make_unexpected(description.error());
+    const auto source = openBake(context, *asset, *description);
+    if (!source) return tl::make_unexpected(source.error());
+    LightMapSource& bake = **source;
+    const auto key = surveyKey(bake, context);
+    if (!key) return tl::make_unexpected(key.error());
+    verify::LightMapSampling sampling;
+    sampling.positionsPerQuad = parameters->samples;
+    const auto cooked = CookedLightMapReader::open(context.upstreamFolder, *asset, parameters->shading, sampling, *key);
+    if (!cooked) return tl::make_unexpected(cooked.error());
+    const auto truth = GroundTruth::open(context, bake, description->colors);
+    if (!truth) return tl::make_unexpected(truth.error());
+
+    const bool isFlat = asset->layout == formats::info(formats::LightMapLayout::Flat).name;
+    Preview preview(bake.width(), bake.height(), *key);
+    LightMapPart whole{cooked->verifier().noErrors(), verify::BlockErrors(bake.width(), 0), {}, {}};
+    const auto compared = foldInOrder<LightMapPart>(
+        bake.stripCount(), context, "verify " + context.action.asset,
+        [&](int index) { return compareStrip(bake, *cooked, *truth, isFlat, index, preview); },
+        [&](const LightMapPart& part) { whole.merge(part); });
+    if (!compared) return tl::make_unexpected(compared.error());
+
+    const std::vector<verify::StageError> stages = whole.errors.stages();
+    auto violations = violationsOf(whole, stages, *maxError, bake, *cooked, *key);
+    if (!violations) return tl::make_unexpected(violations.error());
+    VerifyResult result = judged(stages, *maxError, watch, std::move(*violations));
+    result.key = *key;
+    result.light = lightOf(whole.errors, *key, whole.light);
+    if (!truth->isEmpty()) result.groundTruth = toJson(verify::lightMapTruth(whole.truthPlaces));
+    return outcomeWithPreview(std::move(result), preview, context);
+}
+
+}  // namespace lightcook::pipeline

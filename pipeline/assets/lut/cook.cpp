@@ -1,0 +1,98 @@
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+#include "fit/specular_tables.h"
+#include "pipeline/assets/lut/lut.h"
+#include "pipeline/scene/scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Result;
+
+LutConstants::Axis axisOf(const fit::TableAxis& axis, const fit::AxisMapping& mapping) {
+    return {mapping.name, mapping.factors, axis.count, axis.minimum, axis.maximum, axis.coordinateScale, axis.coordinateOffset};
+}
+
+/// Sets the mappings of both axes: those of the parameters, or where one is "auto" the pair of least error.
+void chooseAxes(const LutParameters& parameters, fit::SpecularTableOptions& options) {
+    if (parameters.viewAxis == "auto" || parameters.roughnessAxis == "auto")
+        fit::chooseMappings(options, parameters.f0[0], parameters.f0[1]);
+    if (parameters.viewAxis != "auto") options.view = fit::viewMapping(parameters.viewAxis);
+    if (parameters.roughnessAxis != "auto") options.roughness = fit::roughnessMapping(parameters.roughnessAxis);
+}
+
+Result<fit::SpecularTableOptions> optionsOf(const LutParameters& parameters) {
+    fit::SpecularTableOptions options;
+    options.lobe = lobeOf(parameters.lobe).value();
+    options.normalization = normalizationOf(parameters.normalization).value();
+    options.viewCount = parameters.viewCount;
+    options.roughnessCount = parameters.roughnessCount;
+    options.minimumM = parameters.minimumM;
+    options.maximumM = parameters.maximumM;
+    if (auto usable = fit::checkSpecularTableOptions(options); !usable) return tl::make_unexpected(usable.error());
+    chooseAxes(parameters, options);
+    return options;
+}
+
+fit::SpecularTables integrate(const fit::SpecularTableOptions& options) {
+    std::vector<std::vector<lighting::AreaSpecularKernel>> rows(static_cast<std::size_t>(options.roughnessCount));
+    tbb::parallel_for(0, options.roughnessCount,
+                      [&](int row) { rows[static_cast<std::size_t>(row)] = fit::integrateSpecularTableRow(options, row); });
+    return fit::assembleSpecularTables(options, rows);
+}
+
+}  // namespace
+
+std::optional<lighting::SpecularLobe> lobeOf(const std::string& name) {
+    const auto place = std::ranges::find(kLobeNames, name);
+    if (place == kLobeNames.end()) return std::nullopt;
+    constexpr std::array kLobes = {lighting::SpecularLobe::Beckmann, lighting::SpecularLobe::Ggx, lighting::SpecularLobe::Phong,
+                                   lighting::SpecularLobe::PhongPower};
+    return kLobes.at(static_cast<std::size_t>(place - kLobeNames.begin()));
+}
+
+std::optional<lighting::CookTorranceNormalization> normalizationOf(const std::string& name) {
+    if (name == "halo3") return lighting::CookTorranceNormalization::Halo3;
+    return name == "energy" ? std::optional(lighting::CookTorranceNormalization::Energy) : std::nullopt;
+}
+
+Result<ActionOutcome> cookLut(const ActionContext& context) {
+    const auto parameters = parametersOf<LutParameters>(context);
+    if (!parameters) return tl::make_unexpected(parameters.error());
+    const auto options = optionsOf(*parameters);
+    if (!options) return tl::make_unexpected(options.error());
+    const fit::SpecularTables tables = integrate(*options);
+    const std::array<const fit::SpecularTexture*, 3> parts = {&tables.c0236, &tables.d0236, &tables.cd78};
+
+    LutConstants constants;
+    constants.view = axisOf(tables.view, options->view);
+    constants.roughness = axisOf(tables.roughness, options->roughness);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        constants.scale[i] = parts[i]->scale;
+        constants.bias[i] = parts[i]->bias;
+    }
+    formats::TextureShape shape;
+    shape.format = formats::PixelFormat::Rgba16Unorm;
+    shape.width = options->viewCount;
+    shape.height = options->roughnessCount;
+    const std::string& name = context.action.asset;
+    CookResult result{makeCookedAsset(name, AssetKind::Lut, "cook-torrance-cd", shape.width, shape.height), 0, {}};
+    result.asset.distribution = parameters->lobe;
+    result.asset.normalization = parameters->normalization;
+    result.asset.constants = toJson(constants);
+    const Json facts = {{"layout", "cook-torrance-tables"},
+                        {"distribution", parameters->lobe},
+                        {"normalization", parameters->normalization},
+                        {"constants", *result.asset.constants}};
+    AssetTextures textures(context, parameters->textures);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const std::string role = kLutRoles[i];
+        if (auto written = textures.write({role, name + "_" + role, shape, facts}, {bytesOf(parts[i]->stored)}); !written)
+            return tl::make_unexpected(written.error());
+    }
+    return textures.finish(std::move(result));
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,136 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/assets/light_map/survey.h"
+#include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/mesh/quantization.h"
+#include "pipeline/assets/preview.h"
+#include "pipeline/assets/verification.h"
+#include "pipeline/graph/parallel_for.h"
+#include "verify/mesh.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Result;
+
+/// Collects the covered texels of a bake.
+Result<verify::CoveredTexels> coverageOf(LightMapSource& bake, const ActionContext& context) {
+    verify::CoveredTexels covered(bake.width(), bake.height());
+    const auto walked = mapInOrder<int>(bake.chunkCount(), context, "survey " + context.action.asset, [&](int index) -> Result<int> {
+        const auto chunk = bake.chunk(index);
+        if (!chunk) return tl::make_unexpected(chunk.error());
+        covered.add(**chunk, (*chunk)->firstRow, bake.chunkRows(index));
+        return 0;
+    });
+    if (!walked) return tl::make_unexpected(walked.error());
+    return covered;
+}
+
+/// Checks that each vertex names the cluster of the light map that its triangles lie in.
+/// uvShift  largest distance that quantization moved light-map UVs [UV units]
+Result<void> verifyClusters(const ActionContext& context, const CookedAsset& mesh, const formats::GltfScene& cooked, double uvShift,
+                            LightMapSource& bake) {
+    const auto lightMap = upstreamAsset(context, 1);
+    if (!lightMap) return tl::make_unexpected(lightMap.error());
+    if (lightMap->width != bake.width() || lightMap->height != bake.height())
+        return formats::failure(formats::ErrorCode::Verification, context.action.inputs.at("source").string(),
+                                fmt::format("found {} x {} texels, expected {} x {} as cooked", bake.width(), bake.height(),
+                                            lightMap->width, lightMap->height));
+    const auto map = clusterMapOf(*lightMap);
+    if (!map) return tl::make_unexpected(map.error());
+    const auto covered = coverageOf(bake, context);
+    if (!covered) return tl::make_unexpected(covered.error());
+    constexpr double kEdgeRounding = 1e-2;  // [texels]
+    const double inset = uvShift * std::max(map->width, map->height) + kEdgeRounding;
+    for (const formats::TriangleMesh* primitive : cooked.triangleMeshes())
+        if (const auto mistake = verify::clusterMistake(*primitive, *map, *covered, inset))
+            return formats::failure(formats::ErrorCode::Verification, mesh.file.value_or(mesh.name), *mistake);
+    return {};
+}
+
+/// Returns the faults of a mesh. Vertices lie at most half a step of the manifest's lattice from their source; without a lattice they do
+/// not move. Light-map UVs stay in their texel: beyond it another chart may begin, and the gradient says nothing of the error.
+std::vector<verify::Violation> violationsOf(const formats::MeshError& moved, const verify::MeshShift& shift,
+                                            const MeshQuantization& quantization) {
+    std::vector<verify::Violation> violations;
+    const auto expect = [&](const char* place, const std::string& unit, double found, double allowed, const std::string& why) {
+        if (found > allowed)
+            violations.push_back(
+                {place, fmt::format("{:.4g} {} from the source", found, unit), fmt::format("at most {:.4g}{}", allowed, why)});
+    };
+    constexpr double kFloats = 1e-6;
+    // stepsAllowed  of a lattice that divides the extent
+    const auto expectWithinBits = [&](const char* place, const std::string& unit, double found, double extent, std::optional<int> bits,
+                                      double stepsAllowed) {
+        const int count = bits.value_or(0);
+        const double share = count > 0 ? stepsAllowed / latticeSteps(count) : 0;
+        expect(place, unit, found, extent * (share + kFloats), count > 0 ? fmt::format(" with {} bits", count) : ": not quantized");
+    };
+    expectWithinBits("positions", "scene units", moved.position, moved.positionExtent, quantization.positionBits,
+                     kRoundingSlack * 0.5 * std::sqrt(3.0));
+    expectWithinBits("light-map UVs", "of their range", moved.lightMapUv, moved.lightMapUvExtent, quantization.lightMapUvBits, kUvSteps);
+    expectWithinBits("normals", "radians", moved.normalRadians, 1, quantization.normalBits, kNormalSteps);
+    expect("light-map UVs", "texels", std::max(shift.uTexels, shift.vTexels), 0.5, " texels");
+    return violations;
+}
+
+/// Returns the shading errors of a mesh whose vertices moved by `shift`, and draws them over the light map.
+Result<verify::ErrorAccumulator> shadingErrors(LightMapSource& bake, const verify::MeshShift& shift, double key,
+                                               const ActionContext& context, Preview& preview) {
+    using verify::ErrorAccumulator;
+    const auto compareStrip = [&](int index) -> Result<ErrorAccumulator> {
+        const auto strip = bake.stripWithMargin(index, 0, 1);
+        if (!strip) return tl::make_unexpected(strip.error());
+        ErrorAccumulator part(key);
+        verify::addMeshShiftErrors(*strip, bake.stripFirstRow(index), bake.stripRows(index), shift, key, part,
+                                   [&](int x, int y, const glm::vec3& lit, const glm::vec3& seen) { preview.set(x, y, lit, seen); });
+        return part;
+    };
+    ErrorAccumulator errors(key);
+    const auto compared = foldInOrder<ErrorAccumulator>(bake.stripCount(), context, "verify " + context.action.asset, compareStrip,
+                                                        [&](const ErrorAccumulator& part) { errors.merge(part); });
+    if (!compared) return tl::make_unexpected(compared.error());
+    return errors;
+}
+
+}  // namespace
+
+Result<ActionOutcome> verifyMesh(const ActionContext& context) {
+    const auto asset = upstreamAsset(context);
+    if (!asset) return tl::make_unexpected(asset.error());
+    const auto maxError = maxErrorOf(context);
+    if (!maxError) return tl::make_unexpected(maxError.error());
+    const auto source = formats::GltfScene::load(context.action.inputs.at(kMeshRole));
+    if (!source) return tl::make_unexpected(source.error());
+    const auto cooked = formats::GltfScene::load(context.upstreamFolder / asset->file.value_or(""));
+    if (!cooked) return tl::make_unexpected(cooked.error());
+    const auto moved = source->errorOf(*cooked);
+    if (!moved) return tl::make_unexpected(moved.error());
+    const auto description = descriptionOf(*asset);
+    if (!description) return tl::make_unexpected(description.error());
+    const auto opened = openLightMap(context, *description);
+    if (!opened) return tl::make_unexpected(opened.error());
+    LightMapSource& bake = **opened;
+    if (asset->basis)
+        if (auto same = verifyClusters(context, *asset, *cooked, moved->lightMapUv, bake); !same) return tl::make_unexpected(same.error());
+    const auto key = surveyKey(bake, context);
+    if (!key) return tl::make_unexpected(key.error());
+    const verify::MeshShift shift{moved->lightMapUv * bake.width(), moved->lightMapUv * bake.height(), moved->normalRadians};
+    Preview preview(bake.width(), bake.height(), *key);
+    const auto errors = shadingErrors(bake, shift, *key, context, preview);
+    if (!errors) return tl::make_unexpected(errors.error());
+
+    verify::StageError stage;
+    stage.name = "quantize";
+    stage.diffuse = errors->figures();
+    VerifyResult result;
+    result.verdict = makeVerdict({stage}, *maxError, violationsOf(*moved, shift, asset->quantization.value_or(MeshQuantization{})));
+    result.light.emplace().diffuseRms = errors->referenceRms();
+    result.meshError = {moved->position, moved->normalRadians, moved->lightMapUv};
+    return outcomeWithPreview(std::move(result), preview, context);
+}
+
+}  // namespace lightcook::pipeline

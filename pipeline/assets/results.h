@@ -1,0 +1,112 @@
+// Results of cook and verify actions, as their records keep them and the report reads them.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/assets/verdict.h"
+#include "pipeline/graph/action.h"
+#include "pipeline/json/json_fields.h"
+#include "pipeline/manifest/cooked_asset.h"
+
+namespace lightcook::pipeline {
+
+/// Result of a cook action.
+struct CookResult {
+    CookedAsset asset;
+    std::uint64_t bytesIn = 0;
+    std::optional<Json> notes;  ///< counts and facts by name: the report has a caption for each
+};
+template <class Fields, Is<CookResult> Self>
+void describe(Fields& fields, Self& result) {
+    fields.required("asset", result.asset, "entry of the manifest");
+    fields.required("bytes_in", result.bytesIn, "size of the source [bytes]");
+    fields.optional("notes", result.notes, "counts and facts of the cook");
+}
+
+/// Light that the errors of an asset are a part of, for the error of the whole scene.
+struct LightFigures {
+    std::optional<double> diffuseRms, specularRms;     ///< RMS of the reference
+    std::optional<double> ratioRms, ratioRelRms;       ///< of a cubemap over its area specular
+    std::optional<std::vector<double>> moments;        ///< of a map's light around its normals, see LightMoments
+    std::optional<double> texels;                      ///< that these moments are means of
+    std::optional<std::vector<double>> kernelMoments;  ///< of the kernels that tables hold
+    std::optional<std::vector<double>> errorMoments;   ///< of the errors of these kernels
+    std::optional<std::string> bake;                   ///< source file, by which lights and meshes find their light map
+};
+template <class Fields, Is<LightFigures> Self>
+void describe(Fields& fields, Self& light) {
+    fields.optional("diffuse_rms", light.diffuseRms, kFigure, "RMS of the diffuse reference");
+    fields.optional("specular_rms", light.specularRms, kFigure, "RMS of the specular reference");
+    fields.optional("ratio_rms", light.ratioRms, kFigure, "RMS of the reference over the cubemap's area specular");
+    fields.optional("ratio_rel_rms", light.ratioRelRms, kFigure, "rel_rms of that ratio");
+    fields.optional("moments", light.moments, kNumberOrNull, "second moments of the light around the normals");
+    fields.optional("texels", light.texels, kFigure, "texels that the moments are means of");
+    fields.optional("kernel_moments", light.kernelMoments, kNumberOrNull, "second moments of the specular kernels");
+    fields.optional("error_moments", light.errorMoments, kNumberOrNull, "second moments of the errors of these kernels");
+    fields.optional("bake", light.bake, "source file of the light map");
+}
+
+/// Largest distances that quantization moved the vertices of a mesh.
+struct MeshErrorFigures {
+    double position = 0, normalRadians = 0, lightMapUv = 0;
+};
+template <class Fields, Is<MeshErrorFigures> Self>
+void describe(Fields& fields, Self& error) {
+    fields.required("position", error.position, kFigure, "largest distance [scene units]");
+    fields.required("normal_radians", error.normalRadians, kFigure, "largest angle [radians]");
+    fields.required("light_map_uv", error.lightMapUv, kFigure, "largest distance [UV units]");
+}
+
+/// Pictures of an asset, relative to its folder.
+struct PreviewFiles {
+    std::string reference, cooked, difference;
+};
+template <class Fields, Is<PreviewFiles> Self>
+void describe(Fields& fields, Self& preview) {
+    fields.required("reference", preview.reference, kFileInFolder, "the bake");
+    fields.required("cooked", preview.cooked, kFileInFolder, "the cooked asset");
+    fields.required("difference", preview.difference, kFileInFolder, "local relative error");
+}
+
+/// Result of a verify action.
+struct VerifyResult {
+    Verdict verdict;
+    std::optional<double> key;  ///< log-average luminance of the exit radiance
+    std::optional<LightFigures> light;
+    std::optional<MeshErrorFigures> meshError;
+    std::optional<PreviewFiles> preview;
+    std::optional<Json> measures;     ///< figures of a kind of its own, by name: the report has a caption for each
+    std::optional<Json> groundTruth;  ///< see ground_truth.h
+};
+template <class Fields, Is<VerifyResult> Self>
+void describe(Fields& fields, Self& result) {
+    fields.required("verdict", result.verdict, "errors, limit, violations");
+    fields.optional("key", result.key, kFigure, "log-average luminance of the exit radiance");
+    fields.optional("light", result.light, "light that the errors are a part of");
+    fields.optional("mesh_error", result.meshError, "how far quantization moved the vertices");
+    fields.optional("preview", result.preview, "pictures");
+    fields.optional("measures", result.measures, "further figures of the kind");
+    fields.optional("ground_truth", result.groundTruth, "errors against traced light");
+}
+
+/// Returns the outcome of an action with a typed result.
+template <Described Result>
+ActionOutcome outcomeWith(const Result& result, std::vector<std::string> files = {}) {
+    return {toJson(result), std::move(files)};
+}
+
+/// Reads the parameters of an action into the struct that describes them.
+template <Described Parameters>
+formats::Result<Parameters> parametersOf(const ActionContext& context) {
+    return fromJson<Parameters>(context.action.parameters, context.action.id + ", parameters");
+}
+
+/// Returns the manifest entry of the asset that dependency `index` cooked.
+inline formats::Result<CookedAsset> upstreamAsset(const ActionContext& context, std::size_t index = 0) {
+    return fromJson<CookedAsset>(context.upstream.at(index)->result.value("asset", Json()), context.action.asset);
+}
+
+}  // namespace lightcook::pipeline

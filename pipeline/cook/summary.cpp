@@ -1,0 +1,142 @@
+#include "pipeline/cook/summary.h"
+
+#include <algorithm>
+#include <set>
+
+#include "formats/light_map_layout.h"
+#include "pipeline/assets/light_map/trial.h"
+#include "pipeline/cook/integrity.h"
+#include "pipeline/graph/files.h"
+#include "pipeline/manifest/self_digest.h"
+#include "shaders/include.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Result;
+
+bool isPlanned(const Plan& plan, const std::string& asset) {
+    return std::ranges::find(plan.assets, asset) != plan.assets.end();
+}
+
+const Action& actionOf(const Plan& plan, const std::string& id) {
+    return *std::ranges::find(plan.actions, id, &Action::id);
+}
+
+std::vector<std::string> lightMapLayoutsOf(const std::vector<CookedAsset>& assets) {
+    std::vector<std::string> layouts;
+    for (const CookedAsset& asset : assets)
+        if (asset.kind == AssetKind::LightMap) layouts.push_back(asset.layout);
+    return layouts;
+}
+
+/// Removes the files of an earlier cook that the new manifest does not name.
+void removeStale(const std::filesystem::path& folder, const Manifest& oldManifest, const Manifest& manifest) {
+    std::set<std::string> current;
+    for (const FileRecord& file : filesOf(manifest)) current.insert(file.name);
+    for (const FileRecord& file : filesOf(oldManifest)) {
+        std::error_code ignored;
+        if (!current.contains(file.name)) std::filesystem::remove(folder / file.name, ignored);
+    }
+}
+
+/// Returns the skipped assets, with the bytes of light maps now that their sizes are known, and the actions whose results were reused.
+std::vector<Skip> skipsOf(const Plan& plan, const ExecutionResult& result, const std::vector<CookedAsset>& assets) {
+    std::vector<Skip> skips = plan.skipped;
+    for (Skip& skip : skips) {
+        const auto lightMap = std::ranges::find(assets, skip.lightMap, &CookedAsset::name);
+        if (skip.lightMap.empty() || lightMap == assets.end()) continue;
+        const double texels = static_cast<double>(lightMap->width) * lightMap->height;
+        skip.bytesSaved = static_cast<std::uint64_t>(texels * skip.bitsPerTexel / 8);
+        skip.secondsSaved = estimatedSeconds("light-map", texels * 1e-6 * skip.bitsPerTexel / 72);
+    }
+    for (const auto& [id, seconds] : result.reused) skips.push_back({id, "nothing that it depends on has changed", 0, seconds});
+    return skips;
+}
+
+}  // namespace
+
+SummaryWriter::SummaryWriter(const Scene& scene, const std::filesystem::path& folder, bool isPartial, DigestMemo& digests)
+    : scene_(scene), folder_(folder), digests_(digests) {
+    if (auto manifest = loadManifest(folder)) oldManifest_ = std::move(*manifest);
+    if (auto report = readReport(folder / kReportName)) oldReport_ = std::move(*report);
+    isPartial_ = isPartial && oldManifest_ && oldReport_;
+}
+
+Result<Json> SummaryWriter::write(const Plan& plan, const ExecutionResult& result, bool isAnythingRun, const ReportFrame& frame) {
+    if (auto collected = collect(plan, result); !collected) return tl::make_unexpected(collected.error());
+    if (auto written = writeManifest(); !written) return tl::make_unexpected(written.error());
+    if (!isAnythingRun && isReportCurrent()) return *oldReport_;
+    return writeReport(makeReport(frame, rows_, skipsOf(plan, result, assets_)));
+}
+
+/// Collects entries and rows, those of other assets first.
+Result<void> SummaryWriter::collect(const Plan& plan, const ExecutionResult& result) {
+    if (isPartial_) {
+        for (const CookedAsset& asset : oldManifest_->assets)
+            if (!isPlanned(plan, asset.name)) assets_.push_back(asset);
+        for (const Json& row : oldReport_->value("assets", Json::array()))
+            if (!isPlanned(plan, row.value("name", ""))) rows_.push_back(row);
+    }
+    for (const std::string& name : plan.assets)
+        if (auto added = addAsset(plan, result, name); !added) return added;
+    return {};
+}
+
+Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& result, const std::string& name) {
+    const auto cooked = result.records.find("cook/" + name), verified = result.records.find("verify/" + name);
+    if (cooked == result.records.end() || verified == result.records.end()) return {};
+    auto asset =
+        manifestAsset(actionOf(plan, "cook/" + name), actionOf(plan, "verify/" + name), cooked->second, scene_.directory, digests_);
+    if (!asset) return tl::make_unexpected(asset.error());
+    Json row = reportAsset(toJson(*asset), cooked->second, verified->second);
+    if (const auto record = result.records.find("trial/" + name); record != result.records.end()) {
+        const auto trial = fromJson<TrialResult>(record->second.result, record->first);
+        if (!trial) return tl::make_unexpected(trial.error());
+        row["trial_candidates"] = jsonOf(trial->candidates);
+        row["trial_share"] = trial->share;
+    }
+    assets_.push_back(std::move(*asset));
+    rows_.push_back(std::move(row));
+    return {};
+}
+
+/// Writes manifest and shader, and removes files of an earlier cook.
+Result<void> SummaryWriter::writeManifest() {
+    const std::string shader = shaders::shaderInclude(formats::lightMapFamilies(lightMapLayoutsOf(assets_)));
+    const Manifest manifest = makeManifest(scene_, folder_, assets_, digestOfText(shader));
+    manifestText_ = withSelfDigest(toJson(manifest));
+    if (oldManifest_) removeStale(folder_, *oldManifest_, manifest);
+    if (auto written = writeFileIfChanged(folder_ / kShaderName, shader); !written) return written;
+    return writeFileIfChanged(folder_ / kManifestName, manifestText_);
+}
+
+/// Returns true if the earlier report has the rows and the budget of this cook, and belongs to the files that are there.
+bool SummaryWriter::isReportCurrent() const {
+    if (!oldReport_ || !oldManifest_ || withSelfDigest(toJson(*oldManifest_)) != manifestText_) return false;
+    const Json limit = scene_.output.budgetBytes ? Json(*scene_.output.budgetBytes) : Json(nullptr);
+    return oldReport_->value("assets", Json()) == Json(rows_) &&
+           oldReport_->value("budget", Json::object()).value("limit_bytes", Json()) == limit &&
+           checkReportFiles(folder_, manifestText_, *oldReport_).empty();
+}
+
+/// Writes the page and the report with the digests of all files that go with it. Returns the report with its own digest.
+Result<Json> SummaryWriter::writeReport(Json report) {
+    const std::string page = renderReportHtml(report, folder_);
+    if (auto written = writeFile(folder_ / kReportHtmlName, page); !written) return tl::make_unexpected(written.error());
+    report["files"] = {{{"file", kManifestName}, {"digest", digestOfText(manifestText_)}},
+                       {{"file", kReportHtmlName}, {"digest", digestOfText(page)}}};
+    for (const Json& row : rows_) {
+        const Json pictures = row.value("preview", Json::object());
+        for (const Json& file : pictures) {
+            const auto digest = digestOfFile(folder_ / file.get<std::string>());
+            if (!digest) return tl::make_unexpected(digest.error());
+            report["files"].push_back({{"file", file}, {"digest", *digest}});
+        }
+    }
+    const std::string text = withSelfDigest(report);
+    if (auto written = writeFile(folder_ / kReportName, text); !written) return tl::make_unexpected(written.error());
+    return parseJson(text);
+}
+
+}  // namespace lightcook::pipeline

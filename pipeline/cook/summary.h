@@ -1,0 +1,46 @@
+// The files of a cooked folder beside textures and meshes: manifest, shader include, report and its page.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/cook/plan.h"
+#include "pipeline/graph/digest.h"
+#include "pipeline/graph/executor.h"
+#include "pipeline/json/json.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/report/report.h"
+
+namespace lightcook::pipeline {
+
+/// Writes the summaries of one cook.
+class SummaryWriter {
+public:
+    /// isPartial   only some assets were cooked: the entries and rows of the others stay as they are
+    SummaryWriter(const Scene& scene, const std::filesystem::path& folder, bool isPartial, DigestMemo& digests);
+
+    /// Writes all files, and returns the report. The report of an earlier cook stays if nothing was run and it says the same.
+    /// frame   of a new report
+    formats::Result<Json> write(const Plan& plan, const ExecutionResult& result, bool isAnythingRun, const ReportFrame& frame);
+
+private:
+    formats::Result<void> collect(const Plan& plan, const ExecutionResult& result);
+    formats::Result<void> addAsset(const Plan& plan, const ExecutionResult& result, const std::string& name);
+    formats::Result<void> writeManifest();
+    bool isReportCurrent() const;
+    formats::Result<Json> writeReport(Json report);
+
+    const Scene& scene_;
+    std::filesystem::path folder_;
+    DigestMemo& digests_;
+    std::optional<Manifest> oldManifest_;
+    std::optional<Json> oldReport_;
+    bool isPartial_;
+    std::vector<CookedAsset> assets_;
+    std::vector<Json> rows_;  ///< of the report
+    std::string manifestText_;
+};
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,14 @@
+// The errors of a report that decide the exit code.
+#pragma once
+
+#include <vector>
+
+#include "formats/error.h"
+#include "pipeline/json/json.h"
+
+namespace lightcook::pipeline {
+
+/// Appends an error for each failure of an asset, and one if the budget is exceeded.
+void appendVerdicts(const Json& report, std::vector<formats::Error>& errors);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,131 @@
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "pipeline/assets/asset_kind.h"
+#include "pipeline/assets/results.h"
+#include "pipeline/cook/cook.h"
+#include "pipeline/cook/integrity.h"
+#include "pipeline/cook/plan.h"
+#include "pipeline/cook/verdicts.h"
+#include "pipeline/graph/files.h"
+#include "pipeline/manifest/contract.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/report/report.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Error;
+using formats::ErrorCode;
+using formats::failure;
+using formats::Result;
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Facts of an asset's cook, from an earlier report.
+struct CookFacts {
+    std::uint64_t bytesIn = 0;
+    double seconds = 0;
+};
+CookFacts cookFactsOf(const Json& report, const std::string& asset) {
+    CookFacts facts;
+    if (!report.is_object()) return facts;
+    for (const Json& row : report.value("assets", Json::array()))
+        if (row.value("name", "") == asset) facts = {row.value("bytes_in", std::uint64_t{0}), row.value("seconds", 0.0)};
+    return facts;
+}
+
+/// Verifies a cooked folder again, from the bytes on disk and the sources.
+class Verification {
+public:
+    Verification(const VerifyOptions& options, const RunState& state) : options_(options), state_(state), start_(Clock::now()) {}
+
+    Outcome run() {
+        outcome_.output = options_.folder;
+        if (auto done = tryRun(); !done) outcome_.errors.insert(outcome_.errors.begin(), done.error());
+        return std::move(outcome_);
+    }
+
+private:
+    Result<void> tryRun() {
+        const auto manifest = loadManifest(options_.folder);
+        if (!manifest) return tl::make_unexpected(manifest.error());
+        outcome_.errors = checkDigests(options_.folder, *manifest);
+        if (!outcome_.errors.empty()) return {};
+        outcome_.errors = checkContract(options_.folder, *manifest);
+        auto scratch = TemporaryFolder::create();
+        if (!scratch) return tl::make_unexpected(scratch.error());
+        const auto previous = readReport(options_.folder / kReportName);
+        std::vector<Json> rows;
+        for (const CookedAsset& asset : manifest->assets) {
+            auto row = verifyAsset(*manifest, asset, scratch->path(), previous ? *previous : Json());
+            if (!row) return tl::make_unexpected(row.error());
+            rows.push_back(std::move(*row));
+        }
+        std::optional<std::uint64_t> budget;
+        if (previous) budget = budgetOf(*previous);
+        outcome_.report = makeReport({manifest->scene, secondsSince(start_), peakResidentBytes(), budget}, rows, {});
+        appendVerdicts(outcome_.report, outcome_.errors);
+        return {};
+    }
+
+    static std::optional<std::uint64_t> budgetOf(const Json& report) {
+        const Json limit = report.value("budget", Json::object()).value("limit_bytes", Json());
+        return limit.is_number() ? std::optional(limit.get<std::uint64_t>()) : std::nullopt;
+    }
+
+    Result<Json> verifyAsset(const Manifest& manifest, const CookedAsset& asset, const std::filesystem::path& scratch,
+                             const Json& previous) {
+        const auto sources =
+            unchangedSources(asset, options_.sources.empty() ? options_.folder / manifest.sceneDirectory : options_.sources);
+        if (!sources) return tl::make_unexpected(sources.error());
+        Json parameters = asset.verify.value_or(Json::object());
+        if (options_.samples && parameters.contains("samples")) parameters["samples"] = *options_.samples;
+        const Action action = verifyAction(asset.name, asset.kind, *sources, parameters);
+        const CookFacts facts = cookFactsOf(previous, asset.name);
+        ActionRecord cooked, verified, lightMap;
+        cooked.result = toJson(CookResult{asset, facts.bytesIn, {}});
+        cooked.seconds = facts.seconds;
+        std::vector<const ActionRecord*> upstream = {&cooked};
+        if (asset.basis) {
+            const auto found = lightMapOf(manifest, asset);
+            if (!found) return tl::make_unexpected(found.error());
+            lightMap.result = toJson(CookResult{**found, 0, {}});
+            upstream.push_back(&lightMap);
+        }
+        const auto start = Clock::now();
+        auto outcome = actionFunction(action.kind)({action, scratch, options_.folder, upstream, shared_, state_});
+        if (!outcome) return tl::make_unexpected(outcome.error());
+        verified.result = std::move(outcome->result);
+        verified.result.erase("preview");  // drawn in a scratch folder
+        verified.seconds = secondsSince(start);
+        return reportAsset(toJson(asset), cooked, verified);
+    }
+
+    /// Returns the light map whose bases the vertices of a mesh name.
+    static Result<const CookedAsset*> lightMapOf(const Manifest& manifest, const CookedAsset& mesh) {
+        for (const CookedAsset& other : manifest.assets)
+            if (other.name == mesh.basis->lightMap && other.kind == AssetKind::LightMap) return &other;
+        return failure(
+            ErrorCode::Verification, mesh.name,
+            fmt::format("found no light map \"{}\" in the manifest, expected the one whose bases its vertices name", mesh.basis->lightMap));
+    }
+
+    const VerifyOptions& options_;
+    const RunState& state_;
+    Clock::time_point start_;
+    SharedObjects shared_;
+    Outcome outcome_;
+};
+
+}  // namespace
+
+Outcome verifyCooked(const VerifyOptions& options, const RunState& state) {
+    return Verification(options, state).run();
+}
+
+}  // namespace lightcook::pipeline

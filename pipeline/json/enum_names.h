@@ -1,0 +1,32 @@
+// Names of enumerations of formats/ as fields of JSON: from their tables.
+#pragma once
+
+#include "formats/gpu_texture.h"
+#include "formats/light_map_conventions.h"
+#include "formats/target.h"
+#include "formats/vocabulary.h"
+#include "pipeline/json/json_fields.h"
+
+namespace lightcook::pipeline {
+
+template <>
+struct EnumNames<formats::Target> {
+    static std::vector<std::string> all() { return formats::namesOf(formats::allTargets()); }
+};
+
+template <>
+struct EnumNames<formats::Container> {
+    static_assert(static_cast<int>(formats::Container::Ktx2) == 0 && static_cast<int>(formats::Container::Dds) == 1);
+    static std::vector<std::string> all() { return {"ktx2", "dds"}; }
+};
+
+/// The conventions of a light map's file.
+template <class Enum>
+requires requires {
+    formats::conventions<Enum>();
+}
+struct EnumNames<Enum> {
+    static std::vector<std::string> all() { return formats::namesOf(formats::conventions<Enum>()); }
+};
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,68 @@
+#include "pipeline/assets/verdict.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace lightcook::pipeline {
+namespace {
+
+verify::StageError stageWith(double diffuse, double specular) {
+    verify::StageError stage;
+    stage.name = "total";
+    stage.diffuse.relRms = diffuse;
+    stage.specular.relRms = specular;
+    return stage;
+}
+
+TEST(Verdict, HoldsTheLastStageToTheLimit) {
+    EXPECT_TRUE(makeVerdict({stageWith(0.5, 0.5), stageWith(0.01, 0.02)}, 0.02).passed);
+    EXPECT_FALSE(makeVerdict({stageWith(0.01, 0.03)}, 0.02).passed);
+    EXPECT_FALSE(makeVerdict({}, 0.02).passed);
+    EXPECT_FALSE(makeVerdict({stageWith(0, 0)}, 0.02, {{"here", "one", "two"}}).passed);
+}
+
+TEST(Verdict, AFigureThatIsNotFiniteFailsInAnyStage) {
+    verify::StageError first = stageWith(0, 0);
+    first.diffuse.maxBound = HUGE_VAL;
+    EXPECT_FALSE(makeVerdict({first, stageWith(0, 0)}, 0.02).passed);
+}
+
+TEST(Verdict, IsReadAsItWasWritten) {
+    verify::StageError stage = stageWith(0.25, 0.125);
+    stage.specular.maxBound = HUGE_VAL;
+    stage.diffuse.sampledAt.x = 12;
+    stage.diffuse.sampledAt.y = 30.5;
+    stage.diffuse.sampledAt.channel = 1;
+    stage.diffuse.sampledAt.normal = {0, 0, 1};
+    stage.diffuse.sampledAt.reference = 2;
+    stage.diffuse.sampledAt.local = 0.5;
+    verify::Violation violation{"block", "an error", "none"};
+    violation.at.mip = 3;
+    violation.at.face = 5;
+    const Json json = toJson(makeVerdict({stage}, 0.02, {violation}));
+    const auto read = fromJson<Verdict>(Json::parse(json.dump()), "record");
+    ASSERT_TRUE(read.has_value()) << read.error().line();
+    EXPECT_EQ(toJson(*read), json);
+    EXPECT_EQ(read->stages[0].specular.maxBound, HUGE_VAL);
+    EXPECT_EQ(read->stages[0].diffuse.sampledAt.y, 30.5);
+    EXPECT_EQ(read->violations[0].at.face, 5);
+    EXPECT_EQ(json["violations"][0]["at"]["face"], "-Z");
+    EXPECT_EQ(json["stages"][0]["error"]["diffuse"]["sampled_at"]["channel"], "green");
+}
+
+TEST(CheckStage, AResidualThatAddsToTheErrorIsAViolation) {
+    verify::StageError code = stageWith(0.1, 0.1), residual = stageWith(0.2, 0.1);
+    code.name = "code";
+    residual.name = "residual 1";
+    std::vector<verify::Violation> violations;
+    checkStage({code, residual}, "code", "residual 1", violations);
+    ASSERT_EQ(violations.size(), 1u);
+    EXPECT_EQ(violations[0].place, "stage residual 1");
+    checkStage({code, residual}, "residual 1", "residual 2", violations);
+    EXPECT_EQ(violations.size(), 1u);
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

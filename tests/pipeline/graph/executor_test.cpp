@@ -1,0 +1,73 @@
+#include "pipeline/graph/executor.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "pipeline/graph/files.h"
+#include "tests/formats/temporary_folder.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using testing::ElementsAre;
+
+/// Writes a file with the parameters, and appends the contents of the dependencies' files.
+formats::Result<ActionOutcome> writeText(const ActionContext& context) {
+    if (context.action.parameters.value("fails", false))
+        return formats::failure(formats::ErrorCode::ValueOutOfRange, context.action.asset, "found a failure, expected none");
+    std::string text = context.action.parameters.value("text", "");
+    for (const ActionRecord* record : context.upstream)
+        for (const FileRecord& file : record->files) text += *readFile(context.upstreamFolder / file.name);
+    const std::string name = context.action.asset + ".txt";
+    if (auto written = writeFile(context.folder / name, text); !written) return tl::make_unexpected(written.error());
+    return ActionOutcome{{{"length", text.size()}}, {name}};
+}
+ActionFunction functionOf(const std::string&) {
+    return writeText;
+}
+
+class Executor : public testing::Test {
+protected:
+    ExecutionResult run(const std::vector<Action>& graph, bool keepGoing = false) {
+        auto staging = TemporaryFolder::create(folder_ / "");
+        const Cache cache(folder_ / "cache", 1 << 20);
+        DigestMemo digests(folder_ / "memo");
+        const RunState state;
+        ExecutionResult result = execute(graph, {folder_ / "out", false, keepGoing}, staging->path(), {functionOf, cache, digests, state});
+        EXPECT_TRUE(publish(result, staging->path(), folder_ / "out").has_value());
+        return result;
+    }
+    static Action action(const std::string& name, const std::string& text, std::vector<std::string> dependencies = {}) {
+        return {name, "text", name, {{"text", text}}, {}, std::move(dependencies)};
+    }
+    formats::TemporaryFolder folder_;
+};
+
+TEST_F(Executor, DependenciesRunFirstAndTheirFilesAreRead) {
+    const ExecutionResult result = run({action("a", "one "), action("b", "two "), action("c", "three ", {"a", "b"})});
+    EXPECT_TRUE(result.errors.empty());
+    EXPECT_EQ(result.actionsRun, 3);
+    EXPECT_EQ(*readFile(folder_ / "out" / "c.txt"), "three one two ");
+}
+
+TEST_F(Executor, OnlyChangedActionsAndTheirDependantsRunAgain) {
+    run({action("a", "one "), action("b", "two "), action("c", "three ", {"a"})});
+    const ExecutionResult result = run({action("a", "uno "), action("b", "two "), action("c", "three ", {"a"})});
+    EXPECT_EQ(result.actionsRun, 2);
+    EXPECT_EQ(result.actionsReused, 1);
+    EXPECT_EQ(*readFile(folder_ / "out" / "c.txt"), "three uno ");
+}
+
+TEST_F(Executor, AFailureStopsItsDependantsAndWithKeepGoingNothingElse) {
+    Action failing = action("a", "");
+    failing.parameters["fails"] = true;
+    const std::vector<Action> graph = {failing, action("b", "two "), action("c", "three ", {"a"}), action("d", "four ", {"b"})};
+    const ExecutionResult result = run(graph, true);
+    ASSERT_EQ(result.errors.size(), 1u);
+    EXPECT_EQ(result.errors[0].subject, "a");
+    EXPECT_FALSE(result.records.contains("c"));
+    EXPECT_EQ(*readFile(folder_ / "out" / "d.txt"), "four two ");
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

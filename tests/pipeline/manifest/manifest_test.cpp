@@ -1,0 +1,74 @@
+#include "pipeline/manifest/manifest.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/pipeline/small_scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using testing::HasSubstr;
+
+/// Collects the paths of all members of a document, with [] for the elements of lists.
+void collectPaths(const Json& json, const std::string& path, std::set<std::string>& paths) {
+    if (json.is_object())
+        for (const auto& [key, member] : json.items()) {
+            const std::string below = path.empty() ? key : path + "." + key;
+            paths.insert(below);
+            collectPaths(member, below, paths);
+        }
+    if (json.is_array())
+        for (const Json& element : json) collectPaths(element, path + "[]", paths);
+}
+
+bool isOpen(const std::string& path) {
+    for (const char* open : {"assets[].constants.", "assets[].source.description.", "assets[].verify.", "assets[].source.files."})
+        if (path.starts_with(open)) return true;
+    return false;
+}
+
+TEST(Manifest, IsReadAsItWasWrittenAndEveryFieldIsListed) {
+    const SmallScene scene(SmallScene::Parts::All);
+    const RunState state;
+    const Outcome outcome = cookScene(scene.options(), state);
+    ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+    const Json written = Json::parse(formats::contentOf(scene / "out" / kManifestName));
+    const auto manifest = loadManifest(scene / "out");
+    ASSERT_TRUE(manifest.has_value()) << manifest.error().line();
+    Json read = toJson(*manifest);
+    read["digest"] = written.at("digest");
+    EXPECT_EQ(read.dump(), written.dump());
+
+    std::set<std::string> paths, listed = {"digest"};
+    collectPaths(written, "", paths);
+    for (const FieldRow& row : fieldRows<Manifest>()) listed.insert(row.path);
+    for (const std::string& path : paths) EXPECT_TRUE(isOpen(path) || listed.contains(path)) << path;
+}
+
+TEST(Manifest, MembersThatTheCookLeavesOpenAreNeeded) {
+    const SmallScene scene(SmallScene::Parts::LightMap);
+    const RunState state;
+    ASSERT_TRUE(cookScene(scene.options(), state).errors.empty());
+    const Json whole = Json::parse(formats::contentOf(scene / "out" / kManifestName));
+    const auto lineWithout = [&](const char* parent, const char* key) {
+        Json json = whole;
+        json[Json::json_pointer(parent)].erase(key);
+        formats::writeContent(scene / "out" / kManifestName, json.dump());
+        const auto manifest = loadManifest(scene / "out");
+        return manifest ? std::string("accepted") : manifest.error().line();
+    };
+    EXPECT_THAT(lineWithout("/assets/0/textures/0", "digest"), HasSubstr("assets/0/textures/0: found"));
+    EXPECT_THAT(lineWithout("/assets/0", "verify"), HasSubstr("expected an object with a member \"verify\""));
+    EXPECT_THAT(lineWithout("/assets/0/source/files", "source"), HasSubstr("assets/0/source/files"));
+    EXPECT_THAT(lineWithout("/shader", "file"), HasSubstr("shader: found"));
+}
+
+TEST(ManifestReference, HasARowForEachField) {
+    const std::string text = manifestReference();
+    EXPECT_THAT(text, HasSubstr("| `assets[].textures[].bytes_gpu` | integer | GPU memory [bytes] |"));
+    EXPECT_THAT(text, HasSubstr("| `assets[].kind` | `light-map`, `dominant`, `cubemap`, `lut`, `rsrm`, `mesh` |"));
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline
