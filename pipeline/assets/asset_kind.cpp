@@ -1,5 +1,8 @@
 #include "pipeline/assets/asset_kind.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 
 #include "formats/light_map_layout.h"
@@ -20,7 +23,7 @@ std::vector<std::string> lightMapEndings() {
     std::vector<std::string> endings;
     for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts())
         for (const formats::LightMapTextureInfo& texture : layout.textures)
-            if (const std::string ending = "_" + std::string(texture.name); std::ranges::find(endings, ending) == endings.end())
+            if (const std::string ending = fmt::format("_{}", texture.name); std::ranges::find(endings, ending) == endings.end())
                 endings.push_back(ending);
     return endings;
 }

@@ -38,7 +38,7 @@ std::vector<std::string> commandNames(const ProgramDoc& program) {
 }
 
 /// Returns the text in single quotes of bash and zsh.
-std::string quoted(const std::string& text) {
+std::string shellQuoted(const std::string& text) {
     std::string result = "'";
     for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
     return result + "'";
@@ -52,7 +52,7 @@ std::string bashValueCases(const std::vector<OptionDoc>& options, const std::str
     for (const OptionDoc& option : options) {
         if (option.isPositional || option.value == Value::None) continue;
         std::string reply = "return 0";
-        if (option.value == Value::Choice) reply = fmt::format("_lightcook_words {}; return 0", quoted(wordsOf(option.choices)));
+        if (option.value == Value::Choice) reply = fmt::format("_lightcook_words {}; return 0", shellQuoted(wordsOf(option.choices)));
         if (option.value == Value::File) reply = "_lightcook_files -f; return 0";
         if (option.value == Value::Folder) reply = "_lightcook_files -d; return 0";
         text += fmt::format("{}{}) {} ;;\n", indent, joined(option.names, "|"), reply);
@@ -99,13 +99,13 @@ std::string zshArguments(const std::vector<OptionDoc>& options) {
     std::string text;
     for (const OptionDoc& option : options) {
         if (option.isPositional) {
-            text += fmt::format(" \\\n                {}", quoted(fmt::format(":{}:{}", option.names.front(), zshAction(option))));
+            text += fmt::format(" \\\n                {}", shellQuoted(fmt::format(":{}:{}", option.names.front(), zshAction(option))));
             continue;
         }
         for (const std::string& name : option.names) {
             std::string spec = fmt::format("{}[{}]", name, zshDescription(option.description));
             if (option.value != Value::None) spec += fmt::format(":value:{}", zshAction(option));
-            text += fmt::format(" \\\n                {}", quoted(spec));
+            text += fmt::format(" \\\n                {}", shellQuoted(spec));
         }
     }
     return text;
@@ -160,13 +160,13 @@ _lightcook() {
     text += fmt::format("            {}) ((i++)) ;;\n", globalValuePattern(program));
     text += "            -*) ;;\n            *) command=${COMP_WORDS[i]}; break ;;\n        esac\n    done\n    case $previous in\n";
     text += bashValueCases(program.options, "        ");
-    text += "    esac\n    local options=" + quoted(joined(namesOf(program.options))) + "\n    case $command in\n";
-    text += fmt::format("        '') [[ $current == -* ]] || options={} ;;\n", quoted(joined(commandNames(program))));
+    text += "    esac\n    local options=" + shellQuoted(joined(namesOf(program.options))) + "\n    case $command in\n";
+    text += fmt::format("        '') [[ $current == -* ]] || options={} ;;\n", shellQuoted(joined(commandNames(program))));
     for (const CommandDoc& command : program.commands) {
         const std::string values = bashValueCases(command.options, "                ");
         text += fmt::format("        {})\n", command.name);
         if (!values.empty()) text += "            case $previous in\n" + values + "            esac\n";
-        text += fmt::format("            options+={}\n            ;;\n", quoted(" " + joined(namesOf(command.options))));
+        text += fmt::format("            options+={}\n            ;;\n", shellQuoted(fmt::format(" {}", joined(namesOf(command.options)))));
     }
     text += "    esac\n    if [[ -z $command || $current == -* ]]; then\n        _lightcook_words \"$options\"\n    else\n";
     text += "        _lightcook_files -f\n    fi\n}\n\ncomplete -F _lightcook lightcook\n";
@@ -178,7 +178,7 @@ std::string zshCompletion(const ProgramDoc& program) {
     text +=
         "_lightcook() {\n    local curcontext=\"$curcontext\" state line\n    typeset -A opt_args\n    local -a commands\n    commands=(\n";
     for (const CommandDoc& command : program.commands)
-        text += fmt::format("        {}\n", quoted(command.name + ":" + zshDescription(command.summary)));
+        text += fmt::format("        {}\n", shellQuoted(command.name + ":" + zshDescription(command.summary)));
     text += "    )\n    _arguments -C" + zshArguments(program.options);
     text += " \\\n                '1:command:->command' \\\n                '*::argument:->argument' && return\n";
     text +=

@@ -17,8 +17,10 @@ using namespace lightcook::pipeline;
 
 using Files = std::vector<std::pair<std::string, std::string>>;
 
-Files referencePages() {
-    return {{"commands.md", commandReference(describeProgram())}, {"scene-file.md", sceneFileReference()}};
+Files pages() {
+    Files files;
+    for (ReferencePage& page : referencePages()) files.emplace_back(std::move(page.name), std::move(page.text));
+    return files;
 }
 
 Files shellFiles() {
@@ -48,7 +50,7 @@ bool write(const std::filesystem::path& folder, const Files& files) {
 
 int main(int argc, char** argv) {
     const std::vector<std::string> arguments(argv + 1, argv + argc);
-    if (arguments.size() == 1 && !arguments[0].starts_with("-")) return write(arguments[0], referencePages()) ? 0 : 1;
+    if (arguments.size() == 1 && !arguments[0].starts_with("-")) return write(arguments[0], pages()) ? 0 : 1;
     if (arguments.size() == 2 && arguments[0] == "--shell") return write(arguments[1], shellFiles()) ? 0 : 1;
     std::fprintf(stderr, "usage: lightcook_docs FOLDER | lightcook_docs --shell FOLDER\n");
     return 2;

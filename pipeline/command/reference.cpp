@@ -9,6 +9,8 @@
 
 #include "pipeline/command/terminal.h"
 #include "pipeline/graph/version.h"
+#include "pipeline/manifest/json_shape.h"
+#include "pipeline/manifest/manifest.h"
 #include "pipeline/scene/keys.h"
 
 namespace lightcook::pipeline {
@@ -112,7 +114,30 @@ std::string troffParagraphs(const std::string& notes) {
     return text;
 }
 
+/// Returns a page with its paragraphs wrapped, and the note that it is generated below its title. Tables stay as they are.
+std::string generatedPage(const std::string& page) {
+    std::string text;
+    for (std::size_t begin = 0; begin < page.size();) {
+        const std::size_t end = std::min(page.find("\n\n", begin), page.size());
+        const std::string part = page.substr(begin, end - begin);
+        text += part.starts_with("#") || part.starts_with("|") ? part : wrapped(part, kMarkdownColumns);
+        while (text.ends_with("\n")) text.pop_back();
+        text += "\n\n";
+        if (begin == 0) text += kGenerated;
+        begin = end + 2;
+    }
+    if (text.ends_with("\n\n")) text.pop_back();
+    return text;
+}
+
 }  // namespace
+
+std::vector<ReferencePage> referencePages() {
+    return {{"commands.md", commandReference(describeProgram())},
+            {"scene-file.md", sceneFileReference()},
+            {"manifest.md", generatedPage(manifestReference())},
+            {"report.md", generatedPage(reportReference())}};
+}
 
 std::string commandReference(const ProgramDoc& program) {
     std::string text = "# Commands\n\n";
@@ -131,7 +156,7 @@ std::string commandReference(const ProgramDoc& program) {
     for (const CommandDoc& command : program.commands) {
         text += fmt::format("\n## {}\n\n`lightcook {}`\n\n{}.\n\n{}", command.name, command.usage(), command.summary,
                             optionTable(command.options));
-        for (const std::string& paragraph : paragraphsOf(command.notes)) text += "\n" + wrapped(paragraph, kMarkdownColumns);
+        for (const std::string& paragraph : paragraphsOf(command.notes)) text += fmt::format("\n{}", wrapped(paragraph, kMarkdownColumns));
     }
     return text;
 }
@@ -152,7 +177,7 @@ std::string sceneFileReference() {
         text += "| key | type | default | meaning |\n| --- | --- | --- | --- |\n";
         for (const SceneKeyInfo& key : section.keys)
             text += fmt::format("| `{}` | {} | {} | {} |\n", key.name, key.type, key.fallback, key.caption);
-        if (!section.outro.empty()) text += "\n" + wrapped(section.outro, kMarkdownColumns);
+        if (!section.outro.empty()) text += fmt::format("\n{}", wrapped(section.outro, kMarkdownColumns));
     }
     return text;
 }

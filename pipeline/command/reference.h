@@ -2,10 +2,20 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "pipeline/command/program_doc.h"
 
 namespace lightcook::pipeline {
+
+/// A generated page of docs/reference.
+struct ReferencePage {
+    std::string name;  ///< "commands.md"
+    std::string text;
+};
+
+/// Returns every page that is made from tables: commands, scene file, manifest, report.
+std::vector<ReferencePage> referencePages();
 
 /// Returns docs/reference/commands.md.
 std::string commandReference(const ProgramDoc& program);

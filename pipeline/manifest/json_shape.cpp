@@ -233,8 +233,8 @@ std::string reportReference() {
     std::vector<FieldRow> rows = fieldRows<ReportShape>();
     rows.push_back({"digest", "string", "XXH3-128 of this file, taken with zeros for the digits of the digest itself"});
     return "# Report\n\n`report.json` adds up a cook or a verification: bytes against the budget, error against the limit, time. `[]` "
-           "stands\nfor each element of a list, `.*` for each member of an object whose keys are names. Figures that are not finite "
-           "are\n`null`.\n\n" +
+           "stands for each element of a list, `.*` for each member of an object whose keys are names. Figures that are not finite "
+           "are `null`.\n\n" +
            markdownTable(rows);
 }
 

@@ -82,7 +82,7 @@ std::vector<std::string> reasonsOf(const Json& asset) {
 
 Html failedAsset(const Json& asset, std::size_t index) {
     const std::vector<std::string> reasons = reasonsOf(asset);
-    Html line = element("a", {{"href", "#" + assetAnchor(index)}}, text(words(member(asset, "name")))) + word(": ");
+    Html line = element("a", {{"href", fmt::format("#{}", assetAnchor(index))}}, text(words(member(asset, "name")))) + word(": ");
     for (std::size_t i = 0; i < reasons.size(); ++i) line += text((i > 0 ? "; " : "") + reasons[i]);
     return element("li", line);
 }
@@ -172,7 +172,7 @@ Html assetRow(const Json& asset, std::size_t index, std::size_t shading) {
     Html cells;
     if (shading == 0) {
         const std::string kind = words(member(asset, "kind")), size = sizeWords(asset);
-        const Html name = element("a", {{"href", "#" + assetAnchor(index)}}, text(words(member(asset, "name"))));
+        const Html name = element("a", {{"href", fmt::format("#{}", assetAnchor(index))}}, text(words(member(asset, "name"))));
         const std::string facts = kind + (size.empty() ? "" : ", " + size) + ", " + words(member(asset, "layout"));
         cells += element("th", {{"scope", "rowgroup"}, {"rowspan", "2"}},
                          name + element("span", {{"class", "sub"}}, swatch(kind) + text(facts)));

@@ -37,12 +37,9 @@ bool isInstalled(const std::string& program) {
     return runShell("command -v " + program + " >/dev/null 2>&1") == 0;
 }
 
-TEST(CommandReference, IsTheCommittedPage) {
-    EXPECT_EQ(contentOf(committedPage("commands.md")), commandReference(describeProgram())) << "update it with: ./dev docs";
-}
-
-TEST(SceneFileReference, IsTheCommittedPage) {
-    EXPECT_EQ(contentOf(committedPage("scene-file.md")), sceneFileReference()) << "update it with: ./dev docs";
+TEST(ReferencePages, AreTheCommittedOnes) {
+    for (const ReferencePage& page : referencePages())
+        EXPECT_EQ(contentOf(committedPage(page.name.c_str())), page.text) << page.name << ": update it with: ./dev docs";
 }
 
 TEST(CommandReference, EveryCommandAndOptionIsDescribed) {
