@@ -64,27 +64,26 @@ Result<Json> compareImages(const std::filesystem::path& a, const std::filesystem
     return error.toJson();
 }
 
-Json assetRow(const Json& asset) {
-    const Json& error = asset.at("stages").back().at("error");
-    return {{"bytes_gpu", asset.at("bytes_gpu")},
-            {"bytes_disk", asset.at("bytes_disk")},
-            {"diffuse_rel_rms", error.at("diffuse").at("rel_rms")},
-            {"specular_rel_rms", error.at("specular").at("rel_rms")},
-            {"passed", asset.at("passed")}};
+Json compared(const ReportRow& row) {
+    const verify::StageError& error = row.verdict.stages.back();
+    return {{"bytes_gpu", row.bytesGpu},
+            {"bytes_disk", row.bytesDisk},
+            {"diffuse_rel_rms", jsonOf(error.diffuse.relRms)},
+            {"specular_rel_rms", jsonOf(error.specular.relRms)},
+            {"passed", row.verdict.passed}};
 }
 
 Result<Json> compareScenes(const std::filesystem::path& a, const std::filesystem::path& b) {
-    const auto first = readReport(a / kReportName), second = readReport(b / kReportName);
+    const auto first = loadReport(a / kReportName), second = loadReport(b / kReportName);
     if (!first) return tl::make_unexpected(first.error());
     if (!second) return tl::make_unexpected(second.error());
     std::map<std::string, std::pair<Json, Json>> rows;
-    for (const Json& asset : first->at("assets")) rows[asset.at("name").get<std::string>()].first = assetRow(asset);
-    for (const Json& asset : second->at("assets")) rows[asset.at("name").get<std::string>()].second = assetRow(asset);
+    for (const ReportRow& row : first->assets) rows[row.name].first = compared(row);
+    for (const ReportRow& row : second->assets) rows[row.name].second = compared(row);
     Json assets = Json::array();
     for (const auto& [name, row] : rows)
         assets.push_back({{"name", name}, {"a", row.first}, {"b", row.second}, {"same", row.first == row.second}});
-    return Json{
-        {"a_bytes_gpu", first->at("budget").at("used_bytes")}, {"b_bytes_gpu", second->at("budget").at("used_bytes")}, {"assets", assets}};
+    return Json{{"a_bytes_gpu", first->budget.usedBytes}, {"b_bytes_gpu", second->budget.usedBytes}, {"assets", assets}};
 }
 
 }  // namespace

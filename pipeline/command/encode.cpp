@@ -19,7 +19,6 @@
 #include "pipeline/command/session.h"
 #include "pipeline/command/texture_file.h"
 #include "pipeline/graph/files.h"
-#include "pipeline/manifest/json_shape.h"
 
 namespace lightcook::pipeline {
 namespace {

@@ -14,7 +14,6 @@
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 #include "pipeline/command/texture_file.h"
-#include "pipeline/manifest/json_shape.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/scene/scene.h"
 

@@ -9,8 +9,8 @@
 
 #include "pipeline/command/terminal.h"
 #include "pipeline/graph/version.h"
-#include "pipeline/manifest/json_shape.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/report/report.h"
 #include "pipeline/scene/keys.h"
 
 namespace lightcook::pipeline {

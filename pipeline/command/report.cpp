@@ -10,7 +10,6 @@
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 #include "pipeline/graph/files.h"
-#include "pipeline/manifest/json_shape.h"
 #include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
@@ -20,10 +19,10 @@ using formats::Error;
 using formats::ErrorCode;
 
 /// Returns an error if the GPU memory grew by more than `allowedPercent` over the baseline.
-std::vector<Error> compareWithBaseline(const Json& report, const std::filesystem::path& baseline, double allowedPercent) {
-    const auto old = readReport(baseline);
+std::vector<Error> compareWithBaseline(const Report& report, const std::filesystem::path& baseline, double allowedPercent) {
+    const auto old = loadReport(baseline);
     if (!old) return {old.error()};
-    const double before = old->at("budget").at("used_bytes").get<double>(), now = report.at("budget").at("used_bytes").get<double>();
+    const double before = static_cast<double>(old->budget.usedBytes), now = static_cast<double>(report.budget.usedBytes);
     const double growth = before > 0 ? 100 * (now / before - 1) : (now > 0 ? 100.0 : 0.0);
     if (growth <= allowedPercent) return {};
     return {{ErrorCode::OverBudget, baseline.string(),
@@ -49,17 +48,19 @@ CommandFunction defineReport(CLI::App& app) {
         ->capture_default_str();
     app.footer("More GPU memory than the scene's budget, or more growth than --fail-over allows, ends with exit code 5.");
     return [options](Session& session) {
-        const auto report = readReport(options->folder / kReportName);
+        const auto json = readReport(options->folder / kReportName);
+        if (!json) return session.finish(json);
+        const auto report = loadReport(options->folder / kReportName);
         if (!report) return session.finish(report);
         std::vector<Error> errors;
         const auto write = [&](const std::filesystem::path& file, const std::string& text) {
             if (auto written = writeFile(file, text); !written) errors.push_back(written.error());
         };
-        if (!options->json.empty()) write(options->json, textOf(*report) + "\n");
-        if (!options->html.empty()) write(options->html, renderReportHtml(*report, options->folder));
+        if (!options->json.empty()) write(options->json, textOf(*json) + "\n");
+        if (!options->html.empty()) write(options->html, renderReportHtml(*json, options->folder));
         if (!options->baseline.empty())
             for (Error& error : compareWithBaseline(*report, options->baseline, options->failOver)) errors.push_back(std::move(error));
-        if (!isWithinBudget(*report))
+        if (!report->budget.isKept())
             errors.push_back({ErrorCode::OverBudget, options->folder.string(),
                               "found more GPU memory used than the scene's budget, expected at most the budget"});
         printReport(session.terminal, *report);

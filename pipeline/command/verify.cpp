@@ -8,7 +8,6 @@
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 #include "pipeline/graph/files.h"
-#include "pipeline/manifest/json_shape.h"
 #include "pipeline/report/ci_report.h"
 
 namespace lightcook::pipeline {

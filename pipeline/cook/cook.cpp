@@ -108,11 +108,12 @@ private:
             if (!isReported(error)) outcome_.errors.push_back(error);
         if (isStopped(result)) return {};
         if (auto published = publish(result, staging_, outcome_.output); !published) return published;
-        if (auto written = writeSummaries(*plan, result); !written) return written;
+        const auto report = writeSummaries(*plan, result);
+        if (!report) return tl::make_unexpected(report.error());
         if (options_.depfile)
             if (auto written = writeDepfile(needsGraph, needs); !written) return written;
         cache_.prune();
-        appendVerdicts(outcome_.report, outcome_.errors);
+        appendVerdicts(*report, outcome_.errors);
         return {};
     }
 
@@ -152,14 +153,14 @@ private:
         }
     }
 
-    Result<void> writeSummaries(const Plan& plan, const ExecutionResult& result) {
+    Result<Report> writeSummaries(const Plan& plan, const ExecutionResult& result) {
         SummaryWriter writer(scene_, outcome_.output, options_.only.has_value(), *digests_);
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
         auto report =
             writer.write(plan, result, outcome_.actionsRun > 0, {scene_.name, seconds, peakResidentBytes(), scene_.output.budgetBytes});
         if (!report) return tl::make_unexpected(report.error());
-        outcome_.report = std::move(*report);
-        return {};
+        outcome_.report = toJson(*report);
+        return report;
     }
 
     /// Writes the dependency file. The manifest describes all assets, also those that --only left alone.

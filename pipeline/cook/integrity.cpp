@@ -7,7 +7,6 @@
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/self_digest.h"
-#include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -27,10 +26,10 @@ std::optional<Error> checkFile(const std::filesystem::path& file, const std::str
 
 }  // namespace
 
-std::vector<Error> checkReportFiles(const std::filesystem::path& folder, const std::string& manifestText, const Json& report) {
+std::vector<Error> checkReportFiles(const std::filesystem::path& folder, const std::string& manifestText, const Report& report) {
     std::vector<Error> errors;
-    for (const Json& each : report.value("files", Json::array())) {
-        const std::string file = each.at("file").get<std::string>(), expected = each.at("digest").get<std::string>();
+    if (!report.files) return errors;
+    for (const auto& [file, expected] : *report.files) {
         if (file != kManifestName) {
             if (auto error = checkFile(folder / file, expected)) errors.push_back(std::move(*error));
         } else if (digestOfText(manifestText) != expected) {
@@ -57,7 +56,7 @@ std::vector<Error> checkDigests(const std::filesystem::path& folder, const Manif
     const auto reportText = readFile(folder / kReportName);
     if (!reportText) return {reportText.error()};
     if (!add(checkSelfDigest(*reportText, (folder / kReportName).string()))) return errors;
-    const auto report = readReport(folder / kReportName);
+    const auto report = loadReport(folder / kReportName);
     if (!report) {
         errors.push_back(report.error());
         return errors;

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "formats/error.h"
-#include "pipeline/json/json.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
 
@@ -17,7 +17,7 @@ namespace lightcook::pipeline {
 std::vector<formats::Error> checkDigests(const std::filesystem::path& folder, const Manifest& manifest);
 
 /// Returns an error for each file that a report names with another digest: the manifest, the page, the pictures.
-std::vector<formats::Error> checkReportFiles(const std::filesystem::path& folder, const std::string& manifestText, const Json& report);
+std::vector<formats::Error> checkReportFiles(const std::filesystem::path& folder, const std::string& manifestText, const Report& report);
 
 /// Returns the sources of an asset by role, and refuses one that changed: an error against another bake means nothing.
 formats::Result<std::map<std::string, std::filesystem::path>> unchangedSources(const CookedAsset& asset,

@@ -59,11 +59,11 @@ std::vector<Skip> skipsOf(const Plan& plan, const ExecutionResult& result, const
 SummaryWriter::SummaryWriter(const Scene& scene, const std::filesystem::path& folder, bool isPartial, DigestMemo& digests)
     : scene_(scene), folder_(folder), digests_(digests) {
     if (auto manifest = loadManifest(folder)) oldManifest_ = std::move(*manifest);
-    if (auto report = readReport(folder / kReportName)) oldReport_ = std::move(*report);
+    if (auto report = loadReport(folder / kReportName)) oldReport_ = std::move(*report);
     isPartial_ = isPartial && oldManifest_ && oldReport_;
 }
 
-Result<Json> SummaryWriter::write(const Plan& plan, const ExecutionResult& result, bool isAnythingRun, const ReportFrame& frame) {
+Result<Report> SummaryWriter::write(const Plan& plan, const ExecutionResult& result, bool isAnythingRun, const ReportFrame& frame) {
     if (auto collected = collect(plan, result); !collected) return tl::make_unexpected(collected.error());
     if (auto written = writeManifest(); !written) return tl::make_unexpected(written.error());
     if (!isAnythingRun && isReportCurrent()) return *oldReport_;
@@ -75,8 +75,8 @@ Result<void> SummaryWriter::collect(const Plan& plan, const ExecutionResult& res
     if (isPartial_) {
         for (const CookedAsset& asset : oldManifest_->assets)
             if (!isPlanned(plan, asset.name)) assets_.push_back(asset);
-        for (const Json& row : oldReport_->value("assets", Json::array()))
-            if (!isPlanned(plan, row.value("name", ""))) rows_.push_back(row);
+        for (const ReportRow& row : oldReport_->assets)
+            if (!isPlanned(plan, row.name)) rows_.push_back(row);
     }
     for (const std::string& name : plan.assets)
         if (auto added = addAsset(plan, result, name); !added) return added;
@@ -89,15 +89,16 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
     auto asset =
         manifestAsset(actionOf(plan, "cook/" + name), actionOf(plan, "verify/" + name), cooked->second, scene_.directory, digests_);
     if (!asset) return tl::make_unexpected(asset.error());
-    Json row = reportAsset(toJson(*asset), cooked->second, verified->second);
+    auto row = reportRow(*asset, cooked->second, verified->second);
+    if (!row) return tl::make_unexpected(row.error());
     if (const auto record = result.records.find("trial/" + name); record != result.records.end()) {
-        const auto trial = fromJson<TrialResult>(record->second.result, record->first);
+        auto trial = fromJson<TrialResult>(record->second.result, record->first);
         if (!trial) return tl::make_unexpected(trial.error());
-        row["trial_candidates"] = jsonOf(trial->candidates);
-        row["trial_share"] = trial->share;
+        row->trialCandidates = std::move(trial->candidates);
+        row->trialShare = trial->share;
     }
     assets_.push_back(std::move(*asset));
-    rows_.push_back(std::move(row));
+    rows_.push_back(std::move(*row));
     return {};
 }
 
@@ -114,29 +115,26 @@ Result<void> SummaryWriter::writeManifest() {
 /// Returns true if the earlier report has the rows and the budget of this cook, and belongs to the files that are there.
 bool SummaryWriter::isReportCurrent() const {
     if (!oldReport_ || !oldManifest_ || withSelfDigest(toJson(*oldManifest_)) != manifestText_) return false;
-    const Json limit = scene_.output.budgetBytes ? Json(*scene_.output.budgetBytes) : Json(nullptr);
-    return oldReport_->value("assets", Json()) == Json(rows_) &&
-           oldReport_->value("budget", Json::object()).value("limit_bytes", Json()) == limit &&
+    return jsonOf(oldReport_->assets) == jsonOf(rows_) && oldReport_->budget.limitBytes == scene_.output.budgetBytes &&
            checkReportFiles(folder_, manifestText_, *oldReport_).empty();
 }
 
 /// Writes the page and the report with the digests of all files that go with it. Returns the report with its own digest.
-Result<Json> SummaryWriter::writeReport(Json report) {
-    const std::string page = renderReportHtml(report, folder_);
+Result<Report> SummaryWriter::writeReport(Report report) {
+    const std::string page = renderReportHtml(toJson(report), folder_);
     if (auto written = writeFile(folder_ / kReportHtmlName, page); !written) return tl::make_unexpected(written.error());
-    report["files"] = {{{"file", kManifestName}, {"digest", digestOfText(manifestText_)}},
-                       {{"file", kReportHtmlName}, {"digest", digestOfText(page)}}};
-    for (const Json& row : rows_) {
-        const Json pictures = row.value("preview", Json::object());
-        for (const Json& file : pictures) {
-            const auto digest = digestOfFile(folder_ / file.get<std::string>());
+    report.files = {{kManifestName, digestOfText(manifestText_)}, {kReportHtmlName, digestOfText(page)}};
+    for (const ReportRow& row : rows_) {
+        if (!row.preview) continue;
+        for (const std::string& file : {row.preview->reference, row.preview->cooked, row.preview->difference}) {
+            const auto digest = digestOfFile(folder_ / file);
             if (!digest) return tl::make_unexpected(digest.error());
-            report["files"].push_back({{"file", file}, {"digest", *digest}});
+            report.files->push_back({file, *digest});
         }
     }
-    const std::string text = withSelfDigest(report);
+    const std::string text = withSelfDigest(toJson(report));
     if (auto written = writeFile(folder_ / kReportName, text); !written) return tl::make_unexpected(written.error());
-    return parseJson(text);
+    return fromJson<Report>(parseJson(text), kReportName);
 }
 
 }  // namespace lightcook::pipeline

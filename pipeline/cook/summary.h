@@ -9,7 +9,6 @@
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/executor.h"
-#include "pipeline/json/json.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 
@@ -23,23 +22,23 @@ public:
 
     /// Writes all files, and returns the report. The report of an earlier cook stays if nothing was run and it says the same.
     /// frame   of a new report
-    formats::Result<Json> write(const Plan& plan, const ExecutionResult& result, bool isAnythingRun, const ReportFrame& frame);
+    formats::Result<Report> write(const Plan& plan, const ExecutionResult& result, bool isAnythingRun, const ReportFrame& frame);
 
 private:
     formats::Result<void> collect(const Plan& plan, const ExecutionResult& result);
     formats::Result<void> addAsset(const Plan& plan, const ExecutionResult& result, const std::string& name);
     formats::Result<void> writeManifest();
     bool isReportCurrent() const;
-    formats::Result<Json> writeReport(Json report);
+    formats::Result<Report> writeReport(Report report);
 
     const Scene& scene_;
     std::filesystem::path folder_;
     DigestMemo& digests_;
     std::optional<Manifest> oldManifest_;
-    std::optional<Json> oldReport_;
+    std::optional<Report> oldReport_;
     bool isPartial_;
     std::vector<CookedAsset> assets_;
-    std::vector<Json> rows_;  ///< of the report
+    std::vector<ReportRow> rows_;  ///< of the report
     std::string manifestText_;
 };
 

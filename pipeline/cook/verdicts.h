@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "formats/error.h"
-#include "pipeline/json/json.h"
+#include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
 
 /// Appends an error for each failure of an asset, and one if the budget is exceeded.
-void appendVerdicts(const Json& report, std::vector<formats::Error>& errors);
+void appendVerdicts(const Report& report, std::vector<formats::Error>& errors);
 
 }  // namespace lightcook::pipeline

@@ -31,11 +31,11 @@ struct CookFacts {
     std::uint64_t bytesIn = 0;
     double seconds = 0;
 };
-CookFacts cookFactsOf(const Json& report, const std::string& asset) {
+CookFacts cookFactsOf(const std::optional<Report>& report, const std::string& asset) {
     CookFacts facts;
-    if (!report.is_object()) return facts;
-    for (const Json& row : report.value("assets", Json::array()))
-        if (row.value("name", "") == asset) facts = {row.value("bytes_in", std::uint64_t{0}), row.value("seconds", 0.0)};
+    if (!report) return facts;
+    for (const ReportRow& row : report->assets)
+        if (row.name == asset) facts = {row.bytesIn, row.seconds};
     return facts;
 }
 
@@ -59,27 +59,24 @@ private:
         outcome_.errors = checkContract(options_.folder, *manifest);
         auto scratch = TemporaryFolder::create();
         if (!scratch) return tl::make_unexpected(scratch.error());
-        const auto previous = readReport(options_.folder / kReportName);
-        std::vector<Json> rows;
+        std::optional<Report> previous;
+        if (auto loaded = loadReport(options_.folder / kReportName)) previous = std::move(*loaded);
+        std::vector<ReportRow> rows;
         for (const CookedAsset& asset : manifest->assets) {
-            auto row = verifyAsset(*manifest, asset, scratch->path(), previous ? *previous : Json());
+            auto row = verifyAsset(*manifest, asset, scratch->path(), previous);
             if (!row) return tl::make_unexpected(row.error());
             rows.push_back(std::move(*row));
         }
         std::optional<std::uint64_t> budget;
-        if (previous) budget = budgetOf(*previous);
-        outcome_.report = makeReport({manifest->scene, secondsSince(start_), peakResidentBytes(), budget}, rows, {});
-        appendVerdicts(outcome_.report, outcome_.errors);
+        if (previous) budget = previous->budget.limitBytes;
+        const Report report = makeReport({manifest->scene, secondsSince(start_), peakResidentBytes(), budget}, std::move(rows), {});
+        appendVerdicts(report, outcome_.errors);
+        outcome_.report = toJson(report);
         return {};
     }
 
-    static std::optional<std::uint64_t> budgetOf(const Json& report) {
-        const Json limit = report.value("budget", Json::object()).value("limit_bytes", Json());
-        return limit.is_number() ? std::optional(limit.get<std::uint64_t>()) : std::nullopt;
-    }
-
-    Result<Json> verifyAsset(const Manifest& manifest, const CookedAsset& asset, const std::filesystem::path& scratch,
-                             const Json& previous) {
+    Result<ReportRow> verifyAsset(const Manifest& manifest, const CookedAsset& asset, const std::filesystem::path& scratch,
+                                  const std::optional<Report>& previous) {
         const auto sources =
             unchangedSources(asset, options_.sources.empty() ? options_.folder / manifest.sceneDirectory : options_.sources);
         if (!sources) return tl::make_unexpected(sources.error());
@@ -103,7 +100,7 @@ private:
         verified.result = std::move(outcome->result);
         verified.result.erase("preview");  // drawn in a scratch folder
         verified.seconds = secondsSince(start);
-        return reportAsset(toJson(asset), cooked, verified);
+        return reportRow(asset, cooked, verified);
     }
 
     /// Returns the light map whose bases the vertices of a mesh name.

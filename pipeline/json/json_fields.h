@@ -131,6 +131,11 @@ public:
     void optional(std::string_view key, const std::optional<T>& value, std::string_view caption) {
         optional(key, value, FieldRule{}, caption);
     }
+    /// A field that is always there, and null where it has no value.
+    template <class T>
+    void nullable(std::string_view key, const std::optional<T>& value, const FieldRule&, std::string_view) {
+        out_[std::string(key)] = value ? jsonOf(*value) : Json(nullptr);
+    }
     /// Writes an optional field only if isHere: for a field whose place in the order depends on others.
     template <class T>
     void optionalIf(bool isHere, std::string_view key, const std::optional<T>& value, const FieldRule& rule, std::string_view caption) {
@@ -176,6 +181,11 @@ public:
         optional(key, value, FieldRule{}, caption);
     }
     template <class T>
+    void nullable(std::string_view key, std::optional<T>& value, const FieldRule& rule, std::string_view) {
+        value.reset();
+        if (const JsonPlace place = place_[key]; !place.value().is_null()) readValue(place, value.emplace(), rule);
+    }
+    template <class T>
     void optionalIf(bool, std::string_view key, std::optional<T>& value, const FieldRule& rule, std::string_view caption) {
         optional(key, value, rule, caption);
     }
@@ -213,6 +223,12 @@ public:
     template <class T>
     void optional(std::string_view key, const std::optional<T>& value, std::string_view caption) {
         optional(key, value, FieldRule{}, caption);
+    }
+    template <class T>
+    void nullable(std::string_view key, const std::optional<T>&, const FieldRule& rule, std::string_view caption) {
+        const std::size_t first = rows_.size();
+        listType<T>(rows_, prefix_ + std::string(key), rule, caption, true);
+        rows_[first].type += " or null";
     }
     template <class T>
     void optionalIf(bool, std::string_view key, const std::optional<T>& value, const FieldRule& rule, std::string_view caption) {

@@ -161,7 +161,7 @@ Html meshError(const Json& error) {
          {"light_map_uv", "Largest shift of a light-map UV [of the map's side]"}}};
     if (error.is_object())
         for (const auto& [key, meaning] : kTerms)
-            if (error.contains(key)) rows += fact(meaning, valueMarkup(error.at(key)));
+            if (error.contains(key)) rows += fact(meaning, valueMarkup(member(error, key)));
     return rows;
 }
 

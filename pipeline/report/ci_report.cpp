@@ -6,6 +6,7 @@
 
 #include "pipeline/graph/version.h"
 #include "pipeline/json/json.h"
+#include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -44,21 +45,29 @@ std::string ruleOf(formats::ErrorCode code) {
     }
 }
 
-/// Returns the properties of each failure of the report, by its error line.
-std::map<std::string, Json> factsByLine(const Json& report) {
-    std::map<std::string, Json> facts;
-    if (!report.is_object()) return facts;
-    for (const Json& asset : report.at("assets"))
-        for (const Json& failure : asset.value("failures", Json::array())) {
-            Json properties = failure;
-            for (const char* key : {"subject", "detail", "message"}) properties.erase(key);
-            facts[failure.at("message").get<std::string>()] = std::move(properties);
-        }
-    return facts;
+/// Returns the failures of the report by their error lines.
+std::map<std::string, Failure> failuresByLine(const Report& report) {
+    std::map<std::string, Failure> failures;
+    for (const ReportRow& row : report.assets)
+        for (const Failure& failure : row.failures) failures[failure.message] = failure;
+    return failures;
 }
 
-std::string junitProperties(const Json& facts) {
+/// Returns the facts of a failure without its texts.
+Json propertiesOf(const Failure& failure) {
+    Json properties = toJson(failure);
+    for (const char* key : {"subject", "detail", "message"}) properties.erase(key);
+    return properties;
+}
+
+/// Returns the report, or one without rows if the job ended before there was one.
+Report reportOf(const Json& json) {
+    return json.is_object() ? fromJson<Report>(json, kReportName).value_or(Report()) : Report();
+}
+
+std::string junitProperties(const Failure& failure) {
     std::string properties;
+    const Json facts = propertiesOf(failure);
     for (const auto& [key, value] : facts.items())
         properties += fmt::format("<property name=\"{}\" value=\"{}\"/>", xmlEscaped(key),
                                   xmlEscaped(value.is_string() ? value.get<std::string>() : value.dump()));
@@ -67,32 +76,31 @@ std::string junitProperties(const Json& facts) {
 
 }  // namespace
 
-std::string junitReport(const Json& report, const std::vector<formats::Error>& errors, const std::string& folder) {
+std::string junitReport(const Json& json, const std::vector<formats::Error>& errors, const std::string& folder) {
     std::string cases;
     std::size_t count = 0;
-    if (report.is_object())
-        for (const Json& asset : report.at("assets")) {
-            ++count;
-            cases +=
-                fmt::format("  <testcase classname=\"{}\" name=\"{}\" time=\"{:.3f}\"/>\n", xmlEscaped(asset.at("kind").get<std::string>()),
-                            xmlEscaped(asset.at("name").get<std::string>()), asset.value("verify_seconds", 0.0));
-        }
-    const std::map<std::string, Json> facts = factsByLine(report);
+    const Report report = reportOf(json);
+    for (const ReportRow& row : report.assets) {
+        ++count;
+        cases += fmt::format("  <testcase classname=\"{}\" name=\"{}\" time=\"{:.3f}\"/>\n", xmlEscaped(std::string(info(row.kind).name)),
+                             xmlEscaped(row.name), row.verifySeconds);
+    }
+    const std::map<std::string, Failure> failures = failuresByLine(report);
     for (const formats::Error& error : errors) {
         ++count;
-        const auto found = facts.find(error.line());
+        const auto found = failures.find(error.line());
         cases +=
             fmt::format("  <testcase classname=\"{}\" name=\"{}\">{}<failure message=\"{}\"/></testcase>\n", ruleOf(error.code),
-                        xmlEscaped(error.subject), found == facts.end() ? "" : junitProperties(found->second), xmlEscaped(error.detail));
+                        xmlEscaped(error.subject), found == failures.end() ? "" : junitProperties(found->second), xmlEscaped(error.detail));
     }
     return fmt::format(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"{} verify {}\" tests=\"{}\" failures=\"{}\">\n{}</testsuite>\n",
         kToolName, xmlEscaped(folder), count, errors.size(), cases);
 }
 
-std::string sarifReport(const Json& report, const std::vector<formats::Error>& errors) {
+std::string sarifReport(const Json& json, const std::vector<formats::Error>& errors) {
     Json results = Json::array();
-    const std::map<std::string, Json> facts = factsByLine(report);
+    const std::map<std::string, Failure> failures = failuresByLine(reportOf(json));
     for (const formats::Error& error : errors) {
         results.push_back(
             {{"ruleId", ruleOf(error.code)},
@@ -100,12 +108,12 @@ std::string sarifReport(const Json& report, const std::vector<formats::Error>& e
              {"message", {{"text", error.line()}}},
              {"locations", Json::array({{{"physicalLocation",
                                           {{"artifactLocation", {{"uri", error.subject.substr(0, error.subject.find(", "))}}}}}}})}});
-        const auto found = facts.find(error.line());
-        if (found == facts.end()) continue;
-        const std::string asset = found->second.at("asset").get<std::string>();
-        results.back()["locations"][0]["logicalLocations"] = Json::array(
-            {{{"name", asset}, {"fullyQualifiedName", asset + "/" + found->second.at("stage").get<std::string>()}, {"kind", "resource"}}});
-        results.back()["properties"] = found->second;
+        const auto found = failures.find(error.line());
+        if (found == failures.end()) continue;
+        const Failure& failure = found->second;
+        results.back()["locations"][0]["logicalLocations"] =
+            Json::array({{{"name", failure.asset}, {"fullyQualifiedName", failure.asset + "/" + failure.stage}, {"kind", "resource"}}});
+        results.back()["properties"] = propertiesOf(failure);
     }
     Json rules = Json::array();
     for (const char* id : {"shaded-error", "memory-budget", "input"}) rules.push_back({{"id", id}});

@@ -7,11 +7,6 @@
 namespace lightcook::pipeline {
 namespace {
 
-double figure(const Json& error, const char* key) {
-    const auto found = error.find(key);
-    return found != error.end() && found->is_number() ? found->get<double>() : std::nan("");
-}
-
 std::string vectorWords(const Json& v) {
     if (!v.is_array()) return "";
     std::string words;
@@ -20,62 +15,58 @@ std::string vectorWords(const Json& v) {
     return "(" + words + ")";
 }
 
+double finiteOrNan(double value) {
+    return std::isfinite(value) ? value : std::nan("");
+}
+
 /// Returns ": found 1.2, expected 0.9, off by 0.3, allowed 0.02".
-std::string lightWords(const Json& at, double allowed) {
-    const double found = figure(at, "found"), reference = figure(at, "reference");
+std::string lightWords(const ErrorPlaceFields& at, double allowed) {
+    const double found = at.found.value_or(std::nan("")), reference = at.reference.value_or(std::nan(""));
     if (!std::isfinite(found) || !std::isfinite(reference)) return "";
     const std::string words = fmt::format(": found {:.4g}, expected {:.4g}, off by {:.4g}", found, reference, std::abs(found - reference));
     return std::isfinite(allowed) ? words + fmt::format(", allowed {:.4g}", allowed) : words;
 }
 
 /// Returns the difference of light at a place that is a local relative error of `limit`; NaN if the place has no figures.
-double allowedAt(const Json& at, double limit) {
-    const double local = figure(at, "local"), off = std::abs(figure(at, "found") - figure(at, "reference"));
+double allowedAt(const ErrorPlaceFields& at, double limit) {
+    const double local = at.local.value_or(std::nan(""));
+    const double off = std::abs(at.found.value_or(std::nan("")) - at.reference.value_or(std::nan("")));
     return local > 0 && std::isfinite(local) ? limit * off / local : std::nan("");
 }
 
-class Failures {
-public:
-    explicit Failures(const Json& asset) : asset_(asset) {}
-
-    /// Adds a failure. subject: without the asset's name; at: a place of report.json, or null.
-    void add(const std::string& subject, const std::string& detail, const Json& facts, const Json& at, double allowed) {
-        Json failure = {{"asset", asset_.at("name")}, {"kind", asset_.at("kind")}};
-        failure.update(facts);
-        std::string text = detail;
-        if (at.is_object()) {
-            failure.update(at);
-            failure.erase("local");
-            if (std::isfinite(allowed)) failure["allowed"] = allowed;
-            text += "; worst at " + placeWords(at) + lightWords(at, allowed);
-        }
-        failure["subject"] = asset_.at("name").get<std::string>() + ", " + subject;
-        failure["detail"] = text;
-        failure["message"] = failure["subject"].get<std::string>() + ": " + text;
-        list.push_back(std::move(failure));
+/// Adds the texts of a failure, and its place.
+/// subject  without the asset's name
+void complete(Failure& failure, const ReportRow& row, const std::string& subject, const verify::ErrorPlace& at) {
+    failure.asset = row.name;
+    failure.kind = row.kind;
+    if (at.isKnown()) {
+        failure.at = FieldMirror<verify::ErrorPlace>::of(at);
+        const double allowed = allowedAt(failure.at, row.verdict.limit);
+        if (std::isfinite(allowed)) failure.allowed = allowed;
+        failure.at.local.reset();
+        failure.detail += "; worst at " + placeWords(toJson(failure.at)) + lightWords(failure.at, allowed);
     }
-    Json list = Json::array();
+    failure.subject = row.name + ", " + subject;
+    failure.message = failure.subject + ": " + failure.detail;
+}
 
-private:
-    const Json& asset_;
-};
-
-/// Adds a failure for each kind of shading of a stage that is over the limit or has figures that are not finite.
-void addStage(const Json& stage, double limit, bool isLast, Failures& failures) {
-    const std::string name = stage.at("name").get<std::string>();
-    for (const char* shading : {"diffuse", "specular"}) {
-        const Json& error = stage.at("error").at(shading);
-        bool isFinite = true;
-        for (const char* key : {"rel_rms", "p99", "max_sampled", "max_bound"}) isFinite = isFinite && std::isfinite(figure(error, key));
-        const double relRms = figure(error, "rel_rms");
-        if (isFinite && !(isLast && relRms > limit)) continue;
-        const auto at = error.find("sampled_at");
-        failures.add(
-            fmt::format("stage {}, {}", name, shading),
-            fmt::format("found rel_rms {:.4g}, expected at most {:.4g}{}", relRms, limit, isFinite ? "" : " and every figure finite"),
-            {{"stage", name}, {"shading", shading}, {"rel_rms", relRms}, {"limit", limit}}, at != error.end() ? *at : Json(),
-            at != error.end() ? allowedAt(*at, limit) : std::nan(""));
-    }
+/// Appends a failure if one kind of shading of a stage is over the limit or has figures that are not finite.
+void addStage(const ReportRow& row, const verify::StageError& stage, const std::string& shading, const verify::ErrorFigures& figures,
+              std::vector<Failure>& failures) {
+    const double limit = row.verdict.limit, relRms = finiteOrNan(figures.relRms);
+    const bool isLast = &stage == &row.verdict.stages.back();
+    const bool isFinite =
+        std::isfinite(relRms) && std::isfinite(figures.p99) && std::isfinite(figures.maxSampled) && std::isfinite(figures.maxBound);
+    if (isFinite && !(isLast && relRms > limit)) return;
+    Failure failure;
+    failure.stage = stage.name;
+    failure.shading = shading;
+    failure.relRms = relRms;
+    failure.limit = limit;
+    failure.detail =
+        fmt::format("found rel_rms {:.4g}, expected at most {:.4g}{}", relRms, limit, isFinite ? "" : " and every figure finite");
+    complete(failure, row, fmt::format("stage {}, {}", stage.name, shading), figures.sampledAt);
+    failures.push_back(std::move(failure));
 }
 
 }  // namespace
@@ -95,26 +86,26 @@ std::string placeWords(const Json& at) {
     return words;
 }
 
-Json failuresOf(const Json& asset) {
-    Failures failures(asset);
-    const double limit = asset.at("limit").at("value").get<double>();
-    const Json& stages = asset.at("stages");
-    for (const Json& each : asset.value("violations", Json::array())) {
-        const std::string place = each.at("place").get<std::string>();
-        const auto at = each.find("at");
-        failures.add(place,
-                     fmt::format("found {}, expected {}", each.at("found").get<std::string>(), each.at("expected").get<std::string>()),
-                     {{"stage", stages.back().at("name")}, {"place", place}}, at != each.end() ? *at : Json(),
-                     at != each.end() ? allowedAt(*at, limit) : std::nan(""));
+std::vector<Failure> failuresOf(const ReportRow& row) {
+    std::vector<Failure> failures;
+    for (const verify::Violation& each : row.verdict.violations) {
+        Failure failure;
+        failure.stage = row.verdict.stages.back().name;
+        failure.place = each.place;
+        failure.detail = fmt::format("found {}, expected {}", each.found, each.expected);
+        complete(failure, row, each.place, each.at);
+        failures.push_back(std::move(failure));
     }
-    for (const Json& stage : stages) addStage(stage, limit, &stage == &stages.back(), failures);
-    return failures.list;
+    for (const verify::StageError& stage : row.verdict.stages) {
+        addStage(row, stage, "diffuse", stage.diffuse, failures);
+        addStage(row, stage, "specular", stage.specular, failures);
+    }
+    return failures;
 }
 
-std::vector<formats::Error> errorsOf(const Json& failures) {
+std::vector<formats::Error> errorsOf(const std::vector<Failure>& failures) {
     std::vector<formats::Error> errors;
-    for (const Json& each : failures)
-        errors.push_back({formats::ErrorCode::Verification, each.at("subject").get<std::string>(), each.at("detail").get<std::string>()});
+    for (const Failure& each : failures) errors.push_back({formats::ErrorCode::Verification, each.subject, each.detail});
     return errors;
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/assets/asset_kind.h"
 #include "pipeline/graph/files.h"
 
 namespace lightcook::pipeline {
@@ -87,8 +88,7 @@ Html voidElement(std::string_view name, const Attributes& attributes) {
 }
 
 std::string kindColor(const std::string& kind) {
-    static constexpr std::array kKinds = {"light-map", "dominant", "cubemap", "lut", "rsrm", "mesh"};
-    return std::find(kKinds.begin(), kKinds.end(), kind) == kKinds.end() ? "var(--kind-other)" : "var(--kind-" + kind + ")";
+    return assetKindFromName(kind) ? "var(--kind-" + kind + ")" : "var(--kind-other)";
 }
 
 std::string base64(std::string_view bytes) {

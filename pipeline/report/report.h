@@ -1,12 +1,17 @@
 // report.json and report.html: memory against the budget, errors and their bounds against the limits, time.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "pipeline/graph/action.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/report/report_row.h"
+#include "pipeline/report/whole_error.h"
 #include "pipeline/scene/needs.h"
 
 namespace lightcook::pipeline {
@@ -14,27 +19,83 @@ namespace lightcook::pipeline {
 inline constexpr const char* kReportName = "report.json";
 inline constexpr const char* kReportHtmlName = "report.html";
 
+/// Largest and used GPU memory of a scene.
+struct MemoryBudget {
+    std::optional<std::uint64_t> limitBytes;  ///< none: no limit
+    std::uint64_t usedBytes = 0;
+    std::map<std::string, std::uint64_t> byKind, byFormat;
+    bool isKept() const { return !limitBytes || usedBytes <= *limitBytes; }
+};
+template <class Fields, Is<MemoryBudget> Self>
+void describe(Fields& fields, Self& budget) {
+    constexpr FieldRule kBytes = between(0, kLargestBytes);
+    fields.nullable("limit_bytes", budget.limitBytes, kBytes, "budget [bytes], null without one");
+    fields.required("used_bytes", budget.usedBytes, kBytes, "GPU memory of all assets");
+    fields.required("by_kind", budget.byKind, kBytes, "GPU memory by kind of asset");
+    fields.required("by_format", budget.byFormat, kBytes, "GPU memory by pixel format");
+}
+
+struct ReportFile {
+    std::string file, digest;
+};
+template <class Fields, Is<ReportFile> Self>
+void describe(Fields& fields, Self& file) {
+    fields.required("file", file.file, kFileInFolder, "manifest, page or picture");
+    fields.required("digest", file.digest, "XXH3-128 of the file");
+}
+
+/// report.json.
+struct Report {
+    std::string scene;
+    std::optional<Tool> tool;
+    bool passed = false;
+    double seconds = 0;
+    std::uint64_t peakRssBytes = 0;
+    std::vector<ReportRow> assets;
+    std::vector<Skip> skipped;
+    MemoryBudget budget;
+    std::optional<WholeError> whole;
+    std::optional<std::vector<ReportFile>> files;
+    std::optional<std::string> digest;  ///< of a report that was read
+};
+template <class Fields, Is<Report> Self>
+void describe(Fields& fields, Self& report) {
+    fields.required("scene", report.scene, "name of the scene");
+    fields.optional("tool", report.tool, "program that wrote the report");
+    fields.required("passed", report.passed, "true if every asset passed and the budget holds");
+    fields.required("seconds", report.seconds, between(0, HUGE_VAL), "wall time of the job");
+    fields.required("peak_rss_bytes", report.peakRssBytes, between(0, kLargestBytes), "most memory that was resident");
+    fields.required("assets", report.assets, "a row for each asset");
+    fields.required("skipped", report.skipped, "assets that were not cooked, and actions whose results were reused");
+    fields.required("budget", report.budget, "GPU memory");
+    fields.optional("whole", report.whole, "error of the whole shading of the scene");
+    fields.optional("files", report.files, "files that belong to this report");
+    fields.optional("digest", report.digest, "XXH3-128 of this file, taken with zeros for the digits of the digest itself");
+}
+
 /// Returns the row of an asset: its manifest entry, the results of its cook and its verification, and the time of each.
-Json reportAsset(const Json& manifestAsset, const ActionRecord& cooked, const ActionRecord& verified);
+formats::Result<ReportRow> reportRow(const CookedAsset& asset, const ActionRecord& cooked, const ActionRecord& verified);
 
-/// Returns the GPU memory of an asset [bytes]: its textures and the data beside them.
-std::uint64_t gpuBytesOf(const Json& manifestAsset);
-
+/// Members of a report that do not depend on the rows.
 struct ReportFrame {
     std::string scene;
     double seconds = 0;
     std::uint64_t peakRssBytes = 0;
     std::optional<std::uint64_t> budgetBytes;
 };
-/// Returns report.json (docs/reference/report.md). "passed" is true if every asset passed and the memory is within the budget.
-Json makeReport(const ReportFrame& frame, const std::vector<Json>& assets, const std::vector<Skip>& skipped);
+/// Returns a report. `passed` is true if every asset passed and the memory is within the budget.
+Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::vector<Skip> skipped);
 
-bool isWithinBudget(const Json& report);
-
-/// Returns a self-contained page; pictures are read from `folder` and embedded.
-std::string renderReportHtml(const Json& report, const std::filesystem::path& folder);
-
+/// Reads a report, and refuses one of another shape.
+formats::Result<Report> loadReport(const std::filesystem::path& file);
+/// Returns the same as JSON, for the page, which shows a report of any shape.
 formats::Result<Json> readReport(const std::filesystem::path& file);
+
+/// Returns the fields of report.json as a Markdown table.
+std::string reportReference();
+
+/// Returns a self-contained page. Members that are absent or of another type show as a dash. Pictures are read from `folder` and embedded.
+std::string renderReportHtml(const Json& report, const std::filesystem::path& folder);
 
 /// Returns the peak resident memory of this process [bytes].
 std::uint64_t peakResidentBytes();

@@ -9,7 +9,6 @@
 
 #include "pipeline/assets/lut/light_moments.h"
 #include "pipeline/report/html.h"
-#include "pipeline/report/page_parts.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -18,7 +17,6 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 /// The verifier writes the largest double for a figure that exceeds every limit; sums must not use it.
 constexpr double kNoFigure = 1e300;
 
-constexpr std::array kLightNames = {"diffuse", "area_specular", "analytic_specular", "environment"};
 enum Light { kDiffuse, kArea, kAnalytic, kEnvironment };
 using Lights = std::array<double, kLightNames.size()>;
 
@@ -26,27 +24,22 @@ double square(double value) {
     return value * value;
 }
 
-double figure(const Json& object, const char* key) {
-    const double value = number(member(object, key));
-    return value < kNoFigure ? value : kNan;
+/// Returns NaN for a figure that is not finite, or that stands for none.
+double figure(double value) {
+    return std::isfinite(value) && value < kNoFigure ? value : kNan;
 }
 
-Json finiteOrNull(double value) {
-    return std::isfinite(value) ? Json(value) : Json(nullptr);
+/// Selects the figures of one kind of shading.
+using Figures = verify::ErrorFigures verify::StageError::*;
+constexpr Figures kDiffuseFigures = &verify::StageError::diffuse, kSpecularFigures = &verify::StageError::specular;
+
+double relRmsOf(const ReportRow& row, Figures figures) {
+    return figure((row.verdict.stages.back().*figures).relRms);
 }
 
-const Json& errorOf(const Json& stage, const char* shading) {
-    return stage.at("error").at(shading);
-}
-double relRmsOf(const Json& asset, const char* shading) {
-    return figure(errorOf(asset.at("stages").back(), shading), "rel_rms");
-}
-
-bool isKind(const Json& asset, const char* kind) {
-    return asset.at("kind") == kind;
-}
-double lightOf(const Json& asset, const char* key) {
-    return asset.contains("light") ? figure(asset.at("light"), key) : kNan;
+/// Returns a figure of the row's light; NaN without it.
+double lightOf(const ReportRow& row, std::optional<double> LightFigures::*member) {
+    return row.light ? figure((*row.light.*member).value_or(kNan)) : kNan;
 }
 
 /// Returns error / light: 0 for no error without light, infinity for an error without light.
@@ -54,26 +47,27 @@ double relative(double squaredError, double squaredLight) {
     return squaredError == 0 ? 0 * squaredLight : std::sqrt(squaredError / squaredLight);
 }
 
-Moments momentsOf(const Json& asset, const char* key) {
+Moments momentsOf(const ReportRow& row, std::optional<std::vector<double>> LightFigures::*member) {
     Moments moments;
     moments.fill(kNan);
-    const Json& list = member(asset.at("light"), key);
-    if (list.is_array() && list.size() == moments.size())
+    const auto& list = *row.light.*member;
+    if (list && list->size() == moments.size())
         for (std::size_t i = 0; i < moments.size(); ++i)
-            if (list[i].is_number()) moments[i] = list[i].get<double>();
+            if (std::isfinite((*list)[i])) moments[i] = (*list)[i];
     return moments;
 }
 /// Returns the rel_rms of the light that the tables reflect of a light map.
-double tablesRelRms(const Json& tables, const Json& map) {
-    const Moments light = momentsOf(map, "moments");
-    return relative(meanSquare(momentsOf(tables, "error_moments"), light), meanSquare(momentsOf(tables, "kernel_moments"), light));
+double tablesRelRms(const ReportRow& tables, const ReportRow& map) {
+    const Moments light = momentsOf(map, &LightFigures::moments);
+    return relative(meanSquare(momentsOf(tables, &LightFigures::errorMoments), light),
+                    meanSquare(momentsOf(tables, &LightFigures::kernelMoments), light));
 }
 
 /// One asset in one kind of shading. Members are squares, so that averages over light maps are sums.
 struct Part {
-    const Json* asset;
-    const char* shading;  ///< the figures' kind of shading: "diffuse" or "specular"
-    const char* name;     ///< of the shading, as reported
+    const ReportRow* row;
+    Figures figures;
+    const char* name;  ///< of the shading, as reported
     double squaredError = 0, squaredLight = 0;
     bool isAlternative = false;  ///< a pixel has the error of only one of the alternatives
 };
@@ -110,10 +104,10 @@ struct Shading {
         for (std::size_t i = 0; i < squaredLights.size(); ++i) squaredLights[i] += weight * other.squaredLights[i];
         squaredBound += weight * other.squaredBound;
         for (const Part& part : other.parts) {
-            auto mine = std::ranges::find_if(
-                parts, [&](const Part& each) { return each.asset == part.asset && std::string(each.name) == part.name; });
+            auto mine =
+                std::ranges::find_if(parts, [&](const Part& each) { return each.row == part.row && std::string(each.name) == part.name; });
             if (mine == parts.end()) {
-                parts.push_back({part.asset, part.shading, part.name, 0, 0, part.isAlternative});
+                parts.push_back({part.row, part.figures, part.name, 0, 0, part.isAlternative});
                 mine = parts.end() - 1;
             }
             mine->squaredError += weight * part.squaredError;
@@ -124,54 +118,50 @@ struct Shading {
 
 class Whole {
 public:
-    explicit Whole(const std::vector<Json>& assets) : assets_(assets) {
-        for (const Json& asset : assets)
-            if (isKind(asset, "light-map") && asset.contains("light"))
-                lightMaps_.push_back(&asset);
-            else if (isKind(asset, "lut") && asset.contains("light"))
-                tables_.push_back(&asset);
-            else if (isKind(asset, "cubemap") && asset.contains("light"))
-                probes_.push_back(&asset);
-        for (const Json* probe : probes_) squaredRatio_ += square(lightOf(*probe, "ratio_rms")) / static_cast<double>(probes_.size());
+    explicit Whole(const std::vector<ReportRow>& rows) : rows_(rows) {
+        for (const ReportRow& row : rows) {
+            if (!row.light) continue;
+            if (row.kind == AssetKind::LightMap) lightMaps_.push_back(&row);
+            if (row.kind == AssetKind::Lut) tables_.push_back(&row);
+            if (row.kind == AssetKind::Cubemap) probes_.push_back(&row);
+        }
+        for (const ReportRow* probe : probes_)
+            squaredRatio_ += square(lightOf(*probe, &LightFigures::ratioRms)) / static_cast<double>(probes_.size());
     }
 
-    Json toJson() const {
-        if (lightMaps_.empty()) return nullptr;
+    std::optional<WholeError> error() const {
+        if (lightMaps_.empty()) return {};
         std::vector<Shading> shadings;
         double texels = 0;
-        for (const Json* map : lightMaps_) {
+        for (const ReportRow* map : lightMaps_) {
             shadings.push_back(shadingOf(*map));
-            texels += lightOf(*map, "texels");
+            texels += lightOf(*map, &LightFigures::texels);
         }
         Shading scene;
-        Json maps = Json::array();
+        WholeError whole;
         for (std::size_t i = 0; i < lightMaps_.size(); ++i) {
             // A map without covered texels shows nothing; if no map has any, all weigh the same.
-            const double weight = texels > 0 ? lightOf(*lightMaps_[i], "texels") / texels : 1 / static_cast<double>(lightMaps_.size());
+            const double weight =
+                texels > 0 ? lightOf(*lightMaps_[i], &LightFigures::texels) / texels : 1 / static_cast<double>(lightMaps_.size());
             scene.add(shadings[i], weight);
-            Json entry = {{"name", lightMaps_[i]->at("name")}, {"weight", finiteOrNull(weight)}};
-            entry.update(describe(shadings[i]));
-            maps.push_back(entry);
+            if (lightMaps_.size() > 1) whole.lightMaps.push_back({lightMaps_[i]->name, weight, errorOf(shadings[i])});
         }
-        Json whole = describe(scene);
-        if (maps.size() > 1) whole["light_maps"] = maps;
-        whole["apart"] = apart(scene);
+        whole.shading = errorOf(scene);
+        whole.apart = apart(scene);
         return whole;
     }
 
 private:
     /// Returns the light map that a light or a mesh belongs to: the one with the same bake; of several, the one whose name theirs begins
     /// with.
-    const Json* mapOf(const Json& asset) const {
-        const auto bakeOf = [](const Json& each) { return each.contains("light") ? each.at("light").value("bake", "") : std::string(); };
-        const Json* found = nullptr;
+    const ReportRow* mapOf(const ReportRow& row) const {
+        const auto bakeOf = [](const ReportRow& each) { return each.light ? each.light->bake.value_or("") : std::string(); };
+        const ReportRow* found = nullptr;
         bool isNamed = false;
-        const std::string name = asset.at("name").get<std::string>();
-        for (const Json* map : lightMaps_) {
-            if (bakeOf(*map) != bakeOf(asset)) continue;
-            const std::string mapName = map->at("name").get<std::string>();
-            const bool begins = name.starts_with(mapName + "_");
-            const bool isLonger = found != nullptr && mapName.size() > found->at("name").get_ref<const std::string&>().size();
+        for (const ReportRow* map : lightMaps_) {
+            if (bakeOf(*map) != bakeOf(row)) continue;
+            const bool begins = row.name.starts_with(map->name + "_");
+            const bool isLonger = found != nullptr && map->name.size() > found->name.size();
             if (found != nullptr && (!begins || (isNamed && !isLonger))) continue;
             found = map;
             isNamed = begins;
@@ -179,120 +169,118 @@ private:
         return found;
     }
 
-    Shading shadingOf(const Json& map) const {
+    Shading shadingOf(const ReportRow& map) const {
         Shading shading;
-        const auto add = [&](const Json& asset, const char* kind, const char* name, double relRms, double light,
+        const auto add = [&](const ReportRow& row, Figures figures, const char* name, double relRms, double light,
                              bool isAlternative = false) {
-            shading.parts.push_back({&asset, kind, name, square(relRms * light), square(light), isAlternative});
+            shading.parts.push_back({&row, figures, name, square(relRms * light), square(light), isAlternative});
         };
-        const double diffuse = lightOf(map, "diffuse_rms"), specular = lightOf(map, "specular_rms");
+        const double diffuse = lightOf(map, &LightFigures::diffuseRms), specular = lightOf(map, &LightFigures::specularRms);
         shading.squaredLights[kDiffuse] = square(diffuse);
-        add(map, "diffuse", "diffuse", relRmsOf(map, "diffuse"), diffuse);
-        for (const Json& asset : assets_) {
-            const bool isDominant = isKind(asset, "dominant");
-            if ((!isDominant && !isKind(asset, "mesh")) || !asset.contains("light") || mapOf(asset) != &map) continue;
-            const double light = lightOf(asset, isDominant ? "specular_rms" : "diffuse_rms");
+        add(map, kDiffuseFigures, "diffuse", relRmsOf(map, kDiffuseFigures), diffuse);
+        for (const ReportRow& row : rows_) {
+            const bool isDominant = row.kind == AssetKind::Dominant;
+            if ((!isDominant && row.kind != AssetKind::Mesh) || !row.light || mapOf(row) != &map) continue;
+            const double light = lightOf(row, isDominant ? &LightFigures::specularRms : &LightFigures::diffuseRms);
+            const Figures figures = isDominant ? kSpecularFigures : kDiffuseFigures;
             if (isDominant) shading.squaredLights[kAnalytic] += square(light);
-            add(asset, isDominant ? "specular" : "diffuse", isDominant ? "analytic specular" : "diffuse",
-                relRmsOf(asset, isDominant ? "specular" : "diffuse"), light);
+            add(row, figures, isDominant ? "analytic specular" : "diffuse", relRmsOf(row, figures), light);
         }
         if (specular != 0) {
             shading.squaredLights[kArea] = square(specular);
             shading.squaredLights[kEnvironment] = squaredRatio_ * square(specular);
             // An error of S is visible twice: directly, and in the environment's light R S.
             const double reflected = specular * (1 + std::sqrt(squaredRatio_));
-            add(map, "specular", "area specular", relRmsOf(map, "specular"), reflected);
-            for (const Json* tables : tables_) add(*tables, "specular", "area specular", tablesRelRms(*tables, map), reflected);
-            for (const Json* probe : probes_)
-                add(*probe, "specular", "environment", lightOf(*probe, "ratio_rel_rms"),
-                    specular * lightOf(*probe, "ratio_rms") / std::sqrt(static_cast<double>(probes_.size())), true);
+            add(map, kSpecularFigures, "area specular", relRmsOf(map, kSpecularFigures), reflected);
+            for (const ReportRow* tables : tables_) add(*tables, kSpecularFigures, "area specular", tablesRelRms(*tables, map), reflected);
+            for (const ReportRow* probe : probes_)
+                add(*probe, kSpecularFigures, "environment", lightOf(*probe, &LightFigures::ratioRelRms),
+                    specular * lightOf(*probe, &LightFigures::ratioRms) / std::sqrt(static_cast<double>(probes_.size())), true);
         }
         shading.bound();
         return shading;
     }
 
     /// Returns the share of each stage if it were alone, in proportion to its own rel_rms.
-    static Json stagesOf(const Part& part, double share) {
-        Json stages = Json::array();
-        const double total = relRmsOf(*part.asset, part.shading);
-        const Json& all = part.asset->at("stages");
-        for (std::size_t i = 0; i + 1 < all.size(); ++i) {
-            const double own = figure(errorOf(all[i], part.shading), "rel_rms");
-            stages.push_back({{"name", all[i].at("name")}, {"share", finiteOrNull(own == 0 ? 0 : share * square(own / total))}});
+    static std::vector<StageShare> stagesOf(const Part& part, double share) {
+        std::vector<StageShare> shares;
+        const double total = relRmsOf(*part.row, part.figures);
+        const auto& stages = part.row->verdict.stages;
+        for (std::size_t i = 0; i + 1 < stages.size(); ++i) {
+            const double own = figure((stages[i].*part.figures).relRms);
+            shares.push_back({stages[i].name, own == 0 ? 0 : share * square(own / total)});
         }
-        return stages;
+        return shares;
     }
 
-    static Json describe(const Shading& shading) {
+    static ShadingError errorOf(const Shading& shading) {
         const double error = shading.squaredError(), light = shading.squaredLight();
-        Json lights;
-        for (std::size_t i = 0; i < kLightNames.size(); ++i) lights[kLightNames[i]] = finiteOrNull(std::sqrt(shading.squaredLights[i]));
-        std::vector<std::pair<double, Json>> parts;
+        ShadingError result;
+        result.relRms = relative(error, light);
+        result.relRmsBound = relative(shading.squaredBound, light);
+        result.lightRms = std::sqrt(light);
+        for (std::size_t i = 0; i < result.lights.size(); ++i) result.lights[i] = std::sqrt(shading.squaredLights[i]);
         for (const Part& part : shading.parts) {
             const double share = error == 0 ? 0 : part.squaredError / error;
-            parts.push_back({std::isfinite(share) ? share : -1,
-                             {{"asset", part.asset->at("name")},
-                              {"kind", part.asset->at("kind")},
-                              {"shading", part.name},
-                              {"share", finiteOrNull(share)},
-                              {"rel_rms", finiteOrNull(relative(part.squaredError, part.squaredLight))},
-                              {"light_rms", finiteOrNull(std::sqrt(part.squaredLight))},
-                              {"stages", stagesOf(part, share)}}});
+            result.parts.push_back({part.row->name, part.row->kind, part.name, share, relative(part.squaredError, part.squaredLight),
+                                    std::sqrt(part.squaredLight), stagesOf(part, share)});
         }
-        std::ranges::stable_sort(parts, std::ranges::greater{}, &std::pair<double, Json>::first);
-        Json list = Json::array();
-        for (auto& [share, part] : parts) list.push_back(std::move(part));
-        return {{"rel_rms", finiteOrNull(relative(error, light))},
-                {"rel_rms_bound", finiteOrNull(relative(shading.squaredBound, light))},
-                {"light_rms", finiteOrNull(std::sqrt(light))},
-                {"lights", lights},
-                {"parts", list}};
+        std::ranges::stable_sort(result.parts, std::ranges::greater{},
+                                 [](const ErrorPart& part) { return std::isfinite(part.share) ? part.share : -1; });
+        return result;
     }
 
-    Json apart(const Shading& scene) const {
-        Json rows = Json::array();
-        for (const Json& asset : assets_) {
-            if (std::ranges::find(scene.parts, &asset, &Part::asset) != scene.parts.end()) continue;
-            const double diffuse = relRmsOf(asset, "diffuse"), specular = relRmsOf(asset, "specular");
+    std::vector<ApartError> apart(const Shading& scene) const {
+        std::vector<ApartError> errors;
+        for (const ReportRow& row : rows_) {
+            if (std::ranges::find(scene.parts, &row, &Part::row) != scene.parts.end()) continue;
+            const double diffuse = relRmsOf(row, kDiffuseFigures), specular = relRmsOf(row, kSpecularFigures);
             const double worse = std::isnan(diffuse) || std::isnan(specular) ? kNan : std::max(diffuse, specular);
-            rows.push_back({{"asset", asset.at("name")}, {"kind", asset.at("kind")}, {"rel_rms", finiteOrNull(worse)}});
+            errors.push_back({row.name, row.kind, worse});
         }
-        return rows;
+        return errors;
     }
 
-    const std::vector<Json>& assets_;
-    std::vector<const Json*> lightMaps_, tables_, probes_;
+    const std::vector<ReportRow>& rows_;
+    std::vector<const ReportRow*> lightMaps_, tables_, probes_;
     double squaredRatio_ = 0;  ///< mean square of R over the cubemaps
 };
 
 /// Returns the way to reduce the error of a kind of asset, for more memory or time.
-const char* remedyOf(const std::string& kind) {
-    if (kind == "light-map") return "a richer light_map_layout, or more effort, buys most";
-    if (kind == "dominant") return "more effort, or target \"float\", buys most";
-    if (kind == "cubemap") return "more effort, or target \"float\", buys most";
-    if (kind == "lut") return "finer tables (lut --views) cost a KiB or two and buy most";
+const char* remedyOf(AssetKind kind) {
+    switch (kind) {
+        case AssetKind::LightMap:
+            return "a richer light_map_layout, or more effort, buys most";
+        case AssetKind::Dominant:
+        case AssetKind::Cubemap:
+            return "more effort, or target \"float\", buys most";
+        case AssetKind::Lut:
+            return "finer tables (lut --views) cost a KiB or two and buy most";
+        case AssetKind::Rsrm:
+        case AssetKind::Mesh:
+            break;
+    }
     return "more bits (draco = false, or a stricter max_error) buy most";
 }
 
 }  // namespace
 
-Json wholeError(const std::vector<Json>& assets) {
-    return Whole(assets).toJson();
+std::optional<WholeError> wholeError(const std::vector<ReportRow>& rows) {
+    return Whole(rows).error();
 }
 
-std::string adviceOf(const Json& whole) {
-    const Json &parts = member(whole, "parts"), &first = parts.is_array() && !parts.empty() ? parts.front() : Json();
-    const double relRms = figure(whole, "rel_rms"), share = figure(first, "share");
-    if (!std::isfinite(relRms) || !std::isfinite(share)) return "A figure is not finite: there is no sum.";
-    if (share == 0) return "There is no error.";
-    const auto textOfKey = [&](const char* key) { return words(member(first, key)); };
-    return fmt::format("{} of the error ({}) is {} of {} ({}): {}.", share > 0.5 ? "Most" : "The largest part", humanPercent(share),
-                       textOfKey("shading"), textOfKey("asset"), textOfKey("kind"), remedyOf(textOfKey("kind")));
+std::string adviceOf(const ShadingError& shading) {
+    if (!std::isfinite(shading.relRms) || shading.parts.empty() || !std::isfinite(shading.parts.front().share))
+        return "A figure is not finite: there is no sum.";
+    const ErrorPart& first = shading.parts.front();
+    if (first.share == 0) return "There is no error.";
+    return fmt::format("{} of the error ({}) is {} of {} ({}): {}.", first.share > 0.5 ? "Most" : "The largest part",
+                       humanPercent(first.share), first.shading, first.asset, info(first.kind).name, remedyOf(first.kind));
 }
 
-std::string lineOf(const Json& whole) {
-    return fmt::format("whole shading: {} of its light (RMS), at most {}. {}", humanPercent(figure(whole, "rel_rms")),
-                       humanPercent(figure(whole, "rel_rms_bound")), adviceOf(whole));
+std::string lineOf(const WholeError& whole) {
+    return fmt::format("whole shading: {} of its light (RMS), at most {}. {}", humanPercent(whole.shading.relRms),
+                       humanPercent(whole.shading.relRmsBound), adviceOf(whole.shading));
 }
 
 }  // namespace lightcook::pipeline

@@ -6,8 +6,7 @@
 
 namespace lightcook::pipeline {
 
-/// Returns the section of a result of wholeError; nothing if that is not an object. Members that are absent or of another type show as a
-/// dash.
-Html wholeSection(const Json& whole);
+/// Returns the section of "whole" of a report; nothing if that is not an object. One of another shape shows without figures.
+Html wholeSection(const Json& json);
 
 }  // namespace lightcook::pipeline

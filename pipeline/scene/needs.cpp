@@ -33,10 +33,6 @@ Range unite(const Range& a, const Range& b) {
 
 }  // namespace
 
-Json Skip::toJson() const {
-    return {{"what", what}, {"why", why}, {"bytes_saved", bytesSaved}, {"seconds_saved", secondsSaved}};
-}
-
 Needs resolveNeeds(const Scene& scene, const std::vector<const ActionRecord*>& meshMaterials) {
     const Needs everything;
     const MaterialFacts unknown{everything.normalMap, everything.specular, everything.m, everything.f0};

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "pipeline/graph/action.h"
+#include "pipeline/json/json_fields.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {
@@ -24,9 +25,14 @@ struct Skip {
     /// Name and bits per texel of the light map whose size, known once it is open, decides bytesSaved; empty if bytesSaved is known.
     std::string lightMap = {};
     double bitsPerTexel = 0;
-
-    Json toJson() const;
 };
+template <class Fields, Is<Skip> Self>
+void describe(Fields& fields, Self& skip) {
+    fields.required("what", skip.what, "asset or action");
+    fields.required("why", skip.why, "reason");
+    fields.required("bytes_saved", skip.bytesSaved, "GPU memory that this saved [bytes]");
+    fields.required("seconds_saved", skip.secondsSaved, kNumberOrNull, "time that this saved");
+}
 
 /// Returns the union of the needs of all materials: those of the glTF (records of "materials" actions), overridden by the scene's own list.
 /// "*" overrides every material. Without any material everything is needed, over the default ranges.

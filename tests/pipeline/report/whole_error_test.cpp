@@ -10,7 +10,6 @@
 
 #include "lighting/sphere.h"
 #include "pipeline/assets/lut/light_moments.h"
-#include "pipeline/manifest/json_shape.h"
 #include "pipeline/report/report.h"
 #include "shaders/lightcook_cpp.h"
 #include "tests/pipeline/small_scene.h"
@@ -68,6 +67,24 @@ Json mesh(const char* name, double relRms, double rms) {
     return asset(name, "mesh", relRms, 0, {{"diffuse_rms", rms}, {"bake", "a.exr"}});
 }
 
+std::vector<ReportRow> rowsOf(const std::vector<Json>& assets) {
+    std::vector<ReportRow> rows;
+    // As text JSON has null for figures that are not finite.
+    for (const Json& each : assets) rows.push_back(fromJson<ReportRow>(parseJson(each.dump()), "row").value());
+    return rows;
+}
+/// Returns the whole error of rows of report.json, as the report has it; null without one.
+Json wholeOf(const std::vector<Json>& assets) {
+    const auto whole = wholeError(rowsOf(assets));
+    return whole ? toJson(*whole) : Json();
+}
+WholeError readWhole(const Json& whole) {
+    return fromJson<WholeError>(whole, "whole").value();
+}
+Json reportOf(const std::vector<Json>& assets) {
+    return toJson(makeReport({"scene", 1, 1, std::nullopt}, rowsOf(assets), {}));
+}
+
 double at(const Json& json, const char* key) {
     return json.at(key).get<double>();
 }
@@ -86,7 +103,7 @@ const Json& partOf(const Json& whole, const std::string& name, const std::string
 
 TEST(WholeError, TwoPartsByHand) {
     // Light 4 and 3: 5 in all. Errors 0.04 and 0.03: 0.05 as squares, 0.07 at worst.
-    const Json whole = wholeError({lightMap("map", 0.01, 0, 4, 0), dominant("map_dominant", 0.01, 3)});
+    const Json whole = wholeOf({lightMap("map", 0.01, 0, 4, 0), dominant("map_dominant", 0.01, 3)});
     EXPECT_NEAR(at(whole, "rel_rms"), 0.05 / 5, 1e-15);
     EXPECT_NEAR(at(whole, "rel_rms_bound"), 0.07 / 5, 1e-15);
     EXPECT_NEAR(at(whole, "light_rms"), 5, 1e-14);
@@ -100,8 +117,8 @@ TEST(WholeError, TwoPartsByHand) {
 
 TEST(WholeError, EveryKindOfLightByHand) {
     const Json whole =
-        wholeError({lightMap("map", 0.02, 0.03, 2, 1), dominant("map_dominant", 0.05, 3), mesh("room_mesh", 0.01, 1.5),
-                    probe("left", 0.04, 1), probe("right", 0.08, 2), tables(0.002), asset("sky", "rsrm", 0.006, 0.004, nullptr)});
+        wholeOf({lightMap("map", 0.02, 0.03, 2, 1), dominant("map_dominant", 0.05, 3), mesh("room_mesh", 0.01, 1.5), probe("left", 0.04, 1),
+                 probe("right", 0.08, 2), tables(0.002), asset("sky", "rsrm", 0.006, 0.004, nullptr)});
     const double ratio = std::sqrt((1.0 + 4.0) / 2), reflected = 1 + ratio;  // S, and the environment's light R S
     const double light = std::sqrt(4 + 1 + 9 + ratio * ratio);
     const double diffuse = 0.02 * 2, moved = 0.01 * 1.5, area = 0.03 * reflected, table = 0.002 * reflected, analytic = 0.05 * 3;
@@ -120,12 +137,12 @@ TEST(WholeError, EveryKindOfLightByHand) {
     EXPECT_EQ(at(whole.at("apart").at(0), "rel_rms"), 0.006);
     // Largest first, and the sentence names it.
     EXPECT_EQ(whole.at("parts").at(0).at("asset"), "map_dominant");
-    EXPECT_THAT(adviceOf(whole), HasSubstr("analytic specular of map_dominant"));
+    EXPECT_THAT(adviceOf(readWhole(whole).shading), HasSubstr("analytic specular of map_dominant"));
 }
 
 TEST(WholeError, TwiceAnErrorIsFourTimesItsSquare) {
     const auto whole = [](double relRms) {
-        return wholeError({lightMap("map", 0.01, 0.02, 4, 1), dominant("map_dominant", relRms, 3), tables(0.01)});
+        return wholeOf({lightMap("map", 0.01, 0.02, 4, 1), dominant("map_dominant", relRms, 3), tables(0.01)});
     };
     const Json once = whole(0.01), twice = whole(0.02);
     const double share = at(partOf(once, "map_dominant", "analytic specular"), "share");
@@ -135,8 +152,8 @@ TEST(WholeError, TwiceAnErrorIsFourTimesItsSquare) {
 }
 
 TEST(WholeError, SeveralLightMapsCountByTheirTexels) {
-    const Json whole = wholeError({lightMap("map", 0.01, 0, 2, 0, 300), lightMap("map_b", 0.05, 0, 4, 0, 100, "b.exr"),
-                                   dominant("map_dominant", 0.1, 1), dominant("map_b_dominant", 0.2, 3, "b.exr")});
+    const Json whole = wholeOf({lightMap("map", 0.01, 0, 2, 0, 300), lightMap("map_b", 0.05, 0, 4, 0, 100, "b.exr"),
+                                dominant("map_dominant", 0.1, 1), dominant("map_b_dominant", 0.2, 3, "b.exr")});
     ASSERT_EQ(whole.at("light_maps").size(), 2u);
     const Json &first = whole.at("light_maps").at(0), &second = whole.at("light_maps").at(1);
     EXPECT_NEAR(at(first, "weight"), 0.75, 1e-15);
@@ -150,49 +167,49 @@ TEST(WholeError, SeveralLightMapsCountByTheirTexels) {
 }
 
 TEST(WholeError, MapsOfOneBakeAreToldApartByName) {
-    const Json whole = wholeError({lightMap("a", 0.01, 0, 1, 0), lightMap("a_b", 0.01, 0, 1, 0), dominant("a_b_dominant", 0.1, 1)});
+    const Json whole = wholeOf({lightMap("a", 0.01, 0, 1, 0), lightMap("a_b", 0.01, 0, 1, 0), dominant("a_b_dominant", 0.1, 1)});
     EXPECT_EQ(whole.at("light_maps").at(0).at("parts").size(), 1u);
     EXPECT_EQ(whole.at("light_maps").at(1).at("parts").size(), 2u);
 }
 
 TEST(WholeError, WhatIsMissingTakesNoPart) {
-    EXPECT_TRUE(wholeError({}).is_null());
-    EXPECT_TRUE(wholeError({probe("left", 0.04, 1), tables(0.01)}).is_null());
-    EXPECT_TRUE(wholeError({asset("map", "light-map", 0.1, 0.1, nullptr)}).is_null()) << "a row of an older tool";
+    EXPECT_TRUE(wholeOf({}).is_null());
+    EXPECT_TRUE(wholeOf({probe("left", 0.04, 1), tables(0.01)}).is_null());
+    EXPECT_TRUE(wholeOf({asset("map", "light-map", 0.1, 0.1, nullptr)}).is_null()) << "a row of an older tool";
     // No specular material: nothing of tables, nor of cubemaps, is seen.
-    const Json whole = wholeError({lightMap("map", 0.01, 0, 4, 0), tables(0.5), dominant("b_dominant", 0.5, 1, "b.exr")});
+    const Json whole = wholeOf({lightMap("map", 0.01, 0, 4, 0), tables(0.5), dominant("b_dominant", 0.5, 1, "b.exr")});
     EXPECT_NEAR(at(whole, "rel_rms"), 0.01, 1e-15);
     EXPECT_EQ(whole.at("parts").size(), 1u);
     EXPECT_EQ(whole.at("apart").size(), 2u);
 }
 
 TEST(WholeError, ABlackMapHasNoErrorUnlessItShines) {
-    const Json black = wholeError({lightMap("map", 0, 0, 0, 0)});
+    const Json black = wholeOf({lightMap("map", 0, 0, 0, 0)});
     EXPECT_EQ(at(black, "rel_rms"), 0);
     EXPECT_EQ(shareSum(black), 0);
-    EXPECT_EQ(adviceOf(black), "There is no error.");
-    const Json shines = wholeError({lightMap("map", std::numeric_limits<double>::max(), 0, 0, 0)});
+    EXPECT_EQ(adviceOf(readWhole(black).shading), "There is no error.");
+    const Json shines = wholeOf({lightMap("map", std::numeric_limits<double>::max(), 0, 0, 0)});
     EXPECT_TRUE(shines.at("rel_rms").is_null());
 }
 
 TEST(WholeError, WhatIsNotFiniteIsNull) {
     for (const double bad :
          {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), std::numeric_limits<double>::max()}) {
-        const Json whole = wholeError({lightMap("map", 0.01, 0, 4, 0), dominant("map_dominant", bad, 3)});
+        const Json whole = wholeOf({lightMap("map", 0.01, 0, 4, 0), dominant("map_dominant", bad, 3)});
         EXPECT_TRUE(whole.at("rel_rms").is_null());
         EXPECT_TRUE(whole.at("rel_rms_bound").is_null());
         EXPECT_NEAR(at(whole, "light_rms"), 5, 1e-14) << "the light is known all the same";
         EXPECT_TRUE(partOf(whole, "map", "diffuse").at("share").is_null());
-        EXPECT_THAT(adviceOf(whole), HasSubstr("not finite"));
-        EXPECT_THAT(lineOf(whole), HasSubstr("not finite"));
-        const Json dark = wholeError({lightMap("map", 0.01, 0, bad, 0)});
+        EXPECT_THAT(adviceOf(readWhole(whole).shading), HasSubstr("not finite"));
+        EXPECT_THAT(lineOf(readWhole(whole)), HasSubstr("not finite"));
+        const Json dark = wholeOf({lightMap("map", 0.01, 0, bad, 0)});
         EXPECT_TRUE(dark.at("light_rms").is_null());
         EXPECT_TRUE(dark.at("rel_rms").is_null());
     }
     // A figure that a file holds as null.
     Json map = lightMap("map", 0.01, 0, 4, 0);
     map["stages"][1]["error"]["diffuse"]["rel_rms"] = nullptr;
-    EXPECT_TRUE(wholeError({map}).at("rel_rms").is_null());
+    EXPECT_TRUE(wholeOf({map}).at("rel_rms").is_null());
 }
 
 /// Pixels of invented light that is nowhere negative and invented errors, shaded as the definition says.
@@ -223,8 +240,8 @@ Simulated simulate(unsigned seed, bool areCorrelated) {
     }
     const auto rms = [](double sum) { return std::sqrt(sum / kPixels); };
     const auto rel = [&](std::size_t k) { return std::sqrt(error[k] / light[k]); };
-    return {std::sqrt(off / whole), wholeError({lightMap("map", rel(0), rel(1), rms(light[0]), rms(light[1])),
-                                                dominant("map_dominant", rel(2), rms(light[2])), probe("probe", rel(3), rms(light[3]))})};
+    return {std::sqrt(off / whole), wholeOf({lightMap("map", rel(0), rel(1), rms(light[0]), rms(light[1])),
+                                             dominant("map_dominant", rel(2), rms(light[2])), probe("probe", rel(3), rms(light[3]))})};
 }
 
 TEST(WholeError, SimulatedPixelsAreWithinIt) {
@@ -301,40 +318,38 @@ TEST(WholeError, TablesAreWorthWhatTheyDoToTheMapsOwnLight) {
         Json map = lightMap("map", 0, 0, 0, 1), lut = tables(0);
         map["light"]["moments"] = light;
         lut["light"]["error_moments"] = error;
-        return wholeError({map, lut});
+        return wholeOf({map, lut});
     };
     EXPECT_EQ(at(whole(constant), "rel_rms"), 0);
     EXPECT_NEAR(at(whole(zonal), "rel_rms"), std::sqrt(0.01 * 2 / (9 * 2)), 1e-15);
     Json none = lightMap("map", 0, 0, 0, 1);
     none["light"].erase("moments");
-    EXPECT_TRUE(wholeError({none, tables(0.1)}).at("rel_rms").is_null());
+    EXPECT_TRUE(wholeOf({none, tables(0.1)}).at("rel_rms").is_null());
 }
 
 TEST(WholeError, AReportIsReadWithAndWithoutIt) {
-    const ReportFrame frame{"scene", 1, 1, std::nullopt};
-    Json report = makeReport(frame, {lightMap("map", 0.01, 0.02, 4, 1), lightMap("b", 0.01, 0.02, 4, 1), tables(0.01)}, {});
+    Json report = reportOf({lightMap("map", 0.01, 0.02, 4, 1), lightMap("b", 0.01, 0.02, 4, 1), tables(0.01)});
     ASSERT_TRUE(report.contains("whole"));
-    EXPECT_TRUE(checkReport(report, "report"));
+    EXPECT_TRUE(fromJson<Report>(report, "report"));
     for (const char* key : {"rel_rms", "light_rms", "lights", "parts", "apart"}) {
         Json broken = report;
         broken["whole"][key] = "text";
-        EXPECT_FALSE(checkReport(broken, "report")) << key;
+        EXPECT_FALSE(fromJson<Report>(broken, "report")) << key;
     }
     Json broken = report;
     broken["whole"]["light_maps"][1]["parts"][0]["share"] = -1;
-    EXPECT_FALSE(checkReport(broken, "report"));
+    EXPECT_FALSE(fromJson<Report>(broken, "report"));
     report.erase("whole");
-    EXPECT_TRUE(checkReport(report, "report"));
+    EXPECT_TRUE(fromJson<Report>(report, "report"));
     for (const char* key : {"diffuse_rms", "texels", "bake"}) {
         broken = report;
         broken["assets"][0]["light"][key] = Json::array();
-        EXPECT_FALSE(checkReport(broken, "report")) << key;
+        EXPECT_FALSE(fromJson<Report>(broken, "report")) << key;
     }
 }
 
 TEST(WholeError, ThePageTellsWhatToBuy) {
-    const ReportFrame frame{"scene", 1, 1, std::nullopt};
-    Json report = makeReport(frame, {lightMap("<b>", 0.01, 0.02, 4, 1), lightMap("b", 0.03, 0.02, 4, 1), tables(0.01)}, {});
+    Json report = reportOf({lightMap("<b>", 0.01, 0.02, 4, 1), lightMap("b", 0.03, 0.02, 4, 1), tables(0.01)});
     const std::string page = renderReportHtml(report, ".");
     EXPECT_THAT(page, HasSubstr("Whole shading"));
     EXPECT_THAT(page, HasSubstr("Of the texels"));

@@ -1,0 +1,106 @@
+// A row of report.json: size, errors, verdict and time of one asset. docs/reference/report.md lists the fields.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/assets/asset_kind.h"
+#include "pipeline/assets/light_map/trial.h"
+#include "pipeline/assets/results.h"
+#include "pipeline/assets/verdict.h"
+#include "pipeline/json/json_fields.h"
+#include "pipeline/manifest/cooked_asset.h"
+
+namespace lightcook::pipeline {
+
+struct ReportTexture {
+    std::string role, file, format;
+    std::uint64_t bytesGpu = 0;
+};
+template <class Fields, Is<ReportTexture> Self>
+void describe(Fields& fields, Self& texture) {
+    fields.required("role", texture.role, "name of the texture in the layout");
+    fields.required("file", texture.file, "KTX2 or DDS file");
+    fields.required("format", texture.format, "pixel format");
+    fields.required("bytes_gpu", texture.bytesGpu, between(0, kLargestBytes), "GPU memory [bytes]");
+}
+
+/// A reason why an asset did not pass: a stage with figures over the limit or not finite, or a violation.
+struct Failure {
+    std::string asset;
+    AssetKind kind = AssetKind::LightMap;
+    std::string stage;
+    std::optional<std::string> shading;    ///< of a stage: diffuse or specular
+    std::optional<double> relRms, limit;   ///< of a stage
+    std::optional<std::string> place;      ///< of a violation
+    ErrorPlaceFields at;                   ///< worst sample: `found` is its light, `reference` that of the source
+    std::optional<double> allowed;         ///< largest difference there that is within the limit
+    std::string subject, detail, message;  ///< the error line, in parts and whole
+};
+template <class Fields, Is<Failure> Self>
+void describe(Fields& fields, Self& failure) {
+    fields.required("asset", failure.asset, "name of the asset");
+    fields.required("kind", failure.kind, "kind of asset");
+    fields.required("stage", failure.stage, "stage that failed");
+    fields.optional("shading", failure.shading, "diffuse or specular");
+    fields.optional("rel_rms", failure.relRms, kNumberOrNull, "rel_rms of the stage");
+    fields.optional("limit", failure.limit, kNumberOrNull, "limit on rel_rms");
+    fields.optional("place", failure.place, "place of a violation");
+    describe(fields, failure.at);
+    fields.optional("allowed", failure.allowed, kNumberOrNull, "largest difference of light there that is within the limit");
+    fields.required("subject", failure.subject, "asset and place");
+    fields.required("detail", failure.detail, "what was found and what was expected");
+    fields.required("message", failure.message, "the whole line");
+}
+
+struct ReportRow {
+    std::string name;
+    AssetKind kind = AssetKind::LightMap;
+    int width = 0, height = 0;
+    std::uint64_t bytesIn = 0, bytesGpu = 0, bytesDisk = 0;
+    double bitsPerTexel = 0;
+    std::string layout;
+    double seconds = 0, verifySeconds = 0;
+    Verdict verdict;
+    std::vector<ReportTexture> textures;
+    std::optional<Json> notes;  ///< see CookResult
+    std::optional<double> key;  ///< this and the members below: see VerifyResult
+    std::optional<LightFigures> light;
+    std::optional<MeshErrorFigures> meshError;
+    std::optional<PreviewFiles> preview;
+    std::optional<Json> measures, groundTruth;
+    std::vector<Failure> failures;  ///< of an asset that did not pass
+    std::optional<std::vector<TrialCandidate>> trialCandidates;
+    std::optional<double> trialShare;
+};
+template <class Fields, Is<ReportRow> Self>
+void describe(Fields& fields, Self& row) {
+    constexpr FieldRule kSide = between(0, kLargestSide), kBytes = between(0, kLargestBytes), kNotNegative = between(0, HUGE_VAL);
+    fields.required("name", row.name, "name of the asset");
+    fields.required("kind", row.kind, "kind of asset");
+    fields.required("width", row.width, kSide, "width [texels]");
+    fields.required("height", row.height, kSide, "height [texels]");
+    fields.required("bytes_in", row.bytesIn, kBytes, "size of the source [bytes]");
+    fields.required("bytes_gpu", row.bytesGpu, kBytes, "GPU memory [bytes]");
+    fields.required("bytes_disk", row.bytesDisk, kBytes, "size of the files [bytes]");
+    fields.required("bits_per_texel", row.bitsPerTexel, kNotNegative, "GPU memory of a texel [bits]");
+    fields.required("layout", row.layout, "layout of the textures");
+    fields.required("seconds", row.seconds, kNotNegative, "wall time of the cook");
+    fields.presentIf(true, "verify_seconds", row.verifySeconds, "wall time of the verification");
+    describe(fields, row.verdict);
+    fields.presentIf(true, "textures", row.textures, "textures of the layout");
+    fields.optional("notes", row.notes, "counts and facts of the cook");
+    fields.optional("key", row.key, kFigure, "log-average luminance of the exit radiance");
+    fields.optional("light", row.light, "light that the errors are a part of");
+    fields.optional("mesh_error", row.meshError, "how far quantization moved the vertices");
+    fields.optional("preview", row.preview, "pictures");
+    fields.optional("measures", row.measures, "further figures of the kind");
+    fields.optional("ground_truth", row.groundTruth, "errors against traced light");
+    fields.presentIf(!row.verdict.passed, "failures", row.failures, "reasons of an asset that did not pass");
+    fields.optional("trial_candidates", row.trialCandidates, "layouts that were tried, the smallest first");
+    fields.optional("trial_share", row.trialShare, kFigure, "part of the map that was tried");
+}
+
+}  // namespace lightcook::pipeline
