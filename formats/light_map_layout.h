@@ -53,8 +53,9 @@ struct LightMapLayoutInfo {
     bool isZonal;                                   ///< band 2 follows the axis of the filtered band 1: no polynomial of the texels
     int decodeDegree;                               ///< of the decode as a polynomial of the filtered texels; if isZonal, of bands 0 and 1
     int decodeOps;                                  ///< scalar multiply-adds of the shader's decode of one sample
-    LightMapLayout trialLayout;                     ///< the layout whose trial measures this one's error; Flat is never tried
-    std::string_view trialStage;                    ///< the stage of that trial; "total" is the last one
+    /// The layout whose trial measures this one's error; empty if "auto" does not choose this one
+    std::optional<LightMapLayout> trialLayout;
+    std::string_view trialStage;  ///< the stage of that trial; "total" is the last one
 
     /// The decode is fitted to the map.
     constexpr bool isLearned() const { return codeCount > 0; }
@@ -123,8 +124,8 @@ inline constexpr std::array kLightMapLayouts = {
                        .isZonal = false,
                        .decodeDegree = 1,
                        .decodeOps = 3,
-                       .trialLayout = LightMapLayout::Flat,
-                       .trialStage = "total"},
+                       .trialLayout = std::nullopt,
+                       .trialStage = ""},
     LightMapLayoutInfo{.id = LightMapLayout::Luvw,
                        .name = "luvw",
                        .family = LightMapFamily::Luvw,

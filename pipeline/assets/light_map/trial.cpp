@@ -98,9 +98,9 @@ Result<ActionOutcome> tryLightMap(const ActionContext& context) {
     std::optional<formats::LightMapLayout> tried;
     std::vector<verify::StageError> stages;
     for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) {
-        if (layout.family == formats::LightMapFamily::Flat) continue;  // has no directions
+        if (!layout.trialLayout) continue;
         if (tried != layout.trialLayout) {
-            auto planned = planner.plan(std::string(formats::info(layout.trialLayout).name));
+            auto planned = planner.plan(std::string(formats::info(*layout.trialLayout).name));
             if (!planned) return tl::make_unexpected(planned.error());
             plan = std::move(*planned);
             tried = layout.trialLayout;
