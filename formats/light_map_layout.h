@@ -17,10 +17,10 @@
 
 namespace lightcook::formats {
 
-enum class LightMapLayout { Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis3, Basis4, Basis8, Basis12, Basis16 };
+enum class LightMapLayout { Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis3, Basis4, Basis8, Basis12, Basis16, Sh4 };
 
 /// Layouts of one family share their encoder, their decoder and the shader source light_map_<family>.glsl.
-enum class LightMapFamily { Raw, Flat, Luvw, Ratio, Zh3, Basis };
+enum class LightMapFamily { Raw, Flat, Luvw, Ratio, Zh3, Basis, Sh4 };
 
 /// Selects the format of a target that holds the texels of a texture.
 enum class TexelRole {
@@ -73,8 +73,9 @@ inline constexpr std::array kLightMapFamilies = {
     LightMapFamilyInfo{LightMapFamily::Raw, "raw"},   LightMapFamilyInfo{LightMapFamily::Flat, "flat"},
     LightMapFamilyInfo{LightMapFamily::Luvw, "luvw"}, LightMapFamilyInfo{LightMapFamily::Ratio, "ratio"},
     LightMapFamilyInfo{LightMapFamily::Zh3, "zh3"},   LightMapFamilyInfo{LightMapFamily::Basis, "basis"},
+    LightMapFamilyInfo{LightMapFamily::Sh4, "sh4"},
 };
-static_assert(isCompleteTable(kLightMapFamilies, LightMapFamily::Basis));
+static_assert(isCompleteTable(kLightMapFamilies, LightMapFamily::Sh4));
 
 namespace layout_tables {
 
@@ -86,6 +87,7 @@ inline constexpr std::array kLuvw = {Texture{"luvw_first", 9, TexelRole::LdrAlph
 inline constexpr std::array kLuvwLinear = {Texture{"luvw_first", 5, TexelRole::LdrAlpha}, Texture{"luvw_second", 5, TexelRole::LdrAlpha}};
 inline constexpr std::array kRatio = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"ratio", 8, TexelRole::Ldr}};
 inline constexpr std::array kZh3 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"ratio", 4, TexelRole::Ldr}};
+inline constexpr std::array kSh4 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"ratio", 3, TexelRole::Ldr}};
 inline constexpr std::array kBasis3 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::LdrRgb}};
 inline constexpr std::array kBasis4 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::Ldr}};
 template <int kResiduals>
@@ -234,8 +236,20 @@ inline constexpr std::array kLightMapLayouts = {
                        .decodeOps = 799,
                        .trialLayout = LightMapLayout::Basis16,
                        .trialStage = "total"},
+    LightMapLayoutInfo{.id = LightMapLayout::Sh4,
+                       .name = "sh4",
+                       .family = LightMapFamily::Sh4,
+                       .caption = "coefficient 0 and the ratios of band 1, for engines with four coefficients",
+                       .textures = layout_tables::kSh4,
+                       .stages = layout_tables::kRatioStages,
+                       .codeCount = 0,
+                       .isZonal = false,
+                       .decodeDegree = 2,
+                       .decodeOps = 21,
+                       .trialLayout = std::nullopt,
+                       .trialStage = ""},
 };
-static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::Basis16));
+static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::Sh4));
 
 /// Returns every layout, in the order of the enumeration.
 constexpr std::span<const LightMapLayoutInfo> allLightMapLayouts() {

@@ -37,6 +37,7 @@ using glm::vec4;
 #include "shaders/light_map_ratio.glsl"
 #include "shaders/light_map_zh3.glsl"
 #include "shaders/light_map_basis.glsl"
+#include "shaders/light_map_sh4.glsl"
 #include "shaders/specular.glsl"
 #include "shaders/environment.glsl"
 #include "shaders/rsrm.glsl"

@@ -39,6 +39,7 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
             return rows::encodeLuvw(plan, source, options);
         case LightMapFamily::Ratio:
         case LightMapFamily::Zh3:
+        case LightMapFamily::Sh4:
             return rows::encodeRatio(plan, source, options);
         case LightMapFamily::Basis:
             return rows::encodeBasis(plan, strip, source, options);

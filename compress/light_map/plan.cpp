@@ -78,6 +78,7 @@ LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target
             break;
         case LightMapFamily::Ratio:
         case LightMapFamily::Zh3:
+        case LightMapFamily::Sh4:
             rows::planRatio(plan, measure);
             break;
         case LightMapFamily::Basis:

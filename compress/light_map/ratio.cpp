@@ -1,5 +1,5 @@
-// Families ratio and zh3: coefficient 0 as HDR colour in texture "l0", the other coefficients divided by the decoded l0 in the layers of
-// texture "ratio".
+// Families ratio, sh4 and zh3: coefficient 0 as HDR colour in texture "l0", the other coefficients divided by the decoded l0 in the layers
+// of texture "ratio".
 //
 // Dividing by the decoded l0 and not by the true one makes the error of l0 cancel in the product. An error of a ratio is seen
 // multiplied by l0, so texels weigh by its square. Where l0 decodes to black every ratio gives black; 0 is stored.

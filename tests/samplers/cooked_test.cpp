@@ -128,11 +128,11 @@ TEST_P(LightMaps, ShadeAsOursBetweenTexels) {
     expectShadedAsOurs(scene, "map", fmt::format("{} {}", target, layout));
 }
 
-constexpr std::array kLightMapCases = {LightMapCase{"bc", "flat"},     LightMapCase{"bc", "raw"},       LightMapCase{"bc", "ratio"},
-                                       LightMapCase{"bc", "zh3"},      LightMapCase{"bc", "luvw"},      LightMapCase{"bc", "luvw-linear"},
-                                       LightMapCase{"bc", "basis-3"},  LightMapCase{"bc", "basis-4"},   LightMapCase{"bc", "basis-8"},
-                                       LightMapCase{"bc", "basis-12"}, LightMapCase{"bc", "basis-16"},  LightMapCase{"float", "ratio"},
-                                       LightMapCase{"float", "luvw"},  LightMapCase{"float", "basis-8"}};
+constexpr std::array kLightMapCases = {LightMapCase{"bc", "flat"},        LightMapCase{"bc", "raw"},      LightMapCase{"bc", "ratio"},
+                                       LightMapCase{"bc", "zh3"},         LightMapCase{"bc", "sh4"},      LightMapCase{"bc", "luvw"},
+                                       LightMapCase{"bc", "luvw-linear"}, LightMapCase{"bc", "basis-3"},  LightMapCase{"bc", "basis-4"},
+                                       LightMapCase{"bc", "basis-8"},     LightMapCase{"bc", "basis-12"}, LightMapCase{"bc", "basis-16"},
+                                       LightMapCase{"float", "ratio"},    LightMapCase{"float", "luvw"},  LightMapCase{"float", "basis-8"}};
 
 /// One test, because starting a browser is slow.
 using BrowserLightMaps = InABrowser<LightMapShading>;

@@ -58,6 +58,7 @@ public:
                        texels({{"first", "luvw_first"}, {"second", "luvw_second"}}) + call();
             case formats::LightMapFamily::Ratio:
             case formats::LightMapFamily::Zh3:
+            case formats::LightMapFamily::Sh4:
                 return constants({{"range", Kind::Number}, {"scale", Kind::Array}, {"bias", Kind::Array}}) + texels({{"ratio", "ratio"}}) +
                        "t.l0 = " + fetch("l0", "0") + ";\n" + call();
             case formats::LightMapFamily::Basis:

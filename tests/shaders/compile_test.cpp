@@ -93,6 +93,7 @@ std::string useOf(const std::string& layout) {
                              : layout == "luvw"        ? "Luvw"
                              : layout == "luvw-linear" ? "LuvwLinear"
                              : layout == "zh3"         ? "Zh3"
+                             : layout == "sh4"         ? "Sh4"
                                                        : "Ratio";
     std::string body = "Lc" + type + "Texels t;\nLc" + type + "Constants k;\n";
     const std::string one = "vec4(0.5, 0.5, 0.5, 1.0)";
@@ -108,9 +109,9 @@ std::string useOf(const std::string& layout) {
     if (layout == "zh3")
         body += "t.l0 = " + one + ";\nk.range = 2.0;\nfor (int i = 0; i < 4; ++i) { t.ratio[i] = " + one +
                 "; k.scale[i] = 2.0; k.bias[i] = -1.0; }\nk.luminance = vec3(0.2, 0.7, 0.1);\n";
-    if (layout == "ratio")
-        body += "t.l0 = " + one + ";\nk.range = 2.0;\nfor (int i = 0; i < 8; ++i) { t.ratio[i] = " + one +
-                "; k.scale[i] = 2.0; k.bias[i] = -1.0; }\n";
+    if (layout == "ratio" || layout == "sh4")
+        body += "t.l0 = " + one + ";\nk.range = 2.0;\nfor (int i = 0; i < " + (layout == "sh4" ? "3" : "8") +
+                "; ++i) { t.ratio[i] = " + one + "; k.scale[i] = 2.0; k.bias[i] = -1.0; }\n";
     return body + "LcSh sh = lcLightMap" + type + "(t, k);\n" +
            "LcFrame f = lcViewFrame(vec3(0.0, 0.0, 1.0), vec3(0.6, 0.0, 0.8));\n"
            "result = lcExitRadiance(lcLocalSh(sh, f.x, f.y, f.z), vec3(0.0, 0.0, 1.0));\n";

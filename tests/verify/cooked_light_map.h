@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +15,13 @@
 #include "verify/texture_unit.h"
 
 namespace lightcook::test {
+
+/// Every layout, in the order of the table.
+inline constexpr auto kEveryLayout = [] {
+    std::array<formats::LightMapLayout, formats::kLightMapLayouts.size()> layouts{};
+    for (std::size_t i = 0; i < layouts.size(); ++i) layouts[i] = formats::kLightMapLayouts[i].id;
+    return layouts;
+}();
 
 /// A cooked map, decoded from its bytes, with its reference.
 struct Cooked {

@@ -119,6 +119,8 @@ struct RatioDecode : RatioRow<kId, ShaderTexels, Constants> {
 
 using Ratio = RatioDecode<LightMapLayout::Ratio, shaders::LcRatioTexels, shaders::LcRatioConstants, shaders::lcLightMapRatio>;
 
+using Sh4 = RatioDecode<LightMapLayout::Sh4, shaders::LcSh4Texels, shaders::LcSh4Constants, shaders::lcLightMapSh4>;
+
 /// Layouts whose band 2 is a zonal lobe about the axis of their filtered band 1. The decode is not a polynomial of the texels, but
 /// decode = lcZonalBand2(bands, axis), where bands() is one of degree kDegree: bands 0 and 1, and the zonal coefficient in c[4].
 template <class Layout>
@@ -206,7 +208,7 @@ struct Basis : LayoutRow<kId> {
 
 /// One alternative for each layout, in the order of the enumeration.
 using Layout = std::variant<Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis<LightMapLayout::Basis3>, Basis<LightMapLayout::Basis4>,
-                            Basis<LightMapLayout::Basis8>, Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>>;
+                            Basis<LightMapLayout::Basis8>, Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>, Sh4>;
 
 /// Returns true if the variant has one alternative for each row of the table, in its order.
 template <std::size_t... kIndices>

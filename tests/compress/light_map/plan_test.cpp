@@ -21,6 +21,7 @@ TEST(LightMapPlan, SizesFollowFromTheLayout) {
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Ratio, Target::Astc).bitsPerTexel(), 72);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::LuvwLinear, Target::Bc).bitsPerTexel(), 80);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Zh3, Target::Bc).bitsPerTexel(), 40);
+    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Sh4, Target::Bc).bitsPerTexel(), 32);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Flat, Target::Bc).bitsPerTexel(), 8);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Raw, Target::Float).bitsPerTexel(), 576);
     const compress::LightMapPlan ratio = planOf(Kind::Gradient, LightMapLayout::Ratio, Target::Bc);

@@ -25,14 +25,12 @@ using formats::LightMapLayout;
 using formats::Target;
 using synthetic::Kind;
 
-constexpr std::array kLayouts = {LightMapLayout::Raw,    LightMapLayout::Flat,    LightMapLayout::Luvw,   LightMapLayout::LuvwLinear,
-                                 LightMapLayout::Ratio,  LightMapLayout::Zh3,     LightMapLayout::Basis3, LightMapLayout::Basis4,
-                                 LightMapLayout::Basis8, LightMapLayout::Basis12, LightMapLayout::Basis16};
+using test::kEveryLayout;
 constexpr int kWidth = 46, kHeight = 38;
 
-/// Returns true if band 2 follows the axis of band 1.
-bool isZonal(LightMapLayout layout) {
-    return layout == LightMapLayout::LuvwLinear || layout == LightMapLayout::Zh3;
+/// Returns true if the layout keeps band 2 as it is: zonal layouts approximate it, sh4 drops it.
+bool keepsBand2(LightMapLayout layout) {
+    return !formats::info(layout).isZonal && layout != LightMapLayout::Sh4;
 }
 
 using test::Cooked;
@@ -106,7 +104,7 @@ Filtered filterAt(const Cooked& cooked, int count, std::mt19937& random) {
 }
 
 TEST(LightMapVerifier, GreyStaysGreyThroughEveryLayoutFromItsBytes) {
-    for (const LightMapLayout layout : kLayouts)
+    for (const LightMapLayout layout : kEveryLayout)
         for (const Target target : {Target::Bc, Target::Astc, Target::Float}) {
             Cooked cooked = cook(Kind::Grey, layout, target);
             const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
@@ -124,7 +122,7 @@ TEST(LightMapVerifier, GreyStaysGreyThroughEveryLayoutFromItsBytes) {
 }
 
 TEST(LightMapVerifier, BlackStaysBlackWithoutError) {
-    for (const LightMapLayout layout : kLayouts) {
+    for (const LightMapLayout layout : kEveryLayout) {
         const Cooked cooked = cook(Kind::Black, layout);
         const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
         for (const lighting::ShRgb& sh : decoded.texels())
@@ -285,8 +283,8 @@ TEST(LightMapVerifier, NoSampledShadingExceedsTheBound) {
     std::normal_distribution<double> normal;
     constexpr int places = 4000, normals = 25;
     for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::NegativeBands, Kind::Night})
-        for (const LightMapLayout layout :
-             {LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio, LightMapLayout::Zh3}) {
+        for (const LightMapLayout layout : {LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio,
+                                            LightMapLayout::Zh3, LightMapLayout::Sh4}) {
             const Cooked cooked = cook(kind, layout);
             const verify::StageError total = cooked.total();
             const Filtered filtered = filterAt(cooked, places, random);
@@ -388,7 +386,7 @@ TEST(SpecularResponses, HoldEveryKernelAndAreNotFarAboveIt) {
 }
 
 TEST(LightMapVerifier, StripsInAnyCutGiveTheSameFigures) {
-    for (const LightMapLayout layout : kLayouts) {
+    for (const LightMapLayout layout : kEveryLayout) {
         const Cooked cooked = cook(Kind::Gradient, layout);
         const verify::LightMapVerifier verifier = cooked.verifier();
         const std::vector<verify::StageError> whole = cooked.stages();
@@ -487,10 +485,10 @@ TEST(LightMapVerifier, ConstantsOfHalo3AreDecodedByTheSameShader) {
 }
 
 TEST(LightMapVerifier, FloatTargetsAreFarMoreExactThanBlocks) {
-    for (const LightMapLayout layout : kLayouts) {
+    for (const LightMapLayout layout : kEveryLayout) {
         const double floats = cook(Kind::Gradient, layout, Target::Float).total().diffuse.relRms;
-        // For two light sources and a sky, band 2 is not zonal: an error of the layout in any format.
-        if (!isZonal(layout)) {
+        // For two light sources and a sky, band 2 is neither zonal nor zero: an error of the layout in any format.
+        if (keepsBand2(layout)) {
             EXPECT_LT(floats, 1e-3) << formats::info(layout).name;
         }
         EXPECT_LE(floats, cook(Kind::Gradient, layout, Target::Bc).total().diffuse.relRms);
@@ -522,7 +520,7 @@ TEST(LightMapVerifier, ZonalLayoutsAreExactForOneLightSource) {
 
 TEST(LightMapVerifier, NightIsCookedAsWellAsDay) {
     // Ranges follow the map: only the unit differs, so the errors must be equal. Scaling by a power of two does not change rounding.
-    for (const LightMapLayout layout : kLayouts) {
+    for (const LightMapLayout layout : kEveryLayout) {
         const std::string_view name = formats::info(layout).name;
         const verify::StageError day = cook(Kind::Gradient, layout).total(), night = cook(Kind::Night, layout).total();
         for (const float scale : {0x1p-17f, 0x1p9f}) {

@@ -455,9 +455,9 @@ TEST_P(MagnifiedScenesSoak, NoShadingExceedsTheBoundOfItsQuad) {
 INSTANTIATE_TEST_SUITE_P(Scenes, MagnifiedScenesSoak,
                          testing::Combine(testing::ValuesIn(kScenes),
                                           testing::Values(LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear,
-                                                          LightMapLayout::Ratio, LightMapLayout::Zh3, LightMapLayout::Basis3,
-                                                          LightMapLayout::Basis4, LightMapLayout::Basis8, LightMapLayout::Basis12,
-                                                          LightMapLayout::Basis16)),
+                                                          LightMapLayout::Ratio, LightMapLayout::Zh3, LightMapLayout::Sh4,
+                                                          LightMapLayout::Basis3, LightMapLayout::Basis4, LightMapLayout::Basis8,
+                                                          LightMapLayout::Basis12, LightMapLayout::Basis16)),
                          nameOf);
 
 class TightBoundsSoak : public testing::TestWithParam<SceneAndLayout> {};
@@ -474,8 +474,8 @@ TEST_P(TightBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {
 INSTANTIATE_TEST_SUITE_P(Scenes, TightBoundsSoak,
                          testing::Combine(testing::ValuesIn(kScenes),
                                           testing::Values(LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio,
-                                                          LightMapLayout::Zh3, LightMapLayout::Basis3, LightMapLayout::Basis4,
-                                                          LightMapLayout::Basis8, LightMapLayout::Basis16)),
+                                                          LightMapLayout::Zh3, LightMapLayout::Sh4, LightMapLayout::Basis3,
+                                                          LightMapLayout::Basis4, LightMapLayout::Basis8, LightMapLayout::Basis16)),
                          nameOf);
 
 }  // namespace

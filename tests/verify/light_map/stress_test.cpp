@@ -131,15 +131,11 @@ TEST_P(Stress, ResultsAreFiniteAndWithinTheBound) {
             }
 }
 
-INSTANTIATE_TEST_SUITE_P(Layouts, Stress,
-                         testing::Values(LightMapLayout::Raw, LightMapLayout::Flat, LightMapLayout::Luvw, LightMapLayout::LuvwLinear,
-                                         LightMapLayout::Ratio, LightMapLayout::Zh3, LightMapLayout::Basis3, LightMapLayout::Basis4,
-                                         LightMapLayout::Basis8, LightMapLayout::Basis12, LightMapLayout::Basis16),
-                         [](const auto& tested) {
-                             std::string name(formats::info(tested.param).name);
-                             std::ranges::replace(name, '-', '_');
-                             return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Layouts, Stress, testing::ValuesIn(test::kEveryLayout), [](const auto& tested) {
+    std::string name(formats::info(tested.param).name);
+    std::ranges::replace(name, '-', '_');
+    return name;
+});
 
 }  // namespace
 }  // namespace lightcook
