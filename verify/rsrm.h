@@ -15,7 +15,7 @@
 
 namespace lightcook::verify {
 
-/// How the 8-bit codes of a map were made, which bounds the error at a texel's centre.
+/// Rounding of the 8-bit codes of a map: it bounds the error at the centre of a texel.
 enum class RsrmCodes {
     Rounded,   ///< at most half a code of 255
     Dithered,  ///< at most one code: each rounding error is carried to the next texel of the row

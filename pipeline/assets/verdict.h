@@ -24,8 +24,8 @@ struct Verdict {
 /// finite, and there is no violation.
 Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std::vector<verify::Violation> violations = {});
 
-/// Appends a violation for the worst 4 x 4 block of an image if its error exceeds what an asset with this limit may have, and returns that
-/// block. The caller adds the violation's place in numbers.
+/// Appends a violation for the worst 4 x 4 block of an image if its error exceeds the limit of its asset, and returns that block.
+/// The caller adds the violation's place in numbers.
 /// image  prefix of the place: "mip 1, face 2, "
 std::optional<verify::BlockErrors::Block> checkBlocks(const verify::BlockErrors& blocks, const std::string& image, double maxError,
                                                       std::vector<verify::Violation>& violations, double leastMean = 0);

@@ -1,4 +1,4 @@
-// How much of a light map one dominant light explains, and how much a second light would add.
+// Share of a light map that one dominant light explains, and the share that a second light would add.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Which file may include what: the layers of cmake/arrows.cmake, the public headers of each module, and the modules that may use each
+// Rules of what a file may include: the layers of cmake/arrows.cmake, the public headers of each module, and the modules that may use each
 // third-party library, all read from the sources. Links alone cannot check this: the modules share one include folder, so a header-only
 // use of a forbidden module would build.
 #pragma once

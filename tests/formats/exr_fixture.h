@@ -27,7 +27,7 @@ void writeRecipe(const std::filesystem::path& file, const ExrRecipe& recipe);
 
 /// All 27 channels of an SH map: seeded values, sh00 positive; different at every texel and in every channel, exact in half.
 std::map<std::string, ChannelValue> seededShChannels();
-/// What seededShChannels() holds in coefficient `index`, channel 0, 1 or 2.
+/// Returns the value of seededShChannels() in coefficient `index`, channel 0, 1 or 2.
 float seededSh(int index, int channel, int x, int y);
 
 /// One channel set to `value` at one texel.

@@ -357,7 +357,7 @@ void ErrorShader::add(const shaders::LcSh& error, ErrorAccumulator& diffuse, Err
 }
 
 ErrorPlace ErrorShader::worstOf(const ShadingMatrix& matrix, std::size_t offset) const {
-    // As in ErrorAccumulator: values that are not finite count as the largest.
+    // Values that are not finite count as the largest, like in ErrorAccumulator.
     const auto localAt = [&](std::size_t at) {
         const float error = std::abs(shadedError_[at]), local = error == 0 ? 0.0f : error / (std::abs(shadedReference_[at]) + kFloor);
         return local <= std::numeric_limits<float>::max() ? static_cast<double>(local) : std::numeric_limits<double>::max();

@@ -67,7 +67,7 @@ private:
         const glm::vec3 weights = glm::abs(rows_.layout().k.luminance);
         out.axis = kOutwardLength * static_cast<double>(glm::length(
                                         glm::vec3(glm::dot(weights, off.c[3]), glm::dot(weights, off.c[1]), glm::dot(weights, off.c[2]))));
-        // As SamplerTolerance::addFilterFractions, but from the control vectors' own differences, c[5] of which is the axis vector.
+        // Like SamplerTolerance::addFilterFractions, from the differences of the control vectors; c[5] is the axis vector.
         for (int axis = 0; axis < 2; ++axis) addStep(quad.values, axis, out);
         return out;
     }

@@ -1,4 +1,4 @@
-// What users, build systems and other people's files do to a cook: names that clash, inputs beside inputs, JSON that somebody has edited.
+// Hostile surroundings of a cook: names that clash, inputs beside inputs, JSON that somebody has edited.
 #include <gmock/gmock.h>
 
 #include "pipeline/cook/plan.h"

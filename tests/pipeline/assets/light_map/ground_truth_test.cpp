@@ -1,4 +1,4 @@
-// Traced light beside a light map: what the report makes of it, and what is refused.
+// Traced light beside a light map: its section of the report, and its refusals.
 #include "pipeline/assets/light_map/ground_truth.h"
 
 #include <gmock/gmock.h>
@@ -16,7 +16,7 @@ using Parts = SmallScene::Parts;
 
 const std::string kHead = "x,y,kind,m,f0,dx,dy,dz,r,g,b\n";
 
-/// What a tracer would find at some texels, if nine coefficients were all of the light.
+/// Returns the irradiance that a path tracer finds at some texels of light with nine coefficients and no more.
 std::string tracedIrradiance(float scale) {
     std::string csv = kHead;
     for (int y = 3; y < SmallScene::kHeight; y += 17)

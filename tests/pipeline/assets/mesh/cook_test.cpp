@@ -178,7 +178,7 @@ TEST_F(TwoSquares, WhoseVerticesBearTheClusterNeedNoIndexInMemory) {
     }
 }
 
-/// A looser limit takes fewer bits, a tighter one more; what the chosen ones do stays under what was promised of them.
+/// A looser limit takes fewer bits and a tighter one more. The error of the chosen bits stays within their bound.
 TEST_F(TwoSquares, BitsAreTheLeastThatKeepATenthOfTheLimit) {
     writeMesh(Neck::Absent);
     int bitsBefore = 0;
