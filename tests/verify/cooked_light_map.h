@@ -43,7 +43,7 @@ struct Cooked {
     /// Returns the total for an ideal sampler.
     verify::StageError idealTotal() {
         const auto formats = std::exchange(map.formats, {});
-        const verify::StageError out = total();
+        verify::StageError out = total();
         map.formats = formats;
         return out;
     }

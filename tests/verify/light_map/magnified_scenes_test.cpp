@@ -301,15 +301,17 @@ public:
     };
     Found run() {
         for (int corner = 0; corner < 4; ++corner)
-            for (int i = 0; i < 25; ++i) tryRows(corner, glm::vec2(static_cast<float>(i % 5) / 4, static_cast<float>(i / 5) / 4));
+            for (int y = 0; y < 5; ++y)
+                for (int x = 0; x < 5; ++x) tryRows(corner, glm::vec2(x, y) / 4.0f);
         climb(300);
         const double ideal = best_.most;
         for (int round = 0; round < 4; ++round) {
-            takeLiberties();
-            for (int i = 0; i < 9; ++i) tryRows(best_.corner, glm::vec2(static_cast<float>(i % 3) / 2, static_cast<float>(i / 3) / 2));
+            useTolerance();
+            for (int y = 0; y < 3; ++y)
+                for (int x = 0; x < 3; ++x) tryRows(best_.corner, glm::vec2(x, y) / 2.0f);
             climb(150);
         }
-        takeLiberties();
+        useTolerance();
         return {ideal, best_.most};
     }
 
@@ -346,7 +348,7 @@ private:
             if (next.most > best_.most) best_ = next;
         }
     }
-    void takeLiberties() {
+    void useTolerance() {
         const auto tryBoth = [&](float& offset, float most) {
             for (const float way : {-most, most}) {
                 const float before = std::exchange(offset, way);
