@@ -353,9 +353,9 @@ TEST_P(BrowserSamplersSoak, EveryTextureOfAPublicSceneIsSampledAsOurs) {
     expectPublicSceneAsOurs(GetParam());
 }
 constexpr std::array kPublicScenes = {"cornell", "interior", "outdoor", "zdm2_sun"};
-const auto nameOfScene = [](const auto& each) { return std::string(each.param); };
-INSTANTIATE_TEST_SUITE_P(Public, SamplersSoak, testing::ValuesIn(kPublicScenes), nameOfScene);
-INSTANTIATE_TEST_SUITE_P(Public, BrowserSamplersSoak, testing::ValuesIn(kPublicScenes), nameOfScene);
+const auto kNameOfScene = [](const auto& each) { return std::string(each.param); };
+INSTANTIATE_TEST_SUITE_P(Public, SamplersSoak, testing::ValuesIn(kPublicScenes), kNameOfScene);
+INSTANTIATE_TEST_SUITE_P(Public, BrowserSamplersSoak, testing::ValuesIn(kPublicScenes), kNameOfScene);
 
 }  // namespace
 }  // namespace lightcook::samplers
