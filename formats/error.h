@@ -1,4 +1,4 @@
-// Errors of files, scenes and requests are values that say where the fault is and what it is.
+// Errors of files, scenes and requests are values that name the place and the fault.
 #pragma once
 
 #include <string>

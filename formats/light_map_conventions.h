@@ -72,11 +72,6 @@ constexpr std::span<const ConventionInfo<LightUnits>> conventions<LightUnits>() 
 }
 
 template <class Enum>
-constexpr std::string_view conventionName(Enum value) {
-    return conventions<Enum>()[static_cast<std::size_t>(value)].name;
-}
-
-template <class Enum>
 constexpr std::optional<Enum> conventionFromName(std::string_view name) {
     const ConventionInfo<Enum>* row = findByName(conventions<Enum>(), name);
     return row == nullptr ? std::nullopt : std::optional(row->id);

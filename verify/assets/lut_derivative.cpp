@@ -38,7 +38,7 @@ Attenuation attenuationOver(const HalfVectorBox& box) {
     if (u.low <= 1 / (2 * c.low) || u.high >= 2) include({0, 0}, {0, 0});
     if (u.low <= 2 && (4 * c.high - 1) * u.high >= 2) include({1, 1}, {active.low - 1, std::min(active.high, 2.0) - 1});
     if ((4 * c.low - 1) * active.low <= 2 && 4 * c.low * active.low <= 4) {
-        // Where this line is active, 4 c u is in [2, 4].
+        // 4 c u is in [2, 4] where this line is active.
         const Interval steep = {4 * c.low, 4 * c.high};
         include(steep, intersectionOf(steep * Interval{active.low - 1, active.high - 1}, {2 - 4 * c.high, 4 - 4 * c.low}));
     }

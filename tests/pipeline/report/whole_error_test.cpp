@@ -69,7 +69,7 @@ Json mesh(const char* name, double relRms, double rms) {
 
 std::vector<ReportRow> rowsOf(const std::vector<Json>& assets) {
     std::vector<ReportRow> rows;
-    // As text JSON has null for figures that are not finite.
+    // The text form of JSON holds null for figures that are not finite.
     for (const Json& each : assets) rows.push_back(fromJson<ReportRow>(parseJson(each.dump()), "row").value());
     return rows;
 }
