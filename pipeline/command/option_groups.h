@@ -11,7 +11,7 @@
 #include "pipeline/cook/cook.h"
 #include "pipeline/scene/checks.h"
 
-namespace CLI {
+namespace CLI {  // NOLINT(readability-identifier-naming): name of the library
 class App;
 class Option;
 }  // namespace CLI
