@@ -9,8 +9,8 @@
 #include "verify/light_map/bound.h"
 #include "verify/light_map/bound_evaluator.h"
 #include "verify/light_map/layouts.h"
-#include "verify/light_map/row_verifier.h"
 #include "verify/light_map/shading.h"
+#include "verify/light_map/verified_rows.h"
 
 namespace lightcook::verify {
 
@@ -77,6 +77,9 @@ struct LightMapVerifier::State {
     ShadingSetup setup;
 
     bool isFlat() const { return std::holds_alternative<layouts::Flat>(layout); }
+    lightmap::RowInputs inputs(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference) const {
+        return {map, sampling, setup, perKey, texels, reference};
+    }
 };
 
 formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap& map, const LightMapShading& shading,
@@ -146,23 +149,14 @@ LightMapErrors LightMapVerifier::verifyRows(const DecodedLightMapRows& texels, c
     assert(reference.sh.width() == state_->map.width && firstRow >= reference.firstRow && firstRow >= texels.firstRow);
     assert(reference.firstRow + reference.sh.height() >= std::min(state_->map.height, firstRow + rowCount + state_->sampling.bounds));
     return std::visit(
-        [&](const auto& layout) {
-            return lightmap::RowVerifier(layout, noErrors(), state_->map, state_->sampling, state_->setup, state_->perKey, texels,
-                                         reference)
-                .run(firstRow, rowCount);
-        },
+        [&](const auto& layout) { return lightmap::verifyRows(layout, noErrors(), state_->inputs(texels, reference), firstRow, rowCount); },
         state_->layout);
 }
 
 LightMapVerifier::QuadBound LightMapVerifier::boundQuad(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference, int x,
                                                         int y) const {
-    return std::visit(
-        [&](const auto& layout) {
-            return lightmap::RowVerifier(layout, noErrors(), state_->map, state_->sampling, state_->setup, state_->perKey, texels,
-                                         reference)
-                .oneQuad(x, y);
-        },
-        state_->layout);
+    return std::visit([&](const auto& layout) { return lightmap::boundQuad(layout, noErrors(), state_->inputs(texels, reference), x, y); },
+                      state_->layout);
 }
 
 formats::Image<lighting::ShRgb> LightMapVerifier::reconstruct(const DecodedLightMapRows& texels, int firstRow, int rowCount) const {

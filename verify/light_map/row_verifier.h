@@ -3,9 +3,13 @@
 //   1. Every covered texel: each stage is decoded at its centre, shaded, compared with the reference and bounded.
 //   2. Every quad of covered texels: random positions are decoded, shaded and compared ("magnified").
 //   3. Every quad is bounded (quads.h), beginning with those that had the worst samples: large bounds found early save refinements.
+//
+// Templates of one layout each: only the sources that instantiate them (rows_direct.cpp, rows_learned.cpp, rows_residual.cpp) include
+// this header. Others include verified_rows.h.
 #pragma once
 
 #include "verify/light_map/quads.h"
+#include "verify/light_map/verified_rows.h"
 
 namespace lightcook::verify::lightmap {
 
@@ -24,16 +28,15 @@ template <class Layout>
 class RowVerifier {
 public:
     /// errors  empty, with one stage for each of the layout's and "magnified"
-    RowVerifier(const Layout& layout, LightMapErrors errors, const CookedLightMap& map, const LightMapSampling& sampling,
-                const ShadingSetup& setup, float perKey, const DecodedLightMapRows& texels, const formats::LightMapStrip& reference)
-        : rows_(layout, map, perKey, texels, reference),
-          sampling_(sampling),
-          tolerance_(rows_, setup.tolerance),
-          evaluator_(setup, perKey),
+    RowVerifier(const Layout& layout, LightMapErrors errors, const RowInputs& inputs)
+        : rows_(layout, inputs.map, inputs.perKey, inputs.texels, inputs.reference),
+          sampling_(inputs.sampling),
+          tolerance_(rows_, inputs.setup.tolerance),
+          evaluator_(inputs.setup, inputs.perKey),
           quads_(rows_, tolerance_, evaluator_),
           errors_(std::move(errors)),
           largest_(kStages),
-          shader_(setup.diffuse, setup.specular, 1 / static_cast<double>(perKey)) {}
+          shader_(inputs.setup.diffuse, inputs.setup.specular, 1 / static_cast<double>(inputs.perKey)) {}
 
     LightMapErrors run(int firstRow, int rowCount) {
         rows_.forEachTexel(firstRow, rowCount, [&](const Row& row, int x, int y) { centre(row, x, y); });
@@ -139,4 +142,20 @@ private:
     std::array<std::pair<int, int>, 2> worstSampled_{{{-1, -1}, {-1, -1}}};  ///< quads with the worst diffuse and specular samples
 };
 
+template <class Layout>
+LightMapErrors verifyRows(const Layout& layout, LightMapErrors errors, const RowInputs& inputs, int firstRow, int rowCount) {
+    return RowVerifier(layout, std::move(errors), inputs).run(firstRow, rowCount);
+}
+
+template <class Layout>
+LightMapVerifier::QuadBound boundQuad(const Layout& layout, LightMapErrors errors, const RowInputs& inputs, int x, int y) {
+    return RowVerifier(layout, std::move(errors), inputs).oneQuad(x, y);
+}
+
 }  // namespace lightcook::verify::lightmap
+
+/// Instantiates the functions of verified_rows.h for a layout of verify/light_map/layouts.h.
+// NOLINTNEXTLINE(cppcoreguidelines-macro-usage): a template cannot instantiate another
+#define LIGHTCOOK_VERIFY_LAYOUT(LAYOUT)                                                                     \
+    template LightMapErrors verifyRows(const layouts::LAYOUT&, LightMapErrors, const RowInputs&, int, int); \
+    template LightMapVerifier::QuadBound boundQuad(const layouts::LAYOUT&, LightMapErrors, const RowInputs&, int, int)

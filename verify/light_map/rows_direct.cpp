@@ -1,0 +1,14 @@
+// Verification of rows: layouts without tables.
+#include "verify/light_map/row_verifier.h"
+
+namespace lightcook::verify::lightmap {
+
+LIGHTCOOK_VERIFY_LAYOUT(Raw);
+LIGHTCOOK_VERIFY_LAYOUT(Flat);
+LIGHTCOOK_VERIFY_LAYOUT(Luvw);
+LIGHTCOOK_VERIFY_LAYOUT(LuvwLinear);
+LIGHTCOOK_VERIFY_LAYOUT(Ratio);
+LIGHTCOOK_VERIFY_LAYOUT(Zh3);
+LIGHTCOOK_VERIFY_LAYOUT(Sh4);
+
+}  // namespace lightcook::verify::lightmap

@@ -1,0 +1,9 @@
+// Verification of rows: learned layouts with several residual layers.
+#include "verify/light_map/row_verifier.h"
+
+namespace lightcook::verify::lightmap {
+
+LIGHTCOOK_VERIFY_LAYOUT(Basis<formats::LightMapLayout::Basis12>);
+LIGHTCOOK_VERIFY_LAYOUT(Basis<formats::LightMapLayout::Basis16>);
+
+}  // namespace lightcook::verify::lightmap

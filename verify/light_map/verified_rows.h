@@ -1,0 +1,31 @@
+// Verification of rows, one instance for each layout. Private to verify/.
+//
+// The instances are compiled in several sources, because one source with all of them takes most of a minute. A layout without an instance
+// does not link: add it to rows_direct.cpp, rows_learned.cpp or rows_residual.cpp.
+#pragma once
+
+#include "verify/light_map.h"
+#include "verify/light_map/bound_evaluator.h"
+
+namespace lightcook::verify::lightmap {
+
+/// What is verified, but for the layout.
+struct RowInputs {
+    const CookedLightMap& map;
+    const LightMapSampling& sampling;
+    const ShadingSetup& setup;
+    float perKey = 1;  ///< 1 / key: converts light to units of the key
+    const DecodedLightMapRows& texels;
+    const formats::LightMapStrip& reference;
+};
+
+/// Verifies rows [firstRow, firstRow + rowCount), as LightMapVerifier::verifyRows.
+/// errors  empty, with one stage for each of the layout's and "magnified"
+template <class Layout>
+LightMapErrors verifyRows(const Layout& layout, LightMapErrors errors, const RowInputs& inputs, int firstRow, int rowCount);
+
+/// Bounds the quad whose top left texel is (x, y), as LightMapVerifier::boundQuad.
+template <class Layout>
+LightMapVerifier::QuadBound boundQuad(const Layout& layout, LightMapErrors errors, const RowInputs& inputs, int x, int y);
+
+}  // namespace lightcook::verify::lightmap
