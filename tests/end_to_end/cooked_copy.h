@@ -17,7 +17,7 @@
 #include "pipeline/manifest/manifest.h"
 #include "shaders/include.h"
 #include "tests/formats/temporary_folder.h"
-#include "tests/pipeline/sealed_folder.h"
+#include "tests/pipeline/rewritten_manifest.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::pipeline {
@@ -45,7 +45,7 @@ public:
         formats::writeContent(folder_ / kShaderName, shaders::shaderInclude(formats::lightMapFamilies(layouts)));
         for (const FileRecord& file : filesOf(valueOf(loadManifest(cooked))))
             if (file.name != kShaderName) std::filesystem::copy_file(cooked / file.name, folder_ / file.name);
-        seal();
+        rewriteDigests();
     }
 
     std::filesystem::path folder() const { return folder_.path(); }
@@ -101,7 +101,7 @@ public:
     }
 
     /// Manifest, sizes, digests and the constants inside textures as a cook would have written them for these files.
-    void seal(bool withMetadata = true) {
+    void rewriteDigests(bool withMetadata = true) {
         for (Json& each : asset()["textures"]) {
             if (withMetadata) rewrite(each.at("role"), nullptr);
             stamp(each);
@@ -114,7 +114,7 @@ public:
         stamp(manifest_["shader"]);
         writeManifest();
     }
-    void writeManifest() const { writeSealedManifest(folder_.path(), manifest_); }
+    void writeManifest() const { writeManifestAndDigests(folder_.path(), manifest_); }
 
     Outcome verify() const {
         const RunState state;

@@ -1,7 +1,6 @@
 // Mutation tests of `verify`: each deliberate fault is put into a copy of a cooked scene and must be refused with the right exit code and
-// word. Loose ones leave the manifest's digests as they were, like a bad disk. Sealed ones go through CookedCopy::seal: every
-// digest, size and constant is what a cook with that fault would have written, so that nothing but the light itself, or the shader's
-// conventions, can tell.
+// word. A fault with stale digests is that of a bad disk. For a fault with rewritten digests, CookedCopy::rewriteDigests() writes every
+// digest, size and constant as a cook with that fault would have, so that only the light or the shader's conventions can reveal it.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -44,11 +43,12 @@ private:
     formats::TemporaryFolder folder_;
 };
 
-enum class Kind { Loose, Sealed };
+/// Digests of a copy with a fault: those of the cook (a bad disk), or those of the faulty files (a faulty cook).
+enum class Digests { Stale, Rewritten };
 struct Fault {
     const char* name;
     const char* asset;
-    Kind kind;
+    Digests digests;
     int code;          ///< exit code of `verify`
     const char* word;  ///< word that one of the errors must contain
     std::function<void(CookedCopy&)> apply;
@@ -63,7 +63,7 @@ void expectCaught(const Cooked& cooked, const std::vector<Fault>& faults) {
         SCOPED_TRACE(fault.name);
         CookedCopy copy = cooked.copyOf(fault.asset);
         fault.apply(copy);
-        if (fault.kind == Kind::Sealed) copy.seal();
+        if (fault.digests == Digests::Rewritten) copy.rewriteDigests();
         const Outcome outcome = copy.verify();
         if (outcome.errors.empty()) {
             ADD_FAILURE() << "not caught; "
@@ -175,69 +175,72 @@ constexpr double kPi = std::numbers::pi;
 
 const std::vector<Fault>& ratioFaults() {
     static const std::vector<Fault> kFaults = {
-        {"one bit of a texture", "map", Kind::Loose, 4, "map_l0.ktx2", [](CookedCopy& c) { flipBit(c.file("l0")); }},
-        {"a truncated texture", "map", Kind::Loose, 4, "map_ratio.ktx2", [](CookedCopy& c) { truncate(c.file("ratio")); }},
-        {"a texture gone", "map", Kind::Loose, 4, "map_l0.ktx2", [](CookedCopy& c) { std::filesystem::remove(c.file("l0")); }},
-        {"one bit of the shader", "map", Kind::Loose, 4, kShaderName, [](CookedCopy& c) { flipBit(c.folder() / kShaderName); }},
-        {"a manifest cut short", "map", Kind::Loose, 3, kManifestName, [](CookedCopy& c) { truncate(c.folder() / kManifestName); }},
-        {"a truncated texture, sealed", "map", Kind::Sealed, 3, "map_ratio.ktx2", [](CookedCopy& c) { truncate(c.file("ratio")); }},
-        {"red and blue swapped", "map", Kind::Sealed, 4, "rel_rms",
+        {"one bit of a texture", "map", Digests::Stale, 4, "map_l0.ktx2", [](CookedCopy& c) { flipBit(c.file("l0")); }},
+        {"a truncated texture", "map", Digests::Stale, 4, "map_ratio.ktx2", [](CookedCopy& c) { truncate(c.file("ratio")); }},
+        {"a texture gone", "map", Digests::Stale, 4, "map_l0.ktx2", [](CookedCopy& c) { std::filesystem::remove(c.file("l0")); }},
+        {"one bit of the shader", "map", Digests::Stale, 4, kShaderName, [](CookedCopy& c) { flipBit(c.folder() / kShaderName); }},
+        {"a manifest cut short", "map", Digests::Stale, 3, kManifestName, [](CookedCopy& c) { truncate(c.folder() / kManifestName); }},
+        {"a truncated texture, digests rewritten", "map", Digests::Rewritten, 3, "map_ratio.ktx2",
+         [](CookedCopy& c) { truncate(c.file("ratio")); }},
+        {"red and blue swapped", "map", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) { changeTexels(c, "l0", [](const vec4& t) { return vec4(t.z, t.y, t.x, t.w); }); }},
-        {"phase: coefficients 1, 3, 5, 7 negated", "map", Kind::Sealed, 4, "rel_rms",
+        {"phase: coefficients 1, 3, 5, 7 negated", "map", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) {
              changeSh(c, [](lighting::ShRgb sh) {
                  for (const std::size_t i : {1u, 3u, 5u, 7u}) sh[i] = -sh[i];
                  return sh;
              });
          }},
-        {"x and y of band 1 swapped", "map", Kind::Sealed, 4, "rel_rms",
+        {"x and y of band 1 swapped", "map", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) {
              changeSh(c, [](lighting::ShRgb sh) {
                  std::swap(sh[1], sh[3]);
                  return sh;
              });
          }},
-        {"m of band 2 reversed", "map", Kind::Sealed, 4, "rel_rms",
+        {"m of band 2 reversed", "map", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) {
              changeSh(c, [](lighting::ShRgb sh) {
                  std::reverse(sh.begin() + 4, sh.end());
                  return sh;
              });
          }},
-        {"light turned by 90 degrees about z", "map", Kind::Sealed, 4, "rel_rms",
+        {"light turned by 90 degrees about z", "map", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) {
              changeSh(c, [](const lighting::ShRgb& sh) {  // x to y, y to -x
                  return lighting::ShRgb{sh[0], sh[3], sh[2], -sh[1], -sh[4], sh[7], sh[6], -sh[5], -sh[8]};
              });
          }},
-        {"band 2 lost", "map", Kind::Sealed, 4, "rel_rms",
+        {"band 2 lost", "map", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) {
              changeSh(c, [](lighting::ShRgb sh) {
                  std::fill(sh.begin() + 4, sh.end(), vec3(0));
                  return sh;
              });
          }},
-        {"the division by pi twice", "map", Kind::Sealed, 4, "rel_rms", [](CookedCopy& c) { multiply(c.constants()["range"], 1 / kPi); }},
-        {"convolved with the cosine already", "map", Kind::Sealed, 4, "rel_rms",
+        {"the division by pi twice", "map", Digests::Rewritten, 4, "rel_rms",
+         [](CookedCopy& c) { multiply(c.constants()["range"], 1 / kPi); }},
+        {"convolved with the cosine already", "map", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) {
              changeSh(c, [](lighting::ShRgb sh) {
                  for (std::size_t i = 1; i < 9; ++i) sh[i] *= i < 4 ? 2.0f / 3 : 0.25f;
                  return sh;
              });
          }},
-        {"the range of another map", "map", Kind::Sealed, 4, "rel_rms", [](CookedCopy& c) { multiply(c.constants()["range"], 2); }},
-        {"one scale of eight wrong", "map", Kind::Sealed, 4, "rel_rms", [](CookedCopy& c) { multiply(c.constants()["scale"][1], 1.25); }},
-        {"a bias that is not finite", "map", Kind::Sealed, 3, "number",
+        {"the range of another map", "map", Digests::Rewritten, 4, "rel_rms", [](CookedCopy& c) { multiply(c.constants()["range"], 2); }},
+        {"one scale of eight wrong", "map", Digests::Rewritten, 4, "rel_rms",
+         [](CookedCopy& c) { multiply(c.constants()["scale"][1], 1.25); }},
+        {"a bias that is not finite", "map", Digests::Rewritten, 3, "number",
          [](CookedCopy& c) { c.constants()["bias"][3] = std::numeric_limits<float>::infinity(); }},
-        {"a scale missing", "map", Kind::Sealed, 3, "scale", [](CookedCopy& c) { c.constants()["scale"].erase(7); }},
-        {"upside down", "map", Kind::Sealed, 4, "rel_rms",
+        {"a scale missing", "map", Digests::Rewritten, 3, "scale", [](CookedCopy& c) { c.constants()["scale"].erase(7); }},
+        {"upside down", "map", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) { moveTexels(c, "l0", [](int x, int y, int, int h) { return glm::ivec2(x, h - 1 - y); }); }},
-        {"the sRGB curve on linear data", "map", Kind::Sealed, 4, "rel_rms",
+        {"the sRGB curve on linear data", "map", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) { changeTexels(c, "ratio", [](const vec4& t) { return vec4(glm::pow(vec3(t), vec3(1 / 2.2f)), t.w); }); }},
-        {"called by another layout's name", "map", Kind::Sealed, 3, "zh3", [](CookedCopy& c) { c.asset()["layout"] = "zh3"; }},
-        {"called by no layout's name", "map", Kind::Sealed, 3, "ratios", [](CookedCopy& c) { c.asset()["layout"] = "ratios"; }},
-        {"another size in the manifest", "map", Kind::Sealed, 4, "44", [](CookedCopy& c) { c.asset()["width"] = 44; }},
-        {"no source to hold it against", "map", Kind::Sealed, 3, "source",
+        {"called by another layout's name", "map", Digests::Rewritten, 3, "zh3", [](CookedCopy& c) { c.asset()["layout"] = "zh3"; }},
+        {"called by no layout's name", "map", Digests::Rewritten, 3, "ratios", [](CookedCopy& c) { c.asset()["layout"] = "ratios"; }},
+        {"another size in the manifest", "map", Digests::Rewritten, 4, "44", [](CookedCopy& c) { c.asset()["width"] = 44; }},
+        {"no source to hold it against", "map", Digests::Rewritten, 3, "source",
          [](CookedCopy& c) { c.asset()["source"]["files"].erase("source"); }},
     };
     return kFaults;
@@ -252,29 +255,31 @@ TEST(Mutation, OfALightMapOfTwoStagesIsCaught) {
     const SmallScene scene(SmallScene::Parts::LightMap), other(SmallScene::Parts::LightMap, grey);
     const Cooked cooked(scene.sceneFile(), "luvw", "light-map");
     const Cooked stranger(other.sceneFile(), "luvw", "light-map");
-    expectCaught(
-        cooked,
-        {{"first and second texture swapped", "map", Kind::Sealed, 4, "rel_rms",
-          [](CookedCopy& c) { swapFiles(c, "luvw_first", "luvw_second"); }},
-         {"the second stage of a map upside down", "map", Kind::Sealed, 4, "without it",
-          [](CookedCopy& c) { moveTexels(c, "luvw_second", [](int x, int y, int, int h) { return glm::ivec2(x, h - 1 - y); }); }},
-         {"the second stage's sign", "map", Kind::Sealed, 4, "without it", [](CookedCopy& c) { multiply(c.constants()["span"], -1); }},
-         {"a stale texture", "map", Kind::Loose, 4, "luvw_first",
-          [&](CookedCopy& c) {
-              CookedCopy old = stranger.copyOf("map");
-              std::filesystem::copy_file(old.file("luvw_first"), c.file("luvw_first"), std::filesystem::copy_options::overwrite_existing);
-          }},
-         {"the source baked again", "map", Kind::Loose, 4, "the source changed", [&](CookedCopy&) {
-              std::filesystem::copy_file(other / "map.exr", scene / "map.exr", std::filesystem::copy_options::overwrite_existing);
-          }}});
+    expectCaught(cooked,
+                 {{"first and second texture swapped", "map", Digests::Rewritten, 4, "rel_rms",
+                   [](CookedCopy& c) { swapFiles(c, "luvw_first", "luvw_second"); }},
+                  {"the second stage of a map upside down", "map", Digests::Rewritten, 4, "without it",
+                   [](CookedCopy& c) { moveTexels(c, "luvw_second", [](int x, int y, int, int h) { return glm::ivec2(x, h - 1 - y); }); }},
+                  {"the second stage's sign", "map", Digests::Rewritten, 4, "without it",
+                   [](CookedCopy& c) { multiply(c.constants()["span"], -1); }},
+                  {"a stale texture", "map", Digests::Stale, 4, "luvw_first",
+                   [&](CookedCopy& c) {
+                       CookedCopy old = stranger.copyOf("map");
+                       std::filesystem::copy_file(old.file("luvw_first"), c.file("luvw_first"),
+                                                  std::filesystem::copy_options::overwrite_existing);
+                   }},
+                  {"the source baked again", "map", Digests::Stale, 4, "the source changed", [&](CookedCopy&) {
+                       std::filesystem::copy_file(other / "map.exr", scene / "map.exr", std::filesystem::copy_options::overwrite_existing);
+                   }}});
 }
 
 TEST(Mutation, OfAFlatLightMapIsCaught) {
     const SmallScene scene(SmallScene::Parts::LightMap);
-    expectCaught(Cooked(scene.sceneFile(), "flat", "light-map"),
-                 {{"not divided by pi", "map", Kind::Sealed, 4, "rel_rms", [](CookedCopy& c) { multiply(c.constants()["range"], kPi); }},
-                  {"left and right", "map", Kind::Sealed, 4, "rel_rms",
-                   [](CookedCopy& c) { moveTexels(c, "exit", [](int x, int y, int w, int) { return glm::ivec2(w - 1 - x, y); }); }}});
+    expectCaught(
+        Cooked(scene.sceneFile(), "flat", "light-map"),
+        {{"not divided by pi", "map", Digests::Rewritten, 4, "rel_rms", [](CookedCopy& c) { multiply(c.constants()["range"], kPi); }},
+         {"left and right", "map", Digests::Rewritten, 4, "rel_rms",
+          [](CookedCopy& c) { moveTexels(c, "exit", [](int x, int y, int w, int) { return glm::ivec2(w - 1 - x, y); }); }}});
 }
 
 // ---- the scene that ships with the program: learned layouts, dominant light, probe, sky, tables, mesh ----
@@ -298,42 +303,43 @@ void changeClusters(CookedCopy& copy, const std::function<void(std::vector<int>&
 
 const std::vector<Fault>& basisFaults() {
     static const std::vector<Fault> kFaults = {
-        {"one block black", "lightmap", Kind::Sealed, 4, "block",
+        {"one block black", "lightmap", Digests::Rewritten, 4, "block",
          [](CookedCopy& c) {
              const glm::ivec2 at = averageBlock(c);
              c.setBlock("l0", at.x, at.y, std::byte{0});
          }},
-        {"one block of a reserved mode", "lightmap", Kind::Sealed, 4, "block",
+        {"one block of a reserved mode", "lightmap", Digests::Rewritten, 4, "block",
          [](CookedCopy& c) {
              const glm::ivec2 at = averageBlock(c);
              c.setBlock("l0", at.x, at.y, std::byte{0x5b});
          }},
-        {"one row off", "lightmap", Kind::Sealed, 4, "rel_rms",
+        {"one row off", "lightmap", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) {
              for (const char* role : {"l0", "code", "residual"})
                  moveTexels(c, role, [](int x, int y, int, int) { return glm::ivec2(x, std::max(y - 1, 0)); });
          }},
-        {"every cluster the next one", "lightmap", Kind::Sealed, 4, "rel_rms",
+        {"every cluster the next one", "lightmap", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) {
              const int count = c.constants().at("clusters")[0].get<int>();
              changeClusters(c, [&](std::vector<int>& clusters) {
                  for (int& cluster : clusters) cluster = (cluster + 1) % count;
              });
          }},
-        {"the index one block off", "lightmap", Kind::Sealed, 4, "found",
+        {"the index one block off", "lightmap", Digests::Rewritten, 4, "found",
          [](CookedCopy& c) {
              changeClusters(c, [](std::vector<int>& clusters) { std::rotate(clusters.begin(), clusters.begin() + 1, clusters.end()); });
          }},
-        {"one run too long", "lightmap", Kind::Sealed, 3, "index_runs", [](CookedCopy& c) { multiply(c.constants()["index_runs"][1], 2); }},
-        {"a cluster that is not there", "lightmap", Kind::Sealed, 3, "index_runs",
+        {"one run too long", "lightmap", Digests::Rewritten, 3, "index_runs",
+         [](CookedCopy& c) { multiply(c.constants()["index_runs"][1], 2); }},
+        {"a cluster that is not there", "lightmap", Digests::Rewritten, 3, "index_runs",
          [](CookedCopy& c) { c.constants()["index_runs"][0] = 255; }},
-        {"the tables of two clusters swapped", "lightmap", Kind::Sealed, 4, "found",
+        {"the tables of two clusters swapped", "lightmap", Digests::Rewritten, 4, "found",
          [](CookedCopy& c) {
              Json& code = c.constants()["code"];
              const std::size_t size = code.size() / static_cast<std::size_t>(c.constants().at("clusters")[0].get<int>());
              for (std::size_t i = 0; i < size; ++i) std::swap(code[i], code[size + i]);
          }},
-        {"the table by coefficients instead of monomials", "lightmap", Kind::Sealed, 4, "rel_rms",
+        {"the table by coefficients instead of monomials", "lightmap", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) {
              const Json before = c.constants().at("code");
              constexpr std::size_t kMonomials = 15, kCoefficients = 8, kSize = 3 * kMonomials * kCoefficients;
@@ -343,10 +349,11 @@ const std::vector<Fault>& basisFaults() {
                  c.constants()["code"][table * kSize + 3 * (coefficient * kMonomials + monomial) + channel] = before[i];
              }
          }},
-        {"code and residual swapped", "lightmap", Kind::Sealed, 4, "rel_rms", [](CookedCopy& c) { swapFiles(c, "code", "residual"); }},
-        {"the residual's tables negated", "lightmap", Kind::Sealed, 4, "without it",
+        {"code and residual swapped", "lightmap", Digests::Rewritten, 4, "rel_rms",
+         [](CookedCopy& c) { swapFiles(c, "code", "residual"); }},
+        {"the residual's tables negated", "lightmap", Digests::Rewritten, 4, "without it",
          [](CookedCopy& c) { multiply(c.constants()["residual"], -1); }},
-        {"a neutral code a quarter too small", "lightmap", Kind::Sealed, 4, "found",
+        {"a neutral code a quarter too small", "lightmap", Digests::Rewritten, 4, "found",
          [](CookedCopy& c) { multiply(c.constants()["neutral"], 0.75); }},
     };
     return kFaults;
@@ -354,33 +361,33 @@ const std::vector<Fault>& basisFaults() {
 
 const std::vector<Fault>& dominantFaults() {
     static const std::vector<Fault> kFaults = {
-        {"the dominant direction negated", "lightmap_dominant", Kind::Sealed, 4, "block",
+        {"the dominant direction negated", "lightmap_dominant", Digests::Rewritten, 4, "block",
          [](CookedCopy& c) {
              multiply(c.constants()["direction_scale"], -1);
              multiply(c.constants()["direction_bias"], -1);
              multiply(c.constants()["residual_scale"], 1);
          }},
-        {"the direction's axes turned", "lightmap_dominant", Kind::Sealed, 4, "block",
+        {"the direction's axes turned", "lightmap_dominant", Digests::Rewritten, 4, "block",
          [](CookedCopy& c) { changeTexels(c, "direction", [](const vec4& t) { return vec4(t.y, t.z, t.x, t.w); }); }},
-        {"a direction of unsigned range", "lightmap_dominant", Kind::Sealed, 4, "block",
+        {"a direction of unsigned range", "lightmap_dominant", Digests::Rewritten, 4, "block",
          [](CookedCopy& c) {
              c.constants()["direction_scale"] = 1.0;
              c.constants()["direction_bias"] = 0.0;
          }},
-        {"an intensity multiplied by pi", "lightmap_dominant", Kind::Sealed, 4, "block",
+        {"an intensity multiplied by pi", "lightmap_dominant", Digests::Rewritten, 4, "block",
          [](CookedCopy& c) { multiply(c.constants()["intensity_range"], kPi); }},
-        {"direction and residual swapped", "lightmap_dominant", Kind::Sealed, 4, "block",
+        {"direction and residual swapped", "lightmap_dominant", Digests::Rewritten, 4, "block",
          [](CookedCopy& c) { swapFiles(c, "direction", "residual"); }},
-        {"the residual of a map seen in a mirror", "lightmap_dominant", Kind::Sealed, 4, "without it",
+        {"the residual of a map seen in a mirror", "lightmap_dominant", Digests::Rewritten, 4, "without it",
          [](CookedCopy& c) { moveTexels(c, "residual", [](int x, int y, int w, int) { return glm::ivec2(w - 1 - x, y); }); }},
-        {"the residual's sign", "lightmap_dominant", Kind::Sealed, 4, "without it",
+        {"the residual's sign", "lightmap_dominant", Digests::Rewritten, 4, "without it",
          [](CookedCopy& c) { multiply(c.constants()["residual_scale"], -1); }},
-        {"one black block of intensity", "lightmap_dominant", Kind::Sealed, 4, "block",
+        {"one black block of intensity", "lightmap_dominant", Digests::Rewritten, 4, "block",
          [](CookedCopy& c) {
              const glm::ivec2 at = averageBlock(c);
              c.setBlock("intensity", at.x, at.y, std::byte{0});
          }},
-        {"one block of direction", "lightmap_dominant", Kind::Sealed, 4, "block",
+        {"one block of direction", "lightmap_dominant", Digests::Rewritten, 4, "block",
          [](CookedCopy& c) {
              const glm::ivec2 at = averageBlock(c);
              c.setBlock("direction", at.x, at.y, std::byte{0xff});
@@ -391,7 +398,7 @@ const std::vector<Fault>& dominantFaults() {
 
 const std::vector<Fault>& probeFaults() {
     static const std::vector<Fault> kFaults = {
-        {"a face in a mirror", "probe0", Kind::Sealed, 4, "block",
+        {"a face in a mirror", "probe0", Digests::Rewritten, 4, "block",
          [](CookedCopy& c) {
              c.edit("cubemap", [](Images& images) {
                  for (std::size_t mip = 0; mip < images.size(); mip += 6)
@@ -399,13 +406,13 @@ const std::vector<Fault>& probeFaults() {
                          std::ranges::reverse(std::span(&images[mip].at(0, y), static_cast<std::size_t>(images[mip].width())));
              });
          }},
-        {"faces +X and -X swapped", "probe0", Kind::Sealed, 4, "block",
+        {"faces +X and -X swapped", "probe0", Digests::Rewritten, 4, "block",
          [](CookedCopy& c) {
              c.edit("cubemap", [](Images& images) {
                  for (std::size_t mip = 0; mip < images.size(); mip += 6) swapImages(images, mip, mip + 1);
              });
          }},
-        {"every mip filtered as the one before it", "probe0", Kind::Sealed, 4, "found",
+        {"every mip filtered as the one before it", "probe0", Digests::Rewritten, 4, "found",
          [](CookedCopy& c) {
              c.edit("cubemap", [](Images& images) {
                  for (std::size_t i = images.size() - 1; i >= 6; --i)
@@ -417,41 +424,42 @@ const std::vector<Fault>& probeFaults() {
                          }
              });
          }},
-        {"not divided by its own area specular", "probe0", Kind::Sealed, 4, "rel_rms",
+        {"not divided by its own area specular", "probe0", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) {
              for (std::size_t i = 1; i < 9; ++i) c.constants()["windowed_sh"][i] = {0, 0, 0};
          }},
-        {"the phase of the divisor", "probe0", Kind::Sealed, 4, "rel_rms",
+        {"the phase of the divisor", "probe0", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) {
              for (const int i : {1, 3, 5, 7}) multiply(c.constants()["windowed_sh"][static_cast<std::size_t>(i)], -1);
          }},
-        {"a divisor that is negative somewhere", "probe0", Kind::Sealed, 4, "rel_rms",
+        {"a divisor that is negative somewhere", "probe0", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) {
              for (std::size_t i = 1; i < 9; ++i) multiply(c.constants()["windowed_sh"][i], 8);
          }},
-        {"the band factors of the next mip", "probe0", Kind::Sealed, 4, "found",
+        {"the band factors of the next mip", "probe0", Digests::Rewritten, 4, "found",
          [](CookedCopy& c) {
              Json& mips = c.constants()["mips"];
              for (std::size_t i = 0; i + 1 < mips.size(); ++i) mips[i]["bands"] = Json(mips[i + 1]["bands"]);
          }},
-        {"roughness not squared", "probe0", Kind::Sealed, 4, "perceptual_roughness",
+        {"roughness not squared", "probe0", Digests::Rewritten, 4, "perceptual_roughness",
          [](CookedCopy& c) {
              for (Json& mip : c.constants()["mips"]) mip["perceptual_roughness"] = mip["m"];
          }},
-        {"one block of 6144", "probe0", Kind::Sealed, 4, "mip 0, face 0, block",
+        {"one block of 6144", "probe0", Digests::Rewritten, 4, "mip 0, face 0, block",
          [](CookedCopy& c) { c.setBlock("cubemap", 56, 72, std::byte{0}); }},
-        {"the range of another probe", "probe0", Kind::Sealed, 4, "rel_rms", [](CookedCopy& c) { multiply(c.constants()["range"], 0.5); }},
+        {"the range of another probe", "probe0", Digests::Rewritten, 4, "rel_rms",
+         [](CookedCopy& c) { multiply(c.constants()["range"], 0.5); }},
     };
     return kFaults;
 }
 
 const std::vector<Fault>& skyAndTableFaults() {
     static const std::vector<Fault> kFaults = {
-        {"rows one exponent up", "sky", Kind::Sealed, 4, "row",
+        {"rows one exponent up", "sky", Digests::Rewritten, 4, "row",
          [](CookedCopy& c) { moveTexels(c, "rsrm", [](int x, int y, int, int h) { return glm::ivec2(x, std::min(y + 1, h - 1)); }); }},
-        {"south for north", "sky", Kind::Sealed, 4, "row",
+        {"south for north", "sky", Digests::Rewritten, 4, "row",
          [](CookedCopy& c) { moveTexels(c, "rsrm", [](int x, int y, int w, int) { return glm::ivec2(w - 1 - x, y); }); }},
-        {"half a zone off", "sky", Kind::Sealed, 4, "row",
+        {"half a zone off", "sky", Digests::Rewritten, 4, "row",
          [](CookedCopy& c) {
              c.edit("rsrm", [](Images& images) {
                  for (int y = 0; y < images[0].height(); ++y)
@@ -459,38 +467,38 @@ const std::vector<Fault>& skyAndTableFaults() {
                          images[0].at(x, y) = 0.5f * (images[0].at(x, y) + images[0].at(x + 1, y));
              });
          }},
-        {"one texel two codes off", "sky", Kind::Sealed, 4, "row 3, texel 100",
+        {"one texel two codes off", "sky", Digests::Rewritten, 4, "row 3, texel 100",
          [](CookedCopy& c) {
              c.edit("rsrm", [](Images& images) { images[0].at(100, 3).y += images[0].at(100, 3).y < 0.5f ? 0.01f : -0.01f; });
          }},
-        {"the colour over pi", "sky", Kind::Sealed, 4, "row", [](CookedCopy& c) { multiply(c.constants()["color"], 1 / kPi); }},
-        {"exponents that were not used", "sky", Kind::Sealed, 4, "row",
+        {"the colour over pi", "sky", Digests::Rewritten, 4, "row", [](CookedCopy& c) { multiply(c.constants()["color"], 1 / kPi); }},
+        {"exponents that were not used", "sky", Digests::Rewritten, 4, "row",
          [](CookedCopy& c) { multiply(c.constants()["exponents"][2], 1.1); }},
-        {"a row missing", "sky", Kind::Sealed, 4, "rows", [](CookedCopy& c) { c.constants()["exponents"].erase(7); }},
-        {"view and roughness swapped", "specular", Kind::Sealed, 4, "texture",
+        {"a row missing", "sky", Digests::Rewritten, 4, "rows", [](CookedCopy& c) { c.constants()["exponents"].erase(7); }},
+        {"view and roughness swapped", "specular", Digests::Rewritten, 4, "texture",
          [](CookedCopy& c) {
              for (const char* role : {"c0236", "d0236", "cd78"})
                  moveTexels(c, role, [](int x, int y, int, int) { return glm::ivec2(y, x); });
          }},
-        {"grazing for facing", "specular", Kind::Sealed, 4, "texture",
+        {"grazing for facing", "specular", Digests::Rewritten, 4, "texture",
          [](CookedCopy& c) {
              for (const char* role : {"c0236", "d0236", "cd78"})
                  moveTexels(c, role, [](int x, int y, int w, int) { return glm::ivec2(w - 1 - x, y); });
          }},
-        {"C and D swapped", "specular", Kind::Sealed, 4, "texture", [](CookedCopy& c) { swapFiles(c, "c0236", "d0236"); }},
-        {"four times the light, as Halo 3 has it", "specular", Kind::Sealed, 4, "texture",
+        {"C and D swapped", "specular", Digests::Rewritten, 4, "texture", [](CookedCopy& c) { swapFiles(c, "c0236", "d0236"); }},
+        {"four times the light, as Halo 3 has it", "specular", Digests::Rewritten, 4, "texture",
          [](CookedCopy& c) {
              for (const char* role : {"c0236", "d0236", "cd78"})
                  for (const char* part : {"_scale", "_bias"}) multiply(c.constants()[role + std::string(part)], 4);
          }},
-        {"one texel of 64", "specular", Kind::Sealed, 4, "texture c0236, channel 1",
+        {"one texel of 64", "specular", Digests::Rewritten, 4, "texture c0236, channel 1",
          [](CookedCopy& c) { c.edit("c0236", [](Images& images) { images[0].at(4, 3).y += 0.001f; }); }},
-        {"an axis scaled for texel edges", "specular", Kind::Sealed, 4, "texture",
+        {"an axis scaled for texel edges", "specular", Digests::Rewritten, 4, "texture",
          [](CookedCopy& c) {
              c.constants()["view"]["scale"] = 1.0;
              c.constants()["view"]["offset"] = 0.0;
          }},
-        {"the cosine axis called a sine", "specular", Kind::Sealed, 4, "texture",
+        {"the cosine axis called a sine", "specular", Digests::Rewritten, 4, "texture",
          [](CookedCopy& c) { c.constants()["view"]["of"] = "sin(theta_v)"; }},
     };
     return kFaults;
@@ -541,45 +549,45 @@ void changeAttribute(Json& json, std::span<float> buffer, const char* semantic, 
 
 const std::vector<Fault>& meshFaults() {
     static const std::vector<Fault> kFaults = {
-        {"one bit of the mesh", "cornell_mesh", Kind::Loose, 4, "cornell_mesh.glb",
+        {"one bit of the mesh", "cornell_mesh", Digests::Stale, 4, "cornell_mesh.glb",
          [](CookedCopy& c) { flipBit(c.folder() / "cornell_mesh.glb"); }},
-        {"light-map UVs one texel off", "cornell_mesh", Kind::Sealed, 4, "light-map UVs",
+        {"light-map UVs one texel off", "cornell_mesh", Digests::Rewritten, 4, "light-map UVs",
          [](CookedCopy& c) {
              writeMeshOf(c, [](Json& json, std::span<float> buffer) {
                  changeAttribute(json, buffer, "TEXCOORD_1", 2, [](float* uv) { uv[0] += 1.0f / 256; });
              });
          }},
-        {"V from below", "cornell_mesh", Kind::Sealed, 4, "light-map UVs",
+        {"V from below", "cornell_mesh", Digests::Rewritten, 4, "light-map UVs",
          [](CookedCopy& c) {
              writeMeshOf(c, [](Json& json, std::span<float> buffer) {
                  changeAttribute(json, buffer, "TEXCOORD_1", 2, [](float* uv) { uv[1] = 1 - uv[1]; });
              });
          }},
-        {"Draco with 8 bits of light-map UV", "cornell_mesh", Kind::Sealed, 4, "light-map UVs",
+        {"Draco with 8 bits of light-map UV", "cornell_mesh", Digests::Rewritten, 4, "light-map UVs",
          [](CookedCopy& c) { writeMesh(c, c.sources() / "cornell.glb", {.lightMapUvBits = 8}); }},
-        {"Draco with 6 bits of position", "cornell_mesh", Kind::Sealed, 4, "positions",
+        {"Draco with 6 bits of position", "cornell_mesh", Digests::Rewritten, 4, "positions",
          [](CookedCopy& c) { writeMesh(c, c.sources() / "cornell.glb", {.positionBits = 6}); }},
-        {"the axes of normals turned", "cornell_mesh", Kind::Sealed, 4, "normals",
+        {"the axes of normals turned", "cornell_mesh", Digests::Rewritten, 4, "normals",
          [](CookedCopy& c) {
              writeMeshOf(c, [](Json& json, std::span<float> buffer) {
                  changeAttribute(json, buffer, "NORMAL", 3, [](float* n) { std::swap(n[0], n[1]), std::swap(n[1], n[2]); });
              });
          }},
-        {"the normals' frame turned: a rotated node", "cornell_mesh", Kind::Sealed, 4, "nodes",
+        {"the normals' frame turned: a rotated node", "cornell_mesh", Digests::Rewritten, 4, "nodes",
          [](CookedCopy& c) { writeMeshOf(c, [](Json& json, std::span<float>) {
                                  json["nodes"][0]["rotation"] = {0.5, 0.5, 0.5, 0.5};
                              }); }},
-        {"a material that wants other light", "cornell_mesh", Kind::Sealed, 4, "materials",
+        {"a material that wants other light", "cornell_mesh", Digests::Rewritten, 4, "materials",
          [](CookedCopy& c) {
              writeMeshOf(c, [](Json& json, std::span<float>) { json["materials"][0]["pbrMetallicRoughness"]["roughnessFactor"] = 0.1; });
          }},
-        {"winding reversed", "cornell_mesh", Kind::Sealed, 4, "cornell_mesh.glb",
+        {"winding reversed", "cornell_mesh", Digests::Rewritten, 4, "cornell_mesh.glb",
          [](CookedCopy& c) {
              writeMeshOf(c, [](Json& json, std::span<float> buffer) {
                  changeAttribute(json, buffer, "POSITION", 3, [](float* p) { p[0] = -p[0]; });
              });
          }},
-        {"an honest manifest of a coarse mesh", "cornell_mesh", Kind::Sealed, 4, "texels",
+        {"an honest manifest of a coarse mesh", "cornell_mesh", Digests::Rewritten, 4, "texels",
          [](CookedCopy& c) {
              writeMesh(c, c.sources() / "cornell.glb", {.lightMapUvBits = 6});
              c.asset()["quantization"]["light_map_uv_bits"] = 6;
@@ -591,20 +599,23 @@ const std::vector<Fault>& meshFaults() {
 /// Right texels, and a manifest or a shader that makes an engine shade them wrongly.
 const std::vector<Fault>& contractFaults() {
     static const std::vector<Fault> kFaults = {
-        {"a shader without its division by pi", "sky", Kind::Sealed, 4, kShaderName,
+        {"a shader without its division by pi", "sky", Digests::Rewritten, 4, kShaderName,
          [](CookedCopy& c) {
              std::string text = formats::contentOf(c.folder() / kShaderName);
              const std::string bands = "vec3(1.0f, 0.66666667f, 0.25f)";
              formats::writeContent(c.folder() / kShaderName, text.replace(text.find(bands), bands.size(), "vec3(3.1f, 2.1f, 0.78f)"));
          }},
-        {"the other phase in the manifest", "probe0", Kind::Sealed, 4, "phase",
+        {"the other phase in the manifest", "probe0", Digests::Rewritten, 4, "phase",
          [](CookedCopy& c) { c.asset()["phase"] = "condon-shortley"; }},
-        {"game units in the manifest", "lightmap_dominant", Kind::Sealed, 4, "units", [](CookedCopy& c) { c.asset()["units"] = "game"; }},
-        {"a sampler that repeats", "lightmap_dominant", Kind::Sealed, 4, "sampler",
+        {"game units in the manifest", "lightmap_dominant", Digests::Rewritten, 4, "units",
+         [](CookedCopy& c) { c.asset()["units"] = "game"; }},
+        {"a sampler that repeats", "lightmap_dominant", Digests::Rewritten, 4, "sampler",
          [](CookedCopy& c) { c.texture("direction")["sampler"]["wrap"] = "repeat"; }},
-        {"a smaller size for the budget", "sky", Kind::Sealed, 4, "bytes_gpu", [](CookedCopy& c) { c.texture("rsrm")["bytes_gpu"] = 512; }},
-        {"another working space", "sky", Kind::Sealed, 4, "color", [](CookedCopy& c) { c.manifest()["color"]["working"] = "acescg"; }},
-        {"tables said to be Halo 3's", "specular", Kind::Sealed, 4, "normalization",
+        {"a smaller size for the budget", "sky", Digests::Rewritten, 4, "bytes_gpu",
+         [](CookedCopy& c) { c.texture("rsrm")["bytes_gpu"] = 512; }},
+        {"another working space", "sky", Digests::Rewritten, 4, "color",
+         [](CookedCopy& c) { c.manifest()["color"]["working"] = "acescg"; }},
+        {"tables said to be Halo 3's", "specular", Digests::Rewritten, 4, "normalization",
          [](CookedCopy& c) { c.asset()["normalization"] = "halo3"; }},
     };
     return kFaults;
@@ -620,7 +631,7 @@ TEST(Mutation, OfTheSceneThatShipsIsCaught) {
     const Cooked cooked(kShippedScene, "basis-8");
     for (const auto* faults : {&basisFaults(), &dominantFaults(), &probeFaults(), &skyAndTableFaults(), &contractFaults()})
         expectCaught(cooked, *faults);
-    // Constants inside a texture that another manifest had: the one fault that must not be sealed in full.
+    // Constants inside a texture that another manifest had: the one fault that keeps its stale metadata.
     CookedCopy copy = cooked.copyOf("sky");
     multiply(copy.constants()["color"], 1.0001);
     copy.seal(false);

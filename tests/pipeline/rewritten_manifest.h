@@ -1,5 +1,5 @@
-// A cooked folder whose manifest was changed on purpose, sealed as a cook would have done it: so that a test meets what lies behind the
-// seals.
+// Writes a manifest that a test changed, with the digests that a cook would have written: the checks behind the digests then meet the
+// change.
 #pragma once
 
 #include "pipeline/graph/digest.h"
@@ -11,7 +11,7 @@
 
 namespace lightcook::pipeline {
 
-inline void writeSealedManifest(const std::filesystem::path& folder, const Json& manifest) {
+inline void writeManifestAndDigests(const std::filesystem::path& folder, const Json& manifest) {
     const std::string text = withSelfDigest(manifest);
     formats::writeContent(folder / kManifestName, text);
     if (!std::filesystem::exists(folder / kReportName)) return;

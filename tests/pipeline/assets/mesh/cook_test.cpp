@@ -9,7 +9,7 @@
 #include "pipeline/graph/digest.h"
 #include "pipeline/json/json.h"
 #include "pipeline/manifest/manifest.h"
-#include "tests/pipeline/sealed_folder.h"
+#include "tests/pipeline/rewritten_manifest.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
@@ -142,7 +142,7 @@ protected:
         Json manifest = parseJson(formats::contentOf(folder_ / "out" / kManifestName));
         for (Json& each : manifest["assets"])
             if (each["name"] == "room_mesh") each["digest"] = digestOfText(glb);
-        writeSealedManifest(folder_ / "out", manifest);
+        writeManifestAndDigests(folder_ / "out", manifest);
     }
 
     const formats::TemporaryFolder folder_;
@@ -269,7 +269,7 @@ TEST_F(TwoSquares, AManifestThatNamesNoSuchLightMapIsRefused) {
     const auto verifiedWith = [&](auto&& edit) {
         Json manifest = whole;
         for (Json& each : manifest["assets"]) edit(each);
-        writeSealedManifest(folder_ / "out", manifest);
+        writeManifestAndDigests(folder_ / "out", manifest);
         const Outcome outcome = verify();
         return outcome.errors.empty() ? formats::Error{formats::ErrorCode::Internal, "nothing", ""} : outcome.errors[0];
     };
