@@ -36,6 +36,8 @@ target_include_directories(project_options INTERFACE
 # For kernels written with Highway, linked after project_options. Highway states the alignment of its loads and stores itself, and the
 # sanitizer's check at every access doubles the code.
 add_library(vector_options INTERFACE)
+# Nor are the sanitizers given a copy of every kernel for each instruction set: they check the one for the baseline.
 if(LIGHTCOOK_SANITIZE)
   target_compile_options(vector_options INTERFACE -fno-sanitize=alignment)
+  target_compile_definitions(vector_options INTERFACE HWY_COMPILE_ONLY_STATIC)
 endif()

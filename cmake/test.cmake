@@ -6,7 +6,8 @@ function(quick_to_build program)
   if(ARG_JSON)
     target_precompile_headers(${program} PRIVATE <nlohmann/json.hpp> <fmt/format.h>)
   endif()
-  target_compile_options(${program} PRIVATE $<$<CONFIG:Release>:-O2>)
+  # Tests that read JSON run whole programs and compute little themselves.
+  target_compile_options(${program} PRIVATE $<$<CONFIG:Release>:$<IF:$<BOOL:${ARG_JSON}>,-O1,-O2>>)
 endfunction()
 
 # lightcook_test(<module> SOURCES a_test.cpp... [OPENIMAGEIO b_test.cpp...] [NOT_SANITIZED c_test.cpp...] [LIBRARIES more...]
