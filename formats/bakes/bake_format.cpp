@@ -37,12 +37,32 @@ tl::unexpected<Error> incomplete(const BakeFormatInfo& format, const std::vector
                                format.name, missing.front(), others, format.channelCaption));
 }
 
+constexpr std::string_view kPictureChannels = "RGBA";
+
+bool isPicture(const ExrInfo& info) {
+    return !info.channels.empty() && std::ranges::all_of(info.channels, [](const std::string& name) {
+        return name.size() == 1 && kPictureChannels.find(name) != std::string_view::npos;
+    });
+}
+
+/// Returns a guess at what a file without SH coefficients is, and what to do with it.
+std::string guessOf(const ExrInfo& info) {
+    if (isPicture(info))
+        return ". A flat light map or a picture? It has no directions: compress it with `lightcook encode`, or bake SH coefficients";
+    const bool hasCoefficients = std::ranges::any_of(info.channels, [](const std::string& name) {
+        return name.find("sh") != std::string::npos || name.find("SH") != std::string::npos;
+    });
+    return hasCoefficients ? ". SH under other names? Rename the channels" : "";
+}
+
 tl::unexpected<Error> unknownFormat(const ExrInfo& info, const std::string& subject) {
-    std::vector<std::string> known;
+    std::vector<std::string> known, held = info.channels;
     for (const BakeFormatInfo& format : kBakeFormats) known.push_back(fmt::format("{} ({})", format.name, format.channelCaption));
+    // EXR files have their channels in alphabetical order.
+    if (isPicture(info)) std::ranges::sort(held, {}, [](const std::string& name) { return kPictureChannels.find(name); });
     return failure(ErrorCode::WrongShape, subject,
-                   fmt::format("found no light map: the file holds the channels {}; known bake formats: {}",
-                               oneLine(fmt::format("{}", fmt::join(info.channels, ", "))), fmt::join(known, ", ")));
+                   fmt::format("found no light map, expected the channels of a bake format: {}; it holds {}{}", fmt::join(known, ", "),
+                               held.empty() ? "no channels" : oneLine(fmt::format("{}", fmt::join(held, ", "))), guessOf(info)));
 }
 
 /// The format of the most channels among those that the file has in full; else the one that it nearly has, whose error names the gap.

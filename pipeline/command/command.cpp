@@ -9,7 +9,7 @@
 #include <array>
 #include <vector>
 
-#include "formats/nearest.h"
+#include "pipeline/command/mistake.h"
 #include "pipeline/command/session.h"
 #include "pipeline/command/terminal.h"
 #include "pipeline/graph/version.h"
@@ -31,6 +31,7 @@ CommandFunction defineReconstruct(CLI::App& app);
 CommandFunction defineCompare(CLI::App& app);
 CommandFunction defineInfo(CLI::App& app);
 CommandFunction defineDemo(CLI::App& app);
+CommandFunction defineHelp(CLI::App& app);
 
 namespace {
 
@@ -49,21 +50,8 @@ constexpr std::array kCommands = {
     CommandInfo{"compare", "Print the differences of two images, textures or cooked scenes", defineCompare},
     CommandInfo{"info", "Print the contents of a file or a cooked scene", defineInfo},
     CommandInfo{"demo", "Cook, verify and report the scene that ships with the program", defineDemo},
+    CommandInfo{"help", "Print the help of the program or of one command", defineHelp},
 };
-
-/// Returns "the command 'bake' (nearest is 'cook')" for the first word that stands in a command's place and is none; else "".
-std::string describeUnknownCommand(int argc, const char* const* argv) {
-    std::vector<std::string> names;
-    for (const CommandInfo& command : kCommands) names.emplace_back(command.name);
-    for (int i = 1; i < argc; ++i) {
-        const std::string word = argv[i];
-        if (word == "-j" || word == "--threads" || word == "--log" || word == "--instructions") ++i;  // skips the option's value
-        if (word.starts_with("-")) continue;
-        if (std::find(names.begin(), names.end(), word) != names.end()) return "";
-        return fmt::format("the command '{}' (nearest is '{}')", word, formats::nearestName(word, names));
-    }
-    return "";
-}
 
 }  // namespace
 
@@ -79,6 +67,13 @@ void defineProgram(CLI::App& app, GlobalOptions& global, CommandFunction& select
     app.require_subcommand(1);
     app.fallthrough();
     app.add_option("--log", global.log, "Format of error messages")->check(CLI::IsMember({"text", "json"}))->capture_default_str();
+    app.add_option("--color", global.color, "Colours; auto: on a terminal, unless NO_COLOR is set")
+        ->check(CLI::IsMember({"auto", "always", "never"}))
+        ->capture_default_str();
+    CLI::Option* quiet =
+        app.add_flag("-q,--quiet", global.quiet,
+                     "Print errors, warnings and what the command is asked for: no progress, no summary, no table of a cook");
+    app.add_flag("-v,--verbose", global.verbose, "Print a line for each action: its time, or that it came from the cache")->excludes(quiet);
     app.add_option("-j,--threads", global.threads, "Number of threads; default: one for each core")->check(CLI::Range(1, 1024));
     app.add_option("--instructions", global.instructions, "Vector instructions that the encoders may use; the output is the same for both")
         ->check(CLI::IsMember({"widest", "avx2"}))
@@ -98,10 +93,11 @@ ParsedCommandLine parseCommandLine(int argc, const char* const* argv, GlobalOpti
         app.parse(argc, argv);
     } catch (const CLI::ParseError& mistake) {
         if (mistake.get_exit_code() == 0) return {{}, app.exit(mistake)};  // --help, --version
-        const std::string unknown = describeUnknownCommand(argc, argv);
-        const std::string found = unknown.empty() ? fmt::format("a mistake ({})", mistake.what()) : unknown;
-        Terminal(global.logFormat())
-            .error({formats::ErrorCode::InvalidRequest, "command line", fmt::format("found {}, expected what --help shows", found)});
+        const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
+        if (arguments.empty()) fmt::print("{}\n", app.help());
+        // An option after the mistake is not read by then.
+        if (std::ranges::search(arguments, std::vector<std::string>{"--log", "json"}).begin() != arguments.end()) global.log = "json";
+        Terminal(global.terminal()).error(firstMistake(arguments, mistake.what()));
         return {{}, exitCode(formats::ErrorCode::InvalidRequest)};
     }
     return parsed;

@@ -12,6 +12,7 @@
 
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
+#include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 #include "pipeline/command/texture_file.h"
@@ -98,23 +99,27 @@ CommandFunction defineCompare(CLI::App& app) {
     struct Options {
         std::filesystem::path a, b;
         std::string metric;
+        JsonOutput json;
     };
     const auto options = std::make_shared<Options>();
     addFileOption(app, "a", options->a, "The reference: an image, a texture or an output folder of cook")->required();
     addFileOption(app, "b", options->b, "The one to compare with it")->required();
     app.add_option("--metric", options->metric, "Print only this figure (images and textures)")
         ->check(CLI::IsMember({"rmse", "rel_rmse", "log2_psnr_db", "max_abs"}));
+    options->json.add(app, "the differences");
     return [options](Session& session) {
+        options->json.prepare(session);
         const auto differences = compareFiles(options->a, options->b);
-        if (!differences) return session.finish(differences);
+        if (!differences || options->json.isStandardOutput()) return options->json.finish(session, differences);
         if (options->metric.empty())
             printJson(session.terminal, *differences);
         else if (differences->contains(options->metric))
             session.terminal.say(fmt::format("{}", differences->at(options->metric).get<double>()));
         else
-            return session.finish(std::vector<formats::Error>{
-                {ErrorCode::InvalidRequest, "--metric", "found two cooked scenes, expected two images or textures"}});
-        return 0;
+            return options->json.finish(
+                session, *differences,
+                {{ErrorCode::InvalidRequest, "--metric", "found two cooked scenes, expected two images or textures"}});
+        return options->json.finish(session, differences);
     };
 }
 

@@ -45,6 +45,13 @@ std::string assetNameFor(const std::filesystem::path& input, const std::string& 
     return name.empty() || name.front() == '.' ? otherwise : name;
 }
 
+formats::Result<void> checkContainer(const CookOptions& cook, const std::filesystem::path& output) {
+    const auto named = output.extension() == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
+    if (!cook.container || *cook.container == named) return {};
+    return formats::failure(ErrorCode::InvalidRequest, "--container",
+                            fmt::format("found another container than that of {}, expected the same, or no --container", output.string()));
+}
+
 Outcome convertScene(Scene scene, const std::string& kind, const ConverterOptions& options, const RunState& state) {
     CookOptions cook = options.cook;
     cook.onlyKind = kind;
@@ -53,6 +60,7 @@ Outcome convertScene(Scene scene, const std::string& kind, const ConverterOption
         cook.output = options.output;
         return cookScene(std::move(scene), cook, state);
     }
+    if (auto checked = checkContainer(options.cook, options.output); !checked) return failedOutcome(checked.error());
     cook.container = extension == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
     auto folder = TemporaryFolder::create();
     if (!folder) return failedOutcome(folder.error());

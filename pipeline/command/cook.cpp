@@ -5,6 +5,7 @@
 
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
+#include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 
@@ -14,13 +15,14 @@ CommandFunction defineCook(CLI::App& app) {
     struct Options {
         CookOptions cook;
         OutputOptions output;
+        CiOutputs files;
         std::optional<int> samples;
     };
     const auto options = std::make_shared<Options>();
     CookOptions& cook = options->cook;
     addFileOption(app, "scene", cook.scene, "The scene file (scene.toml)")->required();
     addFolderOption(app, "-o,--output", cook.output, "Output folder; default: <scene name>.cooked");
-    options->output.addAll(app);
+    options->output.addScene(app);
     app.add_option("--depfile", cook.depfile, "Write the inputs as a Makefile rule")->type_name(kFilePlaceholder);
     app.add_option("--only", cook.only, "Cook this asset and those that derive from it; leave the others as they are")->type_name("NAME");
     addFolderOption(app, "--cache", cook.cache, "Cache folder; default: $LIGHTCOOK_CACHE, else the user's cache folder");
@@ -28,6 +30,7 @@ CommandFunction defineCook(CLI::App& app) {
     app.add_flag("--force", cook.force, "Cook everything again");
     app.add_flag("--keep-going", cook.keepGoing, "Cook the other assets after a failure; the exit code is the first failure's");
     addRepairOption(app, cook.repair);
+    options->files.add(app);
     app.footer(R"(An action (to cook or to verify one asset) is identified by a digest of the content of its inputs, its
 parameters and lightcook's own sources. Results of earlier actions are taken from the cache, which
 holds at most 4 GiB and drops the least recently used first. If nothing changed, a cook opens no
@@ -42,13 +45,17 @@ A bad input (missing, truncated, of the wrong shape, not finite, negative energy
 counts them in the report. In light maps it also repairs SH bands that are too long for their mean,
 and fireflies.
 
---rdo applies to every BC texture. The verifier's bounds include what it changes.)");
+--rdo applies to every BC texture. The verifier's bounds include what it changes.
+
+The last line has the verdict, the sizes, and how many actions came from the cache; with --log json it
+is an object on standard error. --quiet leaves it out. -v prints a line for each action.)");
     return [options](Session& session) {
         if (auto applied = options->output.apply(options->cook); !applied) return session.finish(applied);
         if (options->samples) options->cook.samples = *options->samples;
+        if (auto ready = options->files.prepare(session); !ready) return session.finish(ready);
         const Outcome outcome = cookScene(options->cook, session.state);
-        if (session.terminal.isInteractive() && outcome.report.is_object()) printReport(session.terminal, outcome.report);
-        return session.finish(outcome.errors);
+        printCook(session, outcome);
+        return session.finish(options->files.write(session, "cook", outcome, options->cook.scene, {}));
     };
 }
 

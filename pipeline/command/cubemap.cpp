@@ -10,6 +10,7 @@
 #include "pipeline/command/command.h"
 #include "pipeline/command/irradiance.h"
 #include "pipeline/command/option_groups.h"
+#include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 
@@ -19,6 +20,7 @@ namespace {
 /// Options of the command line; those that only some filters have are empty unless given.
 struct CommandLine : CubemapOptions {
     OutputOptions outputOptions;
+    JsonOutput json;
     std::string filter = "specular";
     std::optional<double> wrap;
     std::optional<int> size;
@@ -32,11 +34,20 @@ formats::Result<void> checkFilterOptions(const CommandLine& options) {
         bool isGiven;
         std::vector<std::string> filters;
     };
+    const CookOptions& cook = options.cook;
+    const std::vector<std::string> textures = {"specular", "irradiance"};
     const OwnedOption owned[] = {
         {.name = "--wrap", .isGiven = options.wrap.has_value(), .filters = {"irradiance", "sh"}},
         {.name = "--size", .isGiven = options.size.has_value(), .filters = {"irradiance"}},
         {.name = "--normalize", .isGiven = options.normalize.has_value(), .filters = {"sh"}},
         {.name = "--sh", .isGiven = !options.sh.empty(), .filters = {"specular"}},
+        {.name = "--target", .isGiven = cook.target.has_value(), .filters = textures},
+        {.name = "--container", .isGiven = cook.container.has_value(), .filters = textures},
+        {.name = "--zstd", .isGiven = cook.zstd.has_value(), .filters = textures},
+        {.name = "--budget", .isGiven = cook.budgetBytes.has_value(), .filters = textures},
+        {.name = "--max-error", .isGiven = cook.maxError.has_value(), .filters = textures},
+        {.name = "--effort", .isGiven = cook.effort.has_value(), .filters = textures},
+        {.name = "--rdo", .isGiven = cook.rdo.has_value(), .filters = textures},
     };
     for (const OwnedOption& option : owned)
         if (option.isGiven && std::find(option.filters.begin(), option.filters.end(), options.filter) == option.filters.end())
@@ -47,6 +58,7 @@ formats::Result<void> checkFilterOptions(const CommandLine& options) {
 
 /// Runs --filter irradiance.
 formats::Result<Json> runIrradiance(const CommandLine& options) {
+    if (auto checked = checkContainer(options.cook, options.output); !checked) return tl::make_unexpected(checked.error());
     IrradianceCommand command;
     command.input = options.input;
     command.output = options.output;
@@ -54,6 +66,7 @@ formats::Result<Json> runIrradiance(const CommandLine& options) {
     command.size = options.size.value_or(command.size);
     command.repair = options.cook.repair;
     command.target = options.cook.target.value_or(command.target);
+    command.budgetBytes = options.cook.budgetBytes;
     command.maxError = options.cook.maxError.value_or(command.maxError);
     command.textures.zstd = options.cook.zstd.value_or(command.textures.zstd);
     command.textures.effort = options.cook.effort.value_or(command.textures.effort);
@@ -87,6 +100,7 @@ CommandFunction defineCubemap(CLI::App& app) {
     addFileOption(app, "output", options->output, "A folder, or a .ktx2, .dds or (--filter sh) .json file")->required();
     options->outputOptions.addTextures(app);
     addRepairOption(app, options->cook.repair);
+    options->json.add(app, "the report, or with another --filter what was written,");
     app.add_option("--filter", options->filter,
                    "specular: prefiltered and pre-divided levels; irradiance: diffuse light, one level in one file; sh: nine coefficients "
                    "as JSON")
@@ -117,14 +131,15 @@ shows 17/16; --normalize d3dx multiplies everything by 16/17, as D3DX does.)");
     return [options](Session& session) {
         if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
         if (auto checked = checkFilterOptions(*options); !checked) return session.finish(checked);
+        options->json.prepare(session);
         if (options->filter != "specular") {
             const auto cooked = options->filter == "sh" ? runSh(*options) : runIrradiance(*options);
             if (cooked && session.terminal.isInteractive()) printJson(session.terminal, *cooked);
-            return session.finish(cooked);
+            return options->json.finish(session, cooked);
         }
         const Outcome outcome = convertCubemap(*options, session.state);
-        if (session.terminal.isInteractive() && outcome.report.is_object()) printReport(session.terminal, outcome.report);
-        return session.finish(outcome.errors);
+        printCook(session, outcome);
+        return options->json.finish(session, outcome.report, outcome.errors);
     };
 }
 

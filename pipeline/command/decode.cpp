@@ -6,26 +6,42 @@
 
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
+#include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
 #include "pipeline/command/texture_file.h"
 
 namespace lightcook::pipeline {
 
-formats::Result<void> decodeTexture(const DecodeCommand& command) {
-    if (auto checked = requireTextureFile(command.input); !checked) return checked;
+formats::Result<Json> decodeTexture(const DecodeCommand& command) {
+    if (auto checked = requireTextureFile(command.input); !checked) return tl::make_unexpected(checked.error());
+    if (auto checked = requireExrFile(command.output); !checked) return tl::make_unexpected(checked.error());
     const auto image = readAnyImage(command.input, command.mip, command.layer);
     if (!image) return tl::make_unexpected(image.error());
-    return formats::writeExr(command.output, image->texels.view(), image->channelCount == 4 ? 4 : 3);
+    const int channels = image->channelCount == 4 ? 4 : 3;
+    if (auto written = formats::writeExr(command.output, image->texels.view(), channels); !written)
+        return tl::make_unexpected(written.error());
+    return Json{{"width", image->texels.width()},
+                {"height", image->texels.height()},
+                {"channels", channels},
+                {"mip", command.mip},
+                {"layer", command.layer}};
 }
 
 CommandFunction defineDecode(CLI::App& app) {
-    const auto options = std::make_shared<DecodeCommand>();
+    struct Options : DecodeCommand {
+        JsonOutput json;
+    };
+    const auto options = std::make_shared<Options>();
     addFileOption(app, "input", options->input, "A .ktx2 or .dds file")->required();
     addFileOption(app, "output", options->output, "The EXR to write")->required();
     app.add_option("--mip", options->mip, "Level of the texture")->check(CLI::NonNegativeNumber)->type_name("N")->capture_default_str();
     app.add_option("--layer", options->layer, "Layer of an array")->check(CLI::NonNegativeNumber)->type_name("N")->capture_default_str();
-    app.footer("A cubemap is written as a vertical strip of its six faces.");
-    return [options](Session& session) { return session.finish(decodeTexture(*options)); };
+    options->json.add(app, "what was written");
+    app.footer("A cubemap is written as a vertical strip of its six faces. The values are float, so only EXR can hold them.");
+    return [options](Session& session) {
+        options->json.prepare(session);
+        return options->json.finish(session, decodeTexture(*options));
+    };
 }
 
 }  // namespace lightcook::pipeline

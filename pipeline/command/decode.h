@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "formats/error.h"
+#include "pipeline/json/json.h"
 
 namespace lightcook::pipeline {
 
@@ -12,7 +13,8 @@ struct DecodeCommand {
     int mip = 0, layer = 0;
 };
 
-/// Writes a float EXR with the format's channels; a cubemap as a vertical strip of its faces.
-formats::Result<void> decodeTexture(const DecodeCommand& command);
+/// Writes a float EXR with the format's channels; a cubemap as a vertical strip of its faces. Returns {"width","height","channels","mip",
+/// "layer"}.
+formats::Result<Json> decodeTexture(const DecodeCommand& command);
 
 }  // namespace lightcook::pipeline

@@ -7,6 +7,7 @@
 
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
+#include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 #include "pipeline/report/report.h"
@@ -29,23 +30,27 @@ CommandFunction defineDemo(CLI::App& app) {
     struct Options {
         CookOptions cook;
         OutputOptions output;
+        JsonOutput json;
     };
     const auto options = std::make_shared<Options>();
     options->cook.output = "demo.cooked";
     addFolderOption(app, "-o,--output", options->cook.output, "Output folder; default: demo.cooked");
-    options->output.addAll(app);
+    options->output.addScene(app);
+    options->json.add(app, "the report of the verification");
     return [options](Session& session) {
         if (auto applied = options->output.apply(options->cook); !applied) return session.finish(applied);
+        options->json.prepare(session);
         options->cook.scene = demoScene();
         const Outcome cooked = cookScene(options->cook, session.state);
-        if (!cooked.errors.empty()) return session.finish(cooked.errors);
+        printCook(session, cooked);
+        if (!cooked.errors.empty()) return options->json.finish(session, cooked.report, cooked.errors);
         const std::filesystem::path& folder = options->cook.output;
         const Outcome verified = verifyCooked({folder, {}, {}}, session.state);
-        if (verified.report.is_object()) printReport(session.terminal, verified.report);
-        if (verified.errors.empty())
+        if (verified.report.is_object() && session.terminal.verbosity() != Verbosity::Quiet) printReport(session.terminal, verified.report);
+        if (verified.errors.empty() && session.terminal.verbosity() != Verbosity::Quiet)
             session.terminal.say(fmt::format("cooked and verified; the report is {}",
                                              std::filesystem::absolute(folder / kReportHtmlName).lexically_normal().string()));
-        return session.finish(verified.errors);
+        return options->json.finish(session, verified.report, verified.errors);
     };
 }
 

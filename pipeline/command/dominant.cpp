@@ -7,6 +7,7 @@
 #include "pipeline/command/command.h"
 #include "pipeline/command/lightmap.h"
 #include "pipeline/command/option_groups.h"
+#include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 #include "pipeline/report/explained_light.h"
@@ -14,17 +15,17 @@
 namespace lightcook::pipeline {
 namespace {
 
-/// Prints how much of the light map one light and two lights explain.
-int printExplanation(const DominantOptions& options, Session& session) {
+/// Prints and returns how much of the light map one light and two lights explain.
+formats::Result<Json> printExplanation(const DominantOptions& options, Session& session) {
     formats::LightMapDescription description = options.description;
     description.repair = options.cook.repair;
     const auto explanation = explainDominant(options.input, description, options.fit == "refined-ambient", session.state);
-    if (!explanation) return session.finish(explanation);
+    if (!explanation) return explanation;
     if (session.log == LogFormat::JsonLines)
         session.terminal.say(explanation->dump());
     else
         for (const std::string& line : linesOf(*explanation)) session.terminal.say(line);
-    return 0;
+    return explanation;
 }
 
 }  // namespace
@@ -39,6 +40,7 @@ CommandFunction defineDominant(CLI::App& app) {
     struct Options : DominantOptions {
         OutputOptions outputOptions;
         ConventionOptions conventions;
+        JsonOutput json;
         bool explain = false;
     };
     const auto options = std::make_shared<Options>();
@@ -47,6 +49,7 @@ CommandFunction defineDominant(CLI::App& app) {
     options->outputOptions.addTextures(app);
     addRepairOption(app, options->cook.repair);
     options->conventions.add(app);
+    options->json.add(app, "the report, and with --report \"explanation\",");
     app.add_option("--fit", options->fit,
                    "closed: the direction of band 1; refined: the direction of least error; explained: refined, and dimmed where one light "
                    "explains little; refined-ambient: refined, beside ambient light")
@@ -62,10 +65,14 @@ hold one light.)");
     return [options](Session& session) {
         if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
         if (auto applied = options->conventions.apply(options->description); !applied) return session.finish(applied);
-        const Outcome outcome = convertDominant(*options, session.state);
-        if (session.terminal.isInteractive() && outcome.report.is_object()) printReport(session.terminal, outcome.report);
-        if (!options->explain || !outcome.errors.empty()) return session.finish(outcome.errors);
-        return printExplanation(*options, session);
+        options->json.prepare(session);
+        Outcome outcome = convertDominant(*options, session.state);
+        printCook(session, outcome);
+        if (!options->explain || !outcome.errors.empty()) return options->json.finish(session, outcome.report, outcome.errors);
+        const auto explanation = printExplanation(*options, session);
+        if (!explanation) return options->json.finish(session, outcome.report, {explanation.error()});
+        outcome.report["explanation"] = *explanation;
+        return options->json.finish(session, outcome.report, {});
     };
 }
 

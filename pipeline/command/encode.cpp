@@ -16,9 +16,9 @@
 #include "pipeline/assets/textures.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
+#include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
 #include "pipeline/command/texture_file.h"
-#include "pipeline/graph/files.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -189,7 +189,7 @@ Result<Json> encodeTexture(const EncodeCommand& command, int threads) {
 
 CommandFunction defineEncode(CLI::App& app) {
     struct Options : EncodeCommand {
-        std::filesystem::path json;
+        JsonOutput json;
         std::vector<float> weights;
         std::optional<int> effortGiven;
         std::optional<double> rdoGiven;
@@ -218,7 +218,7 @@ CommandFunction defineEncode(CLI::App& app) {
     app.add_flag("--cube", options->cube, "The input is a vertical strip of six cube faces");
     app.add_flag("--zstd", options->zstd, "Compress the texture inside KTX2 with Zstandard");
     app.add_flag("--repair", options->repair, "Replace NaN, infinity and, in unsigned formats, negative values by zero, and count them");
-    addFileOption(app, "--json", options->json, "Write what was done as JSON");
+    options->json.add(app, "what was done");
     app.footer(R"(Metrics, for an input value x: log minimizes the squared error of log2(1 + x / scale), relative to the
 value in the light and absolute in the dark; linear that of x, which keeps the energy but not the
 shadows; relative that of dx / (x + scale), the slope taken at the input's value. Other float formats
@@ -247,13 +247,13 @@ decodes to -1 like byte -127; the encoder writes only the latter.)");
         options->effort = options->effortGiven.value_or(options->effort);
         options->rdo = options->rdoGiven.value_or(options->rdo);
         options->metric = kMetrics.at(options->metricName);
+        options->json.prepare(session);
         const auto facts = encodeTexture(*options, session.threads);
-        if (!facts) return session.finish(facts);
+        if (!facts) return options->json.finish(session, facts);
         for (const char* key : {"clamped_high", "clamped_negative", "repaired"})
             if (facts->at(key).get<std::int64_t>() > 0)
                 session.terminal.warning(options->input.string(), fmt::format("{} values {}", facts->at(key).get<std::int64_t>(), key));
-        if (!options->json.empty()) return session.finish(writeFile(options->json, textOf(*facts) + "\n"));
-        return 0;
+        return options->json.finish(session, facts);
     };
 }
 

@@ -1,5 +1,7 @@
 #include "pipeline/command/info.h"
 
+#include <glob.h>
+
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
 #include <algorithm>
@@ -11,6 +13,7 @@
 #include "formats/light_map.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
+#include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 #include "pipeline/command/texture_file.h"
@@ -112,23 +115,67 @@ Result<Json> describeFile(const std::filesystem::path& file) {
     return formats::readImage(file).map(describeImage);
 }
 
+Result<std::vector<std::filesystem::path>> expandPatterns(const std::vector<std::string>& names) {
+    std::vector<std::filesystem::path> files;
+    for (const std::string& name : names) {
+        std::error_code code;
+        if (name.find_first_of("*?[") == std::string::npos || std::filesystem::exists(name, code)) {
+            files.emplace_back(name);
+            continue;
+        }
+        glob_t found{};
+        const int outcome = ::glob(name.c_str(), 0, nullptr, &found);
+        for (std::size_t i = 0; outcome == 0 && i < found.gl_pathc; ++i) files.emplace_back(found.gl_pathv[i]);
+        ::globfree(&found);
+        if (outcome != 0)
+            return formats::failure(formats::ErrorCode::FileUnreadable, name, "found no file of this pattern, expected at least one");
+    }
+    return files;
+}
+
+namespace {
+
+/// Describes every file. One that cannot be read does not keep the others from being described.
+int runInfo(const std::vector<std::string>& names, const JsonOutput& json, Session& session) {
+    json.prepare(session);
+    const auto files = expandPatterns(names);
+    if (!files) return json.finish(session, {}, {files.error()});
+    Json all = Json::array();
+    std::vector<formats::Error> errors;
+    for (const std::filesystem::path& file : *files) {
+        const auto facts = describeFile(file);
+        if (!facts) {
+            errors.push_back(facts.error());
+            continue;
+        }
+        Json entry = *facts;
+        if (files->size() > 1) {
+            entry = {{"file", file.string()}};
+            entry.update(*facts);
+        }
+        if (!json.isStandardOutput()) {
+            if (files->size() > 1) session.terminal.say(session.terminal.styled(Style::Faint, file.string() + ":"));
+            printJson(session.terminal, *facts, files->size() > 1 ? "  " : "");
+        }
+        all.push_back(std::move(entry));
+    }
+    return json.finish(session, files->size() == 1 && !all.empty() ? all[0] : all, errors);
+}
+
+}  // namespace
+
 CommandFunction defineInfo(CLI::App& app) {
     struct Options {
-        std::filesystem::path file;
-        bool json = false;
+        std::vector<std::string> files;
+        JsonOutput json;
     };
     const auto options = std::make_shared<Options>();
-    addFileOption(app, "file", options->file, "A texture, image, light map, mesh, scene file or output folder of cook")->required();
-    app.add_flag("--json", options->json, "Print JSON");
-    return [options](Session& session) {
-        const auto facts = describeFile(options->file);
-        if (!facts) return session.finish(facts);
-        if (options->json)
-            session.terminal.say(textOf(*facts));
-        else
-            printJson(session.terminal, *facts);
-        return 0;
-    };
+    app.add_option("files", options->files,
+                   "Textures, images, light maps, meshes, scene files, output folders of cook, or patterns such as '*.ktx2'")
+        ->required()
+        ->type_name(kFilePlaceholder);
+    options->json.add(app, "the contents (of several files a list)");
+    return [options](Session& session) { return runInfo(options->files, options->json, session); };
 }
 
 }  // namespace lightcook::pipeline

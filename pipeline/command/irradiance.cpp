@@ -66,6 +66,9 @@ Result<Json> cookIrradiance(const IrradianceCommand& command) {
     shape.format = formats::info(command.target).hdr;
     shape.width = shape.height = command.size;
     shape.faceCount = 6;
+    if (command.budgetBytes && shape.gpuBytes() > *command.budgetBytes)
+        return failure(ErrorCode::OverBudget, "--budget",
+                       fmt::format("found {} bytes of GPU memory, expected at most {}", shape.gpuBytes(), *command.budgetBytes));
     TextureSettings settings = command.textures;
     settings.container = extension == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
     compress::EncodeReport report;

@@ -2,7 +2,9 @@
 // nine coefficients in a JSON file.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "formats/error.h"
@@ -18,14 +20,16 @@ struct IrradianceCommand {
     int size = 32;                        ///< [texels] of a face's edge
     formats::Target target = formats::Target::Bc;
     bool repair = false;
-    double maxError = 0.1;  ///< limit on the RMS error against brute force, as a fraction
+    double maxError = 0.1;                     ///< limit on the RMS error against brute force, as a fraction
+    std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory
     TextureSettings textures;
 };
 
 /// Writes one level of six faces: the exit radiance of a white surface, divided by "range" (metadata io.lightcook). Then reopens the file
-/// and compares texels with the sum over every source texel. If the error is over maxError, the verification fails and an earlier file
-/// at the output stays. Returns {"texels","rel_rms","worst","bytes","range","repaired_texels","convert_cpu_seconds",
-/// "verify_cpu_seconds"}; the seconds are those of the whole process up to the verification, and of the verification alone.
+/// and compares texels with the sum over every source texel. If the error is over maxError, or the texture over the budget, the
+/// command fails and an earlier file at the output stays. Returns
+/// {"texels","rel_rms","worst","bytes","range","repaired_texels","convert_cpu_seconds", "verify_cpu_seconds"}; the seconds are those of the
+/// whole process up to the verification, and of the verification alone.
 formats::Result<Json> cookIrradiance(const IrradianceCommand& command);
 
 struct ShCommand {

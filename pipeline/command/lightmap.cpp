@@ -6,6 +6,7 @@
 
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
+#include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 
@@ -28,20 +29,23 @@ Outcome convertLightMap(const LightMapOptions& options, const RunState& state) {
 CommandFunction defineLightmap(CLI::App& app) {
     struct Options : LightMapOptions {
         OutputOptions outputOptions;
+        JsonOutput json;
         ConventionOptions conventions;
     };
     const auto options = std::make_shared<Options>();
     addFileOption(app, "input", options->input, "The bake")->required();
     addFileOption(app, "output", options->output, "A folder; or a .ktx2 or .dds file if the layout is one texture")->required();
-    options->outputOptions.addAll(app);
+    options->outputOptions.addLightMap(app);
     addRepairOption(app, options->cook.repair);
     options->conventions.add(app);
+    options->json.add(app, "the report");
     return [options](Session& session) {
         if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
         if (auto applied = options->conventions.apply(options->description); !applied) return session.finish(applied);
+        options->json.prepare(session);
         const Outcome outcome = convertLightMap(*options, session.state);
-        if (session.terminal.isInteractive() && outcome.report.is_object()) printReport(session.terminal, outcome.report);
-        return session.finish(outcome.errors);
+        printCook(session, outcome);
+        return options->json.finish(session, outcome.report, outcome.errors);
     };
 }
 

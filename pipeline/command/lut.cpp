@@ -9,6 +9,7 @@
 
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
+#include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 
@@ -53,11 +54,13 @@ Outcome convertLut(const LutOptions& options, const RunState& state) {
 CommandFunction defineLut(CLI::App& app) {
     struct Options : LutOptions {
         OutputOptions outputOptions;
+        JsonOutput json;
     };
     const auto options = std::make_shared<Options>();
     TableSettings& tables = options->tables;
     addFolderOption(app, "output", options->output, "Output folder")->required();
     options->outputOptions.addFiles(app);
+    options->json.add(app, "the report");
     app.add_option("--m", options->m, "Range of roughness, within 0.0001 to 1")->delimiter(',')->expected(2)->type_name("LOW,HIGH");
     app.add_option("--exponents", options->exponents, "The range of roughness as cosine powers, for --lobe phong-power")
         ->delimiter(',')
@@ -98,9 +101,10 @@ range, also between sampled positions. Only the filter's fractions are taken as 
 local relative error, which is large where the harmonics of the light cancel.)");
     return [options](Session& session) {
         if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
+        options->json.prepare(session);
         const Outcome outcome = convertLut(*options, session.state);
-        if (session.terminal.isInteractive() && outcome.report.is_object()) printReport(session.terminal, outcome.report);
-        return session.finish(outcome.errors);
+        printCook(session, outcome);
+        return options->json.finish(session, outcome.report, outcome.errors);
     };
 }
 

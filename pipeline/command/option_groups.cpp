@@ -4,6 +4,7 @@
 
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
+#include <cmath>
 #include <map>
 
 #include "formats/light_map_conventions.h"
@@ -43,11 +44,36 @@ void addEffortOption(CLI::App& app, std::optional<int>& effort) {
     app.add_option("--effort", effort, "Effort of the block encoders, 0 (fastest) to 9 (best); default: 5")->check(CLI::Range(0, 9));
 }
 
+CLI::Option* addFractionOption(CLI::App& app, const std::string& names, std::optional<double>& value, const std::string& description,
+                               FractionRange range) {
+    const auto convert = [range](std::string& text) {
+        const auto fraction = parseFraction(text);
+        if (fraction && (range.mayBeZero ? *fraction >= 0 : *fraction > 0) && *fraction <= range.highest) {
+            text = fmt::format("{}", *fraction);
+            return std::string();
+        }
+        const std::string highest = std::isfinite(range.highest) ? fmt::format(", at most {}", range.highest) : "";
+        return fmt::format("found '{}', expected a fraction such as 0.02 or 2%, {} 0{}", text, range.mayBeZero ? "at least" : "above",
+                           highest);
+    };
+    return app.add_option(names, value, description)->transform(CLI::Validator(convert, ""))->type_name(kFractionPlaceholder);
+}
+
+CLI::Option* addPercentOption(CLI::App& app, const std::string& names, std::optional<double>& value, const std::string& description) {
+    const auto convert = [](std::string& text) {
+        const auto number = parseFraction(text);
+        if (!number || *number < 0) return fmt::format("found '{}', expected a percentage such as 2 or 2%, at least 0", text);
+        text = fmt::format("{}", text.ends_with('%') ? 100 * *number : *number);
+        return std::string();
+    };
+    return app.add_option(names, value, description)->transform(CLI::Validator(convert, ""))->type_name(kPercentPlaceholder);
+}
+
 void addRdoOption(CLI::App& app, std::optional<double>& rdo) {
-    app.add_option("--rdo", rdo,
-                   "Rate-distortion optimization of BC blocks: the fraction by which the error of a row of blocks may grow so that the "
-                   "compressed file shrinks, such as 0.02")
-        ->check(CLI::Range(0.0, kLargestRdo));
+    addFractionOption(app, "--rdo", rdo,
+                      "Rate-distortion optimization of BC blocks: the fraction by which the error of a row of blocks may grow so that the "
+                      "compressed file shrinks, such as 2%",
+                      {kLargestRdo, true});
 }
 
 void addRepairOption(CLI::App& app, bool& repair) {
@@ -66,27 +92,49 @@ formats::Result<void> checkOption(const char* option, const Objection& objection
                             fmt::format("found {}, expected {}", objection->found, objection->expected));
 }
 
-void OutputOptions::addFiles(CLI::App& app) {
+void OutputOptions::addContainer(CLI::App& app) {
     app.add_option("--container", container_, "Container of the textures")->check(CLI::IsMember({"ktx2", "dds"}));
     app.add_flag("--zstd", zstd_, "Compress the textures inside KTX2 with Zstandard");
-    app.add_option("--max-error", maxError_, "Limit on rel_rms of diffuse and of specular, as a fraction; over it verification fails")
-        ->check(CLI::PositiveNumber);
+    app.add_option("--budget", budget_, "GPU memory of everything that is written, such as \"2 MiB\"; more ends with code 5")
+        ->type_name("SIZE");
 }
 
-void OutputOptions::addTextures(CLI::App& app) {
+void OutputOptions::addFormats(CLI::App& app) {
     app.add_option("--target", target_, fmt::format("Family of GPU formats ({})", captionsOf(formats::allTargets())))
         ->check(CLI::IsMember(formats::namesOf(formats::allTargets())));
-    addFiles(app);
+    addContainer(app);
     addEffortOption(app, effort_);
     addRdoOption(app, rdo_);
 }
 
-void OutputOptions::addAll(CLI::App& app) {
-    addTextures(app);
+void OutputOptions::addLayout(CLI::App& app) {
     app.add_option("--layout", layout_, "Layout of light maps; auto: the one that meets --max-error or --budget best")
         ->check(CLI::IsMember(lightMapLayoutChoices()));
-    app.add_option("--budget", budget_, "GPU memory of everything that is written, such as \"2 MiB\"; more ends with code 5")
-        ->type_name("SIZE");
+}
+
+void OutputOptions::addFiles(CLI::App& app) {
+    addContainer(app);
+    addFractionOption(app, "--max-error", maxError_, "Limit on rel_rms of diffuse and of specular; over it verification fails");
+}
+
+void OutputOptions::addTextures(CLI::App& app) {
+    addFormats(app);
+    addFractionOption(app, "--max-error", maxError_, "Limit on rel_rms of diffuse and of specular; over it verification fails");
+}
+
+void OutputOptions::addLightMap(CLI::App& app) {
+    addTextures(app);
+    addLayout(app);
+}
+
+void OutputOptions::addScene(CLI::App& app) {
+    isOneAsset_ = false;
+    addFormats(app);
+    addFractionOption(app, "--max-error", maxError_,
+                      "Limit on rel_rms of diffuse and of specular, of light maps and meshes; over it verification fails");
+    addFractionOption(app, "--max-converter-error", maxConverterError_,
+                      "Limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity");
+    addLayout(app);
 }
 
 formats::Result<void> OutputOptions::apply(CookOptions& options) const {
@@ -94,6 +142,8 @@ formats::Result<void> OutputOptions::apply(CookOptions& options) const {
     if (!layout_.empty()) options.lightMapLayout = layout_;
     if (!container_.empty()) options.container = container_ == "dds" ? formats::Container::Dds : formats::Container::Ktx2;
     if (maxError_) options.maxError = maxError_;
+    // A command of one asset holds that asset to its --max-error, of whatever kind it is.
+    options.maxConverterError = isOneAsset_ ? maxError_ : maxConverterError_;
     if (effort_) options.effort = effort_;
     if (rdo_) options.rdo = rdo_;
     if (zstd_) options.zstd = true;

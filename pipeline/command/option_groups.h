@@ -1,6 +1,7 @@
 // Options that several commands share, each defined once.
 #pragma once
 
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -21,28 +22,48 @@ namespace lightcook::pipeline {
 /// Placeholders of options that take a path: help texts show them, and shell completions offer files or folders for them.
 inline constexpr const char* kFilePlaceholder = "FILE";
 inline constexpr const char* kFolderPlaceholder = "FOLDER";
+inline constexpr const char* kPercentPlaceholder = "PERCENT";
+inline constexpr const char* kFractionPlaceholder = "FRACTION";
 
 CLI::Option* addFileOption(CLI::App& app, const std::string& names, std::filesystem::path& file, const std::string& description);
 CLI::Option* addFolderOption(CLI::App& app, const std::string& names, std::filesystem::path& folder, const std::string& description);
 
+/// Adds an option that takes a fraction: 0.02 or 2%. Refuses others, with what is expected, unless lowest < value <= highest; 0 is allowed
+/// where `mayBeZero`.
+struct FractionRange {
+    double highest = HUGE_VAL;
+    bool mayBeZero = false;
+};
+CLI::Option* addFractionOption(CLI::App& app, const std::string& names, std::optional<double>& value, const std::string& description,
+                               FractionRange range = {});
+
+/// Adds an option that takes a percentage: 2 or 2%. Refuses negative ones.
+CLI::Option* addPercentOption(CLI::App& app, const std::string& names, std::optional<double>& value, const std::string& description);
+
 /// Options that override the scene file's [output]. A command has those that act on what it writes.
 class OutputOptions {
 public:
-    /// Adds all: for commands that cook a whole scene or a light map.
-    void addAll(CLI::App& app);
+    /// Adds all: for commands that cook a whole scene.
+    void addScene(CLI::App& app);
+    /// Adds those of addTextures and --layout: for a light map.
+    void addLightMap(CLI::App& app);
     /// Adds --target, --effort, --rdo and those of addFiles: for commands that write compressed textures.
     void addTextures(CLI::App& app);
-    /// Adds --container, --zstd and --max-error: for commands that write textures of fixed formats.
+    /// Adds --container, --zstd, --budget and --max-error: for commands that write textures of fixed formats.
     void addFiles(CLI::App& app);
 
     /// Copies what was given on the command line to `options`.
     formats::Result<void> apply(CookOptions& options) const;
 
 private:
+    void addFormats(CLI::App& app);
+    void addContainer(CLI::App& app);
+    void addLayout(CLI::App& app);
+
     std::string target_, layout_, container_, budget_;
-    std::optional<double> maxError_, rdo_;
+    std::optional<double> maxError_, maxConverterError_, rdo_;
     std::optional<int> effort_;
-    bool zstd_ = false;
+    bool zstd_ = false, isOneAsset_ = true;
 };
 
 /// --phase, --frame, --quantity, --light-units and --firefly-limit: the conventions of a baked light map.

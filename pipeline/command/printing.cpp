@@ -11,19 +11,89 @@ std::string percent(double value) {
     return std::isfinite(value) ? fmt::format("{:8.3f} %", 100 * value) : "     not finite";
 }
 
+std::string verdictWord(const Terminal& terminal, bool passed) {
+    return passed ? terminal.styled(Style::Good, "passed") : terminal.styled(Style::Bad, "FAILED");
+}
+
+/// Returns "1.20 % -> 1.31 %"; a report that does not have the asset shows as a dash.
+std::string changeOf(const std::optional<AssetFigures>& before, const std::optional<AssetFigures>& now, double AssetFigures::*figure) {
+    const auto one = [&](const std::optional<AssetFigures>& figures) {
+        if (!figures) return std::string("-");
+        const double value = (*figures).*figure;
+        return std::isfinite(value) ? fmt::format("{:.3f} %", 100 * value) : std::string("not finite");
+    };
+    return fmt::format("{} -> {}", one(before), one(now));
+}
+
 }  // namespace
 
+std::string sizeWords(std::uint64_t bytes) {
+    const auto value = static_cast<double>(bytes);
+    if (value < 0x1p10) return fmt::format("{} bytes", bytes);
+    return value < 0x1p20 ? fmt::format("{:.2f} KiB", value / 0x1p10) : fmt::format("{:.2f} MiB", value / 0x1p20);
+}
+
+void printSummary(Terminal& terminal, const Report& report, const Outcome& outcome) {
+    std::uint64_t disk = 0;
+    std::size_t failed = 0;
+    for (const ReportRow& row : report.assets) {
+        disk += row.bytesDisk;
+        failed += row.verdict.passed ? 0 : 1;
+    }
+    const int actions = outcome.actionsRun + outcome.actionsReused;
+    const bool passed = outcome.errors.empty() && report.passed;
+    if (terminal.format() == LogFormat::JsonLines) {
+        const Json summary = {{"level", "summary"},
+                              {"passed", passed},
+                              {"assets", report.assets.size()},
+                              {"assets_failed", failed},
+                              {"bytes_gpu", report.budget.usedBytes},
+                              {"bytes_disk", disk},
+                              {"actions", actions},
+                              {"actions_from_cache", outcome.actionsReused},
+                              {"output", outcome.output.string()}};
+        return terminal.detail(summary.dump(-1, ' ', false, Json::error_handler_t::replace));
+    }
+    const std::string assets = fmt::format("{}{} asset{}", failed > 0 ? fmt::format("{} of ", failed) : "", report.assets.size(),
+                                           report.assets.size() == 1 ? "" : "s");
+    const std::string budget = report.budget.limitBytes ? fmt::format(" of {}", sizeWords(*report.budget.limitBytes)) : "";
+    terminal.say(fmt::format("{}: {}, {}{} of GPU memory, {} on disk, {} of {} actions from the cache: {}", verdictWord(terminal, passed),
+                             assets, sizeWords(report.budget.usedBytes), budget, sizeWords(disk), outcome.actionsReused, actions,
+                             outcome.output.string()));
+}
+
+void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
+    std::size_t same = 0;
+    for (const AssetChange& asset : comparison.assets) {
+        if (asset.change == "same") {
+            ++same;
+            continue;
+        }
+        const auto bytes = [](const std::optional<AssetFigures>& figures) {
+            return figures ? fmt::format("{}", figures->bytesGpu) : std::string("-");
+        };
+        const std::string growth = asset.growthPercent ? fmt::format(" ({:+.2f} %)", *asset.growthPercent) : "";
+        terminal.say(fmt::format("{:24} {:8} {} -> {} bytes{}, diffuse {}, specular {}", asset.name, asset.change, bytes(asset.before),
+                                 bytes(asset.now), growth, changeOf(asset.before, asset.now, &AssetFigures::diffuse),
+                                 changeOf(asset.before, asset.now, &AssetFigures::specular)));
+    }
+    const std::string allowed = comparison.allowedPercent ? fmt::format(", at most {} % allowed", *comparison.allowedPercent) : "";
+    terminal.say(fmt::format("{} -> {} bytes since {} ({:+.2f} %{}); {} of {} assets unchanged", comparison.bytesBefore,
+                             comparison.bytesNow, comparison.file, comparison.growthPercent, allowed, same, comparison.assets.size()));
+}
+
 void printReport(Terminal& terminal, const Report& report) {
-    terminal.say(fmt::format("{:24} {:10} {:12} {:>12} {:>9} {:>10} {:>10} {:>10} {:>12}  {}", "asset", "kind", "layout", "GPU bytes",
-                             "bits/tx", "diffuse", "specular", "p99", "bound", "verdict"));
+    terminal.say(
+        terminal.styled(Style::Faint, fmt::format("{:24} {:10} {:20} {:>12} {:>9} {:>10} {:>10} {:>10} {:>12}  {}", "asset", "kind",
+                                                  "layout", "GPU bytes", "bits/tx", "diffuse", "specular", "p99", "bound", "verdict")));
     for (const ReportRow& row : report.assets) {
         const verify::StageError& error = row.verdict.stages.back();
         const bool diffuseIsWorse =
             std::isfinite(error.specular.p99) && std::isfinite(error.diffuse.p99) && error.diffuse.p99 >= error.specular.p99;
         const verify::ErrorFigures& worse = diffuseIsWorse ? error.diffuse : error.specular;
-        terminal.say(fmt::format("{:24} {:10} {:12} {:12} {:9.2f} {} {} {} {}  {}", row.name, info(row.kind).name, row.layout, row.bytesGpu,
+        terminal.say(fmt::format("{:24} {:10} {:20} {:12} {:9.2f} {} {} {} {}  {}", row.name, info(row.kind).name, row.layout, row.bytesGpu,
                                  row.bitsPerTexel, percent(error.diffuse.relRms), percent(error.specular.relRms), percent(worse.p99),
-                                 percent(worse.maxBound), row.verdict.passed ? "passed" : "FAILED"));
+                                 percent(worse.maxBound), verdictWord(terminal, row.verdict.passed)));
     }
     const std::string limit = report.budget.limitBytes ? fmt::format(" of {}", *report.budget.limitBytes) : "";
     terminal.say(fmt::format("{} bytes of GPU memory{}, {:.2f} s, {:.0f} MiB resident at most", report.budget.usedBytes, limit,

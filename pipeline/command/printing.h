@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pipeline/command/terminal.h"
+#include "pipeline/cook/cook.h"
 #include "pipeline/json/json.h"
 #include "pipeline/report/report.h"
 
@@ -11,6 +12,14 @@ namespace lightcook::pipeline {
 void printReport(Terminal& terminal, const Report& report);
 /// Prints the report of a job.
 void printReport(Terminal& terminal, const Json& json);
+
+/// Prints one line: verdict, assets, sizes, what came from the cache, time and place. With --log json it is an object on standard error.
+void printSummary(Terminal& terminal, const Report& report, const Outcome& outcome);
+/// Prints a comparison with a baseline as a table, one row an asset that changed, and the growth of the whole.
+void printComparison(Terminal& terminal, const BaselineComparison& comparison);
+
+/// Returns "812 bytes", "1.50 KiB" or "2.25 MiB".
+std::string sizeWords(std::uint64_t bytes);
 
 /// Prints an object as indented lines "key: value".
 void printJson(Terminal& terminal, const Json& json, const std::string& indent = "");

@@ -4,8 +4,11 @@
 #include <memory>
 
 #include "pipeline/command/command.h"
+#include "pipeline/command/info.h"
 #include "pipeline/command/option_groups.h"
+#include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
+#include "pipeline/command/texture_file.h"
 
 namespace lightcook::pipeline {
 
@@ -13,14 +16,21 @@ CommandFunction defineReconstruct(CLI::App& app) {
     struct Options {
         std::filesystem::path folder, output;
         std::string name;
+        JsonOutput json;
     };
     const auto options = std::make_shared<Options>();
     addFolderOption(app, "folder", options->folder, "Output folder of cook")->required();
     app.add_option("name", options->name, "Name of the light map")->required()->type_name("NAME");
     addFileOption(app, "output", options->output, "The EXR to write: 27 float channels sh00.R .. sh08.B")->required();
+    options->json.add(app, "what was written");
     app.footer("The coefficients are radiance in the world frame, without Condon-Shortley signs.");
     return [options](Session& session) {
-        return session.finish(reconstructLightMap(options->folder, options->name, options->output, session.state));
+        options->json.prepare(session);
+        if (auto checked = requireExrFile(options->output); !checked) return options->json.finish(session, {}, {checked.error()});
+        const auto written = reconstructLightMap(options->folder, options->name, options->output, session.state);
+        if (!written) return options->json.finish(session, {}, {written.error()});
+        return options->json.finish(session,
+                                    options->json.isGiven() ? describeFile(options->output) : formats::Result<Json>(Json::object()));
     };
 }
 

@@ -143,10 +143,20 @@ std::string commandReference(const ProgramDoc& program) {
     std::string text = "# Commands\n\n";
     text += kGenerated;
     text += wrapped(
-        "`lightcook COMMAND --help` prints the same as this page. Commands are silent on a pipe, except `verify`, `report`, `compare` and "
-        "`info`, whose output is their purpose. A terminal gets a progress bar. `lightmap`, `dominant`, `cubemap`, `lut` and `rsrm` "
-        "convert one asset and verify it like a scene.",
+        "`lightcook help COMMAND` and `lightcook COMMAND --help` print the same as this page. A terminal gets one line of progress: "
+        "actions "
+        "that are done, stages that run, time left. On a pipe, commands that cook print one line at the end (verdict, sizes, what came "
+        "from the cache); `verify` and `report` print a table, `compare` and `info` what they found. `--quiet` leaves all of it out except "
+        "errors, warnings and the output of `compare` and `info`. "
+        "`lightmap`, `dominant`, `cubemap`, `lut` and `rsrm` convert one asset and verify it like a scene: `--max-error` is the limit of "
+        "that asset.",
         kMarkdownColumns);
+    text += "\n" + wrapped(
+                       "A fraction is a number or a percentage: `0.02` or `2%`. Every command has `--json F`; `-` is standard output, and "
+                       "what is meant for people then goes to standard error. The JSON of a command that failed has `exit_code` and "
+                       "`errors`, a list of `code`, `subject` and `detail`. A mistake on the command line is reported in the order typed, "
+                       "with the nearest known name.",
+                       kMarkdownColumns);
     text += "\n| command | does |\n| --- | --- |\n";
     for (const CommandDoc& command : program.commands)
         text += fmt::format("| [`{}`](#{}) | {} |\n", command.name, command.name, command.summary);
@@ -168,7 +178,8 @@ std::string sceneFileReference() {
         "complete example with comments, and [from a baker to a scene](../guide/from-a-baker-to-a-scene.md) explains the choices. Unknown "
         "keys are "
         "refused, with the nearest known key. Every mistake is one line with file, line and column, actual and expected value, and exit "
-        "code 2. On the command line, `--target`, `--layout`, `--container`, `--max-error`, `--budget`, `--effort`, `--rdo` and `--zstd` "
+        "code 2. On the command line, `--target`, `--layout`, `--container`, `--max-error`, `--max-converter-error`, `--budget`, "
+        "`--effort`, `--rdo` and `--zstd` "
         "override keys of `[output]`.",
         kMarkdownColumns);
     for (const SceneSectionInfo& section : allSceneSections()) {
@@ -198,7 +209,7 @@ std::string manPage(const ProgramDoc& program) {
     for (const ExitCodeInfo& row : allExitCodes()) text += fmt::format(".TP\n\\fB{}\\fR\n{}\n", row.code, troff(std::string(row.meaning)));
     text +=
         ".SH ENVIRONMENT\n.TP\n\\fBLIGHTCOOK_CACHE\\fR\nFolder of the cache. Default: $XDG_CACHE_HOME/lightcook, else "
-        "~/.cache/lightcook.\n";
+        "~/.cache/lightcook.\n.TP\n\\fBNO_COLOR\\fR\nIf it is set and not empty, nothing is coloured.\n";
     return text;
 }
 

@@ -7,9 +7,12 @@
 
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
+#include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
-#include "pipeline/graph/files.h"
+#include "pipeline/cook/integrity.h"
+#include "pipeline/cook/verdicts.h"
+#include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
@@ -18,54 +21,77 @@ namespace {
 using formats::Error;
 using formats::ErrorCode;
 
-/// Returns an error if the GPU memory grew by more than `allowedPercent` over the baseline.
-std::vector<Error> compareWithBaseline(const Report& report, const std::filesystem::path& baseline, double allowedPercent) {
-    const auto old = loadReport(baseline);
-    if (!old) return {old.error()};
-    const double before = static_cast<double>(old->budget.usedBytes), now = static_cast<double>(report.budget.usedBytes);
-    const double growth = before > 0 ? 100 * (now / before - 1) : (now > 0 ? 100.0 : 0.0);
-    if (growth <= allowedPercent) return {};
-    return {{ErrorCode::OverBudget, baseline.string(),
-             fmt::format("found {} bytes of GPU memory, {:.2f} % more than the baseline's {}, expected at most {} % more", now, growth,
-                         before, allowedPercent)}};
+struct ReportOptions {
+    std::filesystem::path folder, html, baseline;
+    std::optional<double> failOver;  ///< [percent]; none: no growth fails
+    JsonOutput json;
+};
+
+/// Returns an error if the GPU memory grew by more than is allowed.
+std::vector<Error> errorsOf(const BaselineComparison& comparison) {
+    if (comparison.passed) return {};
+    return {{ErrorCode::OverBudget, comparison.file,
+             fmt::format("found {} bytes of GPU memory, {:.2f} % more than the baseline's {}, expected at most {} % more",
+                         comparison.bytesNow, comparison.growthPercent, comparison.bytesBefore, *comparison.allowedPercent)}};
+}
+
+/// Returns the errors of a cooked folder as its cook or verification found them, and files that were changed since.
+std::vector<Error> verdictOf(const std::filesystem::path& folder, const Report& report) {
+    std::vector<Error> errors;
+    if (const auto manifest = loadManifest(folder)) errors = checkDigests(folder, *manifest);
+    appendVerdicts(report, errors);
+    if (errors.empty() && !report.passed)
+        errors.push_back({ErrorCode::Verification, (folder / kReportName).string(), "found passed: false, expected a folder that passed"});
+    return errors;
+}
+
+int runReport(const ReportOptions& options, Session& session) {
+    options.json.prepare(session);
+    if (options.html == kStandardOutput) session.terminal.keepOutputForData();
+    auto json = readReport(options.folder / kReportName);
+    if (!json) return options.json.finish(session, json);
+    auto report = loadReport(options.folder / kReportName);
+    if (!report) return options.json.finish(session, {}, {report.error()});
+    std::vector<Error> errors = verdictOf(options.folder, *report);
+    if (!options.baseline.empty()) {
+        std::error_code code;
+        const bool isFolder = std::filesystem::is_directory(options.baseline, code);
+        const std::filesystem::path file = isFolder ? options.baseline / kReportName : options.baseline;
+        if (const auto before = loadReport(file)) {
+            report->baseline = compareWithBaseline(*report, *before, file.string(), options.failOver);
+            (*json)["baseline"] = jsonOf(*report->baseline);
+            for (Error& error : errorsOf(*report->baseline)) errors.push_back(std::move(error));
+        } else {
+            errors.push_back(before.error());
+        }
+    }
+    if (!options.html.empty())
+        if (auto written = session.write(options.html, renderReportHtml(*json, options.folder)); !written)
+            errors.push_back(written.error());
+    if (auto written = options.json.write(session, *json, errors); !written) errors.push_back(written.error());
+    if (session.terminal.verbosity() != Verbosity::Quiet) {
+        printReport(session.terminal, *report);
+        if (report->baseline) printComparison(session.terminal, *report->baseline);
+    }
+    return session.finish(errors);
 }
 
 }  // namespace
 
 CommandFunction defineReport(CLI::App& app) {
-    struct Options {
-        std::filesystem::path folder, json, html, baseline;
-        double failOver = 0;
-    };
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<ReportOptions>();
     addFolderOption(app, "folder", options->folder, "Output folder of cook")->required();
-    addFileOption(app, "--json", options->json, "Write the report as JSON");
-    addFileOption(app, "--html", options->html, "Write the report as one self-contained HTML page");
-    CLI::Option* baseline = addFileOption(app, "--baseline", options->baseline, "An older report.json to compare with");
-    app.add_option("--fail-over", options->failOver, "Growth of GPU memory over the baseline that is allowed [percent]")
-        ->needs(baseline)
-        ->type_name("PERCENT")
-        ->capture_default_str();
-    app.footer("More GPU memory than the scene's budget, or more growth than --fail-over allows, ends with exit code 5.");
-    return [options](Session& session) {
-        const auto json = readReport(options->folder / kReportName);
-        if (!json) return session.finish(json);
-        const auto report = loadReport(options->folder / kReportName);
-        if (!report) return session.finish(report);
-        std::vector<Error> errors;
-        const auto write = [&](const std::filesystem::path& file, const std::string& text) {
-            if (auto written = writeFile(file, text); !written) errors.push_back(written.error());
-        };
-        if (!options->json.empty()) write(options->json, textOf(*json) + "\n");
-        if (!options->html.empty()) write(options->html, renderReportHtml(*json, options->folder));
-        if (!options->baseline.empty())
-            for (Error& error : compareWithBaseline(*report, options->baseline, options->failOver)) errors.push_back(std::move(error));
-        if (!report->budget.isKept())
-            errors.push_back({ErrorCode::OverBudget, options->folder.string(),
-                              "found more GPU memory used than the scene's budget, expected at most the budget"});
-        printReport(session.terminal, *report);
-        return session.finish(errors);
-    };
+    options->json.add(app, "the report, and with --baseline the comparison,");
+    addFileOption(app, "--html", options->html, "Write the report as one self-contained HTML page; - is standard output");
+    CLI::Option* baseline =
+        addFileOption(app, "--baseline", options->baseline, "An older report.json, or its folder: compare asset by asset, bytes and error");
+    addPercentOption(app, "--fail-over", options->failOver,
+                     "Growth of the scene's GPU memory over the baseline that is allowed; more ends with code 5. Default: any")
+        ->needs(baseline);
+    app.footer(R"(The exit code is that of the folder: 4 if its verification failed or a file was changed since the cook,
+5 if it needs more GPU memory than the scene's budget or grew by more than --fail-over. Without
+--fail-over a comparison is information and fails nothing.)");
+    return [options](Session& session) { return runReport(*options, session); };
 }
 
 }  // namespace lightcook::pipeline

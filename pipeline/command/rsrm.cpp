@@ -8,6 +8,7 @@
 
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
+#include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 
@@ -28,6 +29,11 @@ void printAsymmetry(Session& session, const Json& report) {
 }  // namespace
 
 Outcome convertRsrm(const RsrmOptions& options, const RunState& state) {
+    for (const auto& [name, isGiven] :
+         {std::pair("--effort", options.cook.effort.has_value()), std::pair("--rdo", options.cook.rdo.has_value())})
+        if (isGiven && options.format == "rgba8")
+            return failedOutcome({formats::ErrorCode::InvalidRequest, name,
+                                  "found it with --format rgba8, whose texels are rounded, expected --format bc7 or bc4"});
     Scene scene = sceneFor(options);
     GradientEntry entry{assetNameFor(options.input, "rsrm"), options.input};
     scene.name = entry.name;
@@ -51,12 +57,14 @@ Outcome convertRsrm(const RsrmOptions& options, const RunState& state) {
 CommandFunction defineRsrm(CLI::App& app) {
     struct Options : RsrmOptions {
         OutputOptions outputOptions;
+        JsonOutput json;
     };
     const auto options = std::make_shared<Options>();
     addFileOption(app, "input", options->input, "A gradient (one row of texels), or with --axis an environment")->required();
     addFileOption(app, "output", options->output, "A folder, or a .ktx2 or .dds file")->required();
     options->outputOptions.addTextures(app);
     addRepairOption(app, options->cook.repair);
+    options->json.add(app, "the report");
     app.add_option("--exponents", options->exponents, "Phong exponents, one row each: 1 to 256 increasing numbers from 1 to 65536")
         ->delimiter(',')
         ->type_name("S,S,...");
@@ -80,10 +88,11 @@ axis; with --log json as {"asymmetric_energy": 0.7}. If it is large, a reflectio
 the environment.)");
     return [options](Session& session) {
         if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
+        options->json.prepare(session);
         const Outcome outcome = convertRsrm(*options, session.state);
-        if (session.terminal.isInteractive() && outcome.report.is_object()) printReport(session.terminal, outcome.report);
+        printCook(session, outcome);
         if (outcome.errors.empty() && !options->axis.empty()) printAsymmetry(session, outcome.report);
-        return session.finish(outcome.errors);
+        return options->json.finish(session, outcome.report, outcome.errors);
     };
 }
 

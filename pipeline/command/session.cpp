@@ -1,8 +1,12 @@
 #include "pipeline/command/session.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <csignal>
 #include <thread>
+
+#include "pipeline/graph/files.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -15,12 +19,25 @@ extern "C" void onInterrupt(int) {
 
 }  // namespace
 
+TerminalOptions GlobalOptions::terminal() const {
+    TerminalOptions options;
+    options.format = logFormat();
+    options.verbosity = quiet ? Verbosity::Quiet : verbose ? Verbosity::Verbose : Verbosity::Normal;
+    options.color = color == "always" ? ColorChoice::Always : color == "never" ? ColorChoice::Never : ColorChoice::Auto;
+    return options;
+}
+
 int GlobalOptions::threadCount() const {
     return threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-Session::Session(const GlobalOptions& options) : terminal(options.logFormat()), threads(options.threadCount()), log(options.logFormat()) {
-    state.progress = [this](const std::string& what, double fraction) { terminal.progress(what, fraction); };
+Session::Session(const GlobalOptions& options) : terminal(options.terminal()), threads(options.threadCount()), log(options.logFormat()) {
+    if (terminal.isInteractive())
+        state.progress = [this](const Action& action, const std::string& what, double fraction) {
+            progress_.onPass(action, what, fraction);
+            drawProgress();
+        };
+    state.event = [this](const Action& action, ActionEvent event, double seconds) { onEvent(action, event, seconds); };
     interruptedState = &state;
     std::signal(SIGINT, onInterrupt);
     std::signal(SIGTERM, onInterrupt);
@@ -33,6 +50,33 @@ Session::~Session() {
 int Session::finish(const std::vector<formats::Error>& errors) {
     for (const formats::Error& error : errors) terminal.error(error);
     return errors.empty() ? 0 : exitCode(errors.front().code);
+}
+
+formats::Result<void> Session::write(const std::filesystem::path& file, const std::string& text) {
+    if (file != kStandardOutput) return writeFile(file, text);
+    terminal.data(text);
+    return {};
+}
+
+void Session::onEvent(const Action& action, ActionEvent event, double seconds) {
+    progress_.onEvent(action, event);
+    if (terminal.verbosity() == Verbosity::Verbose) {
+        if (event == ActionEvent::Finished) terminal.detail(fmt::format("lightcook: {}: {:.2f} s", action.id, seconds));
+        if (event == ActionEvent::Reused)
+            terminal.detail(fmt::format("lightcook: {}: from the cache ({:.2f} s when it ran)", action.id, seconds));
+        if (event == ActionEvent::Failed) terminal.detail(fmt::format("lightcook: {}: failed", action.id));
+    }
+    if (event != ActionEvent::Planned) drawProgress();
+}
+
+/// Draws at most twenty times a second.
+void Session::drawProgress() {
+    if (!terminal.isInteractive()) return;
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    const auto now = static_cast<long long>(1000 * seconds);
+    long long last = lastDrawnMs_;
+    if (now - last < 50 || !lastDrawnMs_.compare_exchange_strong(last, now)) return;
+    terminal.progress(progress_.line(seconds, Terminal::columns()));
 }
 
 }  // namespace lightcook::pipeline

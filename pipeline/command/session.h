@@ -1,10 +1,15 @@
 // The run of a command: global options, terminal, state that a signal interrupts, exit code.
 #pragma once
 
+#include <atomic>
+#include <chrono>
+#include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/error.h"
+#include "pipeline/command/progress.h"
 #include "pipeline/command/terminal.h"
 #include "pipeline/graph/action.h"
 
@@ -13,13 +18,19 @@ namespace lightcook::pipeline {
 /// Options that stand before or after any command.
 struct GlobalOptions {
     std::string log = "text";             ///< kLogFormats
+    std::string color = "auto";           ///< auto, always or never
     int threads = 0;                      ///< 0: one for each core
     std::string instructions = "widest";  ///< widest or avx2
+    bool quiet = false, verbose = false;
 
     LogFormat logFormat() const { return log == "json" ? LogFormat::JsonLines : LogFormat::Text; }
+    TerminalOptions terminal() const;
     /// Returns the number of threads that the command may use, at least 1.
     int threadCount() const;
 };
+
+/// A path that stands for standard output.
+inline constexpr std::string_view kStandardOutput = "-";
 
 /// One run of a command. SIGINT and SIGTERM set state.interrupted while it exists.
 class Session {
@@ -36,10 +47,21 @@ public:
         return result ? 0 : finish(std::vector<formats::Error>{result.error()});
     }
 
+    /// Writes a file, or standard output if its name is "-".
+    formats::Result<void> write(const std::filesystem::path& file, const std::string& text);
+
     Terminal terminal;
     RunState state;
     int threads;
     LogFormat log;
+
+private:
+    void onEvent(const Action& action, ActionEvent event, double seconds);
+    void drawProgress();
+
+    Progress progress_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    std::atomic<long long> lastDrawnMs_{-1000};
 };
 
 }  // namespace lightcook::pipeline

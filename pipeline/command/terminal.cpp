@@ -1,12 +1,12 @@
 #include "pipeline/command/terminal.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 namespace lightcook::pipeline {
@@ -22,6 +22,28 @@ constexpr std::array kExitCodes = {
     ExitCodeInfo{6, "interrupted"},
 };
 
+/// Returns the number of an SGR escape sequence.
+int codeOf(Style style) {
+    switch (style) {
+        case Style::Good:
+            return 32;
+        case Style::Bad:
+            return 31;
+        case Style::Warning:
+            return 33;
+        case Style::Faint:
+            return 2;
+        case Style::Plain:
+            break;
+    }
+    return 0;
+}
+
+/// Returns JSON as one line. Bytes of a file name that are not UTF-8 become U+FFFD.
+std::string lineOf(const nlohmann::ordered_json& json) {
+    return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
 }  // namespace
 
 using formats::ErrorCode;
@@ -30,59 +52,82 @@ std::span<const ExitCodeInfo> allExitCodes() {
     return kExitCodes;
 }
 
-Terminal::Terminal(LogFormat format) : format_(format), isInteractive_(format == LogFormat::Text && ::isatty(STDERR_FILENO) == 1) {}
+Terminal::Terminal(const TerminalOptions& options)
+    : options_(options),
+      isInteractive_(options.format == LogFormat::Text && options.verbosity != Verbosity::Quiet && ::isatty(STDERR_FILENO) == 1) {}
 
 Terminal::~Terminal() {
-    clearBar();
+    clearProgress();
 }
 
-void Terminal::clearBar() {
-    if (barIsDrawn_) fmt::print(stderr, "\r\x1b[K");
-    barIsDrawn_ = false;
+void Terminal::clearProgress() {
+    if (progressIsDrawn_) fmt::print(stderr, "\r\x1b[K");
+    progressIsDrawn_ = false;
 }
 
-void Terminal::progress(const std::string& what, double fraction) {
+void Terminal::progress(const std::string& line) {
     if (!isInteractive_) return;
     const std::lock_guard lock(mutex_);
-    const long long now =
-        std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
-    if (now - lastDrawnMs_ < 50 && fraction < 1) return;
-    lastDrawnMs_ = now;
-    constexpr int kWidth = 30;
-    const int filled = static_cast<int>(std::clamp(fraction, 0.0, 1.0) * kWidth);
-    fmt::print(stderr, "\r\x1b[K[{}{}] {:3.0f} % {}", std::string(static_cast<std::size_t>(filled), '#'),
-               std::string(static_cast<std::size_t>(kWidth - filled), '.'), 100 * fraction, what);
+    fmt::print(stderr, "\r\x1b[K{}", line);
     std::fflush(stderr);
-    barIsDrawn_ = true;
+    progressIsDrawn_ = true;
+}
+
+bool Terminal::hasColor(int descriptor) const {
+    if (options_.color != ColorChoice::Auto) return options_.color == ColorChoice::Always;
+    const char *noColor = std::getenv("NO_COLOR"), *term = std::getenv("TERM");
+    if ((noColor != nullptr && *noColor != '\0') || term == nullptr || std::string_view(term) == "dumb") return false;
+    return ::isatty(descriptor) == 1;
+}
+
+std::string Terminal::styled(Style style, const std::string& text) const {
+    if (style == Style::Plain || !hasColor(outputIsData_ ? STDERR_FILENO : STDOUT_FILENO)) return text;
+    return fmt::format("\x1b[{}m{}\x1b[0m", codeOf(style), text);
+}
+
+void Terminal::printMessage(std::string_view level, Style style, const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    clearProgress();
+    if (hasColor(STDERR_FILENO))
+        fmt::print(stderr, "lightcook: \x1b[{}m{}:\x1b[0m {}\n", codeOf(style), level, text);
+    else
+        fmt::print(stderr, "lightcook: {}: {}\n", level, text);
 }
 
 void Terminal::error(const formats::Error& error) {
+    if (options_.format == LogFormat::Text) return printMessage("error", Style::Bad, error.line());
     const std::lock_guard lock(mutex_);
-    clearBar();
-    if (format_ == LogFormat::JsonLines)
-        fmt::print(
-            stderr, "{}\n",
-            nlohmann::json({{"level", "error"}, {"code", exitCode(error.code)}, {"subject", error.subject}, {"detail", error.detail}})
-                .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
-    else
-        fmt::print(stderr, "lightcook: error: {}\n", error.line());
+    fmt::print(stderr, "{}\n",
+               lineOf({{"level", "error"}, {"code", exitCode(error.code)}, {"subject", error.subject}, {"detail", error.detail}}));
 }
 
 void Terminal::warning(const std::string& subject, const std::string& detail) {
+    if (options_.format == LogFormat::Text) return printMessage("warning", Style::Warning, fmt::format("{}: {}", subject, detail));
     const std::lock_guard lock(mutex_);
-    clearBar();
-    if (format_ == LogFormat::JsonLines)
-        fmt::print(stderr, "{}\n",
-                   nlohmann::json({{"level", "warning"}, {"subject", subject}, {"detail", detail}})
-                       .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
-    else
-        fmt::print(stderr, "lightcook: warning: {}: {}\n", subject, detail);
+    fmt::print(stderr, "{}\n", lineOf({{"level", "warning"}, {"subject", subject}, {"detail", detail}}));
 }
 
 void Terminal::say(const std::string& line) {
     const std::lock_guard lock(mutex_);
-    clearBar();
-    fmt::print("{}\n", line);
+    clearProgress();
+    fmt::print(outputIsData_ ? stderr : stdout, "{}\n", line);
+}
+
+void Terminal::detail(const std::string& line) {
+    const std::lock_guard lock(mutex_);
+    clearProgress();
+    fmt::print(stderr, "{}\n", line);
+}
+
+void Terminal::data(const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    clearProgress();
+    std::fwrite(text.data(), 1, text.size(), stdout);
+}
+
+int Terminal::columns() {
+    struct winsize size {};
+    return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
 int exitCode(ErrorCode code) {

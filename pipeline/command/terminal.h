@@ -1,4 +1,4 @@
-// Messages of a running command: a progress bar on a terminal and nothing on a pipe; errors as one line each, plain or JSON.
+// Messages of a running command: one line of progress on a terminal and nothing on a pipe; errors as one line each, plain or JSON.
 #pragma once
 
 #include <mutex>
@@ -12,29 +12,60 @@ namespace lightcook::pipeline {
 
 enum class LogFormat { Text, JsonLines };
 
+/// Quiet: errors, warnings, and what the command was asked for. Verbose: also a line for each action.
+enum class Verbosity { Quiet, Normal, Verbose };
+
+/// Auto: on a terminal, unless NO_COLOR is set or TERM is "dumb".
+enum class ColorChoice { Auto, Always, Never };
+
+/// Meaning of a piece of text, which colour supports on terminals.
+enum class Style { Plain, Good, Bad, Warning, Faint };
+
+struct TerminalOptions {
+    LogFormat format = LogFormat::Text;
+    Verbosity verbosity = Verbosity::Normal;
+    ColorChoice color = ColorChoice::Auto;
+};
+
 class Terminal {
 public:
-    explicit Terminal(LogFormat format);
+    explicit Terminal(const TerminalOptions& options);
+    explicit Terminal(LogFormat format) : Terminal(TerminalOptions{format, Verbosity::Normal, ColorChoice::Auto}) {}
     ~Terminal();
     Terminal(const Terminal&) = delete;
     Terminal& operator=(const Terminal&) = delete;
 
-    /// Draws the progress bar, at most twenty times a second. Callable from any thread.
-    void progress(const std::string& what, double fraction);
+    /// Draws the line of progress. Callable from any thread.
+    void progress(const std::string& line);
     void error(const formats::Error& error);
     void warning(const std::string& subject, const std::string& detail);
-    /// Prints a line of the command's result on standard output.
+    /// Prints a line of the command's result.
     void say(const std::string& line);
+    /// Prints a line about the run on standard error.
+    void detail(const std::string& line);
+    /// Prints text for programs on standard output, exactly.
+    void data(const std::string& text);
+    /// Prints the lines of say() on standard error from now on: standard output is for data().
+    void keepOutputForData() { outputIsData_ = true; }
+
+    /// Returns the text in the colour of its meaning where say() prints to a terminal; else the text itself.
+    std::string styled(Style style, const std::string& text) const;
+
     bool isInteractive() const { return isInteractive_; }
+    Verbosity verbosity() const { return options_.verbosity; }
+    LogFormat format() const { return options_.format; }
+    /// Returns the width of the terminal [characters].
+    static int columns();
 
 private:
-    void clearBar();
+    bool hasColor(int descriptor) const;
+    void clearProgress();
+    void printMessage(std::string_view level, Style style, const std::string& text);
 
     std::mutex mutex_;
-    LogFormat format_;
+    TerminalOptions options_;
     bool isInteractive_;
-    bool barIsDrawn_ = false;
-    long long lastDrawnMs_ = 0;
+    bool progressIsDrawn_ = false, outputIsData_ = false;
 };
 
 struct ExitCodeInfo {

@@ -30,6 +30,12 @@ Result<void> requireTextureFile(const std::filesystem::path& file) {
                    fmt::format("found the extension '{}', expected .ktx2 or .dds", file.extension().string()));
 }
 
+Result<void> requireExrFile(const std::filesystem::path& file) {
+    if (lowerExtension(file) == ".exr") return {};
+    return failure(ErrorCode::InvalidRequest, file.string(),
+                   fmt::format("found the extension '{}', expected .exr: the values are float", file.extension().string()));
+}
+
 Result<formats::PlainImage> readAnyImage(const std::filesystem::path& file, int mip, int layer) {
     if (!isTextureFile(file)) return formats::readImage(file);
     const auto texture = formats::TextureReader::open(file);

@@ -19,6 +19,9 @@ bool isTextureFile(const std::filesystem::path& file);
 /// Returns an error unless the file's extension is .ktx2 or .dds.
 formats::Result<void> requireTextureFile(const std::filesystem::path& file);
 
+/// Returns an error unless the file's extension is .exr.
+formats::Result<void> requireExrFile(const std::filesystem::path& file);
+
 /// Reads an image, or one mip and layer of a texture. The faces of a cubemap lie one under the other.
 formats::Result<formats::PlainImage> readAnyImage(const std::filesystem::path& file, int mip = 0, int layer = 0);
 

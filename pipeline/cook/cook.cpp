@@ -31,6 +31,7 @@ constexpr std::uint64_t kCacheLimitBytes = std::uint64_t{4} << 30;
 void applyOverrides(const CookOptions& options, OutputSettings& output) {
     if (options.target) output.target = *options.target;
     if (options.maxError) output.maxError = *options.maxError;
+    if (options.maxConverterError) output.maxConverterError = options.maxConverterError;
     output.isErrorAsked = output.isErrorAsked || options.maxError;
     if (options.budgetBytes) output.budgetBytes = *options.budgetBytes;
     if (options.lightMapLayout) output.lightMapLayout = *options.lightMapLayout;

@@ -62,6 +62,9 @@ private:
         std::optional<Report> previous;
         if (auto loaded = loadReport(options_.folder / kReportName)) previous = std::move(*loaded);
         std::vector<ReportRow> rows;
+        if (state_.event)
+            for (const CookedAsset& asset : manifest->assets)
+                state_.event(verifyAction(asset.name, asset.kind, {}, {}), ActionEvent::Planned, 0);
         for (const CookedAsset& asset : manifest->assets) {
             auto row = verifyAsset(*manifest, asset, scratch->path(), previous);
             if (!row) return tl::make_unexpected(row.error());
@@ -95,11 +98,13 @@ private:
             upstream.push_back(&lightMap);
         }
         const auto start = Clock::now();
+        if (state_.event) state_.event(action, ActionEvent::Started, 0);
         auto outcome = actionFunction(action.kind)({action, scratch, options_.folder, upstream, shared_, state_});
         if (!outcome) return tl::make_unexpected(outcome.error());
         verified.result = std::move(outcome->result);
         verified.result.erase("preview");  // drawn in a scratch folder
         verified.seconds = secondsSince(start);
+        if (state_.event) state_.event(action, ActionEvent::Finished, verified.seconds);
         return reportRow(asset, cooked, verified);
     }
 

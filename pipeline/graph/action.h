@@ -39,10 +39,16 @@ struct ActionRecord {
     double seconds = 0;  ///< of its last run
 };
 
-/// Progress and interrupt, shared by everything that runs in one cook.
+/// What happens to an action while its graph runs. Each action of a graph is Planned before the first one is Started.
+enum class ActionEvent { Planned, Started, Finished, Reused, Failed };
+
+/// Progress and interrupt, shared by everything that runs in one cook. The functions may be empty, and are called from any thread.
 struct RunState {
     std::atomic<bool> interrupted{false};
-    std::function<void(const std::string& what, double fraction)> progress;  ///< may be empty; called from any thread
+    /// A pass of an action: "encode lightmap", and the fraction of it that is done.
+    std::function<void(const Action& action, const std::string& what, double fraction)> progress;
+    /// seconds   of the action's run, or of its last one if it is Reused; else 0
+    std::function<void(const Action& action, ActionEvent event, double seconds)> event;
 };
 
 /// Context of a running action.

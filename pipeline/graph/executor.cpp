@@ -170,6 +170,10 @@ ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& 
     std::vector<std::optional<Result<Execution::Done>>> done(graph.size());
     std::map<std::string, std::size_t> indexOf;
     for (std::size_t index = 0; index < graph.size(); ++index) indexOf[graph[index].id] = index;
+    const auto announce = [&](const Action& action, ActionEvent event, double seconds) {
+        if (context.state.event) context.state.event(action, event, seconds);
+    };
+    for (const Action& action : graph) announce(action, ActionEvent::Planned, 0);
     std::atomic<std::size_t> lowestFailure{graph.size()};
     for (const auto& wave : waves(graph)) {
         // The first failure of the graph is reported, whichever thread was first: actions that stand before it are still run.
@@ -183,7 +187,13 @@ ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& 
                 if (!dependency || !*dependency) return;
                 upstream.push_back(&(*dependency)->record);
             }
+            announce(action, ActionEvent::Started, 0);
             done[wave[i]] = execution.perform(action, upstream);
+            const auto& outcome = *done[wave[i]];
+            if (!outcome)
+                announce(action, ActionEvent::Failed, 0);
+            else
+                announce(action, outcome->reused ? ActionEvent::Reused : ActionEvent::Finished, outcome->record.seconds);
             std::size_t lowest = lowestFailure;
             while (!*done[wave[i]] && wave[i] < lowest && !lowestFailure.compare_exchange_weak(lowest, wave[i])) {
             }

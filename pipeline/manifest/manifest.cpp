@@ -93,6 +93,7 @@ Manifest makeManifest(const Scene& scene, const std::filesystem::path& outputFol
     manifest.scene = scene.name;
     manifest.tool = {kToolName, kToolVersion};
     manifest.sceneDirectory = std::filesystem::proximate(scene.directory.empty() ? "." : scene.directory, outputFolder).generic_string();
+    if (!scene.file.empty()) manifest.sceneFile = scene.file.filename().string();
     manifest.target = formats::info(scene.output.target).name;
     manifest.workingColor = scene.colors.working;
     manifest.shader = {kShaderName, shaderDigest};

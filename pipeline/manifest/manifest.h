@@ -39,6 +39,7 @@ struct Manifest {
     std::string scene;
     Tool tool;
     std::string sceneDirectory;
+    std::optional<std::string> sceneFile;
     std::string target;
     std::string workingColor;
     ShaderFile shader;
@@ -50,6 +51,7 @@ void describe(Fields& fields, Self& manifest) {
     fields.required("scene", manifest.scene, "name of the scene");
     fields.required("tool", manifest.tool, "program that wrote the folder");
     fields.required("scene_directory", manifest.sceneDirectory, "folder of the scene file, relative to this one");
+    fields.optional("scene_file", manifest.sceneFile, "name of the scene file; absent if the scene was made of command-line options");
     fields.required("target", manifest.target, "target of the cook: bc, astc or float");
     fields.object("color", "colour of the cooked textures",
                   [&](auto& color) { color.required("working", manifest.workingColor, "working colour space"); });

@@ -1,16 +1,16 @@
 #include "pipeline/report/ci_report.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include <map>
+#include <chrono>
 
 #include "pipeline/graph/version.h"
-#include "pipeline/json/json.h"
-#include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
 namespace {
 
+/// Escapes text for XML 1.0, which has no control characters other than tabs and line ends.
 std::string xmlEscaped(const std::string& text) {
     std::string escaped;
     for (const char c : text) {
@@ -34,93 +34,153 @@ std::string xmlEscaped(const std::string& text) {
     return escaped;
 }
 
-std::string ruleOf(formats::ErrorCode code) {
-    switch (code) {
-        case formats::ErrorCode::Verification:
-            return "shaded-error";
-        case formats::ErrorCode::OverBudget:
-            return "memory-budget";
-        default:
-            return "input";
+/// Returns the text with every byte that is no UTF-8 replaced, as JSON output does it.
+std::string asUtf8(const std::string& text) {
+    return parseJson(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace)).get<std::string>();
+}
+
+std::string attribute(const std::string& text) {
+    return xmlEscaped(asUtf8(text));
+}
+
+// --- JUnit ----------------------------------------------------------------------------------------------------------------------------
+
+struct Counts {
+    std::size_t tests = 0, failures = 0, errors = 0, skipped = 0;
+    double seconds = 0;
+    void add(const CiCheck& check) {
+        ++tests;
+        seconds += check.seconds;
+        if (!check.isDone) ++skipped;
+        if (!check.findings.empty()) ++(check.rule == CiRule::Fault ? errors : failures);
     }
+};
+
+Counts countsOf(const CiSuite& suite) {
+    Counts counts;
+    for (const CiCheck& check : suite.checks) counts.add(check);
+    return counts;
 }
 
-/// Returns the failures of the report by their error lines.
-std::map<std::string, Failure> failuresByLine(const Report& report) {
-    std::map<std::string, Failure> failures;
-    for (const ReportRow& row : report.assets)
-        for (const Failure& failure : row.failures) failures[failure.message] = failure;
-    return failures;
+/// Returns the findings of a check as text: line, place in the scene file, facts; then the rule's help.
+std::string bodyOf(const CiCheck& check) {
+    std::string body;
+    for (const CiFinding& finding : check.findings) {
+        body += fmt::format("{}\n  at: {}:{}\n", finding.message, finding.at.file.string(), finding.at.line);
+        for (const auto& [key, value] : finding.properties.items())
+            body += fmt::format("  {}: {}\n", key, value.is_string() ? value.get<std::string>() : textOf(value));
+    }
+    return fmt::format("{}\n{}\n", body, info(check.rule).help);
 }
 
-/// Returns the facts of a failure without its texts.
-Json propertiesOf(const Failure& failure) {
-    Json properties = toJson(failure);
-    for (const char* key : {"subject", "detail", "message"}) properties.erase(key);
-    return properties;
+std::string caseOf(const CiRun& run, const CiSuite& suite, const CiCheck& check) {
+    std::string text = fmt::format("    <testcase classname=\"{}\" name=\"{}\" time=\"{:.3f}\"", attribute(run.scene + "." + suite.name),
+                                   info(check.rule).name, check.seconds);
+    if (!check.findings.empty()) {
+        const char* element = check.rule == CiRule::Fault ? "error" : "failure";
+        const std::string more = check.findings.size() > 1 ? fmt::format(" (and {} more)", check.findings.size() - 1) : "";
+        return text + fmt::format("><{0} type=\"{1}\" message=\"{2}\">{3}</{0}></testcase>\n", element, info(check.rule).name,
+                                  attribute(check.findings.front().message + more), attribute(bodyOf(check)));
+    }
+    if (!check.isDone)
+        return text + fmt::format("><skipped message=\"{}\"/></testcase>\n", attribute("not measured: " + run.reasonNotDone));
+    return text + "/>\n";
 }
 
-/// Returns the report, or one without rows if the job ended before there was one.
-Report reportOf(const Json& json) {
-    return json.is_object() ? fromJson<Report>(json, kReportName).value_or(Report()) : Report();
+std::string suiteOf(const CiRun& run, const CiSuite& suite, std::size_t id, const std::string& timestamp) {
+    const Counts counts = countsOf(suite);
+    const std::string name = suite.kind.empty() ? run.scene : fmt::format("{} ({})", suite.name, suite.kind);
+    std::string text = fmt::format(
+        "  <testsuite id=\"{}\" name=\"{}\" package=\"{}\" timestamp=\"{}\" hostname=\"localhost\" tests=\"{}\" failures=\"{}\" "
+        "errors=\"{}\" skipped=\"{}\" time=\"{:.3f}\">\n    <properties/>\n",
+        id, attribute(name), attribute(run.scene), timestamp, counts.tests, counts.failures, counts.errors, counts.skipped, counts.seconds);
+    for (const CiCheck& check : suite.checks) text += caseOf(run, suite, check);
+    return text + "    <system-out/>\n    <system-err/>\n  </testsuite>\n";
 }
 
-std::string junitProperties(const Failure& failure) {
-    std::string properties;
-    const Json facts = propertiesOf(failure);
-    for (const auto& [key, value] : facts.items())
-        properties += fmt::format("<property name=\"{}\" value=\"{}\"/>", xmlEscaped(key),
-                                  xmlEscaped(value.is_string() ? value.get<std::string>() : value.dump()));
-    return properties.empty() ? "" : "<properties>" + properties + "</properties>";
+// --- SARIF ----------------------------------------------------------------------------------------------------------------------------
+
+constexpr const char* kSourceRoot = "%SRCROOT%";
+
+std::string percentEncoded(const std::string& path) {
+    std::string encoded;
+    for (const char c : path) {
+        const bool isPlain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                             std::string_view("-._~/").find(c) != std::string_view::npos;
+        encoded += isPlain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+    }
+    return encoded;
+}
+
+/// Returns the location of a file: relative to the current folder if it is below it, which in CI is the checkout.
+Json artifactLocation(const std::filesystem::path& file) {
+    const std::filesystem::path absolute = std::filesystem::absolute(file).lexically_normal();
+    const std::filesystem::path relative = absolute.lexically_relative(std::filesystem::current_path());
+    if (relative.empty() || *relative.begin() == "..") return {{"uri", "file://" + percentEncoded(absolute.generic_string())}};
+    return {{"uri", percentEncoded(relative.generic_string())}, {"uriBaseId", kSourceRoot}};
+}
+
+Json resultOf(const CiRun& run, const CiSuite& suite, const CiCheck& check, const CiFinding& finding) {
+    const std::string place = finding.stage.empty() ? suite.name : suite.name + "/" + finding.stage;
+    const std::string detail = finding.properties.value("shading", finding.properties.value("place", std::string()));
+    return {
+        {"ruleId", info(check.rule).name},
+        {"ruleIndex", static_cast<int>(check.rule)},
+        {"kind", "fail"},
+        {"level", "error"},
+        {"message", {{"text", asUtf8(finding.message)}}},
+        {"locations",
+         Json::array({{{"physicalLocation",
+                        {{"artifactLocation", artifactLocation(finding.at.file)}, {"region", {{"startLine", finding.at.line}}}}},
+                       {"logicalLocations", Json::array({{{"name", suite.name}, {"fullyQualifiedName", place}, {"kind", "resource"}}})}}})},
+        {"partialFingerprints",
+         {{"lightcookFinding/v1", asUtf8(fmt::format("{}/{}/{}/{}", run.scene, info(check.rule).name, place, detail))}}},
+        {"properties", finding.properties}};
+}
+
+Json rulesOf() {
+    Json rules = Json::array();
+    for (const CiRuleInfo& rule : allCiRules())
+        rules.push_back({{"id", rule.name},
+                         {"name", rule.title},
+                         {"shortDescription", {{"text", rule.brief}}},
+                         {"fullDescription", {{"text", rule.brief}}},
+                         {"help", {{"text", rule.help}, {"markdown", rule.help}}},
+                         {"defaultConfiguration", {{"level", "error"}}}});
+    return rules;
 }
 
 }  // namespace
 
-std::string junitReport(const Json& json, const std::vector<formats::Error>& errors, const std::string& folder) {
-    std::string cases;
-    std::size_t count = 0;
-    const Report report = reportOf(json);
-    for (const ReportRow& row : report.assets) {
-        ++count;
-        cases += fmt::format("  <testcase classname=\"{}\" name=\"{}\" time=\"{:.3f}\"/>\n", xmlEscaped(std::string(info(row.kind).name)),
-                             xmlEscaped(row.name), row.verifySeconds);
-    }
-    const std::map<std::string, Failure> failures = failuresByLine(report);
-    for (const formats::Error& error : errors) {
-        ++count;
-        const auto found = failures.find(error.line());
-        cases +=
-            fmt::format("  <testcase classname=\"{}\" name=\"{}\">{}<failure message=\"{}\"/></testcase>\n", ruleOf(error.code),
-                        xmlEscaped(error.subject), found == failures.end() ? "" : junitProperties(found->second), xmlEscaped(error.detail));
+std::string junitReport(const CiRun& run) {
+    const std::string timestamp =
+        fmt::format("{:%Y-%m-%dT%H:%M:%S}", fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
+    Counts counts;
+    std::string suites;
+    for (std::size_t i = 0; i < run.suites.size(); ++i) {
+        for (const CiCheck& check : run.suites[i].checks) counts.add(check);
+        suites += suiteOf(run, run.suites[i], i, timestamp);
     }
     return fmt::format(
-        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"{} verify {}\" tests=\"{}\" failures=\"{}\">\n{}</testsuite>\n",
-        kToolName, xmlEscaped(folder), count, errors.size(), cases);
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" "
+        "time=\"{:.3f}\">\n{}</testsuites>\n",
+        attribute(run.title), counts.tests, counts.failures, counts.errors, counts.seconds, suites);
 }
 
-std::string sarifReport(const Json& json, const std::vector<formats::Error>& errors) {
+std::string sarifReport(const CiRun& run) {
     Json results = Json::array();
-    const std::map<std::string, Failure> failures = failuresByLine(reportOf(json));
-    for (const formats::Error& error : errors) {
-        results.push_back(
-            {{"ruleId", ruleOf(error.code)},
-             {"level", "error"},
-             {"message", {{"text", error.line()}}},
-             {"locations", Json::array({{{"physicalLocation",
-                                          {{"artifactLocation", {{"uri", error.subject.substr(0, error.subject.find(", "))}}}}}}})}});
-        const auto found = failures.find(error.line());
-        if (found == failures.end()) continue;
-        const Failure& failure = found->second;
-        results.back()["locations"][0]["logicalLocations"] =
-            Json::array({{{"name", failure.asset}, {"fullyQualifiedName", failure.asset + "/" + failure.stage}, {"kind", "resource"}}});
-        results.back()["properties"] = propertiesOf(failure);
-    }
-    Json rules = Json::array();
-    for (const char* id : {"shaded-error", "memory-budget", "input"}) rules.push_back({{"id", id}});
-    const Json sarif = {{"$schema", "https://json.schemastore.org/sarif-2.1.0.json"},
-                        {"version", "2.1.0"},
-                        {"runs", Json::array({{{"tool", {{"driver", {{"name", kToolName}, {"version", kToolVersion}, {"rules", rules}}}}},
-                                               {"results", results}}})}};
+    for (const CiSuite& suite : run.suites)
+        for (const CiCheck& check : suite.checks)
+            for (const CiFinding& finding : check.findings) results.push_back(resultOf(run, suite, check, finding));
+    const Json driver = {{"name", kToolName}, {"version", kToolVersion}, {"semanticVersion", kToolVersion}, {"rules", rulesOf()}};
+    const Json sarif = {
+        {"$schema", "https://json.schemastore.org/sarif-2.1.0.json"},
+        {"version", "2.1.0"},
+        {"runs", Json::array({{{"tool", {{"driver", driver}}},
+                               {"automationDetails", {{"id", asUtf8(fmt::format("lightcook/{}/", run.scene))}}},
+                               {"originalUriBaseIds", {{kSourceRoot, {{"description", {{"text", "The folder that lightcook ran in"}}}}}}},
+                               {"columnKind", "utf16CodeUnits"},
+                               {"results", results}}})}};
     return textOf(sarif) + "\n";
 }
 

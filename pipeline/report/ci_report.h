@@ -3,14 +3,16 @@
 
 #include <string>
 
-#include "pipeline/graph/action.h"
+#include "pipeline/report/ci_checks.h"
 
 namespace lightcook::pipeline {
 
-/// Returns one test suite. Each asset is a test case, and each error is a failed test case of its own, with asset, stage, texel, normal,
-/// found and allowed as its properties (failures.h).
-std::string junitReport(const Json& report, const std::vector<formats::Error>& errors, const std::string& folder);
-/// Returns SARIF 2.1.0: one result for each error, with the same properties and the asset and stage as its logical location.
-std::string sarifReport(const Json& report, const std::vector<formats::Error>& errors);
+/// Returns JUnit XML: a suite for the scene and one for each asset, a case for each check. A check that failed is red itself and has every
+/// finding with its facts; one that was not made is skipped.
+std::string junitReport(const CiRun& run);
+
+/// Returns SARIF 2.1.0: a rule for each check, and a result for each finding at its line of the scene file, with the asset and stage as its
+/// logical location and the facts as its properties.
+std::string sarifReport(const CiRun& run);
 
 }  // namespace lightcook::pipeline

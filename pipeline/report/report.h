@@ -10,6 +10,7 @@
 
 #include "pipeline/graph/action.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/report/baseline.h"
 #include "pipeline/report/report_row.h"
 #include "pipeline/report/whole_error.h"
 #include "pipeline/scene/needs.h"
@@ -55,6 +56,7 @@ struct Report {
     std::vector<Skip> skipped;
     MemoryBudget budget;
     std::optional<WholeError> whole;
+    std::optional<BaselineComparison> baseline;  ///< of `report --baseline`
     std::optional<std::vector<ReportFile>> files;
     std::optional<std::string> digest;  ///< of a report that was read
 };
@@ -69,6 +71,7 @@ void describe(Fields& fields, Self& report) {
     fields.required("skipped", report.skipped, "assets that were not cooked, and actions whose results were reused");
     fields.required("budget", report.budget, "GPU memory");
     fields.optional("whole", report.whole, "error of the whole shading of the scene");
+    fields.optional("baseline", report.baseline, "comparison with an older report: of `lightcook report --baseline`");
     fields.optional("files", report.files, "files that belong to this report");
     fields.optional("digest", report.digest, "XXH3-128 of this file, taken with zeros for the digits of the digest itself");
 }

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cmath>
+#include <system_error>
 
 #include "formats/light_map.h"
 
@@ -14,6 +16,16 @@ std::string inBrackets(const std::vector<double>& values) {
 }
 
 }  // namespace
+
+std::optional<double> parseFraction(std::string_view text) {
+    const bool isPercent = text.ends_with('%');
+    if (isPercent) text.remove_suffix(1);
+    while (isPercent && text.ends_with(' ')) text.remove_suffix(1);
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+    return isPercent ? value / 100 : value;
+}
 
 Objection objectionToFireflyLimit(double limit) {
     if (formats::isFireflyLimit(limit)) return std::nullopt;

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace lightcook::pipeline {
@@ -13,6 +14,9 @@ struct ValueError {
 };
 /// Nothing where a value is allowed.
 using Objection = std::optional<ValueError>;
+
+/// Parses a fraction: "0.02", "2%" or "2 %". Returns nothing for other texts and for numbers that are not finite.
+std::optional<double> parseFraction(std::string_view text);
 
 /// A limit is a number from 1, or 0 for no check.
 Objection objectionToFireflyLimit(double limit);

@@ -63,11 +63,10 @@ SceneSectionInfo outputSection() {
         .keys =
             {{"target", choices(formats::allTargets()), inQuotes(formats::allTargets().front().name), "family of GPU formats"},
              {"max_error", "fraction", "0.1",
-              "limit on `rel_rms` of diffuse and of specular light, of light maps and meshes; above it verification fails (exit code 4)"},
-             {"max_converter_error", "fraction", "0.1",
-              "limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity; the larger of this and "
-              "`max_error` "
-              "applies"},
+              "`0.02` or `\"2%\"`: limit on `rel_rms` of diffuse and of specular light, of light maps and meshes; above it verification "
+              "fails (exit code 4)"},
+             {"max_converter_error", "fraction", "0.1, or `max_error` if that is larger",
+              "limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity"},
              {"budget", "size", "none",
               "GPU memory of the whole scene: `\"2 MiB\"`, `\"1.5 GB\"`, `\"4096\"` (bytes); more is exit code 5"},
              {"light_map_layout", choices(lightMapLayoutChoices()), "`\"auto\"` where `max_error` or `budget` is given, else `\"ratio\"`",

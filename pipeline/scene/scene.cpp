@@ -73,6 +73,18 @@ public:
         return value;
     }
 
+    /// Reads a fraction: a number, or a string such as "2%".
+    std::optional<double> fraction(const char* key, const char* expected) {
+        requireRow(key);
+        const toml::node* node = table_.get(key);
+        if (node == nullptr || !node->is_string()) return optional<double>(key, expected);
+        const std::string text = node->value_or(std::string());
+        const auto value = parseFraction(text);
+        if (!value || !text.ends_with('%'))
+            fail(*node, fmt::format("found {} for {}.{}, expected {}", typeName(*node), name_, key, expected));
+        return value;
+    }
+
     template <class T>
     T required(const char* key, const char* expected) {
         const std::optional<T> value = optional<T>(key, expected);
@@ -197,14 +209,15 @@ OutputSettings readOutput(TableReader reader) {
     OutputSettings output;
     output.target = reader.oneOfRows("target", formats::allTargets());
     const auto fraction = [&](const char* key, double otherwise) {
-        const auto value = reader.optional<double>(key, "a positive fraction, 0.02 for 2 %");
+        const auto value = reader.fraction(key, "a positive fraction: 0.02, or \"2%\"");
         if (value && (!(*value > 0) || !std::isfinite(*value)))
-            reader.fail(reader.node(key), fmt::format("found {} for output.{}, expected a positive fraction, 0.02 for 2 %", *value, key));
+            reader.fail(reader.node(key),
+                        fmt::format("found {} for output.{}, expected a positive fraction: 0.02, or \"2%\"", *value, key));
         return value.value_or(otherwise);
     };
     output.isErrorAsked = reader.has("max_error");
     output.maxError = fraction("max_error", output.maxError);
-    output.maxConverterError = fraction("max_converter_error", output.maxConverterError);
+    if (reader.has("max_converter_error")) output.maxConverterError = fraction("max_converter_error", kDefaultMaxError);
     if (const auto text = reader.optional<std::string>("budget", "a size such as \"2 MiB\"")) {
         const auto bytes = parseByteCount(*text, reader.place("budget"));
         if (!bytes) throw SceneMistake{bytes.error()};
@@ -221,7 +234,7 @@ OutputSettings readOutput(TableReader reader) {
             reader.fail(reader.node("effort"), fmt::format("found {} for output.effort, expected an integer from 0 to 9", *effort));
         output.effort = static_cast<int>(*effort);
     }
-    if (const auto rdo = reader.optional<double>("rdo", "a fraction from 0 to 1")) {
+    if (const auto rdo = reader.fraction("rdo", "a fraction from 0 to 1: 0.02, or \"2%\"")) {
         if (!(*rdo >= 0 && *rdo <= kLargestRdo))
             reader.fail(reader.node("rdo"), fmt::format("found {} for output.rdo, expected a fraction from 0 to {}", *rdo, kLargestRdo));
         if (*rdo > 0 && output.target != Target::Bc)
@@ -363,8 +376,33 @@ TableSettings readTables(TableReader reader) {
     return tables;
 }
 
+int lineOf(const toml::node& node) {
+    return static_cast<int>(node.source().begin.line);
+}
+
+/// Adds the lines of a table and its keys.
+void addLines(const toml::table& table, std::string_view section, SceneLines& lines) {
+    const std::string name = table["name"].value_or(std::string());
+    lines.add(section, section.empty() ? "" : name, "", std::max(1, lineOf(table)));
+    for (const auto& [key, node] : table)
+        lines.add(section, section.empty() ? "" : name, key.str(), static_cast<int>(key.source().begin.line));
+}
+
+SceneLines linesOf(const toml::table& root) {
+    SceneLines lines;
+    addLines(root, "", lines);
+    for (const auto& [key, node] : root) {
+        if (const toml::table* table = node.as_table()) addLines(*table, key.str(), lines);
+        if (const toml::array* array = node.as_array())
+            for (const toml::node& element : *array)
+                if (const toml::table* table = element.as_table()) addLines(*table, key.str(), lines);
+    }
+    return lines;
+}
+
 Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     Scene scene;
+    scene.lines = linesOf(root);
     scene.file = file;
     scene.directory = file.parent_path();
     TableReader reader(root, file, "");
@@ -392,6 +430,10 @@ std::string whyNotRsrm(const GradientEntry& entry, Target target) {
     if (entry.format != "rgba8" && entry.dither)
         return fmt::format("found dither with format \"{}\", expected format \"rgba8\": blocks round a pattern away", entry.format);
     return "";
+}
+
+double converterLimit(const OutputSettings& output) {
+    return output.maxConverterError.value_or(std::max(output.maxError, kDefaultMaxError));
 }
 
 std::string layoutAsked(const OutputSettings& output) {

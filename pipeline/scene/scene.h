@@ -15,6 +15,7 @@
 #include "formats/gpu_texture.h"
 #include "formats/light_map.h"
 #include "formats/target.h"
+#include "pipeline/scene/scene_lines.h"
 
 namespace lightcook::pipeline {
 
@@ -32,9 +33,8 @@ struct OutputSettings {
     Target target = Target::Bc;
     double maxError = 0.1;      ///< limit on rel_rms of diffuse and of specular, of the last stage of a light map or mesh
     bool isErrorAsked = false;  ///< maxError was given
-    /// The limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity. The larger of this and maxError
-    /// applies.
-    double maxConverterError = 0.1;
+    /// Limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity; see converterLimit.
+    std::optional<double> maxConverterError;
     std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory for the whole scene
     std::string lightMapLayout;                ///< one of lightMapLayoutNames(), "auto", or empty: see layoutAsked
     formats::Container container = formats::Container::Ktx2;
@@ -45,6 +45,11 @@ struct OutputSettings {
 };
 
 inline constexpr double kLargestRdo = 1;
+inline constexpr double kDefaultMaxError = 0.1;
+
+/// Returns the limit of dominant lights, cubemaps, tables and reflection maps: maxConverterError if it is given, else the larger of the
+/// default and maxError.
+double converterLimit(const OutputSettings& output);
 
 /// Returns the layout that the settings select: the named one; else "auto" if an error or a budget is given, else "ratio".
 std::string layoutAsked(const OutputSettings& output);
@@ -119,6 +124,7 @@ struct Scene {
     std::vector<GradientEntry> gradients;
     std::vector<MaterialEntry> materials;
     TableSettings tables;
+    SceneLines lines;  ///< of the scene file
 };
 
 /// Reads a scene file. Unknown keys are refused with the nearest known one. Errors name file, line and column, found and expected.

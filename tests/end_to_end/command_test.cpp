@@ -1,12 +1,11 @@
 // The program as users and build systems run it: exit codes, one line for each error, quiet on pipes, nothing left behind.
 #include <gmock/gmock.h>
-#include <sys/wait.h>
 
 #include <cstdio>
 #include <fstream>
 #include <limits>
 
-#include "tests/pipeline/small_scene.h"
+#include "tests/end_to_end/command_fixture.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -15,40 +14,16 @@ using formats::contentOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-class Command : public testing::Test {
-protected:
-    struct Ended {
-        int code = -1;
-        std::string out, err;
-    };
-
-    Ended run(const std::string& arguments, const std::filesystem::path& program = LIGHTCOOK_PROGRAM) const {
-        const std::string command = fmt::format("cd '{0}' && LIGHTCOOK_CACHE='{0}/cache' '{1}' {2} >'{0}/stdout' 2>'{0}/stderr' </dev/null",
-                                                (scene_ / "").string(), program.string(), arguments);
-        const int status = std::system(command.c_str());
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, contentOf(scene_ / "stdout"), contentOf(scene_ / "stderr")};
-    }
-
-    /// Expects the exit code, one error line with the words, and no output folder.
-    void expectRefused(const std::string& arguments, int code, const std::vector<std::string>& words) const {
-        SCOPED_TRACE(arguments);
-        const Ended ended = run(arguments);
-        EXPECT_EQ(ended.code, code) << ended.err;
-        EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
-        for (const std::string& word : words) EXPECT_THAT(ended.err, HasSubstr(word));
-        EXPECT_FALSE(std::filesystem::exists(scene_ / "out"));
-        for (const auto& entry : std::filesystem::directory_iterator(scene_ / ""))
-            EXPECT_THAT(entry.path().filename().string(), testing::Not(StartsWith(".")));
-    }
-
-    SmallScene scene_{SmallScene::Parts::All};
-};
-
-TEST_F(Command, CookIsQuietOnAPipeAndVerifyAndReportSpeak) {
+TEST_F(Command, CookIsOneLineOnAPipeAndVerifyAndReportAreTables) {
     const Ended cook = run("cook scene.toml -o out");
     EXPECT_EQ(cook.code, 0) << cook.err;
-    EXPECT_EQ(cook.out, "");
+    EXPECT_EQ(std::count(cook.out.begin(), cook.out.end(), '\n'), 1) << cook.out;
+    EXPECT_THAT(cook.out, testing::AllOf(StartsWith("passed: 5 assets, "), HasSubstr(" of GPU memory, "),
+                                         HasSubstr(" on disk, 0 of 10 actions from the cache: out")));
     EXPECT_EQ(cook.err, "");
+    EXPECT_THAT(run("cook scene.toml -o out").out, HasSubstr(" 10 of 10 actions from the cache: out"));
+    const Ended quiet = run("cook scene.toml -o out -q");
+    EXPECT_EQ(quiet.out + quiet.err, "");
     const Ended verify = run("verify out --json verify.json --junit verify.xml --sarif verify.sarif");
     EXPECT_EQ(verify.code, 0) << verify.err;
     EXPECT_THAT(verify.out, HasSubstr("passed"));

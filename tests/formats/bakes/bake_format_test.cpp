@@ -47,7 +47,9 @@ TEST(BakeFormat, UnknownFilesAreRefusedWithTheirChannelsAndTheKnownFormats) {
         ASSERT_FALSE(found);
         EXPECT_EQ(found.error().code, ErrorCode::WrongShape);
         EXPECT_EQ(found.error().line(),
-                  "lobby.exr: found no light map: the file holds the channels B, G, R; known bake formats: sh9 (sh00.R .. sh08.B)");
+                  "lobby.exr: found no light map, expected the channels of a bake format: sh9 (sh00.R .. sh08.B); it holds R, G, B. A flat "
+                  "light map "
+                  "or a picture? It has no directions: compress it with `lightcook encode`, or bake SH coefficients");
     }
 }
 

@@ -68,7 +68,8 @@ TEST(CommandReference, OptionsStandOnlyWhereTheyAct) {
         return commands;
     };
     EXPECT_THAT(commandsWith("--layout"), ElementsAre("cook", "lightmap", "demo"));
-    EXPECT_THAT(commandsWith("--budget"), ElementsAre("cook", "lightmap", "demo"));
+    EXPECT_THAT(commandsWith("--budget"), ElementsAre("cook", "lightmap", "dominant", "cubemap", "lut", "rsrm", "demo"));
+    EXPECT_THAT(commandsWith("--max-converter-error"), ElementsAre("cook", "demo"));
     EXPECT_THAT(commandsWith("--phase"), ElementsAre("lightmap", "dominant"));
     EXPECT_THAT(commandsWith("--target"), ElementsAre("cook", "lightmap", "dominant", "cubemap", "rsrm", "demo"));
     EXPECT_THAT(commandsWith("--max-error"), ElementsAre("cook", "lightmap", "dominant", "cubemap", "lut", "rsrm", "demo"));

@@ -259,7 +259,7 @@ TEST(Errors, AnInterruptIsToldOnceAndLeavesNothing) {
     CookOptions options = scene.options();
     options.output = scene / "deep" / "er" / "out";
     RunState state;
-    state.progress = [&](const std::string&, double) { state.interrupted = true; };
+    state.progress = [&](const Action&, const std::string&, double) { state.interrupted = true; };
     const Outcome outcome = cookScene(options, state);
     ASSERT_EQ(outcome.errors.size(), 1u);
     EXPECT_EQ(outcome.errors[0].code, ErrorCode::Interrupted);

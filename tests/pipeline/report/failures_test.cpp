@@ -1,10 +1,9 @@
-// The failures of an asset: in an error line, in report.json, on the page, in JUnit and in SARIF.
+// The failures of an asset: in an error line, in report.json, on the page.
 #include <gmock/gmock.h>
 
 #include <cmath>
 
 #include "pipeline/json/json.h"
-#include "pipeline/report/ci_report.h"
 #include "pipeline/report/failures.h"
 #include "pipeline/report/report.h"
 #include "tests/pipeline/small_scene.h"
@@ -73,19 +72,7 @@ TEST_F(Failures, PlacesOfTheWorstSampleHaveItsError) {
     EXPECT_GT(places, 20);
 }
 
-TEST_F(Failures, AreToldToJunitSarifAndReadersOfThePage) {
-    const std::string junit = junitReport(outcome_->report, outcome_->errors, "out");
-    for (const char* property : {"asset", "stage", "texel", "normal", "found", "reference", "allowed"})
-        EXPECT_THAT(junit, HasSubstr(fmt::format("<property name=\"{}\" value=", property)));
-    const Json sarif = parseJson(sarifReport(outcome_->report, outcome_->errors));
-    const Json& results = sarif.at("runs")[0].at("results");
-    ASSERT_EQ(results.size(), outcome_->errors.size());
-    for (const Json& result : results) {
-        ASSERT_TRUE(result.contains("properties")) << result.dump(2);
-        for (const char* key : {"asset", "stage", "texel", "normal", "found", "allowed"})
-            EXPECT_TRUE(result.at("properties").contains(key)) << key << " in " << result.dump(2);
-        EXPECT_EQ(result.at("locations")[0].at("logicalLocations")[0].at("name"), result.at("properties").at("asset"));
-    }
+TEST_F(Failures, AreToldToReadersOfThePage) {
     const std::string page = formats::contentOf(*scene_ / "out/report.html");
     EXPECT_THAT(page, HasSubstr("worst at texel ("));
     EXPECT_THAT(page, HasSubstr("largest sample"));

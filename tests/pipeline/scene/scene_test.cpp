@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "pipeline/scene/checks.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::pipeline {
@@ -150,6 +151,42 @@ TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
     expectRefused(kHead + "[[probe]]\nname = \"../p\"\nfile = \"p.exr\"\n", "4:", "found the name '../p'");
     expectRefused(kHead + "[[probe]]\nname = \"p\"\nfile = 3\n", "5:", "found the integer 3 for probe.file, expected a path");
     expectRefused(kHead + "[output\n", "3:", "syntax error");
+}
+
+TEST(ReadScene, FractionsMayBePercentages) {
+    const auto scene = sceneFromText(kHead + "[output]\nmax_error = \"2%\"\nmax_converter_error = \"0.5 %\"\nrdo = \"1.5%\"\n");
+    ASSERT_TRUE(scene.has_value()) << scene.error().line();
+    EXPECT_DOUBLE_EQ(scene->output.maxError, 0.02);
+    EXPECT_DOUBLE_EQ(converterLimit(scene->output), 0.005) << "a limit that is given is the limit, also below max_error";
+    EXPECT_DOUBLE_EQ(scene->output.rdo, 0.015);
+    expectRefused(kHead + "[output]\nmax_error = \"0.02\"\n", "4:13", "found the string '0.02'");
+    expectRefused(kHead + "[output]\nmax_error = \"-2%\"\n", "4:13", "expected a positive fraction: 0.02, or \"2%\"");
+    for (const auto& [text, value] : {std::pair("0.02", 0.02), std::pair("2%", 0.02), std::pair("2 %", 0.02), std::pair("1e-3", 1e-3)})
+        EXPECT_EQ(parseFraction(text), value) << text;
+    for (const char* text : {"", "%", "2%%", "two", "2 % ", "nan", "inf", "0.02x", " %"}) EXPECT_FALSE(parseFraction(text)) << text;
+}
+
+TEST(ReadScene, ALimitOfConvertersIsTheirOwn) {
+    const auto limitOf = [](const std::string& output) { return converterLimit(sceneFromText(kHead + "[output]\n" + output)->output); };
+    EXPECT_EQ(limitOf(""), 0.1);
+    EXPECT_EQ(limitOf("max_error = 0.01"), 0.1);
+    EXPECT_EQ(limitOf("max_error = 0.3"), 0.3);
+    EXPECT_EQ(limitOf("max_error = 0.3\nmax_converter_error = 0.05"), 0.05);
+}
+
+TEST(ReadScene, KeepsTheLinesOfTablesAndKeys) {
+    const auto scene = sceneFromText(kHead +
+                                     "\n[output]\nmax_error = 0.1\n\n[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\n\n[[light_map]]\n"
+                                     "name = \"b\"\nfile = \"b.exr\"\n");
+    ASSERT_TRUE(scene.has_value()) << scene.error().line();
+    EXPECT_EQ(scene->lines.find(""), 1);
+    EXPECT_EQ(scene->lines.find("", "", "name"), 2);
+    EXPECT_EQ(scene->lines.find("output"), 4);
+    EXPECT_EQ(scene->lines.find("output", "", "max_error"), 5);
+    EXPECT_EQ(scene->lines.find("output", "", "budget"), 4) << "the table of a key that is not there";
+    EXPECT_EQ(scene->lines.find("light_map", "a"), 7);
+    EXPECT_EQ(scene->lines.find("light_map", "b", "file"), 13);
+    EXPECT_FALSE(scene->lines.find("probe", "c"));
 }
 
 TEST(ReadScene, TwoAssetsOfOneNameAreRefused) {

@@ -1,0 +1,209 @@
+#include "pipeline/command/mistake.h"
+
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "formats/nearest.h"
+#include "pipeline/command/command.h"
+#include "pipeline/command/program_doc.h"
+#include "pipeline/command/session.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+enum class Outcome { Fine, Unknown, BadValue, TooFew, Other };
+
+struct Attempt {
+    Outcome outcome = Outcome::Fine;
+    std::string message;
+};
+
+void requireNothing(CLI::App& app) {
+    app.require_subcommand(0);
+    for (CLI::Option* option : app.get_options()) option->required(false);
+    for (CLI::App* sub : app.get_subcommands(nullptr)) requireNothing(*sub);
+}
+
+/// Parses some arguments with nothing required.
+Attempt attempt(std::span<const std::string> arguments) {
+    CLI::App app;
+    GlobalOptions global;
+    CommandFunction selected;
+    defineProgram(app, global, selected);
+    requireNothing(app);
+    std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
+    try {
+        app.parse(std::move(reversed));
+    } catch (const CLI::ExtrasError& mistake) {
+        return {Outcome::Unknown, mistake.what()};
+    } catch (const CLI::ArgumentMismatch& mistake) {
+        return {Outcome::TooFew, mistake.what()};
+    } catch (const CLI::ValidationError& mistake) {
+        return {Outcome::BadValue, mistake.what()};
+    } catch (const CLI::ConversionError& mistake) {
+        return {Outcome::BadValue, mistake.what()};
+    } catch (const CLI::RequiresError&) {
+        return {};  // the other option may follow
+    } catch (const CLI::CallForHelp&) {
+        return {};
+    } catch (const CLI::CallForVersion&) {
+        return {};
+    } catch (const CLI::ParseError& mistake) {
+        return {Outcome::Other, mistake.what()};
+    }
+    return {};
+}
+
+formats::Error refused(std::string subject, std::string detail) {
+    return {formats::ErrorCode::InvalidRequest, std::move(subject), std::move(detail)};
+}
+
+/// Returns "; nearest is 'x'" unless no name is near.
+std::string nearestWords(const std::string& found, const std::vector<std::string>& names) {
+    const std::string nearest = formats::nearestName(found, names);
+    if (nearest.empty() || formats::editDistance(found, nearest) > 1 + found.size() / 3) return "";
+    return fmt::format("; nearest is '{}'", nearest);
+}
+
+bool isOption(const std::string& argument) {
+    return argument.size() > 1 && argument[0] == '-' && (argument[1] < '0' || argument[1] > '9') && argument[1] != '.';
+}
+
+/// The command of some arguments, and the options that it takes.
+class Syntax {
+public:
+    explicit Syntax(std::span<const std::string> arguments) : program_(describeProgram()) {
+        for (std::size_t i = 0; i < arguments.size() && command_ == nullptr; ++i) {
+            const OptionDoc* global = find(program_.options, arguments[i]);
+            if (global != nullptr && global->value != OptionDoc::Value::None && arguments[i].find('=') == std::string::npos) ++i;
+            if (isOption(arguments[i])) continue;
+            for (const CommandDoc& command : program_.commands)
+                if (command.name == arguments[i]) command_ = &command;
+        }
+    }
+
+    const CommandDoc* command() const { return command_; }
+
+    const OptionDoc* option(const std::string& argument) const {
+        const OptionDoc* found = command_ != nullptr ? find(command_->options, argument) : nullptr;
+        return found != nullptr ? found : find(program_.options, argument);
+    }
+
+    const OptionDoc* positional(const std::string& name) const {
+        if (command_ == nullptr) return nullptr;
+        for (const OptionDoc& each : command_->options)
+            if (each.isPositional && each.names.front() == name) return &each;
+        return nullptr;
+    }
+
+    std::vector<std::string> optionNames() const {
+        std::vector<std::string> names;
+        const auto add = [&](const std::vector<OptionDoc>& options) {
+            for (const OptionDoc& each : options)
+                if (!each.isPositional) names.insert(names.end(), each.names.begin(), each.names.end());
+        };
+        if (command_ != nullptr) add(command_->options);
+        add(program_.options);
+        return names;
+    }
+
+    std::vector<std::string> commandNames() const {
+        std::vector<std::string> names;
+        for (const CommandDoc& each : program_.commands) names.push_back(each.name);
+        return names;
+    }
+
+private:
+    static const OptionDoc* find(const std::vector<OptionDoc>& options, const std::string& argument) {
+        const std::string name = argument.substr(0, argument.find('='));
+        for (const OptionDoc& each : options)
+            if (!each.isPositional && std::ranges::find(each.names, name) != each.names.end()) return &each;
+        return nullptr;
+    }
+
+    ProgramDoc program_;
+    const CommandDoc* command_ = nullptr;
+};
+
+formats::Error unknownArgument(const Syntax& syntax, const std::string& argument) {
+    const std::string name = argument.substr(0, argument.find('='));
+    if (isOption(argument)) {
+        const std::string of = syntax.command() != nullptr ? " of " + syntax.command()->name : "";
+        return refused("command line", fmt::format("found the unknown option '{}', expected an option{}{}", name, of,
+                                                   nearestWords(name, syntax.optionNames())));
+    }
+    if (syntax.command() == nullptr)
+        return refused("command line", fmt::format("found the unknown command '{}', expected one of: {}{}", argument,
+                                                   fmt::join(syntax.commandNames(), ", "), nearestWords(argument, syntax.commandNames())));
+    return refused("command line", fmt::format("found '{}' after everything that {} takes, expected `lightcook {}`", argument,
+                                               syntax.command()->name, syntax.command()->usage()));
+}
+
+/// Returns the option that the last argument is a value of: "--effort" of "--effort 11" and of "--effort=11".
+std::string optionOfLast(const Syntax& syntax, std::span<const std::string> arguments) {
+    for (std::size_t i = arguments.size(); i-- > 0;)
+        if (isOption(arguments[i]) && syntax.option(arguments[i]) != nullptr) return arguments[i].substr(0, arguments[i].find('='));
+    return "command line";
+}
+
+std::string expectedValue(const OptionDoc& option, const std::string& found) {
+    if (option.choices.empty()) return option.placeholder;
+    return fmt::format("one of: {}{}", fmt::join(option.choices, ", "), nearestWords(found, option.choices));
+}
+
+formats::Error badValue(const Syntax& syntax, std::span<const std::string> arguments, const std::string& message) {
+    const std::string name = optionOfLast(syntax, arguments);
+    if (const std::size_t found = message.find("found '"); found != std::string::npos) return refused(name, message.substr(found));
+    const OptionDoc* option = syntax.option(name);
+    std::string value = arguments.back();
+    if (isOption(value) && value.find('=') != std::string::npos) value = value.substr(value.find('=') + 1);
+    if (option == nullptr) return refused(name, fmt::format("found '{}' ({}), expected what --help shows", value, message));
+    return refused(name, fmt::format("found '{}', expected {}", value, expectedValue(*option, value)));
+}
+
+/// Returns the error of an option without its value, or without all of them.
+formats::Error tooFewValues(const Syntax& syntax, std::span<const std::string> arguments) {
+    const std::string name = optionOfLast(syntax, arguments);
+    const OptionDoc* option = syntax.option(name);
+    const std::string expected = option != nullptr ? expectedValue(*option, "") : "a value";
+    const bool hasSome = !isOption(arguments.back());
+    return refused(name, fmt::format("found {}, expected {}", hasSome ? "too few values" : "no value", expected));
+}
+
+/// Returns the error of something that is missing from a command line without other mistakes.
+formats::Error missing(const Syntax& syntax, const std::string& message) {
+    if (syntax.command() == nullptr)
+        return refused("command line", fmt::format("found no command, expected one of: {}", fmt::join(syntax.commandNames(), ", ")));
+    const std::string name = message.substr(0, message.find(' '));
+    if (const OptionDoc* positional = syntax.positional(name))
+        return refused("command line",
+                       fmt::format("found no {}, expected `lightcook {}`: {}", name, syntax.command()->usage(), positional->description));
+    return refused("command line", fmt::format("found a mistake ({}), expected `lightcook {}`", message, syntax.command()->usage()));
+}
+
+}  // namespace
+
+formats::Error firstMistake(std::span<const std::string> arguments, const std::string& message) {
+    bool isWaiting = false;  // for the value of the option before
+    for (std::size_t count = 1; count <= arguments.size(); ++count) {
+        const auto part = arguments.first(count);
+        const Syntax syntax(part);
+        const Attempt tried = attempt(part);
+        if (isWaiting && isOption(part.back()) && tried.outcome != Outcome::Fine) return tooFewValues(syntax, arguments.first(count - 1));
+        isWaiting = tried.outcome == Outcome::TooFew;
+        if (tried.outcome == Outcome::Unknown) return unknownArgument(syntax, part.back());
+        if (tried.outcome == Outcome::BadValue) return badValue(syntax, part, tried.message);
+        if (tried.outcome == Outcome::Other)
+            return refused("command line", fmt::format("found a mistake ({}), expected what --help shows", tried.message));
+    }
+    if (isWaiting) return tooFewValues(Syntax(arguments), arguments);
+    return missing(Syntax(arguments), message);
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,112 @@
+#include "pipeline/command/progress.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+namespace lightcook::pipeline {
+namespace {
+
+constexpr int kBarWidth = 24;
+/// Time left is shown from here on: earlier estimates jump.
+constexpr double kLeastSeconds = 2, kLeastFraction = 0.03;
+
+/// Returns "0:14", "12:05" or "1:02:10".
+std::string clockWords(double seconds) {
+    const long long whole = std::llround(seconds);
+    if (whole >= 3600) return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
+    return fmt::format("{}:{:02}", whole / 60, whole % 60);
+}
+
+std::string bar(double fraction) {
+    const auto filled = static_cast<std::size_t>(std::clamp(fraction, 0.0, 1.0) * kBarWidth);
+    return fmt::format("[{}{}]", std::string(filled, '#'), std::string(kBarWidth - filled, '.'));
+}
+
+/// Returns the text cut to a number of characters; file names may have more bytes than characters.
+std::string cut(const std::string& text, int columns) {
+    std::string shown;
+    int count = 0;
+    for (const char c : text) {
+        if ((static_cast<unsigned char>(c) & 0xC0u) != 0x80u && ++count > columns) break;
+        shown += c;
+    }
+    return shown;
+}
+
+}  // namespace
+
+double workOf(const Action& action) {
+    // Verification shades and bounds every texel, at about twice the cost of a cook; a cubemap's sums over the whole environment.
+    const bool isVerify = action.kind.starts_with("verify-");
+    double megabytes = 0.2;
+    for (const auto& [role, path] : action.inputs) {
+        std::error_code code;
+        const std::uintmax_t bytes = std::filesystem::file_size(path, code);
+        if (!code) megabytes += static_cast<double>(bytes) * 1e-6;
+    }
+    return megabytes * (isVerify ? 2 : 1);
+}
+
+void Progress::onEvent(const Action& action, ActionEvent event) {
+    const std::lock_guard lock(mutex_);
+    switch (event) {
+        case ActionEvent::Planned:
+            weights_.emplace(action.id, workOf(action));
+            break;
+        case ActionEvent::Started:
+            running_[action.id] = {action.id, 0};
+            break;
+        case ActionEvent::Finished:
+        case ActionEvent::Reused:
+        case ActionEvent::Failed:
+            running_.erase(action.id);
+            done_.insert(action.id);
+            break;
+    }
+}
+
+void Progress::onPass(const Action& action, const std::string& what, double fraction) {
+    const std::lock_guard lock(mutex_);
+    weights_.emplace(action.id, workOf(action));
+    Running& running = running_[action.id];
+    running.what = what;
+    // Later passes of an action start at 0 again.
+    running.fraction = std::max(running.fraction, fraction);
+}
+
+double Progress::fractionLocked() const {
+    double all = 0, done = 0;
+    for (const auto& [id, weight] : weights_) {
+        all += weight;
+        const auto running = running_.find(id);
+        if (done_.contains(id))
+            done += weight;
+        else if (running != running_.end())
+            done += weight * running->second.fraction;
+    }
+    return all > 0 ? done / all : 0;
+}
+
+double Progress::fraction() const {
+    const std::lock_guard lock(mutex_);
+    return fractionLocked();
+}
+
+std::string Progress::line(double seconds, int columns) const {
+    const std::lock_guard lock(mutex_);
+    const double fraction = fractionLocked();
+    std::string stages;
+    for (const auto& [id, running] : running_)
+        stages += fmt::format("{}{} {:.0f} %", stages.empty() ? "" : ", ", running.what, 100 * running.fraction);
+    const std::string head = fmt::format("{} {:3.0f} %  {}/{} ", bar(fraction), 100 * fraction, done_.size(), weights_.size());
+    const bool isKnown = seconds >= kLeastSeconds && fraction >= kLeastFraction && fraction < 1;
+    const std::string tail = isKnown ? fmt::format("  {} left", clockWords(seconds * (1 - fraction) / fraction)) : "";
+    // The last column stays free: some terminals wrap there.
+    const int room = columns - 1 - static_cast<int>(head.size() + tail.size());
+    return cut(head + cut(stages, std::max(room, 0)) + tail, columns - 1);
+}
+
+}  // namespace lightcook::pipeline

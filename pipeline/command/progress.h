@@ -1,0 +1,44 @@
+// One line of progress for a whole job: actions that are done, stages that run, time left.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <mutex>
+#include <set>
+#include <string>
+
+#include "pipeline/graph/action.h"
+
+namespace lightcook::pipeline {
+
+/// Adds up the events of a graph. Callable from any thread.
+class Progress {
+public:
+    void onEvent(const Action& action, ActionEvent event);
+    /// Records how far a pass of an action is. An action without events, such as that of `dominant --report`, counts from its first pass.
+    void onPass(const Action& action, const std::string& what, double fraction);
+
+    /// Returns the done fraction of the job. It never decreases while no actions are added.
+    double fraction() const;
+
+    /// Returns "[######........]  43 %  5/12 encode lobby 70 %, verify probe0 12 %  0:14 left", at most `columns` long.
+    /// seconds   since the job began
+    std::string line(double seconds, int columns) const;
+
+private:
+    struct Running {
+        std::string what;
+        double fraction = 0;
+    };
+    double fractionLocked() const;
+
+    mutable std::mutex mutex_;
+    std::map<std::string, double> weights_;  ///< by action id
+    std::set<std::string> done_;
+    std::map<std::string, Running> running_;
+};
+
+/// Returns the expected work of an action, in megabytes of input: an estimate for the line of progress.
+double workOf(const Action& action);
+
+}  // namespace lightcook::pipeline

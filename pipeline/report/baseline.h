@@ -1,0 +1,70 @@
+// Comparison of a report with an older one, asset by asset: GPU memory and error.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/json/json_fields.h"
+
+namespace lightcook::pipeline {
+
+struct Report;
+
+/// Figures of an asset in one report.
+struct AssetFigures {
+    std::uint64_t bytesGpu = 0;
+    std::string layout;
+    double diffuse = 0, specular = 0;  ///< rel_rms of the last stage
+    bool passed = false;
+};
+template <class Fields, Is<AssetFigures> Self>
+void describe(Fields& fields, Self& figures) {
+    fields.required("bytes_gpu", figures.bytesGpu, "GPU memory [bytes]");
+    fields.required("layout", figures.layout, "layout of the textures");
+    fields.required("diffuse_rel_rms", figures.diffuse, kFigure, "rel_rms of diffuse light");
+    fields.required("specular_rel_rms", figures.specular, kFigure, "rel_rms of specular light");
+    fields.required("passed", figures.passed, "true if the asset passed");
+}
+
+struct AssetChange {
+    std::string name;
+    std::string change;  ///< same, changed, added or removed
+    std::optional<AssetFigures> before, now;
+    std::optional<double> growthPercent;  ///< of the GPU memory, if both have some
+};
+template <class Fields, Is<AssetChange> Self>
+void describe(Fields& fields, Self& asset) {
+    fields.required("name", asset.name, "name of the asset");
+    fields.required("change", asset.change, "same, changed, added or removed");
+    fields.optional("before", asset.before, "figures in the baseline");
+    fields.optional("now", asset.now, "figures in this report");
+    fields.optional("growth_percent", asset.growthPercent, "growth of the GPU memory");
+}
+
+struct BaselineComparison {
+    std::string file;
+    std::uint64_t bytesBefore = 0, bytesNow = 0;
+    double growthPercent = 0;
+    std::optional<double> allowedPercent;  ///< none: growth is no failure
+    bool passed = true;
+    std::vector<AssetChange> assets;
+};
+template <class Fields, Is<BaselineComparison> Self>
+void describe(Fields& fields, Self& baseline) {
+    fields.required("file", baseline.file, "the older report");
+    fields.required("bytes_before", baseline.bytesBefore, "GPU memory of all assets in the baseline [bytes]");
+    fields.required("bytes_now", baseline.bytesNow, "GPU memory of all assets in this report [bytes]");
+    fields.required("growth_percent", baseline.growthPercent, "growth of the GPU memory");
+    fields.optional("allowed_percent", baseline.allowedPercent, "largest growth that passes: --fail-over");
+    fields.required("passed", baseline.passed, "false if the growth is over the allowed one");
+    fields.required("assets", baseline.assets, "assets of both reports, by name");
+}
+
+/// Compares a report with an older one.
+/// file            of the older one, for readers
+/// allowedPercent  largest growth of the scene's GPU memory that passes; none: any
+BaselineComparison compareWithBaseline(const Report& now, const Report& before, std::string file, std::optional<double> allowedPercent);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,210 @@
+#include "pipeline/report/ci_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+
+#include "pipeline/graph/version.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/report/report.h"
+#include "pipeline/scene/scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+bool isFinite(const verify::ErrorFigures& figures) {
+    return std::isfinite(figures.relRms) && std::isfinite(figures.p99) && std::isfinite(figures.maxSampled) &&
+           std::isfinite(figures.maxBound);
+}
+
+CiRule ruleOf(const Failure& failure, const Verdict& verdict) {
+    if (!failure.shading) return CiRule::LocalError;
+    const bool isDiffuse = *failure.shading == "diffuse";
+    const auto stage = std::ranges::find(verdict.stages, failure.stage, &verify::StageError::name);
+    if (stage != verdict.stages.end() && !isFinite(isDiffuse ? stage->diffuse : stage->specular)) return CiRule::FiniteFigures;
+    return isDiffuse ? CiRule::DiffuseError : CiRule::SpecularError;
+}
+
+/// Returns the facts of a failure without its texts.
+Json propertiesOf(const Failure& failure) {
+    Json properties = toJson(failure);
+    for (const char* key : {"subject", "detail", "message"}) properties.erase(key);
+    return properties;
+}
+
+/// Returns the place of a subject "scene.toml:12:3".
+std::optional<SourceLine> placeOf(const std::string& subject) {
+    const std::size_t last = subject.rfind(':');
+    const std::size_t first = last == std::string::npos || last == 0 ? std::string::npos : subject.rfind(':', last - 1);
+    if (first == std::string::npos) return std::nullopt;
+    int line = 0;
+    const char *begin = subject.data() + first + 1, *end = subject.data() + last;
+    const auto [stop, error] = std::from_chars(begin, end, line);
+    if (error != std::errc() || stop != end || line < 1) return std::nullopt;
+    return SourceLine{subject.substr(0, first), line};
+}
+
+/// Returns true if an error line is about the file: its subject is the path, or begins with it.
+bool isAbout(const std::string& subject, const std::filesystem::path& file) {
+    const std::string path = file.string();
+    return subject.starts_with(path) && (subject.size() == path.size() || subject[path.size()] == ',' || subject[path.size()] == ':');
+}
+
+class RunBuilder {
+public:
+    explicit RunBuilder(const CiInputs& inputs) : inputs_(inputs) {
+        if (inputs.report.is_object())
+            if (auto report = fromJson<Report>(inputs.report, kReportName)) report_ = std::move(*report);
+        if (auto manifest = loadManifest(inputs.folder)) manifest_ = std::move(*manifest);
+        if (const std::filesystem::path file = sceneFile(); !file.empty())
+            if (auto scene = readScene(file)) scene_ = std::move(*scene);
+    }
+
+    CiRun build() && {
+        run_.title =
+            fmt::format("{} {} {}", kToolName, inputs_.command, (inputs_.sceneFile.empty() ? inputs_.folder : inputs_.sceneFile).string());
+        run_.scene = report_ ? report_->scene : manifest_ ? manifest_->scene : scene_ ? scene_->name : "scene";
+        addSceneSuite();
+        if (manifest_)
+            for (const CookedAsset& asset : manifest_->assets) addSuite(asset);
+        for (const formats::Error& error : inputs_.errors) addError(error);
+        return std::move(run_);
+    }
+
+private:
+    std::filesystem::path sceneDirectory() const {
+        if (!inputs_.sources.empty() || !manifest_) return inputs_.sources;
+        return (inputs_.folder / manifest_->sceneDirectory).lexically_normal();
+    }
+
+    std::filesystem::path sceneFile() const {
+        if (!inputs_.sceneFile.empty()) return inputs_.sceneFile;
+        return manifest_ && manifest_->sceneFile ? sceneDirectory() / *manifest_->sceneFile : std::filesystem::path();
+    }
+
+    /// Returns the line of a key or table of the scene file; without one the first line of the scene file or the manifest.
+    SourceLine lineOf(std::string_view section, std::string_view name = "", std::string_view key = "") const {
+        if (!scene_) return {inputs_.sceneFile.empty() ? inputs_.folder / kManifestName : inputs_.sceneFile, 1};
+        return {scene_->file, scene_->lines.find(section, name, key).value_or(1)};
+    }
+
+    /// Returns the name of the scene file's entry that an asset was cooked from: of those with its source, the one that its name begins
+    /// with.
+    template <class Entry>
+    std::string entryOf(const CookedAsset& asset, const std::vector<Entry>& entries) const {
+        std::string name;
+        const auto source = asset.source.files ? asset.source.files->find("source") : std::map<std::string, SourceFile>::const_iterator();
+        for (const Entry& entry : entries) {
+            if (asset.name == entry.name) return entry.name;
+            const bool hasSource =
+                asset.source.files && source != asset.source.files->end() &&
+                std::filesystem::proximate(entry.file, scene_->directory.empty() ? "." : scene_->directory) == source->second.file;
+            if (hasSource && (name.empty() || asset.name.starts_with(entry.name))) name = entry.name;
+        }
+        return name;
+    }
+
+    SourceLine lineOf(const CookedAsset& asset) const {
+        const std::string_view section = info(asset.kind).sceneSection;
+        if (!scene_) return lineOf(section);
+        std::string entry = entryOf(asset, scene_->lightMaps);
+        if (entry.empty()) entry = entryOf(asset, scene_->probes);
+        if (entry.empty()) entry = entryOf(asset, scene_->gradients);
+        return lineOf(section, entry, asset.kind == AssetKind::Mesh ? "mesh" : "");
+    }
+
+    const ReportRow* rowOf(const std::string& asset) const {
+        if (!report_) return nullptr;
+        const auto row = std::ranges::find(report_->assets, asset, &ReportRow::name);
+        return row == report_->assets.end() ? nullptr : &*row;
+    }
+
+    void addSceneSuite() {
+        CiSuite suite{kSceneSuite, "", lineOf(""), {{CiRule::UnchangedFiles, true, 0, {}}}};
+        for (const CiRuleInfo& rule : allCiRules())
+            if (!rule.isOfAsset) suite.checks.push_back({rule.id, rule.id != CiRule::MemoryBudget || report_, 0, {}});
+        run_.suites.push_back(std::move(suite));
+    }
+
+    void addSuite(const CookedAsset& asset) {
+        CiSuite suite{asset.name, std::string(info(asset.kind).name), lineOf(asset), {}};
+        const ReportRow* row = rowOf(asset.name);
+        for (const CiRuleInfo& rule : allCiRules())
+            if (rule.isOfAsset) suite.checks.push_back({rule.id, row != nullptr || rule.id == CiRule::UnchangedFiles, 0, {}});
+        // One measurement gives all figures; its time is that of the first check that needs them.
+        if (row != nullptr) checkOf(suite, CiRule::FiniteFigures).seconds = row->verifySeconds;
+        run_.suites.push_back(std::move(suite));
+    }
+
+    static CiCheck& checkOf(CiSuite& suite, CiRule rule) { return *std::ranges::find(suite.checks, rule, &CiCheck::rule); }
+
+    CiSuite* suiteOf(const std::string& asset) {
+        const auto suite =
+            std::find_if(run_.suites.begin() + 1, run_.suites.end(), [&](const CiSuite& each) { return each.name == asset; });
+        return suite == run_.suites.end() ? nullptr : &*suite;
+    }
+
+    /// Adds an error to the check that it is about.
+    void addError(const formats::Error& error) {
+        if (run_.reasonNotDone.empty()) run_.reasonNotDone = error.line();
+        if (report_)
+            for (const ReportRow& row : report_->assets)
+                for (const Failure& failure : row.failures)
+                    if (failure.message == error.line()) return addFailure(row, failure);
+        CiSuite* suite = suiteOfFile(error.subject);
+        CiRule rule = pipeline::ruleOf(error.code);
+        if (suite == nullptr && (suite = suiteOf(error.subject.substr(0, error.subject.find(',')))) != nullptr) rule = CiRule::Contract;
+        if (suite == nullptr || !info(rule).isOfAsset) {
+            suite = &run_.suites.front();
+            if (rule == CiRule::Contract) rule = CiRule::UnchangedFiles;
+        }
+        CiCheck& check = checkOf(*suite, rule);
+        check.isDone = true;
+        const SourceLine budget = lineOf("output", "", "budget");
+        check.findings.push_back(
+            {error.line(), "", Json::object(), placeOf(error.subject).value_or(rule == CiRule::MemoryBudget ? budget : suite->at)});
+    }
+
+    void addFailure(const ReportRow& row, const Failure& failure) {
+        CiSuite* suite = suiteOf(row.name);
+        if (suite == nullptr) suite = &run_.suites.front();
+        const CiRule rule = suite->kind.empty() ? CiRule::UnchangedFiles : ruleOf(failure, row.verdict);
+        CiCheck& check = checkOf(*suite, rule);
+        check.isDone = true;
+        check.findings.push_back({failure.message, failure.stage, propertiesOf(failure), suite->at});
+    }
+
+    /// Returns the asset whose file or source an error line is about.
+    CiSuite* suiteOfFile(const std::string& subject) {
+        if (!manifest_) return nullptr;
+        for (const CookedAsset& asset : manifest_->assets) {
+            bool isFound = asset.file && isAbout(subject, inputs_.folder / *asset.file);
+            for (const CookedTexture& texture : asset.textures) isFound = isFound || isAbout(subject, inputs_.folder / texture.file);
+            if (asset.source.files)
+                for (const auto& [role, source] : *asset.source.files) {
+                    const std::filesystem::path given =
+                        inputs_.sources.empty() ? inputs_.folder / manifest_->sceneDirectory : inputs_.sources;
+                    isFound = isFound || isAbout(subject, given / source.file) || isAbout(subject, sceneDirectory() / source.file);
+                }
+            if (isFound) return suiteOf(asset.name);
+        }
+        return nullptr;
+    }
+
+    const CiInputs& inputs_;
+    std::optional<Report> report_;
+    std::optional<Manifest> manifest_;
+    std::optional<Scene> scene_;
+    CiRun run_;
+};
+
+}  // namespace
+
+CiRun ciRun(const CiInputs& inputs) {
+    return RunBuilder(inputs).build();
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,65 @@
+// The checks of a run and what they found: the form that JUnit and SARIF are written from (ci_report.h).
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/error.h"
+#include "pipeline/json/json.h"
+#include "pipeline/report/ci_rules.h"
+
+namespace lightcook::pipeline {
+
+/// A line of a file, from 1.
+struct SourceLine {
+    std::filesystem::path file;
+    int line = 1;
+};
+
+/// A reason why a check failed.
+struct CiFinding {
+    std::string message;  ///< the error line
+    std::string stage;    ///< of the asset; empty: the whole asset
+    Json properties;      ///< facts of a Failure; empty object for other errors
+    SourceLine at;
+};
+
+struct CiCheck {
+    CiRule rule;
+    bool isDone = true;  ///< false if an earlier error kept it from being made
+    double seconds = 0;
+    std::vector<CiFinding> findings;
+};
+
+/// The checks of an asset, or those of the scene.
+struct CiSuite {
+    std::string name;  ///< of the asset; kSceneSuite
+    std::string kind;  ///< of the asset; empty for the scene
+    SourceLine at;     ///< its table in the scene file; without a scene file its manifest
+    std::vector<CiCheck> checks;
+};
+inline constexpr const char* kSceneSuite = "(scene)";
+
+struct CiRun {
+    std::string title;  ///< "lightcook verify out"
+    std::string scene;
+    std::vector<CiSuite> suites;  ///< the scene, then its assets
+    std::string reasonNotDone;    ///< the error that kept checks from being made
+};
+
+/// What a command knows at its end.
+struct CiInputs {
+    std::string command;              ///< "verify"
+    std::filesystem::path folder;     ///< of the cooked scene; its manifest lists the assets
+    std::filesystem::path sceneFile;  ///< empty: the one that the manifest names
+    std::filesystem::path sources;    ///< folder of the scene file if it has moved; empty: as the manifest says
+    const Json& report;               ///< report.json; null if the job ended before there was one
+    const std::vector<formats::Error>& errors;
+};
+/// Returns every check of the scene and its assets. Each error is a finding of one of them: those of an asset's figures as report.json has
+/// them, others by the files that they name.
+CiRun ciRun(const CiInputs& inputs);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,26 @@
+// Lines of the tables and keys of a scene file, so that a finding of a later step can point into it.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace lightcook::pipeline {
+
+class SceneLines {
+public:
+    /// Records a table, or a key of it.
+    /// section  "output", "light_map"; empty for the keys before the first table
+    /// name     of an element of an array of tables ("lobby"), else empty
+    /// key      empty for the table itself
+    void add(std::string_view section, std::string_view name, std::string_view key, int line);
+
+    /// Returns the line of the key, from 1; without such a key that of its table; nothing without such a table.
+    std::optional<int> find(std::string_view section, std::string_view name = "", std::string_view key = "") const;
+
+private:
+    std::map<std::string, int, std::less<>> lines_;  ///< by "section/name/key"
+};
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,46 @@
+// The program as a command in a folder with a small scene.
+#pragma once
+
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/pipeline/small_scene.h"
+
+namespace lightcook::pipeline {
+
+class Command : public testing::Test {
+protected:
+    struct Ended {
+        int code = -1;
+        std::string out, err;
+    };
+
+    Ended run(const std::string& arguments, const std::filesystem::path& program = LIGHTCOOK_PROGRAM) const {
+        const std::string command = fmt::format("cd '{0}' && LIGHTCOOK_CACHE='{0}/cache' '{1}' {2} >'{0}/stdout' 2>'{0}/stderr' </dev/null",
+                                                (scene_ / "").string(), program.string(), arguments);
+        const int status = std::system(command.c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, formats::contentOf(scene_ / "stdout"), formats::contentOf(scene_ / "stderr")};
+    }
+
+    /// Expects the exit code, one error line with the words, and no output folder.
+    void expectRefused(const std::string& arguments, int code, const std::vector<std::string>& words) const {
+        SCOPED_TRACE(arguments);
+        const Ended ended = run(arguments);
+        EXPECT_EQ(ended.code, code) << ended.err;
+        EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
+        for (const std::string& word : words) EXPECT_THAT(ended.err, testing::HasSubstr(word));
+        EXPECT_FALSE(std::filesystem::exists(scene_ / "out"));
+        for (const auto& entry : std::filesystem::directory_iterator(scene_ / ""))
+            EXPECT_THAT(entry.path().filename().string(), testing::Not(testing::StartsWith(".")));
+    }
+
+    SmallScene scene_{SmallScene::Parts::All};
+};
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,221 @@
+// The command line as users type it: help, output formats, limits that hold, and what a terminal shows.
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "tests/end_to_end/command_fixture.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::contentOf;
+using nlohmann::json;
+using testing::AllOf;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+class CommandLine : public Command {
+protected:
+    /// Runs the program in a pseudo-terminal and returns everything that it shows.
+    std::string onTerminal(const std::string& arguments, const std::string& environment = "") const {
+        const std::string command = fmt::format(
+            "cd '{0}' && {1} TERM=xterm LIGHTCOOK_CACHE='{0}/cache' script -qec \"'{2}' {3}\" '{0}/typescript' >/dev/null 2>&1 </dev/null",
+            (scene_ / "").string(), environment, LIGHTCOOK_PROGRAM, arguments);
+        EXPECT_NE(std::system(command.c_str()), -1);
+        return contentOf(scene_ / "typescript");
+    }
+    static bool hasScript() { return std::system("command -v script >/dev/null 2>&1") == 0; }
+};
+
+TEST_F(CommandLine, HelpIsThereInEveryWay) {
+    const Ended all = run("help");
+    EXPECT_EQ(all.code, 0) << all.err;
+    EXPECT_THAT(all.out, AllOf(HasSubstr("cook"), HasSubstr("--threads")));
+    EXPECT_EQ(run("--help").out, all.out);
+    EXPECT_EQ(run("help cook").out, run("cook --help").out);
+    const Ended none = run("");
+    EXPECT_EQ(none.code, 2) << "a script with an empty variable is a mistake";
+    EXPECT_THAT(none.out, StartsWith(all.out));
+    EXPECT_THAT(none.err, HasSubstr("found no command"));
+    EXPECT_THAT(run("help cok").err, HasSubstr("nearest is 'cook'"));
+    EXPECT_EQ(run("help cok").code, 2);
+}
+
+TEST_F(CommandLine, EveryCommandHasJsonOnStandardOutput) {
+    ASSERT_EQ(run("cook scene.toml -o out").code, 0);
+    ASSERT_EQ(run("encode probe.exr probe.ktx2 --format bc6h-uf16").code, 0);
+    const std::vector<std::pair<std::string, std::string>> commands = {{"cook scene.toml -o out", "assets"},
+                                                                       {"verify out", "assets"},
+                                                                       {"report out", "budget"},
+                                                                       {"lightmap map.exr lm", "assets"},
+                                                                       {"dominant map.exr dom --report", "explanation"},
+                                                                       {"cubemap probe.exr cube", "assets"},
+                                                                       {"cubemap probe.exr sh.json --filter sh", "sh"},
+                                                                       {"lut tables --m 0.3,0.6", "assets"},
+                                                                       {"rsrm sky.exr refl --exponents 1,8", "assets"},
+                                                                       {"encode probe.exr p.ktx2 --format bc6h-uf16", "bytes"},
+                                                                       {"decode probe.ktx2 back.exr", "channels"},
+                                                                       {"reconstruct out map map_back.exr", "light_map"},
+                                                                       {"compare out out", "assets"},
+                                                                       {"info probe.ktx2", "format"},
+                                                                       {"help cook", "commands"}};
+    for (const auto& [command, key] : commands) {
+        SCOPED_TRACE(command);
+        const Ended ended = run(command + " --json -");
+        EXPECT_EQ(ended.code, 0) << ended.err;
+        ASSERT_TRUE(json::accept(ended.out)) << ended.out;
+        EXPECT_TRUE(json::parse(ended.out).contains(key)) << ended.out;
+        EXPECT_FALSE(std::filesystem::exists(scene_ / "-"));
+    }
+    const Ended failed = run("info nowhere.exr --json -");
+    EXPECT_EQ(failed.code, 3);
+    EXPECT_EQ(json::parse(failed.out).at("exit_code"), 3);
+    EXPECT_THAT(json::parse(failed.out).at("errors")[0].at("subject").get<std::string>(), HasSubstr("nowhere.exr"));
+    EXPECT_EQ(run("verify out --json - --junit -").code, 2);
+    EXPECT_THAT(run("verify out --junit -").out, StartsWith("<?xml"));
+}
+
+TEST_F(CommandLine, InfoTakesSeveralFilesAndPatterns) {
+    const Ended several = run("info map.exr probe.exr --json -");
+    EXPECT_EQ(several.code, 0) << several.err;
+    const json list = json::parse(several.out);
+    ASSERT_EQ(list.size(), 2u);
+    EXPECT_EQ(list[0].at("file"), "map.exr");
+    EXPECT_EQ(list[1].at("height"), 96);
+    EXPECT_EQ(json::parse(run("info '*.exr' --json -").out).size(), 3u) << "map, probe and sky";
+    EXPECT_THAT(run("info '*.exr'").out, AllOf(HasSubstr("map.exr:\n  light_map: sh9"), HasSubstr("sky.exr:\n  width: 64")));
+    const Ended none = run("info '*.png'");
+    EXPECT_EQ(none.code, 3);
+    EXPECT_THAT(none.err, HasSubstr("*.png: found no file of this pattern"));
+    const Ended partly = run("info nowhere.exr sky.exr");
+    EXPECT_EQ(partly.code, 3);
+    EXPECT_THAT(partly.out, HasSubstr("width: 64"));
+}
+
+TEST_F(CommandLine, DecodeWritesNoExrUnderAnotherName) {
+    ASSERT_EQ(run("encode probe.exr probe.ktx2 --format bc6h-uf16").code, 0);
+    expectRefused("decode probe.ktx2 probe.png", 2, {"probe.png: found the extension '.png', expected .exr"});
+    EXPECT_FALSE(std::filesystem::exists(scene_ / "probe.png"));
+    expectRefused("reconstruct nowhere map map.png", 2, {"map.png: found the extension '.png', expected .exr"});
+}
+
+TEST_F(CommandLine, ALimitThatIsGivenIsTheLimitOfTheAsset) {
+    for (const char* command : {"cubemap probe.exr a", "lut b --m 0.3,0.6", "rsrm sky.exr c --exponents 1,8", "dominant map.exr d",
+                                "cubemap probe.exr e.ktx2 --filter irradiance", "lightmap map.exr f"}) {
+        SCOPED_TRACE(command);
+        const Ended failed = run(std::string(command) + " --max-error 0.00001%");
+        EXPECT_EQ(failed.code, 4) << failed.out;
+        EXPECT_THAT(failed.err, HasSubstr("expected at most 1e-07"));
+        EXPECT_EQ(run(std::string(command) + " --max-error 60%").code, 0);
+    }
+    EXPECT_EQ(run("cook scene.toml -o out --max-converter-error 1e-7").code, 4);
+    EXPECT_EQ(run("cook scene.toml -o out --max-error 90% --max-converter-error 1e-7").code, 4) << "not the larger of both";
+}
+
+TEST_F(CommandLine, ConvertersKeepABudgetAndRefuseWhatWouldNotAct) {
+    for (const char* command : {"cubemap probe.exr a", "lut b --m 0.3,0.6", "rsrm sky.exr c --exponents 1,8", "dominant map.exr d",
+                                "cubemap probe.exr e.ktx2 --filter irradiance", "lightmap map.exr f"}) {
+        SCOPED_TRACE(command);
+        const Ended over = run(std::string(command) + " --budget 16");
+        EXPECT_EQ(over.code, 5) << over.out;
+        EXPECT_THAT(over.err, HasSubstr("expected at most 16"));
+        EXPECT_EQ(run(std::string(command) + " --budget '64 MiB'").code, 0);
+    }
+    EXPECT_FALSE(std::filesystem::exists(scene_ / "sh.json"));
+    for (const char* option : {"--target bc", "--container ktx2", "--zstd", "--budget 16", "--max-error 1%", "--effort 3", "--rdo 1%"})
+        expectRefused(std::string("cubemap probe.exr sh.json --filter sh ") + option, 2,
+                      {"--filter sh", "expected --filter specular or irradiance"});
+    expectRefused("cubemap probe.exr x.dds --container ktx2", 2, {"--container", "x.dds"});
+    expectRefused("cubemap probe.exr x.dds --filter irradiance --container ktx2", 2, {"--container", "x.dds"});
+    expectRefused("rsrm sky.exr x --effort 3", 2, {"--effort", "--format rgba8", "bc7 or bc4"});
+    expectRefused("rsrm sky.exr x --layout raw", 2, {"unknown option '--layout'"});
+}
+
+TEST_F(CommandLine, ReportFailsWhereTheFolderFailed) {
+    EXPECT_EQ(run("cook scene.toml -o out --max-error 1e-7").code, 4);
+    const Ended failed = run("report out");
+    EXPECT_EQ(failed.code, 4);
+    EXPECT_THAT(failed.err, HasSubstr("map, stage "));
+    EXPECT_THAT(failed.out, HasSubstr("FAILED"));
+    EXPECT_EQ(run("cook scene.toml -o out").code, 0);
+    EXPECT_EQ(run("report out").code, 0);
+    formats::writeContent(scene_ / "out" / "sky.ktx2", "x");
+    const Ended changed = run("report out");
+    EXPECT_EQ(changed.code, 4) << "changed since the cook";
+    EXPECT_THAT(changed.err, HasSubstr("sky.ktx2"));
+}
+
+TEST_F(CommandLine, ABaselineIsComparedAndFailsOnlyWhereAsked) {
+    ASSERT_EQ(run("cook scene.toml -o old").code, 0);
+    scene_.writeSceneFile("light_map_layout = \"raw\"");
+    ASSERT_EQ(run("cook scene.toml -o out").code, 0);
+    const Ended compared = run("report out --baseline old/report.json --json report.json --html report.html");
+    EXPECT_EQ(compared.code, 0) << "without --fail-over growth is no failure: " << compared.err;
+    EXPECT_THAT(compared.out, AllOf(HasSubstr("map                      changed "), HasSubstr(" of 5 assets unchanged")));
+    const json report = json::parse(contentOf(scene_ / "report.json"));
+    const json& baseline = report.at("baseline");
+    EXPECT_GT(baseline.at("growth_percent").get<double>(), 0);
+    for (const json& asset : baseline.at("assets"))
+        if (asset.at("name") == "map") {
+            EXPECT_EQ(asset.at("before").at("layout"), "ratio");
+            EXPECT_LT(asset.at("now").at("diffuse_rel_rms").get<double>(), asset.at("before").at("diffuse_rel_rms").get<double>());
+        }
+    EXPECT_THAT(contentOf(scene_ / "report.html"), HasSubstr("Compared with the baseline"));
+    const Ended grown = run("report out --baseline old --fail-over 2%");
+    EXPECT_EQ(grown.code, 5);
+    EXPECT_THAT(grown.err, HasSubstr("expected at most 2 % more"));
+    EXPECT_EQ(run("report out --baseline old --fail-over 10000").code, 0);
+    EXPECT_EQ(run("report old --baseline out --fail-over 0").code, 0) << "it shrank";
+    EXPECT_EQ(run("report out --fail-over 2").code, 2);
+}
+
+TEST_F(CommandLine, VerboseNamesEachActionAndQuietNothing) {
+    const Ended verbose = run("-v cook scene.toml -o out");
+    EXPECT_THAT(verbose.err, AllOf(HasSubstr("lightcook: cook/map: "), HasSubstr("lightcook: verify/probe: ")));
+    EXPECT_THAT(run("cook scene.toml -o out -v").err, HasSubstr("cook/map: from the cache ("));
+    EXPECT_EQ(run("verify out -q").out, "");
+    EXPECT_EQ(run("-q report out").out, "");
+    EXPECT_EQ(run("-q lightmap map.exr lm").out, "");
+    EXPECT_THAT(run("-q info map.exr").out, HasSubstr("sh9")) << "what was asked for";
+    EXPECT_EQ(run("-q -v cook scene.toml -o out").code, 2);
+    const Ended log = run("--log json cook scene.toml -o out");
+    EXPECT_EQ(log.out, "");
+    EXPECT_EQ(json::parse(log.err).at("actions_from_cache"), 10);
+}
+
+TEST_F(CommandLine, TerminalsGetColourAndOneLineOfProgress) {
+    if (!hasScript()) GTEST_SKIP() << "no script (util-linux) for a pseudo-terminal";
+    const std::string cook = onTerminal("cook scene.toml -o out");
+    EXPECT_THAT(cook, AllOf(HasSubstr("\r\x1b[K["), HasSubstr(" %  "), HasSubstr("/10 ")));
+    EXPECT_THAT(cook, HasSubstr("\x1b[32mpassed\x1b[0m: 5 assets"));
+    EXPECT_THAT(onTerminal("cook scene.toml -o out", "NO_COLOR=1"), Not(HasSubstr("\x1b[32m")));
+    EXPECT_THAT(onTerminal("--color never cook scene.toml -o out"), Not(HasSubstr("\x1b[32m")));
+    EXPECT_THAT(onTerminal("cook nowhere.toml"), HasSubstr("lightcook: \x1b[31merror:\x1b[0m nowhere.toml"));
+    EXPECT_THAT(run("--color always verify out").out, HasSubstr("\x1b[32mpassed\x1b[0m"));
+    EXPECT_THAT(run("verify out").out, Not(HasSubstr("\x1b[")));
+    EXPECT_EQ(onTerminal("-q cook scene.toml -o out").find("passed"), std::string::npos);
+}
+
+TEST_F(CommandLine, AFileThatIsNoLightMapIsToldWhatItHolds) {
+    expectRefused("lightmap probe.exr x", 3, {"probe.exr", "it holds R, G, B", "A flat light map or a picture?", "lightcook encode"});
+}
+
+TEST_F(CommandLine, CookWritesItsChecksForContinuousIntegration) {
+    const Ended cook = run("cook scene.toml -o out --max-error 1e-7 --junit cook.xml --sarif cook.sarif --json cook.json");
+    EXPECT_EQ(cook.code, 4);
+    EXPECT_THAT(contentOf(scene_ / "cook.xml"), HasSubstr("name=\"diffuse-error\" time=\"0.000\"><failure"));
+    const json sarif = json::parse(contentOf(scene_ / "cook.sarif"));
+    const json place = sarif.at("runs")[0].at("results")[0].at("locations")[0].at("physicalLocation");
+    EXPECT_EQ(place.at("artifactLocation"), json({{"uri", "scene.toml"}, {"uriBaseId", "%SRCROOT%"}}));
+    EXPECT_EQ(place.at("region").at("startLine"), 7) << "[[light_map]]";
+    EXPECT_EQ(json::parse(contentOf(scene_ / "cook.json")).at("exit_code"), 4);
+    scene_.writeSceneFile("efort = 3");
+    EXPECT_EQ(run("cook scene.toml -o out --sarif cook.sarif").code, 2);
+    const json mistake = json::parse(contentOf(scene_ / "cook.sarif")).at("runs")[0].at("results")[0];
+    EXPECT_EQ(mistake.at("ruleId"), "request");
+    EXPECT_EQ(mistake.at("locations")[0].at("physicalLocation").at("region").at("startLine"), 5);
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

@@ -1,0 +1,72 @@
+// The error line of a command line that is refused: the first mistake in the order typed, with the nearest known name.
+#include "pipeline/command/mistake.h"
+
+#include <gmock/gmock.h>
+
+#include <sstream>
+#include <vector>
+
+#include "pipeline/command/command.h"
+#include "pipeline/command/session.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+/// Returns the error line of arguments that are separated by spaces.
+std::string mistakeOf(const std::string& line) {
+    std::istringstream words(line);
+    std::vector<std::string> arguments;
+    for (std::string word; words >> word;) arguments.push_back(word);
+    const formats::Error error = firstMistake(arguments, "");
+    EXPECT_EQ(error.code, formats::ErrorCode::InvalidRequest);
+    return error.line();
+}
+
+TEST(Mistake, NamesTheNearestOptionOrCommand) {
+    EXPECT_EQ(mistakeOf("cook scene.toml --max-eror 0.1"),
+              "command line: found the unknown option '--max-eror', expected an option of cook; nearest is '--max-error'");
+    EXPECT_THAT(mistakeOf("cok scene.toml"), AllOf(HasSubstr("the unknown command 'cok'"), HasSubstr("nearest is 'cook'")));
+    EXPECT_THAT(mistakeOf("cook scene.toml --efort=3"), HasSubstr("'--efort', expected an option of cook; nearest is '--effort'"));
+    EXPECT_THAT(mistakeOf("--quite info a.exr"), HasSubstr("nearest is '--quiet'"));
+    EXPECT_THAT(mistakeOf("cook scene.toml --no-such-flag"), AllOf(HasSubstr("'--no-such-flag'"), Not(HasSubstr("nearest"))));
+    EXPECT_THAT(mistakeOf("rsrm sky.exr out --layout raw"), HasSubstr("unknown option '--layout'"));
+}
+
+TEST(Mistake, IsTheFirstOneThatWasTyped) {
+    EXPECT_THAT(mistakeOf("cook --efort 9 --target tin"), HasSubstr("'--efort'"));
+    EXPECT_THAT(mistakeOf("cook --target tin --efort 9"), StartsWith("--target: found 'tin'"));
+    EXPECT_THAT(mistakeOf("cook --effort 11"), StartsWith("--effort: found '11', expected 0 to 9"));
+    EXPECT_THAT(mistakeOf("-j 0 cok"), StartsWith("-j: found '0', expected 1 to 1024"));
+    EXPECT_THAT(mistakeOf("cook --effort --efort 9"), StartsWith("--effort: found no value"));
+}
+
+TEST(Mistake, SaysWhatAValueMayBe) {
+    EXPECT_THAT(mistakeOf("cook scene.toml --target atsc"),
+                AllOf(StartsWith("--target: found 'atsc', expected one of: bc, astc, float"), HasSubstr("nearest is 'astc'")));
+    EXPECT_THAT(mistakeOf("cook scene.toml --max-error much"),
+                StartsWith("--max-error: found 'much', expected a fraction such as 0.02 or 2%"));
+    EXPECT_THAT(mistakeOf("cook scene.toml --max-error -2%"), StartsWith("--max-error: found '-2%'"));
+    EXPECT_THAT(mistakeOf("cook scene.toml --rdo 150%"), AllOf(StartsWith("--rdo: found '150%'"), HasSubstr("at most 1")));
+    EXPECT_THAT(mistakeOf("report out --baseline old --fail-over=lots"), StartsWith("--fail-over: found 'lots', expected a percentage"));
+    EXPECT_THAT(mistakeOf("encode a b --format bc7 --weights 1,2,3"), StartsWith("--weights: found too few values, expected R,G,B,A"));
+    EXPECT_THAT(mistakeOf("encode a b --format bc7 --effort"), StartsWith("--effort: found no value, expected 0 to 9"));
+}
+
+TEST(Mistake, SaysWhatIsMissingLast) {
+    EXPECT_THAT(mistakeOf(""), AllOf(HasSubstr("found no command"), HasSubstr("cook, verify, report")));
+    GlobalOptions global;
+    const char* const arguments[] = {"lightcook", "cook"};
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(parseCommandLine(2, arguments, global).exitCode, 2);
+    EXPECT_THAT(testing::internal::GetCapturedStderr(),
+                HasSubstr("command line: found no scene, expected `lightcook cook scene [options]`: The scene file (scene.toml)"));
+    EXPECT_THAT(mistakeOf("verify a b"), HasSubstr("found 'b' after everything that verify takes"));
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

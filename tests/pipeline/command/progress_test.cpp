@@ -1,0 +1,53 @@
+// The line of progress of a job.
+#include "pipeline/command/progress.h"
+
+#include <gmock/gmock.h>
+
+namespace lightcook::pipeline {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+Action actionOf(const std::string& id) {
+    return {id, id.substr(0, id.find('/')), id.substr(id.find('/') + 1), Json::object(), {}, {}};
+}
+
+TEST(Progress, AddsUpActionsAndPasses) {
+    Progress progress;
+    EXPECT_EQ(progress.fraction(), 0);
+    const Action cook = actionOf("cook/map"), verify = actionOf("verify/map");
+    for (const Action& action : {cook, verify}) progress.onEvent(action, ActionEvent::Planned);
+    progress.onEvent(cook, ActionEvent::Started);
+    progress.onPass(cook, "survey map", 1);
+    EXPECT_DOUBLE_EQ(progress.fraction(), 0.5);
+    progress.onPass(cook, "encode map", 0.25);
+    EXPECT_DOUBLE_EQ(progress.fraction(), 0.5) << "a second pass of an action does not turn back";
+    progress.onEvent(cook, ActionEvent::Finished);
+    EXPECT_DOUBLE_EQ(progress.fraction(), 0.5);
+    progress.onEvent(verify, ActionEvent::Started);
+    progress.onPass(verify, "verify map", 0.5);
+    EXPECT_DOUBLE_EQ(progress.fraction(), 0.75);
+    EXPECT_EQ(progress.line(30, 100), "[##################......]  75 %  1/2 verify map 50 %  0:10 left");
+    progress.onEvent(verify, ActionEvent::Reused);
+    EXPECT_DOUBLE_EQ(progress.fraction(), 1);
+    EXPECT_THAT(progress.line(40, 100), Not(HasSubstr("left")));
+}
+
+TEST(Progress, FitsTheTerminalAndKeepsTheTimeLeft) {
+    Progress progress;
+    for (int i = 0; i < 8; ++i) {
+        const Action action = actionOf("cook/a-light-map-with-a-long-name-" + std::to_string(i));
+        progress.onEvent(action, ActionEvent::Planned);
+        progress.onEvent(action, ActionEvent::Started);
+        progress.onPass(action, "encode " + action.asset, 0.5);
+    }
+    const std::string line = progress.line(5000, 80);
+    EXPECT_LE(line.size(), 79u);
+    EXPECT_THAT(line, testing::EndsWith("1:23:20 left"));
+    EXPECT_THAT(progress.line(1, 80), Not(HasSubstr("left"))) << "too early to tell";
+    EXPECT_LE(progress.line(5000, 20).size(), 19u);
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

@@ -1,0 +1,79 @@
+// The comparison of a report with an older one: in figures, in JSON and on the page.
+#include "pipeline/report/baseline.h"
+
+#include <gmock/gmock.h>
+
+#include "pipeline/report/report.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+ReportRow rowOf(const std::string& name, std::uint64_t bytes, double error) {
+    ReportRow row;
+    row.name = name;
+    row.layout = "ratio";
+    row.bytesGpu = bytes;
+    verify::StageError stage;
+    stage.name = "total";
+    stage.diffuse.relRms = stage.specular.relRms = error;
+    row.verdict.stages = {stage};
+    row.verdict.passed = true;
+    return row;
+}
+
+Report reportOf(std::vector<ReportRow> rows) {
+    return makeReport({"scene", 0, 0, std::nullopt}, std::move(rows), {});
+}
+
+const AssetChange& changeOf(const BaselineComparison& comparison, const std::string& name) {
+    return *std::ranges::find(comparison.assets, name, &AssetChange::name);
+}
+
+TEST(Baseline, ComparesAssetByAssetBytesAndError) {
+    const Report before = reportOf({rowOf("hall", 1000, 0.01), rowOf("roof", 500, 0.02), rowOf("gone", 100, 0.01)});
+    const Report now = reportOf({rowOf("hall", 1200, 0.01), rowOf("roof", 500, 0.03), rowOf("new", 50, 0.01), rowOf("same", 0, 0)});
+    const BaselineComparison comparison = compareWithBaseline(now, before, "old/report.json", std::nullopt);
+    ASSERT_EQ(comparison.assets.size(), 5u);
+    EXPECT_EQ(changeOf(comparison, "hall").change, "changed");
+    EXPECT_NEAR(*changeOf(comparison, "hall").growthPercent, 20, 1e-9);
+    EXPECT_EQ(changeOf(comparison, "roof").change, "changed") << "the error grew";
+    EXPECT_DOUBLE_EQ(changeOf(comparison, "roof").before->diffuse, 0.02);
+    EXPECT_DOUBLE_EQ(changeOf(comparison, "roof").now->diffuse, 0.03);
+    EXPECT_EQ(changeOf(comparison, "gone").change, "removed");
+    EXPECT_FALSE(changeOf(comparison, "gone").now.has_value());
+    EXPECT_EQ(changeOf(comparison, "new").change, "added");
+    EXPECT_FALSE(changeOf(comparison, "new").growthPercent.has_value());
+    EXPECT_EQ(comparison.bytesBefore, 1600u);
+    EXPECT_EQ(comparison.bytesNow, 1750u);
+    EXPECT_NEAR(comparison.growthPercent, 9.375, 1e-9);
+    EXPECT_TRUE(comparison.passed) << "nothing was forbidden";
+}
+
+TEST(Baseline, FailsAtMoreGrowthThanAllowed) {
+    const Report before = reportOf({rowOf("hall", 1000, 0.01)}), now = reportOf({rowOf("hall", 1020, 0.01)});
+    EXPECT_TRUE(compareWithBaseline(now, before, "", 2.0).passed);
+    EXPECT_FALSE(compareWithBaseline(now, before, "", 1.9).passed);
+    EXPECT_FALSE(compareWithBaseline(now, before, "", 0.0).passed);
+    EXPECT_TRUE(compareWithBaseline(before, now, "", 0.0).passed);
+    EXPECT_FALSE(compareWithBaseline(now, reportOf({}), "", 99.0).passed) << "something where nothing was grew by 100 %";
+}
+
+TEST(Baseline, StandsInTheReportAndOnThePage) {
+    Report now = reportOf({rowOf("hall", 1200, 0.012)});
+    now.baseline = compareWithBaseline(now, reportOf({rowOf("hall", 1000, 0.01)}), "old/report.json", 5.0);
+    const Json json = toJson(now);
+    EXPECT_EQ(json.at("baseline").at("assets")[0].at("before").at("bytes_gpu"), 1000);
+    const auto read = fromJson<Report>(json, "report.json");
+    ASSERT_TRUE(read && read->baseline);
+    EXPECT_EQ(jsonOf(*read->baseline), json.at("baseline"));
+    const std::string page = renderReportHtml(json, "");
+    for (const char* words : {"Compared with the baseline", "old/report.json", "+20.00 %", "+5.00 %"}) EXPECT_THAT(page, HasSubstr(words));
+    EXPECT_THAT(renderReportHtml(toJson(reportOf({})), ""), Not(HasSubstr("Compared with the baseline")));
+    EXPECT_THAT(renderReportHtml(Json{{"baseline", {{"assets", 3}}}}, ""), HasSubstr("Compared with the baseline"));
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline
