@@ -1,32 +1,47 @@
-// A file that gets its name only when it is complete: written beside its place, synced, renamed.
+// A file that gets its name only when it is complete: written beside its place, synced, renamed. A symbolic link stays, and the file that
+// it names is replaced. A device, FIFO or socket stays too, and the complete content is written into it.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <span>
 
 #include "formats/error.h"
 
 namespace lightcook::formats {
 
+class OwnedTemporary;
+
+/// The place that an output path means.
+struct OutputPlace {
+    std::filesystem::path path;  ///< no symbolic link, except for a descriptor of a process (/dev/stdout)
+    bool isStream = false;       ///< a device, FIFO, socket or descriptor: to be written into, not to be replaced
+};
+/// Follows symbolic links. Fails if the path names a folder, or cannot be a file's.
+Result<OutputPlace> findOutputPlace(const std::filesystem::path& file);
+
 /// Owns the temporary file. The destructor removes it unless commit() was called.
 class PendingFile {
 public:
-    /// Creates an empty file with a unique name in the folder of `file` (a rename must not cross file systems).
+    /// Creates an empty file with a unique name in the folder of the file that `file` means (a rename must not cross file systems).
     static Result<PendingFile> create(const std::filesystem::path& file);
     PendingFile(PendingFile&& other) noexcept;
     PendingFile& operator=(PendingFile&& other) noexcept;
     ~PendingFile();
 
     const std::filesystem::path& target() const { return target_; }
-    const std::filesystem::path& temporary() const { return temporary_; }
+    const std::filesystem::path& temporary() const;
 
-    /// Syncs the file temporary() and renames it to target(). Close every stream on it first.
+    /// Syncs the file temporary() and renames it to target(), or writes it into the stream. Close every stream on it first. Fails with
+    /// ErrorCode::Interrupted after stopOutputs().
     Result<void> commit();
 
 private:
-    PendingFile(std::filesystem::path target, std::filesystem::path temporary);
-    std::filesystem::path target_, temporary_;  ///< temporary_ is empty once committed or moved from
+    PendingFile(std::filesystem::path target, OutputPlace place, std::unique_ptr<OwnedTemporary> temporary);
+    std::filesystem::path target_;  ///< as the caller names it, for messages
+    OutputPlace place_;
+    std::unique_ptr<OwnedTemporary> temporary_;  ///< none once committed or moved from
 };
 
 /// Writes bytes to a file in the same way.

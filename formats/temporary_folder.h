@@ -2,15 +2,18 @@
 #pragma once
 
 #include <filesystem>
-#include <vector>
+#include <memory>
 
 #include "formats/error.h"
 
 namespace lightcook::formats {
 
+class OwnedTemporary;
+
 class TemporaryFolder {
 public:
-    /// Makes a folder inside `parent`. Missing parents are made too; they are removed again with this folder if they are empty then.
+    /// Makes a folder inside `parent`, once what killed processes left there is removed. Missing parents are made too; they are removed
+    /// again with this folder if they are empty then.
     static Result<TemporaryFolder> create(const std::filesystem::path& parent);
     /// Makes a folder where the system keeps temporary files (TMPDIR).
     static Result<TemporaryFolder> create();
@@ -20,13 +23,12 @@ public:
     TemporaryFolder& operator=(TemporaryFolder&& other) noexcept;
     ~TemporaryFolder();
 
-    const std::filesystem::path& path() const { return path_; }
-    std::filesystem::path operator/(const std::filesystem::path& name) const { return path_ / name; }
+    const std::filesystem::path& path() const;
+    std::filesystem::path operator/(const std::filesystem::path& name) const { return path() / name; }
 
 private:
-    TemporaryFolder(std::filesystem::path path, std::vector<std::filesystem::path> madeParents);
-    std::filesystem::path path_;                      ///< empty once moved from
-    std::vector<std::filesystem::path> madeParents_;  ///< the deepest first
+    explicit TemporaryFolder(std::unique_ptr<OwnedTemporary> owned);
+    std::unique_ptr<OwnedTemporary> owned_;  ///< none once moved from
 };
 
 }  // namespace lightcook::formats

@@ -5,10 +5,12 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <glm/geometric.hpp>
+#include <sstream>
 #include <string>
 #include <string_view>
+
+#include "formats/read_file.h"
 
 namespace lightcook::formats {
 namespace {
@@ -93,10 +95,10 @@ private:
 }  // namespace
 
 Result<std::vector<ShadingValue>> readShadingValues(const std::filesystem::path& file, int width, int height) {
-    std::ifstream in(file);
+    const auto text = readWholeText(file);
+    if (!text) return tl::make_unexpected(text.error());
+    std::istringstream in(*text);
     std::string line;
-    if (!in || std::filesystem::is_directory(file))
-        return failure(ErrorCode::FileUnreadable, file.string(), "found no readable file, expected shading values as CSV");
     if (!std::getline(in, line) || withoutReturn(line) != kColumns)
         return failure(ErrorCode::FileUnreadable, file.string() + ", line 1",
                        fmt::format("found '{}', expected the columns {}", withoutReturn(line).substr(0, 80), kColumns));

@@ -14,6 +14,7 @@
 #include "formats/container/texture_file.h"
 #include "formats/container/zstd_stream.h"
 #include "formats/file/file_bytes.h"
+#include "formats/memory.h"
 #include "formats/pending_file.h"
 
 namespace lightcook::formats {
@@ -262,6 +263,10 @@ Result<void> TextureReader::readBlockRows(SubImage image, int firstBlockRow, std
 Result<std::vector<std::byte>> TextureReader::readImage(SubImage image) const {
     if (image.mip < 0 || image.mip >= shape().mipCount)
         return tl::make_unexpected(rowsOffset(shape(), image, 0, 0, state_->file.path().string()).error());
+    if (state_->layout.zstd)  // damage is found before there is memory for the image
+        if (const auto level = state_->level(image.mip); !level) return tl::make_unexpected(level.error());
+    if (const auto fits = checkMemory(shape().imageBytes(image.mip), state_->file.path().string()); !fits)
+        return tl::make_unexpected(fits.error());
     std::vector<std::byte> bytes(shape().imageBytes(image.mip));
     if (Result<void> read = readBlockRows(image, 0, bytes); !read) return tl::make_unexpected(read.error());
     return bytes;

@@ -14,6 +14,8 @@ constexpr std::array<unsigned char, 12> kIdentifier = {0xab, 'K', 'T', 'X', ' ',
 constexpr std::size_t kHeaderBytes = 80, kLevelIndexBytes = 24;
 constexpr std::uint32_t kSupercompressionNone = 0, kSupercompressionZstd = 2;
 constexpr std::uint32_t kMaxKeyValueBytes = 64u << 20;  // far beyond any range constants; a corrupt length must not ask for gigabytes
+// A block of Zstandard has at least a header of 3 bytes and one byte that repeats, and at most 128 KiB of content.
+constexpr std::uint64_t kLeastZstdBlock = 4, kLargestZstdBlock = 128u << 10;
 constexpr std::string_view kWriterKey = "KTXwriter", kOrientationKey = "KTXorientation", kSwizzleKey = "KTXswizzle";
 
 // Offsets of the header's fields from the start of the file.
@@ -252,6 +254,9 @@ private:
         if (place.uncompressedLength != expected)
             return bad(name + "uncompressedByteLength", place.uncompressedLength, fmt::format("{}", expected));
         if (!layout_.zstd && place.length != expected) return bad(name + "byteLength", place.length, fmt::format("{}", expected));
+        if (layout_.zstd && (place.length / kLeastZstdBlock + 1) * kLargestZstdBlock < expected)
+            return bad(name + "uncompressedByteLength", expected,
+                       fmt::format("less: {} bytes of Zstandard cannot hold so much", place.length));
         if (place.offset < endOfIndex_ || place.offset > file_.size())
             return bad(name + "byteOffset", place.offset, fmt::format("{} to {}, the size of the file", endOfIndex_, file_.size()));
         if (place.length > file_.size() - place.offset)

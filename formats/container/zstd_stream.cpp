@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <memory>
 
+#include "formats/memory.h"
+
 namespace lightcook::formats {
 namespace {
 
@@ -73,6 +75,12 @@ Result<std::vector<std::byte>> zstdDecompress(const FileBytes& source, std::uint
                        fmt::format("found {} in the Zstandard stream, expected one frame of {} bytes", found, expectedLength));
     };
     std::vector<std::byte> in(static_cast<std::size_t>(std::min<std::uint64_t>(kPiece, length))), out(kPiece), bytes;
+    // What the frame says of itself comes before any large allocation.
+    if (Result<void> read = source.readAt(offset, in); !read) return tl::make_unexpected(read.error());
+    const unsigned long long claimed = ZSTD_getFrameContentSize(in.data(), in.size());
+    if (claimed == ZSTD_CONTENTSIZE_ERROR) return wrongLength("no frame");
+    if (claimed != ZSTD_CONTENTSIZE_UNKNOWN && claimed != expectedLength) return wrongLength(fmt::format("a frame of {} bytes", claimed));
+    if (Result<void> fits = checkMemory(expectedLength, subject); !fits) return tl::make_unexpected(fits.error());
     std::size_t left = 1;  // last result of ZSTD_decompressStream: 0 at the end of a frame
     for (std::uint64_t done = 0; done < length;) {
         const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(in.size(), length - done));

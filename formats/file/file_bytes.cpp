@@ -1,5 +1,7 @@
 #include "formats/file/file_bytes.h"
 
+#include "formats/file/file_kind.h"
+
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
@@ -51,12 +53,14 @@ void FileBytes::close() {
 }
 
 Result<FileBytes> FileBytes::openForReading(const std::filesystem::path& file) {
-    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // not blocked by a FIFO without a writer
     if (descriptor < 0) return readFailure(file, "opening it", errno);
     FileBytes opened(descriptor, file, 0);
     struct stat status {};
     if (::fstat(descriptor, &status) != 0) return readFailure(file, "asking for its size", errno);
-    if (!S_ISREG(status.st_mode)) return failure(ErrorCode::FileUnreadable, file.string(), "found no regular file, expected one");
+    if (!S_ISREG(status.st_mode))
+        return failure(ErrorCode::FileUnreadable, file.string(),
+                       fmt::format("found {}, expected a regular file", whyNoFile(file).value_or("something else")));
     opened.size_ = static_cast<std::uint64_t>(status.st_size);
     return opened;
 }

@@ -2,21 +2,29 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
-#include <atomic>
+#include <array>
 #include <cerrno>
+#include <charconv>
+#include <cstdio>
 #include <cstring>
+#include <mutex>
+#include <optional>
+#include <set>
 #include <string>
 #include <system_error>
+
+#include "formats/file/owned_temporary.h"
+#include "formats/temporaries.h"
 
 namespace lightcook::formats {
 namespace {
 
-tl::unexpected<Error> machineFailure(const std::filesystem::path& file, const char* step, int errorNumber) {
-    return failure(ErrorCode::Internal, file.string(),
-                   fmt::format("found \"{}\" while {}, expected a file system that takes it", std::strerror(errorNumber), step));
-}
+constexpr int kMostLinks = 40;  ///< as Linux follows
 
 /// Descriptors leak on early returns otherwise.
 struct Descriptor {
@@ -26,46 +34,139 @@ struct Descriptor {
     }
 };
 
+/// Returns the folder /proc/N/fd that holds the path, if one does: its links are descriptors, which have no name to rename to.
+std::optional<std::filesystem::path> descriptorFolder(const std::filesystem::path& path) {
+    std::error_code code;
+    const std::filesystem::path folder = std::filesystem::canonical(path.parent_path(), code);
+    if (code || folder.filename() != "fd" || !folder.string().starts_with("/proc/")) return std::nullopt;
+    return folder;
+}
+
+/// Opens a stream for writing: descriptors of this process share their place in the file, sockets are connected to.
+int openStream(const std::filesystem::path& path) {
+    if (const auto folder = descriptorFolder(path); folder && *folder == fmt::format("/proc/{}/fd", ::getpid())) {
+        const std::string name = path.filename().string();
+        int number = -1;
+        if (std::from_chars(name.data(), name.data() + name.size(), number).ec == std::errc()) {
+            if (number == STDOUT_FILENO) std::fflush(stdout);
+            return ::fcntl(number, F_DUPFD_CLOEXEC, 0);
+        }
+    }
+    struct stat status {};
+    if (::stat(path.c_str(), &status) != 0 || !S_ISSOCK(status.st_mode)) return ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    const std::string name = path.string();
+    if (name.size() >= sizeof address.sun_path) {
+        errno = ENAMETOOLONG;
+        return -1;
+    }
+    name.copy(address.sun_path, name.size());
+    Descriptor socket{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+    if (socket.number < 0 || ::connect(socket.number, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) return -1;
+    return std::exchange(socket.number, -1);
+}
+
+/// Writes all bytes; returns the error of the system, or 0.
+int writeAll(int descriptor, std::span<const std::byte> bytes) {
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written <= 0) return written < 0 ? errno : ENOSPC;
+        bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+    return 0;
+}
+
+/// Copies a complete file into a stream.
+Result<void> pour(const std::filesystem::path& from, const std::filesystem::path& stream, const std::filesystem::path& shownAs) {
+    const Descriptor source{::open(from.c_str(), O_RDONLY | O_CLOEXEC)}, sink{openStream(stream)};
+    if (source.number < 0 || sink.number < 0) return outputFailure(shownAs, "opening it", errno);
+    std::array<std::byte, 1 << 16> buffer;
+    while (true) {
+        const ssize_t count = ::read(source.number, buffer.data(), buffer.size());
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) return outputFailure(shownAs, "reading its content back", errno);
+        if (count == 0) return {};
+        if (const int error = writeAll(sink.number, std::span(buffer).first(static_cast<std::size_t>(count))); error != 0)
+            return outputFailure(shownAs, "writing it", error);
+    }
+}
+
+/// Removes what killed processes left in a folder, once a process.
+void removeLeftoversOnce(const std::filesystem::path& folder) {
+    static std::mutex mutex;
+    static std::set<std::filesystem::path> done;
+    const std::lock_guard lock(mutex);
+    if (done.insert(folder).second) removeLeftovers(folder.empty() ? "." : folder);
+}
+
 }  // namespace
 
-PendingFile::PendingFile(std::filesystem::path target, std::filesystem::path temporary)
-    : target_(std::move(target)), temporary_(std::move(temporary)) {}
-
-PendingFile::PendingFile(PendingFile&& other) noexcept : target_(std::move(other.target_)), temporary_(std::move(other.temporary_)) {
-    other.temporary_.clear();
+Result<OutputPlace> findOutputPlace(const std::filesystem::path& file) {
+    std::filesystem::path path = file;
+    for (int links = 0; links < kMostLinks; ++links) {
+        struct stat status {};
+        if (::lstat(path.c_str(), &status) != 0) {
+            if (errno == ENOENT) return OutputPlace{path, false};
+            return outputFailure(file, "looking it up", errno);
+        }
+        if (S_ISDIR(status.st_mode))
+            return failure(ErrorCode::InvalidRequest, file.string(), "found a folder, expected the name of a file to write");
+        if (!S_ISLNK(status.st_mode)) return OutputPlace{path, !S_ISREG(status.st_mode)};
+        if (descriptorFolder(path)) return OutputPlace{path, true};
+        std::error_code code;
+        path = path.parent_path() / std::filesystem::read_symlink(path, code);  // an absolute link replaces the folder
+        if (code) return outputFailure(file, "following its link", code.value());
+    }
+    return outputFailure(file, "following its links", ELOOP);
 }
 
-PendingFile& PendingFile::operator=(PendingFile&& other) noexcept {
-    std::swap(target_, other.target_);
-    std::swap(temporary_, other.temporary_);
-    return *this;
-}
+PendingFile::PendingFile(std::filesystem::path target, OutputPlace place, std::unique_ptr<OwnedTemporary> temporary)
+    : target_(std::move(target)), place_(std::move(place)), temporary_(std::move(temporary)) {}
+PendingFile::PendingFile(PendingFile&&) noexcept = default;
+PendingFile& PendingFile::operator=(PendingFile&&) noexcept = default;
+PendingFile::~PendingFile() = default;
 
-PendingFile::~PendingFile() {
-    if (temporary_.empty()) return;
-    std::error_code ignored;
-    std::filesystem::remove(temporary_, ignored);
+const std::filesystem::path& PendingFile::temporary() const {
+    return temporary_->path();
 }
 
 Result<PendingFile> PendingFile::create(const std::filesystem::path& file) {
-    static std::atomic<unsigned> counter = 0;
-    for (;;) {
-        // open(2) and not mkstemp(3), which ignores the umask. The extension stays last: image libraries choose the format by it.
-        const std::filesystem::path name =
-            file.parent_path() / fmt::format(".{}.{}-{}{}", file.stem().string(), ::getpid(), counter++, file.extension().string());
-        const Descriptor descriptor{::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)};
-        if (descriptor.number >= 0) return PendingFile(file, name);
-        if (errno != EEXIST) return machineFailure(file, "creating it", errno);  // EEXIST: left behind by a process that was killed
+    auto place = findOutputPlace(file);
+    if (!place) return tl::make_unexpected(place.error());
+    std::error_code code;
+    const std::filesystem::path folder = place->isStream ? std::filesystem::temp_directory_path(code) : place->path.parent_path();
+    if (code)
+        return failure(ErrorCode::Internal, "TMPDIR", fmt::format("found '{}', expected a folder for temporary files", code.message()));
+    removeLeftoversOnce(folder);
+    auto temporary = OwnedTemporary::makeFile(folder, file.extension());
+    if (!temporary) {
+        Error error = temporary.error();
+        error.subject = file.string();
+        return tl::make_unexpected(std::move(error));
     }
+    return PendingFile(file, std::move(*place), std::make_unique<OwnedTemporary>(std::move(*temporary)));
 }
 
 Result<void> PendingFile::commit() {
-    {
-        const Descriptor descriptor{::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC)};
-        if (descriptor.number < 0 || ::fsync(descriptor.number) != 0) return machineFailure(target_, "syncing it", errno);
+    if (place_.isStream) {
+        {
+            const auto transaction = OutputTransaction::begin();
+            if (!transaction) return tl::make_unexpected(transaction.error());
+        }
+        // Not inside the transaction: the reader of a FIFO may never come.
+        auto written = pour(temporary(), place_.path, target_);
+        temporary_.reset();
+        return written;
     }
-    if (::rename(temporary_.c_str(), target_.c_str()) != 0) return machineFailure(target_, "renaming it into place", errno);
-    temporary_.clear();
+    {
+        const Descriptor descriptor{::open(temporary().c_str(), O_RDONLY | O_CLOEXEC)};
+        if (descriptor.number < 0 || ::fsync(descriptor.number) != 0) return outputFailure(target_, "syncing it", errno);
+    }
+    auto renamed = temporary_->renameTo(place_.path);
+    if (!renamed) return failure(renamed.error().code, target_.string(), renamed.error().detail);
+    temporary_.reset();
     return {};
 }
 
@@ -74,13 +175,8 @@ Result<void> writeWholeFile(const std::filesystem::path& file, std::span<const s
     if (!pending) return tl::make_unexpected(pending.error());
     {
         const Descriptor descriptor{::open(pending->temporary().c_str(), O_WRONLY | O_CLOEXEC)};
-        if (descriptor.number < 0) return machineFailure(file, "opening it", errno);
-        while (!bytes.empty()) {
-            const ssize_t written = ::write(descriptor.number, bytes.data(), bytes.size());
-            if (written < 0 && errno == EINTR) continue;
-            if (written <= 0) return machineFailure(file, "writing it", errno);
-            bytes = bytes.subspan(static_cast<std::size_t>(written));
-        }
+        if (descriptor.number < 0) return outputFailure(file, "opening it", errno);
+        if (const int error = writeAll(descriptor.number, bytes); error != 0) return outputFailure(file, "writing it", error);
     }
     return pending->commit();
 }

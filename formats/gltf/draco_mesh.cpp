@@ -10,8 +10,11 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <new>
+#include <stdexcept>
 
 #include "formats/file/one_line.h"
+#include "formats/memory.h"
 
 namespace lightcook::formats {
 namespace {
@@ -51,7 +54,49 @@ std::unique_ptr<draco::PointAttribute> dracoAttribute(const MeshAttribute& attri
     return result;
 }
 
-tl::expected<std::unique_ptr<draco::Mesh>, std::string> decodeMesh(std::span<const std::byte> bytes, bool keepsLattice) {
+/// Reads the head of a Draco stream, byte by byte.
+class DracoHead {
+public:
+    explicit DracoHead(std::span<const std::byte> bytes) : bytes_(bytes) {}
+    std::uint64_t byte() {
+        if (bytes_.empty()) return 0;
+        const auto value = std::to_integer<std::uint64_t>(bytes_.front());
+        bytes_ = bytes_.subspan(1);
+        return value;
+    }
+    /// Reads an integer of 7 bits a byte, the lowest first.
+    std::uint64_t varint() {
+        std::uint64_t value = 0;
+        for (int shift = 0; shift < 35; shift += 7) {
+            const std::uint64_t next = byte();
+            value |= (next & 0x7f) << shift;
+            if ((next & 0x80) == 0) break;
+        }
+        return value;
+    }
+
+private:
+    std::span<const std::byte> bytes_;
+};
+
+/// Returns the memory that the counts at the head of a stream ask for, before Draco allocates it; 0 where the head has another form (older
+/// streams and those with metadata), which the decoder judges itself.
+std::uint64_t claimedMemory(std::span<const std::byte> bytes) {
+    constexpr std::uint64_t kFaceBytes = 64, kPointBytes = 32;  // corner table, faces, maps from points to values
+    constexpr std::size_t kHeadBytes = 11;
+    if (bytes.size() < kHeadBytes || std::memcmp(bytes.data(), "DRACO", 5) != 0) return 0;
+    DracoHead head(bytes.subspan(5));
+    const std::uint64_t major = head.byte(), minor = head.byte(), kind = head.byte(), method = head.byte();
+    const std::uint64_t flags = head.byte() | head.byte() << 8;
+    if (major != 2 || minor < 2 || kind != draco::TRIANGULAR_MESH || flags != 0) return 0;
+    if (method == draco::MESH_EDGEBREAKER_ENCODING) head.byte();  // kind of traversal
+    const std::uint64_t first = head.varint(), second = head.varint();
+    const auto [faces, points] = method == draco::MESH_EDGEBREAKER_ENCODING ? std::pair(second, first) : std::pair(first, second);
+    return faces * kFaceBytes + points * kPointBytes;
+}
+
+tl::expected<std::unique_ptr<draco::Mesh>, std::string> decodeMesh(std::span<const std::byte> bytes, bool keepsLattice) try {
+    if (const auto fits = checkMemory(claimedMemory(bytes), ""); !fits) return tl::make_unexpected(fits.error().detail);
     draco::DecoderBuffer buffer;
     buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     draco::Decoder decoder;
@@ -59,6 +104,10 @@ tl::expected<std::unique_ptr<draco::Mesh>, std::string> decodeMesh(std::span<con
     auto mesh = decoder.DecodeMeshFromBuffer(&buffer);
     if (!mesh.ok()) return tl::make_unexpected(oneLine(mesh.status().error_msg_string()));
     return std::move(mesh).value();
+} catch (const std::bad_alloc&) {
+    return tl::make_unexpected(std::string("more values than there is memory for"));
+} catch (const std::length_error&) {
+    return tl::make_unexpected(std::string("more values than there is memory for"));
 }
 
 /// Copies one attribute, in the component type that glTF promises for it.

@@ -9,12 +9,16 @@
 
 #include "formats/file/file_bytes.h"
 #include "formats/file/one_line.h"
+#include "formats/nesting.h"
+#include "formats/read_file.h"
 
 namespace lightcook::formats {
 namespace {
 
 constexpr std::uint32_t kGlbMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;  // "glTF", "JSON", "BIN\0"
 constexpr std::uint64_t kMostElements = std::uint64_t{1} << 28;
+constexpr std::uint64_t kMostZeros = std::uint64_t{1} << 24;  // elements that no byte of the file stands for
+constexpr std::size_t kMostBuffers = 1024;
 constexpr int kDeepestJson = 256;  // real files stay below 20; writing JSON back recurses
 
 int hexDigit(char c) {
@@ -71,14 +75,6 @@ int componentCountOf(const std::string& type) {
 
 }  // namespace
 
-Result<std::vector<std::byte>> readWholeFile(const std::filesystem::path& file) {
-    const auto opened = FileBytes::openForReading(file);
-    if (!opened) return tl::make_unexpected(opened.error());
-    std::vector<std::byte> bytes(opened->size());
-    if (const auto read = opened->readAt(0, bytes); !read) return tl::make_unexpected(read.error());
-    return bytes;
-}
-
 GltfDocument::GltfDocument(const std::filesystem::path& file) : file_(file) {
     const auto bytes = readWholeFile(file);
     if (!bytes) throw GltfFault(bytes.error());
@@ -123,16 +119,10 @@ void GltfDocument::parse(std::span<const std::byte> bytes) {
         }
     }
     const auto* const first = reinterpret_cast<const char*>(text.data());
-    bool isTooDeep = false;
-    const auto limitDepth = [&isTooDeep](int depth, Json::parse_event_t, Json&) {
-        isTooDeep |= depth > kDeepestJson;
-        return !isTooDeep;
-    };
-    json_ = Json::parse(first, first + text.size(), limitDepth, false);
-    if (isTooDeep || json_.is_discarded() || !json_.is_object()) {
-        fail(ErrorCode::FileUnreadable, "",
-             fmt::format("found {}, expected a glTF 2.0 file", isTooDeep ? "JSON nested too deeply" : "no JSON object"));
-    }
+    if (isNestedDeeper({first, text.size()}, kDeepestJson))
+        fail(ErrorCode::FileUnreadable, "", fmt::format("found JSON nested more than {} deep, expected a glTF 2.0 file", kDeepestJson));
+    json_ = Json::parse(first, first + text.size(), nullptr, false);
+    if (!json_.is_object()) fail(ErrorCode::FileUnreadable, "", "found no JSON object, expected a glTF 2.0 file");
 }
 
 Result<std::vector<std::byte>> GltfDocument::readBeside(const std::string& uri) const {
@@ -179,6 +169,8 @@ std::vector<std::byte> GltfDocument::readUri(const std::string& uri, const std::
 
 void GltfDocument::readBuffers() {
     const Json buffers = json_.value("buffers", Json::array());
+    if (buffers.size() > kMostBuffers)
+        fail(ErrorCode::WrongShape, "buffers", fmt::format("found {} buffers, expected at most {}", buffers.size(), kMostBuffers));
     for (std::size_t index = 0; index < buffers.size(); ++index) {
         const std::string place = fmt::format("buffer {}", index);
         const std::uint64_t byteLength = number(buffers[index], "byteLength", 0, place);
@@ -282,6 +274,9 @@ MeshAttribute GltfDocument::readAccessor(std::uint64_t accessor, const std::stri
         for (std::uint64_t i = 0; i < count; ++i)
             std::memcpy(result.values.data() + i * elementBytes, bytes.data() + i * stride, elementBytes);
     } else if (json.contains("sparse")) {
+        if (count > kMostZeros)
+            fail(ErrorCode::WrongShape, place,
+                 fmt::format("found {} elements without a bufferView, expected at most {} zeros", count, kMostZeros));
         result.values.resize(count * elementBytes);  // zeros, says the specification
     } else {
         fail(ErrorCode::WrongShape, place, "found no bufferView, expected one");

@@ -90,7 +90,5 @@ void visitBufferViews(JsonOrConst& json, Visit visit) {
 
 /// Returns the bytes of a GLB file with one buffer.
 std::vector<std::byte> assembleGlb(const Json& json, std::span<const std::byte> buffer);
-/// Reads a whole file.
-Result<std::vector<std::byte>> readWholeFile(const std::filesystem::path& file);
 
 }  // namespace lightcook::formats

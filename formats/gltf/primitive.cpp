@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "formats/gltf/draco_mesh.h"
+#include "formats/memory.h"
 
 namespace lightcook::formats {
 namespace {
@@ -53,6 +54,7 @@ private:
                 primitive.geometry.attributes.push_back(shared(attributes, semantic, place));
             if (primitive.isTriangles) readIndices(json, primitive);
         }
+        checkSize(primitive);
         check(attributes, primitive);
         primitive.vertexCount = primitive.geometry.vertexCount();
         // Drop unused vertices right away: scenes share one set of vertices between dozens of primitives.
@@ -61,6 +63,21 @@ private:
             primitive.geometry = withoutUnusedVertices(primitive.geometry);
         }
         return primitive;
+    }
+
+    /// Refuses files whose primitives share so much geometry that reading them all takes minutes, or more memory than there is.
+    void checkSize(const Primitive& primitive) {
+        constexpr std::uint64_t kStep = std::uint64_t{256} << 20, kMostSharing = 1024;
+        const std::uint64_t before = geometryBytes_, most = 2 * kStep + kMostSharing * document_.fileBytes();
+        for (const MeshAttribute& attribute : primitive.geometry.attributes) geometryBytes_ += attribute.values.size();
+        if (geometryBytes_ > most)
+            document_.fail(
+                ErrorCode::WrongShape, primitive.place(),
+                fmt::format("found primitives that hold {} MiB of vertices so far, expected at most {} MiB in a file of {} bytes",
+                            geometryBytes_ >> 20, most >> 20, document_.fileBytes()));
+        if (before / kStep == geometryBytes_ / kStep) return;
+        if (const auto fits = checkMemory(2 * kStep, fmt::format("{}, {}", document_.file().string(), primitive.place())); !fits)
+            throw GltfFault(fits.error());
     }
 
     static std::vector<std::uint32_t> usedVerticesOf(const TriangleMesh& mesh) {
@@ -163,6 +180,7 @@ private:
 
     const GltfDocument& document_;
     std::map<std::uint64_t, MeshAttribute> read_;
+    std::uint64_t geometryBytes_ = 0;  ///< of the primitives so far, with what they share
 };
 
 }  // namespace

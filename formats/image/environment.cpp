@@ -7,32 +7,44 @@
 #include <cassert>
 #include <cctype>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 
+#include "formats/file/file_kind.h"
 #include "formats/file/one_line.h"
 #include "formats/image/exr_file.h"
 #include "formats/image/image_module.h"
 #include "formats/image/radiance_file.h"
+#include "formats/memory.h"
+#include "formats/nesting.h"
+#include "formats/read_file.h"
 
 namespace lightcook::formats {
 namespace {
 
 constexpr int kFaceCount = 6;
 
+/// Returns the error of what is no file, and of an EXR whose header claims more than can be read. Other errors are those of whoever reads
+/// the image.
+Result<void> checkClaims(const std::filesystem::path& file, const Result<ExrReader>& reader) {
+    if (const auto found = whyNoFile(file))
+        return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected an image", *found));
+    if (!reader && reader.error().code == ErrorCode::WrongShape) return tl::make_unexpected(reader.error());
+    return {};
+}
+
 /// R, G and B of an OpenEXR file that is one flat image; nothing at all for whatever else, broken files among it.
-std::optional<Image<glm::vec3>> readFlatExr(const std::filesystem::path& file) {
+std::optional<Image<glm::vec3>> readFlatExr(const Result<ExrReader>& reader) {
     constexpr std::int64_t kMostTexels = std::int64_t{1} << 28;
-    const auto reader = ExrReader::open(file);
     if (!reader) return std::nullopt;
     const ExrInfo& info = reader->info();
     for (const char* name : {"R", "G", "B"})
         if (!info.has(name)) return std::nullopt;
     for (const char* name : {"r", "g", "b"})
         if (info.has(name)) return std::nullopt;
-    if (std::int64_t{info.width} * info.height > kMostTexels) return std::nullopt;
+    const std::int64_t texelCount = std::int64_t{info.width} * info.height;
+    if (texelCount > kMostTexels || !checkMemory(static_cast<std::uint64_t>(texelCount) * sizeof(glm::vec3), "")) return std::nullopt;
     Image<glm::vec3> texels(info.width, info.height);
     float* const first = &texels.texels().data()->x;
     const std::array<ExrPlane, 3> planes = {ExrPlane{"R", first, 3, 3 * info.width}, ExrPlane{"G", first + 1, 3, 3 * info.width},
@@ -45,7 +57,9 @@ std::optional<Image<glm::vec3>> readFlatExr(const std::filesystem::path& file) {
 /// libraries, which takes 0.15 s. OpenImageIO reads everything else and reports all errors.
 Result<Image<glm::vec3>> readRgb(const std::filesystem::path& file) {
     if (auto texels = readRadiancePicture(file)) return std::move(*texels);
-    if (auto texels = readFlatExr(file)) return std::move(*texels);
+    const Result<ExrReader> exr = ExrReader::open(file);
+    if (const auto believable = checkClaims(file, exr); !believable) return tl::make_unexpected(believable.error());
+    if (auto texels = readFlatExr(exr)) return std::move(*texels);
     const auto module = imageModule();
     return module ? (*module)->readRgb(file) : tl::make_unexpected(module.error());
 }
@@ -287,9 +301,13 @@ Result<lighting::ShRgb> shFromJson(const nlohmann::json& rows, const std::string
 }  // namespace
 
 Result<lighting::ShRgb> loadProbeSh(const std::filesystem::path& json, const std::string& probeFileName) {
-    std::ifstream stream(json);
-    if (!stream) return failure(ErrorCode::FileUnreadable, json.string(), "found no such file, expected a list of probes in JSON");
-    const nlohmann::json document = nlohmann::json::parse(stream, nullptr, false);
+    constexpr int kDeepest = 16;  // a list of probes is 5 deep
+    const auto text = readWholeText(json);
+    if (!text) return tl::make_unexpected(text.error());
+    if (isNestedDeeper(*text, kDeepest))
+        return failure(ErrorCode::FileUnreadable, json.string(),
+                       fmt::format("found JSON nested more than {} deep, expected a list of probes", kDeepest));
+    const nlohmann::json document = nlohmann::json::parse(*text, nullptr, false);
     if (document.is_discarded())
         return failure(ErrorCode::FileUnreadable, json.string(), "found text that is not JSON, expected a list of probes");
     if (!document.is_object() || !document.contains("probes") || !document["probes"].is_array()) {
@@ -327,6 +345,7 @@ Result<void> writeExr(const std::filesystem::path& file, ImageView<const glm::ve
 }
 
 Result<PlainImage> readImage(const std::filesystem::path& file) {
+    if (const auto believable = checkClaims(file, ExrReader::open(file)); !believable) return tl::make_unexpected(believable.error());
     const auto module = imageModule();
     return module ? (*module)->readImage(file) : tl::make_unexpected(module.error());
 }

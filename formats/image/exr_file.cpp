@@ -19,7 +19,9 @@
 #include <mutex>
 #include <system_error>
 
+#include "formats/file/file_kind.h"
 #include "formats/file/one_line.h"
+#include "formats/memory.h"
 #include "formats/pending_file.h"
 
 namespace lightcook::formats {
@@ -27,6 +29,8 @@ namespace {
 
 constexpr int kTileExtent = 64;
 constexpr int kLargestTile = 1 << 22;  // texels; a light map's are 64 x 64
+constexpr std::size_t kMostChannels = 1024;
+constexpr std::uintmax_t kLeastChunkBytes = 16;  // of a chunk: an entry of the offset table, its position and its length
 
 tl::unexpected<Error> unreadable(const std::filesystem::path& file, std::string detail) {
     return failure(ErrorCode::FileUnreadable, file.string(), std::move(detail));
@@ -41,8 +45,7 @@ int ceilDivide(int a, int b) {
 
 /// Opens the stream and reads magic number and version; the header follows.
 Result<int> readVersion(std::ifstream& stream, const std::filesystem::path& file) {
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(file, error)) return unreadable(file, "found no such file, expected an OpenEXR image");
+    if (const auto found = whyNoFile(file)) return unreadable(file, fmt::format("found {}, expected an OpenEXR image", *found));
     stream.open(file, std::ios::binary);
     unsigned char bytes[8] = {};
     if (!stream.read(reinterpret_cast<char*>(bytes), sizeof bytes)) {
@@ -64,7 +67,47 @@ Result<int> readVersion(std::ifstream& stream, const std::filesystem::path& file
     return version;
 }
 
-/// The header as ours, if it can be believed. fileBytes guards against offset tables larger than the file that should hold them.
+/// Returns the rows that a chunk of a scan-line file holds.
+int rowsPerChunk(Imf::Compression compression) {
+    switch (compression) {
+        case Imf::NO_COMPRESSION:
+        case Imf::RLE_COMPRESSION:
+        case Imf::ZIPS_COMPRESSION:
+            return 1;
+        case Imf::ZIP_COMPRESSION:
+        case Imf::PXR24_COMPRESSION:
+            return 16;
+        case Imf::PIZ_COMPRESSION:
+        case Imf::B44_COMPRESSION:
+        case Imf::B44A_COMPRESSION:
+        case Imf::DWAA_COMPRESSION:
+            return 32;
+        default:
+            return 256;  // DWAB, the most that any has
+    }
+}
+
+/// Adds the channels of the header. Returns the bytes of one texel.
+Result<std::uintmax_t> readChannels(const Imf::ChannelList& channels, const std::filesystem::path& file, ExrInfo& info) {
+    std::uintmax_t texelBytes = 0;
+    for (auto channel = channels.begin(); channel != channels.end(); ++channel) {
+        if (channel.channel().xSampling != 1 || channel.channel().ySampling != 1) {
+            return failure(
+                ErrorCode::FormatUnsupported, fmt::format("{}, channel {}", file.string(), oneLine(channel.name())),
+                fmt::format("found a sampling of {} x {}, expected every texel", channel.channel().xSampling, channel.channel().ySampling));
+        }
+        info.channels.emplace_back(channel.name());
+        if (channel.channel().type == Imf::UINT) info.integerChannels.emplace_back(channel.name());
+        texelBytes += channel.channel().type == Imf::HALF ? 2 : 4;
+    }
+    if (info.channels.size() > kMostChannels)
+        return failure(ErrorCode::WrongShape, file.string(),
+                       fmt::format("found {} channels, expected at most {}", info.channels.size(), kMostChannels));
+    return texelBytes;
+}
+
+/// The header as ours, if it can be believed. fileBytes guards against offset tables larger than the file that should hold them, and the
+/// memory of one chunk is checked before OpenEXR allocates it.
 Result<ExrInfo> checkedInfo(const Imf::Header& header, bool isTiled, std::uintmax_t fileBytes, const std::filesystem::path& file) {
     const Imath::Box2i window = header.dataWindow();
     const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1, height = std::int64_t{window.max.y} - window.min.y + 1;
@@ -76,7 +119,11 @@ Result<ExrInfo> checkedInfo(const Imf::Header& header, bool isTiled, std::uintma
     info.width = static_cast<int>(width);
     info.height = static_cast<int>(height);
     info.isTiled = isTiled;
-    std::uintmax_t chunkCount = static_cast<std::uintmax_t>(height / 256);  // 256 rows: the most that any compression puts in a chunk
+    const auto texelBytes = readChannels(header.channels(), file, info);
+    if (!texelBytes) return tl::make_unexpected(texelBytes.error());
+    const int chunkRows = rowsPerChunk(header.compression());
+    std::uintmax_t chunkCount = static_cast<std::uintmax_t>(ceilDivide(info.height, chunkRows));
+    std::uintmax_t chunkTexels = static_cast<std::uintmax_t>(width) * static_cast<std::uintmax_t>(chunkRows);
     if (isTiled) {
         const Imf::TileDescription& tile = header.tileDescription();
         if (tile.xSize < 1 || tile.ySize < 1 || std::uint64_t{tile.xSize} * tile.ySize > kLargestTile) {
@@ -87,20 +134,13 @@ Result<ExrInfo> checkedInfo(const Imf::Header& header, bool isTiled, std::uintma
         info.tileHeight = static_cast<int>(tile.ySize);
         chunkCount = static_cast<std::uintmax_t>(ceilDivide(info.width, static_cast<int>(tile.xSize))) *
                      static_cast<std::uintmax_t>(ceilDivide(info.height, static_cast<int>(tile.ySize)));
+        chunkTexels = std::uintmax_t{tile.xSize} * tile.ySize;
     }
-    if (chunkCount * sizeof(std::uint64_t) > fileBytes) {
+    if (chunkCount * kLeastChunkBytes > fileBytes) {
         return unreadable(
             file, fmt::format("found {} bytes, expected more for {} x {} texels: truncated, or a broken header", fileBytes, width, height));
     }
-    const Imf::ChannelList& channels = header.channels();
-    for (auto channel = channels.begin(); channel != channels.end(); ++channel) {
-        if (channel.channel().xSampling != 1 || channel.channel().ySampling != 1) {
-            return failure(
-                ErrorCode::FormatUnsupported, fmt::format("{}, channel {}", file.string(), oneLine(channel.name())),
-                fmt::format("found a sampling of {} x {}, expected every texel", channel.channel().xSampling, channel.channel().ySampling));
-        }
-        info.channels.emplace_back(channel.name());
-    }
+    if (const auto fits = checkMemory(2 * chunkTexels * *texelBytes, file.string()); !fits) return tl::make_unexpected(fits.error());
     return info;
 }
 
@@ -260,6 +300,10 @@ Result<void> ExrReader::readRows(int firstRow, int rowCount, std::span<const Exr
     const ExrInfo& info = state_->info;
     assert(0 <= firstRow && 0 <= rowCount && firstRow + rowCount <= info.height);
     if (rowCount == 0 || planes.empty()) return {};
+    for (const ExrPlane& plane : planes)
+        if (std::find(info.integerChannels.begin(), info.integerChannels.end(), plane.channel) != info.integerChannels.end())
+            return failure(ErrorCode::FormatUnsupported, fmt::format("{}, channel {}", state_->file.string(), plane.channel),
+                           "found 32-bit integers (UINT), expected half or float");
     try {
         auto handle = state_->take();
         if (handle->tiles) {

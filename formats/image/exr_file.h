@@ -18,8 +18,9 @@ inline constexpr int kLargestExtent = 65536;
 struct ExrInfo {
     int width = 0, height = 0;  ///< of the data window [texels]; its corner is (0, 0) here wherever the file puts it
     bool isTiled = false;
-    int tileHeight = 0;                 ///< [texels]; 0 for scan-line files
-    std::vector<std::string> channels;  ///< sorted as the file has them
+    int tileHeight = 0;                        ///< [texels]; 0 for scan-line files
+    std::vector<std::string> channels;         ///< sorted as the file has them
+    std::vector<std::string> integerChannels;  ///< those of them that hold 32-bit integers (UINT), which are no light
 
     bool has(const std::string& channel) const;
 };
@@ -31,17 +32,18 @@ struct ExrPlane {
     std::ptrdiff_t texelStride = 1, rowStride = 0;
 };
 
-/// Reads rows of chosen channels, half, float or uint, as float. Keeps a file open for each thread that reads at the same time.
+/// Reads rows of chosen channels, half or float, as float. Keeps a file open for each thread that reads at the same time.
 class ExrReader {
 public:
-    /// Opens a flat EXR file. Refuses deep, multi-part, subsampled, absurdly large and visibly truncated files.
+    /// Opens a flat EXR file. Refuses deep, multi-part, subsampled, absurdly large and visibly truncated files. The error of a header that
+    /// claims more than this library reads, or more than the memory holds, is ErrorCode::WrongShape.
     static Result<ExrReader> open(const std::filesystem::path& file);
     ExrReader(ExrReader&&) noexcept;
     ExrReader& operator=(ExrReader&&) noexcept;
     ~ExrReader();
 
     const ExrInfo& info() const;
-    /// Reads rows [firstRow, firstRow + rowCount) of channels that exist. Safe from several threads.
+    /// Reads rows [firstRow, firstRow + rowCount) of channels that exist. Refuses channels of integers. Safe from several threads.
     Result<void> readRows(int firstRow, int rowCount, std::span<const ExrPlane> planes) const;
 
 private:

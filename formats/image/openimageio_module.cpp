@@ -7,10 +7,12 @@
 #include <array>
 #include <mutex>
 #include <span>
-#include <system_error>
 
+#include "formats/file/file_kind.h"
 #include "formats/file/one_line.h"
+#include "formats/image/exr_file.h"
 #include "formats/image/image_module.h"
+#include "formats/memory.h"
 
 namespace lightcook::formats {
 namespace {
@@ -39,10 +41,8 @@ struct OpenedImage {
 
 Result<OpenedImage> openImage(const std::filesystem::path& file) {
     quietImageIo();
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(file, error)) {
-        return failure(ErrorCode::FileUnreadable, file.string(), "found no such file, expected an image");
-    }
+    if (const auto found = whyNoFile(file))
+        return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected an image", *found));
     OIIO::ImageSpec hints;
     hints["oiio:UnassociatedAlpha"] = 1;  // colours as the file has them, not multiplied by alpha
     OpenedImage image;
@@ -53,11 +53,15 @@ Result<OpenedImage> openImage(const std::filesystem::path& file) {
     image.height = spec.height;
     image.channelCount = spec.nchannels;
     image.channels = spec.channelnames;
-    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || std::int64_t{spec.width} * spec.height > kMostTexels) {
+    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || std::max(spec.width, spec.height) > kLargestExtent ||
+        std::int64_t{spec.width} * spec.height > kMostTexels) {
         return failure(ErrorCode::WrongShape, file.string(),
-                       fmt::format("found {} x {} texels of {} channels, expected 1 to {} texels", spec.width, spec.height, spec.nchannels,
-                                   kMostTexels));
+                       fmt::format("found {} x {} texels of {} channels, expected 1 to {} a side and at most {} in all", spec.width,
+                                   spec.height, spec.nchannels, kLargestExtent, kMostTexels));
     }
+    // A copy for the caller, one for the library, four floats each.
+    const std::uint64_t texels = static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height);
+    if (const auto fits = checkMemory(texels * 8 * sizeof(float), file.string()); !fits) return tl::make_unexpected(fits.error());
     if (spec.depth > 1 || spec.deep) {
         return failure(ErrorCode::FormatUnsupported, file.string(), "found a volume or a deep image, expected a flat one");
     }
@@ -70,6 +74,12 @@ Result<OpenedImage> openImage(const std::filesystem::path& file) {
 
 /// Reads channels [begin, end) of every texel, interleaved and packed.
 Result<void> readChannels(OpenedImage& image, const std::filesystem::path& file, int begin, int end, float* out) {
+    for (int channel = begin; channel < end; ++channel)
+        if (image.input->spec().channelformat(channel).basetype == OIIO::TypeDesc::UINT &&
+            image.input->format_name() == std::string("openexr"))
+            return failure(ErrorCode::FormatUnsupported,
+                           fmt::format("{}, channel {}", file.string(), oneLine(image.channels[static_cast<std::size_t>(channel)])),
+                           "found 32-bit integers (UINT), expected half or float");
     if (image.input->read_image(0, 0, begin, end, OIIO::TypeDesc::FLOAT, out)) return {};
     return unreadable(file, image.input->geterror());
 }

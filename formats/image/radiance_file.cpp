@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "formats/file/file_bytes.h"
+#include "formats/memory.h"
 
 namespace lightcook::formats {
 namespace {
@@ -148,9 +149,14 @@ std::optional<Image<glm::vec3>> readRadiancePicture(const std::filesystem::path&
     if (!opened->readAt(0, std::as_writable_bytes(std::span(content)))) return std::nullopt;
     Bytes bytes(content);
     const auto extent = readHeader(bytes);
-    // Every row takes at least four bytes: refuse a header that claims more rows than the file can hold.
-    if (!extent || bytes.size() < 4 * static_cast<std::size_t>((*extent)[1])) return std::nullopt;
+    if (!extent) return std::nullopt;
     const auto [width, height] = *extent;
+    // Refuse a header that claims more than the file can hold: a run is two bytes for up to 127 texels of a component.
+    const bool isEncoded = kNarrowestEncoded <= width && width <= kWidestEncoded;
+    const std::size_t leastRowBytes =
+        isEncoded ? 4 + 4 * 2 * ((static_cast<std::size_t>(width) + 126) / 127) : 4 * static_cast<std::size_t>(width);
+    if (bytes.size() < leastRowBytes * static_cast<std::size_t>(height)) return std::nullopt;
+    if (!checkMemory(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * sizeof(glm::vec3), "")) return std::nullopt;
     Image<glm::vec3> texels(width, height);
     std::vector<std::uint8_t> planes(4 * static_cast<std::size_t>(width));
     for (int y = 0; y < height; ++y)

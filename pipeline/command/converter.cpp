@@ -6,6 +6,7 @@
 
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/scene/checks.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -42,6 +43,7 @@ std::string assetNameFor(const std::filesystem::path& input, const std::string& 
     std::string name = input.stem().string();
     for (char& c : name)
         if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_' && c != '-' && c != '.') c = '_';
+    if (name.size() > kLongestName) name.resize(kLongestName);
     return name.empty() || name.front() == '.' ? otherwise : name;
 }
 

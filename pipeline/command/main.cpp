@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <new>
 #include <system_error>
 
 #include "compress/encode_options.h"
@@ -19,30 +20,40 @@ namespace {
 
 using formats::ErrorCode;
 
-/// Runs a command on its own number of threads; throws if standard output cannot be written.
+/// Reports a standard output that cannot be written, such as a full disk. Returns the exit code then, or that of the command.
+int finishStandardOutput(int code, LogFormat log) {
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+    Terminal(log).error({ErrorCode::Internal, "standard output", "found a write that failed, expected room for all that is printed"});
+    return code != 0 ? code : exitCode(ErrorCode::Internal);
+}
+
+/// Runs a command on its own number of threads.
 int runCommand(const CommandFunction& command, const GlobalOptions& global) {
     if (global.instructions == "avx2") compress::allowInstructionSet(compress::InstructionSet::Avx2);
     const int threads = global.threadCount();
     const tbb::global_control parallelism(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
     // An arena of its own: the default one has no more slots than the machine has cores, whatever -j says.
     tbb::task_arena arena(threads);
-    const int code = arena.execute([&] {
+    return arena.execute([&] {
         Session session(global);
-        return command(session);
+        const int code = command(session);
+        // A command that prints its result, or whose outputs were complete, may end well in spite of the signal.
+        return session.state.interrupted ? exitCode(ErrorCode::Interrupted) : finishStandardOutput(code, global.logFormat());
     });
-    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
-    throw std::system_error(errno, std::generic_category(), "writing to standard output");
 }
 
 int run(int argc, char** argv) {
     GlobalOptions global;
     const ParsedCommandLine parsed = parseCommandLine(argc, argv, global);
-    if (!parsed.function) return parsed.exitCode;
+    if (!parsed.function) return finishStandardOutput(parsed.exitCode, global.logFormat());
     try {
         return runCommand(parsed.function, global);
     } catch (const std::system_error& fault) {
         Terminal(global.logFormat())
             .error({ErrorCode::Internal, "the operating system", fmt::format("found the error '{}', expected success", fault.what())});
+    } catch (const std::bad_alloc&) {
+        Terminal(global.logFormat())
+            .error({ErrorCode::Internal, "memory", "found too little of it, expected more: free some, or use fewer threads (-j N)"});
     } catch (const std::exception& fault) {
         Terminal(global.logFormat())
             .error({ErrorCode::Internal, kToolName, fmt::format("found an internal error ({}), expected none", fault.what())});

@@ -3,21 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <csignal>
 #include <thread>
 
 #include "pipeline/graph/files.h"
 
 namespace lightcook::pipeline {
-namespace {
-
-RunState* interruptedState = nullptr;  ///< of the one Session that runs; read by the signal handler
-
-extern "C" void onInterrupt(int) {
-    if (interruptedState != nullptr) interruptedState->interrupted = true;
-}
-
-}  // namespace
 
 TerminalOptions GlobalOptions::terminal() const {
     TerminalOptions options;
@@ -31,20 +21,17 @@ int GlobalOptions::threadCount() const {
     return threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-Session::Session(const GlobalOptions& options) : terminal(options.terminal()), threads(options.threadCount()), log(options.logFormat()) {
+Session::Session(const GlobalOptions& options)
+    : terminal(options.terminal()),
+      threads(options.threadCount()),
+      log(options.logFormat()),
+      interrupts_(state.interrupted, options.logFormat()) {
     if (terminal.isInteractive())
         state.progress = [this](const Action& action, const std::string& what, double fraction) {
             progress_.onPass(action, what, fraction);
             drawProgress();
         };
     state.event = [this](const Action& action, ActionEvent event, double seconds) { onEvent(action, event, seconds); };
-    interruptedState = &state;
-    std::signal(SIGINT, onInterrupt);
-    std::signal(SIGTERM, onInterrupt);
-}
-
-Session::~Session() {
-    interruptedState = nullptr;
 }
 
 int Session::finish(const std::vector<formats::Error>& errors) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "formats/error.h"
+#include "pipeline/command/interrupts.h"
 #include "pipeline/command/progress.h"
 #include "pipeline/command/terminal.h"
 #include "pipeline/graph/action.h"
@@ -32,11 +33,10 @@ struct GlobalOptions {
 /// A path that stands for standard output.
 inline constexpr std::string_view kStandardOutput = "-";
 
-/// One run of a command. SIGINT and SIGTERM set state.interrupted while it exists.
+/// One run of a command. A signal interrupts it while it exists.
 class Session {
 public:
     explicit Session(const GlobalOptions& options);
-    ~Session();
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
@@ -62,6 +62,7 @@ private:
     Progress progress_;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     std::atomic<long long> lastDrawnMs_{-1000};
+    Interrupts interrupts_;  ///< the last member: it reads the others
 };
 
 }  // namespace lightcook::pipeline

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "formats/memory.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::pipeline {
@@ -46,10 +47,20 @@ Result<formats::PlainImage> readAnyImage(const std::filesystem::path& file, int 
                        fmt::format("found a request for mip {} and layer {}, expected mip 0 to {} and layer 0 to {}", mip, layer,
                                    shape.mipCount - 1, shape.layerCount - 1));
     const int width = shape.mipWidth(mip), height = shape.mipHeight(mip);
-    formats::PlainImage image{Image<glm::vec4>(width, height * shape.faceCount), formats::info(shape.format).channelCount};
+    const std::uint64_t texels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+    // Blocks are decoded face by face into floats, beside the whole image.
+    const std::uint64_t faces = static_cast<std::uint64_t>(shape.faceCount);
+    if (auto fits = formats::checkMemory((faces + 1) * texels * sizeof(glm::vec4), file.string()); !fits)
+        return tl::make_unexpected(fits.error());
+    formats::PlainImage image{{}, formats::info(shape.format).channelCount};
     for (int face = 0; face < shape.faceCount; ++face) {
-        const auto decoded = verify::decodeImage(*texture, {mip, layer, face});
+        auto decoded = verify::decodeImage(*texture, {mip, layer, face});
         if (!decoded) return tl::make_unexpected(decoded.error());
+        if (shape.faceCount == 1) {
+            image.texels = std::move(*decoded);
+            break;
+        }
+        if (face == 0) image.texels = Image<glm::vec4>(width, height * shape.faceCount);  // once the file's content is known to be whole
         for (int y = 0; y < height; ++y) std::copy_n(decoded->view().row(y), width, image.texels.view().row(face * height + y));
     }
     return image;

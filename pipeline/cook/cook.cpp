@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "formats/temporaries.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/cook/depfile.h"
 #include "pipeline/cook/layout_decision.h"
@@ -80,8 +81,9 @@ private:
         // The staging folder is on the file system of the output, so that finished files are renamed: inside the output, or where the
         // output will be.
         std::error_code code;
-        auto staging =
-            TemporaryFolder::create(std::filesystem::is_directory(absolute, code) ? absolute : (absolute / "").parent_path().parent_path());
+        const std::filesystem::path parent = (absolute / "").parent_path().parent_path();
+        formats::removeLeftovers(parent);  // of a cook that was killed before there was a folder
+        auto staging = TemporaryFolder::create(std::filesystem::is_directory(absolute, code) ? absolute : parent);
         if (!staging) return tl::make_unexpected(staging.error());
         staging_ = staging->path();
         auto done = cookAndPublish();
@@ -108,8 +110,7 @@ private:
         for (const Error& error : result.errors)
             if (!isReported(error)) outcome_.errors.push_back(error);
         if (isStopped(result)) return {};
-        if (auto published = publish(result, staging_, outcome_.output); !published) return published;
-        const auto report = writeSummaries(*plan, result);
+        const auto report = publishWithSummaries(*plan, result);
         if (!report) return tl::make_unexpected(report.error());
         if (options_.depfile)
             if (auto written = writeDepfile(needsGraph, needs); !written) return written;
@@ -152,6 +153,14 @@ private:
             result.add(std::move(chosen));
             return plan;
         }
+    }
+
+    /// Publishes files and manifest together: an interrupt comes before or after both.
+    Result<Report> publishWithSummaries(const Plan& plan, const ExecutionResult& result) {
+        const auto transaction = formats::OutputTransaction::begin();
+        if (!transaction) return tl::make_unexpected(transaction.error());
+        if (auto published = publish(result, staging_, outcome_.output); !published) return tl::make_unexpected(published.error());
+        return writeSummaries(plan, result);
     }
 
     Result<Report> writeSummaries(const Plan& plan, const ExecutionResult& result) {

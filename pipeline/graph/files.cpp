@@ -6,12 +6,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
-#include <sstream>
 #include <system_error>
 #include <utility>
 
 #include "formats/pending_file.h"
+#include "formats/read_file.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -29,7 +28,11 @@ tl::unexpected<formats::Error> systemFailure(const std::filesystem::path& file, 
 Result<void> makeFolder(const std::filesystem::path& folder) {
     std::error_code code;
     if (!folder.empty()) std::filesystem::create_directories(folder, code);
-    if (code) return failure(ErrorCode::Internal, folder.string(), fmt::format("found '{}', expected to make this folder", code.message()));
+    if (code) {
+        const bool isMistake = code == std::errc::filename_too_long;
+        return failure(isMistake ? ErrorCode::InvalidRequest : ErrorCode::Internal, folder.string(),
+                       fmt::format("found '{}', expected to make this folder", code.message()));
+    }
     return {};
 }
 
@@ -43,12 +46,7 @@ Result<void> writeFile(const std::filesystem::path& file, std::string_view conte
 }
 
 Result<std::string> readFile(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream)
-        return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found '{}', expected a readable file", std::strerror(errno)));
-    std::ostringstream content;
-    content << stream.rdbuf();
-    return std::move(content).str();
+    return formats::readWholeText(file);
 }
 
 Result<void> writeFileIfChanged(const std::filesystem::path& file, std::string_view content) {
@@ -73,8 +71,12 @@ Result<void> copyFile(const std::filesystem::path& source, const std::filesystem
 }
 
 Result<void> moveFile(const std::filesystem::path& source, const std::filesystem::path& destination) {
-    if (::rename(source.c_str(), destination.c_str()) == 0) return {};
-    if (errno != EXDEV) return systemFailure(destination, "move a finished file here");
+    const auto place = formats::findOutputPlace(destination);
+    if (!place) return tl::make_unexpected(place.error());
+    if (!place->isStream) {
+        if (::rename(source.c_str(), place->path.c_str()) == 0) return {};
+        if (errno != EXDEV) return systemFailure(destination, "move a finished file here");
+    }
     if (auto copied = copyFile(source, destination); !copied) return copied;
     std::error_code ignored;
     std::filesystem::remove(source, ignored);

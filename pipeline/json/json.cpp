@@ -1,5 +1,7 @@
 #include "pipeline/json/json.h"
 
+#include "formats/nesting.h"
+
 namespace lightcook::pipeline {
 namespace {
 
@@ -8,15 +10,7 @@ constexpr int kDeepest = 64;  ///< our files are at most 8 deep
 }  // namespace
 
 Json parseJson(const std::string& text) {
-    bool isTooDeep = false;
-    Json json = Json::parse(
-        text,
-        [&](int depth, Json::parse_event_t, Json&) {
-            isTooDeep = isTooDeep || depth > kDeepest;
-            return !isTooDeep;
-        },
-        false);
-    return isTooDeep ? Json(Json::value_t::discarded) : json;
+    return formats::isNestedDeeper(text, kDeepest) ? Json(Json::value_t::discarded) : Json::parse(text, nullptr, false);
 }
 
 std::string textOf(const Json& json) {

@@ -8,6 +8,9 @@
 
 namespace lightcook::pipeline {
 
+/// Letters of an asset's name: with the endings of its files it stays below the 255 that a file name may have.
+inline constexpr std::size_t kLongestName = 128;
+
 /// The two halves of the message "found ..., expected ...".
 struct ValueError {
     std::string found, expected;

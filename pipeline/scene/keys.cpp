@@ -102,7 +102,7 @@ SceneSectionInfo lightMapSection() {
         .isArray = true,
         .intro = "",
         .keys =
-            {{"name", "string", "required", "name of the asset and its files: letters, digits, `_`, `-` and `.`"},
+            {{"name", "string", "required", "name of the asset and its files: up to 128 letters, digits, `_`, `-` and `.`"},
              {"file", "path", "required", "EXR, tiled or scan-line, half or float"},
              {"bake", choices(formats::bakeNames()), inQuotes(formats::kAutoBake), bakes},
              {"layout", "as `bake`", "none", "older name of `bake`; not beside it"},

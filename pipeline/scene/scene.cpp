@@ -12,9 +12,11 @@
 #include "fit/specular_tables.h"
 #include "formats/light_map_layout.h"
 #include "formats/nearest.h"
+#include "formats/read_file.h"
 #include "formats/vocabulary.h"
 #include "pipeline/scene/checks.h"
 #include "pipeline/scene/keys.h"
+#include "pipeline/scene/toml_nesting.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -261,6 +263,9 @@ std::string readName(TableReader& reader) {
                         name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.") == std::string::npos;
     if (!usable)
         reader.fail(reader.node("name"), fmt::format("found the name {}, expected letters, digits, '_', '-' and '.'", inQuotes(name)));
+    if (name.size() > kLongestName)
+        reader.fail(reader.node("name"), fmt::format("found a name of {} letters, expected at most {}: it becomes part of file names",
+                                                     name.size(), kLongestName));
     return name;
 }
 
@@ -482,11 +487,24 @@ Result<std::uint64_t> parseByteCount(std::string_view text, const std::string& s
 }
 
 Result<Scene> readScene(const std::filesystem::path& file) {
+    constexpr std::uint64_t kMostBytes = std::uint64_t{16} << 20;
+    constexpr int kDeepest = 16;  // a scene is 3 deep
     std::error_code code;
-    if (!std::filesystem::is_regular_file(file, code))
-        return failure(ErrorCode::InvalidRequest, file.string(), "found no such file, expected a scene file (TOML)");
+    const auto kind = std::filesystem::status(file, code).type();
+    if (kind != std::filesystem::file_type::regular)
+        return failure(ErrorCode::InvalidRequest, file.string(),
+                       fmt::format("found {}, expected a scene file (TOML)",
+                                   kind == std::filesystem::file_type::directory ? "a folder"
+                                   : kind == std::filesystem::file_type::not_found || kind == std::filesystem::file_type::none
+                                       ? "no such file"
+                                       : "something that is no file"));
+    const auto text = formats::readWholeText(file, kMostBytes);
+    if (!text) return failure(ErrorCode::InvalidRequest, text.error().subject, text.error().detail);
+    if (const auto place = placeNestedDeeper(*text, kDeepest))
+        return failure(ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file.string(), place->line, place->column),
+                       fmt::format("found values nested more than {} deep, expected a scene file, which is 3 deep", kDeepest));
     try {
-        return readRoot(toml::parse_file(file.string()), file);
+        return readRoot(toml::parse(*text, file.string()), file);
     } catch (const SceneMistake& mistake) {
         return tl::make_unexpected(mistake.error);
     } catch (const toml::parse_error& mistake) {

@@ -51,6 +51,44 @@ TEST(PendingFile, AMissingFolderIsAnErrorWithThePath) {
     EXPECT_NE(pending.error().line().find("absent"), std::string::npos) << pending.error().line();
 }
 
+TEST(PendingFile, ReplacesWhatASymbolicLinkNames) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "real");
+    std::ofstream(folder / "real/a.bin") << "old";
+    std::filesystem::create_symlink("real/a.bin", folder / "first");
+    std::filesystem::create_symlink("first", folder / "second");
+    const std::string text = "new";
+    ASSERT_TRUE(writeWholeFile(folder / "second", std::as_bytes(std::span(text))));
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / "second"));
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / "first"));
+    EXPECT_EQ(contentOf(folder / "real/a.bin"), "new");
+    EXPECT_EQ(filesIn(folder / "real"), 1);
+}
+
+TEST(PendingFile, RefusesFoldersLoopsAndNamesThatAreTooLong) {
+    const TemporaryFolder folder;
+    std::filesystem::create_symlink("b", folder / "a");
+    std::filesystem::create_symlink("a", folder / "b");
+    for (const std::filesystem::path& file : {folder.path(), folder / "a", folder / std::string(300, 'n')}) {
+        const auto refused = PendingFile::create(file);
+        ASSERT_FALSE(refused) << file;
+        EXPECT_EQ(refused.error().code, ErrorCode::InvalidRequest) << refused.error().line();
+        EXPECT_EQ(refused.error().subject, file.string());
+    }
+    const std::string longest(255, 'n');
+    EXPECT_TRUE(writeWholeFile(folder / longest, {}));
+    EXPECT_TRUE(std::filesystem::exists(folder / longest));
+}
+
+TEST(PendingFile, WritesIntoADeviceAndLeavesIt) {
+    const std::string text = "gone";
+    EXPECT_TRUE(writeWholeFile("/dev/null", std::as_bytes(std::span(text))));
+    EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+    const auto full = writeWholeFile("/dev/full", std::as_bytes(std::span(text)));
+    ASSERT_FALSE(full);
+    EXPECT_EQ(full.error().code, ErrorCode::Internal);
+}
+
 TEST(WriteWholeFile, WritesTheBytes) {
     const TemporaryFolder folder;
     const std::string text(300000, 'x');

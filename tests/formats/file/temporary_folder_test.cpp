@@ -48,7 +48,7 @@ TEST(TemporaryFolder, FileInTheWayIsAnError) {
     const auto refused = TemporaryFolder::create(outer / "file" / "inner");
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, ErrorCode::Internal);
-    EXPECT_THAT(refused.error().line(), testing::HasSubstr("cannot make a temporary folder in it"));
+    EXPECT_THAT(refused.error().line(), testing::HasSubstr("making a temporary folder in it"));
 }
 
 }  // namespace

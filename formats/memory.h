@@ -1,0 +1,49 @@
+// Checks of memory before large allocations whose size an input decides. Header only: the image module is not linked with formats.
+#pragma once
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <fstream>
+#include <limits>
+#include <string>
+
+#include "formats/error.h"
+
+namespace lightcook::formats {
+
+/// Returns the memory that this process can still get [bytes]: the least of what the machine has, what the control group leaves, and what
+/// the limit of address space (ulimit -v) leaves.
+inline std::uint64_t availableMemory() {
+    constexpr std::uint64_t kUnknown = std::numeric_limits<std::uint64_t>::max();
+    const auto numberIn = [](const char* file) {
+        std::uint64_t number = 0;
+        std::ifstream stream(file);
+        return stream >> number ? number : kUnknown;
+    };
+    std::uint64_t available = kUnknown;
+    std::ifstream machine("/proc/meminfo");
+    for (std::string key, line; machine >> key; std::getline(machine, line))
+        if (std::uint64_t kibibytes = 0; key == "MemAvailable:" && machine >> kibibytes) available = kibibytes << 10;
+    const std::uint64_t groupLimit = numberIn("/sys/fs/cgroup/memory.max"), groupUsed = numberIn("/sys/fs/cgroup/memory.current");
+    if (groupLimit != kUnknown && groupUsed != kUnknown) available = std::min(available, groupLimit - std::min(groupLimit, groupUsed));
+    rlimit limit{};
+    const std::uint64_t usedPages = numberIn("/proc/self/statm");
+    if (::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY && usedPages != kUnknown)
+        available = std::min<std::uint64_t>(available, limit.rlim_cur - std::min<std::uint64_t>(limit.rlim_cur, usedPages * 4096));
+    return available;
+}
+
+/// Refuses an input that needs more memory than there is. `subject`: the file, and the place in it that asks for so much.
+inline Result<void> checkMemory(std::uint64_t bytes, const std::string& subject) {
+    constexpr std::uint64_t kSmall = std::uint64_t{64} << 20;  // not worth asking
+    if (bytes <= kSmall) return {};
+    const std::uint64_t available = availableMemory();
+    if (bytes <= available) return {};
+    return failure(ErrorCode::WrongShape, subject,
+                   "found content that takes " + std::to_string(bytes >> 20) + " MiB of memory, expected at most the " +
+                       std::to_string(available >> 20) + " MiB that are free: a damaged header, or a file for a machine with more memory");
+}
+
+}  // namespace lightcook::formats

@@ -1,0 +1,283 @@
+// Signals at many moments of every command: the program ends within a second, with the exit code of an interrupt, and leaves nothing
+// behind. Also what a killed run leaves, and outputs that are no plain files.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <set>
+#include <thread>
+
+#include "pipeline/command/command.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+using formats::contentOf;
+using formats::writeContent;
+using namespace std::chrono_literals;
+
+/// Arguments that keep a command busy for a while, in a folder with a scene and, in `cooked`, the result of its cook.
+struct BusyCommand {
+    const char* name;
+    std::vector<std::string> arguments;
+};
+const BusyCommand kBusyCommands[] = {
+    {"cook", {"scene.toml", "-o", "out", "--force"}},
+    {"verify", {"cooked", "--json", "out"}},
+    {"report", {"cooked", "--json", "out"}},
+    {"lightmap", {"map.exr", "out"}},
+    {"dominant", {"map.exr", "out", "--fit", "refined"}},
+    {"cubemap", {"probe.exr", "out"}},
+    {"lut", {"out", "--views", "1024"}},
+    {"rsrm", {"sky.exr", "out"}},
+    {"encode", {"large.exr", "out.ktx2", "--format", "bc6h-uf16", "--effort", "9"}},
+    {"decode", {"large.ktx2", "out.exr"}},
+    {"reconstruct", {"cooked", "map", "out.exr"}},
+    {"compare", {"large.ktx2", "large.ktx2"}},
+    {"info", {"large.exr"}},
+    {"demo", {"-o", "out"}},
+    {"help", {"cook"}},
+};
+
+/// The program as a child process.
+class Running {
+public:
+    Running(const fs::path& folder, const std::vector<std::string>& arguments) {
+        std::vector<std::string> words = {LIGHTCOOK_PROGRAM};
+        words.insert(words.end(), arguments.begin(), arguments.end());
+        std::vector<char*> argv;
+        for (std::string& word : words) argv.push_back(word.data());
+        argv.push_back(nullptr);
+        const std::string temporary = "TMPDIR=" + (folder / "tmp").string(), cache = "LIGHTCOOK_CACHE=" + (folder / "cache").string();
+        pid_ = ::fork();
+        if (pid_ != 0) return;
+        ::putenv(const_cast<char*>(temporary.c_str()));
+        ::putenv(const_cast<char*>(cache.c_str()));
+        if (::chdir(folder.c_str()) != 0) ::_exit(98);
+        const int log = ::open((folder / "log").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+        ::dup2(log, STDOUT_FILENO);
+        ::dup2(log, STDERR_FILENO);
+        ::execv(argv[0], argv.data());
+        ::_exit(99);
+    }
+    ~Running() {
+        if (pid_ > 0 && !status_) {
+            ::kill(pid_, SIGKILL);
+            ::waitpid(pid_, nullptr, 0);
+        }
+    }
+    Running(const Running&) = delete;
+    Running& operator=(const Running&) = delete;
+
+    /// Waits until the program handles signals. Returns false if it has ended before.
+    bool waitUntilReady() {
+        while (!hasEnded()) {
+            std::istringstream status(contentOf(fmt::format("/proc/{}/status", pid_)));
+            for (std::string line; std::getline(status, line);)
+                if (line.rfind("SigCgt:", 0) == 0 && (std::stoull(line.substr(7), nullptr, 16) & 1ull << (SIGTERM - 1)) != 0) return true;
+            std::this_thread::sleep_for(1ms);
+        }
+        return false;
+    }
+    void signal(int number) const { ::kill(pid_, number); }
+    bool hasEnded() {
+        int status = 0;
+        if (!status_ && ::waitpid(pid_, &status, WNOHANG) == pid_) status_ = status;
+        return status_.has_value();
+    }
+    bool endsWithin(std::chrono::milliseconds time) {
+        for (const auto end = Clock::now() + time; Clock::now() < end && !hasEnded();) std::this_thread::sleep_for(2ms);
+        return hasEnded();
+    }
+    /// The exit code; -1 if a signal ended it.
+    int code() const { return status_ && WIFEXITED(*status_) ? WEXITSTATUS(*status_) : -1; }
+
+private:
+    pid_t pid_ = -1;
+    std::optional<int> status_;
+};
+
+class Interrupt : public testing::Test {
+protected:
+    static void SetUpTestSuite() {
+        scene_ = new SmallScene(SmallScene::Parts::All);
+        fs::create_directory(*scene_ / "tmp");
+        formats::Image<glm::vec4> large(1024, 1024);
+        for (int y = 0; y < 1024; ++y)
+            for (int x = 0; x < 1024; ++x) large.at(x, y) = glm::vec4(0.1f + static_cast<float>(x * y % 251), x, y, 1);
+        ASSERT_TRUE(formats::writeExr(*scene_ / "large.exr", large.view(), 3));
+        ASSERT_EQ(end({"encode", "large.exr", "large.ktx2", "--format", "bc6h-uf16", "--effort", "0"}), 0);
+        ASSERT_EQ(end({"cook", "scene.toml", "-o", "cooked"}), 0);
+    }
+    static void TearDownTestSuite() { delete scene_; }
+
+    static int end(const std::vector<std::string>& arguments) {
+        Running running(*scene_ / "", arguments);
+        return running.endsWithin(std::chrono::minutes(10)) ? running.code() : -2;
+    }
+    /// Returns the files and folders of the scene's folder, without those that every run has.
+    static std::set<std::string> entries() {
+        std::set<std::string> names;
+        for (const fs::path& folder : {*scene_ / "", *scene_ / "tmp"})
+            for (const auto& entry : fs::directory_iterator(folder))
+                if (entry.path().filename() != "log" && entry.path().filename() != "cache") names.insert(entry.path().string());
+        return names;
+    }
+    static std::vector<std::string> temporariesIn(const fs::path& folder) {
+        std::vector<std::string> names;
+        for (const auto& entry : fs::recursive_directory_iterator(folder))
+            if (entry.path().filename().string().starts_with(".lightcook-")) names.push_back(entry.path().string());
+        return names;
+    }
+
+    static SmallScene* scene_;
+};
+SmallScene* Interrupt::scene_ = nullptr;
+
+TEST_F(Interrupt, EveryCommandHasARow) {
+    std::vector<std::string> rows, commands;
+    for (const BusyCommand& row : kBusyCommands) rows.emplace_back(row.name);
+    for (const CommandInfo& command : allCommands()) commands.emplace_back(command.name);
+    EXPECT_THAT(rows, testing::IsSupersetOf(commands)) << "a new command needs a row in kBusyCommands";
+}
+
+TEST_F(Interrupt, EndsEveryCommandWithinASecondAtAnyMomentAndLeavesNothing) {
+    const std::set<std::string> before = entries();
+    int interrupted = 0;
+    std::size_t turn = 0;
+    for (const BusyCommand& command : kBusyCommands)
+        for (const auto delay : {0ms, 15ms, 60ms, 250ms, 700ms}) {
+            const int number = std::array{SIGINT, SIGTERM, SIGHUP}[turn++ % 3];
+            SCOPED_TRACE(fmt::format("{}, signal {} after {} ms", command.name, number, delay.count()));
+            std::vector<std::string> arguments = {command.name};
+            arguments.insert(arguments.end(), command.arguments.begin(), command.arguments.end());
+            Running running(*scene_ / "", arguments);
+            const bool isReady = running.waitUntilReady();
+            if (isReady) std::this_thread::sleep_for(delay);
+            if (isReady && !running.hasEnded()) {
+                running.signal(number);
+                ASSERT_TRUE(running.endsWithin(1000ms)) << "still runs a second later";
+                // Between the look and the signal it may have come to its end.
+                EXPECT_THAT(running.code(), testing::AnyOf(6, 0)) << contentOf(*scene_ / "log");
+            }
+            const bool isInterrupted = running.code() == 6;
+            interrupted += isInterrupted ? 1 : 0;
+            EXPECT_EQ(temporariesIn(*scene_ / ""), std::vector<std::string>());
+            for (const char* output : {"out", "out.ktx2", "out.exr"}) fs::remove_all(*scene_ / output);
+            EXPECT_EQ(entries(), before);
+        }
+    EXPECT_GE(interrupted, 20) << "most commands run longer than the delays";
+}
+
+TEST_F(Interrupt, AnInterruptedRunWritesNoOutput) {
+    for (const char* name : {"encode", "lut", "cook"}) {
+        SCOPED_TRACE(name);
+        const auto row = std::find_if(std::begin(kBusyCommands), std::end(kBusyCommands),
+                                      [&](const auto& each) { return std::string(name) == each.name; });
+        std::vector<std::string> arguments = {name};
+        arguments.insert(arguments.end(), row->arguments.begin(), row->arguments.end());
+        Running running(*scene_ / "", arguments);
+        ASSERT_TRUE(running.waitUntilReady());
+        running.signal(SIGINT);
+        ASSERT_TRUE(running.endsWithin(1000ms));
+        EXPECT_EQ(running.code(), 6);
+        EXPECT_FALSE(fs::exists(*scene_ / "out"));
+        EXPECT_FALSE(fs::exists(*scene_ / "out.ktx2"));
+        EXPECT_THAT(contentOf(*scene_ / "log"), testing::HasSubstr("interrupted"));
+    }
+}
+
+TEST_F(Interrupt, ASignalThatWasIgnoredStaysIgnored) {
+    ::signal(SIGHUP, SIG_IGN);
+    Running running(*scene_ / "", {"lut", "out", "--views", "256"});
+    ::signal(SIGHUP, SIG_DFL);
+    ASSERT_TRUE(running.waitUntilReady());
+    running.signal(SIGHUP);
+    EXPECT_FALSE(running.endsWithin(600ms)) << "as under nohup";
+    running.signal(SIGTERM);
+    ASSERT_TRUE(running.endsWithin(1000ms));
+    EXPECT_EQ(running.code(), 6);
+}
+
+TEST_F(Interrupt, TheNextCookRemovesWhatAKilledOneLeft) {
+    {
+        Running running(*scene_ / "", {"lut", "out", "--views", "512"});
+        for (int i = 0; i < 5000 && temporariesIn(*scene_ / "").empty() && !running.hasEnded(); ++i) std::this_thread::sleep_for(1ms);
+        ASSERT_FALSE(running.hasEnded());
+        std::this_thread::sleep_for(20ms);
+        EXPECT_EQ(end({"rsrm", "sky.exr", "other"}), 0);
+        EXPECT_FALSE(temporariesIn(*scene_ / "").empty()) << "that of a running process stays";
+        running.signal(SIGKILL);
+        ASSERT_TRUE(running.endsWithin(1000ms));
+    }
+    EXPECT_FALSE(temporariesIn(*scene_ / "").empty());
+    EXPECT_EQ(end({"rsrm", "sky.exr", "other"}), 0);
+    EXPECT_EQ(temporariesIn(*scene_ / ""), std::vector<std::string>());
+    fs::remove_all(*scene_ / "other");
+}
+
+TEST_F(Interrupt, OutputsThatAreNoPlainFilesAreWrittenInto) {
+    const fs::path folder = *scene_ / "";
+    ASSERT_EQ(end({"report", "cooked", "--json", "plain.json"}), 0);
+    const std::string expected = contentOf(folder / "plain.json");
+    // A device. As root, a rename would replace it.
+    EXPECT_EQ(end({"report", "cooked", "--json", "/dev/null"}), 0);
+    struct stat status {};
+    ASSERT_EQ(::stat("/dev/null", &status), 0);
+    EXPECT_TRUE(S_ISCHR(status.st_mode));
+    EXPECT_EQ(end({"report", "cooked", "--json", "/dev/full"}), 1);
+    // A symbolic link: its target is replaced, also one that is not there yet.
+    fs::create_directory(folder / "elsewhere");
+    for (const char* target : {"elsewhere/old.json", "elsewhere/new.json"}) {
+        if (std::string(target).find("old") != std::string::npos) writeContent(folder / target, "old");
+        fs::create_symlink(target, folder / "link.json");
+        EXPECT_EQ(end({"report", "cooked", "--json", "link.json"}), 0);
+        EXPECT_TRUE(fs::is_symlink(folder / "link.json"));
+        EXPECT_EQ(contentOf(folder / target), expected);
+        fs::remove(folder / "link.json");
+    }
+    // A FIFO and a socket.
+    ASSERT_EQ(::mkfifo((folder / "fifo").c_str(), 0600), 0);
+    std::string fromFifo;
+    std::thread reader([&] { fromFifo = contentOf(folder / "fifo"); });
+    EXPECT_EQ(end({"report", "cooked", "--json", "fifo"}), 0);
+    reader.join();
+    EXPECT_EQ(fromFifo, expected);
+    EXPECT_TRUE(fs::is_fifo(folder / "fifo"));
+    const int listener = ::socket(AF_UNIX, SOCK_STREAM, 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    (folder / "socket").string().copy(address.sun_path, sizeof address.sun_path - 1);
+    ASSERT_EQ(::bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    ASSERT_EQ(::listen(listener, 1), 0);
+    std::string fromSocket;
+    std::thread server([&] {
+        const int connection = ::accept(listener, nullptr, nullptr);
+        char buffer[4096];
+        for (ssize_t count = ::read(connection, buffer, sizeof buffer); count > 0; count = ::read(connection, buffer, sizeof buffer))
+            fromSocket.append(buffer, static_cast<std::size_t>(count));
+        ::close(connection);
+    });
+    EXPECT_EQ(end({"report", "cooked", "--json", "socket"}), 0);
+    server.join();
+    ::close(listener);
+    EXPECT_EQ(fromSocket, expected);
+    // Standard output, as a path.
+    EXPECT_EQ(end({"report", "cooked", "--json", "/dev/stdout"}), 0);
+    EXPECT_THAT(contentOf(folder / "log"), testing::HasSubstr(expected));
+    EXPECT_EQ(temporariesIn(folder), std::vector<std::string>());
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

@@ -1,0 +1,339 @@
+// The table of docs/guide/mistakes.md, row by row: each mistake is made in a copy of the example scene, the row's command runs there, and
+// exit code and message must be those of the row. With LIGHTCOOK_UPDATE_DOCS=1 the test writes the rows that differ into the page.
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+
+#include <fstream>
+#include <limits>
+#include <map>
+#include <sstream>
+
+#include "formats/environment.h"
+#include "formats/light_map.h"
+#include "tests/formats/temporary_folder.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using formats::contentOf;
+using formats::TemporaryFolder;
+using formats::writeContent;
+
+const fs::path kPage = fs::path(LIGHTCOOK_SOURCE_DIR) / "docs/guide/mistakes.md";
+
+/// A copy of the example scene, to make a mistake in.
+class ExampleCopy {
+public:
+    ExampleCopy() {
+        for (const auto& entry : fs::directory_iterator(fs::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell"))
+            fs::copy_file(entry.path(), folder_ / entry.path().filename());
+    }
+    fs::path operator/(const fs::path& name) const { return folder_ / name; }
+    const fs::path& path() const { return folder_.path(); }
+
+    /// Replaces a text of a file that occurs in it.
+    void replace(const fs::path& file, const std::string& from, const std::string& to) const {
+        std::string content = contentOf(folder_ / file);
+        const std::size_t at = content.find(from);
+        if (at == std::string::npos) throw std::runtime_error(fmt::format("{} holds no '{}'", file.string(), from));
+        writeContent(folder_ / file, content.replace(at, from.size(), to));
+    }
+    void inScene(const std::string& from, const std::string& to) const { replace("scene.toml", from, to); }
+    void append(const fs::path& file, const std::string& text) const { writeContent(folder_ / file, contentOf(folder_ / file) + text); }
+    /// Keeps the first part of a file.
+    void truncate(const fs::path& file, double share) const {
+        fs::resize_file(folder_ / file, static_cast<std::uintmax_t>(share * static_cast<double>(fs::file_size(folder_ / file))));
+    }
+    /// Reduces the scene to its gradient, which cooks in a fraction of a second.
+    void keepGradient(const std::string& output = "") const {
+        writeContent(folder_ / "scene.toml", "schema = 1\nname = \"cornell\"\n\n[output]\n" + output +
+                                                 "\n\n[[gradient]]\nname = \"sky\"\nfile = \"clear_sky_256x1.exr\"\nexponents = [1, 16]\n");
+    }
+    /// Runs a command line of the program before the one of the row.
+    void run(const std::string& commandLine) const {
+        if (shell(commandLine) != 0) throw std::runtime_error(commandLine + ": " + contentOf(folder_ / "stderr"));
+    }
+    /// Returns the exit code; what is printed lies in the files stdout and stderr.
+    int shell(const std::string& commandLine) const {
+        const int status =
+            std::system(fmt::format("cd '{0}' && lightcook() {{ LIGHTCOOK_CACHE='{0}/cache' '{1}' \"$@\"; }} && {2} </dev/null "
+                                    "{3}2>'{0}/stderr'",
+                                    folder_.path().string(), LIGHTCOOK_PROGRAM, commandLine,
+                                    commandLine.find('>') == std::string::npos ? ">stdout " : "")
+                            .c_str());
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    }
+
+private:
+    TemporaryFolder folder_;
+};
+
+struct Mistake {
+    const char* what;     ///< first cell of the row
+    const char* command;  ///< second cell
+    void (*make)(const ExampleCopy& scene);
+};
+
+void setProbeTexel(const ExampleCopy& scene, float value) {
+    formats::Image<glm::vec4> strip(16, 96, glm::vec4(1));
+    strip.at(3, 50).y = value;
+    if (const auto written = formats::writeExr(scene / "cornell_probe0.exr", strip.view(), 3); !written)
+        throw std::runtime_error(written.error().line());
+}
+
+/// Writes a light map of 16 x 16 texels with one other value of the first coefficient.
+void writeLightMap(const ExampleCopy& scene, float value) {
+    auto writer = formats::LightMapWriter::create(scene / "cornell_lightmap.exr", 16, 16);
+    formats::Image<lighting::ShRgb> rows(16, 16);
+    for (lighting::ShRgb& texel : rows.texels()) texel[0] = glm::vec3(1);
+    rows.at(12, 7)[0].y = value;
+    if (!writer || !writer->append(rows.view()) || !writer->commit()) throw std::runtime_error("cannot write the light map");
+}
+
+std::string bytesOf(std::uint32_t value) {
+    std::string bytes;
+    for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(value >> shift & 0xff);
+    return bytes;
+}
+
+void setBytes(const ExampleCopy& scene, const fs::path& file, std::size_t at, const std::string& bytes) {
+    for (std::size_t i = 0; i < bytes.size(); ++i) formats::setByte(scene / file, at + i, bytes[i]);
+}
+
+/// Claims other extents in an EXR's header.
+void claimExtent(const ExampleCopy& scene, const fs::path& file, std::uint32_t width, std::uint32_t height) {
+    const std::string content = contentOf(scene / file), name("dataWindow\0box2i\0", 17);
+    setBytes(scene, file, content.find(name) + name.size() + 4, bytesOf(0) + bytesOf(0) + bytesOf(width - 1) + bytesOf(height - 1));
+}
+
+void emptyFolder(const ExampleCopy& scene) {
+    fs::create_directory(scene / "out");
+}
+
+/// Writes a texture whose header claims 16384 x 16384 texels, in a file of a few bytes.
+void writeBomb(const ExampleCopy& scene) {
+    scene.run("lightcook encode cornell_probe0.exr big.ktx2 --format rgba16f --zstd");
+    setBytes(scene, "big.ktx2", 20, bytesOf(16384) + bytesOf(16384));
+    setBytes(scene, "big.ktx2", 96, bytesOf(0x80000000) + bytesOf(0));
+}
+
+const Mistake kMistakes[] = {
+    // Command line
+    {"the command is misspelt", "lightcook coock scene.toml", [](const ExampleCopy&) {}},
+    {"the scene file's name is misspelt", "lightcook cook scen.toml", [](const ExampleCopy&) {}},
+    {"a folder in place of a scene file", "lightcook cook .", [](const ExampleCopy&) {}},
+    {"the output folder is a file", "lightcook cook scene.toml -o cornell.glb", [](const ExampleCopy&) {}},
+    {"a format that there is not", "lightcook encode cornell_probe0.exr probe.ktx2 --format bc6", [](const ExampleCopy&) {}},
+    {"decode of something that is no texture", "lightcook decode cornell_probe0.exr probe.exr", [](const ExampleCopy&) {}},
+    {"a folder in place of an output file", "lightcook report out --json .",
+     [](const ExampleCopy& scene) { scene.keepGradient(), scene.run("lightcook cook scene.toml -o out"); }},
+    {"standard output is a full disk", "lightcook report out >/dev/full",
+     [](const ExampleCopy& scene) { scene.keepGradient(), scene.run("lightcook cook scene.toml -o out"); }},
+    {"verify of a folder that nothing was cooked to", "lightcook verify out", emptyFolder},
+    // Scene file
+    {"a key is misspelt", "lightcook cook scene.toml", [](const ExampleCopy& scene) { scene.inScene("target = ", "taget = "); }},
+    {"a value that there is not", "lightcook cook scene.toml", [](const ExampleCopy& scene) { scene.inScene("\"bc\"", "\"dxt\""); }},
+    {"a value of the wrong type", "lightcook cook scene.toml",
+     [](const ExampleCopy& scene) { scene.inScene("# effort = 5", "effort = \"high\""); }},
+    {"a quotation mark is missing", "lightcook cook scene.toml",
+     [](const ExampleCopy& scene) { scene.inScene("\"cornell\"", "\"cornell"); }},
+    {"a scene file of another version", "lightcook cook scene.toml",
+     [](const ExampleCopy& scene) { scene.inScene("schema = 1", "schema = 2"); }},
+    {"a key that every asset needs is missing", "lightcook cook scene.toml",
+     [](const ExampleCopy& scene) { scene.inScene("name = \"probe0\"", ""); }},
+    {"two assets with one name", "lightcook cook scene.toml", [](const ExampleCopy& scene) { scene.inScene("\"probe0\"", "\"sky\""); }},
+    {"a name of 300 letters", "lightcook cook scene.toml",
+     [](const ExampleCopy& scene) { scene.inScene("\"probe0\"", '"' + std::string(300, 'p') + '"'); }},
+    {"a name that is a path", "lightcook cook scene.toml",
+     [](const ExampleCopy& scene) { scene.inScene("\"probe0\"", "\"rooms/probe0\""); }},
+    {"values nested 40,000 deep", "lightcook cook scene.toml",
+     [](const ExampleCopy& scene) { scene.append("scene.toml", "\nx = " + std::string(40000, '[') + std::string(40000, ']') + "\n"); }},
+    {"a colour space that there is not", "lightcook cook scene.toml",
+     [](const ExampleCopy& scene) { scene.inScene("working = \"lin_rec709\"", "working = \"rec709\""); }},
+    {"Zstandard in a DDS file", "lightcook cook scene.toml --container dds --zstd", [](const ExampleCopy&) {}},
+    // Inputs
+    {"the light map is missing", "lightcook cook scene.toml", [](const ExampleCopy& scene) { fs::remove(scene / "cornell_lightmap.exr"); }},
+    {"the light map is truncated", "lightcook cook scene.toml",
+     [](const ExampleCopy& scene) { scene.truncate("cornell_lightmap.exr", 0.5); }},
+    {"the light map is no EXR", "lightcook lightmap cornell_lightmap.exr out",
+     [](const ExampleCopy& scene) {
+         fs::copy_file(scene / "cornell.glb", scene / "cornell_lightmap.exr", fs::copy_options::overwrite_existing);
+     }},
+    {"an image in place of the SH light map", "lightcook lightmap cornell_probe0.exr out", [](const ExampleCopy&) {}},
+    {"NaN in the light map", "lightcook lightmap cornell_lightmap.exr out",
+     [](const ExampleCopy& scene) { writeLightMap(scene, std::numeric_limits<float>::quiet_NaN()); }},
+    {"a negative mean of light", "lightcook lightmap cornell_lightmap.exr out", [](const ExampleCopy& scene) { writeLightMap(scene, -1); }},
+    {"a firefly", "lightcook lightmap cornell_lightmap.exr out", [](const ExampleCopy& scene) { writeLightMap(scene, 1e6f); }},
+    {"an infinite value in the probe", "lightcook cubemap cornell_probe0.exr out",
+     [](const ExampleCopy& scene) { setProbeTexel(scene, std::numeric_limits<float>::infinity()); }},
+    {"negative light in the probe", "lightcook cubemap cornell_probe0.exr out", [](const ExampleCopy& scene) { setProbeTexel(scene, -1); }},
+    {"a probe of another shape", "lightcook cubemap clear_sky_256x1.exr out", [](const ExampleCopy&) {}},
+    {"an image in place of the gradient", "lightcook rsrm cornell_probe0.exr out", [](const ExampleCopy&) {}},
+    {"channels of integers", "lightcook rsrm clear_sky_256x1.exr out",
+     [](const ExampleCopy& scene) { scene.replace("clear_sky_256x1.exr", std::string("R\0\2", 3), std::string("R\0\0", 3)); }},
+    {"an EXR that claims 1,000,000 x 1", "lightcook rsrm clear_sky_256x1.exr out",
+     [](const ExampleCopy& scene) { claimExtent(scene, "clear_sky_256x1.exr", 1000000, 1); }},
+    {"an EXR that claims 65,536 x 65,536", "lightcook cubemap cornell_probe0.exr out",
+     [](const ExampleCopy& scene) { claimExtent(scene, "cornell_probe0.exr", 65536, 65536); }},
+    {"a texture that claims 16,384 x 16,384", "lightcook decode big.ktx2 big.exr", writeBomb},
+    {"the list of probes lacks the probe", "lightcook cook scene.toml",
+     [](const ExampleCopy& scene) { scene.replace("cornell_probes.json", "cornell_probe0.exr", "cornell_probe1.exr"); }},
+    {"a list of probes nested 100,000 deep", "lightcook cook scene.toml",
+     [](const ExampleCopy& scene) { writeContent(scene / "cornell_probes.json", std::string(100000, '[')); }},
+    {"the mesh is truncated", "lightcook info cornell.glb", [](const ExampleCopy& scene) { scene.truncate("cornell.glb", 0.5); }},
+    {"a glTF nested 100,000 deep", "lightcook info deep.gltf",
+     [](const ExampleCopy& scene) {
+         std::string text = R"({"asset":{"version":"2.0"},"nodes":[)";
+         for (int i = 0; i < 100000; ++i) text += R"({"children":[)";
+         writeContent(scene / "deep.gltf", text);
+     }},
+    {"a FIFO in place of an input", "lightcook lightmap cornell_lightmap.exr out",
+     [](const ExampleCopy& scene) {
+         fs::remove(scene / "cornell_lightmap.exr");
+         if (::mkfifo((scene / "cornell_lightmap.exr").c_str(), 0600) != 0) throw std::runtime_error("mkfifo");
+     }},
+    // Results
+    {"a texture was changed after the cook", "lightcook verify out",
+     [](const ExampleCopy& scene) {
+         scene.keepGradient(), scene.run("lightcook cook scene.toml -o out"), scene.append("out/sky.ktx2", "x");
+     }},
+    {"an input was changed after the cook", "lightcook verify out",
+     [](const ExampleCopy& scene) {
+         scene.keepGradient(), scene.run("lightcook cook scene.toml -o out"), scene.append("clear_sky_256x1.exr", "x");
+     }},
+    {"an error above its limit", "lightcook cook scene.toml -o out",
+     [](const ExampleCopy& scene) { scene.keepGradient("max_error = 1e-5\nmax_converter_error = 1e-5"); }},
+    {"more bytes than the budget", "lightcook cook scene.toml -o out",
+     [](const ExampleCopy& scene) { scene.keepGradient("budget = \"100\""); }},
+};
+
+/// A row of the page.
+struct Row {
+    std::string command, printed;
+    int code = -1;
+};
+
+/// Returns the cells of a line of a Markdown table.
+std::vector<std::string> cellsOf(const std::string& line) {
+    std::vector<std::string> cells(1);
+    for (std::size_t i = 0; i < line.size(); ++i) {
+        if (line[i] == '\\' && i + 1 < line.size() && line[i + 1] == '|') {
+            cells.back() += line[++i];
+        } else if (line[i] == '|') {
+            cells.emplace_back();
+        } else {
+            cells.back() += line[i];
+        }
+    }
+    for (std::string& cell : cells) {
+        cell.erase(0, cell.find_first_not_of(' '));
+        cell.erase(cell.find_last_not_of(' ') + 1);
+        // Code spans: `text`, or `` text ` `` around back quotes
+        const std::size_t quote = cell.starts_with("`` ") ? 3 : cell.starts_with('`') ? 1 : 0;
+        if (cell.size() >= 2 * quote) cell = cell.substr(quote, cell.size() - 2 * quote);
+    }
+    return cells;
+}
+
+std::map<std::string, Row> readPage() {
+    std::map<std::string, Row> rows;
+    std::istringstream page(contentOf(kPage));
+    for (std::string line; std::getline(page, line);) {
+        const std::vector<std::string> cells = cellsOf(line);
+        if (cells.size() != 6 || cells[2].rfind("lightcook", 0) != 0) continue;  // no row of a table, or its head
+        rows[cells[1]] = {cells[2], cells[3], std::stoi(cells[4])};
+    }
+    return rows;
+}
+
+std::string rowText(const Mistake& mistake, const std::string& printed, int code) {
+    std::string escaped;
+    for (const char c : printed) escaped += c == '|' ? std::string("\\|") : std::string(1, c);
+    const bool hasQuote = escaped.find('`') != std::string::npos;
+    return fmt::format("| {} | `{}` | {}{}{} | {} |", mistake.what, mistake.command, hasQuote ? "`` " : "`", escaped,
+                       hasQuote ? " ``" : "`", code);
+}
+
+/// Writes the row of a mistake into the page: in place of the old one, or after the last row.
+void updatePage(const Mistake& mistake, const std::string& printed, int code) {
+    std::vector<std::string> lines;
+    std::istringstream page(contentOf(kPage));
+    std::size_t last = 0, old = 0;
+    for (std::string line; std::getline(page, line);) {
+        const std::vector<std::string> cells = cellsOf(line);
+        if (cells.size() == 6) last = lines.size();
+        if (cells.size() == 6 && cells[1] == mistake.what) old = lines.size();
+        lines.push_back(line);
+    }
+    if (old != 0)
+        lines[old] = rowText(mistake, printed, code);
+    else
+        lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(last) + 1, rowText(mistake, printed, code));
+    std::string text;
+    for (const std::string& line : lines) text += line + "\n";
+    writeContent(kPage, text);
+}
+
+/// Returns true if the line is the pattern, in which "..." stands for anything.
+bool matches(std::string_view line, std::string_view pattern) {
+    const std::size_t gap = pattern.find("...");
+    if (gap == std::string_view::npos) return line == pattern;
+    if (!line.starts_with(pattern.substr(0, gap))) return false;
+    for (std::size_t at = gap; at <= line.size(); ++at)
+        if (matches(line.substr(at), pattern.substr(gap + 3))) return true;
+    return false;
+}
+
+class Mistakes : public testing::TestWithParam<Mistake> {};
+
+TEST_P(Mistakes, EndAsThePageSays) {
+    const Mistake& mistake = GetParam();
+    SCOPED_TRACE(mistake.what);
+    const ExampleCopy scene;
+    mistake.make(scene);
+    std::map<fs::path, bool> before;
+    for (const auto& entry : fs::directory_iterator(scene.path())) before[entry.path()] = true;
+    const int code = scene.shell(mistake.command);
+    const std::string errors = contentOf(scene / "stderr"), printed = errors.substr(0, errors.find('\n'));
+    if (std::getenv("LIGHTCOOK_UPDATE_DOCS") != nullptr) {
+        const auto rows = readPage();
+        if (!rows.contains(mistake.what) || rows.at(mistake.what).code != code || rows.at(mistake.what).command != mistake.command ||
+            !matches(printed, rows.at(mistake.what).printed))
+            updatePage(mistake, printed, code);
+    }
+    const auto rows = readPage();
+    ASSERT_TRUE(rows.contains(mistake.what)) << "docs/guide/mistakes.md has no row for it; what is printed: " << errors;
+    const Row& row = rows.at(mistake.what);
+    EXPECT_EQ(row.command, mistake.command);
+    EXPECT_EQ(row.code, code) << errors;
+    EXPECT_TRUE(matches(printed, row.printed)) << "found:    " << printed << "\nexpected: " << row.printed;
+    EXPECT_NE(code, 0);
+    if (code != 4) EXPECT_EQ(errors, printed + "\n") << "one line for one mistake";  // several figures may be over their limits
+    for (const auto& entry : fs::directory_iterator(scene.path()))
+        EXPECT_FALSE(entry.path().filename().string().starts_with(".lightcook-")) << entry.path();
+}
+
+std::string nameOf(const testing::TestParamInfo<Mistake>& info) {
+    std::string name;
+    bool isWordStart = true;
+    for (const char c : std::string(info.param.what)) {
+        if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+            name += isWordStart ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
+        isWordStart = std::isalnum(static_cast<unsigned char>(c)) == 0;
+    }
+    return name;
+}
+INSTANTIATE_TEST_SUITE_P(Page, Mistakes, testing::ValuesIn(kMistakes), nameOf);
+
+TEST(MistakesPage, HasARowForEachTestAndNoOther) {
+    std::vector<std::string> tested, written;
+    for (const Mistake& mistake : kMistakes) tested.emplace_back(mistake.what);
+    for (const auto& [what, row] : readPage()) written.push_back(what);
+    EXPECT_THAT(written, testing::UnorderedElementsAreArray(tested));
+    EXPECT_GE(written.size(), 40u);
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

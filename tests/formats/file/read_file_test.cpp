@@ -1,0 +1,63 @@
+#include "formats/read_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "formats/memory.h"
+#include "formats/nesting.h"
+#include "tests/formats/temporary_folder.h"
+
+namespace lightcook::formats {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(ReadFile, ReadsTextAndBytes) {
+    const TemporaryFolder folder;
+    writeContent(folder / "a", "text");
+    EXPECT_EQ(readWholeText(folder / "a").value(), "text");
+    EXPECT_EQ(readWholeFile(folder / "a").value().size(), 4u);
+    const auto refused = readWholeText(folder / "a", 3);
+    ASSERT_FALSE(refused);
+    EXPECT_THAT(refused.error().line(), HasSubstr("found 4 bytes, expected at most 3"));
+}
+
+TEST(ReadFile, RefusesWhatIsNoFileAtOnce) {
+    const TemporaryFolder folder;
+    ASSERT_EQ(::mkfifo((folder / "fifo").c_str(), 0600), 0);
+    for (const auto& [file, found] : {std::pair(folder / "fifo", "a FIFO"), {folder.path(), "a folder"}, {"/dev/zero", "a device"}}) {
+        const auto refused = readWholeText(file);
+        ASSERT_FALSE(refused) << file;
+        EXPECT_EQ(refused.error().code, ErrorCode::FileUnreadable);
+        EXPECT_THAT(refused.error().line(), HasSubstr(found));
+    }
+}
+
+TEST(IsNestedDeeper, CountsBracketsOutsideStrings) {
+    EXPECT_FALSE(isNestedDeeper(R"({"a": [1, {"b": "[[[[\"[["}]})", 3));
+    EXPECT_TRUE(isNestedDeeper(R"({"a": [1, {"b": []}]})", 3));
+    EXPECT_FALSE(isNestedDeeper("[[],[],[],[]]", 2));
+    EXPECT_FALSE(isNestedDeeper("\"\\", 0));
+}
+
+TEST(CheckMemory, KnowsTheLimitOfAddressSpace) {
+    EXPECT_TRUE(checkMemory(1 << 20, "a"));
+    const pid_t child = ::fork();
+    if (child == 0) {
+        const rlimit limit{std::uint64_t{1} << 30, std::uint64_t{1} << 30};
+        ::setrlimit(RLIMIT_AS, &limit);
+        const auto refused = checkMemory(std::uint64_t{2} << 30, "map.exr");
+        ::_exit(!refused && refused.error().code == ErrorCode::WrongShape && refused.error().subject == "map.exr" ? 0 : 1);
+    }
+    int status = -1;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    EXPECT_EQ(status, 0);
+    EXPECT_FALSE(checkMemory(std::uint64_t{1} << 60, "a")) << "more than any machine has";
+}
+
+}  // namespace
+}  // namespace lightcook::formats

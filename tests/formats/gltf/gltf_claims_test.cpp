@@ -1,0 +1,69 @@
+// glTF and Draco files of a few bytes that claim to be enormous.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <string>
+
+#include "formats/gltf_scene.h"
+#include "tests/formats/temporary_folder.h"
+
+namespace lightcook::formats {
+namespace {
+
+using testing::HasSubstr;
+
+class GltfClaims : public testing::Test {
+protected:
+    Error refusalOf(const std::string& text) const {
+        writeContent(folder_ / "a.gltf", text);
+        const auto start = std::chrono::steady_clock::now();
+        const auto scene = GltfScene::load(folder_ / "a.gltf");
+        EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+        return scene ? Error{} : scene.error();
+    }
+
+    const TemporaryFolder folder_;
+};
+
+TEST_F(GltfClaims, JsonIsNotNestedDeeply) {
+    const std::string head = R"({"asset":{"version":"2.0"},"nodes":[)";
+    std::string open, close;
+    for (int i = 0; i < 100000; ++i) {
+        open += R"({"children":[)";
+        close += "]}";
+    }
+    for (const std::string& text :
+         {head + open, head + open + close + "]}", R"({"asset":{"version":"2.0"},"extras":)" + std::string(200000, '[')}) {
+        const Error error = refusalOf(text);
+        EXPECT_EQ(error.code, ErrorCode::FileUnreadable);
+        EXPECT_THAT(error.line(), HasSubstr("found JSON nested more than 256 deep, expected a glTF 2.0 file"));
+    }
+}
+
+/// A chain of nodes is not nested JSON. Nothing here walks it, and its time is that of parsing.
+TEST_F(GltfClaims, AChainOfNodesTakesLinearTime) {
+    std::string text = R"({"asset":{"version":"2.0"},"nodes":[)";
+    for (int i = 0; i < 100000; ++i) text += fmt::format(R"({{"children":[{}]}},)", i + 1);
+    EXPECT_EQ(refusalOf(text + "{}]}").line(), ": ") << "it is read";
+}
+
+TEST_F(GltfClaims, DracoCountsAreCheckedAgainstTheMemory) {
+    // A mesh of 2.2 * 10^9 faces and points: 7 bits a byte. 2.2: version of the stream; then kind (mesh), method, flags.
+    const std::string count = "\xff\xff\xff\xff\x07", head = std::string("DRACO\2\2\1", 8);
+    for (const std::string& stream : {head + std::string("\0\0\0", 3) + count + count, head + std::string("\1\0\0\0", 4) + count + count}) {
+        writeContent(folder_ / "a.bin", stream + std::string(64, '\0'));
+        const Error error = refusalOf(fmt::format(
+            R"({{"asset":{{"version":"2.0"}},"accessors":[{{"componentType":5126,"count":3,"type":"VEC3"}}],
+                "buffers":[{{"byteLength":{0},"uri":"a.bin"}}],"bufferViews":[{{"buffer":0,"byteLength":{0}}}],
+                "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"extensions":
+                {{"KHR_draco_mesh_compression":{{"bufferView":0,"attributes":{{"POSITION":0}}}}}}}}]}}]}})",
+            stream.size() + 64));
+        EXPECT_EQ(error.code, ErrorCode::FileUnreadable);
+        EXPECT_THAT(error.line(), testing::AllOf(HasSubstr("bufferView 0"), HasSubstr("of memory")));
+    }
+}
+
+}  // namespace
+}  // namespace lightcook::formats
