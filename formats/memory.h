@@ -8,6 +8,7 @@
 #include <fstream>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "formats/error.h"
 
@@ -41,9 +42,12 @@ inline Result<void> checkMemory(std::uint64_t bytes, const std::string& subject)
     if (bytes <= kSmall) return {};
     const std::uint64_t available = availableMemory();
     if (bytes <= available) return {};
-    return failure(ErrorCode::WrongShape, subject,
-                   "found content that takes " + std::to_string(bytes >> 20) + " MiB of memory, expected at most the " +
-                       std::to_string(available >> 20) + " MiB that are free: a damaged header, or a file for a machine with more memory");
+    std::string detail = "found content that takes ";
+    detail += std::to_string(bytes >> 20);
+    detail += " MiB of memory, expected at most the ";
+    detail += std::to_string(available >> 20);
+    detail += " MiB that are free: a damaged header, or a file for a machine with more memory";
+    return failure(ErrorCode::WrongShape, subject, std::move(detail));
 }
 
 }  // namespace lightcook::formats

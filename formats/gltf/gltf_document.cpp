@@ -9,7 +9,7 @@
 
 #include "formats/file/file_bytes.h"
 #include "formats/file/one_line.h"
-#include "formats/nesting.h"
+#include "formats/json_structure.h"
 #include "formats/read_file.h"
 
 namespace lightcook::formats {
@@ -19,7 +19,7 @@ constexpr std::uint32_t kGlbMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinary
 constexpr std::uint64_t kMostElements = std::uint64_t{1} << 28;
 constexpr std::uint64_t kMostZeros = std::uint64_t{1} << 24;  // elements that no byte of the file stands for
 constexpr std::size_t kMostBuffers = 1024;
-constexpr int kDeepestJson = 256;  // real files stay below 20; writing JSON back recurses
+constexpr std::size_t kDeepestJson = 256;  // real files stay below 20; writing JSON back recurses
 
 int hexDigit(char c) {
     if ('0' <= c && c <= '9') return c - '0';
@@ -119,8 +119,8 @@ void GltfDocument::parse(std::span<const std::byte> bytes) {
         }
     }
     const auto* const first = reinterpret_cast<const char*>(text.data());
-    if (isNestedDeeper({first, text.size()}, kDeepestJson))
-        fail(ErrorCode::FileUnreadable, "", fmt::format("found JSON nested more than {} deep, expected a glTF 2.0 file", kDeepestJson));
+    if (const auto fault = faultOfStructure({first, text.size()}, kDeepestJson))
+        fail(ErrorCode::FileUnreadable, "", fmt::format("found {}, expected a glTF 2.0 file", *fault));
     json_ = Json::parse(first, first + text.size(), nullptr, false);
     if (!json_.is_object()) fail(ErrorCode::FileUnreadable, "", "found no JSON object, expected a glTF 2.0 file");
 }

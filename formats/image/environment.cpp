@@ -16,8 +16,8 @@
 #include "formats/image/exr_file.h"
 #include "formats/image/image_module.h"
 #include "formats/image/radiance_file.h"
+#include "formats/json_structure.h"
 #include "formats/memory.h"
-#include "formats/nesting.h"
 #include "formats/read_file.h"
 
 namespace lightcook::formats {
@@ -304,9 +304,8 @@ Result<lighting::ShRgb> loadProbeSh(const std::filesystem::path& json, const std
     constexpr int kDeepest = 16;  // a list of probes is 5 deep
     const auto text = readWholeText(json);
     if (!text) return tl::make_unexpected(text.error());
-    if (isNestedDeeper(*text, kDeepest))
-        return failure(ErrorCode::FileUnreadable, json.string(),
-                       fmt::format("found JSON nested more than {} deep, expected a list of probes", kDeepest));
+    if (const auto fault = faultOfStructure(*text, kDeepest))
+        return failure(ErrorCode::FileUnreadable, json.string(), fmt::format("found {}, expected a list of probes", *fault));
     const nlohmann::json document = nlohmann::json::parse(*text, nullptr, false);
     if (document.is_discarded())
         return failure(ErrorCode::FileUnreadable, json.string(), "found text that is not JSON, expected a list of probes");

@@ -1,16 +1,16 @@
 #include "pipeline/json/json.h"
 
-#include "formats/nesting.h"
+#include "formats/json_structure.h"
 
 namespace lightcook::pipeline {
 namespace {
 
-constexpr int kDeepest = 64;  ///< our files are at most 8 deep
+constexpr std::size_t kDeepest = 64;  ///< our files are at most 8 deep
 
 }  // namespace
 
 Json parseJson(const std::string& text) {
-    return formats::isNestedDeeper(text, kDeepest) ? Json(Json::value_t::discarded) : Json::parse(text, nullptr, false);
+    return formats::faultOfStructure(text, kDeepest) ? Json(Json::value_t::discarded) : Json::parse(text, nullptr, false);
 }
 
 std::string textOf(const Json& json) {

@@ -59,7 +59,8 @@ public:
         std::vector<char*> argv;
         for (std::string& word : words) argv.push_back(word.data());
         argv.push_back(nullptr);
-        const std::string temporary = "TMPDIR=" + (folder / "tmp").string(), cache = "LIGHTCOOK_CACHE=" + (folder / "cache").string();
+        const std::string temporary = fmt::format("TMPDIR={}", (folder / "tmp").string()),
+                          cache = fmt::format("LIGHTCOOK_CACHE={}", (folder / "cache").string());
         pid_ = ::fork();
         if (pid_ != 0) return;
         ::putenv(const_cast<char*>(temporary.c_str()));

@@ -149,7 +149,9 @@ const Mistake kMistakes[] = {
     {"a name that is a path", "lightcook cook scene.toml",
      [](const ExampleCopy& scene) { scene.inScene("\"probe0\"", "\"rooms/probe0\""); }},
     {"values nested 40,000 deep", "lightcook cook scene.toml",
-     [](const ExampleCopy& scene) { scene.append("scene.toml", "\nx = " + std::string(40000, '[') + std::string(40000, ']') + "\n"); }},
+     [](const ExampleCopy& scene) {
+         scene.append("scene.toml", fmt::format("\nx = {}{}\n", std::string(40000, '['), std::string(40000, ']')));
+     }},
     {"a colour space that there is not", "lightcook cook scene.toml",
      [](const ExampleCopy& scene) { scene.inScene("working = \"lin_rec709\"", "working = \"rec709\""); }},
     {"Zstandard in a DDS file", "lightcook cook scene.toml --container dds --zstd", [](const ExampleCopy&) {}},

@@ -5,7 +5,6 @@
 #include <cassert>
 #include <cmath>
 #include <glm/common.hpp>
-#include <string>
 
 #include "formats/memory.h"
 #include "verify/texture/decode.h"
@@ -170,7 +169,7 @@ formats::Result<formats::Image<glm::vec4>> decodeImage(const formats::TextureRea
     const formats::TextureShape& shape = texture.shape();
     const std::uint64_t texels =
         static_cast<std::uint64_t>(shape.mipWidth(image.mip)) * static_cast<std::uint64_t>(shape.mipHeight(image.mip));
-    if (const auto fits = formats::checkMemory(texels * sizeof(glm::vec4), "mip " + std::to_string(image.mip) + " of a texture"); !fits)
+    if (const auto fits = formats::checkMemory(texels * sizeof(glm::vec4), "a level of a texture"); !fits)
         return tl::make_unexpected(fits.error());
     formats::Image<glm::vec4> decoded(shape.mipWidth(image.mip), shape.mipHeight(image.mip));
     decodeRows(shape.format, *blocks, decoded.view());

@@ -1,5 +1,6 @@
 #include "formats/file/owned_temporary.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -70,7 +71,7 @@ TEST(RemoveLeftovers, HappensWhereATemporaryFolderIsMade) {
 /// Runs in a child process, because both functions hold until its end.
 TEST(StopOutputs, LetsNoOutputAppearAndAbandonRemovesEverything) {
     // No TemporaryFolder, which the child would inherit and remove.
-    const fs::path folder = fs::temp_directory_path() / ("lightcook-stop-outputs-" + std::to_string(::getpid()));
+    const fs::path folder = fs::temp_directory_path() / fmt::format("lightcook-stop-outputs-{}", ::getpid());
     fs::create_directory(folder);
     const pid_t child = ::fork();
     if (child == 0) {

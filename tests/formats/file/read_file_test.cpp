@@ -7,8 +7,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "formats/json_structure.h"
 #include "formats/memory.h"
-#include "formats/nesting.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::formats {
@@ -37,11 +37,19 @@ TEST(ReadFile, RefusesWhatIsNoFileAtOnce) {
     }
 }
 
-TEST(IsNestedDeeper, CountsBracketsOutsideStrings) {
-    EXPECT_FALSE(isNestedDeeper(R"({"a": [1, {"b": "[[[[\"[["}]})", 3));
-    EXPECT_TRUE(isNestedDeeper(R"({"a": [1, {"b": []}]})", 3));
-    EXPECT_FALSE(isNestedDeeper("[[],[],[],[]]", 2));
-    EXPECT_FALSE(isNestedDeeper("\"\\", 0));
+TEST(FaultOfStructure, CountsBracketsAndMembersOutsideStrings) {
+    EXPECT_FALSE(faultOfStructure(R"({"a": [1, {"b": "[[[[\"[["}]})", 3));
+    EXPECT_TRUE(faultOfStructure(R"({"a": [1, {"b": []}]})", 3));
+    EXPECT_FALSE(faultOfStructure("[[],[],[],[]]", 2));
+    EXPECT_FALSE(faultOfStructure("\"\\", 0));
+    std::string members, elements;
+    for (int i = 0; i < kMostJsonMembers; ++i) {
+        members += "\"a,b\": 1,";
+        elements += "1,";
+    }
+    EXPECT_FALSE(faultOfStructure("[" + elements + "1]", 4));
+    EXPECT_FALSE(faultOfStructure("{" + members.substr(0, members.size() - 1) + "}", 4));
+    EXPECT_EQ(faultOfStructure("{" + members + "\"c\": 1}", 4), "a JSON object of more than 2000 members");
 }
 
 TEST(CheckMemory, KnowsTheLimitOfAddressSpace) {

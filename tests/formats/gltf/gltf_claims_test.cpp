@@ -35,7 +35,7 @@ TEST_F(GltfClaims, JsonIsNotNestedDeeply) {
         close += "]}";
     }
     for (const std::string& text :
-         {head + open, head + open + close + "]}", R"({"asset":{"version":"2.0"},"extras":)" + std::string(200000, '[')}) {
+         {head + open, head + open + close + "]}", fmt::format(R"({{"asset":{{"version":"2.0"}},"extras":{})", std::string(200000, '['))}) {
         const Error error = refusalOf(text);
         EXPECT_EQ(error.code, ErrorCode::FileUnreadable);
         EXPECT_THAT(error.line(), HasSubstr("found JSON nested more than 256 deep, expected a glTF 2.0 file"));
