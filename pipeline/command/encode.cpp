@@ -142,7 +142,7 @@ Result<Json> encodeTexture(const EncodeCommand& command, int threads) {
     if (auto checked = requireTextureFile(command.output); !checked) return tl::make_unexpected(checked.error());
     const auto options = optionsOf(command, formats::info(*format));
     if (!options) return tl::make_unexpected(options.error());
-    auto image = formats::readImage(command.input);
+    auto image = readPicture(command.input);
     if (!image) return tl::make_unexpected(image.error());
     Image<glm::vec4>& texels = image->texels;
     const formats::PixelFormatInfo& facts = formats::info(*format);

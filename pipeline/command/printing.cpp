@@ -72,10 +72,14 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
         const auto bytes = [](const std::optional<AssetFigures>& figures) {
             return figures ? fmt::format("{}", figures->bytesGpu) : std::string("-");
         };
+        const bool isJudgedAnew = asset.before && asset.now && asset.before->passed != asset.now->passed;
+        const std::string verdict =
+            isJudgedAnew ? fmt::format(", {} -> {}", verdictWord(terminal, asset.before->passed), verdictWord(terminal, asset.now->passed))
+                         : "";
         const std::string growth = asset.growthPercent ? fmt::format(" ({:+.2f} %)", *asset.growthPercent) : "";
-        terminal.say(fmt::format("{:24} {:8} {} -> {} bytes{}, diffuse {}, specular {}", asset.name, asset.change, bytes(asset.before),
+        terminal.say(fmt::format("{:24} {:8} {} -> {} bytes{}, diffuse {}, specular {}{}", asset.name, asset.change, bytes(asset.before),
                                  bytes(asset.now), growth, changeOf(asset.before, asset.now, &AssetFigures::diffuse),
-                                 changeOf(asset.before, asset.now, &AssetFigures::specular)));
+                                 changeOf(asset.before, asset.now, &AssetFigures::specular), verdict));
     }
     const std::string allowed = comparison.allowedPercent ? fmt::format(", at most {} % allowed", *comparison.allowedPercent) : "";
     terminal.say(fmt::format("{} -> {} bytes since {} ({:+.2f} %{}); {} of {} assets unchanged", comparison.bytesBefore,

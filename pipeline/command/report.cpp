@@ -48,13 +48,17 @@ std::vector<Error> verdictOf(const std::filesystem::path& folder, const Report& 
 int runReport(const ReportOptions& options, Session& session) {
     options.json.prepare(session);
     if (options.html == kStandardOutput) session.terminal.keepOutputForData();
+    std::error_code code;
+    if (!std::filesystem::exists(options.folder / kReportName, code))
+        return options.json.finish(session, {},
+                                   {{ErrorCode::FileUnreadable, (options.folder / kReportName).string(),
+                                     "found no report, expected the output folder of `lightcook cook`"}});
     auto json = readReport(options.folder / kReportName);
     if (!json) return options.json.finish(session, json);
     auto report = loadReport(options.folder / kReportName);
     if (!report) return options.json.finish(session, {}, {report.error()});
     std::vector<Error> errors = verdictOf(options.folder, *report);
     if (!options.baseline.empty()) {
-        std::error_code code;
         const bool isFolder = std::filesystem::is_directory(options.baseline, code);
         const std::filesystem::path file = isFolder ? options.baseline / kReportName : options.baseline;
         if (const auto before = loadReport(file)) {

@@ -37,8 +37,17 @@ Result<void> requireExrFile(const std::filesystem::path& file) {
                    fmt::format("found the extension '{}', expected .exr: the values are float", file.extension().string()));
 }
 
+Result<formats::PlainImage> readPicture(const std::filesystem::path& file) {
+    auto image = formats::readImage(file);
+    if (image && image->channelCount > 4)
+        return failure(
+            ErrorCode::WrongShape, file.string(),
+            fmt::format("found {} channels, expected 1 to 4. A light map? Compress it with `lightcook lightmap`", image->channelCount));
+    return image;
+}
+
 Result<formats::PlainImage> readAnyImage(const std::filesystem::path& file, int mip, int layer) {
-    if (!isTextureFile(file)) return formats::readImage(file);
+    if (!isTextureFile(file)) return readPicture(file);
     const auto texture = formats::TextureReader::open(file);
     if (!texture) return tl::make_unexpected(texture.error());
     const formats::TextureShape& shape = texture->shape();

@@ -22,6 +22,9 @@ formats::Result<void> requireTextureFile(const std::filesystem::path& file);
 /// Returns an error unless the file's extension is .exr.
 formats::Result<void> requireExrFile(const std::filesystem::path& file);
 
+/// Reads an image of 1 to 4 channels. Refuses files with more, such as light maps, of which an image would be the first four.
+formats::Result<formats::PlainImage> readPicture(const std::filesystem::path& file);
+
 /// Reads an image, or one mip and layer of a texture. The faces of a cubemap lie one under the other.
 formats::Result<formats::PlainImage> readAnyImage(const std::filesystem::path& file, int mip = 0, int layer = 0);
 

@@ -34,9 +34,11 @@ Html row(const Json& asset) {
                                     ? ""
                                     : words(member(before, "layout")) + " → " + words(member(now, "layout"));
     const Html name = text(words(member(asset, "name"))) + (layouts.empty() ? Html() : element("span", {{"class", "sub"}}, text(layouts)));
+    std::string change = words(member(asset, "change"));
+    if (before.is_object() && now.is_object() && passed(before) != passed(now)) change += passed(now) ? ", passes now" : ", fails now";
     return element("tr", element("th", {{"scope", "row"}}, name) + bytesCell(before) + bytesCell(now) +
                              numberCell(percentChange(member(asset, "growth_percent"))) + errorCell(asset, "diffuse_rel_rms") +
-                             errorCell(asset, "specular_rel_rms") + element("td", text(words(member(asset, "change")))));
+                             errorCell(asset, "specular_rel_rms") + element("td", text(change)));
 }
 
 }  // namespace

@@ -113,6 +113,8 @@ private:
         std::string entry = entryOf(asset, scene_->lightMaps);
         if (entry.empty()) entry = entryOf(asset, scene_->probes);
         if (entry.empty()) entry = entryOf(asset, scene_->gradients);
+        // Tables without a section of their own exist because of the materials.
+        if (!scene_->lines.find(section, entry) && !scene_->materials.empty()) return lineOf("material", scene_->materials.front().name);
         return lineOf(section, entry, asset.kind == AssetKind::Mesh ? "mesh" : "");
     }
 

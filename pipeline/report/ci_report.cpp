@@ -68,7 +68,8 @@ std::string bodyOf(const CiCheck& check) {
     for (const CiFinding& finding : check.findings) {
         body += fmt::format("{}\n  at: {}:{}\n", finding.message, finding.at.file.string(), finding.at.line);
         for (const auto& [key, value] : finding.properties.items())
-            body += fmt::format("  {}: {}\n", key, value.is_string() ? value.get<std::string>() : textOf(value));
+            body += fmt::format("  {}: {}\n", key,
+                                value.is_string() ? value.get<std::string>() : value.dump(-1, ' ', false, Json::error_handler_t::replace));
     }
     return fmt::format("{}\n{}\n", body, info(check.rule).help);
 }

@@ -48,6 +48,8 @@ TEST(CommandReference, EveryCommandAndOptionIsDescribed) {
     for (const CommandDoc& command : program.commands) {
         EXPECT_TRUE(names.insert(command.name).second) << command.name;
         EXPECT_THAT(command.summary, Not(IsEmpty())) << command.name;
+        EXPECT_TRUE(std::ranges::any_of(command.options, [](const OptionDoc& option) { return option.names.back() == "--json"; }))
+            << command.name << " has no --json";
         for (const OptionDoc& option : command.options) {
             EXPECT_THAT(option.description, Not(IsEmpty())) << command.name << ' ' << option.names.front();
             if (option.value == OptionDoc::Value::Choice) {
