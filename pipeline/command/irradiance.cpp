@@ -86,7 +86,7 @@ Result<Json> cookIrradiance(const IrradianceCommand& command) {
     if (!(figures->relRms <= command.maxError))
         return failure(
             ErrorCode::Verification, command.output.string(),
-            fmt::format("found an error of {:.4f} (rms) against brute force, expected at most {}", figures->relRms, command.maxError));
+            fmt::format("found an error of {:.4f} (rms) against brute force, expected at most {:.4g}", figures->relRms, command.maxError));
     const double verifySeconds = cpuSeconds() - converted;
     if (auto copied = copyFile(file, command.output); !copied) return tl::make_unexpected(copied.error());
     std::error_code code;
