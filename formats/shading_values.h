@@ -13,7 +13,8 @@ namespace lightcook::formats {
 struct ShadingValue {
     enum class Kind {
         Lambert,  ///< direction is a normal; value is irradiance, the integral of L(w) max(0, n.w) over the texel's hemisphere
-        Specular  ///< direction is a view; value is the radiance that Cook-Torrance (Beckmann, energy conserving) reflects towards it
+        Specular  ///< direction is a view; value is the radiance that Cook-Torrance (with the lobe of the scene, energy conserving)
+                  ///< reflects towards it
     };
     int line = 0;      ///< of the file, from 1
     int x = 0, y = 0;  ///< texel, row 0 on top

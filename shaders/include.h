@@ -19,9 +19,13 @@ std::span<const ShaderSource> allSources();
 /// Returns true if there is a source light_map_<family>.glsl.
 bool hasLightMapFamily(std::string_view family);
 
+/// Distribution of the specular functions. They call lcBeckmann unless LIGHTCOOK_GGX is defined.
+enum class Distribution { Beckmann, Ggx };
+
 /// Returns the text of `lightcook.glsl`: the sources of some families of light-map layouts, and all sources that are not of a light map
-/// (harmonics, specular, environment, RSRM). The text depends only on the set of families, not on their order or repetition.
+/// (harmonics, specular, environment, RSRM). The text depends only on the set of families, not on their order or repetition, and on the
+/// distribution: that of GGX begins with its definition.
 /// families  names of light_map_<family>.glsl, as formats::lightMapFamilies() gives them; each must exist
-std::string shaderInclude(std::span<const std::string> families);
+std::string shaderInclude(std::span<const std::string> families, Distribution distribution = Distribution::Beckmann);
 
 }  // namespace lightcook::shaders

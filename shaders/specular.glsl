@@ -95,7 +95,26 @@ LC_FUNCTION float lcBeckmann(float NoH, float m) {
     return exp((c2 - 1.0f) / (c2 * m2)) / (3.14159265f * m2 * c2 * c2);
 }
 
-// F D G / (4 NoL NoV), energy conserving [1/sr]. All directions unit, away from the surface. Zero below the horizon.
+// GGX (Trowbridge and Reitz), integral of D cos over the hemisphere 1. m is alpha: the square of glTF's roughness, as for Beckmann.
+LC_FUNCTION float lcGgx(float NoH, float m) {
+    float c2 = NoH * NoH;
+    float m2 = max(m * m, 1e-6f);
+    float d = (1.0f - c2) + m2 * c2;
+    return m2 / (3.14159265f * d * d);
+}
+
+// The distribution of the scene: cubemaps and tables were made with it. An include of a scene with lobe = "ggx" begins with
+// #define LIGHTCOOK_GGX.
+LC_FUNCTION float lcDistribution(float NoH, float m) {
+#ifdef LIGHTCOOK_GGX
+    return lcGgx(NoH, m);
+#else
+    return lcBeckmann(NoH, m);
+#endif
+}
+
+// F D G / (4 NoL NoV), energy conserving [1/sr], with the geometry term of Cook and Torrance: V-shaped cavities, which are consistent with
+// any distribution (Heitz 2014). All directions unit, away from the surface. Zero below the horizon.
 LC_FUNCTION vec3 lcCookTorrance(vec3 view, vec3 light, vec3 normal, float m, vec3 f0) {
     float NoV = dot(normal, view);
     float NoL = dot(normal, light);
@@ -106,7 +125,7 @@ LC_FUNCTION vec3 lcCookTorrance(vec3 view, vec3 light, vec3 normal, float m, vec
     float NoH = clamp(dot(normal, halfway), 0.0f, 1.0f);
     float VoH = max(dot(view, halfway), 1e-6f);
     float g = min(1.0f, 2.0f * NoH * min(NoV, NoL) / VoH);
-    return (lcBeckmann(NoH, m) * g / (4.0f * NoV * NoL)) * lcSchlick(f0, VoH);
+    return (lcDistribution(NoH, m) * g / (4.0f * NoV * NoL)) * lcSchlick(f0, VoH);
 }
 // The same as Halo 3's listing scales it: four times as bright.
 LC_FUNCTION vec3 lcCookTorranceHalo3(vec3 view, vec3 light, vec3 normal, float m, vec3 f0) {

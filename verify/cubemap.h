@@ -15,12 +15,13 @@
 
 #include "formats/environment.h"
 #include "formats/image.h"
+#include "lighting/brdf.h"
 #include "lighting/sh.h"
 #include "verify/figures.h"
 
 namespace lightcook::verify {
 
-/// A pre-divided cubemap as its manifest describes it, decoded. The kernel is Beckmann with n = v = r.
+/// A pre-divided cubemap as its manifest describes it, decoded. The kernel is D(NoH) c of the lobe with n = v = r.
 struct CookedCubemap {
     struct Mip {
         double m = 0;                                  ///< 0: mean over the texel's footprint
@@ -30,6 +31,7 @@ struct CookedCubemap {
     float range = 1;  ///< stored values are over it
     lighting::ShRgb windowedSh{};
     std::vector<Mip> mips;
+    lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
 };
 
 /// The texels of the source environment as points of known direction, solid angle and radiance, over which every reference integral sums.
@@ -42,10 +44,12 @@ public:
     const glm::dvec3& mean() const { return mean_; }
     const glm::dvec3& smallest() const { return smallest_; }  ///< texel value, per channel
     const glm::dvec3& largest() const { return largest_; }
-    /// Returns radiance through the normalized Beckmann kernel around a unit direction. Texels are weighted by solid angle, and split into
-    /// pieces such that one standard deviation of the kernel holds at least piecesPerWidth of them.
+    /// Returns radiance through the normalized kernel of a lobe around a unit direction. Texels are weighted by solid angle, and split into
+    /// pieces such that one standard deviation of Beckmann's kernel holds at least piecesPerWidth of them. The tail of GGX reaches over the
+    /// whole hemisphere: away from its peak, where the kernel changes over a width in proportion to the angle, pieces are as large.
     /// m  in (0, 1]
-    glm::dvec3 prefiltered(const glm::dvec3& direction, double m, double piecesPerWidth = 8) const;
+    glm::dvec3 prefiltered(const glm::dvec3& direction, double m, double piecesPerWidth = 8,
+                           lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann) const;
     /// Returns the mean over a square around the direction, in the plane of its face, of the size of a texel of size x size faces.
     /// Looks the source up at places x places points, weighted by solid angle.
     glm::dvec3 footprintMean(const glm::dvec3& direction, int size, int places) const;
@@ -101,10 +105,10 @@ struct CubemapSample {
 /// Returns the samples, mip by mip: the same list for the same map and sampling.
 std::vector<CubemapSample> cubemapSamples(const CookedCubemap& map, const CubemapSampling& sampling);
 
-/// Returns the band factors of Beckmann's kernel with n = v = r by quadrature: integrals of its products with Legendre polynomials over its
+/// Returns the band factors of a lobe's kernel with n = v = r by quadrature: integrals of its products with Legendre polynomials over its
 /// own integral; 1, 1, 1 for m = 0. The factors of a mip must agree with them within kBandTolerance: other factors would divide and
 /// multiply just as well, but change the energy of every pixel.
-lighting::ShBands kernelBands(double m);
+lighting::ShBands kernelBands(double m, lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann);
 inline constexpr double kBandTolerance = 1e-3;
 
 /// Returns the radiance that the shader computes from a fetched value in a unit direction.

@@ -9,6 +9,7 @@
 
 #include "formats/image.h"
 #include "formats/light_map.h"
+#include "lighting/brdf.h"
 #include "lighting/sh.h"
 #include "verify/figures.h"
 
@@ -64,6 +65,7 @@ struct DominantShading {
     std::vector<double> f0 = {0.04, 0.6};
     int viewCount = 8;  ///< spherical Fibonacci points of the hemisphere around the normal
     int stride = 1;     ///< every stride-th texel of every stride-th row is shaded
+    lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
 };
 /// Returns the stride at which about fifty thousand texels of a map are shaded.
 int dominantStride(int width, int height);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "formats/shading_values.h"
+#include "lighting/brdf.h"
 #include "lighting/sh.h"
 #include "verify/dominant.h"
 
@@ -46,7 +47,9 @@ struct LightMapTruth {
     TruthSums lambert;                         ///< model error: truncation to nine coefficients, and noise of the bake
     std::map<double, TruthSums> areaSpecular;  ///< [m], from the coefficients alone with exact kernels
 };
-LightMapTruth lightMapTruth(std::span<const LightMapTruthPlace> places);
+/// lobe  of the traced surfaces, and of the scene
+LightMapTruth lightMapTruth(std::span<const LightMapTruthPlace> places,
+                            lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann);
 
 /// A traced value of kind Specular, and the lights at its texel.
 struct DominantTruthPlace {
@@ -62,7 +65,8 @@ struct DominantTruth {
     std::map<double, TruthSums> twoLights;     ///< two lights, uncompressed, in place of the cooked ones; model as in oneLight
     std::map<double, TruthSums> areaSpecular;  ///< of the bake's coefficients, uncompressed. Model error: nine coefficients
 };
-DominantTruth dominantTruth(std::span<const DominantTruthPlace> places);
+DominantTruth dominantTruth(std::span<const DominantTruthPlace> places,
+                            lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann);
 
 /// Returns the sums over all m.
 TruthSums sumOf(const std::map<double, TruthSums>& byM);

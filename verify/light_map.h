@@ -21,6 +21,7 @@
 #include "formats/gpu_texture.h"
 #include "formats/image.h"
 #include "formats/light_map.h"
+#include "lighting/brdf.h"
 #include "verify/figures.h"
 
 namespace lightcook::verify {
@@ -43,6 +44,9 @@ struct LightMapShading {
     std::vector<double> f0 = {0.04, 0.6};
     int viewCount = 8;
     int normalCount = 32;
+    lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
+    /// Returns false if a surface shows its exit radiance at the texel's own normal alone: no normal maps, no specular light.
+    bool needsDirections() const { return specular || normalCount > 1; }
 };
 
 struct LightMapSampling {

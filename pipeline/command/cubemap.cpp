@@ -25,6 +25,7 @@ struct CommandLine : CubemapOptions {
     std::optional<double> wrap;
     std::optional<int> size;
     std::optional<std::string> normalize;
+    const CLI::Option* lobeOption = nullptr;
 };
 
 /// Returns an error for the first option that was given to a filter which has no use for it.
@@ -40,6 +41,7 @@ formats::Result<void> checkFilterOptions(const CommandLine& options) {
         {.name = "--wrap", .isGiven = options.wrap.has_value(), .filters = {"irradiance", "sh"}},
         {.name = "--size", .isGiven = options.size.has_value(), .filters = {"irradiance"}},
         {.name = "--normalize", .isGiven = options.normalize.has_value(), .filters = {"sh"}},
+        {.name = "--lobe", .isGiven = options.lobeOption->count() > 0, .filters = {"specular"}},
         {.name = "--sh", .isGiven = !options.sh.empty(), .filters = {"specular"}},
         {.name = "--target", .isGiven = cook.target.has_value(), .filters = textures},
         {.name = "--container", .isGiven = cook.container.has_value(), .filters = textures},
@@ -90,6 +92,7 @@ formats::Result<Json> runSh(const CommandLine& options) {
 Outcome convertCubemap(const CubemapOptions& options, const RunState& state) {
     Scene scene = sceneFor(options);
     scene.name = assetNameFor(options.input, "cubemap");
+    scene.lobe = options.lobe;
     scene.probes.push_back({scene.name, options.input, options.sh.empty() ? std::nullopt : std::optional(options.sh)});
     return convertScene(std::move(scene), "cubemap", options, state);
 }
@@ -106,6 +109,7 @@ CommandFunction defineCubemap(CLI::App& app) {
                    "as JSON")
         ->check(CLI::IsMember({"specular", "irradiance", "sh"}))
         ->capture_default_str();
+    options->lobeOption = addLobeOption(app, options->lobe, formats::sceneLobes());
     addFileOption(app, "--sh", options->sh, "For specular: JSON with the environment's SH; default: projected from the image");
     app.add_option("--wrap", options->wrap, "For irradiance and sh: wrapped diffuse, energy conserving, 0 (Lambert, the default) to 1")
         ->check(CLI::Range(0.0, 1.0));

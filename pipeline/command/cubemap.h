@@ -8,7 +8,8 @@
 namespace lightcook::pipeline {
 
 struct CubemapOptions : ConverterOptions {
-    std::filesystem::path sh;  ///< JSON with the environment's SH; empty: projected from the image
+    lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;  ///< one of formats::sceneLobes()
+    std::filesystem::path sh;                                        ///< JSON with the environment's SH; empty: projected from the image
 };
 
 /// Cooks the prefiltered and pre-divided levels of an environment.

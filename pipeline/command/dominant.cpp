@@ -33,6 +33,7 @@ formats::Result<Json> printExplanation(const DominantOptions& options, Session& 
 Outcome convertDominant(const DominantOptions& options, const RunState& state) {
     Scene scene = lightMapScene(options, options.description);
     scene.lightMaps.front().dominantFit = options.fit;
+    scene.lobe = options.lobe;
     return convertScene(std::move(scene), "dominant", options, state);
 }
 
@@ -55,6 +56,7 @@ CommandFunction defineDominant(CLI::App& app) {
                    "explains little; refined-ambient: refined, beside ambient light")
         ->check(CLI::IsMember(kDominantFitNames))
         ->capture_default_str();
+    addLobeOption(app, options->lobe, formats::sceneLobes());
     app.add_flag("--report", options->explain, "Print where one light cannot represent the map, and what a second light would gain");
     app.footer(R"(--report prints, for the closed form, the best single light and two lights: the fraction of energy
 (squares of all SH coefficients) that is not explained; median and 99th percentile of the residual

@@ -10,7 +10,8 @@ namespace lightcook::pipeline {
 
 struct DominantOptions : ConverterOptions {
     formats::LightMapDescription description;
-    std::string fit = "closed";  ///< one of kDominantFitNames
+    std::string fit = "closed";                                      ///< one of kDominantFitNames
+    lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;  ///< one of formats::sceneLobes()
 };
 
 Outcome convertDominant(const DominantOptions& options, const RunState& state);

@@ -23,7 +23,13 @@ Scene lightMapScene(const ConverterOptions& options, const formats::LightMapDesc
 }
 
 Outcome convertLightMap(const LightMapOptions& options, const RunState& state) {
-    return convertScene(lightMapScene(options, options.description), "light-map", options, state);
+    Scene scene = lightMapScene(options, options.description);
+    scene.lobe = options.lobe;
+    MaterialEntry surfaces{.name = "*", .normalMap = {}, .specular = {}, .m = {}, .f0 = {}};
+    if (options.noNormalMaps) surfaces.normalMap = false;
+    if (options.noSpecular) surfaces.specular = false;
+    if (options.noNormalMaps || options.noSpecular) scene.materials.push_back(surfaces);
+    return convertScene(std::move(scene), "light-map", options, state);
 }
 
 CommandFunction defineLightmap(CLI::App& app) {
@@ -36,6 +42,9 @@ CommandFunction defineLightmap(CLI::App& app) {
     addFileOption(app, "input", options->input, "The bake")->required();
     addFileOption(app, "output", options->output, "A folder; or a .ktx2 or .dds file if the layout is one texture")->required();
     options->outputOptions.addLightMap(app);
+    app.add_flag("--no-normal-maps", options->noNormalMaps, "No surface has a normal map");
+    app.add_flag("--no-specular", options->noSpecular, "No surface is specular; with --no-normal-maps the layout is flat");
+    addLobeOption(app, options->lobe, formats::sceneLobes());
     addRepairOption(app, options->cook.repair);
     options->conventions.add(app);
     options->json.add(app, "the report");

@@ -8,6 +8,8 @@ namespace lightcook::pipeline {
 
 struct LightMapOptions : ConverterOptions {
     formats::LightMapDescription description;
+    bool noNormalMaps = false, noSpecular = false;                   ///< the surfaces need no such light
+    lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;  ///< one of formats::sceneLobes()
 };
 
 Outcome convertLightMap(const LightMapOptions& options, const RunState& state);

@@ -23,8 +23,9 @@ double roughnessOf(double exponent) {
 
 formats::Result<void> checkExponents(const LutOptions& options) {
     if (options.exponents.empty()) return {};
-    if (options.tables.lobe != "phong-power")
-        return checkOption("--exponents", ValueError{"the lobe " + options.tables.lobe, "--lobe phong-power, or --m"});
+    if (options.lobe != lighting::SpecularLobe::PhongPower)
+        return checkOption("--exponents",
+                           ValueError{fmt::format("the lobe {}", formats::info(options.lobe).name), "--lobe phong-power, or --m"});
     if (!options.m.empty()) return checkOption("--exponents", ValueError{"--m beside it", "one of them"});
     return checkOption("--exponents", objectionToRange(options.exponents, 0, 1e8));
 }
@@ -33,7 +34,7 @@ formats::Result<void> check(const LutOptions& options) {
     if (!options.m.empty())
         if (auto checked = checkOption("--m", objectionToRange(options.m, 0, 1)); !checked) return checked;
     if (auto checked = checkExponents(options); !checked) return checked;
-    return checkOption("--normalization", objectionToNormalization(options.tables.normalization, options.tables.lobe));
+    return checkOption("--normalization", objectionToNormalization(options.tables.normalization, options.lobe));
 }
 
 }  // namespace
@@ -48,6 +49,7 @@ Outcome convertLut(const LutOptions& options, const RunState& state) {
     if (options.exponents.size() == 2) material.m = Range{roughnessOf(options.exponents[1]), roughnessOf(options.exponents[0])};
     scene.materials.push_back(material);
     scene.tables = options.tables;
+    scene.lobe = options.lobe;
     return convertScene(std::move(scene), "lut", options, state);
 }
 
@@ -66,7 +68,7 @@ CommandFunction defineLut(CLI::App& app) {
         ->delimiter(',')
         ->expected(2)
         ->type_name("LOW,HIGH");
-    app.add_option("--lobe", tables.lobe, "Specular lobe")->check(CLI::IsMember(kLobeNames))->capture_default_str();
+    addLobeOption(app, options->lobe, formats::allSpecularLobes());
     app.add_option("--normalization", tables.normalization, "energy: energy conserving; halo3: four times as bright")
         ->check(CLI::IsMember(kNormalizationNames))
         ->capture_default_str();

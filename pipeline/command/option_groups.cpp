@@ -40,6 +40,18 @@ CLI::Option* addFolderOption(CLI::App& app, const std::string& names, std::files
     return app.add_option(names, folder, description)->type_name(kFolderPlaceholder);
 }
 
+CLI::Option* addLobeOption(CLI::App& app, lighting::SpecularLobe& lobe, std::span<const formats::SpecularLobeInfo> lobes) {
+    return app
+        .add_option_function<std::string>(
+            "--lobe",
+            [&lobe, lobes](const std::string& name) {
+                if (const auto* row = formats::findByName(lobes, name)) lobe = row->id;
+            },
+            fmt::format("Specular lobe of the engine's materials ({})", captionsOf(lobes)))
+        ->check(CLI::IsMember(formats::namesOf(lobes)))
+        ->default_str(std::string(formats::info(lobe).name));
+}
+
 void addEffortOption(CLI::App& app, std::optional<int>& effort) {
     app.add_option("--effort", effort, "Effort of the block encoders, 0 (fastest) to 9 (best); default: 5")->check(CLI::Range(0, 9));
 }

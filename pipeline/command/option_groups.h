@@ -4,11 +4,13 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "formats/error.h"
 #include "formats/light_map.h"
+#include "formats/specular_lobe.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/scene/checks.h"
 
@@ -78,6 +80,8 @@ private:
     double fireflyLimit_ = formats::LightMapDescription{}.fireflyLimit;
 };
 
+/// Adds --lobe, with the names of `lobes`.
+CLI::Option* addLobeOption(CLI::App& app, lighting::SpecularLobe& lobe, std::span<const formats::SpecularLobeInfo> lobes);
 void addEffortOption(CLI::App& app, std::optional<int>& effort);
 void addRdoOption(CLI::App& app, std::optional<double>& rdo);
 void addRepairOption(CLI::App& app, bool& repair);

@@ -83,6 +83,7 @@ public:
     Planner(const Scene& scene, const Needs& needs, const PlanOptions& options) : scene_(scene), needs_(needs), options_(options) {
         textures_ = TextureSettings{scene.output.container, scene.output.zstd, scene.output.effort, scene.output.rdo};
         shading_.specular = needs.specular;
+        shading_.lobe = formats::info(scene.lobe).distribution.value_or(shading_.lobe);
         // A mirror (m = 0) has no area specular: the verifier's smallest lobe stands for it.
         shading_.m = samplesOf({std::max(needs.m.low, kSmallestShadedM), std::max(needs.m.high, kSmallestShadedM)}, shading_.m);
         shading_.f0 = samplesOf(needs.f0, shading_.f0);
@@ -228,6 +229,7 @@ private:
                                      .textures = textures_,
                                      .size = kCubemapSize,
                                      .repair = options_.repair,
+                                     .lobe = shading_.lobe,
                                      .probeFile = {}};
         Inputs inputs = sourceOfProbe(entry.file);
         if (entry.sh) {
@@ -293,7 +295,7 @@ private:
             skipRows(fmt::format("{} of {} roughness rows of the Cook-Torrance tables", unused, kTableRows),
                      fmt::format("materials use m from {} to {} only", needs_.m.low, needs_.m.high), unused);
         add("specular", AssetKind::Lut,
-            LutParameters{.lobe = tables.lobe,
+            LutParameters{.lobe = scene_.lobe,
                           .normalization = tables.normalization,
                           .viewCount = tables.viewCount,
                           .roughnessCount = tables.roughnessCount.value_or(rows.count),

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <set>
 
-#include "formats/light_map_layout.h"
 #include "pipeline/assets/light_map/trial.h"
 #include "pipeline/cook/integrity.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/self_digest.h"
-#include "shaders/include.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -21,13 +19,6 @@ bool isPlanned(const Plan& plan, const std::string& asset) {
 
 const Action& actionOf(const Plan& plan, const std::string& id) {
     return *std::ranges::find(plan.actions, id, &Action::id);
-}
-
-std::vector<std::string> lightMapLayoutsOf(const std::vector<CookedAsset>& assets) {
-    std::vector<std::string> layouts;
-    for (const CookedAsset& asset : assets)
-        if (asset.kind == AssetKind::LightMap) layouts.push_back(asset.layout);
-    return layouts;
 }
 
 /// Removes the files of an earlier cook that the new manifest does not name.
@@ -104,7 +95,7 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
 
 /// Writes manifest and shader, and removes files of an earlier cook.
 Result<void> SummaryWriter::writeManifest() {
-    const std::string shader = shaders::shaderInclude(formats::lightMapFamilies(lightMapLayoutsOf(assets_)));
+    const std::string shader = shaderTextOf(assets_, scene_.lobe);
     const Manifest manifest = makeManifest(scene_, folder_, assets_, digestOfText(shader));
     manifestText_ = withSelfDigest(toJson(manifest));
     if (oldManifest_) removeStale(folder_, *oldManifest_, manifest);

@@ -3,6 +3,7 @@
 
 #include "formats/gpu_texture.h"
 #include "formats/light_map_conventions.h"
+#include "formats/specular_lobe.h"
 #include "formats/target.h"
 #include "formats/vocabulary.h"
 #include "pipeline/json/json_fields.h"
@@ -18,6 +19,16 @@ template <>
 struct EnumNames<formats::Container> {
     static_assert(static_cast<int>(formats::Container::Ktx2) == 0 && static_cast<int>(formats::Container::Dds) == 1);
     static std::vector<std::string> all() { return {"ktx2", "dds"}; }
+};
+
+template <>
+struct EnumNames<lighting::SpecularLobe> {
+    static std::vector<std::string> all() { return formats::namesOf(formats::allSpecularLobes()); }
+};
+
+template <>
+struct EnumNames<lighting::NormalDistribution> {
+    static std::vector<std::string> all() { return formats::namesOf(formats::sceneLobes()); }
 };
 
 /// The conventions of a light map's file.

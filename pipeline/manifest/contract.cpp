@@ -6,7 +6,6 @@
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/cubemap/cubemap.h"
 #include "pipeline/graph/files.h"
-#include "shaders/include.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -24,6 +23,7 @@ public:
         for (const CookedAsset& asset : manifest_.assets) {
             checkConventions(asset);
             checkColors(asset);
+            checkLobe(asset);
             if (asset.kind == AssetKind::Cubemap)
                 for (Error& error : checkCubemapConstants(asset)) errors_.push_back(std::move(error));
             if (asset.file) checkFileSize(*asset.file, asset.bytesDisk.value_or(0), asset.name);
@@ -41,14 +41,23 @@ private:
     }
 
     void checkShader() {
-        std::vector<std::string> layouts;
         for (const CookedAsset& asset : manifest_.assets)
-            if (asset.kind == AssetKind::LightMap) layouts.push_back(asset.layout);
-        for (const std::string& layout : layouts)
-            if (!formats::lightMapLayoutFromName(layout)) return;  // the verification of that asset reports it
+            if (asset.kind == AssetKind::LightMap && !formats::lightMapLayoutFromName(asset.layout))
+                return;  // the verification of that asset reports it
         const std::filesystem::path file = folder_ / manifest_.shader.file;
-        if (const auto text = readFile(file); !text || *text != shaders::shaderInclude(formats::lightMapFamilies(layouts)))
+        if (const auto text = readFile(file); !text || *text != shaderTextOf(manifest_.assets, manifest_.lobe))
             complain(file.string(), "another shader", "the one that this version verifies with");
+    }
+
+    /// One scene, one lobe: of the tables, of the cubemap's prefilter, and of the surfaces that verification shades.
+    void checkLobe(const CookedAsset& asset) {
+        const std::string expected(formats::info(manifest_.lobe).name);
+        if (asset.kind == AssetKind::Lut) expectEqual(asset.name + ", distribution", asset.distribution.value_or(""), expected);
+        if (!formats::info(manifest_.lobe).distribution) return;  // tables alone have Phong lobes
+        if (asset.kind == AssetKind::Cubemap && asset.constants)
+            expectEqual(asset.name + ", constants/kernel", asset.constants->value("kernel", Json()), expected);
+        const Json shading = asset.verify && asset.verify->is_object() ? asset.verify->value("shading", Json()) : Json();
+        if (shading.is_object()) expectEqual(asset.name + ", verify/shading/lobe", shading.value("lobe", Json()), expected);
     }
 
     void checkConventions(const CookedAsset& asset) {

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "formats/light_map_layout.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/version.h"
+#include "shaders/include.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -29,7 +31,7 @@ template <class Fields, Is<VerifyLimits::Shading> Self>
 void describe(Fields& fields, Self& shading) {
     constexpr FieldRule kUnit = {.low = 0, .high = 1, .leastCount = 1}, kCount = between(1, kLargestCount);
     fields.required("specular", shading.specular, "true if area specular is shaded");
-    fields.required("m", shading.m, kUnit, "Beckmann roughness");
+    fields.required("m", shading.m, kUnit, "roughness");
     fields.required("f0", shading.f0, kUnit, "reflectance at normal incidence");
     fields.required("views", shading.views, kCount, "views of each texel");
     fields.required("normals", shading.normals, kCount, "normals of each texel");
@@ -96,6 +98,7 @@ Manifest makeManifest(const Scene& scene, const std::filesystem::path& outputFol
     if (!scene.file.empty()) manifest.sceneFile = scene.file.filename().string();
     manifest.target = formats::info(scene.output.target).name;
     manifest.workingColor = scene.colors.working;
+    manifest.lobe = scene.lobe;
     manifest.shader = {kShaderName, shaderDigest};
     manifest.assets = std::move(assets);
     return manifest;
@@ -123,6 +126,14 @@ Result<Json> readManifest(const std::filesystem::path& folder) {
     const auto manifest = loadManifest(folder);
     if (!manifest) return tl::make_unexpected(manifest.error());
     return toJson(*manifest);
+}
+
+std::string shaderTextOf(const std::vector<CookedAsset>& assets, lighting::SpecularLobe lobe) {
+    std::vector<std::string> layouts;
+    for (const CookedAsset& asset : assets)
+        if (asset.kind == AssetKind::LightMap) layouts.push_back(asset.layout);
+    const bool isGgx = lobe == lighting::SpecularLobe::Ggx;
+    return shaders::shaderInclude(formats::lightMapFamilies(layouts), isGgx ? shaders::Distribution::Ggx : shaders::Distribution::Beckmann);
 }
 
 std::vector<FileRecord> filesOf(const Manifest& manifest) {

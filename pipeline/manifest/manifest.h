@@ -8,6 +8,7 @@
 #include "formats/target.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/graph/digest.h"
+#include "pipeline/json/enum_names.h"
 #include "pipeline/manifest/cooked_asset.h"
 #include "pipeline/scene/scene.h"
 
@@ -42,6 +43,7 @@ struct Manifest {
     std::optional<std::string> sceneFile;
     std::string target;
     std::string workingColor;
+    lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;
     ShaderFile shader;
     std::vector<CookedAsset> assets;
 };
@@ -55,6 +57,7 @@ void describe(Fields& fields, Self& manifest) {
     fields.required("target", manifest.target, "target of the cook: bc, astc or float");
     fields.object("color", "colour of the cooked textures",
                   [&](auto& color) { color.required("working", manifest.workingColor, "working colour space"); });
+    fields.presentIf(true, "lobe", manifest.lobe, "specular lobe of cubemaps, tables, dominant lights and shader");
     fields.required("shader", manifest.shader, "decode and shading, as the verifier ran them");
     fields.required("assets", manifest.assets, "assets, in the order of the report");
 }
@@ -72,6 +75,9 @@ Manifest makeManifest(const Scene& scene, const std::filesystem::path& outputFol
 formats::Result<Manifest> loadManifest(const std::filesystem::path& folder);
 /// Returns the same as JSON, for tools that look up single members.
 formats::Result<Json> readManifest(const std::filesystem::path& folder);
+
+/// Returns the text of the shader include for the layouts and the lobe of a manifest.
+std::string shaderTextOf(const std::vector<CookedAsset>& assets, lighting::SpecularLobe lobe);
 
 /// Returns every file that the manifest names, relative to its folder.
 std::vector<FileRecord> filesOf(const Manifest& manifest);

@@ -53,9 +53,25 @@ Objection objectionToAxis(const std::vector<double>& axis) {
     return ValueError{inBrackets(axis), "a direction [x, y, z] other than zero"};
 }
 
-Objection objectionToNormalization(const std::string& normalization, const std::string& lobe) {
-    if (normalization == "energy" || !lobe.starts_with("phong")) return std::nullopt;
-    return ValueError{fmt::format("\"{}\" with the lobe \"{}\"", normalization, lobe), "\"energy\", the only one of Phong lobes"};
+Objection objectionToNormalization(const std::string& normalization, lighting::SpecularLobe lobe) {
+    if (normalization == "energy" || formats::info(lobe).distribution) return std::nullopt;
+    return ValueError{fmt::format("\"{}\" with the lobe \"{}\"", normalization, formats::info(lobe).name),
+                      "\"energy\", the only one of Phong lobes"};
+}
+
+Objection objectionToSceneLobe(lighting::SpecularLobe lobe) {
+    const formats::SpecularLobeInfo& row = formats::info(lobe);
+    if (row.distribution) return std::nullopt;
+    return ValueError{fmt::format("\"{}\"", row.name),
+                      fmt::format("{}: cubemaps and dominant lights have no Phong lobe (lightcook lut --lobe {} makes tables alone)",
+                                  formats::listOfNames(formats::sceneLobes()), row.name)};
+}
+
+Objection objectionToTableLobe(lighting::SpecularLobe tables, lighting::SpecularLobe scene) {
+    if (tables == scene) return std::nullopt;
+    const std::string_view name = formats::info(tables).name;
+    return ValueError{fmt::format("\"{}\" beside the scene's lobe \"{}\"", name, formats::info(scene).name),
+                      fmt::format("the same lobe: write lobe = \"{}\" above the first table of the scene file", name)};
 }
 
 }  // namespace lightcook::pipeline

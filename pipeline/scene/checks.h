@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/specular_lobe.h"
+
 namespace lightcook::pipeline {
 
 /// Letters of an asset's name: with the endings of its files it stays below the 255 that a file name may have.
@@ -30,6 +32,10 @@ Objection objectionToExponents(const std::vector<double>& exponents);
 /// An axis is a direction [x, y, z] other than zero.
 Objection objectionToAxis(const std::vector<double>& axis);
 /// Phong lobes have one normalization only.
-Objection objectionToNormalization(const std::string& normalization, const std::string& lobe);
+Objection objectionToNormalization(const std::string& normalization, lighting::SpecularLobe lobe);
+/// Cubemaps, dominant lights and shader have Cook-Torrance lobes only, so a scene does.
+Objection objectionToSceneLobe(lighting::SpecularLobe lobe);
+/// A scene has one lobe.
+Objection objectionToTableLobe(lighting::SpecularLobe tables, lighting::SpecularLobe scene);
 
 }  // namespace lightcook::pipeline

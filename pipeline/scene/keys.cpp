@@ -47,12 +47,16 @@ SceneKeyInfo conventionKey(std::string_view name, std::string_view what) {
 constexpr const char* kBoolean = "true, false";
 
 SceneSectionInfo rootSection() {
-    return {.name = "",
-            .isArray = false,
-            .intro = "",
-            .keys = {{"schema", "integer", "required", "`1`: the version of this format"},
-                     {"name", "string", "required", "name of the scene, in manifest and report"}},
-            .outro = ""};
+    return {
+        .name = "",
+        .isArray = false,
+        .intro = "",
+        .keys = {{"schema", "integer", "required", "`1`: the version of this format"},
+                 {"name", "string", "required", "name of the scene, in manifest and report"},
+                 {"lobe", choices(formats::sceneLobes()), inQuotes(formats::sceneLobes().front().name),
+                  "[specular lobe](../theory/lighting.md#specular-tables) of cubemaps, tables, dominant lights, shader and verification: "
+                  "that of the engine's materials"}},
+        .outro = ""};
 }
 
 SceneSectionInfo outputSection() {
@@ -134,8 +138,8 @@ SceneSectionInfo tablesSection() {
             .keys = {{"views", fmt::format("2 to {}", kMostTableNodes), "8", "columns: views"},
                      {"rows", fmt::format("1 to {}", kMostTableNodes), "those of 16, m 1/16 to 1, that the materials need",
                       "rows, spread over exactly the materials' range of m"},
-                     {"lobe", choices(kLobeNames), inQuotes(kLobeNames.front()),
-                      "[lobe](../theory/lighting.md#specular-tables); `distribution` in the manifest"},
+                     {"lobe", choices(formats::sceneLobes()), "the scene's `lobe`",
+                      "older place of the scene's `lobe`; refused if the two differ. `distribution` in the manifest"},
                      {"normalization", choices(kNormalizationNames), inQuotes(kNormalizationNames.front()),
                       "`halo3`: four times as bright; not for Phong lobes"},
                      {"view_axis", choices(viewAxisNames()), "`\"auto\"`",
@@ -191,7 +195,8 @@ SceneSectionInfo materialSection() {
             .keys = {{"name", "string", "required", "name of a material in the glTF; `\"*\"` is every material"},
                      {"normal_map", kBoolean, "from the glTF", "false and no specular: a flat map is enough"},
                      {"specular", kBoolean, "from the glTF", "false: no dominant light, no tables, no cubemaps"},
-                     {"m", "two numbers in [0, 1]", "from the glTF", "the range of Beckmann roughness (glTF: `roughnessFactor` squared)"},
+                     {"m", "two numbers in [0, 1]", "from the glTF",
+                      "the range of roughness: m of Beckmann, alpha of GGX (glTF: `roughnessFactor` squared)"},
                      {"f0", "two numbers in [0, 1]", "from the glTF", "the range of reflectance at normal incidence"}},
             .outro = ""};
 }

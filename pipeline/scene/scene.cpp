@@ -60,7 +60,9 @@ public:
     /// Reads the name of a row of a table.
     template <class Row>
     auto oneOfRows(const char* key, std::span<const Row> rows) {
-        return formats::findByName(rows, oneOf(key, formats::namesOf(rows), std::string(rows.front().name)))->id;
+        const Row* row = formats::findByName(rows, oneOf(key, formats::namesOf(rows), std::string(rows.front().name)));
+        if (row == nullptr) throw std::logic_error(fmt::format("the key '{}' has a name without a row", key));
+        return row->id;
     }
 
     bool has(const char* key) const { return table_.contains(key); }
@@ -363,7 +365,7 @@ std::vector<std::string> axisNames(const std::vector<fit::AxisMapping>& mappings
     return names;
 }
 
-TableSettings readTables(TableReader reader) {
+TableSettings readTables(TableReader reader, lighting::SpecularLobe sceneLobe) {
     TableSettings tables;
     const auto count = [&](const char* key, int least) -> std::optional<int> {
         const auto value = reader.optional<std::int64_t>(key, "an integer up to 1024");
@@ -373,9 +375,12 @@ TableSettings readTables(TableReader reader) {
     };
     tables.viewCount = count("views", 2).value_or(tables.viewCount);
     tables.roughnessCount = count("rows", 1);
-    tables.lobe = reader.oneOf("lobe", kLobeNames, tables.lobe);
+    if (const auto lobe = reader.oneOfRows("lobe", formats::allSpecularLobes()); reader.has("lobe")) {
+        reader.check("lobe", objectionToSceneLobe(lobe));
+        reader.check("lobe", objectionToTableLobe(lobe, sceneLobe));
+    }
     tables.normalization = reader.oneOf("normalization", kNormalizationNames, tables.normalization);
-    if (reader.has("normalization")) reader.check("normalization", objectionToNormalization(tables.normalization, tables.lobe));
+    if (reader.has("normalization")) reader.check("normalization", objectionToNormalization(tables.normalization, sceneLobe));
     tables.viewAxis = reader.oneOf("view_axis", viewAxisNames(), tables.viewAxis);
     tables.roughnessAxis = reader.oneOf("roughness_axis", roughnessAxisNames(), tables.roughnessAxis);
     return tables;
@@ -414,9 +419,11 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     const std::int64_t schema = reader.required<std::int64_t>("schema", "schema = 1");
     if (schema != 1) reader.fail(reader.node("schema"), fmt::format("found schema {}, expected 1", schema));
     scene.name = readName(reader);
+    scene.lobe = reader.oneOfRows("lobe", formats::allSpecularLobes());
+    if (reader.has("lobe")) reader.check("lobe", objectionToSceneLobe(scene.lobe));
     if (const toml::table* table = reader.table("output")) scene.output = readOutput({*table, file, "output"});
     if (const toml::table* table = reader.table("color")) scene.colors = readColors({*table, file, "color"});
-    if (const toml::table* table = reader.table("tables")) scene.tables = readTables({*table, file, "tables"});
+    if (const toml::table* table = reader.table("tables")) scene.tables = readTables({*table, file, "tables"}, scene.lobe);
     for (const toml::table* table : reader.tables("light_map"))
         scene.lightMaps.push_back(readLightMap({*table, file, "light_map"}, scene.colors));
     for (const toml::table* table : reader.tables("probe")) scene.probes.push_back(readProbe({*table, file, "probe"}));

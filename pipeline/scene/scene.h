@@ -14,6 +14,7 @@
 #include "formats/error.h"
 #include "formats/gpu_texture.h"
 #include "formats/light_map.h"
+#include "formats/specular_lobe.h"
 #include "formats/target.h"
 #include "pipeline/scene/scene_lines.h"
 
@@ -97,15 +98,13 @@ struct MaterialEntry {
     std::optional<Range> m, f0;
 };
 
-/// Settings of the specular tables. The analytic light of the shaders agrees with the defaults.
+/// Settings of the specular tables. The analytic light of the shaders agrees with the default normalization.
 struct TableSettings {
     int viewCount = 8;                     ///< as in Chen and Liu 2008
     std::optional<int> roughnessCount;     ///< over exactly the range of m; else those of the 16 rows 1/16 to 1 that it needs
-    std::string lobe = "beckmann";         ///< kLobeNames
     std::string normalization = "energy";  ///< or halo3, four times as bright
     std::string viewAxis = "auto", roughnessAxis = "auto";  ///< fit::viewMappings(), fit::roughnessMappings()
 };
-inline const std::vector<std::string> kLobeNames = {"beckmann", "ggx", "phong", "phong-power"};
 inline const std::vector<std::string> kNormalizationNames = {"energy", "halo3"};
 inline constexpr int kMostTableNodes = 1024;  ///< columns, or rows
 
@@ -125,6 +124,8 @@ struct Scene {
     std::vector<MaterialEntry> materials;
     TableSettings tables;
     SceneLines lines;  ///< of the scene file
+    /// Of cubemaps, tables, dominant lights, shader and verification. In a scene file one of formats::sceneLobes(); `lut` has all.
+    lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;
 };
 
 /// Reads a scene file. Unknown keys are refused with the nearest known one. Errors name file, line and column, found and expected.

@@ -19,9 +19,11 @@ bool hasLightMapFamily(std::string_view family) {
     return !family.empty() && std::ranges::find(allSources(), family, familyOf) != allSources().end();
 }
 
-std::string shaderInclude(std::span<const std::string> families) {
+std::string shaderInclude(std::span<const std::string> families, Distribution distribution) {
     assert(std::ranges::all_of(families, hasLightMapFamily));
     std::string text;
+    if (distribution == Distribution::Ggx)
+        text = "// The specular lobe of this scene, for lcDistribution.\n#ifndef LIGHTCOOK_GGX\n#define LIGHTCOOK_GGX\n#endif\n";
     for (const ShaderSource& source : allSources()) {
         const std::string_view family = familyOf(source);
         if (!family.empty() && std::ranges::find(families, family) == families.end()) continue;

@@ -9,13 +9,11 @@
 
 #include "compress/encode.h"
 #include "formats/gpu_texture.h"
-#include "formats/light_map_layout.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/json/json.h"
 #include "pipeline/manifest/manifest.h"
-#include "shaders/include.h"
 #include "tests/formats/temporary_folder.h"
 #include "tests/pipeline/rewritten_manifest.h"
 #include "verify/texture_unit.h"
@@ -40,9 +38,11 @@ public:
             if (each.at("name") == asset) kept.push_back(each);
         if (kept.size() != 1) throw std::runtime_error("no asset " + asset);
         manifest_["assets"] = std::move(kept);
-        std::vector<std::string> layouts;
-        if (this->asset().at("kind") == "light-map") layouts.push_back(this->asset().at("layout"));
-        formats::writeContent(folder_ / kShaderName, shaders::shaderInclude(formats::lightMapFamilies(layouts)));
+        const Manifest whole = valueOf(loadManifest(cooked));
+        std::vector<CookedAsset> left;
+        for (const CookedAsset& each : whole.assets)
+            if (each.name == asset) left.push_back(each);
+        formats::writeContent(folder_ / kShaderName, shaderTextOf(left, whole.lobe));
         for (const FileRecord& file : filesOf(valueOf(loadManifest(cooked))))
             if (file.name != kShaderName) std::filesystem::copy_file(cooked / file.name, folder_ / file.name);
         rewriteDigests();

@@ -22,12 +22,14 @@ constexpr double kGrey = 0.5, kTolerance = 1e-3 * kGrey;
 struct Variant {
     const char* target;
     const char* layout;
+    const char* lobe = "beckmann";
 };
 
 class GreyTest : public testing::TestWithParam<Variant> {
 protected:
     GreyTest() : scene_(SmallScene::Parts::All, grey) {
-        scene_.writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"", GetParam().target, GetParam().layout));
+        scene_.writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"", GetParam().target, GetParam().layout), "",
+                              fmt::format("lobe = \"{}\"\n", GetParam().lobe));
         const RunState state;
         const Outcome outcome = cookScene(scene_.options(), state);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
@@ -127,11 +129,11 @@ INSTANTIATE_TEST_SUITE_P(EveryWay, GreyTest,
                                          Variant{"bc", "zh3"}, Variant{"bc", "sh4"}, Variant{"astc", "sh4"}, Variant{"astc", "zh3"},
                                          Variant{"bc", "luvw-linear"}, Variant{"float", "ratio"}, Variant{"float", "raw"},
                                          Variant{"bc", "basis-3"}, Variant{"bc", "basis-4"}, Variant{"bc", "basis-12"},
-                                         Variant{"astc", "basis-8"}, Variant{"float", "basis-8"}),
+                                         Variant{"astc", "basis-8"}, Variant{"float", "basis-8"}, Variant{"bc", "ratio", "ggx"}),
                          [](const auto& variant) {
                              std::string layout = variant.param.layout;
                              std::ranges::replace(layout, '-', '_');
-                             return fmt::format("{}_{}", variant.param.target, layout);
+                             return fmt::format("{}_{}_{}", variant.param.target, layout, variant.param.lobe);
                          });
 
 }  // namespace

@@ -67,15 +67,15 @@ public:
     std::filesystem::path operator/(const std::filesystem::path& name) const { return folder_ / name; }
     std::filesystem::path sceneFile() const { return folder_ / "scene.toml"; }
 
-    /// output  lines for [output]; materials  whole [[material]] tables
-    void writeSceneFile(const std::string& output, const std::string& materials = "") const {
+    /// output  lines for [output]; materials  whole [[material]] tables; root  lines before the first table
+    void writeSceneFile(const std::string& output, const std::string& materials = "", const std::string& root = "") const {
         const std::string others = parts_ == Parts::LightMap
                                        ? ""
                                        : "[[probe]]\nname = \"probe\"\nfile = \"probe.exr\"\n\n"
                                          "[[gradient]]\nname = \"sky\"\nfile = \"sky.exr\"\nexponents = [1, 16, 256]\n\n";
-        formats::writeContent(sceneFile(), fmt::format("schema = 1\nname = \"small\"\n\n[output]\n{}\n\n"
+        formats::writeContent(sceneFile(), fmt::format("schema = 1\nname = \"small\"\n{}\n[output]\n{}\n\n"
                                                        "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\n\n{}{}\n",
-                                                       output, others, materials));
+                                                       root, output, others, materials));
     }
 
     CookOptions options() const {

@@ -140,6 +140,16 @@ TEST_P(Compile, TheIncludeOfAllLayoutsMayBeIncludedTwice) {
     EXPECT_EQ(errors(text + text, useOf("ratio")), "");
 }
 
+TEST_P(Compile, TheIncludeOfASceneWithGgxHasItsDistribution) {
+    const std::vector<std::string> families = {"ratio"};
+    const std::string text = shaders::shaderInclude(families, shaders::Distribution::Ggx);
+    EXPECT_TRUE(text.ends_with(shaders::shaderInclude(families))) << "one definition, and the same text";
+    EXPECT_EQ(errors(text + text,
+                     "result = lcDominantSpecular(vec3(0.0, 0.0, 1.0), vec3(0.0, 0.6, 0.8), lcGrey(1.0), vec3(0.0, 0.0, 1.0), "
+                     "0.3, lcGrey(0.04));\n#ifndef LIGHTCOOK_GGX\n#error GGX is not defined\n#endif\n"),
+              "");
+}
+
 TEST_P(Compile, AMistakeIsNoticed) {
     EXPECT_NE(errors(textOf("prelude.glsl"), "result = lcNoSuchFunction(1.0);\n"), "");
 }

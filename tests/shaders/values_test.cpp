@@ -6,11 +6,12 @@
 #include <numbers>
 #include <random>
 
+#include "lighting/area_specular.h"
 #include "lighting/brdf.h"
 #include "lighting/radiometry.h"
 #include "lighting/sh.h"
 #include "lighting/sphere.h"
-#include "shaders/lightcook_cpp.h"
+#include "shaders/lightcook_ggx.h"
 
 namespace lightcook {
 namespace {
@@ -98,6 +99,52 @@ TEST(ShaderSpecular, CookTorranceIsLightings) {
         const double halo = expected(lighting::CookTorranceNormalization::Halo3);
         EXPECT_NEAR(static_cast<double>(shaders::lcCookTorranceHalo3(view, light, normal, m, vec3(f0)).x), halo, 1e-3 * halo + 4e-6);
     }
+}
+
+TEST(ShaderSpecular, AnIncludeWithGgxDefinedHasItsDistribution) {
+    Random random;
+    for (int i = 0; i < 500; ++i) {
+        const vec3 normal = random.direction(), view = random.direction(), light = random.direction();
+        const float m = random.number(0.1f, 1.0f), f0 = random.number(0, 1);
+        const double value = static_cast<double>(shaders::ggx::lcCookTorrance(view, light, normal, m, vec3(f0)).x);
+        const double expected =
+            lighting::cookTorrance(glm::dvec3(view), glm::dvec3(light), glm::dvec3(normal), static_cast<double>(m), static_cast<double>(f0),
+                                   lighting::NormalDistribution::Ggx, lighting::CookTorranceNormalization::Energy);
+        EXPECT_NEAR(value, expected, 1e-3 * expected + 1e-6) << "m " << m;
+        EXPECT_EQ(shaders::ggx::lcBeckmann(0.9f, m), shaders::lcBeckmann(0.9f, m));
+        EXPECT_EQ(shaders::ggx::lcDistribution(0.9f, m), shaders::lcGgx(0.9f, m));
+        EXPECT_EQ(shaders::lcDistribution(0.9f, m), shaders::lcBeckmann(0.9f, m));
+    }
+}
+
+/// The furnace: light of 1 from everywhere on a surface that absorbs nothing. The sum over the shader's punctual lights, by long double
+/// quadrature over the light's directions, is that of the tables' kernel, and never more than what arrives.
+TEST(ShaderSpecular, TheFurnaceGivesTheTablesLightForBothLobes) {
+    constexpr long double kPi = std::numbers::pi_v<long double>;
+    for (const bool isGgx : {false, true})
+        for (const float m : {0.25f, 0.5f, 1.0f})
+            for (const float NoV : {0.2f, 0.6f, 1.0f}) {
+                const vec3 normal(0, 0, 1), view(std::sqrt(1 - NoV * NoV), 0, NoV);
+                constexpr int kRings = 1200, kSteps = 900;
+                long double sum = 0;
+                for (int i = 0; i < kRings; ++i) {
+                    const long double z = (i + 0.5L) / kRings, ring = std::sqrt(1 - z * z);
+                    for (int j = 0; j < kSteps; ++j) {
+                        const long double phi = kPi * (j + 0.5L) / kSteps;  // the half in front of the plane of incidence mirrors the other
+                        const vec3 light(static_cast<float>(ring * std::cos(phi)), static_cast<float>(ring * std::sin(phi)),
+                                         static_cast<float>(z));
+                        const vec3 value = isGgx ? shaders::ggx::lcCookTorrance(view, light, normal, m, vec3(1))
+                                                 : shaders::lcCookTorrance(view, light, normal, m, vec3(1));
+                        sum += static_cast<long double>(value.x) * z * (2 * kPi / kRings / kSteps);
+                    }
+                }
+                const auto lobe = isGgx ? lighting::SpecularLobe::Ggx : lighting::SpecularLobe::Beckmann;
+                const auto kernel = lighting::areaSpecular(static_cast<double>(NoV), static_cast<double>(m), lobe,
+                                                           lighting::CookTorranceNormalization::Energy);
+                const double expected = kernel.c[0] / lighting::kShConstant;
+                EXPECT_NEAR(static_cast<double>(sum), expected, 1e-3 * expected) << (isGgx ? "GGX " : "Beckmann ") << m << ' ' << NoV;
+                EXPECT_LT(expected, 1 + 1e-6);
+            }
 }
 
 TEST(ShaderSpecular, FresnelStaysSaneAtItsEnds) {

@@ -44,16 +44,24 @@ inline double expOfNegative(double x) {
     return power * (even + r * (1 + r * r * (1.0 / 6 + r * r * (1.0 / 120 + r * r * (1.0 / 5040)))));
 }
 
-/// Returns Beckmann's unnormalized prefilter kernel D(NoH) c for n = v = r, where NoH is the cosine of half the angle:
-/// NoH^2 = (1 + c) / 2, tan^2 = 1 / NoH^2 - 1; 0 behind the plane.
-inline double kernelShape(double cosine, double inverseSquaredM) {
+using lighting::NormalDistribution;
+
+/// Returns the unnormalized prefilter kernel D(NoH) c for n = v = r, where NoH is the cosine of half the angle: NoH^2 = (1 + c) / 2,
+/// tan^2 = 1 / NoH^2 - 1; 0 behind the plane. GGX: D is 1 / (tan^2 + m^2)^2 / NoH^4.
+template <NormalDistribution kLobe>
+inline double kernelShape(double cosine, double squaredM) {
     const double c = cosine < 0 ? 0 : cosine, inverse = 2 / (1 + c);
-    return expOfNegative((1 - inverse) * inverseSquaredM) * inverse * inverse * c;
+    if constexpr (kLobe == NormalDistribution::Ggx) {
+        const double scaled = inverse / (inverse - 1 + squaredM);
+        return scaled * scaled * c;
+    } else {
+        return expOfNegative((1 - inverse) * (1 / squaredM)) * inverse * inverse * c;
+    }
 }
 
 /// Returns the angle [rad] beyond which the kernel is 0 or below 1e-7 of its peak.
-double kernelSupport(double m) {
-    return std::min(2 * std::atan(4 * m), 0.5 * std::numbers::pi);
+double kernelSupport(double m, NormalDistribution lobe) {
+    return lobe == NormalDistribution::Ggx ? 0.5 * std::numbers::pi : std::min(2 * std::atan(4 * m), 0.5 * std::numbers::pi);
 }
 
 lighting::ShDouble channelOf(const lighting::ShRgb& sh, int channel) {
@@ -140,7 +148,8 @@ ErrorPlace placeOf(const CookedCubemap& map, const CubemapSample& sample, int ch
 /// The kernel of one call of prefiltered().
 struct CubemapReference::Lobe {
     glm::dvec3 direction;
-    double inverseSquaredM;
+    double squaredM;
+    NormalDistribution distribution;
     double reach, cosine, sine;  ///< largest angle of texel centres [rad], its cosine and sine
 };
 
@@ -309,18 +318,28 @@ void CubemapReference::visitRow(const Lobe& lobe, const Tile& tile, int pieceY, 
     }
 }
 
-glm::dvec3 CubemapReference::prefiltered(const glm::dvec3& direction, double m, double piecesPerWidth) const {
+glm::dvec3 CubemapReference::prefiltered(const glm::dvec3& direction, double m, double piecesPerWidth,
+                                         NormalDistribution distribution) const {
     assert(0 < m && m <= 1);
     // The kernel's standard deviation is sqrt(2) m. Pieces of an eighth of it widen the kernel by a thousandth.
     const double width = std::numbers::sqrt2 * m;
-    const int pieces = std::clamp(static_cast<int>(std::ceil(piecesPerWidth * texelWidth_ / width)), 1, 256);
-    const double reach = std::min(kernelSupport(m) + texelWidth_, std::numbers::pi);
-    const Lobe lobe{direction, 1 / (m * m), reach, std::cos(reach), std::sin(reach)};
+    const auto piecesFor = [&](double scale) {
+        return std::clamp(static_cast<int>(std::ceil(piecesPerWidth * texelWidth_ / scale)), 1, 256);
+    };
+    const double reach = std::min(kernelSupport(m, distribution) + texelWidth_, std::numbers::pi);
+    const Lobe lobe{direction, m * m, distribution, reach, std::cos(reach), std::sin(reach)};
     Workspace workspace;
     for (const Tile& tile : tiles_) {
         const bool isInside = reach + tile.radius >= std::numbers::pi;
-        if (isInside || glm::dot(tile.centre, direction) >= lobe.cosine * tile.cosine - lobe.sine * tile.sine)
-            gatherTile(lobe, tile, pieces, workspace);
+        const double cosine = glm::dot(tile.centre, direction);
+        if (!isInside && cosine < lobe.cosine * tile.cosine - lobe.sine * tile.sine) continue;
+        double scale = width;
+        if (distribution == NormalDistribution::Ggx) {
+            // D falls with 1 / (m^2 + angle^2 / 4)^2: it changes by a share over a width of half the angle.
+            const double nearest = std::max(0.0, std::acos(std::clamp(cosine, -1.0, 1.0)) - tile.radius);
+            scale = std::max(width, nearest / 2);
+        }
+        gatherTile(lobe, tile, piecesFor(scale), workspace);
     }
     glm::dvec3 sum(0);
     double weightSum = 0;
@@ -363,8 +382,12 @@ void CubemapReference::addWeights(const Lobe& lobe, const Columns& columns, std:
     const double* const cosine = columns.cosine.data();
     const double* const solidAngle = columns.solidAngle.data();
     double* const weight = weights.data();
-    const double inverseSquaredM = lobe.inverseSquaredM;
-    for (std::size_t i = begin; i < end; ++i) weight[i] += solidAngle[i] * kernelShape(cosine[i], inverseSquaredM);
+    const double squaredM = lobe.squaredM;
+    if (lobe.distribution == NormalDistribution::Ggx)
+        for (std::size_t i = begin; i < end; ++i) weight[i] += solidAngle[i] * kernelShape<NormalDistribution::Ggx>(cosine[i], squaredM);
+    else
+        for (std::size_t i = begin; i < end; ++i)
+            weight[i] += solidAngle[i] * kernelShape<NormalDistribution::Beckmann>(cosine[i], squaredM);
 }
 
 void CubemapReference::addRadiance(const Tile& tile, int y, std::size_t begin, std::size_t end, Workspace& workspace) const {
@@ -439,14 +462,16 @@ std::vector<CubemapSample> cubemapSamples(const CookedCubemap& map, const Cubema
     return samples;
 }
 
-lighting::ShBands kernelBands(double m) {
+lighting::ShBands kernelBands(double m, NormalDistribution lobe) {
     if (!(m > 0)) return {1, 1, 1};
     constexpr int kSteps = 4096;
     std::array<double, 3> sums{};
-    const double support = kernelSupport(m);
+    const double support = kernelSupport(m, lobe);
     for (int i = 0; i < kSteps; ++i) {  // midpoints in the angle, so that narrow lobes are resolved
         const double angle = support * (i + 0.5) / kSteps, c = std::cos(angle);
-        const double weight = std::sin(angle) * kernelShape(c, 1 / (m * m));
+        const double shape = lobe == NormalDistribution::Ggx ? kernelShape<NormalDistribution::Ggx>(c, m * m)
+                                                             : kernelShape<NormalDistribution::Beckmann>(c, m * m);
+        const double weight = std::sin(angle) * shape;
         sums[0] += weight;
         sums[1] += weight * c;
         sums[2] += weight * 0.5 * (3 * c * c - 1);
@@ -469,8 +494,8 @@ CubemapResult compareCubemap(const CookedCubemap& map, const CubemapReference& r
     CubemapResult result;
     result.cooked = shadeCubemap(map, sample.mip, glm::vec3(stored), sample.direction);
     // 128 places a side resolve an edge between two source texels within half a step: an error of at most 0.4 % of their difference.
-    result.reference =
-        mip.m > 0 ? reference.prefiltered(sample.direction, mip.m) : reference.footprintMean(sample.direction, mip.faces[0].width(), 128);
+    result.reference = mip.m > 0 ? reference.prefiltered(sample.direction, mip.m, 8, map.lobe)
+                                 : reference.footprintMean(sample.direction, mip.faces[0].width(), 128);
     return result;
 }
 

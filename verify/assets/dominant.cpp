@@ -8,7 +8,7 @@
 
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
-#include "shaders/lightcook_cpp.h"
+#include "verify/assets/dominant_specular.h"
 
 namespace lightcook::verify {
 namespace {
@@ -20,12 +20,19 @@ double largestBeckmann(double m) {
     return squared <= 0.5 ? 1 / (std::numbers::pi * squared) : 4 * squared * std::exp(1 / squared - 2) / std::numbers::pi;
 }
 
+/// Returns the same of GGX: it falls with the angle for every m up to 1, and its peak falls with m.
+double largestGgx(double m) {
+    return 1 / (std::numbers::pi * m * m);
+}
+
 /// Returns an upper bound of the reflected radiance over views, F0 and roughnesses of at least m. Apart from intensity and D,
 /// NoL f = G F / (4 NoV), and G / (4 NoV) <= NoH^2 / (NoL + NoV) <= 1 / NoL because V + L = 2 VoH H.
-double largestSpecular(const glm::dvec3& direction, double intensity, const glm::dvec3& normal, double m) {
+double largestSpecular(const glm::dvec3& direction, double intensity, const glm::dvec3& normal, double m,
+                       lighting::NormalDistribution lobe) {
     const double length = glm::length(direction);
     const double NoL = length > 0 ? glm::dot(direction, normal) / length : 1;
-    return NoL > 0 && intensity > 0 ? intensity * largestBeckmann(m) / NoL : 0;
+    const double largest = lobe == lighting::NormalDistribution::Ggx ? largestGgx(m) : largestBeckmann(m);
+    return NoL > 0 && intensity > 0 ? intensity * largest / NoL : 0;
 }
 
 double luminanceOf(const glm::dvec3& color, const glm::vec3& weights) {
@@ -50,21 +57,20 @@ struct DominantVerifier::Place {
     }
     /// Adds bounds over all views, F0 and roughnesses of at least smallestM. Stored and reference light may have different directions:
     /// either may be 0 where the other is largest.
-    void addBounds(double smallestM, double floor, ErrorAccumulator& errors) const {
+    void addBounds(double smallestM, lighting::NormalDistribution lobe, double floor, ErrorAccumulator& errors) const {
         for (int channel = 0; channel < 3; ++channel) {
-            const double found = largestSpecular(seen.direction, seen.intensity[channel], normal, smallestM);
-            const double truth = largestSpecular(reference.direction, reference.intensity[channel], normal, smallestM);
-            const auto bound = [&](double referenceLight, double foundLight, double local) {
+            const double found = largestSpecular(seen.direction, seen.intensity[channel], normal, smallestM, lobe);
+            const double truth = largestSpecular(reference.direction, reference.intensity[channel], normal, smallestM, lobe);
+            // The bound covers every view, so there is no light of one view to report beside it.
+            const auto bound = [&](double local) {
                 ErrorPlace worst = at(channel);
                 worst.m = smallestM;
-                worst.reference = referenceLight;
-                worst.found = foundLight;
                 worst.local = local;
                 errors.addBound(local, worst);
             };
             constexpr double kRounding = 1 + 1e-4;  // of the shader's floats
-            if (found > 0) bound(0, found, found / floor * kRounding);
-            if (truth > 0) bound(truth, 0, truth / (truth + floor) * kRounding);
+            if (found > 0) bound(found / floor * kRounding);
+            if (truth > 0) bound(truth / (truth + floor) * kRounding);
         }
     }
 };
@@ -114,8 +120,8 @@ void DominantVerifier::shade(const Place& place, ErrorAccumulator& errors) const
         for (const double m : shading_.m)
             for (const double f0 : shading_.f0) {
                 const auto shaded = [&](const glm::vec3& direction, const glm::vec3& intensity) {
-                    return shaders::lcDominantSpecular(view, direction, intensity, normal, static_cast<float>(m),
-                                                       glm::vec3(static_cast<float>(f0)));
+                    return dominantSpecular(shading_.lobe, view, direction, intensity, normal, static_cast<float>(m),
+                                            glm::vec3(static_cast<float>(f0)));
                 };
                 const glm::vec3 reference = shaded(trueDirection, trueIntensity),
                                 seen = shaded(glm::vec3(place.seen.direction), glm::vec3(place.seen.intensity));
@@ -129,7 +135,7 @@ void DominantVerifier::shade(const Place& place, ErrorAccumulator& errors) const
                     });
             }
     }
-    place.addBounds(*std::min_element(shading_.m.begin(), shading_.m.end()), lighting::kLocalErrorFloor * key_, errors);
+    place.addBounds(*std::min_element(shading_.m.begin(), shading_.m.end()), shading_.lobe, lighting::kLocalErrorFloor * key_, errors);
 }
 
 DominantLightSample DominantVerifier::reference(const lighting::ShRgb& incident, const glm::dvec3& normal,

@@ -7,7 +7,7 @@
 
 #include "lighting/brdf.h"
 #include "lighting/radiometry.h"
-#include "shaders/lightcook_cpp.h"
+#include "verify/assets/dominant_specular.h"
 
 namespace lightcook::verify {
 namespace {
@@ -23,18 +23,19 @@ shaders::LcSh shaderSh(const lighting::ShRgb& sh) {
 /// Cache of kernels by view and roughness: files repeat a few values of each.
 class Kernels {
 public:
+    explicit Kernels(lighting::NormalDistribution lobe) : lobe_(lobe) {}
     const lighting::AreaSpecularKernel& at(double NoV, double m) {
         constexpr int kSamples = 256;
         const auto [kernel, isNew] = kernels_.try_emplace({std::lround(NoV / kStep), m});
         if (isNew)
-            kernel->second =
-                lighting::integrateAreaSpecular(static_cast<double>(kernel->first.first) * kStep, m, lighting::NormalDistribution::Beckmann,
-                                                lighting::CookTorranceNormalization::Energy, kSamples);
+            kernel->second = lighting::integrateAreaSpecular(static_cast<double>(kernel->first.first) * kStep, m, lobe_,
+                                                             lighting::CookTorranceNormalization::Energy, kSamples);
         return kernel->second;
     }
 
 private:
     static constexpr double kStep = 1e-3;  ///< step of NoV
+    lighting::NormalDistribution lobe_;
     std::map<std::pair<long, double>, lighting::AreaSpecularKernel> kernels_;
 };
 
@@ -50,9 +51,10 @@ glm::dvec3 areaSpecular(const shaders::LcSh& sh, const formats::ShadingValue& va
     return sum;
 }
 
-glm::dvec3 analyticSpecular(const DominantLightSample& light, const formats::ShadingValue& value, const glm::dvec3& normal) {
-    return glm::dvec3(shaders::lcDominantSpecular(glm::vec3(value.direction), glm::vec3(light.direction), glm::vec3(light.intensity),
-                                                  glm::vec3(normal), static_cast<float>(value.m), glm::vec3(static_cast<float>(value.f0))));
+glm::dvec3 analyticSpecular(const DominantLightSample& light, const formats::ShadingValue& value, const glm::dvec3& normal,
+                            lighting::NormalDistribution lobe) {
+    return glm::dvec3(dominantSpecular(lobe, glm::vec3(value.direction), glm::vec3(light.direction), glm::vec3(light.intensity),
+                                       glm::vec3(normal), static_cast<float>(value.m), glm::vec3(static_cast<float>(value.f0))));
 }
 
 }  // namespace
@@ -83,9 +85,9 @@ TruthErrors TruthSums::errors() const {
     return {relative(model_), relative(cooking_), relative(total_)};
 }
 
-LightMapTruth lightMapTruth(std::span<const LightMapTruthPlace> places) {
+LightMapTruth lightMapTruth(std::span<const LightMapTruthPlace> places, lighting::NormalDistribution lobe) {
     LightMapTruth truth;
-    Kernels kernels;
+    Kernels kernels(lobe);
     for (const LightMapTruthPlace& place : places) {
         const formats::ShadingValue& value = place.value;
         if (value.kind == Kind::Lambert)
@@ -98,21 +100,22 @@ LightMapTruth lightMapTruth(std::span<const LightMapTruthPlace> places) {
     return truth;
 }
 
-DominantTruth dominantTruth(std::span<const DominantTruthPlace> places) {
+DominantTruth dominantTruth(std::span<const DominantTruthPlace> places, lighting::NormalDistribution lobe) {
     DominantTruth truth;
-    Kernels kernels;
+    Kernels kernels(lobe);
     for (const DominantTruthPlace& place : places) {
         const formats::ShadingValue& value = place.value;
-        const glm::dvec3 one = analyticSpecular(place.fitted, value, place.normal);
-        const glm::dvec3 two = analyticSpecular(place.two[0], value, place.normal) + analyticSpecular(place.two[1], value, place.normal);
+        const glm::dvec3 one = analyticSpecular(place.fitted, value, place.normal, lobe);
+        const glm::dvec3 two =
+            analyticSpecular(place.two[0], value, place.normal, lobe) + analyticSpecular(place.two[1], value, place.normal, lobe);
         const auto whole = [&](const DominantLightSample& light) {
             const glm::vec3 towards = shaders::lcDominantDirection(glm::vec3(light.direction), glm::vec3(place.normal));
             const shaders::LcSh rest = shaders::lcWithoutLight(shaderSh(place.baked), towards, glm::vec3(light.intensity));
-            return analyticSpecular(light, value, place.normal) + areaSpecular(rest, value, place.normal, kernels);
+            return analyticSpecular(light, value, place.normal, lobe) + areaSpecular(rest, value, place.normal, kernels);
         };
         const glm::dvec3 area = areaSpecular(shaderSh(place.baked), value, place.normal, kernels);
         truth.withRest[value.m].add(value.value, whole(place.fitted), whole(place.cooked));
-        truth.oneLight[value.m].add(value.value, one, analyticSpecular(place.cooked, value, place.normal));
+        truth.oneLight[value.m].add(value.value, one, analyticSpecular(place.cooked, value, place.normal, lobe));
         truth.twoLights[value.m].add(value.value, one, two);
         truth.areaSpecular[value.m].add(value.value, area, area);
     }

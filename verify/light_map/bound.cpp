@@ -240,13 +240,18 @@ double localErrorBound(std::span<const ErrorPair> pairs, std::span<const Respons
                     std::optional<glm::dvec3> at;
                     relative = raised(pairs[i], response, sign, share, floor, slack, relative, at);
                     if (at && place != nullptr)
-                        reached = {i, *at, valueAt(pairs[i].error, response, *at), valueAt(pairs[i].reference, response, *at)};
+                        reached = {i, *at, valueAt(pairs[i].error, response, *at), valueAt(pairs[i].reference, response, *at),
+                                   response.bands};
                 }
         if (!(relative < bound)) continue;
         bound = relative;
         if (place != nullptr) *place = reached;
     }
     return bound;
+}
+
+double shadedAbout(const lighting::Sh& light, const lighting::ShBands& bands, const glm::dvec3& n) {
+    return valueAt(light, Response{bands, {}}, n);
 }
 
 AxisCone axisCone(std::span<const glm::vec3> vectors, double rounding) {

@@ -49,7 +49,10 @@ struct BoundPlace {
     std::size_t pair = 0;
     glm::dvec3 direction{0};
     double error = 0, reference = 0;
+    lighting::ShBands bands{};  ///< of the response that reached the bound
 };
+/// Returns light shaded by a zonal kernel about a direction: sum_l bands_l sum_m k_lm Y_lm(n).
+double shadedAbout(const lighting::Sh& light, const lighting::ShBands& bands, const glm::dvec3& n);
 
 /// Returns an upper bound of |e| / (|r| + floor), where e and r are the responses to error and reference, over every direction, every
 /// mean of the responses and 0, and every mean of the pairs (non-negative weights of sum 1, the same for error and reference). One pair is

@@ -4,11 +4,12 @@
 
 namespace lightcook::verify::lightmap {
 
-void LargestBound::raise(double candidate, const ErrorPlace& at) {
+void LargestBound::raise(double candidate, const ErrorPlace& at, const lighting::ShBands& response) {
     const auto order = [](const ErrorPlace& p) { return std::tuple(p.y, p.x, p.channel); };
     if (!(candidate > bound || (candidate == bound && candidate > 0 && order(at) < order(place)))) return;
     bound = candidate;
     place = at;
+    bands = response;
 }
 
 BoundEvaluator::BoundEvaluator(const ShadingSetup& setup, float perKey) : setup_(setup), unit_(1 / static_cast<double>(perKey)) {
@@ -56,7 +57,7 @@ void BoundEvaluator::raise(LargestBounds& largest, std::span<const ErrorPair> pa
         if (staysWithin(pairs, responses, kFloor, slack, kTieMargin * current.bound)) return;
         BoundPlace found;
         const double bound = localErrorBound(pairs, responses, kFloor, slack, std::numeric_limits<double>::infinity(), &found);
-        current.raise(bound, placeOf(found, bound, places));
+        current.raise(bound, placeOf(found, bound, places), found.bands);
     };
     raiseTo({&kExitResponse, 1}, largest.diffuse);
     raiseTo(setup_.responses, largest.specular);

@@ -34,8 +34,9 @@ namespace lightmap {
 struct LargestBound {
     double bound = 0;
     ErrorPlace place;
+    lighting::ShBands bands{};  ///< of the response that reached the bound
     /// Raises the bound to `candidate` at `at`. Ties go to the smaller (y, x, channel), so the result does not depend on evaluation order.
-    void raise(double candidate, const ErrorPlace& at);
+    void raise(double candidate, const ErrorPlace& at, const lighting::ShBands& response);
 };
 struct LargestBounds {
     LargestBound diffuse, specular;

@@ -61,10 +61,13 @@ struct Raw : LayoutRow<LightMapLayout::Raw> {
     shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapRaw(shaderTexels<shaders::LcRawTexels>(t), k); }
 };
 
-/// Decoded as the constant environment with this exit radiance: coefficient 0 alone, for the reference too.
+/// Decoded as the constant environment with this exit radiance: coefficient 0 alone.
 struct Flat : LayoutRow<LightMapLayout::Flat> {
     static constexpr float kY0 = 0.28209479f;
     shaders::LcFlatConstants k{};
+    /// The scene shades the texel's own normal alone, so that the reference is its exit radiance. Otherwise it is the whole bake, and what
+    /// a flat map lacks counts as error.
+    bool isOwnNormalOnly = true;
 
     shaders::LcSh decode(const Texels<kLayers>& t) const {
         shaders::LcSh sh{};

@@ -76,7 +76,6 @@ struct LightMapVerifier::State {
     std::vector<TextureNeed> textures;
     ShadingSetup setup;
 
-    bool isFlat() const { return std::holds_alternative<layouts::Flat>(layout); }
     lightmap::RowInputs inputs(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference) const {
         return {map, sampling, setup, perKey, texels, reference};
     }
@@ -108,7 +107,9 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
             setup.tolerance.insert(setup.tolerance.end(), static_cast<std::size_t>(state->textures[i].layerCount),
                                    toleranceOf(map.formats[i]));
     }
-    if (state->isFlat()) {
+    auto* flat = std::get_if<layouts::Flat>(&state->layout);
+    if (flat != nullptr) flat->isOwnNormalOnly = !shading.needsDirections();
+    if (flat != nullptr && flat->isOwnNormalOnly) {
         setup.diffuse = flatMatrix();
     } else {
         setup.diffuse = diffuseMatrix(shading.normalCount);

@@ -138,7 +138,7 @@ private:
                 if (responses.empty() || errors.staysWithin(responses, kTieMargin * current.bound)) return;
                 BoundPlace found;
                 const double bound = errors.bound(responses, current.bound, found);
-                current.raise(bound, evaluator_.placeOf(found, bound, placesOf(x, y, c)));
+                current.raise(bound, evaluator_.placeOf(found, bound, placesOf(x, y, c)), found.bands);
             };
             raiseTo({&kExitResponse, 1}, largest_.diffuse);
             raiseTo(evaluator_.setup().responses, largest_.specular);

@@ -51,7 +51,10 @@ public:
             quads_.refineDeferred();
         }
         for (std::size_t stage = 0; stage < kStages; ++stage) addBounds(errors_.accumulators[stage], largest_[stage]);
-        addBounds(errors_.accumulators.back(), quads_.largest());
+        LargestBounds quads = quads_.largest();
+        decodeAt(quads.diffuse);
+        decodeAt(quads.specular);
+        addBounds(errors_.accumulators.back(), quads);
         return std::move(errors_);
     }
 
@@ -68,6 +71,24 @@ private:
     void addBounds(LightMapErrors::Stage& stage, const LargestBounds& largest) const {
         stage.diffuse.addBound(largest.diffuse.bound, largest.diffuse.place);
         if (evaluator_.setup().hasSpecular()) stage.specular.addBound(largest.specular.bound, largest.specular.place);
+    }
+    /// Sets the light of the place of a quad's bound: what filtered bake and textures decode to there, shaded in the bound's direction. The
+    /// bound was reached by control vectors, which are no values of the map.
+    void decodeAt(LargestBound& largest) const {
+        ErrorPlace& place = largest.place;
+        if (!place.isKnown() || rows_.width() < 2) return;
+        const int x = std::min(static_cast<int>(place.x), rows_.width() - 2);
+        const int y = std::min(static_cast<int>(place.y), rows_.lastRow() - 1);
+        const auto u = static_cast<float>(place.x - x), v = static_cast<float>(place.y - y);
+        rows_.withQuad(x, y, [&](const Corners& corners) {
+            const auto filter = [&](const auto& at) { return blend(blend(*at[0], *at[1], u), blend(*at[2], *at[3], u), v); };
+            const LcSh seen = rows_.decoded(filter(corners.texels), x + (u > 0.5f ? 1 : 0), y + (v > 0.5f ? 1 : 0));
+            const auto light = [&](const LcSh& sh) {
+                return shadedAbout(channelsOf(sh)[index(place.channel)], largest.bands, place.normal) / static_cast<double>(rows_.perKey());
+            };
+            place.reference = light(filter(corners.references));
+            place.found = light(seen);
+        });
     }
     void addErrors(std::size_t stage, const LcSh& error) {
         LightMapErrors::Stage& accumulators = errors_.accumulators[stage];

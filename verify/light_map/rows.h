@@ -35,6 +35,10 @@ public:
     int width() const { return map_.width; }
     float perKey() const { return perKey_; }
     const DecodedLightMapRows& texels() const { return texels_; }
+    /// Returns the last row that texels and reference both hold.
+    int lastRow() const {
+        return std::min(texels_.firstRow + texels_.textures.front().front().height(), reference_.firstRow + reference_.sh.height()) - 1;
+    }
     const glm::vec3& normalAt(int x, int y) const { return reference_.normal.at(x, y - reference_.firstRow); }
 
     /// One row of the map; light in units of the key.
@@ -133,6 +137,7 @@ private:
         const lighting::ShRgb& sh = reference_.sh.at(x, stripRow);
         for (std::size_t i = 0; i < kCount; ++i) out.c[i] = perKey_ * sh[i];
         if constexpr (std::is_same_v<Layout, layouts::Flat>) {
+            if (!layout_.isOwnNormalOnly) return out;
             LcSh flat{};
             flat.c[0] = shaders::lcExitRadiance(out, reference_.normal.at(x, stripRow)) / layouts::Flat::kY0;
             return flat;

@@ -34,9 +34,8 @@ lighting::ShDouble atF0(const lighting::AreaSpecularKernel& kernel, double f0) {
     return out;
 }
 
-lighting::AreaSpecularKernel kernelAt(double NoV, double m, int sampleCount) {
-    return lighting::integrateAreaSpecular(NoV, m, lighting::NormalDistribution::Beckmann, lighting::CookTorranceNormalization::Energy,
-                                           sampleCount);
+lighting::AreaSpecularKernel kernelAt(double NoV, double m, lighting::NormalDistribution lobe, int sampleCount) {
+    return lighting::integrateAreaSpecular(NoV, m, lobe, lighting::CookTorranceNormalization::Energy, sampleCount);
 }
 
 lighting::ShBands normsOf(const lighting::ShDouble& kernel) {
@@ -85,7 +84,8 @@ public:
             const double m = steps == 0 ? lowM : lowM * std::pow(highM / lowM, static_cast<double>(r) / steps);
             // Even steps of the angle: kernels change fastest towards grazing.
             for (int v = 0; v < kViews; ++v)
-                kernels_.push_back(kernelAt(std::max(1e-3, std::cos(0.5 * std::numbers::pi * v / (kViews - 1))), m, kScanSamples));
+                kernels_.push_back(
+                    kernelAt(std::max(1e-3, std::cos(0.5 * std::numbers::pi * v / (kViews - 1))), m, shading.lobe, kScanSamples));
         }
     }
     /// Adds each kernel for this F0, split. Its residual covers kernels between it and its neighbours.
@@ -241,7 +241,7 @@ ShadingMatrix specularMatrix(const LightMapShading& shading) {
     for (int k = 0; k < shading.viewCount; ++k) {
         const glm::dvec3 view = lighting::fibonacciHemisphere(k, shading.viewCount);
         for (const double m : shading.m) {
-            const lighting::AreaSpecularKernel kernel = kernelAt(view.z, m, kKernelSamples);
+            const lighting::AreaSpecularKernel kernel = kernelAt(view.z, m, shading.lobe, kKernelSamples);
             for (const double f0 : shading.f0) {
                 rows.push_back(turnedAroundNormal(atF0(kernel, f0), view));
                 samples.push_back({.view = view, .m = m, .f0 = f0});

@@ -82,8 +82,10 @@ float brightest(const std::vector<Image<glm::vec3>>& levels) {
     return largest;
 }
 
-CubemapConstants constantsOf(const fit::CubemapPrefilter& filter, const fit::PreDivide& divide, float range) {
+CubemapConstants constantsOf(const fit::CubemapPrefilter& filter, const fit::PreDivide& divide, float range,
+                             lighting::NormalDistribution lobe) {
     CubemapConstants constants;
+    constants.kernel = lobe;
     constants.range = range;
     for (const fit::MipKernel& mip : filter.mips()) constants.mips.push_back({mip.perceptualRoughness, mip.m, mip.bands});
     constants.windowedSh = divide.windowedSh;
@@ -122,6 +124,7 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     if (!sh) return tl::make_unexpected(sh.error());
     fit::CubemapOptions options;
     options.size = parameters->size;
+    options.kernel = parameters->lobe == lighting::NormalDistribution::Ggx ? fit::PrefilterKernel::Ggx : fit::PrefilterKernel::Beckmann;
     const auto filter = fit::CubemapPrefilter::create(loaded->environment, options);
     if (!filter) return tl::make_unexpected(filter.error());
     std::vector<lighting::ShBands> bands;
@@ -141,7 +144,7 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     for (const Image<glm::vec3>& level : divided.levels)
         for (auto& face : encodeFaces(shape.format, level.view(), range, parameters->textures.encodeOptions(), report))
             images.push_back(std::move(face));
-    const Json constants = toJson(constantsOf(*filter, divide, range));
+    const Json constants = toJson(constantsOf(*filter, divide, range, parameters->lobe));
     const std::string& name = context.action.asset;
     AssetTextures textures(context, parameters->textures);
     if (auto written = textures.write({"cubemap", name, shape, {{"layout", "pre-divided-cubemap"}, {"constants", constants}}}, images);

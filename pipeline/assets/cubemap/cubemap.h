@@ -20,6 +20,7 @@ struct CubemapParameters {
     TextureSettings textures;
     int size = kCubemapSize;
     bool repair = false;
+    lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
     std::optional<std::string> probeFile;  ///< name by which input "sh" knows the probe
 };
 template <class Fields, Is<CubemapParameters> Self>
@@ -29,6 +30,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("textures", parameters.textures, "settings of the files");
     fields.required("size", parameters.size, "texels along an edge");
     fields.required("repair", parameters.repair, "true to replace texels that are not finite");
+    fields.required("lobe", parameters.lobe, "microfacet distribution of the prefilter");
     fields.optional("probe_file", parameters.probeFile, "name of the probe in the SH file");
 }
 
@@ -39,7 +41,7 @@ struct CubemapConstants {
         lighting::ShBands bands{1, 1, 1};
     };
     float range = 1;
-    std::string kernel = "beckmann";
+    lighting::NormalDistribution kernel = lighting::NormalDistribution::Beckmann;
     std::vector<Mip> mips;
     lighting::ShRgb windowedSh{};
     lighting::ShBands window{1, 1, 1};
@@ -48,7 +50,7 @@ struct CubemapConstants {
 template <class Fields, Is<CubemapConstants::Mip> Self>
 void describe(Fields& fields, Self& mip) {
     fields.required("perceptual_roughness", mip.perceptualRoughness, "roughness by which an engine picks the mip");
-    fields.required("m", mip.m, "Beckmann roughness of the kernel: the square of perceptual_roughness");
+    fields.required("m", mip.m, "roughness of the kernel: the square of perceptual_roughness");
     fields.required("bands", mip.bands, "factors of SH bands 0, 1 and 2 under this kernel");
 }
 template <class Fields, Is<CubemapConstants> Self>

@@ -36,6 +36,7 @@ Result<verify::CookedCubemap> readCubemap(const ActionContext& context, const Co
     verify::CookedCubemap map;
     map.range = constants->range;
     map.windowedSh = constants->windowedSh;
+    map.lobe = constants->kernel;
     for (int level = 0; level < shape.mipCount; ++level) {
         const CubemapConstants::Mip& entry = constants->mips[static_cast<std::size_t>(level)];
         verify::CookedCubemap::Mip mip;
@@ -72,8 +73,8 @@ public:
             const glm::dvec3 direction = lighting::cubeTexelDirection(face, x % size, row, size);
             const verify::CookedCubemap::Mip& level = map_.mips[static_cast<std::size_t>(mip)];
             const glm::vec3 stored(level.faces[static_cast<std::size_t>(face)].at(x % size, row));
-            const glm::dvec3 truth =
-                level.m > 0 ? reference_.prefiltered(direction, level.m, 1) : reference_.footprintMean(direction, size, kFootprintPlaces);
+            const glm::dvec3 truth = level.m > 0 ? reference_.prefiltered(direction, level.m, 1, map_.lobe)
+                                                 : reference_.footprintMean(direction, size, kFootprintPlaces);
             const glm::dvec3 seen = verify::shadeCubemap(map_, mip, stored, direction);
             preview_.set(x, y, glm::vec3(truth), glm::vec3(seen));
             compared_[static_cast<std::size_t>(y)].push_back({mip, face, x % size, row, truth, seen});
@@ -182,7 +183,7 @@ LightFigures ratioOf(const verify::CookedCubemap& map, const std::vector<verify:
 /// Compares the band factors of each mip with those of its kernel.
 void checkBands(const verify::CookedCubemap& map, std::vector<verify::Violation>& violations) {
     for (std::size_t mip = 0; mip < map.mips.size(); ++mip) {
-        const lighting::ShBands &found = map.mips[mip].bands, expected = verify::kernelBands(map.mips[mip].m);
+        const lighting::ShBands &found = map.mips[mip].bands, expected = verify::kernelBands(map.mips[mip].m, map.lobe);
         bool isRight = true;
         for (std::size_t l = 0; l < 3; ++l) isRight = isRight && std::abs(found[l] - expected[l]) <= verify::kBandTolerance;
         if (isRight) continue;
@@ -231,9 +232,6 @@ std::vector<formats::Error> checkCubemapConstants(const CookedAsset& asset) {
     const auto constants = fromJson<CubemapConstants>(asset.constants.value_or(Json()), asset.name + ", constants");
     if (!constants) return {constants.error()};
     std::vector<formats::Error> errors;
-    if (constants->kernel != "beckmann")
-        errors.push_back({ErrorCode::Verification, asset.name + ", constants/kernel",
-                          fmt::format("found {}, expected \"beckmann\"", Json(constants->kernel).dump())});
     for (std::size_t mip = 0; mip < constants->mips.size(); ++mip) {
         const double perceptual = constants->mips[mip].perceptualRoughness, m = constants->mips[mip].m;
         if (!(std::abs(perceptual * perceptual - m) <= 1e-6))

@@ -261,7 +261,8 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
                                      bake.height(),
                                      dominantFitOf(asset->fit.value_or("closed"))};
     const verify::LightMapShading& materials = parameters->shading;
-    const verify::DominantShading shading{materials.m, materials.f0, materials.viewCount, verify::dominantStride(map.width, map.height)};
+    const verify::DominantShading shading{materials.m, materials.f0, materials.viewCount, verify::dominantStride(map.width, map.height),
+                                          materials.lobe};
     DominantComparison comparison(bake, *textures, *constants, map, shading, *groundTruth, *key);
     const auto whole = comparison.compare(context);
     if (!whole) return tl::make_unexpected(whole.error());
@@ -270,7 +271,7 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     VerifyResult result = judged(errors.stages(), *maxError, watch, violationsOf(*whole, textures->residual.has_value(), *maxError, bake));
     result.key = *key;
     result.light.emplace().specularRms = errors.referenceRms();
-    if (!whole->truthPlaces.empty()) result.groundTruth = toJson(verify::dominantTruth(whole->truthPlaces));
+    if (!whole->truthPlaces.empty()) result.groundTruth = toJson(verify::dominantTruth(whole->truthPlaces, materials.lobe));
     result.measures = {{"direction_error_degrees_mean", errors.meanDirectionError()},
                        {"direction_error_degrees_max", errors.maxDirectionError()},
                        {"unexplained_energy_stored", errors.unexplainedStored()},

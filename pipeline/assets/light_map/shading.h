@@ -1,6 +1,7 @@
 // Materials that light maps, dominant lights and tables are shaded with, as a parameter of verify actions.
 #pragma once
 
+#include "pipeline/json/enum_names.h"
 #include "pipeline/json/json_fields.h"
 #include "verify/light_map.h"
 
@@ -9,10 +10,11 @@ namespace lightcook::pipeline {
 template <class Fields, Is<verify::LightMapShading> Self>
 void describe(Fields& fields, Self& shading) {
     fields.required("specular", shading.specular, "true if area specular is shaded");
-    fields.required("m", shading.m, "Beckmann roughness of each material");
+    fields.required("m", shading.m, "roughness of each material: m of Beckmann, alpha of GGX");
     fields.required("f0", shading.f0, "reflectance at normal incidence of each material");
     fields.required("views", shading.viewCount, "views of each texel");
     fields.required("normals", shading.normalCount, "normals of each texel");
+    fields.required("lobe", shading.lobe, "microfacet distribution");
 }
 
 }  // namespace lightcook::pipeline

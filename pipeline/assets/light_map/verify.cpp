@@ -165,6 +165,20 @@ Result<std::vector<verify::Violation>> violationsOf(const LightMapPart& whole, c
     return violations;
 }
 
+/// Adds a violation to a map over its limit whose layout lacks light that the materials need.
+void checkLayout(const std::string& name, const verify::LightMapShading& shading, const verify::StageError& total, double maxError,
+                 std::vector<verify::Violation>& violations) {
+    const auto layout = formats::lightMapLayoutFromName(name);
+    if (!layout || std::max(total.diffuse.relRms, total.specular.relRms) <= maxError || !shading.needsDirections()) return;
+    const std::string lacks(formats::info(*layout).lacks);
+    if (lacks.empty()) return;
+    violations.insert(
+        violations.begin(),
+        {fmt::format("layout {}", name), fmt::format("a layout without {}", lacks),
+         "light_map_layout = \"auto\" or a layout that has it, or materials that do not need it (normal_map = false, specular = "
+         "false)"});
+}
+
 }  // namespace
 
 Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
@@ -189,6 +203,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     const auto truth = GroundTruth::open(context, bake, description->colors);
     if (!truth) return tl::make_unexpected(truth.error());
 
+    // Blocks of a flat map are checked for what it stores, whatever the materials need.
     const bool isFlat = asset->layout == formats::info(formats::LightMapLayout::Flat).name;
     Preview preview(bake.width(), bake.height(), *key);
     LightMapPart whole{cooked->verifier().noErrors(), verify::BlockErrors(bake.width(), 0), {}, {}};
@@ -201,10 +216,11 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     const std::vector<verify::StageError> stages = whole.errors.stages();
     auto violations = violationsOf(whole, stages, *maxError, bake, *cooked, *key);
     if (!violations) return tl::make_unexpected(violations.error());
+    checkLayout(asset->layout, parameters->shading, stages.back(), *maxError, *violations);
     VerifyResult result = judged(stages, *maxError, watch, std::move(*violations));
     result.key = *key;
     result.light = lightOf(whole.errors, *key, whole.light);
-    if (!truth->isEmpty()) result.groundTruth = toJson(verify::lightMapTruth(whole.truthPlaces));
+    if (!truth->isEmpty()) result.groundTruth = toJson(verify::lightMapTruth(whole.truthPlaces, parameters->shading.lobe));
     return outcomeWithPreview(std::move(result), preview, context);
 }
 

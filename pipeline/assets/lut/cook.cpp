@@ -25,7 +25,7 @@ void chooseAxes(const LutParameters& parameters, fit::SpecularTableOptions& opti
 
 Result<fit::SpecularTableOptions> optionsOf(const LutParameters& parameters) {
     fit::SpecularTableOptions options;
-    options.lobe = lobeOf(parameters.lobe).value();
+    options.lobe = parameters.lobe;
     options.normalization = normalizationOf(parameters.normalization).value();
     options.viewCount = parameters.viewCount;
     options.roughnessCount = parameters.roughnessCount;
@@ -44,14 +44,6 @@ fit::SpecularTables integrate(const fit::SpecularTableOptions& options) {
 }
 
 }  // namespace
-
-std::optional<lighting::SpecularLobe> lobeOf(const std::string& name) {
-    const auto place = std::ranges::find(kLobeNames, name);
-    if (place == kLobeNames.end()) return std::nullopt;
-    constexpr std::array kLobes = {lighting::SpecularLobe::Beckmann, lighting::SpecularLobe::Ggx, lighting::SpecularLobe::Phong,
-                                   lighting::SpecularLobe::PhongPower};
-    return kLobes.at(static_cast<std::size_t>(place - kLobeNames.begin()));
-}
 
 std::optional<lighting::CookTorranceNormalization> normalizationOf(const std::string& name) {
     if (name == "halo3") return lighting::CookTorranceNormalization::Halo3;
@@ -79,11 +71,11 @@ Result<ActionOutcome> cookLut(const ActionContext& context) {
     shape.height = options->roughnessCount;
     const std::string& name = context.action.asset;
     CookResult result{makeCookedAsset(name, AssetKind::Lut, "cook-torrance-cd", shape.width, shape.height), 0, {}};
-    result.asset.distribution = parameters->lobe;
+    result.asset.distribution = formats::info(parameters->lobe).name;
     result.asset.normalization = parameters->normalization;
     result.asset.constants = toJson(constants);
     const Json facts = {{"layout", "cook-torrance-tables"},
-                        {"distribution", parameters->lobe},
+                        {"distribution", *result.asset.distribution},
                         {"normalization", parameters->normalization},
                         {"constants", *result.asset.constants}};
     AssetTextures textures(context, parameters->textures);

@@ -18,7 +18,8 @@ inline constexpr std::array<const char*, 3> kLutRoles = {"c0236", "d0236", "cd78
 
 /// Parameters of the cook action. It has no input.
 struct LutParameters {
-    std::string lobe, normalization;  ///< one of kLobeNames; energy or halo3
+    lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;
+    std::string normalization;  ///< energy or halo3
     int viewCount = 8, roughnessCount = 16;
     double minimumM = 0, maximumM = 1;
     std::string viewAxis, roughnessAxis;  ///< a mapping of fit/specular_tables.h, or "auto"
@@ -27,7 +28,7 @@ struct LutParameters {
 };
 template <class Fields, Is<LutParameters> Self>
 void describe(Fields& fields, Self& parameters) {
-    fields.required("lobe", parameters.lobe, "microfacet distribution");
+    fields.required("lobe", parameters.lobe, "specular lobe");
     fields.required("normalization", parameters.normalization, "energy or halo3");
     fields.required("view_count", parameters.viewCount, "columns");
     fields.required("roughness_count", parameters.roughnessCount, "rows");
@@ -83,8 +84,6 @@ formats::Result<ActionOutcome> cookLut(const ActionContext& context);
 /// Verifies cooked tables against numerical integration, with a certified bound between texels.
 formats::Result<ActionOutcome> verifyLut(const ActionContext& context);
 
-/// Returns the lobe of a name, or nothing for a name that is not in kLobeNames.
-std::optional<lighting::SpecularLobe> lobeOf(const std::string& name);
 /// Returns the normalization of a name: energy or halo3.
 std::optional<lighting::CookTorranceNormalization> normalizationOf(const std::string& name);
 

@@ -50,14 +50,14 @@ Result<verify::CookedLut> readTables(const ActionContext& context, const CookedA
                        fmt::format("found {} and {}, expected known ones with their own factors", constants->view.mapping,
                                    constants->roughness.mapping));
     const std::string lobeName = asset.distribution.value_or(""), normalizationName = asset.normalization.value_or("");
-    const auto lobe = lobeOf(lobeName);
+    const auto* lobe = formats::findByName(formats::allSpecularLobes(), lobeName);
     const auto normalization = normalizationOf(normalizationName);
-    if (!lobe || !normalization)
+    if (lobe == nullptr || !normalization)
         return failure(ErrorCode::Verification, context.action.asset,
-                       fmt::format("found distribution {} and normalization {}, expected one of {}, and energy or halo3", lobeName,
-                                   normalizationName, fmt::join(kLobeNames, ", ")));
+                       fmt::format("found distribution {} and normalization {}, expected {}, and energy or halo3", lobeName,
+                                   normalizationName, formats::listOfNames(formats::allSpecularLobes())));
     verify::CookedLut tables;
-    tables.lobe = *lobe;
+    tables.lobe = lobe->id;
     tables.normalization = *normalization;
     tables.view = axisOf(constants->view);
     tables.roughness = axisOf(constants->roughness);

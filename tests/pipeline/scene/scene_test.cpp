@@ -29,7 +29,8 @@ void expectRefused(const std::string& text, const std::string& place, const std:
 }
 
 TEST(ReadScene, TablesHaveASectionOfTheirOwn) {
-    const auto scene = sceneFromText(kHead + R"toml([tables]
+    const auto scene = sceneFromText(kHead + R"toml(lobe = "ggx"
+[tables]
 views = 12
 rows = 6
 lobe = "ggx"
@@ -40,11 +41,15 @@ roughness_axis = "sqrt(m)"
     ASSERT_TRUE(scene.has_value()) << scene.error().line();
     EXPECT_EQ(scene->tables.viewCount, 12);
     EXPECT_EQ(scene->tables.roughnessCount, 6);
-    EXPECT_EQ(scene->tables.lobe, "ggx");
+    EXPECT_EQ(scene->lobe, lighting::SpecularLobe::Ggx);
     EXPECT_EQ(scene->tables.normalization, "halo3");
     EXPECT_EQ(scene->tables.viewAxis, "NoV");
     EXPECT_EQ(scene->tables.roughnessAxis, "sqrt(m)");
     EXPECT_EQ(sceneFromText(kHead)->tables.viewAxis, "auto");
+    expectRefused(kHead + "[tables]\nlobe = \"ggx\"\n", "4:8",
+                  "found \"ggx\" beside the scene's lobe \"beckmann\" for tables.lobe, expected the same lobe: write lobe = \"ggx\"");
+    expectRefused(kHead + "lobe = \"phong\"\n", "3:8", "lightcook lut --lobe phong makes tables alone");
+    expectRefused(kHead + "lobe = \"blinn\"\n", "3:8", "found 'blinn' for the scene.lobe, expected one of: beckmann, ggx");
     expectRefused(kHead + "[tables]\nlobes = \"ggx\"\n", "4:1", "nearest is 'lobe'");
     expectRefused(kHead + "[tables]\nview_axes = \"NoV\"\n", "4:1", "nearest is 'view_axis'");
     expectRefused(kHead + "[tables]\nviews = 1\n", "4:9", "expected an integer from 2 to 1024");

@@ -38,20 +38,21 @@ glm::vec3 withSun(const glm::dvec3& d) {
     return smooth(d) + glm::vec3(static_cast<float>(400 * std::exp(200 * (glm::dot(d, sun) - 1))));
 }
 
-double shape(double c, double m) {
+double shape(double c, double m, bool isGgx) {
+    if (isGgx) return c <= 0 ? 0 : c / std::pow(0.5 * (1 + c) * (m * m - 1) + 1, 2);
     const double tangentSquared = (1 - c) / (1 + c), cosineSquared = 0.5 * (1 + c);
     return c <= 0 ? 0 : std::exp(-tangentSquared / (m * m)) / (cosineSquared * cosineSquared) * c;
 }
 
 /// Returns the convolution on a polar lattice around the direction, from the source's function instead of its texels.
 template <class Radiance>
-glm::dvec3 convolve(const glm::dvec3& direction, double m, const Radiance& radiance) {
+glm::dvec3 convolve(const glm::dvec3& direction, double m, const Radiance& radiance, bool isGgx = false) {
     const glm::dmat3 frame = lighting::worldFromTangentFrame(direction);
     glm::dvec3 sum(0);
     double weightSum = 0;
     for (int i = 0; i < 600; ++i) {
         const double angle = 0.5 * std::numbers::pi * std::pow((i + 0.5) / 600, 2), width = (i + 0.5);  // d(angle) grows with i
-        const double c = std::cos(angle), weight = shape(c, m) * std::sin(angle) * width;
+        const double c = std::cos(angle), weight = shape(c, m, isGgx) * std::sin(angle) * width;
         for (int j = 0; j < 90; ++j) {
             const double phi = 2 * std::numbers::pi * (j + 0.5) / 90;
             const glm::dvec3 local(std::sin(angle) * std::cos(phi), std::sin(angle) * std::sin(phi), c);
@@ -117,6 +118,64 @@ TEST(CubemapReference, PrefiltersLikeALatticeAroundTheDirection) {
         }
 }
 
+TEST(CubemapReference, PrefiltersGgxOverTheWholeHemisphere) {
+    const Environment environment = panorama(256, withSun);
+    const CubemapReference reference(environment);
+    for (const double m : {0.02, 0.1, 0.3, 1.0})
+        for (int i = 0; i < 6; ++i) {
+            const glm::dvec3 direction = lighting::fibonacciSphere(i, 6);
+            const glm::dvec3 expected = convolve(direction, m, withSun, true),
+                             found = reference.prefiltered(direction, m, 8, lighting::NormalDistribution::Ggx);
+            for (int channel = 0; channel < 3; ++channel) EXPECT_NEAR(found[channel], expected[channel], 2e-3 * expected[channel]) << m;
+        }
+}
+
+TEST(CubemapReference, LargePiecesOfTheTailOfGgxCostNothing) {
+    // Texels of 7 degrees and a lobe of 1 to 6: pieces grow from the peak outwards. The truth splits every texel alike.
+    const Environment environment = panorama(24, withSun);
+    const CubemapReference reference(environment);
+    for (const double m : {0.02, 0.06, 0.1})
+        for (int i = 0; i < 6; ++i) {
+            const glm::dvec3 direction = lighting::fibonacciSphere(i, 6);
+            glm::dvec3 sum(0);
+            double weightSum = 0;
+            constexpr int kPieces = 96;
+            for (int y = 0; y < 24 * kPieces; ++y)
+                for (int x = 0; x < 48 * kPieces; ++x) {
+                    const glm::dvec2 uv((x + 0.5) / (48 * kPieces), (y + 0.5) / (24 * kPieces));
+                    const double c = glm::dot(lighting::directionFromEquirectangular(uv), direction);
+                    if (c <= 0) continue;
+                    const double weight = shape(c, m, true) * std::sin(std::numbers::pi * uv.y);
+                    sum += weight * glm::dvec3(environment.texels.at(x / kPieces, y / kPieces));
+                    weightSum += weight;
+                }
+            const glm::dvec3 found = reference.prefiltered(direction, m, 8, lighting::NormalDistribution::Ggx);
+            for (int channel = 0; channel < 3; ++channel)
+                EXPECT_NEAR(found[channel], sum[channel] / weightSum, 2e-3 * sum[channel] / weightSum) << m;
+        }
+}
+
+TEST(KernelBands, OfBothLobesAreThoseOfLongDoubleQuadrature) {
+    for (const bool isGgx : {false, true})
+        for (const double m : {1.0 / 49, 4.0 / 49, 0.25, 0.5, 1.0}) {
+            std::array<long double, 3> sums{};
+            constexpr int kSteps = 400000;
+            for (int i = 0; i < kSteps; ++i) {  // steps grow with the angle: half of them lie within 22 degrees
+                const long double t = (i + 0.5L) / kSteps, angle = std::numbers::pi_v<long double> / 2 * t * t, c = std::cos(angle);
+                const long double half = (1 + c) / 2, term = half * (static_cast<long double>(m) * m - 1) + 1;
+                const long double d = isGgx ? 1 / (term * term) : std::exp(-(1 - c) / (1 + c) / (m * m)) / (half * half);
+                const long double weight = d * c * std::sin(angle) * t;
+                sums[0] += weight;
+                sums[1] += weight * c;
+                sums[2] += weight * (3 * c * c - 1) / 2;
+            }
+            const lighting::ShBands found =
+                kernelBands(m, isGgx ? lighting::NormalDistribution::Ggx : lighting::NormalDistribution::Beckmann);
+            EXPECT_EQ(found[0], 1);
+            for (std::size_t l = 1; l < 3; ++l) EXPECT_NEAR(found[l], static_cast<double>(sums[l] / sums[0]), 1e-4) << m << ' ' << l;
+        }
+}
+
 /// Returns six faces of a function of direction. With 40 texels a side, the last tile is partial.
 template <class Radiance>
 Environment strip(int size, const Radiance& radiance) {
@@ -140,7 +199,7 @@ glm::dvec3 sumOverTexels(const Environment& environment, const glm::dvec3& direc
                                                : lighting::directionFromEquirectangular({(x + 0.5) / width, (y + 0.5) / height});
             const double solidAngle =
                 isStrip ? lighting::cubeTexelSolidAngle(x, y % width, width) : lighting::equirectangularTexelSolidAngle(y, width, height);
-            const double weight = solidAngle * shape(glm::dot(towards, direction), m);
+            const double weight = solidAngle * shape(glm::dot(towards, direction), m, false);
             sum += weight * glm::dvec3(environment.texels.at(x, y));
             weightSum += weight;
         }

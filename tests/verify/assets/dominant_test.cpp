@@ -50,8 +50,8 @@ DecodedDominantRows exact(const formats::LightMapStrip& band, int firstRow = 0, 
     return rows;
 }
 
-DominantVerifier verifier(int stride = 1) {
-    return {description(), {{0.1, 0.5}, {0.04, 0.6}, 8, stride}, lighting::kRec709Luminance, kKey};
+DominantVerifier verifier(int stride = 1, lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann) {
+    return {description(), {{0.1, 0.5}, {0.04, 0.6}, 8, stride, lobe}, lighting::kRec709Luminance, kKey};
 }
 
 TEST(DominantReference, IsTheClosedFormThatTheFitDocuments) {
@@ -222,6 +222,36 @@ TEST(VerifyDominant, StripsMergeToTheWholeAndTheBoundCoversOtherViews) {
     const auto manyViews = dense.verifyRows(rows, band, 0, kHeight).stages();
     EXPECT_GE(whole[1].specular.maxBound, manyViews[1].specular.maxSampled);
     EXPECT_GE(whole[0].specular.maxBound, manyViews[0].specular.maxSampled);
+}
+
+TEST(VerifyDominant, ShadesWithTheLobeOfTheSceneAndBoundsIt) {
+    const auto band = bake(false);
+    for (const auto lobe : {lighting::NormalDistribution::Beckmann, lighting::NormalDistribution::Ggx}) {
+        const DominantErrors errors = verifier(1, lobe).verifyRows(exact(band), band, 0, kHeight);
+        // Every texel has the same light: the RMS is that of one.
+        const glm::dvec3 normal(band.normal.at(0, 0));
+        const DominantLightSample light = dominantReference(band.sh.at(0, 0), normal, lighting::kRec709Luminance);
+        const glm::dvec3 towards = glm::normalize(light.direction);
+        const glm::dmat3 frame = lighting::worldFromTangentFrame(normal);
+        double squares = 0;
+        int count = 0;
+        for (int i = 0; i < 8; ++i)
+            for (const double m : {0.1, 0.5})
+                for (const double f0 : {0.04, 0.6}) {
+                    const glm::dvec3 view = frame * lighting::fibonacciHemisphere(i, 8);
+                    const double seen =
+                        std::max(glm::dot(normal, towards), 0.0) *
+                        lighting::cookTorrance(view, towards, normal, m, f0, lobe, lighting::CookTorranceNormalization::Energy);
+                    squares += seen * seen * glm::dot(light.intensity, light.intensity) / 3;
+                    ++count;
+                }
+        EXPECT_NEAR(errors.referenceRms(), std::sqrt(squares / count), 1e-3 * std::sqrt(squares / count));
+        DecodedDominantRows rows = exact(band);
+        for (glm::vec4& texel : rows.direction.texels()) texel = glm::vec4(glm::round(glm::vec3(texel) * 31.0f) / 31.0f, 1);
+        const auto whole = verifier(1, lobe).verifyRows(rows, band, 0, kHeight).stages();
+        const DominantVerifier dense(description(), {{0.1, 0.2, 0.5}, {0, 0.3, 1}, 400, 4, lobe}, lighting::kRec709Luminance, kKey);
+        EXPECT_GE(whole[1].specular.maxBound, dense.verifyRows(rows, band, 0, kHeight).stages()[1].specular.maxSampled);
+    }
 }
 
 TEST(VerifyDominant, ComparesARefinedFitWithTheBestLight) {

@@ -6,6 +6,8 @@
 #include <limits>
 
 #include "compress/light_map.h"
+#include "formats/specular_lobe.h"
+#include "lighting/sphere.h"
 #include "tests/compress/light_map_plan.h"
 #include "tests/compress/synthetic_light_map.h"
 #include "verify/texture_unit.h"
@@ -65,6 +67,54 @@ TEST(LightMapScore, AgreesWithTheVerifierForOurOwnLayouts) {
             EXPECT_DOUBLE_EQ(diffuse.p99, coded.total.diffuse.p99);
             EXPECT_DOUBLE_EQ(specular.p99, coded.total.specular.p99);
         }
+}
+
+/// Layouts that lack directions or bands are shaded like every other: what they lose of the bake is an error.
+TEST(LightMapScore, AgreesWithTheVerifierForLayoutsThatLackLight) {
+    const auto band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+    int lacking = 0;
+    for (const formats::LightMapLayoutInfo& row : formats::allLightMapLayouts()) {
+        if (row.lacks.empty()) continue;
+        ++lacking;
+        const Coded coded = code(band, row.id);
+        const auto errors = scoreFor(band).score(band, coded.decoded.view(), 0);
+        EXPECT_DOUBLE_EQ(errors.diffuse.figures().relRms, coded.total.diffuse.relRms) << row.name;
+        EXPECT_DOUBLE_EQ(errors.specular.figures().relRms, coded.total.specular.relRms) << row.name;
+        EXPECT_GT(coded.total.diffuse.relRms, 0.003) << row.name;
+        EXPECT_GT(coded.total.specular.relRms, 0.01) << row.name;
+    }
+    EXPECT_EQ(lacking, 4) << "flat, sh4, zh3, luvw-linear";
+}
+
+/// The specular light of GGX: the RMS of the reference is that of exact kernels, for light from one direction and from everywhere.
+TEST(LightMapScore, ShadesWithTheLobeOfTheScene) {
+    formats::LightMapStrip band = synthetic::makeBand(Kind::Gradient, 1, 0, 1);
+    band.normal.at(0, 0) = glm::vec3(0, 0, 1);
+    for (const lighting::SpecularLobe lobe : {lighting::SpecularLobe::Beckmann, lighting::SpecularLobe::Ggx})
+        for (const double m : {0.05, 0.3, 1.0})
+            for (const double f0 : {0.04, 1.0}) {
+                verify::LightMapShading shading;
+                shading.m = {m};
+                shading.f0 = {f0};
+                shading.lobe = *formats::info(lobe).distribution;
+                double squares = 0;
+                for (int k = 0; k < shading.viewCount; ++k) {
+                    const glm::dvec3 view = lighting::fibonacciHemisphere(k, shading.viewCount);
+                    const auto kernel = lighting::areaSpecular(view.z, m, lobe, lighting::CookTorranceNormalization::Energy);
+                    const double azimuth = std::atan2(view.y, view.x), c = std::cos(azimuth), s = std::sin(azimuth);
+                    const lighting::ShRotation turn(glm::dmat3(c, s, 0, -s, c, 0, 0, 0, 1));
+                    lighting::ShDouble row{};
+                    for (std::size_t i = 0; i < row.size(); ++i) row[i] = f0 * kernel.c[i] + (1 - f0) * kernel.d[i];
+                    row = turn.apply(row);
+                    glm::dvec3 light(0);
+                    for (std::size_t i = 0; i < row.size(); ++i) light += row[i] * glm::dvec3(band.sh.at(0, 0)[i]);
+                    squares += glm::dot(light, light) / (3 * shading.viewCount);
+                }
+                auto score = verify::LightMapScore::create(shading, 1);
+                ASSERT_TRUE(score.has_value());
+                const double found = score->score(band, band.sh.view(), 0).specular.referenceRms();
+                EXPECT_NEAR(found, std::sqrt(squares), 3e-4 * std::sqrt(squares)) << m << ' ' << f0;
+            }
 }
 
 TEST(LightMapScore, IsZeroForTheBakeAndTheScaleOfAScaledOne) {

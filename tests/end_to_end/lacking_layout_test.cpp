@@ -1,0 +1,95 @@
+// What a scene needs and a layout lacks counts as error: a flat map of a scene with normal maps or specular materials fails its limit and
+// says why, whatever asked for it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "formats/light_map_layout.h"
+#include "pipeline/command/lightmap.h"
+#include "pipeline/report/report.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using testing::HasSubstr;
+
+class LackingLayout : public testing::Test {
+protected:
+    /// Cooks the light map with an [output] and materials.
+    Outcome cook(const std::string& output, const std::string& materials) {
+        scene_.writeSceneFile(output, materials);
+        const RunState state;
+        return cookScene(scene_.options(), state);
+    }
+    static std::string needs(bool normalMap, bool specular) {
+        return fmt::format("[[material]]\nname = \"*\"\nnormal_map = {}\nspecular = {}\n", normalMap, specular);
+    }
+    /// Returns the figures of the light map's last stage.
+    static Json errorOf(const Outcome& outcome) { return outcome.report.at("assets")[0].at("stages").back().at("error"); }
+
+    SmallScene scene_{SmallScene::Parts::LightMap};
+};
+
+TEST_F(LackingLayout, FlatFailsItsLimitWhereMaterialsNeedDirections) {
+    for (const auto& [normalMap, specular] : {std::pair(true, true), std::pair(true, false), std::pair(false, true)}) {
+        const Outcome outcome = cook("max_error = 0.1\nlight_map_layout = \"flat\"\n", needs(normalMap, specular));
+        ASSERT_FALSE(outcome.errors.empty()) << normalMap << specular;
+        EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::Verification);
+        EXPECT_EQ(static_cast<int>(outcome.errors.front().code), 4);
+        EXPECT_EQ(outcome.errors.front().line(),
+                  "map, layout flat: found a layout without directions: normal maps see one radiance a texel, specular light a grey sky, "
+                  "expected light_map_layout = \"auto\" or a layout that has it, or materials that do not need it (normal_map = false, "
+                  "specular = false)");
+        EXPECT_FALSE(outcome.report.at("passed").get<bool>());
+        EXPECT_GT(errorOf(outcome).at("diffuse").at("rel_rms").get<double>(), 0.1);
+        EXPECT_EQ(errorOf(outcome).at("specular").at("rel_rms").get<double>() > 0.1, specular);
+        EXPECT_GT(errorOf(outcome).at("diffuse").at("max_bound").get<double>(),
+                  errorOf(outcome).at("diffuse").at("max_sampled").get<double>());
+        EXPECT_GT(outcome.report.at("whole").at("rel_rms").get<double>(), 0.1) << "the whole shading counts it, too";
+    }
+}
+
+TEST_F(LackingLayout, FlatIsExactWhereNothingNeedsDirections) {
+    const Outcome outcome = cook("max_error = 0.02\nlight_map_layout = \"flat\"\n", needs(false, false));
+    for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+    EXPECT_LT(errorOf(outcome).at("diffuse").at("rel_rms").get<double>(), 0.02);
+}
+
+TEST_F(LackingLayout, AutoNeverPicksALayoutWhoseLossItHasNotMeasured) {
+    for (const double limit : {0.5, 0.02, 0.004}) {
+        const Outcome outcome = cook(fmt::format("max_error = {}\nlight_map_layout = \"auto\"\n", limit), needs(true, true));
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        const std::string layout = outcome.report.at("assets")[0].at("layout");
+        EXPECT_NE(layout, "flat");
+        EXPECT_LE(errorOf(outcome).at("specular").at("rel_rms").get<double>(), limit);
+    }
+}
+
+TEST_F(LackingLayout, ABandThatIsMissingIsNamedWhereTheLimitIsMissed) {
+    for (const auto& [layout, lacks] :
+         {std::pair("sh4", "a layout without band 2, expected"), std::pair("zh3", "a layout without band 2, except for one zonal lobe")}) {
+        const Outcome outcome = cook(fmt::format("max_error = 0.002\nlight_map_layout = \"{}\"\n", layout), needs(true, true));
+        ASSERT_FALSE(outcome.errors.empty()) << layout;
+        EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::Verification);
+        EXPECT_THAT(outcome.errors.front().line(), HasSubstr(lacks));
+    }
+}
+
+TEST_F(LackingLayout, TheConverterTakesTheNeedsOfTheSurfaces) {
+    LightMapOptions options;
+    options.input = scene_ / "map.exr";
+    options.output = scene_ / "single";
+    options.cook.cache = scene_ / "cache";
+    options.cook.lightMapLayout = "flat";
+    const RunState state;
+    Outcome outcome = convertLightMap(options, state);
+    ASSERT_FALSE(outcome.errors.empty());
+    EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::Verification);
+    EXPECT_THAT(outcome.errors.front().line(), HasSubstr("layout flat: found a layout without directions"));
+    options.noNormalMaps = options.noSpecular = true;
+    outcome = convertLightMap(options, state);
+    for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

@@ -1,0 +1,96 @@
+// One scene, one lobe: cubemap, tables, dominant light, shader and verification of a scene have the lobe that its file names.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "pipeline/graph/files.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/report/report.h"
+#include "tests/pipeline/rewritten_manifest.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+/// A scene with every kind of asset that has a lobe, cooked.
+class LobeScene {
+public:
+    explicit LobeScene(const std::string& root) : scene_(SmallScene::Parts::All) {
+        scene_.writeSceneFile("max_error = 0.05\nlight_map_layout = \"ratio\"\n", "", root);
+        const RunState state;
+        outcome_ = cookScene(scene_.options(), state);
+    }
+    const Outcome& outcome() const { return outcome_; }
+    std::filesystem::path folder() const { return scene_ / "out"; }
+    Json manifest() const { return readManifest(folder()).value(); }
+    Json asset(const std::string& name) const {
+        for (const Json& each : manifest().at("assets"))
+            if (each.at("name") == name) return each;
+        throw std::runtime_error("no asset " + name);
+    }
+    double whole() const { return outcome_.report.at("whole").at("rel_rms").get<double>(); }
+    std::string shader() const { return formats::contentOf(folder() / kShaderName); }
+    std::vector<formats::Error> verify() const {
+        const RunState state;
+        return verifyCooked({folder(), {}, {}}, state).errors;
+    }
+
+private:
+    SmallScene scene_;
+    Outcome outcome_;
+};
+
+TEST(Lobe, OfASceneIsThatOfEveryAssetAndTheWholeErrorIsAlike) {
+    const LobeScene beckmann(""), ggx("lobe = \"ggx\"\n");
+    for (const formats::Error& error : ggx.outcome().errors) ADD_FAILURE() << error.line();
+    EXPECT_EQ(beckmann.manifest().at("lobe"), "beckmann");
+    EXPECT_EQ(ggx.manifest().at("lobe"), "ggx");
+    EXPECT_EQ(ggx.asset("specular").at("distribution"), "ggx");
+    EXPECT_EQ(ggx.asset("probe").at("constants").at("kernel"), "ggx");
+    for (const char* name : {"map", "map_dominant", "specular"}) EXPECT_EQ(ggx.asset(name).at("verify").at("shading").at("lobe"), "ggx");
+    EXPECT_THAT(ggx.shader(), testing::StartsWith("// The specular lobe of this scene, for lcDistribution.\n#ifndef LIGHTCOOK_GGX"));
+    EXPECT_THAT(beckmann.shader(), Not(HasSubstr("#define LIGHTCOOK_GGX\n#endif")));
+    EXPECT_GT(ggx.whole(), 0.3 * beckmann.whole());
+    EXPECT_LT(ggx.whole(), 1.5 * beckmann.whole());
+    EXPECT_TRUE(ggx.verify().empty());
+}
+
+TEST(Lobe, BeckmannIsTheDefaultAndItsTexturesAreTheSame) {
+    const LobeScene silent(""), named("lobe = \"beckmann\"\n");
+    for (const auto& entry : std::filesystem::directory_iterator(silent.folder()))
+        if (entry.path().extension() == ".ktx2" || entry.path().extension() == ".glsl")
+            EXPECT_EQ(formats::contentOf(entry.path()), formats::contentOf(named.folder() / entry.path().filename())) << entry.path();
+}
+
+TEST(Lobe, OfOneAssetThatDiffersFromTheScenesIsRefused) {
+    const LobeScene scene("lobe = \"ggx\"\n");
+    const Json original = scene.manifest();
+    const auto refused = [&](const std::function<void(Json & manifest)>& change, const std::string& message) {
+        Json changed = original;
+        change(changed);
+        writeManifestAndDigests(scene.folder(), changed);
+        const auto errors = scene.verify();
+        ASSERT_FALSE(errors.empty());
+        EXPECT_EQ(errors.front().code, formats::ErrorCode::Verification);
+        std::string lines;
+        for (const formats::Error& error : errors) lines += error.line() + "\n";
+        EXPECT_THAT(lines, HasSubstr(message));
+    };
+    const auto named = [](Json& manifest, const std::string& name) -> Json& {
+        for (Json& each : manifest["assets"])
+            if (each.at("name") == name) return each;
+        throw std::runtime_error("no asset " + name);
+    };
+    refused([](Json& m) { m["lobe"] = "beckmann"; }, "found another shader");
+    refused([&](Json& m) { named(m, "probe")["constants"]["kernel"] = "beckmann"; },
+            "probe, constants/kernel: found \"beckmann\", expected \"ggx\"");
+    refused([&](Json& m) { named(m, "specular")["distribution"] = "beckmann"; },
+            "specular, distribution: found \"beckmann\", expected \"ggx\"");
+    refused([&](Json& m) { named(m, "map_dominant")["verify"]["shading"]["lobe"] = "beckmann"; },
+            "map_dominant, verify/shading/lobe: found \"beckmann\", expected \"ggx\"");
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline
