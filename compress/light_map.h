@@ -166,14 +166,20 @@ struct LightMapPlan {
     std::map<std::string, std::vector<float>> constants;  ///< by the names of the members of the shader's constants
     double key = 0;                                       ///< of the measure: scale of the encoders' error metrics
     std::shared_ptr<const BasisModel> basis;              ///< of a learned layout; the constants hold the same numbers
-    bool isClusterInMesh = false;                         ///< the mesh's vertices hold the cluster: no index by blocks in GPU memory
+    /// GPU memory of the vertex attribute that names the cluster [bytes]; 0: an index by blocks names it.
+    std::size_t vertexBytes = 0;
 
     int blockHeight() const;       ///< [texels] strips must be cut at multiples of it
-    double bitsPerTexel() const;   ///< of all textures and layers, tables included
+    double bitsPerTexel() const;   ///< of all textures and layers, tables, and the index or the vertex attribute
     std::size_t gpuBytes() const;  ///< the same in bytes
     /// gpuBytes of a layout that is this one, or this one without the last layers of its residual.
     std::size_t gpuBytesAs(formats::LightMapLayout shorter) const;
-    std::size_t tableBytes() const;  ///< of a learned decode: everything beside its textures
+    std::size_t tableBytes() const;  ///< of a learned decode's factors, in a constant or storage buffer
+    /// Clusters of the blocks of 4 x 4 texels of a learned layout, row by row.
+    std::span<const std::uint8_t> clusterOfBlock() const;
+    /// The same as the texture "index": RGBA8, four neighbours of a row of blocks in a texel. Half a bit a texel of the map.
+    std::vector<std::byte> indexTexels() const;
+    std::size_t indexBytes() const;
 };
 
 /// Plans a layout that is not learned.

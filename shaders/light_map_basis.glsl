@@ -3,8 +3,9 @@
 // factors were learned from the map, cluster by cluster of charts; each layer of the residual adds what a linear basis still can, to coefficient 0 too:
 //   lambda_i = l0 (P_i(c) + sum_k (r_k - neutral) R_ki),   P_0 = 1
 // A shader short of fetches may stop after the code, or after any layer of the residual.
-// The cluster is the chart's, the same wherever a filter reaches: the cooked mesh's vertex attribute _LIGHTCOOK_BASIS, handed on flat, or a
-// fetch without filtering from the index.
+// The cluster is the chart's, the same wherever a filter reaches: the cooked mesh's vertex attribute _LIGHTCOOK_BASIS, handed on flat, or
+// lcBasisCluster of texture "index", fetched without filtering. The manifest has one of the two. The index has one byte for each block of
+// 4 x 4 texels, four neighbours of a row in a texel.
 #ifndef LIGHTCOOK_LIGHT_MAP_BASIS_GLSL
 #define LIGHTCOOK_LIGHT_MAP_BASIS_GLSL
 
@@ -22,6 +23,25 @@ struct LcBasisResidual {
 struct LcBasisMonomials {
     float m[15];
 };
+
+// Block of 4 x 4 texels that a place of the light map lies in. mapSize: of the light map [texels].
+LC_FUNCTION vec2 lcBasisBlock(vec2 uv, vec2 mapSize) {
+    vec2 texel = clamp(floor(uv * mapSize), vec2(0.0f, 0.0f), mapSize - vec2(1.0f, 1.0f));
+    return floor(texel * 0.25f);
+}
+// Texture coordinate of the index.
+LC_FUNCTION vec2 lcBasisIndexUv(vec2 uv, vec2 mapSize) {
+    vec2 block = lcBasisBlock(uv, mapSize);
+    vec2 size = floor(vec2(mapSize.x + 15.0f, mapSize.y + 3.0f) * vec2(0.0625f, 0.25f));
+    return vec2(floor(block.x * 0.25f) + 0.5f, block.y + 0.5f) / size;
+}
+// Cluster from a texel of the index.
+LC_FUNCTION int lcBasisCluster(vec4 indexTexel, vec2 uv, vec2 mapSize) {
+    float column = lcBasisBlock(uv, mapSize).x;
+    float which = column - 4.0f * floor(column * 0.25f);
+    float stored = which < 1.5f ? (which < 0.5f ? indexTexel.x : indexTexel.y) : (which < 2.5f ? indexTexel.z : indexTexel.w);
+    return int(stored * 255.0f + 0.5f);
+}
 
 // 1, a b c, squares and products of the three; then all that holds the fourth.
 LC_FUNCTION LcBasisMonomials lcBasisMonomials(vec4 c) {

@@ -15,6 +15,7 @@ using glm::clamp;
 using glm::cross;
 using glm::dot;
 using glm::exp;
+using glm::floor;
 using glm::inversesqrt;
 using glm::log2;
 using glm::max;

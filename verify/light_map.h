@@ -34,6 +34,8 @@ struct CookedLightMap {
     /// Formats of the textures, in the order of LightMapVerifier::textures(). The bounds then cover the tolerance that graphics APIs give
     /// samplers of these formats. Empty: an ideal sampler.
     std::vector<formats::PixelFormat> formats = {};
+    /// Clusters of the blocks of a learned layout, row by row, as its texture "index" holds them. Empty: the constant index_runs.
+    std::vector<std::uint8_t> clusterOfBlock = {};
 };
 
 /// Shading of the scene. Samples take every m, every F0 and `viewCount` views (spherical Fibonacci points of the upper hemisphere). The

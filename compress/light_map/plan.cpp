@@ -34,6 +34,15 @@ float halfRange(float largest) {
 
 }  // namespace rows
 
+namespace {
+
+/// GPU memory of what names the clusters [bytes].
+std::size_t clusterBytes(const LightMapPlan& plan) {
+    return plan.vertexBytes > 0 ? plan.vertexBytes : plan.indexBytes();
+}
+
+}  // namespace
+
 int LightMapPlan::blockHeight() const {
     int largest = 1;
     for (const LightMapTexture& texture : textures) largest = std::max(largest, formats::info(texture.format).blockHeight);
@@ -41,14 +50,14 @@ int LightMapPlan::blockHeight() const {
 }
 
 std::size_t LightMapPlan::gpuBytes() const {
-    std::size_t bytes = tableBytes();
+    std::size_t bytes = tableBytes() + clusterBytes(*this);
     for (const LightMapTexture& texture : textures)
         bytes += static_cast<std::size_t>(texture.layerCount) * formats::bytesPerImage(texture.format, width, height);
     return bytes;
 }
 
 double LightMapPlan::bitsPerTexel() const {
-    double bits = 8.0 * static_cast<double>(tableBytes()) / (static_cast<double>(width) * height);
+    double bits = 8.0 * static_cast<double>(tableBytes() + clusterBytes(*this)) / (static_cast<double>(width) * height);
     for (const LightMapTexture& texture : textures) {
         const formats::PixelFormatInfo& format = formats::info(texture.format);
         bits += 8.0 * texture.layerCount * format.bytesPerBlock / (format.blockWidth * format.blockHeight);
@@ -57,8 +66,27 @@ double LightMapPlan::bitsPerTexel() const {
 }
 
 std::size_t LightMapPlan::tableBytes() const {
+    return basis ? basis->tableBytes() : 0;
+}
+
+std::span<const std::uint8_t> LightMapPlan::clusterOfBlock() const {
+    return basis ? std::span<const std::uint8_t>(basis->clusterOfBlock) : std::span<const std::uint8_t>();
+}
+
+std::size_t LightMapPlan::indexBytes() const {
     if (!basis) return 0;
-    return basis->tableBytes() + (isClusterInMesh ? 0 : basis->indexBytes());
+    const std::size_t across = static_cast<std::size_t>(basis->blocksAcross);
+    return (across + 3) / 4 * 4 * (basis->clusterOfBlock.size() / across);
+}
+
+std::vector<std::byte> LightMapPlan::indexTexels() const {
+    std::vector<std::byte> texels;
+    for (std::size_t block = 0; block < clusterOfBlock().size(); ++block) {
+        texels.push_back(static_cast<std::byte>(clusterOfBlock()[block]));
+        const bool isLast = (block + 1) % static_cast<std::size_t>(basis->blocksAcross) == 0;
+        while (isLast && texels.size() % 4 != 0) texels.push_back(texels.back());
+    }
+    return texels;
 }
 
 LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height, const LightMapMeasure& measure) {

@@ -25,6 +25,7 @@ std::vector<std::string> lightMapEndings() {
         for (const formats::LightMapTextureInfo& texture : layout.textures)
             if (const std::string ending = fmt::format("_{}", texture.name); std::ranges::find(endings, ending) == endings.end())
                 endings.push_back(ending);
+    endings.push_back(fmt::format("_{}", kIndexRole));
     return endings;
 }
 std::vector<std::string> dominantEndings() {

@@ -128,8 +128,8 @@ Result<ActionOutcome> AssetTextures::finish(CookResult result) {
     for (Output& output : outputs_) {
         if (auto committed = output.writer.commit(); !committed) return tl::make_unexpected(committed.error());
         files.push_back(output.file);
-        result.asset.textures.push_back(
-            entryOf(output.plan, output.file, std::filesystem::file_size(context_.folder / output.file), info(result.asset.kind).filter));
+        result.asset.textures.push_back(entryOf(output.plan, output.file, std::filesystem::file_size(context_.folder / output.file),
+                                                output.plan.filter.empty() ? info(result.asset.kind).filter : output.plan.filter));
     }
     return outcomeWith(result, std::move(files));
 }

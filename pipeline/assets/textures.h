@@ -58,7 +58,8 @@ struct TexturePlan {
     std::string role;
     std::string fileName;  ///< without the extension
     formats::TextureShape shape;
-    Json facts;  ///< see textureMetadata
+    Json facts;                    ///< see textureMetadata
+    std::string_view filter = {};  ///< of its sampler; empty: that of the asset's kind
 };
 
 /// The texture files of one cook action: writes them into the action's folder and returns their manifest entries.

@@ -100,8 +100,10 @@ void printReport(Terminal& terminal, const Report& report) {
                                  percent(worse.maxBound), verdictWord(terminal, row.verdict.passed)));
     }
     const std::string limit = report.budget.limitBytes ? fmt::format(" of {}", *report.budget.limitBytes) : "";
-    terminal.say(fmt::format("{} bytes of GPU memory{}, {:.2f} s, {:.0f} MiB resident at most", report.budget.usedBytes, limit,
-                             report.seconds, static_cast<double>(report.peakRssBytes) / 0x1p20));
+    // What came from the cache keeps the time of the run that made it.
+    const std::string runs = report.runs.size() > 1 ? fmt::format(" in {} runs", report.runs.size()) : "";
+    terminal.say(fmt::format("{} bytes of GPU memory{}, {:.2f} s{}, {:.0f} MiB resident at most", report.budget.usedBytes, limit,
+                             report.seconds, runs, static_cast<double>(report.peakRssBytes) / 0x1p20));
     if (report.whole) terminal.say(lineOf(*report.whole));
 }
 

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <set>
 
 #include "formats/temporaries.h"
 #include "pipeline/assets/asset_kind.h"
+#include "pipeline/assets/results.h"
 #include "pipeline/cook/depfile.h"
 #include "pipeline/cook/layout_decision.h"
 #include "pipeline/cook/plan.h"
@@ -15,6 +17,7 @@
 #include "pipeline/graph/cache.h"
 #include "pipeline/graph/executor.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/graph/work_rates.h"
 #include "pipeline/report/report.h"
 #include "pipeline/scene/needs.h"
 
@@ -121,7 +124,7 @@ private:
 
     ExecutionResult execute(const std::vector<Action>& graph) {
         return pipeline::execute(graph, {outcome_.output, options_.force, options_.keepGoing}, staging_,
-                                 {actionFunction, cache_, *digests_, state_});
+                                 {actionFunction, cache_, *digests_, state_, at_});
     }
 
     bool isStopped(const ExecutionResult& result) const { return !result.errors.empty() && (!options_.keepGoing || state_.interrupted); }
@@ -166,8 +169,11 @@ private:
     Result<Report> writeSummaries(const Plan& plan, const ExecutionResult& result) {
         SummaryWriter writer(scene_, outcome_.output, options_.only.has_value(), *digests_);
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
-        auto report =
-            writer.write(plan, result, outcome_.actionsRun > 0, {scene_.name, seconds, peakResidentBytes(), scene_.output.budgetBytes});
+        const RunRecord current{at_, seconds, peakResidentBytes(), outcome_.actionsRun};
+        if (outcome_.actionsRun > 0) cache_.storeRun(current);
+        auto report = writer.write(plan, result, outcome_.actionsRun > 0,
+                                   {scene_.name, seconds, current.peakRssBytes, scene_.output.budgetBytes, runsOf(result, current)},
+                                   measureRates(result));
         if (!report) return tl::make_unexpected(report.error());
         outcome_.report = toJson(*report);
         return report;
@@ -183,6 +189,30 @@ private:
         return writeFile(*options_.depfile, depfileText(scene_, outcome_.output, all));
     }
 
+    /// Returns the runs that made the results, the first one first. A run that the cache has lost is left out.
+    std::vector<RunRecord> runsOf(const ExecutionResult& result, const RunRecord& current) const {
+        std::set<std::string> names;
+        for (const auto& [id, record] : result.records) names.insert(record.run);
+        std::vector<RunRecord> runs;
+        for (const std::string& at : names) {
+            const auto run = at == current.at ? std::optional(current) : cache_.findRun(at);
+            if (run) runs.push_back(*run);
+        }
+        return runs;
+    }
+
+    /// Returns the rates of this machine, with those of the assets that were just cooked.
+    WorkRates measureRates(const ExecutionResult& result) const {
+        WorkRates rates(cache_.root() / "rates.json");
+        for (const auto& [id, record] : result.records) {
+            if (result.reused.contains(id) || !id.starts_with("cook/")) continue;
+            if (const auto cooked = fromJson<CookResult>(record.result, id))
+                rates.add(kindOfWork(cooked->asset), workOf(cooked->asset), record.seconds);
+        }
+        rates.save();
+        return rates;
+    }
+
     bool isReported(const Error& error) const {
         return std::ranges::any_of(outcome_.errors, [&](const Error& each) { return each.line() == error.line(); });
     }
@@ -190,6 +220,7 @@ private:
     const CookOptions& options_;
     const RunState& state_;
     Clock::time_point start_;
+    std::string at_ = timeNow();
     Scene scene_;
     Cache cache_;
     PlanOptions planOptions_;

@@ -49,14 +49,27 @@ bool hasLearnedBases(const std::string& layout) {
     return known && formats::info(*known).isLearned();
 }
 
-/// Returns the bits that a texel takes in the textures of a layout under a target.
-double bitsPerTexel(formats::LightMapLayout layout, formats::Target target) {
-    double bits = 0;
-    for (const formats::LightMapTextureInfo& texture : formats::info(layout).textures) {
-        const formats::PixelFormatInfo& format = formats::info(formats::formatFor(texture.role, formats::info(target)));
-        bits += texture.layerCount * 8.0 * format.bytesPerBlock / (format.blockWidth * format.blockHeight);
-    }
-    return bits;
+/// Returns the textures of a layout under a target. "auto" counts as the default layout, since it is not decided for a map that is flat.
+std::vector<SkippedImages> imagesOf(const std::string& layout, formats::Target target) {
+    std::vector<SkippedImages> images;
+    for (const formats::LightMapTextureInfo& texture :
+         formats::info(formats::lightMapLayoutFromName(layout).value_or(formats::LightMapLayout::Ratio)).textures)
+        images.push_back({formats::formatFor(texture.role, formats::info(target)), texture.layerCount});
+    return images;
+}
+
+/// Returns the textures of a dominant light under a target.
+std::vector<SkippedImages> dominantImages(formats::Target target) {
+    std::vector<SkippedImages> images;
+    for (const formats::PixelFormat format : dominantFormats(target)) images.push_back({format, 1});
+    return images;
+}
+
+/// Returns the GPU memory of a cubemap with all its mips [bytes].
+std::uint64_t cubemapBytes(int size, formats::Target target) {
+    std::uint64_t bytes = 0;
+    for (int side = size; side > 0; side /= 2) bytes += 6 * formats::bytesPerImage(formats::info(target).hdr, side, side);
+    return bytes;
 }
 
 /// Returns the names without extension that the files of an asset may have.
@@ -68,9 +81,7 @@ std::vector<std::string> fileNames(const std::string& asset, AssetKind kind) {
 
 /// GPU memory of the whole Cook-Torrance tables: three textures of 8 bytes a texel.
 constexpr int kTableTexelBytes = 24;
-/// Rows of these tables, and the smallest skipped cubemap: eight levels of six BC6H faces, 4/3 of a byte for each texel of the first.
 constexpr int kTableRows = 16;
-constexpr std::uint64_t kSkippedCubemapBytes = 131072;
 
 /// Parameters of a verification that has none beside max_error.
 struct NoParameters {};
@@ -165,8 +176,8 @@ private:
         const std::string asked = layoutAsked(scene_.output);
         if (layout == formats::info(formats::LightMapLayout::Flat).name && asked != layout)
             skip(fmt::format("directional light map '{}'", entry.name),
-                 "no material has a normal map or is specular: a flat exit-radiance map is enough", entry.name,
-                 bitsOf(asked) - bitsOf(layout));
+                 "no material has a normal map or is specular: a flat exit-radiance map is enough", "light-map", entry.name,
+                 imagesOf(asked, scene_.output.target), imagesOf(layout, scene_.output.target));
     }
 
     void planDominant(const LightMapEntry& entry, const formats::LightMapDescription& description) {
@@ -176,8 +187,8 @@ private:
             add(dominant, AssetKind::Dominant, DominantParameters{description, entry.dominantFit, scene_.output.target, textures_},
                 sourceOf(entry.file), DominantVerifyParameters{shading_}, tracedInputs(entry));
         else
-            skip("dominant light of '" + entry.name + "'", "no material is specular", entry.name,
-                 2 * bitsPerTexel(formats::LightMapLayout::Flat, scene_.output.target));
+            skip("dominant light of '" + entry.name + "'", "no material is specular", "dominant", entry.name,
+                 dominantImages(scene_.output.target), {});
     }
 
     /// Returns the inputs of a light map. No two learned bases may meet on an island of the mesh, so the mesh is one of them if it exists.
@@ -221,7 +232,8 @@ private:
     void planProbe(const ProbeEntry& entry) {
         if (!wanted(entry.name, AssetKind::Cubemap, entry.name)) return;
         if (!needs_.specular) {
-            skip("cubemap '" + entry.name + "'", "no material is specular", kSkippedCubemapBytes, estimatedSeconds("cubemap", 0.131));
+            skip("cubemap '" + entry.name + "'", "no material is specular", cubemapBytes(kCubemapSize, scene_.output.target),
+                 {"cubemap", double{kCubemapSize} * kCubemapSize});
             return;
         }
         CubemapParameters parameters{.colors = scene_.colors,
@@ -250,11 +262,13 @@ private:
         std::vector<double> exponents = entry.exponents;
         if (needs_.specular) return exponents;
         std::erase_if(exponents, [](double exponent) { return exponent != 1; });
+        const double rowTexels = static_cast<double>(kRsrmWidth) * static_cast<double>(entry.exponents.size() - exponents.size());
         const std::uint64_t saved = rsrmBytes(entry, entry.exponents.size()) - (exponents.empty() ? 0 : rsrmBytes(entry, exponents.size()));
         if (exponents.empty())
-            skip("RSRM '" + entry.name + "'", "no material is specular, and no row of exponent 1 was asked for", saved, 0);
+            skip("RSRM '" + entry.name + "'", "no material is specular, and no row of exponent 1 was asked for", saved,
+                 {"rsrm", rowTexels});
         else if (exponents.size() < entry.exponents.size())
-            skip("specular rows of RSRM '" + entry.name + "'", "no material is specular", saved, 0);
+            skip("specular rows of RSRM '" + entry.name + "'", "no material is specular", saved, {"rsrm", rowTexels});
         return exponents;
     }
 
@@ -287,7 +301,7 @@ private:
         const auto skipRows = [&](std::string what, std::string why, int rows) {
             const int texels = rows * tables.viewCount;
             skip(std::move(what), std::move(why), static_cast<std::uint64_t>(texels * kTableTexelBytes),
-                 estimatedSeconds("lut", texels * 1e-6));
+                 {"lut", static_cast<double>(texels)});
         };
         if (!needs_.specular) return skipRows("Cook-Torrance tables", "no material is specular", kTableRows);
         const TableRows rows = tableRowsFor(needs_);
@@ -308,16 +322,17 @@ private:
             {}, LutVerifyParameters{shading_}, {});
     }
 
-    void skip(std::string what, std::string why, std::uint64_t bytes, double seconds) {
-        plan_.skipped.push_back({std::move(what), std::move(why), bytes, seconds});
+    void skip(std::string what, std::string why, std::uint64_t bytes, SkippedWork work) {
+        plan_.skipped.push_back({.what = std::move(what), .why = std::move(why), .bytesSaved = bytes, .work = std::move(work)});
     }
-
-    void skip(std::string what, std::string why, std::string lightMap, double bitsPerTexel) {
-        plan_.skipped.push_back({std::move(what), std::move(why), 0, 0, std::move(lightMap), bitsPerTexel});
-    }
-    /// Returns the bits of a texel under the scene's target. "auto" counts as the default layout, since it is not decided yet.
-    double bitsOf(const std::string& layout) const {
-        return bitsPerTexel(formats::lightMapLayoutFromName(layout).value_or(formats::LightMapLayout::Ratio), scene_.output.target);
+    void skip(std::string what, std::string why, std::string kind, std::string lightMap, std::vector<SkippedImages> images,
+              std::vector<SkippedImages> instead) {
+        plan_.skipped.push_back({.what = std::move(what),
+                                 .why = std::move(why),
+                                 .work = {std::move(kind), 0},
+                                 .lightMap = std::move(lightMap),
+                                 .images = std::move(images),
+                                 .instead = std::move(instead)});
     }
 
     const Scene& scene_;

@@ -1,7 +1,10 @@
 #include "pipeline/cook/summary.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
+
+#include "formats/light_map_layout.h"
 
 #include "pipeline/assets/light_map/trial.h"
 #include "pipeline/cook/integrity.h"
@@ -31,17 +34,32 @@ void removeStale(const std::filesystem::path& folder, const Manifest& oldManifes
     }
 }
 
-/// Returns the skipped assets, with the bytes of light maps now that their sizes are known, and the actions whose results were reused.
-std::vector<Skip> skipsOf(const Plan& plan, const ExecutionResult& result, const std::vector<CookedAsset>& assets) {
+/// Returns the GPU memory of images of one size [bytes].
+std::uint64_t bytesOf(const std::vector<SkippedImages>& images, int width, int height) {
+    std::uint64_t bytes = 0;
+    for (const SkippedImages& each : images)
+        bytes += static_cast<std::uint64_t>(each.layers) * formats::bytesPerImage(each.format, width, height);
+    return bytes;
+}
+
+/// Returns the skipped assets, with the bytes of light maps now that their sizes are known, and the actions whose results were reused. Time
+/// is that of the work at the measured rate of its kind; none if this machine never did such work.
+std::vector<Skip> skipsOf(const Plan& plan, const ExecutionResult& result, const std::vector<CookedAsset>& assets, const WorkRates& rates) {
     std::vector<Skip> skips = plan.skipped;
     for (Skip& skip : skips) {
         const auto lightMap = std::ranges::find(assets, skip.lightMap, &CookedAsset::name);
-        if (skip.lightMap.empty() || lightMap == assets.end()) continue;
-        const double texels = static_cast<double>(lightMap->width) * lightMap->height;
-        skip.bytesSaved = static_cast<std::uint64_t>(texels * skip.bitsPerTexel / 8);
-        skip.secondsSaved = estimatedSeconds("light-map", texels * 1e-6 * skip.bitsPerTexel / 72);
+        if (!skip.lightMap.empty() && lightMap != assets.end()) {
+            const std::uint64_t would = bytesOf(skip.images, lightMap->width, lightMap->height),
+                                is = bytesOf(skip.instead, lightMap->width, lightMap->height);
+            skip.bytesSaved = would - std::min(is, would);
+            skip.work.texels = static_cast<double>(lightMap->width) * lightMap->height;
+        }
+        skip.secondsSaved = std::nan("");
+        if (skip.work.kind.empty() || !(skip.work.texels > 0)) continue;
+        if (const auto seconds = rates.secondsOf(skip.work.kind, skip.work.texels)) skip.secondsSaved = *seconds;
     }
-    for (const auto& [id, seconds] : result.reused) skips.push_back({id, "nothing that it depends on has changed", 0, seconds});
+    for (const auto& [id, seconds] : result.reused)
+        skips.push_back({.what = id, .why = "nothing that it depends on has changed", .secondsSaved = seconds});
     return skips;
 }
 
@@ -54,11 +72,34 @@ SummaryWriter::SummaryWriter(const Scene& scene, const std::filesystem::path& fo
     isPartial_ = isPartial && oldManifest_ && oldReport_;
 }
 
-Result<Report> SummaryWriter::write(const Plan& plan, const ExecutionResult& result, bool isAnythingRun, const ReportFrame& frame) {
+std::string kindOfWork(const CookedAsset& asset) {
+    // A flat map costs less than one with directions.
+    const bool isFlat = asset.kind == AssetKind::LightMap && asset.layout == formats::info(formats::LightMapLayout::Flat).name;
+    return std::string(info(asset.kind).name) + (isFlat ? "/flat" : "");
+}
+
+double workOf(const CookedAsset& asset) {
+    return static_cast<double>(asset.width) * asset.height;
+}
+
+/// Adds the runs of the rows that this cook left alone.
+void SummaryWriter::addRunsOfKeptRows(std::vector<RunRecord>& runs) const {
+    if (!isPartial_) return;
+    for (const RunRecord& run : oldReport_->runs) {
+        const auto names = [&](const ReportRow& row) { return row.cookedAt == run.at || row.verifiedAt == run.at; };
+        const bool isKnown = std::ranges::find(runs, run.at, &RunRecord::at) != runs.end();
+        if (!isKnown && std::ranges::any_of(rows_, names)) runs.push_back(run);
+    }
+    std::ranges::sort(runs, {}, &RunRecord::at);
+}
+
+Result<Report> SummaryWriter::write(const Plan& plan, const ExecutionResult& result, bool isAnythingRun, ReportFrame frame,
+                                    const WorkRates& rates) {
     if (auto collected = collect(plan, result); !collected) return tl::make_unexpected(collected.error());
     if (auto written = writeManifest(); !written) return tl::make_unexpected(written.error());
     if (!isAnythingRun && isReportCurrent()) return *oldReport_;
-    return writeReport(makeReport(frame, rows_, skipsOf(plan, result, assets_)));
+    addRunsOfKeptRows(frame.runs);
+    return writeReport(makeReport(frame, rows_, skipsOf(plan, result, assets_, rates)));
 }
 
 /// Collects entries and rows, those of other assets first.

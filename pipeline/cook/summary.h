@@ -9,10 +9,15 @@
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/executor.h"
+#include "pipeline/graph/work_rates.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
+
+/// Return the kind of work that an asset was, and its amount [texels], for WorkRates.
+std::string kindOfWork(const CookedAsset& asset);
+double workOf(const CookedAsset& asset);
 
 /// Writes the summaries of one cook.
 class SummaryWriter {
@@ -22,11 +27,14 @@ public:
 
     /// Writes all files, and returns the report. The report of an earlier cook stays if nothing was run and it says the same.
     /// frame   of a new report
-    formats::Result<Report> write(const Plan& plan, const ExecutionResult& result, bool isAnythingRun, const ReportFrame& frame);
+    /// rates   of this machine, for what was skipped
+    formats::Result<Report> write(const Plan& plan, const ExecutionResult& result, bool isAnythingRun, ReportFrame frame,
+                                  const WorkRates& rates);
 
 private:
     formats::Result<void> collect(const Plan& plan, const ExecutionResult& result);
     formats::Result<void> addAsset(const Plan& plan, const ExecutionResult& result, const std::string& name);
+    void addRunsOfKeptRows(std::vector<RunRecord>& runs) const;
     formats::Result<void> writeManifest();
     bool isReportCurrent() const;
     formats::Result<Report> writeReport(Report report);

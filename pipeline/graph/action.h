@@ -36,7 +36,8 @@ struct ActionRecord {
     std::string id;
     Json result;  ///< manifest entry, figures, counts: see assets/results.h
     std::vector<FileRecord> files;
-    double seconds = 0;  ///< of its last run
+    double seconds = 0;    ///< of its last run
+    std::string run = {};  ///< RunRecord::at of the run that made it
 };
 
 /// What happens to an action while its graph runs. Each action of a graph is Planned before the first one is Started.

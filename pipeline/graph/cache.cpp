@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <ctime>
 
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
@@ -27,6 +28,7 @@ template <class Fields, Is<ActionRecord> Self>
 void describe(Fields& fields, Self& record) {
     fields.required("id", record.id, "action");
     fields.required("seconds", record.seconds, "wall time of its last run");
+    fields.presentIf(!record.run.empty(), "run", record.run, "run that made it");
     fields.required("result", record.result, "result of the action");
     fields.required("files", record.files, "files that it wrote");
 }
@@ -60,6 +62,26 @@ Result<void> Cache::store(const std::string& key, const ActionRecord& record, co
     }
     const std::string text = toJson(record).dump(-1, ' ', false, Json::error_handler_t::replace);
     return writeFile(recordPath(key), digestOfText(text) + "\n" + text);
+}
+
+void Cache::storeRun(const RunRecord& run) const {
+    (void)writeFile(root_ / "runs" / run.at, toJson(run).dump());  // without it a report names fewer runs
+}
+
+std::optional<RunRecord> Cache::findRun(const std::string& at) const {
+    const auto text = readFile(root_ / "runs" / at);
+    if (!text) return std::nullopt;
+    auto run = fromJson<RunRecord>(parseJson(*text), at);
+    return run ? std::optional(std::move(*run)) : std::nullopt;
+}
+
+std::string timeNow() {
+    const auto now = std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
+    const std::time_t seconds = std::chrono::system_clock::to_time_t(now);
+    std::tm utc{};
+    ::gmtime_r(&seconds, &utc);
+    return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:03}Z", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday, utc.tm_hour,
+                       utc.tm_min, utc.tm_sec, now.time_since_epoch().count() % 1000);
 }
 
 bool Cache::restore(const std::string& digest, const std::filesystem::path& destination) const {

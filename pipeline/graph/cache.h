@@ -1,4 +1,4 @@
-// A local cache of actions: records under ac/, file contents under cas/, both named by digest.
+// A local cache of actions: records under ac/, file contents under cas/, both named by digest; runs under runs/.
 #pragma once
 
 #include <filesystem>
@@ -7,6 +7,7 @@
 
 #include "formats/error.h"
 #include "pipeline/graph/action.h"
+#include "pipeline/graph/run_record.h"
 
 namespace lightcook::pipeline {
 
@@ -23,6 +24,10 @@ public:
     /// Copies a content to a file. Returns false if the cache does not have it, or has it damaged.
     bool restore(const std::string& digest, const std::filesystem::path& destination) const;
     void prune() const;
+
+    /// Stores the time and memory of a run, which cached results name. Returns nothing for a run that is not there.
+    void storeRun(const RunRecord& run) const;
+    std::optional<RunRecord> findRun(const std::string& at) const;
 
     const std::filesystem::path& root() const { return root_; }
 

@@ -45,7 +45,8 @@ public:
           functions_(with.functions),
           cache_(with.cache),
           digests_(with.digests),
-          state_(with.state) {}
+          state_(with.state),
+          run_(with.run) {}
 
     struct Done {
         ActionRecord record;
@@ -82,6 +83,7 @@ private:
         if (!outcome) return tl::make_unexpected(outcome.error());
         Done done;
         done.record.id = action.id;
+        done.record.run = run_;
         done.record.result = std::move(outcome->result);
         for (const std::string& name : outcome->files) {
             const auto digest = digestOfFile(staging_ / name);
@@ -115,6 +117,7 @@ private:
     const Cache& cache_;
     DigestMemo& digests_;
     const RunState& state_;
+    std::string run_;
     SharedObjects shared_;
     std::mutex gatherMutex_;
 };

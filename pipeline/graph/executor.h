@@ -35,6 +35,7 @@ struct ExecutionContext {
     const Cache& cache;
     DigestMemo& digests;
     const RunState& state;
+    std::string run = {};  ///< RunRecord::at of this run
 };
 
 /// Runs a graph in which the dependencies of an action stand before it, on the threads of the current TBB arena. New and changed files end

@@ -5,6 +5,7 @@
 #include "formats/gpu_texture.h"
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/cubemap/cubemap.h"
+#include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/graph/files.h"
 
 namespace lightcook::pipeline {
@@ -88,7 +89,8 @@ private:
 
     void checkTexture(const CookedAsset& asset, const CookedTexture& texture) {
         const std::string place = fmt::format("{}, texture {}", asset.name, texture.role);
-        const Sampler sampler{std::string(info(asset.kind).filter), "clamp"};
+        const bool isIndex = asset.kind == AssetKind::LightMap && texture.role == kIndexRole;
+        const Sampler sampler{isIndex ? "nearest" : std::string(info(asset.kind).filter), "clamp"};
         expectEqual(place + ", sampler", toJson(texture.sampler), toJson(sampler));
         checkFileSize(texture.file, texture.bytesDisk, place);
         const auto reader = formats::TextureReader::open(folder_ / texture.file);
@@ -97,8 +99,8 @@ private:
             return;
         }
         expectEqual(place + ", bytes_gpu", texture.bytesGpu, std::uint64_t{reader->shape().gpuBytes()});
-        expectEqual(place + ", width of its asset", asset.width, texture.width);
-        expectEqual(place + ", height of its asset", asset.height, texture.height);
+        expectEqual(place + ", width of its asset", isIndex ? indexWidth(asset.width) : asset.width, texture.width);
+        expectEqual(place + ", height of its asset", isIndex ? indexHeight(asset.height) : asset.height, texture.height);
         if (const auto metadata = reader->metadata().find("io.lightcook"); metadata != reader->metadata().end())
             checkMetadata(parseJson(metadata->second), asset, place);
     }

@@ -130,6 +130,7 @@ struct CookedAsset {
     std::optional<bool> dither;
     std::optional<std::string> file;                   ///< of a mesh
     std::optional<std::uint64_t> bytesGpu, bytesDisk;  ///< beside those of the textures
+    std::optional<std::uint64_t> vertexBytes;          ///< of a light map whose mesh names its bases; counted there
     std::optional<std::uint64_t> vertices, triangles;
     std::optional<MeshQuantization> quantization;
     std::optional<Json> constants;  ///< of the decode; each kind has a struct for them
@@ -152,7 +153,8 @@ void describe(Fields& fields, Self& asset) {
     constexpr FieldRule kSide = between(0, kLargestSide), kBytes = between(0, kLargestBytes);
     // A mesh has its bytes beside its file, another asset at the end.
     const auto bytes = [&](bool isHere) {
-        fields.optionalIf(isHere, "bytes_gpu", asset.bytesGpu, kBytes, "GPU memory beside that of the textures [bytes]");
+        fields.optionalIf(isHere, "bytes_gpu", asset.bytesGpu, kBytes,
+                          "GPU memory beside that of the textures: of a mesh its vertices, of a learned layout its tables [bytes]");
         fields.optionalIf(isHere, "bytes_disk", asset.bytesDisk, kBytes, "bytes on disk beside those of the textures");
     };
     fields.required("name", asset.name, "name of the asset");
@@ -161,7 +163,8 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("fit", asset.fit, "fit of a dominant light");
     fields.required("width", asset.width, kSide, "width [texels], 0 for a mesh");
     fields.required("height", asset.height, kSide, "height [texels], 0 for a mesh");
-    fields.optional("bits_per_texel", asset.bitsPerTexel, "GPU memory of a texel [bits]");
+    fields.optional("bits_per_texel", asset.bitsPerTexel,
+                    "GPU memory of a texel, with tables, and with the index or vertex attribute that names bases [bits]");
     fields.optional("quantity", asset.quantity, "quantity that the decoded texels have");
     fields.optional("distribution", asset.distribution, "microfacet distribution of the tables");
     fields.optional("normalization", asset.normalization, "normalization of the tables: energy or halo3");
@@ -172,6 +175,8 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("dither", asset.dither, "true if the codes of a reflection map are dithered");
     fields.optional("file", asset.file, kFileInFolder, "glTF file of a mesh");
     bytes(asset.file.has_value());
+    fields.optional("vertex_bytes_gpu", asset.vertexBytes, kBytes,
+                    "GPU memory of the vertex attribute that names a learned layout's bases, which counts in the mesh [bytes]");
     fields.optional("vertices", asset.vertices, "number of vertices");
     fields.optional("triangles", asset.triangles, "number of triangles");
     fields.optional("quantization", asset.quantization, "quantization of a mesh [bits]");

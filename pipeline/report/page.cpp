@@ -30,6 +30,16 @@ std::string budgetSentence(const Json& budget) {
            (used > limit ? fmt::format(", {} over", humanBytes(used - limit)) : fmt::format(", {} free", humanBytes(limit - used)));
 }
 
+/// Returns the runs that time and memory are of.
+Html runsMarkup(const Json& runs) {
+    std::string names;
+    for (const Json& run : runs) {
+        const std::string at = words(member(run, "at"));
+        if (!at.empty()) names += (names.empty() ? "the run of " : ", ") + at;
+    }
+    return text(names.empty() ? "this run" : names);
+}
+
 Html header(const Json& report) {
     const Json &assets = list(report, "assets"), &tool = member(report, "tool"), &budget = member(report, "budget");
     const auto passedCount = std::count_if(assets.begin(), assets.end(), passed);
@@ -38,6 +48,7 @@ Html header(const Json& report) {
                        fact("Assets passed", text(fmt::format("{} of {}", passedCount, assets.size()))) +
                        fact("Time", secondsMarkup(member(report, "seconds"))) +
                        fact("Peak memory", bytesMarkup(count(member(report, "peak_rss_bytes")))) +
+                       fact("Made by", runsMarkup(list(report, "runs"))) +
                        fact("Tool", text(words(member(tool, "name")) + " " + words(member(tool, "version"))));
     return element("header", element("p", {{"class", "eyebrow"}}, word("Cooked lighting")) + element("div", {{"class", "title"}}, title) +
                                  element("dl", {{"class", "facts"}}, facts));

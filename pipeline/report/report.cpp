@@ -2,6 +2,8 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
+
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/report/failures.h"
@@ -41,9 +43,11 @@ Result<ReportRow> reportRow(const CookedAsset& asset, const ActionRecord& cooked
     row.bytesGpu = asset.totalBytesGpu();
     row.bytesDisk = asset.totalBytesDisk();
     const double texels = static_cast<double>(asset.width) * asset.height * (asset.kind == AssetKind::Cubemap ? 6 : 1);
-    row.bitsPerTexel = texels > 0 ? 8 * static_cast<double>(row.bytesGpu) / texels : 0.0;
+    row.bitsPerTexel = texels > 0 ? 8 * static_cast<double>(row.bytesGpu + asset.vertexBytes.value_or(0)) / texels : 0.0;
     row.layout = asset.layout;
     row.seconds = cooked.seconds;
+    if (!cooked.run.empty()) row.cookedAt = cooked.run;
+    if (!verified.run.empty()) row.verifiedAt = verified.run;
     row.verifySeconds = verified.seconds;
     row.verdict = std::move(verification->verdict);
     for (const CookedTexture& texture : asset.textures)
@@ -70,14 +74,25 @@ Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::ve
     report.tool = Tool{kToolName, kToolVersion};
     report.seconds = frame.seconds;
     report.peakRssBytes = frame.peakRssBytes;
+    report.runs = frame.runs;
+    if (!report.runs.empty()) report.seconds = 0;
+    if (!report.runs.empty()) report.peakRssBytes = 0;
+    for (const RunRecord& run : report.runs) {
+        report.seconds += run.seconds;
+        report.peakRssBytes = std::max(report.peakRssBytes, run.peakRssBytes);
+    }
     report.budget.limitBytes = frame.budgetBytes;
     report.passed = true;
     for (const ReportRow& row : rows) {
         report.passed = report.passed && row.verdict.passed;
         report.budget.usedBytes += row.bytesGpu;
         report.budget.byKind[std::string(info(row.kind).name)] += row.bytesGpu;
-        for (const ReportTexture& texture : row.textures) report.budget.byFormat[texture.format] += texture.bytesGpu;
-        if (row.textures.empty()) report.budget.byFormat["mesh"] += row.bytesGpu;
+        std::uint64_t beside = row.bytesGpu;  // of the textures
+        for (const ReportTexture& texture : row.textures) {
+            report.budget.byFormat[texture.format] += texture.bytesGpu;
+            beside -= std::min(texture.bytesGpu, beside);
+        }
+        if (beside > 0) report.budget.byFormat[row.kind == AssetKind::Mesh ? kVertexMemory : kBufferMemory] += beside;
     }
     report.passed = report.passed && report.budget.isKept();
     report.whole = wholeError(rows);

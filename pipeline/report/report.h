@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pipeline/graph/action.h"
+#include "pipeline/graph/run_record.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/baseline.h"
 #include "pipeline/report/report_row.h"
@@ -19,6 +20,10 @@ namespace lightcook::pipeline {
 
 inline constexpr const char* kReportName = "report.json";
 inline constexpr const char* kReportHtmlName = "report.html";
+
+/// Names in `by_format` of GPU memory that is no texture: vertices of meshes; constant and storage buffers with the tables of learned
+/// layouts.
+inline constexpr const char *kVertexMemory = "mesh", *kBufferMemory = "buffer";
 
 /// Largest and used GPU memory of a scene.
 struct MemoryBudget {
@@ -33,7 +38,8 @@ void describe(Fields& fields, Self& budget) {
     fields.nullable("limit_bytes", budget.limitBytes, kBytes, "budget [bytes], null without one");
     fields.required("used_bytes", budget.usedBytes, kBytes, "GPU memory of all assets");
     fields.required("by_kind", budget.byKind, kBytes, "GPU memory by kind of asset");
-    fields.required("by_format", budget.byFormat, kBytes, "GPU memory by pixel format");
+    fields.required("by_format", budget.byFormat, kBytes,
+                    "GPU memory by pixel format; `mesh`: vertices, `buffer`: tables of learned layouts");
 }
 
 struct ReportFile {
@@ -52,6 +58,7 @@ struct Report {
     bool passed = false;
     double seconds = 0;
     std::uint64_t peakRssBytes = 0;
+    std::vector<RunRecord> runs;  ///< that made the results, the first one first
     std::vector<ReportRow> assets;
     std::vector<Skip> skipped;
     MemoryBudget budget;
@@ -65,8 +72,10 @@ void describe(Fields& fields, Self& report) {
     fields.required("scene", report.scene, "name of the scene");
     fields.optional("tool", report.tool, "program that wrote the report");
     fields.required("passed", report.passed, "true if every asset passed and the budget holds");
-    fields.required("seconds", report.seconds, between(0, HUGE_VAL), "wall time of the job");
-    fields.required("peak_rss_bytes", report.peakRssBytes, between(0, kLargestBytes), "most memory that was resident");
+    fields.required("seconds", report.seconds, between(0, HUGE_VAL),
+                    "wall time of the runs that made the results; of a verification its own");
+    fields.required("peak_rss_bytes", report.peakRssBytes, between(0, kLargestBytes), "most memory that was resident in one of them");
+    fields.presentIf(!report.runs.empty(), "runs", report.runs, "runs that made the results: what came from the cache keeps its own");
     fields.required("assets", report.assets, "a row for each asset");
     fields.required("skipped", report.skipped, "assets that were not cooked, and actions whose results were reused");
     fields.required("budget", report.budget, "GPU memory");
@@ -85,6 +94,7 @@ struct ReportFrame {
     double seconds = 0;
     std::uint64_t peakRssBytes = 0;
     std::optional<std::uint64_t> budgetBytes;
+    std::vector<RunRecord> runs = {};  ///< that made the results; empty: the time and memory above
 };
 /// Returns a report. `passed` is true if every asset passed and the memory is within the budget.
 Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::vector<Skip> skipped);

@@ -74,6 +74,7 @@ struct ReportRow {
     std::vector<Failure> failures;  ///< of an asset that did not pass
     std::optional<std::vector<TrialCandidate>> trialCandidates;
     std::optional<double> trialShare;
+    std::optional<std::string> cookedAt, verifiedAt;  ///< RunRecord::at
 };
 template <class Fields, Is<ReportRow> Self>
 void describe(Fields& fields, Self& row) {
@@ -85,7 +86,8 @@ void describe(Fields& fields, Self& row) {
     fields.required("bytes_in", row.bytesIn, kBytes, "size of the source [bytes]");
     fields.required("bytes_gpu", row.bytesGpu, kBytes, "GPU memory [bytes]");
     fields.required("bytes_disk", row.bytesDisk, kBytes, "size of the files [bytes]");
-    fields.required("bits_per_texel", row.bitsPerTexel, kNotNegative, "GPU memory of a texel [bits]");
+    fields.required("bits_per_texel", row.bitsPerTexel, kNotNegative,
+                    "GPU memory of a texel, with tables, and with the index or vertex attribute that names bases [bits]");
     fields.required("layout", row.layout, "layout of the textures");
     fields.required("seconds", row.seconds, kNotNegative, "wall time of the cook");
     fields.presentIf(true, "verify_seconds", row.verifySeconds, "wall time of the verification");
@@ -101,6 +103,8 @@ void describe(Fields& fields, Self& row) {
     fields.presentIf(!row.verdict.passed, "failures", row.failures, "reasons of an asset that did not pass");
     fields.optional("trial_candidates", row.trialCandidates, "layouts that were tried, the smallest first");
     fields.optional("trial_share", row.trialShare, kFigure, "part of the map that was tried");
+    fields.optional("cooked_at", row.cookedAt, "run that cooked it, whose time is `seconds`; see `runs`");
+    fields.optional("verified_at", row.verifiedAt, "run that verified it, whose time is `verify_seconds`");
 }
 
 }  // namespace lightcook::pipeline

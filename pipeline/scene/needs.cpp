@@ -87,12 +87,4 @@ std::vector<double> samplesOf(const Range& range, const std::vector<double>& usu
     return samples;
 }
 
-double estimatedSeconds(const std::string& kind, double megapixels) {
-    // Seconds a megapixel, two threads; see docs/lab/experiments.md for the benchmark of these rates.
-    static const std::map<std::string, double> kRates = {
-        {"dominant", 0.6}, {"cubemap", 12.0}, {"lut", 26.0}, {"light-map", 3.0}, {"rsrm", 10.0}};
-    const auto rate = kRates.find(kind);
-    return rate == kRates.end() ? 0.0 : rate->second * megapixels;
-}
-
 }  // namespace lightcook::pipeline

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/pixel_format.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/json/json_fields.h"
 #include "pipeline/scene/scene.h"
@@ -17,21 +18,36 @@ struct Needs {
     Range f0{0.04, 0.6};
 };
 
+/// Layers of a texture that a skip saved, as large as its light map.
+struct SkippedImages {
+    formats::PixelFormat format = formats::PixelFormat::Bc7;
+    int layers = 1;
+};
+/// Work that a skip saved, whose time is measured by WorkRates.
+struct SkippedWork {
+    std::string kind = {};  ///< an asset kind
+    double texels = 0;      ///< of a light map: known once it is open
+};
+
 /// Something that is not cooked, or not cooked again, and the memory and time that this saved.
 struct Skip {
     std::string what, why;
     std::uint64_t bytesSaved = 0;
-    double secondsSaved = 0;  ///< the last measured time of a reused result, else an estimate from the rates in needs.cpp
-    /// Name and bits per texel of the light map whose size, known once it is open, decides bytesSaved; empty if bytesSaved is known.
+    double secondsSaved = 0;  ///< the time that a reused result took, else that of `work`; NaN if it was never measured
+    SkippedWork work = {};
+    /// The light map whose size, known once it is open, decides bytesSaved: that of `images` less that of `instead`. Empty if bytesSaved is
+    /// known.
     std::string lightMap = {};
-    double bitsPerTexel = 0;
+    std::vector<SkippedImages> images = {}, instead = {};
 };
 template <class Fields, Is<Skip> Self>
 void describe(Fields& fields, Self& skip) {
     fields.required("what", skip.what, "asset or action");
     fields.required("why", skip.why, "reason");
     fields.required("bytes_saved", skip.bytesSaved, "GPU memory that this saved [bytes]");
-    fields.required("seconds_saved", skip.secondsSaved, kNumberOrNull, "time that this saved");
+    fields.required(
+        "seconds_saved", skip.secondsSaved, kNumberOrNull,
+        "time that this saved, measured: of a reused result its own, else that of its kind on this machine; null if it was never measured");
 }
 
 /// Returns the union of the needs of all materials: those of the glTF (records of "materials" actions), overridden by the scene's own list.
@@ -51,8 +67,5 @@ TableRows tableRowsFor(const Needs& needs);
 
 /// Returns the values at which the verifier shades: the usual ones inside a needed range, and the ends of the range.
 std::vector<double> samplesOf(const Range& range, const std::vector<double>& usual);
-
-/// Returns the estimated time to cook a skipped asset, from rates measured on two cores of the reference machine.
-double estimatedSeconds(const std::string& kind, double megapixels);
 
 }  // namespace lightcook::pipeline

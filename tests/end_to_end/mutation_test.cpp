@@ -634,7 +634,7 @@ TEST(Mutation, OfTheSceneThatShipsIsCaught) {
     // Constants inside a texture that another manifest had: the one fault that keeps its stale metadata.
     CookedCopy copy = cooked.copyOf("sky");
     multiply(copy.constants()["color"], 1.0001);
-    copy.seal(false);
+    copy.rewriteDigests(false);
     const Outcome outcome = copy.verify();
     ASSERT_FALSE(outcome.errors.empty());
     EXPECT_THAT(outcome.errors.front().line(), testing::HasSubstr("metadata constants/color"));

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/textures.h"
 #include "pipeline/manifest/manifest.h"
 #include "tests/pipeline/small_scene.h"
@@ -57,6 +58,11 @@ public:
                 for (int face = 0; face < reader.shape().faceCount; ++face)
                     images.push_back(valueOf(verify::decodeImage(reader, {mip, layer, face})));
         return images;
+    }
+
+    /// Returns the clusters of a light map whose texture names them.
+    std::vector<std::uint8_t> clusters(const pipeline::Json& asset) const {
+        return valueOf(pipeline::clustersOfBlocks(folder(), valueOf(pipeline::fromJson<pipeline::CookedAsset>(asset, "manifest"))));
     }
 
 private:

@@ -46,11 +46,13 @@ void LightMapShading::expectShadedAsOurs(const CookedScene& scene, const std::st
     map.constants = asset.at("constants").get<std::map<std::string, std::vector<float>>>();
     map.width = asset.at("width").get<int>();
     map.height = asset.at("height").get<int>();
+    map.clusterOfBlock = scene.clusters(asset);
     const auto layout = valueOf(verify::layouts::layoutOf(map));
     std::vector<Image> layers;
     std::vector<float> slack;
     int unit = 0;
     for (const Json& texture : asset.at("textures")) {
+        if (texture.at("role") == pipeline::kIndexRole) continue;  // the clusters come with the places
         ASSERT_TRUE(gl_->upload(unit++, scene.ktx2(texture)));
         for (Image& image : scene.decoded(asset, texture.at("role").get<std::string>())) {
             layers.push_back(std::move(image));

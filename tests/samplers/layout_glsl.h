@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "formats/light_map_layout.h"
+#include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/manifest/manifest.h"
 
 namespace lightcook::samplers {
@@ -31,7 +32,8 @@ public:
     explicit LayoutGlsl(const pipeline::Json& asset)
         : info_(formats::info(formats::lightMapLayoutFromName(asset.at("layout").get<std::string>()).value())),
           constants_(asset.at("constants").get<std::map<std::string, std::vector<float>>>()) {
-        for (const pipeline::Json& texture : asset.at("textures")) units_.push_back(texture.at("role").get<std::string>());
+        for (const pipeline::Json& texture : asset.at("textures"))
+            if (texture.at("role") != pipeline::kIndexRole) units_.push_back(texture.at("role").get<std::string>());
     }
     std::string samplers() const {
         std::string text;

@@ -84,7 +84,8 @@ std::string useOf(const std::string& layout) {
         const std::string count = layout == "basis-3" ? "3" : "4";
         return "LcBasisFirst" + count + " b;\nLcBasisResidual r;\nfor (int i = 0; i < " + (count == "3" ? "80" : "120") +
                "; ++i) { b.v[i] = lcGrey(0.1); }\nfor (int i = 0; i < 36; ++i) { r.v[i] = lcGrey(0.01); }\n"
-               "vec4 one = vec4(0.5, 0.5, 0.5, 1.0);\nLcSh sh = lcLightMapBasis" +
+               "vec4 one = vec4(0.5, 0.5, 0.5, 1.0);\none.x = lcBasisIndexUv(vec2(0.3, 0.4), vec2(40.0, 72.0)).x + 0.1 * "
+               "float(lcBasisCluster(one, vec2(0.3, 0.4), vec2(40.0, 72.0)));\nLcSh sh = lcLightMapBasis" +
                count +
                "(one, one, b, 2.0);\nsh = lcLightMapBasisAdd(sh, one, one, r, 2.0, 0.5);\nresult = lcExitRadiance(sh, vec3(0.0, 0.0, "
                "1.0));\n";

@@ -70,8 +70,25 @@ std::optional<formats::Error> readTables(const CookedLightMap& map, const std::s
     return std::nullopt;
 }
 
+/// Takes the clusters of all blocks from the index.
+std::optional<formats::Error> takeIndex(const CookedLightMap& map, std::size_t clusterCount, BasisTables& tables) {
+    const std::string place = "light map layout " + map.layout + ", texture index";
+    tables.blocksAcross = (map.width + 3) / 4;
+    const std::size_t blocks = static_cast<std::size_t>(tables.blocksAcross) * static_cast<std::size_t>((map.height + 3) / 4);
+    if (map.clusterOfBlock.size() != blocks)
+        return formats::Error{ErrorCode::WrongShape, place,
+                              "found " + std::to_string(map.clusterOfBlock.size()) + " blocks, expected " + std::to_string(blocks)};
+    const std::uint8_t largest = *std::ranges::max_element(map.clusterOfBlock);
+    if (largest >= clusterCount)
+        return formats::Error{ErrorCode::WrongShape, place,
+                              "found cluster " + std::to_string(largest) + ", expected clusters below " + std::to_string(clusterCount)};
+    tables.index = map.clusterOfBlock;
+    return std::nullopt;
+}
+
 /// Reads the clusters of all blocks from runs: [cluster, count, cluster, count ...].
 std::optional<formats::Error> readIndex(const CookedLightMap& map, std::size_t clusterCount, BasisTables& tables) {
+    if (!map.clusterOfBlock.empty()) return takeIndex(map, clusterCount, tables);
     const std::string place = "light map layout " + map.layout + ", constant index_runs";
     const auto found = map.constants.find("index_runs");
     if (found == map.constants.end()) return formats::Error{ErrorCode::WrongShape, place, "not found, expected it in the manifest"};

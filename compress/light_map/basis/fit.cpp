@@ -1,7 +1,9 @@
 #include "compress/light_map/basis/fit.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
+#include <utility>
 
 #include "compress/light_map/basis/clusters.h"
 #include "compress/light_map/basis/code_fit.h"
@@ -35,16 +37,30 @@ std::vector<int> clustersOf(BasisSample& sample, const std::vector<int>& charts,
     return clusterCharts(chartPoints, codeChannels, clusterCount);
 }
 
+/// Returns the chart of a block, or of the first neighbour that has one: across, down, then diagonally. -1 without any.
+int chartBeside(const std::vector<int>& charts, int block, int blocksAcross) {
+    constexpr std::array<std::pair<int, int>, 9> kSteps = {{{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}}};
+    const int x = block % blocksAcross, y = block / blocksAcross, rows = static_cast<int>(charts.size()) / blocksAcross;
+    for (const auto& [dx, dy] : kSteps) {
+        if (x + dx < 0 || x + dx >= blocksAcross || y + dy < 0 || y + dy >= rows) continue;
+        if (const int chart = charts[static_cast<std::size_t>((y + dy) * blocksAcross + x + dx)]; chart >= 0) return chart;
+    }
+    return -1;
+}
+
 /// Assigns a cluster to each chart, block and texel.
-void assignClusters(BasisSample& sample, const std::vector<int>& charts, int clusterCount, BasisModel& model) {
+void assignClusters(BasisSample& sample, const std::vector<int>& charts, int blocksAcross, int clusterCount, BasisModel& model) {
     const std::vector<int> clusters = clustersOf(sample, charts, model.shape.codeChannels, clusterCount);
     int count = 1;
     for (const int cluster : clusters) count = std::max(count, cluster + 1);
     model.code.assign(static_cast<std::size_t>(count), CodeTable{});
     model.clusterOfBlock.resize(charts.size());
-    int last = 0;  // a block without light keeps the cluster of the block before it: fewer runs
+    // A block without light has the cluster of a chart beside it, whose surface may reach half a texel into it, else that of the block
+    // before it: fewer runs.
+    int last = 0;
     for (std::size_t block = 0; block < charts.size(); ++block) {
-        if (charts[block] >= 0) last = clusters[static_cast<std::size_t>(charts[block])];
+        if (const int chart = chartBeside(charts, static_cast<int>(block), blocksAcross); chart >= 0)
+            last = clusters[static_cast<std::size_t>(chart)];
         model.clusterOfBlock[block] = static_cast<std::uint8_t>(last);
     }
     for (SampleTexel& texel : sample.texels())
@@ -61,7 +77,7 @@ BasisModel fitBasis(const LightMapPlan& plan, const BasisShape& shape, const Lig
     model.shape = shape;
     model.blocksAcross = blocksAcross;
     BasisSample sample(plan, samples, options);
-    assignClusters(sample, charts, clusterCount, model);
+    assignClusters(sample, charts, blocksAcross, clusterCount, model);
     fitCodes(sample, model);
     for (int layer = 0; layer < shape.residualLayers; ++layer) addResidualLayer(sample, model);
     return model;

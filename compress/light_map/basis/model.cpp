@@ -41,7 +41,7 @@ float roundedToHalf(double value) {
 }
 
 std::size_t BasisModel::tableBytes() const {
-    const std::size_t codeTable = 2 * 24 * static_cast<std::size_t>(shape.monomialCount());
+    const std::size_t codeTable = kFactorBytes * 8 * static_cast<std::size_t>(shape.monomialCount());
     return code.size() * (codeTable + static_cast<std::size_t>(shape.residualLayers) * kResidualTableBytes);
 }
 

@@ -49,9 +49,10 @@ struct BasisModel {
     std::size_t clusterAt(int x, int y) const {
         return clusterOfBlock[static_cast<std::size_t>(y / 4) * static_cast<std::size_t>(blocksAcross) + static_cast<std::size_t>(x / 4)];
     }
-    static constexpr std::size_t kResidualTableBytes = 2 * 4 * 27;  ///< of one layer and cluster
-    std::size_t tableBytes() const;                                 ///< of all bases, as 16-bit floats in GPU memory
-    std::size_t indexBytes() const { return clusterOfBlock.size(); }
+    /// GPU memory of an RGB factor in a constant or storage buffer: arrays of vec3 have a stride of 16 bytes (std140 and std430).
+    static constexpr std::size_t kFactorBytes = 16;
+    static constexpr std::size_t kResidualTableBytes = kFactorBytes * 4 * 9;  ///< of one layer and cluster
+    std::size_t tableBytes() const;                                           ///< of all bases, as they lie in these buffers
 };
 
 /// A texel to be coded.

@@ -11,8 +11,9 @@ namespace {
 
 constexpr std::size_t kCount = lighting::kShCount;
 constexpr int kMaxClusters = 64;
-/// The code tables of all clusters take at most 1 / kTableShare of the bytes of l0 and code.
-constexpr std::size_t kTableShare = 8;
+/// The code tables of all clusters take at most 1 / kTableShare of the bytes of l0 and code: a third in buffers of 16 bytes a factor, an
+/// eighth packed to 16-bit floats, which hold them exactly.
+constexpr std::size_t kTableShare = 3;
 
 BasisShape shapeOf(formats::LightMapLayout layout) {
     const formats::LightMapLayoutInfo& row = formats::info(layout);

@@ -210,6 +210,13 @@ Json notesOf(const std::string& fitName, fit::DominantFit fit, const StripReport
 
 }  // namespace
 
+std::vector<PixelFormat> dominantFormats(formats::Target target) {
+    const Formats formats = formatsOf(target);
+    std::vector<PixelFormat> all = {formats.direction, formats.intensity};
+    if (formats.hasResidual) all.push_back(formats.direction);
+    return all;
+}
+
 Result<ActionOutcome> cookDominant(const ActionContext& context) {
     const auto parameters = parametersOf<DominantParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "formats/target.h"
 #include "pipeline/assets/light_map/shading.h"
@@ -53,6 +54,9 @@ template <class Fields, Is<DominantVerifyParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     fields.required("shading", parameters.shading, "materials that are shaded");
 }
+
+/// Returns the formats of the textures of a target.
+std::vector<formats::PixelFormat> dominantFormats(formats::Target target);
 
 formats::Result<ActionOutcome> cookDominant(const ActionContext& context);
 /// Verifies the shaded light of the cooked textures against that of the fit to the bake.

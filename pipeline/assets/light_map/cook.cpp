@@ -1,7 +1,11 @@
+#include <fmt/format.h>
+
 #include "compress/light_map.h"
+#include "formats/chart_clusters.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/planner.h"
 #include "pipeline/assets/light_map/survey.h"
+#include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/graph/parallel_for.h"
 
 namespace lightcook::pipeline {
@@ -35,6 +39,23 @@ Result<AssetTextures> createTextures(const ActionContext& context, const compres
     return textures;
 }
 
+/// The index of a learned layout is a texture unless a mesh names the clusters.
+bool hasIndexTexture(const compress::LightMapPlan& plan) {
+    return plan.indexBytes() > 0 && plan.vertexBytes == 0;
+}
+
+/// Writes the index of a learned layout: a texel for each block of 4 x 4.
+Result<void> writeIndex(const ActionContext& context, const compress::LightMapPlan& plan, AssetTextures& textures) {
+    if (!hasIndexTexture(plan)) return {};
+    formats::TextureShape shape;
+    shape.format = formats::PixelFormat::Rgba8Unorm;
+    shape.width = indexWidth(plan.width);
+    shape.height = indexHeight(plan.height);
+    return textures.write(
+        {kIndexRole, fmt::format("{}_{}", context.action.asset, kIndexRole), shape, factsOf(plan, {kIndexRole}), "nearest"},
+        {plan.indexTexels()});
+}
+
 Result<compress::EncodeReport> encodeStrips(LightMapSource& source, const compress::LightMapPlan& plan,
                                             const compress::EncodeOptions& options, AssetTextures& textures, const ActionContext& context) {
     using Report = compress::EncodeReport;
@@ -65,6 +86,8 @@ CookedAsset manifestEntry(const std::string& name, const compress::LightMapPlan&
     asset.bitsPerTexel = plan.bitsPerTexel();
     asset.decodeDegree = formats::info(plan.layout).decodeDegree;
     asset.constants = Json(plan.constants);
+    if (hasIndexTexture(plan)) asset.constants->erase(kIndexRuns);
+    if (plan.vertexBytes > 0) asset.vertexBytes = plan.vertexBytes;
     asset.source.description = toJson(description);
     if (plan.tableBytes() > 0) {
         asset.bytesGpu = plan.tableBytes();
@@ -98,6 +121,7 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     if (!textures) return tl::make_unexpected(textures.error());
     const auto report = encodeStrips(**source, *plan, parameters->textures.encodeOptions(), *textures, context);
     if (!report) return tl::make_unexpected(report.error());
+    if (auto written = writeIndex(context, *plan, *textures); !written) return tl::make_unexpected(written.error());
     return textures->finish({manifestEntry(context.action.asset, *plan, parameters->description),
                              std::filesystem::file_size(context.action.inputs.at("source")), notesOf(*measured, *report)});
 }

@@ -4,7 +4,12 @@
 
 #include <algorithm>
 
+#include "formats/chart_clusters.h"
+#include "formats/light_map_layout.h"
+#include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/textures.h"
+#include "shaders/lightcook_cpp.h"
 #include "verify/sampler_tolerance.h"
 #include "verify/texture_unit.h"
 
@@ -13,6 +18,30 @@ namespace lightcook::pipeline {
 using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
+
+Result<std::vector<std::uint8_t>> clustersOfBlocks(const std::filesystem::path& folder, const CookedAsset& asset) {
+    std::vector<std::uint8_t> clusters;
+    const auto layout = formats::lightMapLayoutFromName(asset.layout);
+    if (!layout || !formats::info(*layout).isLearned() || hasClustersInMesh(asset)) return clusters;
+    const auto texture = openTexture(folder, asset, kIndexRole);
+    if (!texture) return tl::make_unexpected(texture.error());
+    const formats::TextureShape& shape = texture->shape();
+    const int across = indexWidth(asset.width), down = indexHeight(asset.height);
+    if (shape.width != across || shape.height != down || shape.format != formats::PixelFormat::Rgba8Unorm)
+        return failure(ErrorCode::Verification, fmt::format("{}, texture {}", asset.name, kIndexRole),
+                       fmt::format("found {} x {} texels of {}, expected {} x {} of rgba8-unorm: a byte for each block of 4 x 4",
+                                   shape.width, shape.height, formats::info(shape.format).name, across, down));
+    const auto image = verify::decodeImage(*texture, {});
+    if (!image) return tl::make_unexpected(image.error());
+    const glm::vec2 size(asset.width, asset.height);
+    for (int y = 0; y < asset.height; y += formats::kClusterBlock)
+        for (int x = 0; x < asset.width; x += formats::kClusterBlock) {
+            const glm::vec2 uv = (glm::vec2(x, y) + 0.5f) / size;
+            const glm::ivec2 texel(shaders::lcBasisIndexUv(uv, size) * glm::vec2(across, down));
+            clusters.push_back(static_cast<std::uint8_t>(shaders::lcBasisCluster(image->at(texel.x, texel.y), uv, size)));
+        }
+    return clusters;
+}
 
 Result<CookedLightMapReader> CookedLightMapReader::open(const std::filesystem::path& folder, const CookedAsset& asset,
                                                         const verify::LightMapShading& shading, const verify::LightMapSampling& sampling,
@@ -28,6 +57,9 @@ Result<CookedLightMapReader> CookedLightMapReader::open(const std::filesystem::p
     map.constants = std::move(*constants);
     map.width = asset.width;
     map.height = asset.height;
+    auto clusters = clustersOfBlocks(folder, asset);
+    if (!clusters) return tl::make_unexpected(clusters.error());
+    map.clusterOfBlock = std::move(*clusters);
     const auto needs = verify::LightMapVerifier::texturesOf(map);
     if (!needs) return tl::make_unexpected(needs.error());
     std::vector<formats::TextureReader> textures;

@@ -30,4 +30,8 @@ private:
     int width_, height_;
 };
 
+/// Returns the clusters of the blocks of a learned layout, row by row, from its texture "index", as the shader decodes it. Empty for other
+/// layouts, and where a mesh names the clusters.
+formats::Result<std::vector<std::uint8_t>> clustersOfBlocks(const std::filesystem::path& folder, const CookedAsset& asset);
+
 }  // namespace lightcook::pipeline

@@ -11,6 +11,16 @@
 
 namespace lightcook::pipeline {
 
+/// Texture of a learned layout with the cluster of each block, where no mesh names them.
+inline constexpr const char* kIndexRole = "index";
+/// Returns the size of that texture for a light map: RGBA8, four neighbours of a row of blocks of 4 x 4 in a texel.
+inline int indexWidth(int mapWidth) {
+    return (mapWidth + 15) / 16;
+}
+inline int indexHeight(int mapHeight) {
+    return (mapHeight + 3) / 4;
+}
+
 /// Parameters of the cook action. Its inputs are "source", and "mesh" if the layout is learned and the map has a mesh.
 struct LightMapParameters {
     formats::LightMapDescription description;

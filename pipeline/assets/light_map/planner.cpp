@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "formats/gltf_scene.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/graph/parallel_for.h"
@@ -10,16 +12,6 @@ namespace lightcook::pipeline {
 namespace {
 
 using formats::Result;
-
-/// Returns the islands of the map's mesh, so that each of its vertices can name one basis. Returns none without a mesh, or if it cannot be
-/// read: the mesh's own action reports that.
-std::vector<formats::IslandRun> islandsOf(const Action& action, const LightMapSource& source) {
-    const auto mesh = action.inputs.find(kMeshRole);
-    if (mesh == action.inputs.end()) return {};
-    const auto scene = formats::GltfScene::load(mesh->second);
-    if (!scene) return {};
-    return formats::islandRuns(scene->triangleMeshes(), source.width(), source.height());
-}
 
 }  // namespace
 
@@ -34,8 +26,30 @@ Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& name) {
         if (auto gathered = gather(); !gathered) return tl::make_unexpected(gathered.error());
     compress::LightMapPlan plan = compress::planLearnedLightMap(layout, target_, source_.width(), source_.height(), measure_, blocks_,
                                                                 charts_, *samples_, 0, options_);
-    plan.isClusterInMesh = hasIslands_;
+    // The smaller of the two names the clusters.
+    const std::size_t attribute = meshVertices_ * kBasisBytes;
+    if (!islands_.empty() && (attribute < plan.indexBytes() || !doesIndexServe(plan))) plan.vertexBytes = attribute;
     return plan;
+}
+
+/// Returns true if every block that an island of the mesh reads has the island's cluster, so that a fetch from the index is right wherever
+/// a surface may ask.
+bool LightMapPlanner::doesIndexServe(const compress::LightMapPlan& plan) const {
+    const auto clusters = plan.clusterOfBlock();
+    const int across = formats::blocksAcross(formats::PixelFormat::Bc1, source_.width());
+    std::vector<int> clusterOf;  // [island]
+    for (const formats::IslandRun& run : islands_) {
+        if (run.row < 0 || run.row >= source_.height()) continue;
+        clusterOf.resize(std::max(clusterOf.size(), static_cast<std::size_t>(run.island) + 1), -1);
+        int& expected = clusterOf[static_cast<std::size_t>(run.island)];
+        const int end = std::min(run.end, source_.width());
+        for (int x = std::max(run.begin, 0); x < end; ++x) {
+            const int cluster = clusters[static_cast<std::size_t>(run.row / formats::kClusterBlock * across + x / formats::kClusterBlock)];
+            if (expected >= 0 && cluster != expected) return false;
+            expected = cluster;
+        }
+    }
+    return true;
 }
 
 Result<void> LightMapPlanner::gather() {
@@ -54,10 +68,20 @@ Result<void> LightMapPlanner::surveyCharts() {
                                               return 0;
                                           });
     if (!surveyed) return tl::make_unexpected(surveyed.error());
-    const std::vector<formats::IslandRun> islands = islandsOf(context_.action, source_);
-    charts_ = blocks_.charts(islands);
-    hasIslands_ = !islands.empty();
+    readIslands();
+    charts_ = blocks_.charts(islands_);
     return {};
+}
+
+/// Reads the islands of the map's mesh, so that each of its vertices can name one basis. There are none without a mesh, or if it cannot be
+/// read: the mesh's own action reports that.
+void LightMapPlanner::readIslands() {
+    const auto mesh = context_.action.inputs.find(kMeshRole);
+    if (mesh == context_.action.inputs.end()) return;
+    const auto scene = formats::GltfScene::load(mesh->second);
+    if (!scene) return;
+    islands_ = formats::islandRuns(scene->triangleMeshes(), source_.width(), source_.height());
+    for (const formats::TriangleMesh* primitive : scene->triangleMeshes()) meshVertices_ += primitive->vertexCount();
 }
 
 /// Gathers the texels of the blocks that layouts learn from.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "compress/light_map.h"
+#include "formats/chart_clusters.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/action.h"
@@ -22,7 +23,9 @@ public:
 private:
     formats::Result<void> gather();
     formats::Result<void> surveyCharts();
+    void readIslands();
     formats::Result<void> sample();
+    bool doesIndexServe(const compress::LightMapPlan& plan) const;
 
     LightMapSource& source_;
     const compress::LightMapMeasure& measure_;
@@ -31,7 +34,8 @@ private:
     compress::EncodeOptions options_;
     compress::LightMapBlocks blocks_;
     std::vector<int> charts_;
-    bool hasIslands_ = false;  ///< of a mesh whose vertices will name the clusters
+    std::vector<formats::IslandRun> islands_;  ///< of the map's mesh, if it can be read
+    std::size_t meshVertices_ = 0;
     std::optional<compress::LightMapSamples> samples_;
 };
 

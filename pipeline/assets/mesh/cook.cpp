@@ -15,8 +15,6 @@ using formats::Result;
 
 /// GPU memory of a vertex for its light-map UV [bytes]: two 16-bit numbers, or two floats.
 constexpr std::uint64_t kLightMapUvBytes = 4, kFloatUvBytes = 8;
-/// GPU memory of a vertex for the index of its basis [bytes], with the padding of glTF.
-constexpr std::uint64_t kBasisBytes = 4;
 
 /// Part of the scene's limit that a mesh may use: its error adds to that of the light map.
 constexpr double kShareOfLimit = 0.1;
@@ -79,6 +77,7 @@ Result<std::optional<formats::ClusterMap>> upstreamClusters(const ActionContext&
     if (context.upstream.empty()) return std::optional<formats::ClusterMap>();
     const auto lightMap = upstreamAsset(context);
     if (!lightMap) return tl::make_unexpected(lightMap.error());
+    if (!hasClustersInMesh(*lightMap)) return std::optional<formats::ClusterMap>();
     auto map = clusterMapOf(*lightMap);
     if (!map) return tl::make_unexpected(map.error());
     return std::optional(std::move(*map));
@@ -100,12 +99,16 @@ CookedAsset manifestEntry(const ActionContext& context, const MeshParameters& pa
 
 }  // namespace
 
+bool hasClustersInMesh(const CookedAsset& lightMap) {
+    return lightMap.constants && lightMap.constants->is_object() && lightMap.constants->contains(kIndexRuns);
+}
+
 Result<formats::ClusterMap> clusterMapOf(const CookedAsset& lightMap) {
     const std::string place = lightMap.name + ", constants";
     const Json constants = lightMap.constants.value_or(Json());
     const auto runs = checkedJson(constants, place, [](const JsonPlace& root) {
         std::vector<float> values;
-        readValue(root["index_runs"], values, {});
+        readValue(root[kIndexRuns], values, {});
         return values;
     });
     if (!runs) return tl::make_unexpected(runs.error());
@@ -120,7 +123,7 @@ Result<ActionOutcome> readMaterials(const ActionContext& context) {
     std::size_t vertices = 0;
     for (const formats::TriangleMesh* primitive : scene->triangleMeshes()) vertices += primitive->vertexCount();
     MaterialsResult result;
-    result.mostBytesGpu = vertices * (kFloatUvBytes + kBasisBytes);
+    result.mostBytesGpu = vertices * kFloatUvBytes;
     for (const formats::MaterialNeeds& material : scene->materials())
         result.materials.push_back(
             {material.name, material.hasNormalMap, material.isSpecular, {material.mMin, material.mMax}, {material.f0Min, material.f0Max}});

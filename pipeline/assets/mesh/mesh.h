@@ -14,6 +14,8 @@ namespace lightcook::pipeline {
 
 /// Input of an action that reads a mesh.
 inline constexpr const char* kMeshRole = "mesh";
+/// GPU memory of a vertex for the index of its basis [bytes], with the padding of glTF.
+inline constexpr std::uint64_t kBasisBytes = 4;
 
 /// Parameters of the cook action. Its inputs are "mesh", and "source" (the light map) where it chooses bits. It depends on the light map
 /// where bases are learned: vertices name their clusters.
@@ -46,12 +48,13 @@ void describe(Fields& fields, Self& material) {
 
 /// Result of action "materials".
 struct MaterialsResult {
-    std::uint64_t mostBytesGpu = 0;  ///< upper bound of the bytes that the cooked mesh adds
+    std::uint64_t mostBytesGpu = 0;  ///< upper bound of the bytes of the cooked mesh, beside an attribute that names bases
     std::vector<MaterialRecord> materials;
 };
 template <class Fields, Is<MaterialsResult> Self>
 void describe(Fields& fields, Self& result) {
-    fields.required("most_bytes_gpu", result.mostBytesGpu, "upper bound of the bytes that the cooked mesh adds");
+    fields.required("most_bytes_gpu", result.mostBytesGpu,
+                    "upper bound of the bytes of the cooked mesh, beside an attribute that names bases");
     fields.required("materials", result.materials, "materials of the mesh");
 }
 
@@ -62,7 +65,11 @@ formats::Result<ActionOutcome> cookMesh(const ActionContext& context);
 /// depends on the light map again.
 formats::Result<ActionOutcome> verifyMesh(const ActionContext& context);
 
-/// Returns the clusters of a light map with learned bases.
+/// The constant of a learned layout with the clusters of blocks, as runs.
+inline constexpr const char* kIndexRuns = "index_runs";
+/// Returns true if the vertices of a mesh name the bases of a light map: their clusters are runs in the manifest, not a texture.
+bool hasClustersInMesh(const CookedAsset& lightMap);
+/// Returns the clusters of such a light map.
 formats::Result<formats::ClusterMap> clusterMapOf(const CookedAsset& lightMap);
 
 }  // namespace lightcook::pipeline

@@ -278,6 +278,40 @@ TEST(LightMapVerifier, TheWorstBoundOfATexelIsReachedAtItsPlace) {
     EXPECT_TRUE(isFound);
 }
 
+/// The light that is reported beside a bound between texels is that of the filtered textures there.
+TEST(LightMapVerifier, TheLightOfABoundIsWhatTheTexturesDecodeToThere) {
+    for (const LightMapLayout layout : test::kEveryLayout) {
+        const Cooked cooked = cook(Kind::Gradient, layout);
+        const auto stages = cooked.stages();
+        const verify::ErrorPlace& place = stages[stages.size() - 2].diffuse.boundAt;  // "magnified"
+        ASSERT_TRUE(place.isKnown()) << cooked.map.layout;
+        const int x = std::min(static_cast<int>(place.x), kWidth - 2), y = std::min(static_cast<int>(place.y), kHeight - 2);
+        const double u = place.x - x, v = place.y - y;
+        // A map of one place: every texel holds the filtered texels, so that reconstruct decodes them.
+        verify::DecodedLightMapRows filtered;
+        for (const auto& texture : cooked.texels.textures) {
+            filtered.textures.emplace_back();
+            for (const formats::Image<glm::vec4>& image : texture) {
+                const glm::vec4 above = glm::mix(image.at(x, y), image.at(x + 1, y), static_cast<float>(u));
+                const glm::vec4 below = glm::mix(image.at(x, y + 1), image.at(x + 1, y + 1), static_cast<float>(u));
+                filtered.textures.back().emplace_back(kWidth, kHeight, glm::mix(above, below, static_cast<float>(v)));
+            }
+        }
+        const auto decoded = cooked.verifier().reconstruct(filtered, 0, kHeight);
+        const lighting::ShRgb& seen = decoded.at(x + (u > 0.5 ? 1 : 0), y + (v > 0.5 ? 1 : 0));
+        const double found = exitRadiance(channelOf(seen, place.channel), place.normal);
+        EXPECT_NEAR(place.found, found, 1e-4 * std::abs(found) + 1e-5 * cooked.key) << cooked.map.layout;
+        double reference = 0;
+        for (int corner = 0; corner < 4; ++corner) {
+            const double weight = (corner % 2 == 0 ? 1 - u : u) * (corner / 2 == 0 ? 1 - v : v);
+            reference +=
+                weight * exitRadiance(channelOf(cooked.reference.sh.at(x + corner % 2, y + corner / 2), place.channel), place.normal);
+        }
+        EXPECT_NEAR(place.reference, reference, 1e-4 * std::abs(reference) + 1e-5 * cooked.key) << cooked.map.layout;
+        EXPECT_LE(std::abs(place.found - place.reference), place.allowed(place.local, cooked.key) * (1 + 1e-6)) << cooked.map.layout;
+    }
+}
+
 TEST(LightMapVerifier, NoSampledShadingExceedsTheBound) {
     std::mt19937 random(11);
     std::normal_distribution<double> normal;

@@ -52,11 +52,18 @@ protected:
         return static_cast<float>(isOurs ? wave * (1 + 0.1 * static_cast<double>(i)) : isLeft(x, y) ? 0.3 : -0.3);
     }
 
-    void writeMesh(Neck neck) const {
+    /// copies  of the squares, on top of each other: vertices
+    void writeMesh(Neck neck, int copies = 1) const {
         std::vector<float> corners = {8,  8, 40, 8, 40, 24.1f, 40, 24.3f, 40, 120,   8,  120,     // the left square's outline
                                       56, 8, 88, 8, 88, 120,   56, 120,   56, 24.3f, 56, 24.1f};  // the right one's
         std::vector<std::uint16_t> indices = {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5, 6, 7, 8, 6, 8, 11, 8, 10, 11, 8, 9, 10};
         if (neck == Neck::Present) indices.insert(indices.end(), {2, 11, 10, 2, 10, 3});
+        const std::vector<float> cornersOnce = corners;
+        const std::vector<std::uint16_t> indicesOnce = indices;
+        for (int copy = 1; copy < copies; ++copy) {
+            for (const std::uint16_t each : indicesOnce) indices.push_back(static_cast<std::uint16_t>(each + corners.size() / 2));
+            corners.insert(corners.end(), cornersOnce.begin(), cornersOnce.end());
+        }
         std::vector<float> buffer;
         for (std::size_t i = 0; i < corners.size(); i += 2) buffer.insert(buffer.end(), {corners[i], 0, corners[i + 1]});
         for (std::size_t i = 0; i < corners.size(); i += 2) buffer.insert(buffer.end(), {corners[i] / kWidth, corners[i + 1] / kHeight});
@@ -118,10 +125,20 @@ protected:
         return nullptr;
     }
     formats::ClusterMap clusterMap() const {
-        const auto runs = asset("map").at("constants").at("index_runs").get<std::vector<float>>();
-        const auto map = formats::ClusterMap::fromRuns(kWidth, kHeight, runs);
+        const Json constants = asset("map").at("constants");
+        if (!constants.contains("index_runs")) return indexTexture();
+        const auto map = formats::ClusterMap::fromRuns(kWidth, kHeight, constants.at("index_runs").get<std::vector<float>>());
         EXPECT_TRUE(map) << map.error();
         return *map;
+    }
+    /// The clusters that the texture "index" names, one byte a block.
+    formats::ClusterMap indexTexture() const {
+        const auto texture = formats::TextureReader::open(folder_ / "out" / "map_index.ktx2");
+        EXPECT_TRUE(texture) << "neither runs nor a texture";
+        EXPECT_EQ(texture->shape().format, formats::PixelFormat::Rgba8Unorm);
+        formats::ClusterMap map{kWidth, kHeight, std::vector<std::uint8_t>(kWidth / 4 * (kHeight / 4))};
+        EXPECT_TRUE(texture->readBlockRows({}, 0, std::as_writable_bytes(std::span(map.ofBlock))).has_value());
+        return map;
     }
     std::optional<formats::GltfScene> cookedMesh() const {
         auto scene = formats::GltfScene::load(folder_ / "out" / "room_mesh.glb");
@@ -167,15 +184,61 @@ TEST_F(TwoSquares, TheirClustersDifferUnlessAnIslandJoinsThem) {
 
 TEST_F(TwoSquares, WhoseVerticesBearTheClusterNeedNoIndexInMemory) {
     writeMesh(Neck::Absent);
-    const std::size_t index = kWidth / 4 * (kHeight / 4);
+    const std::size_t index = kWidth / 4 * (kHeight / 4), attribute = 4 * 12;
     for (const bool hasMesh : {true, false}) {
         writeScene("light_map_layout = \"basis-8\"", hasMesh);
         expectCooksAndVerifies();
         const Json map = asset("map");
-        const std::size_t halves = map.at("constants").at("code").size() + map.at("constants").at("residual").size();
-        EXPECT_EQ(map.at("bytes_gpu").get<std::size_t>(), 2 * halves + (hasMesh ? 0 : index));
-        EXPECT_NEAR(map.at("bits_per_texel").get<double>(), 24 + 8.0 * map.at("bytes_gpu").get<double>() / (kWidth * kHeight), 1e-9);
+        // Arrays of vec3 in a buffer: 16 bytes each.
+        const std::size_t factors = (map.at("constants").at("code").size() + map.at("constants").at("residual").size()) / 3;
+        EXPECT_EQ(map.at("bytes_gpu").get<std::size_t>(), 16 * factors);
+        EXPECT_EQ(map.at("constants").contains("index_runs"), hasMesh);
+        EXPECT_EQ(map.at("textures").size(), hasMesh ? 3u : 4u);
+        EXPECT_EQ(map.value("vertex_bytes_gpu", std::size_t{0}), hasMesh ? attribute : 0);
+        const double names = static_cast<double>(hasMesh ? attribute : index);
+        EXPECT_NEAR(map.at("bits_per_texel").get<double>(), 24 + 8 * (16.0 * static_cast<double>(factors) + names) / (kWidth * kHeight),
+                    1e-9);
     }
+}
+
+/// A mesh of many vertices costs more than an index of one byte a block, which an engine then fetches in place of an attribute.
+TEST_F(TwoSquares, OfManyVerticesAreNamedByTheSmallerIndexTexture) {
+    writeMesh(Neck::Absent, 40);
+    writeScene("light_map_layout = \"basis-8\"\ndraco = false");
+    expectCooksAndVerifies();
+    const Json map = asset("map"), mesh = asset("room_mesh");
+    EXPECT_GT(4 * mesh.at("vertices").get<std::size_t>(), std::size_t{kWidth / 4 * (kHeight / 4)});
+    EXPECT_FALSE(mesh.contains("basis"));
+    EXPECT_FALSE(map.at("constants").contains("index_runs"));
+    const Json& index = map.at("textures").back();
+    EXPECT_EQ(index.at("role"), "index");
+    EXPECT_EQ(index.at("format"), "rgba8-unorm");
+    EXPECT_EQ(index.at("sampler").at("filter"), "nearest");
+    EXPECT_EQ(index.at("bytes_gpu").get<int>(), kWidth / 4 * (kHeight / 4)) << "half a bit a texel";
+    const formats::ClusterMap byBlock = indexTexture();
+    EXPECT_NE(byBlock.at(20, 24), byBlock.at(70, 24));
+    const auto scene = cookedMesh();
+    ASSERT_TRUE(scene);
+    for (const formats::TriangleMesh* primitive : scene->triangleMeshes()) EXPECT_EQ(primitive->find("_LIGHTCOOK_BASIS"), nullptr);
+    // Another cluster in the texture is another decode.
+    std::vector<std::uint8_t> other = byBlock.ofBlock;
+    for (std::uint8_t& cluster : other) cluster = cluster == byBlock.at(20, 24) ? byBlock.at(70, 24) : byBlock.at(20, 24);
+    formats::TextureShape shape;
+    shape.format = formats::PixelFormat::Rgba8Unorm;
+    shape.width = kWidth / 16;
+    shape.height = kHeight / 4;
+    const auto reader = formats::TextureReader::open(folder_ / "out" / "map_index.ktx2");
+    const auto bytes = std::as_bytes(std::span<const std::uint8_t>(other));
+    ASSERT_TRUE(
+        writeTexture(folder_ / "out" / "map_index.ktx2", shape, {}, reader->metadata(), {{bytes.begin(), bytes.end()}}).has_value());
+    Json manifest = parseJson(formats::contentOf(folder_ / "out" / kManifestName));
+    for (Json& each : manifest["assets"])
+        for (Json& texture : each["textures"])
+            if (texture["role"] == "index") texture["digest"] = digestOfText(formats::contentOf(folder_ / "out" / "map_index.ktx2"));
+    writeManifestAndDigests(folder_ / "out", manifest);
+    const Outcome swapped = verify();
+    ASSERT_FALSE(swapped.errors.empty());
+    EXPECT_EQ(swapped.errors.front().code, formats::ErrorCode::Verification);
 }
 
 /// A looser limit takes fewer bits and a tighter one more. The error of the chosen bits stays within their bound.

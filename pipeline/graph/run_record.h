@@ -1,0 +1,28 @@
+// Runs of the program that made results: a result from the cache keeps the time and the memory of the run that made it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "pipeline/json/json_fields.h"
+
+namespace lightcook::pipeline {
+
+struct RunRecord {
+    std::string at;  ///< start, UTC: "2026-11-22T13:53:01.123Z"; names the run
+    double seconds = 0;
+    std::uint64_t peakRssBytes = 0;
+    int actions = 0;  ///< that it ran
+};
+template <class Fields, Is<RunRecord> Self>
+void describe(Fields& fields, Self& run) {
+    fields.required("at", run.at, "start of the run, UTC, by which rows name it");
+    fields.required("seconds", run.seconds, between(0, HUGE_VAL), "wall time");
+    fields.required("peak_rss_bytes", run.peakRssBytes, "most memory that was resident");
+    fields.required("actions", run.actions, "actions that it ran; others came from the cache");
+}
+
+/// Returns the time of day as RunRecord::at has it.
+std::string timeNow();
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,30 @@
+// Measured time of cooking each kind of asset on this machine: what a skip saved is its texels at the rate of the last cook.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "formats/error.h"
+
+namespace lightcook::pipeline {
+
+class WorkRates {
+public:
+    /// Reads the rates of earlier runs. A file that is missing or damaged counts as empty.
+    explicit WorkRates(std::filesystem::path file);
+    /// Notes a measured action of a kind.
+    void add(const std::string& kind, double texels, double seconds);
+    /// Returns the time of as many texels at the measured rate; nothing if this machine never cooked that kind.
+    std::optional<double> secondsOf(const std::string& kind, double texels) const;
+    /// Writes the rates if there are new ones. A failure costs figures of later reports only.
+    void save() const;
+
+private:
+    std::filesystem::path file_;
+    std::map<std::string, double> secondsPerTexel_;
+    bool isChanged_ = false;
+};
+
+}  // namespace lightcook::pipeline

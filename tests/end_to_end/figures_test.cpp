@@ -1,0 +1,192 @@
+// Figures that add up: the memory of a report is that of the files, by kind, by format and by asset; its time and memory are those of the
+// runs that made the results; what was skipped would have cost what the report says.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "formats/gltf_scene.h"
+#include "formats/gpu_texture.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/report/report.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using testing::HasSubstr;
+
+std::uint64_t sumOf(const Json& byName) {
+    std::uint64_t sum = 0;
+    for (const auto& [name, bytes] : byName.items()) sum += bytes.get<std::uint64_t>();
+    return sum;
+}
+
+/// GPU memory of a texture file, level by level, from its header alone.
+std::uint64_t textureBytes(const std::filesystem::path& file) {
+    const auto reader = formats::TextureReader::open(file);
+    if (!reader) throw std::runtime_error(reader.error().line());
+    const formats::TextureShape& shape = reader->shape();
+    const formats::PixelFormatInfo& format = formats::info(shape.format);
+    std::uint64_t bytes = 0;
+    for (int mip = 0; mip < shape.mipCount; ++mip) {
+        const int width = std::max(1, shape.width >> mip), height = std::max(1, shape.height >> mip);
+        const int across = (width + format.blockWidth - 1) / format.blockWidth,
+                  down = (height + format.blockHeight - 1) / format.blockHeight;
+        bytes += static_cast<std::uint64_t>(across) * static_cast<std::uint64_t>(down) * static_cast<std::uint64_t>(format.bytesPerBlock) *
+                 static_cast<std::uint64_t>(shape.layerCount) * static_cast<std::uint64_t>(shape.faceCount);
+    }
+    return bytes;
+}
+
+/// GPU memory that a mesh adds for its light map: two 16-bit coordinates a vertex, or floats, and the padded byte of the basis.
+std::uint64_t meshBytes(const std::filesystem::path& file, bool isDraco) {
+    const auto scene = formats::GltfScene::load(file);
+    if (!scene) throw std::runtime_error(scene.error().line());
+    std::uint64_t bytes = 0;
+    for (const formats::TriangleMesh* primitive : scene->triangleMeshes())
+        bytes += primitive->vertexCount() * ((isDraco ? 4 : 8) + (primitive->find("_LIGHTCOOK_BASIS") != nullptr ? 4 : 0));
+    return bytes;
+}
+
+/// GPU memory of everything that the manifest names, from the files and the tables themselves.
+std::uint64_t payload(const std::filesystem::path& folder) {
+    const Json manifest = readManifest(folder).value();
+    std::uint64_t bytes = 0;
+    for (const Json& asset : manifest.at("assets")) {
+        for (const Json& texture : asset.at("textures")) bytes += textureBytes(folder / texture.at("file").get<std::string>());
+        if (asset.contains("file")) bytes += meshBytes(folder / asset.at("file").get<std::string>(), asset.at("layout") == "glb-draco");
+        if (asset.at("kind") != "light-map" || !asset.at("constants").contains("code")) continue;
+        for (const char* table : {"code", "residual"}) bytes += asset.at("constants").at(table).size() / 3 * 16;  // vec3 in a buffer
+    }
+    return bytes;
+}
+
+void expectSums(const Json& report, const std::filesystem::path& folder) {
+    const Json& budget = report.at("budget");
+    const auto used = budget.at("used_bytes").get<std::uint64_t>();
+    std::uint64_t assets = 0;
+    for (const Json& asset : report.at("assets")) assets += asset.at("bytes_gpu").get<std::uint64_t>();
+    EXPECT_EQ(assets, used);
+    EXPECT_EQ(sumOf(budget.at("by_kind")), used);
+    EXPECT_EQ(sumOf(budget.at("by_format")), used) << budget.at("by_format");
+    EXPECT_EQ(payload(folder), used);
+}
+
+class Figures : public testing::Test {
+protected:
+    Outcome cookShipped(const std::string& layout, bool hasDraco = true) const {
+        auto scene = readScene(std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell/scene.toml");
+        if (!scene) throw std::runtime_error(scene.error().line());
+        scene->output.draco = hasDraco;
+        CookOptions options;
+        options.output = folder_ / "out";
+        options.cache = folder_ / "cache";
+        options.effort = 2;
+        options.lightMapLayout = layout;
+        options.maxError = 0.1;
+        const RunState state;
+        return cookScene(std::move(*scene), options, state);
+    }
+    const formats::TemporaryFolder folder_;
+};
+
+TEST_F(Figures, OfMemoryAddUpForEveryKindOfAssetAndLayout) {
+    for (const auto& [layout, draco] : {std::pair("basis-8", true), std::pair("basis-3", false), std::pair("ratio", true)}) {
+        SCOPED_TRACE(layout);
+        const Outcome outcome = cookShipped(layout, draco);
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        expectSums(outcome.report, folder_ / "out");
+        const bool isLearned = std::string(layout).starts_with("basis");
+        EXPECT_EQ(outcome.report.at("budget").at("by_format").contains("buffer"), isLearned);
+        const RunState state;
+        expectSums(verifyCooked({folder_ / "out", {}, {}}, state).report, folder_ / "out");
+    }
+}
+
+TEST_F(Figures, OfMemoryAddUpWithoutAMeshOrDirections) {
+    const SmallScene scene(SmallScene::Parts::All);
+    const RunState state;
+    for (const char* output :
+         {"target = \"astc\"\nlight_map_layout = \"basis-4\"", "target = \"float\"\nlight_map_layout = \"sh4\"\nmax_error = 1"}) {
+        scene.writeSceneFile(output);
+        const Outcome outcome = cookScene(scene.options(), state);
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        expectSums(outcome.report, scene / "out");
+    }
+}
+
+Json skipOf(const Outcome& outcome, const std::string& what) {
+    for (const Json& each : outcome.report.at("skipped"))
+        if (each.at("what").get<std::string>().find(what) != std::string::npos) return each;
+    return nullptr;
+}
+
+/// Everything is cooked once; then nothing needs directions. What the second report says was saved is what the first one had.
+TEST_F(Figures, OfSkipsAreWhatTheCookWithoutThemHad) {
+    for (const char* target : {"bc", "float"}) {
+        const SmallScene scene(SmallScene::Parts::All);
+        const RunState state;
+        const std::string output = fmt::format("target = \"{}\"\nlight_map_layout = \"ratio\"\n", target);
+        scene.writeSceneFile(output);
+        const Outcome whole = cookScene(scene.options(), state);
+        scene.writeSceneFile(output, "[[material]]\nname = \"*\"\nnormal_map = false\nspecular = false\n");
+        const Outcome flat = cookScene(scene.options(), state);
+        ASSERT_TRUE(whole.errors.empty() && flat.errors.empty());
+        const auto bytesOf = [](const Outcome& outcome, const std::string& name) {
+            for (const Json& row : outcome.report.at("assets"))
+                if (row.at("name") == name) return row.at("bytes_gpu").get<std::int64_t>();
+            return std::int64_t{0};
+        };
+        const auto saved = [&](const char* what) { return skipOf(flat, what).at("bytes_saved").get<std::int64_t>(); };
+        EXPECT_EQ(saved("directional light map"), bytesOf(whole, "map") - bytesOf(flat, "map")) << target;
+        EXPECT_EQ(saved("dominant light"), bytesOf(whole, "map_dominant")) << target;
+        EXPECT_EQ(saved("cubemap"), bytesOf(whole, "probe")) << target;
+        EXPECT_EQ(saved("RSRM"), bytesOf(whole, "sky") - bytesOf(flat, "sky")) << target;
+        // Time was measured by the first cook: that of its own action, for as many texels.
+        for (const Json& row : whole.report.at("assets")) {
+            if (row.at("name") != "probe") continue;
+            EXPECT_NEAR(skipOf(flat, "cubemap").at("seconds_saved").get<double>(), row.at("seconds").get<double>(), 1e-6);
+        }
+    }
+}
+
+TEST_F(Figures, OfTimeThatWasNeverMeasuredAreNone) {
+    const SmallScene scene(SmallScene::Parts::LightMap);
+    scene.writeSceneFile("", "[[material]]\nname = \"*\"\nnormal_map = true\nspecular = false\n");
+    const RunState state;
+    const Outcome outcome = cookScene(scene.options(), state);
+    ASSERT_TRUE(outcome.errors.empty());
+    EXPECT_TRUE(skipOf(outcome, "dominant light").at("seconds_saved").is_null());
+}
+
+TEST_F(Figures, OfAWarmCookAreThoseOfTheRunThatMadeTheResult) {
+    const SmallScene scene(SmallScene::Parts::LightMap);
+    const RunState state;
+    const Json first = cookScene(scene.options(), state).report;
+    ASSERT_EQ(first.at("runs").size(), 1u);
+    const Json run = first.at("runs")[0];
+    EXPECT_EQ(run.at("seconds"), first.at("seconds"));
+    EXPECT_EQ(run.at("peak_rss_bytes"), first.at("peak_rss_bytes"));
+    EXPECT_GT(run.at("actions").get<int>(), 3);
+    for (const Json& row : first.at("assets")) EXPECT_EQ(row.at("cooked_at"), run.at("at"));
+    // Nothing to do, but another folder: the report is written anew, from the cache.
+    CookOptions elsewhere = scene.options();
+    elsewhere.output = scene / "elsewhere";
+    const Outcome warm = cookScene(elsewhere, state);
+    EXPECT_EQ(warm.actionsRun, 0);
+    EXPECT_EQ(warm.report.at("runs"), first.at("runs"));
+    EXPECT_EQ(warm.report.at("seconds"), first.at("seconds"));
+    EXPECT_EQ(warm.report.at("peak_rss_bytes"), first.at("peak_rss_bytes"));
+    EXPECT_THAT(formats::contentOf(scene / "elsewhere" / kReportHtmlName), HasSubstr("the run of " + run.at("at").get<std::string>()));
+    // One asset is made again: both runs are named, and add up.
+    scene.writeSceneFile("light_map_layout = \"luvw\"");
+    const Json second = cookScene(scene.options(), state).report;
+    ASSERT_EQ(second.at("runs").size(), 2u);
+    EXPECT_EQ(second.at("runs")[0], run);
+    EXPECT_NEAR(second.at("seconds").get<double>(), run.at("seconds").get<double>() + second.at("runs")[1].at("seconds").get<double>(),
+                1e-9);
+    for (const Json& row : second.at("assets"))
+        EXPECT_EQ(row.at("cooked_at"), second.at("runs")[row.at("name") == "map" ? 1 : 0].at("at")) << row.at("name");
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline
