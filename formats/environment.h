@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <glm/gtc/type_precision.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,6 +63,8 @@ Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, c
 
 /// Loads the SH that a probes.json holds for the probe whose "file" has this name: nine RGB coefficients of radiance in canonical form.
 Result<lighting::ShRgb> loadProbeSh(const std::filesystem::path& json, const std::string& probeFileName);
+/// Loads the "position" that it states there, in world space; empty if it states none.
+Result<std::optional<glm::dvec3>> loadProbePosition(const std::filesystem::path& json, const std::string& probeFileName);
 
 /// Writes a float EXR with the first channelCount (1 .. 4) of R, G, B, A. The file appears when it is complete.
 Result<void> writeExr(const std::filesystem::path& file, ImageView<const glm::vec4> texels, int channelCount);

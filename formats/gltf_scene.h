@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <glm/mat4x4.hpp>
 #include <memory>
 #include <optional>
 #include <string>
@@ -72,6 +73,12 @@ public:
     Result<MeshSize> writePlain(const std::filesystem::path& file, const ClusterMap* clusters) const;
     /// Returns the triangle primitives in the order of the file; they live as long as the scene.
     std::vector<const TriangleMesh*> triangleMeshes() const;
+    /// A triangle primitive in the world. Meshes that several nodes draw come several times; those that no node draws are left out.
+    struct Placed {
+        const TriangleMesh* mesh;
+        glm::dmat4 worldFromMesh;
+    };
+    std::vector<Placed> placedMeshes() const;
     /// Compares this scene with one that writeDraco() made of it. Draco reorders vertices and triangles, so matchTriangles() pairs them by
     /// the distance of their corners. Fails with ErrorCode::Verification if a triangle has no counterpart, or if nodes, materials or
     /// animations differ.

@@ -4,8 +4,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -30,6 +32,9 @@ struct LightMapDescription {
     double fireflyLimit = 1000;
     /// Repairs invalid texels and counts them (LightMapRepairs); false refuses the file.
     bool repair = false;
+    /// Size of a map whose covered texels all hold the same light: it is cooked and verified as one block of that light. Empty: the map is
+    /// taken texel by texel. LightMapReader takes no notice of it.
+    std::optional<glm::ivec2> constantOf;
 };
 
 /// Returns true for the allowed limits: 0, and numbers from 1 on.

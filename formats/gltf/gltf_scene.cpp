@@ -15,6 +15,7 @@
 #include "formats/gltf/glb_builder.h"
 #include "formats/gltf/gltf_document.h"
 #include "formats/gltf/material_needs.h"
+#include "formats/gltf/node_placement.h"
 #include "formats/gltf/primitive.h"
 #include "formats/pending_file.h"
 
@@ -148,6 +149,17 @@ std::vector<const TriangleMesh*> GltfScene::triangleMeshes() const {
     for (const Primitive& primitive : state_->primitives)
         if (primitive.isTriangles) meshes.push_back(&primitive.geometry);
     return meshes;
+}
+
+std::vector<GltfScene::Placed> GltfScene::placedMeshes() const {
+    const auto places = placesOfMeshes(state_->document.json());
+    std::vector<Placed> placed;
+    for (const Primitive& primitive : state_->primitives) {
+        const auto found = places.find(primitive.mesh);
+        if (!primitive.isTriangles || found == places.end()) continue;
+        for (const glm::dmat4& place : found->second) placed.push_back({&primitive.geometry, place});
+    }
+    return placed;
 }
 
 Result<MeshSize> GltfScene::writeDraco(const std::filesystem::path& file, const DracoOptions& options, const ClusterMap* clusters) const {

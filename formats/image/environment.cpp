@@ -298,9 +298,8 @@ Result<lighting::ShRgb> shFromJson(const nlohmann::json& rows, const std::string
     return sh;
 }
 
-}  // namespace
-
-Result<lighting::ShRgb> loadProbeSh(const std::filesystem::path& json, const std::string& probeFileName) {
+/// Returns the entry of a list of probes whose "file" has this name.
+Result<nlohmann::json> probeEntry(const std::filesystem::path& json, const std::string& probeFileName) {
     constexpr int kDeepest = 16;  // a list of probes is 5 deep
     const auto text = readWholeText(json);
     if (!text) return tl::make_unexpected(text.error());
@@ -314,12 +313,30 @@ Result<lighting::ShRgb> loadProbeSh(const std::filesystem::path& json, const std
                        "found no array \"probes\", expected one with \"file\" and \"sh\" of each probe");
     }
     const nlohmann::json& probes = document["probes"];
-    for (const nlohmann::json& probe : probes) {
-        if (!probe.is_object() || !probe.contains("file") || probe["file"] != probeFileName) continue;
-        return shFromJson(probe.contains("sh") ? probe["sh"] : nlohmann::json(), fmt::format("{}, sh of {}", json.string(), probeFileName));
-    }
+    for (const nlohmann::json& probe : probes)
+        if (probe.is_object() && probe.contains("file") && probe["file"] == probeFileName) return probe;
     return failure(ErrorCode::WrongShape, json.string(),
                    fmt::format("found {} probes, none with the file \"{}\", expected it", probes.size(), oneLine(probeFileName)));
+}
+
+}  // namespace
+
+Result<lighting::ShRgb> loadProbeSh(const std::filesystem::path& json, const std::string& probeFileName) {
+    const auto probe = probeEntry(json, probeFileName);
+    if (!probe) return tl::make_unexpected(probe.error());
+    return shFromJson(probe->value("sh", nlohmann::json()), fmt::format("{}, sh of {}", json.string(), probeFileName));
+}
+
+Result<std::optional<glm::dvec3>> loadProbePosition(const std::filesystem::path& json, const std::string& probeFileName) {
+    const auto probe = probeEntry(json, probeFileName);
+    if (!probe) return tl::make_unexpected(probe.error());
+    const auto position = probe->find("position");
+    if (position == probe->end()) return std::optional<glm::dvec3>();
+    const auto isFiniteNumber = [](const nlohmann::json& value) { return value.is_number() && std::isfinite(value.get<double>()); };
+    if (!position->is_array() || position->size() != 3 || !std::ranges::all_of(*position, isFiniteNumber))
+        return failure(ErrorCode::WrongShape, fmt::format("{}, position of {}", json.string(), probeFileName),
+                       fmt::format("found {}, expected three finite numbers", oneLine(position->dump())));
+    return glm::dvec3((*position)[0].get<double>(), (*position)[1].get<double>(), (*position)[2].get<double>());
 }
 
 Result<void> writeExr(const std::filesystem::path& file, ImageView<const glm::vec4> texels, int channelCount) {

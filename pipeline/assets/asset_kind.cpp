@@ -8,7 +8,9 @@
 #include "formats/light_map_layout.h"
 #include "formats/vocabulary.h"
 #include "pipeline/assets/cubemap/cubemap.h"
+#include "pipeline/assets/cubemap/probe_use.h"
 #include "pipeline/assets/dominant/dominant.h"
+#include "pipeline/assets/light_map/content.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/trial.h"
 #include "pipeline/assets/lut/lut.h"
@@ -113,7 +115,8 @@ struct PlanAction {
     std::string_view kind;
     ActionFunction function;
 };
-constexpr std::array kPlanActions = {PlanAction{"materials", readMaterials}, PlanAction{"light-map-trial", tryLightMap}};
+constexpr std::array kPlanActions = {PlanAction{"materials", readMaterials}, PlanAction{"light-map-trial", tryLightMap},
+                                     PlanAction{"light-map-content", readLightMapContent}, PlanAction{"probe-use", findUnusedProbes}};
 
 formats::Result<ActionOutcome> failUnknownKind(const ActionContext& context) {
     return formats::failure(formats::ErrorCode::FileUnreadable, context.action.asset,

@@ -9,6 +9,7 @@
 #include "formats/temporaries.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/assets/results.h"
+#include "pipeline/cook/contents.h"
 #include "pipeline/cook/depfile.h"
 #include "pipeline/cook/layout_decision.h"
 #include "pipeline/cook/plan.h"
@@ -99,7 +100,12 @@ private:
         const ExecutionResult materials = execute(needsGraph);
         outcome_.errors = materials.errors;
         if (isStopped(materials)) return {};
-        const Needs needs = needsOf(materials);
+        Needs needs = needsOf(materials);
+        const std::vector<Action> contentGraph = planContents(scene_, needs, options_.repair);
+        const ExecutionResult contents = execute(contentGraph);
+        outcome_.errors.insert(outcome_.errors.end(), contents.errors.begin(), contents.errors.end());
+        if (isStopped(contents)) return {};
+        if (auto added = addContents(contents, needs); !added) return added;
         auto plan = planScene(scene_, needs, planOptions_);
         if (!plan) return tl::make_unexpected(plan.error());
         ExecutionResult result = execute(plan->actions);
@@ -108,15 +114,15 @@ private:
             if (!decided) return tl::make_unexpected(decided.error());
             plan = std::move(*decided);
         }
-        outcome_.actionsRun = materials.actionsRun + result.actionsRun;
-        outcome_.actionsReused = materials.actionsReused + result.actionsReused;
+        outcome_.actionsRun = materials.actionsRun + contents.actionsRun + result.actionsRun;
+        outcome_.actionsReused = materials.actionsReused + contents.actionsReused + result.actionsReused;
         for (const Error& error : result.errors)
             if (!isReported(error)) outcome_.errors.push_back(error);
         if (isStopped(result)) return {};
         const auto report = publishWithSummaries(*plan, result);
         if (!report) return tl::make_unexpected(report.error());
         if (options_.depfile)
-            if (auto written = writeDepfile(needsGraph, needs); !written) return written;
+            if (auto written = writeDepfile(needsGraph, contentGraph, needs); !written) return written;
         cache_.prune();
         appendVerdicts(*report, outcome_.errors);
         return {};
@@ -180,11 +186,12 @@ private:
     }
 
     /// Writes the dependency file. The manifest describes all assets, also those that --only left alone.
-    Result<void> writeDepfile(const std::vector<Action>& needsGraph, const Needs& needs) {
+    Result<void> writeDepfile(const std::vector<Action>& needsGraph, const std::vector<Action>& contentGraph, const Needs& needs) {
         planOptions_.only = {};
         const auto whole = planScene(scene_, needs, planOptions_);
         if (!whole) return tl::make_unexpected(whole.error());
         std::vector<Action> all = needsGraph;
+        all.insert(all.end(), contentGraph.begin(), contentGraph.end());
         all.insert(all.end(), whole->actions.begin(), whole->actions.end());
         return writeFile(*options_.depfile, depfileText(scene_, outcome_.output, all));
     }

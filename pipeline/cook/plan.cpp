@@ -10,6 +10,7 @@
 #include "formats/light_map_layout.h"
 #include "formats/nearest.h"
 #include "pipeline/assets/cubemap/cubemap.h"
+#include "pipeline/assets/cubemap/probe_use.h"
 #include "pipeline/assets/dominant/dominant.h"
 #include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/light_map.h"
@@ -18,21 +19,12 @@
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/rsrm/rsrm.h"
 #include "pipeline/assets/source_colors.h"
+#include "pipeline/cook/contents.h"
 
 namespace lightcook::pipeline {
 namespace {
 
-constexpr double kSmallestShadedM = 0.005;  ///< the smallest that verify::LightMapVerifier takes
-
 using Inputs = std::map<std::string, std::filesystem::path>;
-
-/// Returns a mesh and the files beside it as inputs.
-Inputs meshInputs(const std::filesystem::path& mesh, formats::GltfFiles which = formats::GltfFiles::All) {
-    Inputs inputs = {{kMeshRole, mesh}};
-    int index = 0;
-    for (const std::filesystem::path& beside : formats::gltfFilesBeside(mesh, which)) inputs[fmt::format("mesh_file{}", index++)] = beside;
-    return inputs;
-}
 
 /// Returns the name of a mesh asset: that of the mesh, and if several light maps share it also that of the light map, since the UVs are
 /// verified against each map.
@@ -65,6 +57,17 @@ std::vector<SkippedImages> dominantImages(formats::Target target) {
     return images;
 }
 
+/// Returns the GPU memory of images of a size [bytes], and their texels.
+std::uint64_t bytesOf(const std::vector<SkippedImages>& images, const glm::ivec2& size) {
+    std::uint64_t bytes = 0;
+    for (const SkippedImages& each : images)
+        bytes += static_cast<std::uint64_t>(each.layers) * formats::bytesPerImage(each.format, size.x, size.y);
+    return bytes;
+}
+double texelsOf(const glm::ivec2& size) {
+    return static_cast<double>(size.x) * size.y;
+}
+
 /// Returns the GPU memory of a cubemap with all its mips [bytes].
 std::uint64_t cubemapBytes(int size, formats::Target target) {
     std::uint64_t bytes = 0;
@@ -93,12 +96,7 @@ class Planner {
 public:
     Planner(const Scene& scene, const Needs& needs, const PlanOptions& options) : scene_(scene), needs_(needs), options_(options) {
         textures_ = TextureSettings{scene.output.container, scene.output.zstd, scene.output.effort, scene.output.rdo};
-        shading_.specular = needs.specular;
-        shading_.lobe = formats::info(scene.lobe).distribution.value_or(shading_.lobe);
-        // A mirror (m = 0) has no area specular: the verifier's smallest lobe stands for it.
-        shading_.m = samplesOf({std::max(needs.m.low, kSmallestShadedM), std::max(needs.m.high, kSmallestShadedM)}, shading_.m);
-        shading_.f0 = samplesOf(needs.f0, shading_.f0);
-        if (!needs.normalMap && !needs.specular) shading_.normalCount = 1;
+        shading_ = shadingOf(scene, needs);
     }
 
     formats::Result<Plan> plan() && {
@@ -146,7 +144,8 @@ private:
     void planLightMap(const LightMapEntry& entry) {
         formats::LightMapDescription description = entry.description;
         description.repair = options_.repair;
-        std::string layout = lightMapLayoutFor(scene_, needs_);
+        const LightMapReduction reduction = reductionOf(scene_, needs_, entry, lightMapLayoutFor(scene_, needs_));
+        std::string layout = reduction.layout;
         const bool isDecided = layout != kAutoLayout || options_.layouts.contains(entry.name);
         if (layout == kAutoLayout && isDecided) layout = options_.layouts.at(entry.name);
         const bool mayBeLearned = !isDecided || hasLearnedBases(layout);
@@ -154,41 +153,60 @@ private:
             entry.mesh && (scene_.output.draco || mayBeLearned) && wanted(meshAssetName(scene_, entry), AssetKind::Mesh, entry.name);
         // A mesh whose vertices name clusters depends on its light map.
         const bool isWanted = wanted(entry.name, AssetKind::LightMap, entry.name) || (hasMesh && mayBeLearned);
-        if (isWanted && !isDecided) addTrial(entry, description);
-        if (isWanted && isDecided) addLightMap(entry, description, layout);
-        planDominant(entry, description);
+        if (isWanted && !isDecided) addTrial(entry, description, reduction.isFlatTried);
+        if (isWanted && isDecided) addLightMap(entry, description, layout, reduction);
+        planDominant(entry, description, reduction);
         if (hasMesh && isDecided && (scene_.output.draco || hasLearnedBases(layout))) addMesh(entry, description, layout);
     }
 
-    void addTrial(const LightMapEntry& entry, const formats::LightMapDescription& description) {
+    void addTrial(const LightMapEntry& entry, const formats::LightMapDescription& description, bool isFlatTried) {
         plan_.undecided.push_back(entry.name);
         plan_.actions.push_back({"trial/" + entry.name,
                                  "light-map-trial",
                                  entry.name,
-                                 toJson(TrialParameters{description, scene_.output.target, textures_, shading_}),
+                                 toJson(TrialParameters{description, scene_.output.target, textures_, shading_, isFlatTried}),
                                  lightMapInputs(entry, true),
                                  {}});
     }
 
-    void addLightMap(const LightMapEntry& entry, const formats::LightMapDescription& description, const std::string& layout) {
+    void addLightMap(const LightMapEntry& entry, formats::LightMapDescription description, const std::string& layout,
+                     const LightMapReduction& reduction) {
+        description.constantOf = reduction.constantOf;
         add(entry.name, AssetKind::LightMap, LightMapParameters{description, layout, scene_.output.target, textures_},
-            lightMapInputs(entry, hasLearnedBases(layout)), LightMapVerifyParameters{shading_, options_.samples}, tracedInputs(entry));
+            lightMapInputs(entry, hasLearnedBases(layout)), LightMapVerifyParameters{shading_, options_.samples},
+            reduction.constantOf ? sourceOf(entry.file) : tracedInputs(entry));
         const std::string asked = layoutAsked(scene_.output);
-        if (layout == formats::info(formats::LightMapLayout::Flat).name && asked != layout)
+        const auto would = imagesOf(asked, scene_.output.target), is = imagesOf(layout, scene_.output.target);
+        if (reduction.constantOf)
+            skip(fmt::format("texels of light map '{}'", entry.name), reduction.why,
+                 bytesOf(would, *reduction.constantOf) - bytesOf(is, {kConstantSide, kConstantSide}),
+                 {"light-map", texelsOf(*reduction.constantOf)});
+        else if (!reduction.why.empty())
+            skip(fmt::format("bands of light map '{}'", entry.name), reduction.why, "light-map", entry.name, would, is);
+        else if (layout == formats::info(formats::LightMapLayout::Flat).name && asked != layout && asked != kAutoLayout)
             skip(fmt::format("directional light map '{}'", entry.name),
-                 "no material has a normal map or is specular: a flat exit-radiance map is enough", "light-map", entry.name,
-                 imagesOf(asked, scene_.output.target), imagesOf(layout, scene_.output.target));
+                 "no material has a normal map or is specular: a flat exit-radiance map is enough", "light-map", entry.name, would, is);
     }
 
-    void planDominant(const LightMapEntry& entry, const formats::LightMapDescription& description) {
+    void planDominant(const LightMapEntry& entry, formats::LightMapDescription description, const LightMapReduction& reduction) {
         const std::string dominant = entry.name + "_dominant";
         if (!wanted(dominant, AssetKind::Dominant, entry.name)) return;
-        if (needs_.specular)
-            add(dominant, AssetKind::Dominant, DominantParameters{description, entry.dominantFit, scene_.output.target, textures_},
-                sourceOf(entry.file), DominantVerifyParameters{shading_}, tracedInputs(entry));
-        else
-            skip("dominant light of '" + entry.name + "'", "no material is specular", "dominant", entry.name,
-                 dominantImages(scene_.output.target), {});
+        const std::vector<SkippedImages> images = dominantImages(scene_.output.target);
+        if (!needs_.specular)
+            return skip("dominant light of '" + entry.name + "'", "no material is specular", "dominant", entry.name, images, {});
+        const auto content = needs_.contents.find(entry.name);
+        const glm::ivec2 size =
+            content == needs_.contents.end() ? glm::ivec2(0) : glm::ivec2(content->second.width, content->second.height);
+        if (!reduction.hasDominant)
+            return skip("dominant light of '" + entry.name + "'", "the light map is black", bytesOf(images, size),
+                        {"dominant", texelsOf(size)});
+        if (reduction.isDominantConstant) {
+            description.constantOf = size;
+            skip("texels of the dominant light of '" + entry.name + "'", "every covered texel has the same light and normal",
+                 bytesOf(images, size) - bytesOf(images, {kConstantSide, kConstantSide}), {"dominant", texelsOf(size)});
+        }
+        add(dominant, AssetKind::Dominant, DominantParameters{description, entry.dominantFit, scene_.output.target, textures_},
+            sourceOf(entry.file), DominantVerifyParameters{shading_}, description.constantOf ? sourceOf(entry.file) : tracedInputs(entry));
     }
 
     /// Returns the inputs of a light map. No two learned bases may meet on an island of the mesh, so the mesh is one of them if it exists.
@@ -196,7 +214,7 @@ private:
         Inputs inputs = sourceOf(entry.file);
         std::error_code code;
         if (mayBeLearned && entry.mesh && std::filesystem::exists(*entry.mesh, code))
-            inputs.merge(meshInputs(*entry.mesh, formats::GltfFiles::Geometry));
+            inputs.merge(meshInputs(kMeshRole, *entry.mesh, formats::GltfFiles::Geometry));
         return inputs;
     }
 
@@ -209,7 +227,7 @@ private:
 
     void addMesh(const LightMapEntry& entry, const formats::LightMapDescription& description, const std::string& layout) {
         const std::string asset = meshAssetName(scene_, entry);
-        const Inputs inputs = meshInputs(*entry.mesh);
+        const Inputs inputs = meshInputs(kMeshRole, *entry.mesh);
         Inputs verifyInputs = sourceOf(entry.file);
         verifyInputs.insert(inputs.begin(), inputs.end());
         add(asset, AssetKind::Mesh, MeshParameters{description, scene_.output.draco, scene_.output.maxError},
@@ -236,6 +254,11 @@ private:
                  {"cubemap", double{kCubemapSize} * kCubemapSize});
             return;
         }
+        if (needs_.unusedProbes.contains(entry.name)) {
+            skip("cubemap '" + entry.name + "'", fmt::format("no place of the meshes has it among the {} nearest probes", kProbesOfAPlace),
+                 cubemapBytes(kCubemapSize, scene_.output.target), {"cubemap", double{kCubemapSize} * kCubemapSize});
+            return;
+        }
         CubemapParameters parameters{.colors = scene_.colors,
                                      .target = scene_.output.target,
                                      .textures = textures_,
@@ -260,7 +283,7 @@ private:
     /// Returns the exponents whose rows the materials need, and reports the others as skipped. Empty: nothing is needed.
     std::vector<double> neededExponents(const GradientEntry& entry) {
         std::vector<double> exponents = entry.exponents;
-        if (needs_.specular) return exponents;
+        if (needs_.specular) return withoutUnusedExponents(entry);
         std::erase_if(exponents, [](double exponent) { return exponent != 1; });
         const double rowTexels = static_cast<double>(kRsrmWidth) * static_cast<double>(entry.exponents.size() - exponents.size());
         const std::uint64_t saved = rsrmBytes(entry, entry.exponents.size()) - (exponents.empty() ? 0 : rsrmBytes(entry, exponents.size()));
@@ -269,6 +292,20 @@ private:
                  {"rsrm", rowTexels});
         else if (exponents.size() < entry.exponents.size())
             skip("specular rows of RSRM '" + entry.name + "'", "no material is specular", saved, {"rsrm", rowTexels});
+        return exponents;
+    }
+
+    /// Returns the exponents up to the sharpest that a material reads, and reports the others as skipped.
+    std::vector<double> withoutUnusedExponents(const GradientEntry& entry) {
+        std::vector<double> exponents = entry.exponents;
+        if (!needs_.isRoughnessKnown || scene_.output.keepUnused) return exponents;
+        const double sharpest = largestExponentFor(needs_, exponents);
+        std::erase_if(exponents, [&](double exponent) { return exponent > sharpest; });
+        if (const std::size_t unused = entry.exponents.size() - exponents.size(); unused > 0)
+            skip(fmt::format("{} of {} rows of RSRM '{}'", unused, entry.exponents.size(), entry.name),
+                 fmt::format("materials use m from {}, which reads exponents up to {}", needs_.m.low, sharpest),
+                 rsrmBytes(entry, entry.exponents.size()) - rsrmBytes(entry, exponents.size()),
+                 {"rsrm", static_cast<double>(kRsrmWidth) * static_cast<double>(unused)});
         return exponents;
     }
 
@@ -358,7 +395,7 @@ std::vector<Action> planNeeds(const Scene& scene) {
                                "materials",
                                entry.mesh->filename().string(),
                                Json::object(),
-                               meshInputs(*entry.mesh),
+                               meshInputs(kMeshRole, *entry.mesh),
                                {}});
     return actions;
 }

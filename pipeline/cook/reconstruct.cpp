@@ -28,6 +28,22 @@ Result<const CookedAsset*> findLightMap(const Manifest& manifest, const std::fil
                    fmt::format("found no light map '{}', expected one of: {}", name, fmt::join(known, ", ")));
 }
 
+/// Appends the rows of a map of constant light: the cooked block repeats over it.
+Result<void> appendConstant(const CookedLightMapReader& cooked, const glm::ivec2& size, formats::LightMapWriter& writer,
+                            const RunState& state) {
+    const auto texels = cooked.read(0, cooked.height());
+    if (!texels) return tl::make_unexpected(texels.error());
+    const auto block = cooked.verifier().reconstruct(*texels, 0, cooked.height());
+    for (int row = 0; row < size.y; row += kChunkRows) {
+        if (state.interrupted) return failure(ErrorCode::Interrupted, "reconstruct", "interrupted");
+        formats::Image<lighting::ShRgb> rows(size.x, std::min(kChunkRows, size.y - row));
+        for (int y = 0; y < rows.height(); ++y)
+            for (int x = 0; x < size.x; ++x) rows.at(x, y) = block.at(x % block.width(), (row + y) % block.height());
+        if (auto appended = writer.append(rows.view()); !appended) return appended;
+    }
+    return {};
+}
+
 }  // namespace
 
 Result<void> reconstructLightMap(const std::filesystem::path& folder, const std::string& name, const std::filesystem::path& output,
@@ -38,8 +54,15 @@ Result<void> reconstructLightMap(const std::filesystem::path& folder, const std:
     if (!asset) return tl::make_unexpected(asset.error());
     const auto cooked = CookedLightMapReader::open(folder, **asset, {}, {}, 0);
     if (!cooked) return tl::make_unexpected(cooked.error());
-    auto writer = formats::LightMapWriter::create(output, cooked->width(), cooked->height());
+    const auto description = descriptionOf(**asset);
+    if (!description) return tl::make_unexpected(description.error());
+    const glm::ivec2 size = description->constantOf.value_or(glm::ivec2(cooked->width(), cooked->height()));
+    auto writer = formats::LightMapWriter::create(output, size.x, size.y);
     if (!writer) return tl::make_unexpected(writer.error());
+    if (description->constantOf) {
+        if (auto appended = appendConstant(*cooked, size, *writer, state); !appended) return appended;
+        return writer->commit();
+    }
     for (int row = 0; row < cooked->height(); row += kChunkRows) {
         if (state.interrupted) return failure(ErrorCode::Interrupted, "reconstruct", "interrupted");
         const int rowCount = std::min(kChunkRows, cooked->height() - row);

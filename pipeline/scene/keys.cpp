@@ -84,7 +84,10 @@ SceneSectionInfo outputSection() {
              {"draco", kBoolean, "true",
               "write meshes as Draco inside glTF, with the fewest bits that the limit allows "
               "([meshes](../guide/into-an-engine.md#meshes)). `false`: a mesh is written only under a learned layout, unchanged except for "
-              "the added attribute"}},
+              "the added attribute"},
+             {"keep_unused", kBoolean, "false",
+              "cook also what the report would list as skipped for its content: each texel of a map of constant light, bands that no "
+              "shading shows, probes that no surface uses, rows of reflection maps that no material reads"}},
         .outro = ""};
 }
 

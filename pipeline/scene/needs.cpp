@@ -5,6 +5,8 @@
 #include <map>
 #include <optional>
 
+#include "fit/environment_sh.h"
+
 namespace lightcook::pipeline {
 namespace {
 
@@ -45,6 +47,7 @@ Needs resolveNeeds(const Scene& scene, const std::vector<const ActionRecord*>& m
             place->second = {place->second.normalMap || other.normalMap, place->second.specular || other.specular,
                              unite(place->second.m, other.m), unite(place->second.f0, other.f0)};
         }
+    const bool isStated = !materials.empty() || std::ranges::any_of(scene.materials, [](const MaterialEntry& each) { return each.m; });
     if (materials.empty()) materials.emplace("", unknown);
     for (const MaterialEntry& entry : scene.materials) {
         if (entry.name == "*") {
@@ -53,7 +56,9 @@ Needs resolveNeeds(const Scene& scene, const std::vector<const ActionRecord*>& m
             lay(entry, materials.emplace(entry.name, unknown).first->second);
         }
     }
-    Needs needs{false, false, {}, {}};
+    Needs needs;
+    needs.specular = needs.normalMap = false;
+    needs.isRoughnessKnown = isStated;
     std::optional<Range> m, f0;
     for (const auto& [name, facts] : materials) {
         needs.normalMap = needs.normalMap || facts.normalMap;
@@ -69,6 +74,12 @@ Needs resolveNeeds(const Scene& scene, const std::vector<const ActionRecord*>& m
 
 std::string lightMapLayoutFor(const Scene& scene, const Needs& needs) {
     return needs.specular || needs.normalMap ? layoutAsked(scene.output) : "flat";
+}
+
+double largestExponentFor(const Needs& needs, const std::vector<double>& exponents) {
+    const double sharpest = needs.m.low > 0 ? fit::phongExponent(needs.m.low) : exponents.back();
+    const auto row = std::ranges::lower_bound(exponents, sharpest);
+    return row == exponents.end() ? exponents.back() : *row;
 }
 
 TableRows tableRowsFor(const Needs& needs) {

@@ -1,10 +1,13 @@
 // Needs of a scene: the kinds of light and the ranges that its materials use. Everything else is not cooked.
 #pragma once
 
+#include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "formats/pixel_format.h"
+#include "pipeline/assets/light_map/content.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/json/json_fields.h"
 #include "pipeline/scene/scene.h"
@@ -16,6 +19,9 @@ struct Needs {
     bool normalMap = true;
     Range m{0.1, 0.5};  ///< Beckmann roughness
     Range f0{0.04, 0.6};
+    bool isRoughnessKnown = false;                      ///< a material states m, so that other roughness is unused
+    std::map<std::string, LightMapContent> contents{};  ///< of light maps, by name
+    std::set<std::string> unusedProbes{};               ///< names
 };
 
 /// Layers of a texture that a skip saved, as large as its light map.
@@ -53,6 +59,10 @@ void describe(Fields& fields, Self& skip) {
 /// Returns the union of the needs of all materials: those of the glTF (records of "materials" actions), overridden by the scene's own list.
 /// "*" overrides every material. Without any material everything is needed, over the default ranges.
 Needs resolveNeeds(const Scene& scene, const std::vector<const ActionRecord*>& meshMaterials);
+
+/// Returns the largest Phong exponent whose row of a reflection map the needed roughness reads: the least of `exponents` that is at least
+/// as sharp as the smoothest material, or the last.
+double largestExponentFor(const Needs& needs, const std::vector<double>& exponents);
 
 /// Returns the layout of light maps: "flat" if neither normal maps nor specular need directions, else the one that the scene asks for.
 std::string lightMapLayoutFor(const Scene& scene, const Needs& needs);

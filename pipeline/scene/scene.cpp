@@ -247,6 +247,7 @@ OutputSettings readOutput(TableReader reader) {
         output.rdo = *rdo;
     }
     output.draco = reader.optional<bool>("draco", "true or false").value_or(true);
+    output.keepUnused = reader.optional<bool>("keep_unused", "true or false").value_or(false);
     return output;
 }
 

@@ -37,6 +37,7 @@ struct OutputSettings {
     /// Limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity; see converterLimit.
     std::optional<double> maxConverterError;
     std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory for the whole scene
+    bool keepUnused = false;                   ///< cooks also what no material, surface or shading shows
     std::string lightMapLayout;                ///< one of lightMapLayoutNames(), "auto", or empty: see layoutAsked
     formats::Container container = formats::Container::Ktx2;
     bool zstd = false;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "formats/fireflies.h"
+#include "pipeline/assets/light_map/constant_light.h"
 #include "pipeline/assets/source_colors.h"
 
 namespace lightcook::pipeline {
@@ -31,6 +32,8 @@ Result<LightMapSource*> LightMapSources::open(const std::filesystem::path& file,
     if (!reader) return tl::make_unexpected(reader.error());
     std::unique_ptr<LightMapSource> source(
         new LightMapSource(*this, std::move(*reader), {file.string(), description.fireflyLimit, description.repair}));
+    if (description.constantOf)
+        if (auto made = source->makeConstant(*description.constantOf, file.string()); !made) return tl::make_unexpected(made.error());
     return sources_.emplace(key, std::move(source)).first->second.get();
 }
 
@@ -52,7 +55,34 @@ void LightMapSources::keep(LightMapSource& source, int index, std::size_t bytes)
     }
 }
 
+Result<void> LightMapSource::makeConstant(const glm::ivec2& size, const std::string& file) {
+    if (size != glm::ivec2(reader_.width(), reader_.height()))
+        return formats::failure(
+            formats::ErrorCode::Verification, file,
+            fmt::format("found {} x {} texels, expected {} x {} as cooked", reader_.width(), reader_.height(), size.x, size.y));
+    ConstantLight light;
+    for (int row = 0; row < reader_.height() && light.isConstant(); row += kChunkRows) {
+        const auto rows = reader_.read(row, std::min(kChunkRows, reader_.height() - row));
+        if (!rows) return tl::make_unexpected(rows.error());
+        light.add(*rows);
+    }
+    if (!light.isConstant())
+        return formats::failure(
+            formats::ErrorCode::Verification, file,
+            "found texels of different light, expected one light everywhere, as when it was cooked: cook the scene again");
+    auto strip = std::make_shared<LightMapStrip>();
+    strip->sh = formats::Image<lighting::ShRgb>(kConstantSide, kConstantSide);
+    strip->covered = formats::Image<std::uint8_t>(kConstantSide, kConstantSide);
+    strip->normal = formats::Image<glm::vec3>(kConstantSide, kConstantSide);
+    std::ranges::fill(strip->sh.texels(), light.sh());
+    std::ranges::fill(strip->covered.texels(), std::uint8_t{1});
+    std::ranges::fill(strip->normal.texels(), light.normal());
+    constant_ = std::move(strip);
+    return {};
+}
+
 Result<std::shared_ptr<const LightMapStrip>> LightMapSource::chunk(int index) {
+    if (constant_) return constant_;
     std::shared_ptr<Slot> slot;
     {
         const std::lock_guard lock(mutex_);

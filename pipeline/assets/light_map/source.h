@@ -22,11 +22,15 @@ inline constexpr int kStripTexels = 1 << 18;
 
 class LightMapSources;
 
-/// An open light map. Its functions may be called from several threads.
+/// Side of the block that stands for a map of constant light [texels].
+inline constexpr int kConstantSide = 4;
+
+/// An open light map. Its functions may be called from several threads. A map of constant light (LightMapDescription::constantOf) has
+/// kConstantSide rows and columns, all covered, with the normal of the first covered texel.
 class LightMapSource {
 public:
-    int width() const { return reader_.width(); }
-    int height() const { return reader_.height(); }
+    int width() const { return constant_ ? kConstantSide : reader_.width(); }
+    int height() const { return constant_ ? kConstantSide : reader_.height(); }
     int chunkCount() const { return (height() + kChunkRows - 1) / kChunkRows; }
     glm::vec3 luminanceWeights() const { return reader_.luminanceWeights(); }
 
@@ -56,6 +60,9 @@ private:
         while (rows > 16 && rows * width() > kStripTexels) rows /= 2;
         return rows;
     }
+    /// Reads the whole file, and refuses one of another size or with two kinds of light.
+    formats::Result<void> makeConstant(const glm::ivec2& size, const std::string& file);
+
     struct Slot {
         std::mutex mutex;
         std::shared_ptr<const formats::LightMapStrip> chunk;
@@ -64,6 +71,7 @@ private:
     LightMapSources& owner_;
     formats::LightMapReader reader_;
     Fireflies fireflies_;
+    std::shared_ptr<const formats::LightMapStrip> constant_;
     std::mutex mutex_;
     std::map<int, std::shared_ptr<Slot>> slots_;
 };
@@ -114,6 +122,7 @@ void describe(Fields& fields, Self& description) {
     fields.required("color_working", description.colors.working, "colour space of the cooked textures");
     fields.required("firefly_limit", description.fireflyLimit, "brightness over the neighbours at which a texel is a firefly; 0: none is");
     fields.required("repair", description.repair, "true if faults are repaired instead of refused");
+    fields.optional("constant_of", description.constantOf, "width and height of a map whose texels all hold the same light");
 }
 
 /// Returns how the light map of a cooked asset is read.

@@ -76,7 +76,9 @@ Result<std::vector<verify::StageError>> tryPlan(LightMapSource& source, const co
 TrialCandidate candidateOf(const formats::LightMapLayoutInfo& layout, const compress::LightMapPlan& plan,
                            const std::vector<verify::StageError>& stages) {
     const std::uint64_t bytes = plan.gpuBytesAs(layout.id);
-    const verify::StageError& error = *std::ranges::find(stages, layout.trialStage, &verify::StageError::name);
+    const auto stage = std::ranges::find(stages, layout.trialStage, &verify::StageError::name);
+    const verify::StageError& error =
+        layout.trialLayout ? *stage : *std::ranges::find(stages, layout.stages.back(), &verify::StageError::name);
     return {std::string(layout.name), bytes, 8.0 * static_cast<double>(bytes) / (static_cast<double>(plan.width) * plan.height),
             error.diffuse.relRms, error.specular.relRms};
 }
@@ -98,12 +100,14 @@ Result<ActionOutcome> tryLightMap(const ActionContext& context) {
     std::optional<formats::LightMapLayout> tried;
     std::vector<verify::StageError> stages;
     for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) {
-        if (!layout.trialLayout) continue;
-        if (tried != layout.trialLayout) {
-            auto planned = planner.plan(std::string(formats::info(*layout.trialLayout).name));
+        const bool isFlat = layout.id == formats::LightMapLayout::Flat;
+        if (!layout.trialLayout && !(isFlat && parameters->isFlatTried)) continue;
+        const formats::LightMapLayout whole = layout.trialLayout.value_or(layout.id);
+        if (tried != whole) {
+            auto planned = planner.plan(std::string(formats::info(whole).name));
             if (!planned) return tl::make_unexpected(planned.error());
             plan = std::move(*planned);
-            tried = layout.trialLayout;
+            tried = whole;
             auto errors = tryPlan(**source, *plan, strips, options, parameters->shading, context);
             if (!errors) return tl::make_unexpected(errors.error());
             stages = std::move(*errors);

@@ -15,6 +15,7 @@ struct TrialParameters {
     formats::Target target = formats::Target::Bc;
     TextureSettings textures;
     verify::LightMapShading shading;
+    bool isFlatTried = false;  ///< band 0 alone may be enough
 };
 template <class Fields, Is<TrialParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -22,6 +23,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("target", parameters.target, "target");
     fields.required("textures", parameters.textures, "settings of the files");
     fields.required("shading", parameters.shading, "materials that are shaded");
+    fields.required("is_flat_tried", parameters.isFlatTried, "true if band 0 alone may be enough");
 }
 
 /// Size and error of one layout.
@@ -50,7 +52,7 @@ void describe(Fields& fields, Self& result) {
     fields.required("share", result.share, "part of the map that was tried");
 }
 
-/// Encodes the map, or evenly spread strips of a large one, under every layout that has directions, and shades its texel centres.
+/// Encodes the map, or evenly spread strips of a large one, under every layout that "auto" may take, and shades its texel centres.
 formats::Result<ActionOutcome> tryLightMap(const ActionContext& context);
 
 }  // namespace lightcook::pipeline

@@ -102,6 +102,37 @@ TEST(PlanScene, OnlyTakesAnAssetAndWhatDerivesFromIt) {
     EXPECT_NE(refused.error().detail.find("nearest is 'map'"), std::string::npos);
 }
 
+TEST(PlanScene, RowsOfReflectionMapsThatNoMaterialReadsAreLeftOut) {
+    Scene scene = sceneWithOneMap();
+    scene.gradients[0].exponents = {1, 4, 16, 64, 256, 1024};
+    const auto exponentsOf = [&](const Needs& needs) {
+        const auto plan = planScene(scene, needs, {});
+        for (const Action& action : plan->actions)
+            if (action.id == "cook/sky") return action.parameters.at("exponents").get<std::vector<double>>();
+        return std::vector<double>();
+    };
+    EXPECT_EQ(exponentsOf(resolveNeeds(scene, {})).size(), 6u) << "no material says how rough it is";
+    scene.materials = {{"*", true, true, Range{0.1, 0.5}, std::nullopt}};
+    EXPECT_EQ(exponentsOf(resolveNeeds(scene, {})), (std::vector<double>{1, 4, 16, 64})) << "m = 0.1 is exponent 50.5, between two rows";
+    scene.output.keepUnused = true;
+    EXPECT_EQ(exponentsOf(resolveNeeds(scene, {})).size(), 6u);
+    scene.output.keepUnused = false;
+    scene.materials = {{"*", true, true, Range{0, 0.5}, std::nullopt}};
+    EXPECT_EQ(exponentsOf(resolveNeeds(scene, {})).size(), 6u) << "a mirror reads the sharpest row";
+}
+
+TEST(PlanScene, AProbeThatNoSurfaceUsesIsSkipped) {
+    const Scene scene = sceneWithOneMap();
+    Needs needs = resolveNeeds(scene, {});
+    needs.unusedProbes = {"probe"};
+    const auto plan = planScene(scene, needs, {});
+    ASSERT_TRUE(plan.has_value());
+    EXPECT_FALSE(hasAsset(*plan, "probe"));
+    const auto skip = std::ranges::find(plan->skipped, std::string("cubemap 'probe'"), &Skip::what);
+    ASSERT_NE(skip, plan->skipped.end());
+    EXPECT_EQ(skip->bytesSaved, 6u * (128 * 128 + 64 * 64 + 32 * 32 + 16 * 16 + 8 * 8 + 4 * 4 + 4 * 4 + 4 * 4));
+}
+
 TEST(TableRows, CoverTheNeededRoughnessAndNoMore) {
     for (const Range m : {Range{0.1, 0.5}, Range{0.3, 0.6}, Range{0, 1}, Range{0.25, 0.25}, Range{1, 1}, Range{0.01, 0.02}}) {
         Needs needs;

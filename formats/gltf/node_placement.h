@@ -1,0 +1,17 @@
+// Places of meshes in the world, through the nodes of a glTF scene.
+#pragma once
+
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+namespace lightcook::formats {
+
+/// Returns the transforms to world space of each mesh, by its index: one for every node of the default scene that draws it, by glTF 2.0
+/// section 3.5. Without any scene the roots are the nodes that no other node names. Nodes of wrong shape count as untransformed, and one
+/// that is its own ancestor is visited once.
+std::map<std::uint64_t, std::vector<glm::dmat4>> placesOfMeshes(const nlohmann::json& gltf);
+
+}  // namespace lightcook::formats

@@ -1,0 +1,122 @@
+#include "pipeline/assets/light_map/content.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "lighting/radiometry.h"
+#include "pipeline/assets/light_map/constant_light.h"
+#include "pipeline/assets/light_map/survey.h"
+#include "pipeline/assets/results.h"
+#include "pipeline/graph/parallel_for.h"
+#include "verify/light_map.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Result;
+
+/// Coefficients of the bands up to an order.
+constexpr std::size_t coefficientsOf(int order) {
+    return static_cast<std::size_t>((order + 1) * (order + 1));
+}
+
+/// Energy of the exit radiance by band, summed over covered texels, and whether the light is constant.
+struct Survey {
+    ConstantLight light;
+    std::array<double, 3> energy{};
+
+    void add(const formats::LightMapStrip& strip) {
+        light.add(strip);
+        for (int y = 0; y < strip.sh.height(); ++y)
+            for (int x = 0; x < strip.sh.width(); ++x)
+                if (strip.covered.at(x, y) != 0) addEnergy(lighting::convolve(strip.sh.at(x, y), lighting::kExitRadianceBands));
+    }
+    void merge(const Survey& next) {
+        light.merge(next.light);
+        for (std::size_t band = 0; band < energy.size(); ++band) energy[band] += next.energy[band];
+    }
+    /// Returns an estimate of the relative error without the bands above an order: over all normals of the sphere.
+    double errorOf(int order) const {
+        double missing = 0, all = 0;
+        for (std::size_t band = 0; band < energy.size(); ++band) {
+            all += energy[band];
+            if (static_cast<int>(band) > order) missing += energy[band];
+        }
+        return all > 0 ? std::sqrt(missing / all) : 0;
+    }
+
+private:
+    void addEnergy(const lighting::ShRgb& exit) {
+        for (std::size_t i = 0; i < exit.size(); ++i)
+            energy[i == 0 ? 0 : i < 4 ? 1 : 2] += glm::dot(glm::dvec3(exit[i]), glm::dvec3(exit[i]));
+    }
+};
+
+/// Returns the rel_rms of the shading without the bands above an order.
+Result<double> truncationError(LightMapSource& source, const LightMapContentParameters& parameters, int order,
+                               const ActionContext& context) {
+    const auto key = surveyKey(source, context);
+    if (!key) return tl::make_unexpected(key.error());
+    const auto score = verify::LightMapScore::create(parameters.shading, *key);
+    if (!score) return tl::make_unexpected(score.error());
+    verify::LightMapScore::Errors errors;
+    const auto scored = foldInOrder<verify::LightMapScore::Errors>(
+        source.chunkCount(), context, fmt::format("measure order {} of {}", order, context.action.asset),
+        [&](int index) -> Result<verify::LightMapScore::Errors> {
+            const auto chunk = source.chunk(index);
+            if (!chunk) return tl::make_unexpected(chunk.error());
+            formats::Image<lighting::ShRgb> truncated((*chunk)->sh.width(), (*chunk)->sh.height());
+            for (int y = 0; y < truncated.height(); ++y)
+                for (int x = 0; x < truncated.width(); ++x)
+                    std::copy_n((*chunk)->sh.at(x, y).begin(), coefficientsOf(order), truncated.at(x, y).begin());
+            return score->score(**chunk, truncated.view(), (*chunk)->firstRow);
+        },
+        [&](const verify::LightMapScore::Errors& part) { errors.merge(part); });
+    if (!scored) return tl::make_unexpected(scored.error());
+    const verify::ErrorFigures diffuse = errors.diffuse.figures(), specular = errors.specular.figures();
+    return std::max(diffuse.relRms, parameters.shading.specular ? specular.relRms : 0.0);
+}
+
+}  // namespace
+
+Result<ActionOutcome> readLightMapContent(const ActionContext& context) {
+    const auto parameters = parametersOf<LightMapContentParameters>(context);
+    if (!parameters) return tl::make_unexpected(parameters.error());
+    const auto opened = openLightMap(context, parameters->description);
+    if (!opened) return tl::make_unexpected(opened.error());
+    LightMapSource& source = **opened;
+    Survey survey;
+    const auto surveyed = foldInOrder<Survey>(
+        source.chunkCount(), context, fmt::format("survey the content of {}", context.action.asset),
+        [&](int index) -> Result<Survey> {
+            const auto chunk = source.chunk(index);
+            if (!chunk) return tl::make_unexpected(chunk.error());
+            Survey part;
+            part.add(**chunk);
+            return part;
+        },
+        [&](const Survey& part) { survey.merge(part); });
+    if (!surveyed) return tl::make_unexpected(surveyed.error());
+
+    LightMapContent content;
+    content.width = source.width();
+    content.height = source.height();
+    content.covered = survey.light.texels();
+    content.isConstant = survey.light.isConstant() && (survey.light.hasOneNormal() || survey.light.isIsotropic());
+    content.isBlack = survey.light.isBlack();
+    content.hasOneNormal = survey.light.hasOneNormal();
+    for (const int order : {0, 1}) {
+        // The estimate is of all normals. Those that are shaded see more of the light, so the error is at most about this.
+        if (survey.errorOf(order) > 2 * parameters->maxError) continue;
+        const auto error = truncationError(source, *parameters, order, context);
+        if (!error) return tl::make_unexpected(error.error());
+        if (*error <= parameters->maxError) (order == 0 ? content.errorOfOrder0 : content.errorOfOrder1) = *error;
+    }
+    return outcomeWith(content);
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,49 @@
+// Content of a light map that decides how little of it must be cooked: constant light, and bands that no shading shows.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "pipeline/assets/light_map/shading.h"
+#include "pipeline/assets/light_map/source.h"
+#include "pipeline/graph/action.h"
+
+namespace lightcook::pipeline {
+
+/// Parameters of the action "light-map-content". Its input is "source".
+struct LightMapContentParameters {
+    formats::LightMapDescription description;
+    verify::LightMapShading shading;
+    double maxError = 0.02;  ///< limit on rel_rms: larger errors of a lower order are not measured
+};
+template <class Fields, Is<LightMapContentParameters> Self>
+void describe(Fields& fields, Self& parameters) {
+    fields.required("description", parameters.description, "conventions of the light map");
+    fields.required("shading", parameters.shading, "materials that are shaded");
+    fields.required("max_error", parameters.maxError, "limit on rel_rms");
+}
+
+struct LightMapContent {
+    int width = 0, height = 0;
+    std::int64_t covered = 0;   ///< texels
+    bool isConstant = false;    ///< every covered texel holds the same light, as seen from its normal: see ConstantLight
+    bool isBlack = false;       ///< and that is none
+    bool hasOneNormal = false;  ///< every covered texel has the same normal
+    /// rel_rms of the shading, the larger of diffuse and specular, without the bands above 0 and above 1. Empty if it exceeds max_error.
+    std::optional<double> errorOfOrder0, errorOfOrder1;
+};
+template <class Fields, Is<LightMapContent> Self>
+void describe(Fields& fields, Self& content) {
+    fields.required("width", content.width, "width [texels]");
+    fields.required("height", content.height, "height [texels]");
+    fields.required("covered", content.covered, "covered texels");
+    fields.required("is_constant", content.isConstant, "true if every covered texel holds the same light");
+    fields.required("is_black", content.isBlack, "true if that is none");
+    fields.required("has_one_normal", content.hasOneNormal, "true if every covered texel has the same normal");
+    fields.optional("error_of_order_0", content.errorOfOrder0, kFigure, "rel_rms of shading with band 0 alone");
+    fields.optional("error_of_order_1", content.errorOfOrder1, kFigure, "rel_rms of shading with bands 0 and 1");
+}
+
+formats::Result<ActionOutcome> readLightMapContent(const ActionContext& context);
+
+}  // namespace lightcook::pipeline

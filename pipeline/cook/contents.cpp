@@ -1,0 +1,145 @@
+#include "pipeline/cook/contents.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "formats/light_map_layout.h"
+#include "pipeline/assets/cubemap/probe_use.h"
+#include "pipeline/assets/results.h"
+#include "pipeline/assets/source_colors.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+constexpr double kSmallestShadedM = 0.005;  ///< the smallest that verify::LightMapVerifier takes
+/// Largest rel_rms of bands that are left out unasked, and its largest share of the limit.
+constexpr double kInvisibleError = 0.005, kInvisibleShare = 0.25;
+
+std::string_view nameOf(formats::LightMapLayout layout) {
+    return formats::info(layout).name;
+}
+
+bool isLearned(const std::string& layout) {
+    const auto known = formats::lightMapLayoutFromName(layout);
+    return known && formats::info(*known).isLearned();
+}
+
+Action contentAction(const Scene& scene, const LightMapEntry& entry, const verify::LightMapShading& shading, bool repair) {
+    formats::LightMapDescription description = entry.description;
+    description.repair = repair;
+    std::map<std::string, std::filesystem::path> inputs = {{"source", entry.file}};
+    if (!scene.colors.config.empty()) inputs[kColorConfigRole] = scene.colors.config;
+    return {"content/" + entry.name,
+            "light-map-content",
+            entry.name,
+            toJson(LightMapContentParameters{description, shading, scene.output.maxError}),
+            std::move(inputs),
+            {}};
+}
+
+/// Returns the action that finds unused probes, if there are enough probes that a place may do without one.
+std::optional<Action> probeUseAction(const Scene& scene) {
+    ProbeUseParameters parameters;
+    std::map<std::string, std::filesystem::path> inputs;
+    for (const ProbeEntry& probe : scene.probes) {
+        if (!probe.sh) continue;
+        const std::string role = fmt::format("sh{}", parameters.probes.size());
+        inputs[role] = *probe.sh;
+        parameters.probes.push_back({probe.name, role, probe.file.filename().string()});
+    }
+    std::set<std::filesystem::path> meshes;
+    for (const LightMapEntry& entry : scene.lightMaps) {
+        // Light maps without a mesh are surfaces whose place nobody knows.
+        if (!entry.mesh) return std::nullopt;
+        if (!meshes.insert(*entry.mesh).second) continue;
+        parameters.meshes.push_back(fmt::format("mesh{}", parameters.meshes.size()));
+        inputs.merge(meshInputs(parameters.meshes.back(), *entry.mesh, formats::GltfFiles::Geometry));
+    }
+    if (parameters.probes.size() <= kProbesOfAPlace || parameters.meshes.empty()) return std::nullopt;
+    return Action{"probe-use", "probe-use", "probes", toJson(parameters), std::move(inputs), {}};
+}
+
+/// Returns true if bands of this error may be left out although nobody asked for it.
+bool isInvisible(const std::optional<double>& error, const OutputSettings& output) {
+    return error && *error <= std::min(kInvisibleError, kInvisibleShare * output.maxError);
+}
+
+}  // namespace
+
+std::map<std::string, std::filesystem::path> meshInputs(const std::string& role, const std::filesystem::path& mesh,
+                                                        formats::GltfFiles which) {
+    std::map<std::string, std::filesystem::path> inputs = {{role, mesh}};
+    int index = 0;
+    for (const std::filesystem::path& beside : formats::gltfFilesBeside(mesh, which))
+        inputs[fmt::format("{}_file{}", role, index++)] = beside;
+    return inputs;
+}
+
+verify::LightMapShading shadingOf(const Scene& scene, const Needs& needs) {
+    verify::LightMapShading shading;
+    shading.specular = needs.specular;
+    shading.lobe = formats::info(scene.lobe).distribution.value_or(shading.lobe);
+    // A mirror (m = 0) has no area specular: the verifier's smallest lobe stands for it.
+    shading.m = samplesOf({std::max(needs.m.low, kSmallestShadedM), std::max(needs.m.high, kSmallestShadedM)}, shading.m);
+    shading.f0 = samplesOf(needs.f0, shading.f0);
+    if (!needs.normalMap && !needs.specular) shading.normalCount = 1;
+    return shading;
+}
+
+std::vector<Action> planContents(const Scene& scene, const Needs& needs, bool repair) {
+    std::vector<Action> actions;
+    if (scene.output.keepUnused) return actions;
+    const verify::LightMapShading shading = shadingOf(scene, needs);
+    for (const LightMapEntry& entry : scene.lightMaps) actions.push_back(contentAction(scene, entry, shading, repair));
+    if (needs.specular)
+        if (auto use = probeUseAction(scene)) actions.push_back(std::move(*use));
+    return actions;
+}
+
+formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs) {
+    for (const auto& [id, record] : contents.records) {
+        if (id == "probe-use") {
+            const auto use = fromJson<ProbeUseResult>(record.result, id);
+            if (!use) return tl::make_unexpected(use.error());
+            needs.unusedProbes.insert(use->unused.begin(), use->unused.end());
+            continue;
+        }
+        auto content = fromJson<LightMapContent>(record.result, id);
+        if (!content) return tl::make_unexpected(content.error());
+        needs.contents.emplace(id.substr(id.find('/') + 1), std::move(*content));
+    }
+    return {};
+}
+
+LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const LightMapEntry& entry, const std::string& asked) {
+    LightMapReduction reduction;
+    reduction.layout = asked;
+    const auto found = needs.contents.find(entry.name);
+    if (found == needs.contents.end()) return reduction;
+    const LightMapContent& content = found->second;
+    const bool isAuto = asked == kAutoLayout, isNamed = !isAuto && !scene.output.lightMapLayout.empty();
+    reduction.hasDominant = !content.isBlack;
+    reduction.isDominantConstant = content.isConstant && content.hasOneNormal;
+    if (content.isConstant && !isLearned(asked)) {
+        if (isAuto) reduction.layout = nameOf(formats::LightMapLayout::Raw);
+        reduction.constantOf = {content.width, content.height};
+        reduction.why = fmt::format("all {} covered texels hold the same light: one block of {} x {} texels is enough", content.covered,
+                                    kConstantSide, kConstantSide);
+        return reduction;
+    }
+    reduction.isFlatTried = isAuto && content.errorOfOrder0.has_value();
+    if (isAuto || isNamed || asked == nameOf(formats::LightMapLayout::Flat)) return reduction;
+    const auto lower = [&](formats::LightMapLayout layout, std::string_view bands, double error) {
+        reduction.layout = nameOf(layout);
+        reduction.why = fmt::format("without {} the error is {:.2g} %", bands, 100 * error);
+    };
+    if (isInvisible(content.errorOfOrder0, scene.output))
+        lower(formats::LightMapLayout::Flat, "bands 1 and 2", *content.errorOfOrder0);
+    else if (isInvisible(content.errorOfOrder1, scene.output))
+        lower(formats::LightMapLayout::Sh4, "band 2", *content.errorOfOrder1);
+    return reduction;
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,39 @@
+// Contents of a scene's files, read before the plan: light maps of constant light or of few bands, and probes that no surface uses.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "formats/gltf_scene.h"
+#include "formats/light_map.h"
+#include "pipeline/graph/executor.h"
+#include "pipeline/scene/needs.h"
+#include "pipeline/scene/scene.h"
+
+namespace lightcook::pipeline {
+
+/// Returns a mesh and the files beside it as inputs: roles `role`, `role`_file0, `role`_file1, ...
+std::map<std::string, std::filesystem::path> meshInputs(const std::string& role, const std::filesystem::path& mesh,
+                                                        formats::GltfFiles which = formats::GltfFiles::All);
+
+/// Returns the materials that a scene's assets are shaded with.
+verify::LightMapShading shadingOf(const Scene& scene, const Needs& needs);
+
+/// Returns the actions that read the contents. None if the scene keeps what is unused.
+std::vector<Action> planContents(const Scene& scene, const Needs& needs, bool repair);
+/// Adds the results of these actions to the needs. Actions that failed say nothing: their assets are cooked in full.
+formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs);
+
+/// How a light map is cooked, by what it holds.
+struct LightMapReduction {
+    std::string layout;                    ///< a layout, or "auto"
+    std::optional<glm::ivec2> constantOf;  ///< see formats::LightMapDescription
+    bool hasDominant = true;               ///< false: there is no light
+    bool isDominantConstant = false;       ///< the dominant light of every texel is that of the first
+    bool isFlatTried = false;              ///< for "auto": band 0 alone may be enough
+    std::string why;                       ///< a lower order or a constant was chosen; empty: neither was
+};
+/// asked  the layout that the materials need: lightMapLayoutFor()
+LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const LightMapEntry& entry, const std::string& asked);
+
+}  // namespace lightcook::pipeline

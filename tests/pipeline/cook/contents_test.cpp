@@ -1,0 +1,125 @@
+#include "pipeline/cook/contents.h"
+
+#include <gtest/gtest.h>
+
+#include "formats/light_map.h"
+#include "pipeline/cook/cook.h"
+#include "pipeline/cook/plan.h"
+#include "pipeline/report/report.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using glm::dvec2;
+using glm::dvec3;
+using glm::vec3;
+
+vec3 black(const dvec3&, const dvec2&) {
+    return vec3(0);
+}
+/// The same sky from above at every place: constant, but not the same from every direction.
+vec3 sky(const dvec3& direction, const dvec2&) {
+    return vec3(0.3f, 0.4f, 0.6f) * static_cast<float>(1 + 0.5 * direction.z);
+}
+/// Light from every direction alike that grows over the map.
+vec3 growingFog(const dvec3&, const dvec2& place) {
+    return vec3(0.2f, 0.3f, 0.4f) * static_cast<float>(1 + 3 * place.x);
+}
+/// The same, with light of band 1.
+vec3 growingSlope(const dvec3& direction, const dvec2& place) {
+    return vec3(0.2f, 0.3f, 0.4f) * static_cast<float>((1 + 3 * place.x) * (1 + 0.5 * direction.z));
+}
+
+const Json& assetOf(const Json& report, const std::string& name) {
+    for (const Json& asset : report.at("assets"))
+        if (asset.at("name") == name) return asset;
+    static const Json none;
+    return none;
+}
+const Json& skipOf(const Json& report, const std::string& what) {
+    for (const Json& skip : report.at("skipped"))
+        if (skip.at("what").get<std::string>().find(what) != std::string::npos) return skip;
+    static const Json none;
+    return none;
+}
+
+Outcome cook(const SmallScene& scene, const std::string& output = "") {
+    scene.writeSceneFile(output);
+    const RunState state;
+    const CookOptions options = scene.options();
+    Outcome outcome = cookScene(options, state);
+    for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+    return outcome;
+}
+
+TEST(Contents, ABlackMapBecomesOneBlockWithoutDominantLight) {
+    const SmallScene scene(SmallScene::Parts::LightMap, black);
+    const Json report = cook(scene).report;
+    const Json& map = assetOf(report, "map");
+    EXPECT_EQ(map.at("width"), 4);
+    EXPECT_EQ(map.at("height"), 4);
+    EXPECT_EQ(map.at("bytes_gpu"), 9 * 16) << "nine layers of one block";
+    EXPECT_TRUE(assetOf(report, "map_dominant").is_null());
+    EXPECT_EQ(skipOf(report, "texels of light map 'map'").at("bytes_saved"), 9 * 16 * (10 * 18 - 1)) << "40 x 72 texels are 180 blocks";
+    EXPECT_GT(skipOf(report, "dominant light of 'map'").at("bytes_saved"), 0);
+}
+
+TEST(Contents, TheConstantIsReconstructedAtTheSizeOfTheBake) {
+    const SmallScene scene(SmallScene::Parts::LightMap, sky);
+    const Outcome outcome = cook(scene);
+    EXPECT_EQ(assetOf(outcome.report, "map_dominant").at("width"), 4) << "one light and one normal everywhere";
+    const RunState state;
+    ASSERT_TRUE(reconstructLightMap(outcome.output, "map", scene / "back.exr", state).has_value());
+    const auto bake = formats::LightMapReader::open(scene / "map.exr", {}), back = formats::LightMapReader::open(scene / "back.exr", {});
+    ASSERT_TRUE(bake.has_value() && back.has_value());
+    ASSERT_EQ(back->width(), SmallScene::kWidth);
+    ASSERT_EQ(back->height(), SmallScene::kHeight);
+    const auto expected = bake->read(0, SmallScene::kHeight), found = back->read(0, SmallScene::kHeight);
+    for (int y = 0; y < SmallScene::kHeight; y += 7)
+        for (int x = 0; x < SmallScene::kWidth; x += 3)
+            for (std::size_t i = 0; i < 9; ++i)
+                EXPECT_NEAR(found->sh.at(x, y)[i].g, expected->sh.at(x, y)[i].g, 0.01 * expected->sh.at(x, y)[0].g)
+                    << x << ' ' << y << ' ' << i;
+}
+
+TEST(Contents, AConstantThatChangedFailsItsVerification) {
+    const SmallScene scene(SmallScene::Parts::LightMap, sky);
+    const Outcome outcome = cook(scene);
+    const SmallScene other(SmallScene::Parts::LightMap, sunAndSky);
+    std::filesystem::copy_file(other / "map.exr", scene / "map.exr", std::filesystem::copy_options::overwrite_existing);
+    const RunState state;
+    const Outcome verified = verifyCooked({outcome.output, {}, {}}, state);
+    ASSERT_FALSE(verified.errors.empty());
+    EXPECT_NE(verified.errors[0].line().find("map.exr"), std::string::npos);
+}
+
+TEST(Contents, BandsThatNobodySeesAreLeftOut) {
+    const SmallScene fog(SmallScene::Parts::LightMap, growingFog);
+    const Json foggy = cook(fog).report;
+    EXPECT_EQ(assetOf(foggy, "map").at("layout"), "flat");
+    EXPECT_EQ(skipOf(foggy, "bands of light map 'map'").at("bytes_saved"), 8 * 16 * 180);
+    const SmallScene slope(SmallScene::Parts::LightMap, growingSlope);
+    EXPECT_EQ(assetOf(cook(slope).report, "map").at("layout"), "sh4");
+    const SmallScene sun(SmallScene::Parts::LightMap, sunAndSky);
+    EXPECT_EQ(assetOf(cook(sun).report, "map").at("layout"), "ratio");
+}
+
+TEST(Contents, AutoTriesTheFlatLayoutWhereItMayBeEnough) {
+    const SmallScene fog(SmallScene::Parts::LightMap, growingFog);
+    EXPECT_EQ(assetOf(cook(fog, "max_error = 0.02").report, "map").at("layout"), "flat");
+    const SmallScene slope(SmallScene::Parts::LightMap, growingSlope);
+    EXPECT_NE(assetOf(cook(slope, "max_error = 0.02").report, "map").at("layout"), "flat");
+}
+
+TEST(Contents, ALayoutByNameAndKeepUnusedAreObeyed) {
+    const SmallScene fog(SmallScene::Parts::LightMap, growingFog);
+    EXPECT_EQ(assetOf(cook(fog, "light_map_layout = \"luvw\"").report, "map").at("layout"), "luvw");
+    const SmallScene dark(SmallScene::Parts::LightMap, black);
+    const Json report = cook(dark, "keep_unused = true").report;
+    EXPECT_EQ(assetOf(report, "map").at("width"), SmallScene::kWidth);
+    EXPECT_FALSE(assetOf(report, "map_dominant").is_null());
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline
