@@ -14,6 +14,7 @@ enum class ErrorCode {
     WrongShape,         ///< channels, size or faces differ from those required: 3
     ValueNotFinite,     ///< NaN or infinity: 3
     ValueOutOfRange,    ///< negative energy, beyond the format: 3
+    Implausible,        ///< lint: a finding that is an error, or any finding with --strict: 3
     ColorSpace,         ///< unknown, or not linear where it has to be: 3
     Verification,       ///< error over its limit, or content that differs from the cooked one: 4
     OverBudget,         ///< 5

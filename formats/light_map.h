@@ -51,6 +51,15 @@ struct LightMapRepairs {
     LightMapRepairs& operator+=(const LightMapRepairs& other);
 };
 
+/// What a file says of the texels of a strip before they count as covered.
+struct LightMapCoverage {
+    std::int64_t inside = 0;         ///< texels with coverage.Y > 0.5; all texels of a file without coverage.Y
+    std::int64_t withoutNormal = 0;  ///< of these, texels whose normal is zero, which do not count as covered
+    float largest = 0;               ///< largest coverage.Y
+
+    LightMapCoverage& operator+=(const LightMapCoverage& other);
+};
+
 /// Rows [firstRow, firstRow + sh.height()) of a map, all of its width.
 struct LightMapStrip {
     int firstRow = 0;
@@ -58,6 +67,7 @@ struct LightMapStrip {
     Image<std::uint8_t> covered;  ///< 1 inside charts: coverage.Y > 0.5, and a normal where the file has normals; without coverage.Y all 1
     Image<glm::vec3> normal;      ///< unit, world; (0, 0, 1) where not covered or the file has none
     LightMapRepairs repairs;      ///< of these rows
+    LightMapCoverage coverage;    ///< of these rows
     std::int64_t negativeAfterGamut = 0;  ///< channels of sh00 that the colour conversion made negative
 };
 
@@ -73,7 +83,8 @@ public:
     int width() const;
     int height() const;
     bool hasNormals() const;
-    int tileHeight() const;  ///< rows that are cheap to read together; 64 for scan-line files
+    bool hasCoverage() const;  ///< the file says which texels lie inside charts
+    int tileHeight() const;    ///< rows that are cheap to read together; 64 for scan-line files
     glm::vec3 luminanceWeights() const;
     std::string_view bake() const;  ///< name of the bake format, also where the description says "auto"
 

@@ -33,6 +33,7 @@ public:
     /// Returns the number of rows that are cheap to read together.
     virtual int tileHeight() const = 0;
     virtual bool hasNormals() const = 0;
+    virtual bool hasCoverage() const = 0;
     /// Reads rows [firstRow, firstRow + rowCount). Safe to call from several threads.
     virtual Result<RawStrip> read(int firstRow, int rowCount) const = 0;
 };

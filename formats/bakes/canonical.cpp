@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
 #include <numbers>
@@ -66,7 +67,17 @@ tl::unexpected<Error> Canonicalizer::refuse(ErrorCode code, const std::string& c
 
 /// Returns true if texel (x, y) of the strip lies inside a chart, and stores its normal then.
 Result<bool> Canonicalizer::isCovered(const RawStrip& raw, int x, int y, LightMapStrip& strip) const {
-    if (raw.coverage.width() > 0 && !(raw.coverage.at(x, y) > 0.5f)) return false;
+    if (raw.coverage.width() > 0) {
+        const float coverage = raw.coverage.at(x, y);
+        if (!std::isfinite(coverage)) {
+            if (!repairs_) return refuse(ErrorCode::ValueNotFinite, "coverage.Y", x, strip.firstRow + y, notFinite(coverage));
+            ++strip.repairs.notFinite;
+            return false;
+        }
+        strip.coverage.largest = std::max(strip.coverage.largest, coverage);
+        if (!(coverage > 0.5f)) return false;
+    }
+    ++strip.coverage.inside;
     if (raw.normal.width() == 0) return true;
     const glm::vec3 normal = raw.normal.at(x, y);
     for (int axis = 0; axis < 3; ++axis) {
@@ -77,7 +88,10 @@ Result<bool> Canonicalizer::isCovered(const RawStrip& raw, int x, int y, LightMa
         return false;
     }
     const double length = glm::length(glm::dvec3(normal));
-    if (length <= 0.5) return false;  // bakers write zero where they have no surface
+    if (length <= 0.5) {  // bakers write zero where they have no surface
+        ++strip.coverage.withoutNormal;
+        return false;
+    }
     strip.normal.at(x, y) = glm::vec3(glm::dvec3(normal) / length);
     return true;
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cassert>
 #include <utility>
 
@@ -25,6 +26,13 @@ LightMapRepairs& LightMapRepairs::operator+=(const LightMapRepairs& other) {
     return *this;
 }
 
+LightMapCoverage& LightMapCoverage::operator+=(const LightMapCoverage& other) {
+    inside += other.inside;
+    withoutNormal += other.withoutNormal;
+    largest = std::max(largest, other.largest);
+    return *this;
+}
+
 LightMapReader::LightMapReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
 LightMapReader::LightMapReader(LightMapReader&&) noexcept = default;
 LightMapReader& LightMapReader::operator=(LightMapReader&&) noexcept = default;
@@ -38,6 +46,9 @@ int LightMapReader::height() const {
 }
 bool LightMapReader::hasNormals() const {
     return state_->reader->hasNormals();
+}
+bool LightMapReader::hasCoverage() const {
+    return state_->reader->hasCoverage();
 }
 int LightMapReader::tileHeight() const {
     return state_->reader->tileHeight();

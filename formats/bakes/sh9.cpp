@@ -24,6 +24,7 @@ public:
     int height() const override { return file_.info().height; }
     int tileHeight() const override { return file_.info().isTiled ? file_.info().tileHeight : kTileExtent; }
     bool hasNormals() const override { return hasNormals_; }
+    bool hasCoverage() const override { return hasCoverage_; }
 
     Result<RawStrip> read(int firstRow, int rowCount) const override {
         RawStrip raw;

@@ -261,6 +261,7 @@ private:
         Json& json = jsonOf(primitive);
         json["attributes"] = std::move(attributes);
         json["indices"] = indexAccessor;
+        json.erase("mode");  // single triangles, also of a strip or a fan
         json["extensions"][kDracoExtension] = {{"bufferView", views_.add(coded.bytes)}, {"attributes", std::move(ids)}};
     }
 

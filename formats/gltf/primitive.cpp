@@ -1,6 +1,7 @@
 #include "formats/gltf/primitive.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -12,7 +13,22 @@
 namespace lightcook::formats {
 namespace {
 
-constexpr std::uint64_t kTriangles = 4;  // glTF's primitive mode
+/// Modes of glTF's primitives.
+constexpr std::uint64_t kTriangles = 4, kTriangleStrip = 5, kTriangleFan = 6;
+
+/// Returns the triangles of a strip or a fan with the winding that glTF 2.0 (3.7.2.1) gives them, without those that name a vertex twice,
+/// which join strips.
+std::vector<std::uint32_t> trianglesOf(std::uint64_t mode, const std::vector<std::uint32_t>& chain) {
+    std::vector<std::uint32_t> triangles;
+    for (std::size_t i = 0; i + 2 < chain.size(); ++i) {
+        const std::size_t odd = i % 2;
+        const std::array<std::uint32_t, 3> corners = mode == kTriangleStrip ? std::array{chain[i], chain[i + 1 + odd], chain[i + 2 - odd]}
+                                                                            : std::array{chain[i + 1], chain[i + 2], chain[0]};
+        if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
+        triangles.insert(triangles.end(), corners.begin(), corners.end());
+    }
+    return triangles;
+}
 
 const Json* dracoExtension(const Json& primitive) {
     const auto extensions = primitive.find("extensions");
@@ -42,11 +58,14 @@ private:
         primitive.mesh = mesh;
         primitive.index = index;
         const std::string place = primitive.place();
-        primitive.isTriangles = document_.number(json, "mode", kTriangles, place) == kTriangles;
+        const std::uint64_t mode = document_.number(json, "mode", kTriangles, place);
+        primitive.isTriangles = mode == kTriangles || mode == kTriangleStrip || mode == kTriangleFan;
         primitive.canCompress = primitive.isTriangles && json.value("targets", Json::array()).empty();
         const Json attributes = json.value("attributes", Json::object());
         if (!attributes.contains("POSITION")) document_.fail(ErrorCode::WrongShape, place, "found no POSITION, expected one");
+        bool isChain = mode != kTriangles && primitive.isTriangles;  // strip or fan
         if (const Json* draco = dracoExtension(json)) {
+            isChain = false;  // Draco streams hold single triangles, also those of strips
             primitive.dracoView = document_.number(*draco, "bufferView", 0, place);
             readDraco(*draco, attributes, primitive);
         } else {
@@ -55,7 +74,8 @@ private:
             if (primitive.isTriangles) readIndices(json, primitive);
         }
         checkSize(primitive);
-        check(attributes, primitive);
+        check(attributes, primitive, isChain);
+        if (isChain) primitive.geometry.indices = trianglesOf(mode, primitive.geometry.indices);
         primitive.vertexCount = primitive.geometry.vertexCount();
         // Drop unused vertices right away: scenes share one set of vertices between dozens of primitives.
         if (primitive.isTriangles) {
@@ -139,7 +159,7 @@ private:
         }
     }
 
-    void check(const Json& attributes, const Primitive& primitive) const {
+    void check(const Json& attributes, const Primitive& primitive, bool isChain) const {
         const TriangleMesh& geometry = primitive.geometry;
         for (const MeshAttribute& attribute : geometry.attributes) {
             const std::string place =
@@ -158,7 +178,7 @@ private:
             }
             if (mustBeFinite(attribute)) checkFinite(attribute, place);
         }
-        if (geometry.indices.size() % 3 != 0) {
+        if (!isChain && geometry.indices.size() % 3 != 0) {
             document_.fail(ErrorCode::WrongShape, primitive.place(),
                            fmt::format("found {} indices, expected a multiple of 3", geometry.indices.size()));
         }

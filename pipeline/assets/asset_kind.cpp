@@ -16,6 +16,9 @@
 #include "pipeline/assets/lut/lut.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/rsrm/rsrm.h"
+#include "pipeline/lint/light_map_facts.h"
+#include "pipeline/lint/mesh_facts.h"
+#include "pipeline/lint/probe_facts.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -110,13 +113,18 @@ constexpr std::array kAssetKinds = {
 };
 static_assert(formats::isCompleteTable(kAssetKinds, AssetKind::Mesh));
 
-/// Actions that no asset belongs to: a plan needs their results.
+/// Actions that make no asset: a plan or lint needs their results.
 struct PlanAction {
     std::string_view kind;
     ActionFunction function;
 };
-constexpr std::array kPlanActions = {PlanAction{"materials", readMaterials}, PlanAction{"light-map-trial", tryLightMap},
-                                     PlanAction{"light-map-content", readLightMapContent}, PlanAction{"probe-use", findUnusedProbes}};
+constexpr std::array kPlanActions = {PlanAction{"materials", readMaterials},
+                                     PlanAction{"light-map-trial", tryLightMap},
+                                     PlanAction{"light-map-content", readLightMapContent},
+                                     PlanAction{"probe-use", findUnusedProbes},
+                                     PlanAction{"lint-light-map", lintLightMap},
+                                     PlanAction{"lint-mesh", lintMesh},
+                                     PlanAction{"lint-probe", lintProbe}};
 
 formats::Result<ActionOutcome> failUnknownKind(const ActionContext& context) {
     return formats::failure(formats::ErrorCode::FileUnreadable, context.action.asset,

@@ -18,6 +18,7 @@ namespace lightcook::pipeline {
 
 // One file each: cook.cpp, verify.cpp, ...
 CommandFunction defineCook(CLI::App& app);
+CommandFunction defineLint(CLI::App& app);
 CommandFunction defineVerify(CLI::App& app);
 CommandFunction defineReport(CLI::App& app);
 CommandFunction defineLightmap(CLI::App& app);
@@ -37,6 +38,7 @@ namespace {
 
 constexpr std::array kCommands = {
     CommandInfo{"cook", "Cook a whole scene, incrementally, and verify it", defineCook},
+    CommandInfo{"lint", "Look for what is implausible in the inputs of a scene, before a cook", defineLint},
     CommandInfo{"verify", "Reopen a cooked scene; measure and bound its errors again from the files", defineVerify},
     CommandInfo{"report", "Print the memory and errors of a cooked scene; compare them with a baseline", defineReport},
     CommandInfo{"lightmap", "Compress one SH light map", defineLightmap},

@@ -29,6 +29,7 @@ CommandFunction defineCook(CLI::App& app) {
     addSamplesOption(app, options->samples);
     app.add_flag("--force", cook.force, "Cook everything again");
     app.add_flag("--keep-going", cook.keepGoing, "Cook the other assets after a failure; the exit code is the first failure's");
+    addStrictOption(app, cook.strict);
     addRepairOption(app, cook.repair);
     options->files.add(app);
     app.footer(R"(An action (to cook or to verify one asset) is identified by a digest of the content of its inputs, its

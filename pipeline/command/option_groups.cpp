@@ -88,6 +88,10 @@ void addRdoOption(CLI::App& app, std::optional<double>& rdo) {
                       {kLargestRdo, true});
 }
 
+void addStrictOption(CLI::App& app, bool& strict) {
+    app.add_flag("--strict", strict, "Treat findings of lint that the scene file does not allow as errors (exit code 3)");
+}
+
 void addRepairOption(CLI::App& app, bool& repair) {
     app.add_flag("--repair", repair,
                  "Repair bad input values (NaN, infinite, negative energy) and count them, instead of refusing the file");

@@ -84,6 +84,7 @@ private:
 CLI::Option* addLobeOption(CLI::App& app, lighting::SpecularLobe& lobe, std::span<const formats::SpecularLobeInfo> lobes);
 void addEffortOption(CLI::App& app, std::optional<int>& effort);
 void addRdoOption(CLI::App& app, std::optional<double>& rdo);
+void addStrictOption(CLI::App& app, bool& strict);
 void addRepairOption(CLI::App& app, bool& repair);
 void addSamplesOption(CLI::App& app, std::optional<int>& samples);
 

@@ -79,13 +79,15 @@ std::vector<Error> CiOutputs::write(Session& session, const std::string& command
     };
     keep(json_.write(session, outcome.report, outcome.errors));
     if (junit_.empty() && sarif_.empty()) return errors;
-    const CiRun run = ciRun({command, outcome.output, sceneFile, sources, outcome.report, outcome.errors});
+    const CiRun run =
+        ciRun({command, outcome.output, sceneFile, sources, outcome.report, outcome.errors, outcome.isLinted, outcome.findings});
     if (!junit_.empty()) keep(session.write(junit_, junitReport(run)));
     if (!sarif_.empty()) keep(session.write(sarif_, sarifReport(run)));
     return errors;
 }
 
 void printCook(Session& session, const Outcome& outcome) {
+    printFindings(session.terminal, outcome.findings);
     if (!outcome.report.is_object() || session.terminal.verbosity() == Verbosity::Quiet) return;
     const auto report = fromJson<Report>(outcome.report, kReportName);
     if (!report) return;

@@ -107,6 +107,11 @@ void printReport(Terminal& terminal, const Report& report) {
     if (report.whole) terminal.say(lineOf(*report.whole));
 }
 
+void printFindings(Terminal& terminal, const std::vector<Finding>& findings) {
+    for (const Finding& finding : findings)
+        if (!finding.allowed && !finding.isFailure()) terminal.warning(subjectOf(finding), detailOf(finding));
+}
+
 void printReport(Terminal& terminal, const Json& json) {
     if (const auto report = fromJson<Report>(json, kReportName)) printReport(terminal, *report);
 }

@@ -12,6 +12,8 @@ namespace lightcook::pipeline {
 void printReport(Terminal& terminal, const Report& report);
 /// Prints the report of a job.
 void printReport(Terminal& terminal, const Json& json);
+/// Prints a warning for each finding that is neither an error, which ends the command, nor allowed by the scene file.
+void printFindings(Terminal& terminal, const std::vector<Finding>& findings);
 
 /// Prints one line: verdict, assets, sizes, what came from the cache, time and place. With --log json it is an object on standard error.
 void printSummary(Terminal& terminal, const Report& report, const Outcome& outcome);

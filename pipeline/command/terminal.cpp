@@ -16,7 +16,7 @@ constexpr std::array kExitCodes = {
     ExitCodeInfo{0, "success"},
     ExitCodeInfo{1, "internal error, or an error of the system, such as a full disk"},
     ExitCodeInfo{2, "mistake on the command line or in the scene file"},
-    ExitCodeInfo{3, "input refused: unreadable, not finite or of the wrong shape"},
+    ExitCodeInfo{3, "input refused: unreadable, not finite, of the wrong shape or not plausible"},
     ExitCodeInfo{4, "verification failed: an error over its limit, or a file that is not the one that was cooked"},
     ExitCodeInfo{5, "over the memory budget"},
     ExitCodeInfo{6, "interrupted"},
@@ -141,6 +141,7 @@ int exitCode(ErrorCode code) {
         case ErrorCode::WrongShape:
         case ErrorCode::ValueNotFinite:
         case ErrorCode::ValueOutOfRange:
+        case ErrorCode::Implausible:
         case ErrorCode::ColorSpace:
             return 3;
         case ErrorCode::Verification:

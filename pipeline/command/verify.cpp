@@ -20,6 +20,7 @@ CommandFunction defineVerify(CLI::App& app) {
     addFolderOption(app, "folder", options->verify.folder, "Output folder of cook")->required();
     addFolderOption(app, "--sources", options->verify.sources, "The scene's folder, if it has moved since the cook");
     addSamplesOption(app, options->verify.samples);
+    addStrictOption(app, options->verify.strict);
     options->files.add(app);
     app.footer(R"(The content digest of every file is compared with the manifest's. Then errors and bounds are computed
 from the textures against the float sources. An error over its limit, or a changed file, ends with
@@ -32,6 +33,7 @@ the scene file. Each failure carries asset, stage, texel, normal, found and allo
         if (auto ready = options->files.prepare(session); !ready) return session.finish(ready);
         const Outcome outcome = verifyCooked(options->verify, session.state);
         const std::vector<formats::Error> errors = options->files.write(session, "verify", outcome, {}, options->verify.sources);
+        printFindings(session.terminal, outcome.findings);
         // Last, because whoever reads the table may close the pipe before its end.
         if (outcome.report.is_object() && session.terminal.verbosity() != Verbosity::Quiet) printReport(session.terminal, outcome.report);
         return session.finish(errors);

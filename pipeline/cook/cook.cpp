@@ -19,6 +19,7 @@
 #include "pipeline/graph/executor.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/work_rates.h"
+#include "pipeline/lint/lint.h"
 #include "pipeline/report/report.h"
 #include "pipeline/scene/needs.h"
 
@@ -108,6 +109,8 @@ private:
         if (auto added = addContents(contents, needs); !added) return added;
         auto plan = planScene(scene_, needs, planOptions_);
         if (!plan) return tl::make_unexpected(plan.error());
+        if (auto linted = lint(*plan, materials); !linted) return linted;
+        if (!outcome_.errors.empty() && (!options_.keepGoing || state_.interrupted)) return {};
         ExecutionResult result = execute(plan->actions);
         if (!plan->undecided.empty() && !isStopped(result)) {
             auto decided = decideLayouts(*plan, needs, materials, result);
@@ -131,6 +134,23 @@ private:
     ExecutionResult execute(const std::vector<Action>& graph) {
         return pipeline::execute(graph, {outcome_.output, options_.force, options_.keepGoing}, staging_,
                                  {actionFunction, cache_, *digests_, state_, at_});
+    }
+
+    /// Looks at the inputs of the planned assets. Its actions do not count as run or reused: they make nothing.
+    Result<void> lint(const Plan& plan, const ExecutionResult& materials) {
+        std::set<std::string> assets(plan.assets.begin(), plan.assets.end());
+        assets.insert(plan.undecided.begin(), plan.undecided.end());
+        for (const LightMapEntry& entry : scene_.lightMaps)
+            if (assets.contains(dominantNameOf(entry.name))) assets.insert(entry.name);
+        ExecutionResult facts = execute(planLint(scene_, options_.repair, assets));
+        for (const Error& error : facts.errors)
+            if (!isReported(error)) outcome_.errors.push_back(error);
+        facts.records.insert(materials.records.begin(), materials.records.end());
+        auto findings = judgeScene(scene_, facts.records, options_.strict);
+        if (!findings) return tl::make_unexpected(findings.error());
+        outcome_.findings = std::move(*findings);
+        for (Error& error : errorsOf(outcome_.findings)) outcome_.errors.push_back(std::move(error));
+        return {};
     }
 
     bool isStopped(const ExecutionResult& result) const { return !result.errors.empty() && (!options_.keepGoing || state_.interrupted); }
@@ -177,9 +197,10 @@ private:
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
         const RunRecord current{at_, seconds, peakResidentBytes(), outcome_.actionsRun};
         if (outcome_.actionsRun > 0) cache_.storeRun(current);
-        auto report = writer.write(plan, result, outcome_.actionsRun > 0,
-                                   {scene_.name, seconds, current.peakRssBytes, scene_.output.budgetBytes, runsOf(result, current)},
-                                   measureRates(result));
+        auto report = writer.write(
+            plan, result, outcome_.actionsRun > 0,
+            {scene_.name, seconds, current.peakRssBytes, scene_.output.budgetBytes, runsOf(result, current), outcome_.findings},
+            measureRates(result));
         if (!report) return tl::make_unexpected(report.error());
         outcome_.report = toJson(*report);
         return report;

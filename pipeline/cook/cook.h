@@ -8,6 +8,7 @@
 
 #include "formats/error.h"
 #include "pipeline/graph/action.h"
+#include "pipeline/lint/finding.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {
@@ -28,6 +29,7 @@ struct CookOptions {
     std::optional<std::string> only;      ///< a name: see PlanOptions
     std::optional<std::string> onlyKind;  ///< a kind: see PlanOptions
     bool force = false, keepGoing = false, repair = false;
+    bool strict = false;           ///< every finding of lint that the scene does not allow is an error
     std::filesystem::path cache;  ///< empty: defaultCacheFolder()
     int samples = 1;              ///< random positions per texel quad
 };
@@ -38,6 +40,7 @@ struct Outcome {
     Json report;                   ///< null without one
     std::filesystem::path output;  ///< folder of the cooked scene
     int actionsRun = 0, actionsReused = 0;
+    std::vector<Finding> findings = {};  ///< of lint, also those that are errors or allowed
 };
 
 /// Cooks the scene file of the options.
@@ -49,9 +52,18 @@ struct VerifyOptions {
     std::filesystem::path folder;
     std::filesystem::path sources;  ///< the scene's folder; empty: as the manifest says
     std::optional<int> samples;     ///< random positions per texel quad; default: as cooked
+    bool strict = false;            ///< see CookOptions
 };
 /// Verifies a cooked folder again: content digests of every file, then errors and bounds from the bytes. Returns a new report.
 Outcome verifyCooked(const VerifyOptions& options, const RunState& state);
+
+struct LintOptions {
+    std::filesystem::path scene;
+    std::filesystem::path cache;  ///< empty: defaultCacheFolder()
+    bool strict = false, repair = false;
+};
+/// Looks for what is implausible in the inputs of a scene, without cooking it.
+Outcome lintScene(const LintOptions& options, const RunState& state);
 
 /// Writes a cooked light map as the shader decodes it, with the 27 channels of a bake.
 formats::Result<void> reconstructLightMap(const std::filesystem::path& folder, const std::string& name, const std::filesystem::path& output,

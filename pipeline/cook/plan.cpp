@@ -189,7 +189,7 @@ private:
     }
 
     void planDominant(const LightMapEntry& entry, formats::LightMapDescription description, const LightMapReduction& reduction) {
-        const std::string dominant = entry.name + "_dominant";
+        const std::string dominant = dominantNameOf(entry.name);
         if (!wanted(dominant, AssetKind::Dominant, entry.name)) return;
         const std::vector<SkippedImages> images = dominantImages(scene_.output.target);
         if (!needs_.specular)
@@ -385,6 +385,10 @@ private:
 };
 
 }  // namespace
+
+std::string dominantNameOf(const std::string& lightMap) {
+    return lightMap + "_dominant";
+}
 
 std::vector<Action> planNeeds(const Scene& scene) {
     std::vector<Action> actions;

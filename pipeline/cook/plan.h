@@ -35,6 +35,9 @@ std::vector<Action> planNeeds(const Scene& scene);
 /// Plans the assets of a scene: asset "a" gets an action "cook/a" and an action "verify/a".
 formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const PlanOptions& options);
 
+/// Returns the name of the dominant light of a light map.
+std::string dominantNameOf(const std::string& lightMap);
+
 /// Returns the verify action of an asset. sources: by role, as the manifest names them.
 Action verifyAction(const std::string& asset, AssetKind kind, const std::map<std::string, std::filesystem::path>& sources, Json parameters);
 

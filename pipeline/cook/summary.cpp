@@ -97,7 +97,7 @@ Result<Report> SummaryWriter::write(const Plan& plan, const ExecutionResult& res
                                     const WorkRates& rates) {
     if (auto collected = collect(plan, result); !collected) return tl::make_unexpected(collected.error());
     if (auto written = writeManifest(); !written) return tl::make_unexpected(written.error());
-    if (!isAnythingRun && isReportCurrent()) return *oldReport_;
+    if (!isAnythingRun && isReportCurrent(frame)) return *oldReport_;
     addRunsOfKeptRows(frame.runs);
     return writeReport(makeReport(frame, rows_, skipsOf(plan, result, assets_, rates)));
 }
@@ -145,9 +145,9 @@ Result<void> SummaryWriter::writeManifest() {
 }
 
 /// Returns true if the earlier report has the rows and the budget of this cook, and belongs to the files that are there.
-bool SummaryWriter::isReportCurrent() const {
+bool SummaryWriter::isReportCurrent(const ReportFrame& frame) const {
     if (!oldReport_ || !oldManifest_ || withSelfDigest(toJson(*oldManifest_)) != manifestText_) return false;
-    return jsonOf(oldReport_->assets) == jsonOf(rows_) && oldReport_->budget.limitBytes == scene_.output.budgetBytes &&
+    return jsonOf(oldReport_->assets) == jsonOf(rows_) && jsonOf(oldReport_->findings) == jsonOf(frame.findings) && oldReport_->budget.limitBytes == scene_.output.budgetBytes &&
            checkReportFiles(folder_, manifestText_, *oldReport_).empty();
 }
 

@@ -36,7 +36,7 @@ private:
     formats::Result<void> addAsset(const Plan& plan, const ExecutionResult& result, const std::string& name);
     void addRunsOfKeptRows(std::vector<RunRecord>& runs) const;
     formats::Result<void> writeManifest();
-    bool isReportCurrent() const;
+    bool isReportCurrent(const ReportFrame& frame) const;
     formats::Result<Report> writeReport(Report report);
 
     const Scene& scene_;

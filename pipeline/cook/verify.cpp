@@ -1,14 +1,20 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <iterator>
 
 #include "pipeline/assets/asset_kind.h"
+#include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/results.h"
+#include "pipeline/assets/source_colors.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/cook/integrity.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/cook/verdicts.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/lint/lint.h"
 #include "pipeline/manifest/contract.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
@@ -70,9 +76,12 @@ private:
             if (!row) return tl::make_unexpected(row.error());
             rows.push_back(std::move(*row));
         }
+        if (auto linted = lint(*manifest, scratch->path()); !linted) return linted;
         std::optional<std::uint64_t> budget;
         if (previous) budget = previous->budget.limitBytes;
-        const Report report = makeReport({manifest->scene, secondsSince(start_), peakResidentBytes(), budget}, std::move(rows), {});
+        const Report report =
+            makeReport({manifest->scene, secondsSince(start_), peakResidentBytes(), budget, outcome_.findings}, std::move(rows), {});
+        for (Error& error : errorsOf(outcome_.findings)) outcome_.errors.push_back(std::move(error));
         appendVerdicts(report, outcome_.errors);
         outcome_.report = toJson(report);
         return {};
@@ -85,6 +94,7 @@ private:
         if (!sources) return tl::make_unexpected(sources.error());
         Json parameters = asset.verify.value_or(Json::object());
         if (options_.samples && parameters.contains("samples")) parameters["samples"] = *options_.samples;
+        if (auto noted = noteSources(asset, *sources); !noted) return tl::make_unexpected(noted.error());
         const Action action = verifyAction(asset.name, asset.kind, *sources, parameters);
         const CookFacts facts = cookFactsOf(previous, asset.name);
         ActionRecord cooked, verified, lightMap;
@@ -108,6 +118,51 @@ private:
         return reportRow(asset, cooked, verified);
     }
 
+    /// Adds the sources of an asset to the scene that lint looks at.
+    Result<void> noteSources(const CookedAsset& asset, const std::map<std::string, std::filesystem::path>& sources) {
+        const auto source = sources.find("source");
+        if (asset.verify && asset.verify->contains("max_error") && info(asset.kind).isHeldToMaxError)
+            scene_.output.maxError = asset.verify->at("max_error").get<double>();
+        if (source == sources.end()) return {};
+        if (asset.kind == AssetKind::Cubemap) {
+            ProbeEntry entry{asset.name, source->second, {}};
+            if (const auto sh = sources.find("sh"); sh != sources.end()) entry.sh = sh->second;
+            scene_.probes.push_back(std::move(entry));
+        }
+        if (!asset.source.description) return {};
+        auto entry = std::ranges::find(scene_.lightMaps, source->second, &LightMapEntry::file);
+        if (entry == scene_.lightMaps.end()) {
+            auto description = descriptionOf(asset);
+            if (!description) return tl::make_unexpected(description.error());
+            if (const auto config = sources.find(kColorConfigRole); config != sources.end()) description->colors.config = config->second;
+            LightMapEntry added;
+            added.name = asset.name;
+            added.file = source->second;
+            added.description = std::move(*description);
+            scene_.lightMaps.push_back(std::move(added));
+            entry = std::prev(scene_.lightMaps.end());
+        }
+        if (const auto mesh = sources.find(kMeshRole); mesh != sources.end() && asset.kind == AssetKind::Mesh) entry->mesh = mesh->second;
+        return {};
+    }
+
+    /// Looks again for what is implausible in the sources.
+    Result<void> lint(const Manifest& manifest, const std::filesystem::path& scratch) {
+        scene_.name = manifest.scene;
+        scene_.file = options_.folder / kManifestName;
+        scene_.allowances = manifest.allowances;
+        std::map<std::string, ActionRecord> records;
+        for (const Action& action : planLint(scene_, false)) {
+            auto outcome = actionFunction(action.kind)({action, scratch, options_.folder, {}, shared_, state_});
+            if (!outcome) return tl::make_unexpected(outcome.error());
+            records[action.id] = {action.id, std::move(outcome->result), {}, 0};
+        }
+        auto findings = judgeScene(scene_, records, options_.strict);
+        if (!findings) return tl::make_unexpected(findings.error());
+        outcome_.findings = std::move(*findings);
+        return {};
+    }
+
     /// Returns the light map whose bases the vertices of a mesh name.
     static Result<const CookedAsset*> lightMapOf(const Manifest& manifest, const CookedAsset& mesh) {
         for (const CookedAsset& other : manifest.assets)
@@ -121,6 +176,7 @@ private:
     const RunState& state_;
     Clock::time_point start_;
     SharedObjects shared_;
+    Scene scene_;  ///< the sources of all assets, for lint
     Outcome outcome_;
 };
 

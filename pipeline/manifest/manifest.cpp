@@ -100,6 +100,7 @@ Manifest makeManifest(const Scene& scene, const std::filesystem::path& outputFol
     manifest.workingColor = scene.colors.working;
     manifest.lobe = scene.lobe;
     manifest.shader = {kShaderName, shaderDigest};
+    manifest.allowances = scene.allowances;
     manifest.assets = std::move(assets);
     return manifest;
 }

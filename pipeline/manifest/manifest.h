@@ -45,6 +45,7 @@ struct Manifest {
     std::string workingColor;
     lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;
     ShaderFile shader;
+    std::vector<Allowance> allowances;
     std::vector<CookedAsset> assets;
 };
 template <class Fields, Is<Manifest> Self>
@@ -59,6 +60,7 @@ void describe(Fields& fields, Self& manifest) {
                   [&](auto& color) { color.required("working", manifest.workingColor, "working colour space"); });
     fields.presentIf(true, "lobe", manifest.lobe, "specular lobe of cubemaps, tables, dominant lights and shader");
     fields.required("shader", manifest.shader, "decode and shading, as the verifier ran them");
+    fields.presentIf(!manifest.allowances.empty(), "allow", manifest.allowances, "warnings of lint that the scene file allows");
     fields.required("assets", manifest.assets, "assets, in the order of the report");
 }
 

@@ -67,6 +67,9 @@ public:
         run_.title =
             fmt::format("{} {} {}", kToolName, inputs_.command, (inputs_.sceneFile.empty() ? inputs_.folder : inputs_.sceneFile).string());
         run_.scene = report_ ? report_->scene : manifest_ ? manifest_->scene : scene_ ? scene_->name : "scene";
+        run_.isLinted = inputs_.isLinted;
+        run_.lint = inputs_.findings;
+        run_.scenePlace = lineOf("");
         addSceneSuite();
         if (manifest_)
             for (const CookedAsset& asset : manifest_->assets) addSuite(asset);
@@ -152,6 +155,8 @@ private:
     /// Adds an error to the check that it is about.
     void addError(const formats::Error& error) {
         if (run_.reasonNotDone.empty()) run_.reasonNotDone = error.line();
+        // Findings of lint have results of their own.
+        if (error.code == formats::ErrorCode::Implausible && inputs_.isLinted) return;
         if (report_)
             for (const ReportRow& row : report_->assets)
                 for (const Failure& failure : row.failures)

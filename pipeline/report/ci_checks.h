@@ -8,6 +8,7 @@
 
 #include "formats/error.h"
 #include "pipeline/json/json.h"
+#include "pipeline/lint/finding.h"
 #include "pipeline/report/ci_rules.h"
 
 namespace lightcook::pipeline {
@@ -47,6 +48,9 @@ struct CiRun {
     std::string scene;
     std::vector<CiSuite> suites;  ///< the scene, then its assets
     std::string reasonNotDone;    ///< the error that kept checks from being made
+    bool isLinted = false;        ///< the checks of plausibility were made
+    std::vector<Finding> lint;    ///< what they found
+    SourceLine scenePlace;        ///< of findings without a line
 };
 
 /// What a command knows at its end.
@@ -57,6 +61,8 @@ struct CiInputs {
     std::filesystem::path sources;    ///< folder of the scene file if it has moved; empty: as the manifest says
     const Json& report;               ///< report.json; null if the job ended before there was one
     const std::vector<formats::Error>& errors;
+    bool isLinted;
+    const std::vector<Finding>& findings;  ///< of lint
 };
 /// Returns every check of the scene and its assets. Each error is a finding of one of them: those of an asset's figures as report.json has
 /// them, others by the files that they name.

@@ -99,6 +99,41 @@ std::string suiteOf(const CiRun& run, const CiSuite& suite, std::size_t id, cons
     return text + "    <system-out/>\n    <system-err/>\n  </testsuite>\n";
 }
 
+/// Returns the suite of lint: a case for each check of plausibility. A case is red if a finding is an error, and skipped if the scene file
+/// allows what was found; warnings are the output of the suite.
+std::string lintSuite(const CiRun& run, std::size_t id, const std::string& timestamp, Counts& whole) {
+    Counts counts;
+    std::string cases, warnings;
+    for (const LintCheckInfo& check : allLintChecks()) {
+        std::string failures, allowed;
+        for (const Finding& finding : run.lint) {
+            if (finding.check != check.id) continue;
+            const std::string line = fmt::format("{}: {}\n", subjectOf(finding), detailOf(finding));
+            if (finding.allowed) allowed += fmt::format("allowed ({}): {}", *finding.allowed, line);
+            (finding.isFailure() ? failures : warnings) += finding.allowed ? "" : line;
+        }
+        ++counts.tests;
+        std::string result = "/>";
+        if (!run.isLinted || (!allowed.empty() && failures.empty())) {
+            ++counts.skipped;
+            result = fmt::format("><skipped message=\"{}\"/></testcase>",
+                                 attribute(run.isLinted ? allowed : "not looked for: " + run.reasonNotDone));
+        }
+        if (!failures.empty()) {
+            ++counts.failures;
+            result = fmt::format("><failure type=\"{0}\" message=\"{1}\">{1}{2}</failure></testcase>", check.name, attribute(failures),
+                                 attribute(std::string(check.advice)));
+        }
+        cases += fmt::format("    <testcase classname=\"{}\" name=\"{}\" time=\"0\"{}\n", attribute(run.scene + ".lint"), check.name, result);
+    }
+    whole.tests += counts.tests;
+    whole.failures += counts.failures;
+    return fmt::format(
+        "  <testsuite id=\"{}\" name=\"lint\" package=\"{}\" timestamp=\"{}\" hostname=\"localhost\" tests=\"{}\" failures=\"{}\" "
+        "errors=\"0\" skipped=\"{}\" time=\"0\">\n    <properties/>\n{}    <system-out>{}</system-out>\n    <system-err/>\n  </testsuite>\n",
+        id, attribute(run.scene), timestamp, counts.tests, counts.failures, counts.skipped, cases, attribute(warnings));
+}
+
 // --- SARIF ----------------------------------------------------------------------------------------------------------------------------
 
 constexpr const char* kSourceRoot = "%SRCROOT%";
@@ -139,6 +174,36 @@ Json resultOf(const CiRun& run, const CiSuite& suite, const CiCheck& check, cons
         {"properties", finding.properties}};
 }
 
+/// Returns the result of a finding of lint: at its line of the scene file, or at the input that it is about.
+Json resultOf(const CiRun& run, const Finding& finding) {
+    const std::string code(info(finding.check).name), place = finding.asset.empty() ? kSceneSuite : finding.asset;
+    const SourceLine at = finding.line && finding.sceneFile ? SourceLine{*finding.sceneFile, *finding.line} : run.scenePlace;
+    Json result = {
+        {"ruleId", code},
+        {"ruleIndex", allCiRules().size() + static_cast<std::size_t>(finding.check)},
+        {"kind", "fail"},
+        {"level", finding.severity == LintSeverity::Error ? "error" : "warning"},
+        {"message", {{"text", asUtf8(fmt::format("{}: {}", subjectOf(finding), detailOf(finding)))}}},
+        {"locations",
+         Json::array({{{"physicalLocation", {{"artifactLocation", artifactLocation(at.file)}, {"region", {{"startLine", at.line}}}}},
+                       {"logicalLocations", Json::array({{{"name", place}, {"fullyQualifiedName", place}, {"kind", "resource"}}})}}})},
+        {"partialFingerprints", {{"lightcookFinding/v1", asUtf8(fmt::format("{}/{}/{}", run.scene, code, place))}}},
+        {"properties", jsonOf(finding.figures)}};
+    if (finding.allowed) result["suppressions"] = Json::array({{{"kind", "external"}, {"justification", asUtf8(*finding.allowed)}}});
+    return result;
+}
+
+/// Returns "WrongPhase" for "wrong-phase".
+std::string titleOf(std::string_view code) {
+    std::string title;
+    bool isFirst = true;
+    for (const char c : code) {
+        if (c != '-') title += isFirst ? static_cast<char>(c - 'a' + 'A') : c;
+        isFirst = c == '-';
+    }
+    return title;
+}
+
 Json rulesOf() {
     Json rules = Json::array();
     for (const CiRuleInfo& rule : allCiRules())
@@ -148,6 +213,13 @@ Json rulesOf() {
                          {"fullDescription", {{"text", rule.brief}}},
                          {"help", {{"text", rule.help}, {"markdown", rule.help}}},
                          {"defaultConfiguration", {{"level", "error"}}}});
+    for (const LintCheckInfo& check : allLintChecks())
+        rules.push_back({{"id", check.name},
+                         {"name", titleOf(check.name)},
+                         {"shortDescription", {{"text", check.meaning}}},
+                         {"fullDescription", {{"text", check.meaning}}},
+                         {"help", {{"text", check.advice}, {"markdown", check.advice}}},
+                         {"defaultConfiguration", {{"level", check.severity == LintSeverity::Error ? "error" : "warning"}}}});
     return rules;
 }
 
@@ -162,6 +234,7 @@ std::string junitReport(const CiRun& run) {
         for (const CiCheck& check : run.suites[i].checks) counts.add(check);
         suites += suiteOf(run, run.suites[i], i, timestamp);
     }
+    suites += lintSuite(run, run.suites.size(), timestamp, counts);
     return fmt::format(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" "
         "time=\"{:.3f}\">\n{}</testsuites>\n",
@@ -173,6 +246,7 @@ std::string sarifReport(const CiRun& run) {
     for (const CiSuite& suite : run.suites)
         for (const CiCheck& check : suite.checks)
             for (const CiFinding& finding : check.findings) results.push_back(resultOf(run, suite, check, finding));
+    for (const Finding& finding : run.lint) results.push_back(resultOf(run, finding));
     const Json driver = {{"name", kToolName}, {"version", kToolVersion}, {"semanticVersion", kToolVersion}, {"rules", rulesOf()}};
     const Json sarif = {
         {"$schema", "https://json.schemastore.org/sarif-2.1.0.json"},

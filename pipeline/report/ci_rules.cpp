@@ -102,6 +102,7 @@ CiRule ruleOf(ErrorCode code) {
         case ErrorCode::WrongShape:
         case ErrorCode::ValueNotFinite:
         case ErrorCode::ValueOutOfRange:
+        case ErrorCode::Implausible:
         case ErrorCode::ColorSpace:
             return CiRule::Input;
         case ErrorCode::Verification:

@@ -8,6 +8,7 @@
 #include "pipeline/report/asset_section.h"
 #include "pipeline/report/baseline_section.h"
 #include "pipeline/report/failures.h"
+#include "pipeline/report/findings_section.h"
 #include "pipeline/report/html.h"
 #include "pipeline/report/page_parts.h"
 #include "pipeline/report/report.h"
@@ -267,7 +268,7 @@ Html pageHead(const Json& report) {
 
 std::string renderReportHtml(const Json& report, const std::filesystem::path& folder) {
     const Json& assets = list(report, "assets");
-    Html main = header(report) + failures(report) + baselineSection(member(report, "baseline")) + memory(report) +
+    Html main = header(report) + failures(report) + findingsSection(report) + baselineSection(member(report, "baseline")) + memory(report) +
                 wholeSection(member(report, "whole")) + allAssets(report);
     for (std::size_t i = 0; i < assets.size(); ++i) main += assetSection(folder, assets[i], i);
     main += skips(report) + footnote();

@@ -94,7 +94,9 @@ Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::ve
         }
         if (beside > 0) report.budget.byFormat[row.kind == AssetKind::Mesh ? kVertexMemory : kBufferMemory] += beside;
     }
-    report.passed = report.passed && report.budget.isKept();
+    report.findings = frame.findings;
+    const bool isPlausible = std::ranges::none_of(frame.findings, [](const Finding& finding) { return finding.isFailure(); });
+    report.passed = report.passed && report.budget.isKept() && isPlausible;
     report.whole = wholeError(rows);
     report.assets = std::move(rows);
     report.skipped = std::move(skipped);

@@ -10,6 +10,7 @@
 
 #include "pipeline/graph/action.h"
 #include "pipeline/graph/run_record.h"
+#include "pipeline/lint/finding.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/baseline.h"
 #include "pipeline/report/report_row.h"
@@ -62,6 +63,7 @@ struct Report {
     std::vector<ReportRow> assets;
     std::vector<Skip> skipped;
     MemoryBudget budget;
+    std::vector<Finding> findings;
     std::optional<WholeError> whole;
     std::optional<BaselineComparison> baseline;  ///< of `report --baseline`
     std::optional<std::vector<ReportFile>> files;
@@ -79,6 +81,7 @@ void describe(Fields& fields, Self& report) {
     fields.required("assets", report.assets, "a row for each asset");
     fields.required("skipped", report.skipped, "assets that were not cooked, and actions whose results were reused");
     fields.required("budget", report.budget, "GPU memory");
+    fields.presentIf(true, "findings", report.findings, "what lint found in the inputs");
     fields.optional("whole", report.whole, "error of the whole shading of the scene");
     fields.optional("baseline", report.baseline, "comparison with an older report: of `lightcook report --baseline`");
     fields.optional("files", report.files, "files that belong to this report");
@@ -95,6 +98,7 @@ struct ReportFrame {
     std::uint64_t peakRssBytes = 0;
     std::optional<std::uint64_t> budgetBytes;
     std::vector<RunRecord> runs = {};  ///< that made the results; empty: the time and memory above
+    std::vector<Finding> findings = {};
 };
 /// Returns a report. `passed` is true if every asset passed and the memory is within the budget.
 Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::vector<Skip> skipped);

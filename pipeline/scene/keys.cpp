@@ -53,6 +53,9 @@ SceneSectionInfo rootSection() {
         .intro = "",
         .keys = {{"schema", "integer", "required", "`1`: the version of this format"},
                  {"name", "string", "required", "name of the scene, in manifest and report"},
+                 {"allow", "list", "none",
+                  "warnings of [lint](../guide/lint.md) that are right as they are: `[\"code\"]`, or "
+                  "`[{ code = \"code\", reason = \"why\" }]` with `asset = \"name\"` for one light map or probe alone"},
                  {"lobe", choices(formats::sceneLobes()), inQuotes(formats::sceneLobes().front().name),
                   "[specular lobe](../theory/lighting.md#specular-tables) of cubemaps, tables, dominant lights, shader and verification: "
                   "that of the engine's materials"}},

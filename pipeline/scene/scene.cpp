@@ -387,6 +387,32 @@ TableSettings readTables(TableReader reader, lighting::SpecularLobe sceneLobe) {
     return tables;
 }
 
+/// Reads an element of `allow`: a code, or a table with a code, a reason and an asset.
+Allowance readAllowance(const TableReader& root, const toml::node& node) {
+    static const std::vector<std::string> kKeys = {"code", "reason", "asset"};
+    const toml::table* table = node.as_table();
+    const std::string expected = "a code of `lightcook lint`, or { code = \"...\", reason = \"...\" }";
+    const auto text = [&](const char* key) {
+        const toml::node* value = table->get(key);
+        if (value != nullptr && !value->is_string()) root.fail(*value, fmt::format("found {} that is no string in allow, expected {}", key, expected));
+        return value == nullptr ? std::string() : value->value_or(std::string());
+    };
+    if (table != nullptr)
+        for (const auto& [key, value] : *table)
+            if (const std::string name(key.str()); std::ranges::find(kKeys, name) == kKeys.end())
+                root.fail(value, fmt::format("found unknown key '{}' in allow, expected one of its keys; nearest is '{}'", name,
+                                             formats::nearestName(name, kKeys)));
+    const std::string code = table != nullptr ? text("code") : node.value_or(std::string());
+    if (code.empty()) root.fail(node, fmt::format("found no code in allow, expected {}", expected));
+    const LintCheckInfo* check = formats::findByName(allLintChecks(), code);
+    if (check == nullptr)
+        root.fail(node, fmt::format("found the code '{}' in allow, expected one of `lightcook lint`; nearest is '{}'", code,
+                                    formats::nearestName(code, formats::namesOf(allLintChecks()))));
+    if (check->severity == LintSeverity::Error)
+        root.fail(node, fmt::format("found the code '{}' in allow, expected a warning: this one is an error, which cannot be allowed", code));
+    return table != nullptr ? Allowance{check->id, text("asset"), text("reason")} : Allowance{check->id};
+}
+
 int lineOf(const toml::node& node) {
     return static_cast<int>(node.source().begin.line);
 }
@@ -430,6 +456,12 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     for (const toml::table* table : reader.tables("probe")) scene.probes.push_back(readProbe({*table, file, "probe"}));
     for (const toml::table* table : reader.tables("gradient")) scene.gradients.push_back(readGradient({*table, file, "gradient"}));
     for (const toml::table* table : reader.tables("material")) scene.materials.push_back(readMaterial({*table, file, "material"}));
+    if (reader.has("allow")) {
+        const toml::array* array = reader.node("allow").as_array();
+        if (array == nullptr) reader.fail(reader.node("allow"), "found no list for 'allow', expected a list of codes");
+        for (const toml::node& node : *array) scene.allowances.push_back(readAllowance(reader, node));
+    }
+    scene.lines = linesOf(root);
     refuseRepeatedNames(scene);
     return scene;
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/vec3.hpp>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,6 +17,7 @@
 #include "formats/light_map.h"
 #include "formats/specular_lobe.h"
 #include "formats/target.h"
+#include "pipeline/lint/checks.h"
 #include "pipeline/scene/scene_lines.h"
 
 namespace lightcook::pipeline {
@@ -127,6 +129,7 @@ struct Scene {
     SceneLines lines;  ///< of the scene file
     /// Of cubemaps, tables, dominant lights, shader and verification. In a scene file one of formats::sceneLobes(); `lut` has all.
     lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;
+    std::vector<Allowance> allowances;  ///< key `allow`
 };
 
 /// Reads a scene file. Unknown keys are refused with the nearest known one. Errors name file, line and column, found and expected.

@@ -33,6 +33,8 @@ public:
     int height() const { return constant_ ? kConstantSide : reader_.height(); }
     int chunkCount() const { return (height() + kChunkRows - 1) / kChunkRows; }
     glm::vec3 luminanceWeights() const { return reader_.luminanceWeights(); }
+    bool hasNormals() const { return reader_.hasNormals(); }
+    bool hasCoverage() const { return reader_.hasCoverage(); }
 
     /// Returns the rows [index * kChunkRows, ...), decoded once however many actions ask.
     formats::Result<std::shared_ptr<const formats::LightMapStrip>> chunk(int index);

@@ -442,6 +442,55 @@ TEST(GltfScene, MorphTargetsLinesAndPointsStayAsTheyAre) {
     ASSERT_TRUE(error) << error.error().line();
 }
 
+/// The cube with its first three faces as one strip, joined by vertices named twice, and the others as a fan each.
+GltfMaker cubeOfStripsAndFans() {
+    GltfMaker maker = cube();
+    const json attributes = maker.primitives()[0]["attributes"];
+    const auto setPrimitive = [&](std::size_t index, const std::vector<std::uint16_t>& indices, int mode, int material) {
+        maker.primitives()[index] = {
+            {"attributes", attributes}, {"indices", maker.accessor(indices, 5123, "SCALAR", 1)}, {"mode", mode}, {"material", material}};
+    };
+    setPrimitive(0, {1, 2, 0, 3, 3, 5, 5, 6, 4, 7, 7, 9, 9, 10, 8, 11}, 5, 0);
+    for (std::size_t face = 3; face < 6; ++face) {
+        const auto first = static_cast<std::uint16_t>(4 * face);
+        setPrimitive(face - 2, {first, static_cast<std::uint16_t>(first + 1), static_cast<std::uint16_t>(first + 2),
+                                static_cast<std::uint16_t>(first + 3)},
+                     6, 1);
+    }
+    return maker;
+}
+
+TEST(GltfScene, StripsAndFansAreTheirTriangles) {
+    const TemporaryFolder folder;
+    cube().writeGlb(folder / "cube.glb");
+    cubeOfStripsAndFans().writeGlb(folder / "chains.glb");
+    const GltfScene triangles = loaded(folder / "cube.glb"), chains = loaded(folder / "chains.glb");
+    EXPECT_EQ(chains.triangleCount(), 12);
+    ASSERT_EQ(chains.triangleMeshes().size(), 4u);
+    const auto match = matchTriangles(*triangles.triangleMeshes()[0], *chains.triangleMeshes()[0], 0);
+    ASSERT_TRUE(match) << match.error();
+    EXPECT_EQ(match->position, 0);
+    EXPECT_EQ(match->lightMapUv, 0);
+}
+
+TEST(GltfScene, StripsAndFansAreWrittenAsTriangles) {
+    const TemporaryFolder folder;
+    cubeOfStripsAndFans().writeGlb(folder / "chains.glb");
+    const GltfScene chains = loaded(folder / "chains.glb");
+    const auto size = chains.writeDraco(folder / "cooked.glb", {});
+    ASSERT_TRUE(size) << size.error().line();
+    EXPECT_EQ(size->triangleCount, 12);
+    const json cooked = jsonOf(folder / "cooked.glb");
+    for (const json& primitive : cooked["meshes"][0]["primitives"]) {
+        EXPECT_FALSE(primitive.contains("mode")) << "the default: triangles";
+        EXPECT_TRUE(primitive.contains("extensions"));
+    }
+    EXPECT_EQ(cooked["accessors"][cooked["meshes"][0]["primitives"][0]["indices"].get<std::size_t>()]["count"], 18);
+    const auto error = chains.errorOf(loaded(folder / "cooked.glb"));
+    ASSERT_TRUE(error) << error.error().line();
+    EXPECT_LE(error->position, 2.0 / 16383);
+}
+
 TEST(GltfScene, ADracoSceneIsReadAndCodedAgain) {
     const TemporaryFolder folder;
     cube().writeGlb(folder / "cube.glb");

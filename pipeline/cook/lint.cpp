@@ -1,0 +1,53 @@
+// The job of `lightcook lint`: the checks of plausibility alone, from the cache where the inputs have not changed.
+#include "pipeline/assets/asset_kind.h"
+#include "pipeline/cook/cook.h"
+#include "pipeline/cook/plan.h"
+#include "pipeline/graph/cache.h"
+#include "pipeline/graph/executor.h"
+#include "pipeline/graph/files.h"
+#include "pipeline/lint/lint.h"
+#include "pipeline/report/report.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+constexpr std::uint64_t kCacheLimitBytes = std::uint64_t{4} << 30;
+
+formats::Result<void> lint(const Scene& scene, const LintOptions& options, const RunState& state, Outcome& outcome) {
+    auto staging = TemporaryFolder::create();
+    if (!staging) return tl::make_unexpected(staging.error());
+    const Cache cache(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes);
+    DigestMemo digests(cache.root() / "stamps" / digestOfText("lint " + std::filesystem::absolute(scene.file).string()));
+    std::vector<Action> graph = planNeeds(scene);
+    for (Action& action : planLint(scene, options.repair)) graph.push_back(std::move(action));
+    ExecutionResult facts = execute(graph, {.outputFolder = staging->path() / "none", .force = false, .keepGoing = true}, staging->path(),
+                                    {actionFunction, cache, digests, state});
+    digests.save();
+    outcome.errors = facts.errors;
+    outcome.actionsRun = facts.actionsRun;
+    outcome.actionsReused = facts.actionsReused;
+    if (state.interrupted) return {};
+    auto findings = judgeScene(scene, facts.records, options.strict);
+    if (!findings) return tl::make_unexpected(findings.error());
+    outcome.findings = std::move(*findings);
+    for (formats::Error& error : errorsOf(outcome.findings)) outcome.errors.push_back(std::move(error));
+    Report report = makeReport({scene.name, 0, peakResidentBytes(), scene.output.budgetBytes, outcome.findings}, {}, {});
+    report.passed = outcome.errors.empty();
+    outcome.report = toJson(report);
+    return {};
+}
+
+}  // namespace
+
+Outcome lintScene(const LintOptions& options, const RunState& state) {
+    Outcome outcome;
+    const auto scene = readScene(options.scene);
+    if (!scene) {
+        outcome.errors.push_back(scene.error());
+        return outcome;
+    }
+    if (auto done = lint(*scene, options, state, outcome); !done) outcome.errors.push_back(done.error());
+    return outcome;
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,98 @@
+#include "pipeline/lint/checks.h"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "formats/vocabulary.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using enum LintSeverity;
+
+constexpr std::array kLintChecks = {
+    LintCheckInfo{LintCheck::WrongPhase, "wrong-phase", Warning,
+                  "light comes from behind the surface, and with the other sign convention it does not",
+                  "Write `phase = \"condon-shortley\"` in the `[[light_map]]`, or `\"none\"` where it is already there."},
+    LintCheckInfo{LintCheck::WrongFrame, "wrong-frame", Warning,
+                  "light comes from behind the surface, and with coefficients of the other frame it does not",
+                  "Write `frame = \"tangent\"` in the `[[light_map]]`, or `\"world\"` where `tangent` is there."},
+    LintCheckInfo{LintCheck::WrongAxes, "wrong-axes", Warning,
+                  "light comes from behind the surface, and with other axes it does not: the baker is Z up or left-handed",
+                  "Export coefficients and normals in the same axes: right-handed, Y up, as in glTF. No key of the scene file turns them."},
+    LintCheckInfo{LintCheck::LitFromBehind, "lit-from-behind", Warning,
+                  "light comes from behind the surface, under every sign convention, frame and choice of axes",
+                  "Compare the coefficients and the normals of a few texels with those in the baker. If the bake gathers light over the "
+                  "whole sphere, allow this code."},
+    LintCheckInfo{LintCheck::WrongQuantity, "wrong-quantity", Warning,
+                  "no light of one hemisphere has these ratios of SH bands, and with the other quantity it has",
+                  "Write `quantity = \"irradiance\"` in the `[[light_map]]`, or `\"radiance\"` where `irradiance` is there."},
+    LintCheckInfo{LintCheck::GammaCurve, "gamma-curve", Warning, "values look like they were stored under a gamma curve",
+                  "Export linear values: no sRGB or 2.2 curve, and no tone mapping. lightcook does not undo the curve of an SH map."},
+    LintCheckInfo{LintCheck::LightUnits, "light-units", Warning,
+                  "light map and probes of one scene differ in brightness by about pi, the factor between game units and radiometric units",
+                  "Write `light_units = \"game\"` in the `[[light_map]]`, or `\"radiometric\"` where `game` is there."},
+    LintCheckInfo{LintCheck::NoCoverage, "no-coverage", Error, "no texel has coverage.Y above 0.5: the map is empty",
+                  "Write 1 into coverage.Y inside charts and 0 outside, or leave the channel out of a map without gaps."},
+    LintCheckInfo{LintCheck::MissingCoverage, "missing-coverage", Warning,
+                  "the file has no channel coverage.Y, and it has gaps: texels without light or normal",
+                  "Export coverage.Y, 1 inside charts and 0 outside. If the map has no gaps, allow this code."},
+    LintCheckInfo{LintCheck::ZeroNormals, "zero-normals", Error, "the normal of every covered texel is zero, so none counts as covered",
+                  "Export unit normals in world space, or leave the channels normal.X/Y/Z out."},
+    LintCheckInfo{LintCheck::SomeZeroNormals, "some-zero-normals", Warning,
+                  "covered texels have a normal of zero, and do not count as covered for it",
+                  "Export unit normals wherever coverage.Y is 1."},
+    LintCheckInfo{LintCheck::RimFirefly, "rim-firefly", Warning, "a texel at the rim of a chart is far brighter than its neighbours",
+                  "Bake with more samples, clamp the texel, or cook with a `firefly_limit` above the ratio if the light is real."},
+    LintCheckInfo{LintCheck::BlackCharts, "black-charts", Warning, "a large part of the covered texels lies in charts without any light",
+                  "Look for objects that were left out of the bake, or whose backs face the light."},
+    LintCheckInfo{LintCheck::Exposure, "exposure", Warning,
+                  "the map is so dark or so bright that 16-bit textures cannot hold it, and no screen shows it without a large exposure",
+                  "Scale the light of the bake, so that a lit surface has a radiance near 1, and set the exposure of the engine for it."},
+    LintCheckInfo{LintCheck::WrongMesh, "wrong-mesh", Warning, "the mesh reads texels of the light map that no chart covers",
+                  "Write the mesh that was baked into `mesh`. TEXCOORD_1 is its light-map UV."},
+    LintCheckInfo{LintCheck::FlippedV, "flipped-v", Warning,
+                  "the mesh reads texels that no chart covers, and with V upside down it does not",
+                  "Export the mesh with V pointing down, as glTF has it, or turn the rows of the light map over."},
+    LintCheckInfo{LintCheck::UvOutside, "uv-outside", Warning, "light-map UVs lie outside [0, 1]",
+                  "Unwrap the mesh again. A light map does not repeat."},
+    LintCheckInfo{LintCheck::UvOverlap, "uv-overlap", Warning, "parts of the mesh share texels of the light map",
+                  "Unwrap the mesh again without overlaps: one texel cannot hold the light of two places."},
+    LintCheckInfo{LintCheck::UnknownMaterial, "unknown-material", Warning, "a `[[material]]` names no material of a mesh",
+                  "Write the name that the glTF has. The entry changes what is cooked, but describes nothing in the scene."},
+    LintCheckInfo{LintCheck::StaleBake, "stale-bake", Warning, "the mesh is newer than its light map",
+                  "Bake the light map again, or allow this code where file times mean nothing."},
+    LintCheckInfo{LintCheck::EightBitProbe, "eight-bit-probe", Warning,
+                  "the probe has 8 bits a channel: light above 1 is lost, and its values may be under a gamma curve",
+                  "Export the probe as EXR or Radiance HDR, linear and not clamped."},
+    LintCheckInfo{LintCheck::ProbeSh, "probe-sh", Warning, "the image of a probe and its SH disagree",
+                  "Check that `file` and `sh` are of the same probe and bake, the order and the axes of the faces, and the exposure."},
+    LintCheckInfo{LintCheck::LimitAboveOne, "limit-above-one", Warning, "a limit of an error is above 1, which allows any result",
+                  "Write a fraction: `max_error = 0.02` is 2 %."},
+};
+static_assert(formats::isCompleteTable(kLintChecks, LintCheck::LimitAboveOne));
+
+}  // namespace
+
+std::span<const LintCheckInfo> allLintChecks() {
+    return kLintChecks;
+}
+
+const LintCheckInfo& info(LintCheck check) {
+    return kLintChecks.at(static_cast<std::size_t>(check));
+}
+
+std::vector<std::string> EnumNames<LintCheck>::all() {
+    return formats::namesOf(allLintChecks());
+}
+
+std::string lintCheckTable() {
+    std::string table = "| code | | found | what to do |\n| --- | --- | --- | --- |\n";
+    for (const LintCheckInfo& row : kLintChecks)
+        table += fmt::format("| `{}` | {} | {} | {} |\n", row.name, enumNames<LintSeverity>()[static_cast<std::size_t>(row.severity)],
+                             row.meaning, row.advice);
+    return table;
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,80 @@
+// Checks of plausibility: one row each. What lint looks for in the inputs of a scene, what a finding means, and what to do about it.
+// Findings, the key `allow`, the rules of SARIF and docs/guide/lint.md derive from the rows.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "pipeline/json/json_fields.h"
+
+namespace lightcook::pipeline {
+
+enum class LintCheck {
+    WrongPhase,
+    WrongFrame,
+    WrongAxes,
+    LitFromBehind,
+    WrongQuantity,
+    GammaCurve,
+    LightUnits,
+    NoCoverage,
+    MissingCoverage,
+    ZeroNormals,
+    SomeZeroNormals,
+    RimFirefly,
+    BlackCharts,
+    Exposure,
+    WrongMesh,
+    FlippedV,
+    UvOutside,
+    UvOverlap,
+    UnknownMaterial,
+    StaleBake,
+    EightBitProbe,
+    ProbeSh,
+    LimitAboveOne,
+};
+
+/// An error refuses the input; a warning is reported, and can be allowed by the scene file or made an error by --strict.
+enum class LintSeverity { Warning, Error };
+
+struct LintCheckInfo {
+    LintCheck id;
+    std::string_view name;  ///< the code: "wrong-phase"
+    LintSeverity severity;
+    std::string_view meaning;  ///< one line: what was found
+    std::string_view advice;   ///< what to look at, and what to write
+};
+
+/// Returns every check, in the order of the enumeration.
+std::span<const LintCheckInfo> allLintChecks();
+const LintCheckInfo& info(LintCheck check);
+
+template <>
+struct EnumNames<LintCheck> {
+    static std::vector<std::string> all();
+};
+template <>
+struct EnumNames<LintSeverity> {
+    static_assert(static_cast<int>(LintSeverity::Warning) == 0 && static_cast<int>(LintSeverity::Error) == 1);
+    static std::vector<std::string> all() { return {"warning", "error"}; }
+};
+
+/// A warning that the scene file allows: an element of the key `allow`.
+struct Allowance {
+    LintCheck check = LintCheck::WrongPhase;
+    std::string asset = {};   ///< light map or probe; empty: all
+    std::string reason = {};  ///< shown in the report
+};
+template <class Fields, Is<Allowance> Self>
+void describe(Fields& fields, Self& allowance) {
+    fields.required("code", allowance.check, "check of plausibility");
+    fields.required("asset", allowance.asset, "light map or probe; empty for all");
+    fields.required("reason", allowance.reason, "reason of the scene file");
+}
+
+/// Returns the checks as a Markdown table, for docs/guide/lint.md.
+std::string lintCheckTable();
+
+}  // namespace lightcook::pipeline

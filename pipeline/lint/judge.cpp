@@ -1,0 +1,309 @@
+#include "pipeline/lint/judge.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "formats/light_map_conventions.h"
+#include "formats/nearest.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+// Thresholds. docs/lab/experiments.md has the figures of the public scenes that they were chosen from.
+
+/// Share of texels that may be lit from behind, or break the inequalities of the bands: noise of the baker.
+constexpr double kMostBehind = 0.005, kMostImpossible = 0.02;
+/// A reading of the file explains a fault if it leaves at most this part of it.
+constexpr double kExplained = 0.1;
+/// Share of the covered texels that may lie in black charts.
+constexpr double kMostBlack = 0.05;
+/// Share of texels without light or normal in a file without coverage.Y, above which they are taken for gaps between charts.
+constexpr double kMostGapsWithoutCoverage = 0.01;
+/// Share of covered texels that may lack a normal.
+constexpr double kMostWithoutNormal = 0.001;
+/// Keys that halves and BC6H hold with their usual precision.
+constexpr double kDarkestKey = 1e-4, kBrightestKey = 3e4;
+/// Shares of the texels that a mesh reads.
+constexpr double kMostUncovered = 0.02, kMostShared = 0.002;
+/// Time by which a mesh may be newer: copies and checkouts write the files of a scene in any order.
+constexpr double kNewerHours = 1;
+/// Difference of a probe's image and its SH.
+constexpr double kMostShDifference = 0.3;
+/// Ratio of brightness of light map and probes, in logarithms around 1, that scenes have.
+constexpr double kUnitsRatio = 2.2;
+
+double share(std::int64_t part, std::int64_t whole) {
+    return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
+}
+
+std::string percent(double value) {
+    return fmt::format("{:.1f} %", 100 * value);
+}
+
+/// Returns a finding with the severity and the advice of its check.
+Finding makeFinding(LintCheck check, const std::string& asset, const std::filesystem::path& file, std::string key, std::string found,
+                    std::map<std::string, double> figures) {
+    Finding finding;
+    finding.check = check;
+    finding.asset = asset;
+    finding.severity = info(check).severity;
+    finding.file = file.string();
+    finding.found = std::move(found);
+    finding.figures = std::move(figures);
+    finding.advice = info(check).advice;
+    finding.key = std::move(key);
+    return finding;
+}
+
+/// Findings of one light map, from which `file` and the first part of `key` are the same.
+class LightMapJudge {
+public:
+    LightMapJudge(const LightMapEntry& entry, const LightMapFacts& facts) : entry_(entry), facts_(facts) {}
+
+    Findings judge() {
+        judgeCoverage();
+        if (facts_.covered == 0) return std::move(findings_);
+        if (!judgeDirections()) judgeBands();
+        judgeLight();
+        return std::move(findings_);
+    }
+
+private:
+    void add(LintCheck check, const char* key, std::string found, std::map<std::string, double> figures) {
+        findings_.push_back(makeFinding(check, entry_.name, entry_.file, fmt::format("light_map.{}{}", entry_.name, key), std::move(found),
+                                        std::move(figures)));
+    }
+
+    void judgeCoverage() {
+        if (facts_.hasCoverage && facts_.inside == 0)
+            return add(LintCheck::NoCoverage, ".file",
+                       fmt::format("found coverage.Y of at most {:.3g} in {} x {} texels, expected more than 0.5 inside charts",
+                                   facts_.largestCoverage, facts_.width, facts_.height),
+                       {{"largest_coverage", facts_.largestCoverage}});
+        const double withoutNormal = share(facts_.withoutNormal, facts_.inside);
+        if (facts_.hasCoverage || withoutNormal == 1) judgeNormals(withoutNormal);
+        const double gaps = share(facts_.withoutNormal + facts_.black, facts_.inside);
+        if (facts_.hasCoverage || facts_.covered == 0 || gaps <= kMostGapsWithoutCoverage) return;
+        const std::string taken = facts_.hasNormals
+                                      ? "; those with a normal count as covered"
+                                      : "; all count as covered";
+        add(LintCheck::MissingCoverage, ".file",
+            fmt::format("found no channel coverage.Y, and neither light nor normal in {} of {} texels{}", percent(gaps), facts_.inside, taken),
+            {{"gaps", gaps}});
+    }
+
+    void judgeNormals(double withoutNormal) {
+        if (withoutNormal == 1)
+            add(LintCheck::ZeroNormals, ".file",
+                fmt::format("found a normal of zero in all {} texels inside charts, expected unit normals", facts_.inside),
+                {{"share", withoutNormal}});
+        else if (withoutNormal > kMostWithoutNormal)
+            add(LintCheck::SomeZeroNormals, ".file",
+                fmt::format("found a normal of zero in {} of {} texels inside charts, expected unit normals", percent(withoutNormal),
+                            facts_.inside),
+                {{"share", withoutNormal}});
+    }
+
+    /// Returns true if light comes from behind.
+    bool judgeDirections() {
+        const auto behind = [&](std::size_t choice) { return share(facts_.behind[choice], facts_.directional); };
+        const double found = behind(0), otherFrame = share(facts_.behindInOtherFrame, facts_.directional);
+        if (found <= kMostBehind) return false;
+        const double explained = std::max(kMostBehind, kExplained * found);
+        const std::string what =
+            fmt::format("found {} of {} texels lit from behind their normal, expected 0 %", percent(found), facts_.directional);
+        const double otherPhase = behind(kPhaseChoice);
+        const auto best = std::ranges::min_element(facts_.behind) - facts_.behind.begin();
+        const double bestAxes = behind(static_cast<std::size_t>(best));
+        const auto with = [&](LintCheck check, const char* key, const std::string& reading, double left) {
+            add(check, key, fmt::format("{}; {} it is {}", what, reading, percent(left)), {{"behind", found}, {"behind_otherwise", left}});
+        };
+        if (otherPhase <= std::min(explained, otherFrame)) {
+            const bool isNone = entry_.description.phase == formats::ShPhase::None;
+            with(LintCheck::WrongPhase, ".phase", fmt::format("with phase = \"{}\"", isNone ? "condon-shortley" : "none"), otherPhase);
+        } else if (otherFrame <= explained) {
+            const bool isWorld = entry_.description.frame == formats::ShFrame::World;
+            with(LintCheck::WrongFrame, ".frame", fmt::format("with frame = \"{}\"", isWorld ? "tangent" : "world"), otherFrame);
+        } else if (bestAxes <= explained) {
+            with(LintCheck::WrongAxes, ".file",
+                 fmt::format("with ({}) of the coefficients as x, y, z", axisChoiceName(static_cast<int>(best))), bestAxes);
+        } else {
+            with(LintCheck::LitFromBehind, ".file",
+                 fmt::format("with ({}) of the coefficients as x, y, z, the best choice,", axisChoiceName(static_cast<int>(best))), bestAxes);
+        }
+        return true;
+    }
+
+    void judgeBands() {
+        const BandFacts& bands = facts_.bands;
+        const double found = share(bands.asDescribed, bands.texels);
+        if (found <= kMostImpossible) return;
+        const double otherQuantity = share(bands.otherQuantity, bands.texels), decoded = share(bands.decoded, bands.texels);
+        const double explained = std::max(kMostImpossible, kExplained * found);
+        const std::string what = fmt::format("found bands 1 and 2 that no light of a hemisphere has in {} of {} texels, expected 0 %",
+                                             percent(found), bands.texels);
+        if (std::min(otherQuantity, decoded) > explained) return;
+        if (otherQuantity <= decoded) {
+            const bool isRadiance = entry_.description.quantity == formats::ShQuantity::Radiance;
+            add(LintCheck::WrongQuantity, ".quantity",
+                fmt::format("{}; with quantity = \"{}\" it is {}", what, isRadiance ? "irradiance" : "radiance", percent(otherQuantity)),
+                {{"impossible", found}, {"impossible_otherwise", otherQuantity}});
+        } else {
+            add(LintCheck::GammaCurve, ".file", fmt::format("{}; with a curve of 2.2 undone it is {}", what, percent(decoded)),
+                {{"impossible", found}, {"impossible_otherwise", decoded}});
+        }
+    }
+
+    void judgeLight() {
+        const ChartFacts& charts = facts_.charts;
+        if (charts.rimFireflies > 0)
+            add(LintCheck::RimFirefly, ".firefly_limit",
+                fmt::format("found {} texels at rims of charts above {} times their brightest neighbour, the brightest at ({}, {}) with {:.4g} "
+                            "beside {:.4g}, expected none",
+                            charts.rimFireflies, entry_.description.fireflyLimit, charts.worst.x, charts.worst.y, charts.worst.light,
+                            charts.worst.brightest),
+                {{"fireflies", static_cast<double>(charts.rimFireflies)},
+                 {"light", charts.worst.light},
+                 {"brightest_neighbour", charts.worst.brightest}});
+        const double black = share(charts.blackTexels, facts_.covered);
+        if (black > kMostBlack)
+            add(LintCheck::BlackCharts, ".file",
+                fmt::format("found {} of {} charts without any light, with {} of the covered texels, expected at most {}",
+                            charts.blackCharts, charts.charts, percent(black), percent(kMostBlack)),
+                {{"black_charts", static_cast<double>(charts.blackCharts)}, {"black_share", black}});
+        const bool isAllBlack = facts_.black == facts_.covered;
+        if (!isAllBlack && (facts_.key < kDarkestKey || facts_.key > kBrightestKey))
+            add(LintCheck::Exposure, ".file",
+                fmt::format("found an exit radiance of {:.3g} on average (log-average of a white surface), expected {} to {}", facts_.key,
+                            kDarkestKey, kBrightestKey),
+                {{"key", facts_.key}});
+    }
+
+    const LightMapEntry& entry_;
+    const LightMapFacts& facts_;
+    Findings findings_;
+};
+
+}  // namespace
+
+Findings judgeLightMap(const LightMapEntry& entry, const LightMapFacts& facts) {
+    return LightMapJudge(entry, facts).judge();
+}
+
+Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts) {
+    Findings findings;
+    const auto add = [&](LintCheck check, std::string found, std::map<std::string, double> figures) {
+        findings.push_back(makeFinding(check, entry.name, *entry.mesh, fmt::format("light_map.{}.mesh", entry.name), std::move(found),
+                                       std::move(figures)));
+    };
+    const double outside = share(facts.outside, facts.vertices), uncovered = share(facts.uncovered, facts.read);
+    const double flipped = share(facts.uncoveredIfFlipped, facts.read), shared = share(facts.shared, facts.read);
+    if (outside > 0)
+        add(LintCheck::UvOutside,
+            fmt::format("found {} of {} vertices with TEXCOORD_1 outside [0, 1], expected none", facts.outside, facts.vertices),
+            {{"share", outside}});
+    if (uncovered > kMostUncovered) {
+        const std::string what = fmt::format("found {} of the {} texels that the mesh reads outside the charts of {}, expected 0 %",
+                                             percent(uncovered), facts.read, entry.file.filename().string());
+        const std::map<std::string, double> figures = {{"uncovered", uncovered}, {"uncovered_if_flipped", flipped}};
+        if (flipped <= std::max(kMostUncovered, kExplained * uncovered))
+            add(LintCheck::FlippedV, fmt::format("{}; with V upside down it is {}", what, percent(flipped)), figures);
+        else
+            add(LintCheck::WrongMesh, what, figures);
+    }
+    if (shared > kMostShared)
+        add(LintCheck::UvOverlap,
+            fmt::format("found {} of the {} texels that the mesh reads in two or more triangles, expected 0 %", percent(shared), facts.read),
+            {{"shared", shared}});
+    return findings;
+}
+
+Findings judgeProbe(const ProbeEntry& entry, const ProbeFacts& facts) {
+    const auto finding = [&](LintCheck check, const char* key, std::string found, std::map<std::string, double> figures) {
+        return Findings{makeFinding(check, entry.name, entry.file, fmt::format("probe.{}.{}", entry.name, key), std::move(found),
+                                    std::move(figures))};
+    };
+    if (facts.isEightBit)
+        return finding(LintCheck::EightBitProbe, "file",
+                       fmt::format("found only 256 levels and values up to {:.3g}, expected radiance without a bound", facts.largest),
+                       {{"largest", facts.largest}});
+    if (!facts.shDifference || *facts.shDifference <= kMostShDifference) return {};
+    const double decoded = facts.shDifferenceDecoded.value_or(HUGE_VAL);
+    const std::string what =
+        fmt::format("found SH of the image that differ from those of {} by {}, expected at most {}",
+                    entry.sh.value_or("").filename().string(), percent(*facts.shDifference), percent(kMostShDifference));
+    if (decoded <= kMostShDifference)
+        return finding(LintCheck::GammaCurve, "file", fmt::format("{}; with a curve of 2.2 undone it is {}", what, percent(decoded)),
+                       {{"difference", *facts.shDifference}, {"difference_otherwise", decoded}});
+    return finding(LintCheck::ProbeSh, "sh", what, {{"difference", *facts.shDifference}});
+}
+
+Findings judgeUnits(const LightMapEntry& entry, const LightMapFacts& facts, const std::vector<ProbeFacts>& probes) {
+    double logSum = 0, count = 0;
+    for (const ProbeFacts& probe : probes) {
+        if (!(probe.meanRadiance > 0)) continue;
+        logSum += std::log(probe.meanRadiance);
+        ++count;
+    }
+    if (count == 0 || !(facts.meanRadiance > 0)) return {};
+    const double ofProbes = std::exp(logSum / count), ratio = facts.meanRadiance / ofProbes;
+    const bool isGame = entry.description.lightUnits == formats::LightUnits::Game;
+    const double otherwise = isGame ? ratio / std::numbers::pi : ratio * std::numbers::pi;
+    const auto distance = [](double value) { return std::abs(std::log(value)); };
+    if (distance(ratio) <= std::log(kUnitsRatio) || distance(otherwise) > std::log(kUnitsRatio)) return {};
+    return {makeFinding(LintCheck::LightUnits, entry.name, entry.file, fmt::format("light_map.{}.light_units", entry.name),
+                        fmt::format("found a mean radiance of {:.3g} in the light map and of {:.3g} in {} probes, a ratio of {:.2f}; with "
+                                    "light_units = \"{}\" it is {:.2f}",
+                                    facts.meanRadiance, ofProbes, static_cast<int>(count), ratio, isGame ? "radiometric" : "game", otherwise),
+                        {{"ratio", ratio}, {"ratio_otherwise", otherwise}})};
+}
+
+Findings judgeSettings(const Scene& scene) {
+    Findings findings;
+    const auto check = [&](const char* key, double limit) {
+        if (limit <= 1) return;
+        findings.push_back(makeFinding(
+            LintCheck::LimitAboveOne, "", scene.file, fmt::format("output.{}", key),
+            fmt::format("found {} = {}, which is {:.0f} %, expected a fraction below 1: for {} %, {}", key, limit, 100 * limit, limit, limit / 100),
+            {{"limit", limit}}));
+    };
+    check("max_error", scene.output.maxError);
+    check("max_converter_error", scene.output.maxConverterError);
+    return findings;
+}
+
+Findings judgeAge(const LightMapEntry& entry) {
+    if (!entry.mesh) return {};
+    std::error_code meshFault, bakeFault;
+    const auto mesh = std::filesystem::last_write_time(*entry.mesh, meshFault);
+    const auto bake = std::filesystem::last_write_time(entry.file, bakeFault);
+    if (meshFault || bakeFault) return {};
+    const double hours = std::chrono::duration<double, std::ratio<3600>>(mesh - bake).count();
+    if (hours <= kNewerHours) return {};
+    return {makeFinding(LintCheck::StaleBake, entry.name, *entry.mesh, fmt::format("light_map.{}.mesh", entry.name),
+                        fmt::format("found a mesh {:.1f} hours newer than {}, expected the bake of this mesh", hours,
+                                    entry.file.filename().string()),
+                        {{"hours", hours}})};
+}
+
+Findings judgeMaterials(const Scene& scene, const std::vector<MaterialRecord>& materials) {
+    if (materials.empty()) return {};
+    std::vector<std::string> names;
+    for (const MaterialRecord& material : materials) names.push_back(material.name);
+    Findings findings;
+    for (const MaterialEntry& entry : scene.materials) {
+        if (entry.name == "*" || std::ranges::find(names, entry.name) != names.end()) continue;
+        findings.push_back(makeFinding(LintCheck::UnknownMaterial, "", scene.file, fmt::format("material.{}.name", entry.name),
+                                       fmt::format("found [[material]] '{}', expected one of the {} materials of the meshes; nearest is '{}'",
+                                                   entry.name, names.size(), formats::nearestName(entry.name, names)),
+                                       {{"materials", static_cast<double>(names.size())}}));
+    }
+    return findings;
+}
+
+}  // namespace lightcook::pipeline

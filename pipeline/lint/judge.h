@@ -1,0 +1,29 @@
+// Judgement of the facts of a scene's inputs: which of them are implausible, with the thresholds and the sentences. Pure functions.
+#pragma once
+
+#include <vector>
+
+#include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/lint/finding.h"
+#include "pipeline/lint/light_map_facts.h"
+#include "pipeline/lint/mesh_facts.h"
+#include "pipeline/lint/probe_facts.h"
+#include "pipeline/scene/scene.h"
+
+namespace lightcook::pipeline {
+
+using Findings = std::vector<Finding>;
+
+Findings judgeLightMap(const LightMapEntry& entry, const LightMapFacts& facts);
+Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts);
+Findings judgeProbe(const ProbeEntry& entry, const ProbeFacts& facts);
+/// Compares the brightness of a light map with that of the probes of its scene.
+Findings judgeUnits(const LightMapEntry& entry, const LightMapFacts& facts, const std::vector<ProbeFacts>& probes);
+/// Looks for limits above 1.
+Findings judgeSettings(const Scene& scene);
+/// Looks for a mesh that was written after its light map, by the times of the files.
+Findings judgeAge(const LightMapEntry& entry);
+/// Looks for names of [[material]] that no mesh has. materials: of all meshes; none: there is nothing to compare with.
+Findings judgeMaterials(const Scene& scene, const std::vector<MaterialRecord>& materials);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,88 @@
+// Facts of a light map that its plausibility is judged by: one pass over its strips, as a cached action.
+//
+// Light arrives from the hemisphere of the normal N, so with w the direction, weighted by radiance, and E the mean:
+//   f = E[w.N] >= 0                                  band 1 along the normal over sqrt(3) sh00
+//   g = E[(3 (w.N)^2 - 1) / 2], (3 f^2 - 1) / 2 <= g <= (3 f - 1) / 2     the same of band 2 over sqrt(5) sh00
+// The lower bound is Jensen's inequality, the upper one (w.N)^2 <= w.N. A wrong sign convention, frame or choice of axes breaks the first
+// line; bands that were convolved, or scaled by a curve, break the second. Each alternative is counted on the same texels.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "formats/light_map.h"
+#include "pipeline/assets/light_map/source.h"
+#include "pipeline/graph/action.h"
+#include "pipeline/lint/chart_scanner.h"
+
+namespace lightcook::pipeline {
+
+/// Choices of axes: six permutations with eight combinations of signs. Number 0 is that of the file.
+inline constexpr int kAxisChoices = 48;
+/// Returns "x, z, -y": the components of the file that choice `index` takes as x, y and z.
+std::string axisChoiceName(int index);
+/// The choice that turns one sign convention into the other: x and y negated.
+inline constexpr int kPhaseChoice = 3;
+
+/// How many texels break the inequalities of bands 1 and 2, under each reading of the file.
+struct BandFacts {
+    std::int64_t texels = 0;         ///< that were tested
+    std::int64_t asDescribed = 0;    ///< break them as the scene file describes the map
+    std::int64_t otherQuantity = 0;  ///< break them as irradiance instead of radiance, or the reverse
+    std::int64_t decoded = 0;        ///< break them after a gamma curve of 2.2 is undone
+};
+template <class Fields, Is<BandFacts> Self>
+void describe(Fields& fields, Self& facts) {
+    fields.required("texels", facts.texels, "texels that were tested");
+    fields.required("as_described", facts.asDescribed, "texels that no light of a hemisphere has, as the scene file describes the map");
+    fields.required("other_quantity", facts.otherQuantity, "the same, as irradiance instead of radiance or the reverse");
+    fields.required("decoded", facts.decoded, "the same, after a gamma curve of 2.2 is undone");
+}
+
+struct LightMapFacts {
+    int width = 0, height = 0;
+    bool hasCoverage = false, hasNormals = false;
+    std::int64_t inside = 0, withoutNormal = 0, covered = 0;
+    double largestCoverage = 0;
+    std::int64_t black = 0;                            ///< covered texels without any light
+    double key = 0;                                    ///< log-average luminance of the exit radiance of a white surface
+    double meanRadiance = 0;                           ///< mean luminance of the incident radiance over the hemisphere
+    std::int64_t directional = 0;                      ///< texels whose band 1 is not too short to have a direction
+    std::array<std::int64_t, kAxisChoices> behind{};   ///< of these, those that are lit from behind under each choice of axes
+    std::int64_t behindInOtherFrame = 0;               ///< the same with coefficients of the other frame
+    BandFacts bands;
+    ChartFacts charts;
+};
+template <class Fields, Is<LightMapFacts> Self>
+void describe(Fields& fields, Self& facts) {
+    fields.required("width", facts.width, "width [texels]");
+    fields.required("height", facts.height, "height [texels]");
+    fields.required("has_coverage", facts.hasCoverage, "true if the file has coverage.Y");
+    fields.required("has_normals", facts.hasNormals, "true if the file has normal.X/Y/Z");
+    fields.required("inside", facts.inside, "texels with coverage.Y above 0.5");
+    fields.required("without_normal", facts.withoutNormal, "of these, texels whose normal is zero");
+    fields.required("covered", facts.covered, "texels that count as covered");
+    fields.required("largest_coverage", facts.largestCoverage, "largest coverage.Y");
+    fields.required("black", facts.black, "covered texels without any light");
+    fields.required("key", facts.key, kNumberOrNull, "log-average luminance of the exit radiance of a white surface");
+    fields.required("mean_radiance", facts.meanRadiance, kNumberOrNull, "mean luminance of the incident radiance over the hemisphere");
+    fields.required("directional", facts.directional, "texels whose light has a direction");
+    fields.required("behind", facts.behind, "of these, texels that are lit from behind, for each choice of axes");
+    fields.required("behind_in_other_frame", facts.behindInOtherFrame, "the same with coefficients of the other frame");
+    fields.required("bands", facts.bands, "ratios of the SH bands");
+    fields.required("charts", facts.charts, "charts");
+}
+
+/// Parameters of the action. Its input is "source".
+struct LightMapLintParameters {
+    formats::LightMapDescription description;
+};
+template <class Fields, Is<LightMapLintParameters> Self>
+void describe(Fields& fields, Self& parameters) {
+    fields.required("description", parameters.description, "conventions of the light map");
+}
+
+/// Action "lint-light-map". Its result is LightMapFacts.
+formats::Result<ActionOutcome> lintLightMap(const ActionContext& context);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,168 @@
+#include "pipeline/lint/lint.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "formats/environment.h"
+#include "formats/gltf_scene.h"
+#include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/source_colors.h"
+#include "pipeline/lint/judge.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Result;
+using Inputs = std::map<std::string, std::filesystem::path>;
+
+Inputs sourceOf(const std::filesystem::path& file, const formats::ColorSpaces& colors) {
+    Inputs inputs = {{"source", file}};
+    if (!colors.config.empty()) inputs[kColorConfigRole] = colors.config;
+    return inputs;
+}
+
+Action meshAction(const LightMapEntry& entry, const formats::LightMapDescription& description) {
+    Inputs inputs = sourceOf(entry.file, entry.description.colors);
+    inputs[kMeshRole] = *entry.mesh;
+    int index = 0;
+    for (const std::filesystem::path& beside : formats::gltfFilesBeside(*entry.mesh, formats::GltfFiles::Geometry))
+        inputs[fmt::format("mesh_file{}", index++)] = beside;
+    return {"lint/mesh/" + entry.name, "lint-mesh", entry.name, toJson(MeshLintParameters{description}), std::move(inputs), {}};
+}
+
+Action probeAction(const Scene& scene, const ProbeEntry& entry, bool repair) {
+    // As stored: levels of 8 bits, and SH that the baker computed in the colours of the image.
+    formats::ColorSpaces colors = scene.colors;
+    colors.working = colors.source;
+    Inputs inputs = sourceOf(entry.file, colors);
+    std::error_code code;
+    for (const std::filesystem::path& face : formats::faceFiles(entry.file))
+        if (face != entry.file && std::filesystem::exists(face, code)) inputs["source-" + face.stem().string()] = face;
+    ProbeLintParameters parameters{colors, repair, {}};
+    if (entry.sh) {
+        inputs["sh"] = *entry.sh;
+        parameters.probeFile = entry.file.filename().string();
+    }
+    return {"lint/probe/" + entry.name, "lint-probe", entry.name, toJson(parameters), std::move(inputs), {}};
+}
+
+/// Judges the scene from the records that there are.
+class SceneJudge {
+public:
+    SceneJudge(const Scene& scene, const std::map<std::string, ActionRecord>& records) : scene_(scene), records_(records) {}
+
+    Result<Findings> judge() {
+        std::vector<ProbeFacts> probes;
+        for (const ProbeEntry& entry : scene_.probes)
+            if (const auto facts = factsOf<ProbeFacts>("lint/probe/" + entry.name)) {
+                add(judgeProbe(entry, *facts));
+                probes.push_back(*facts);
+            }
+        for (const LightMapEntry& entry : scene_.lightMaps) judgeLightMapAndMesh(entry, probes);
+        add(judgeSettings(scene_));
+        add(judgeMaterials(scene_, materials()));
+        if (mistake_) return tl::make_unexpected(*mistake_);
+        return std::move(findings_);
+    }
+
+private:
+    void judgeLightMapAndMesh(const LightMapEntry& entry, const std::vector<ProbeFacts>& probes) {
+        const auto facts = factsOf<LightMapFacts>("lint/light-map/" + entry.name);
+        if (!facts) return;
+        Findings findings = judgeLightMap(entry, *facts);
+        const auto isOf = [](LintCheck check) { return [check](const Finding& finding) { return finding.check == check; }; };
+        const bool isOtherQuantity = std::ranges::any_of(findings, isOf(LintCheck::WrongQuantity)) ||
+                                     std::ranges::any_of(findings, isOf(LintCheck::GammaCurve));
+        add(std::move(findings));
+        // A wrong quantity or curve changes the brightness too.
+        if (!isOtherQuantity) add(judgeUnits(entry, *facts, probes));
+        if (!entry.mesh) return;
+        // Without coverage a mesh has nothing to be compared with.
+        if (const auto mesh = factsOf<MeshFacts>("lint/mesh/" + entry.name); mesh && mesh->hasUvs && facts->covered > 0)
+            add(judgeMesh(entry, *mesh));
+        add(judgeAge(entry));
+    }
+
+    std::vector<MaterialRecord> materials() {
+        std::vector<MaterialRecord> all;
+        for (const LightMapEntry& entry : scene_.lightMaps) {
+            if (!entry.mesh) continue;
+            const auto facts = factsOf<MaterialsResult>("materials/" + entry.mesh->string());
+            if (!facts) return {};  // a mesh that could not be read may have any name
+            all.insert(all.end(), facts->materials.begin(), facts->materials.end());
+        }
+        return all;
+    }
+
+    template <class Facts>
+    std::optional<Facts> factsOf(const std::string& id) {
+        const auto record = records_.find(id);
+        if (record == records_.end()) return std::nullopt;
+        auto facts = fromJson<Facts>(record->second.result, id);
+        if (facts) return std::move(*facts);
+        mistake_ = facts.error();
+        return std::nullopt;
+    }
+
+    void add(Findings findings) {
+        std::move(findings.begin(), findings.end(), std::back_inserter(findings_));
+    }
+
+    const Scene& scene_;
+    const std::map<std::string, ActionRecord>& records_;
+    Findings findings_;
+    std::optional<formats::Error> mistake_;  ///< a record of another shape
+};
+
+/// Adds the line of the scene file: of the key, or else of its table.
+void place(const Scene& scene, Finding& finding) {
+    for (std::string key = finding.key; !key.empty(); key.resize(key.find_last_of('.') == std::string::npos ? 0 : key.find_last_of('.'))) {
+        const auto line = scene.lines.find(key);
+        if (line == scene.lines.end()) continue;
+        finding.sceneFile = scene.file.string();
+        finding.line = line->second;
+        return;
+    }
+}
+
+void allow(const Scene& scene, Finding& finding) {
+    for (const Allowance& each : scene.allowances)
+        if (each.check == finding.check && (each.asset.empty() || each.asset == finding.asset)) finding.allowed = each.reason;
+}
+
+}  // namespace
+
+std::vector<Action> planLint(const Scene& scene, bool repair, const std::optional<std::set<std::string>>& assets) {
+    const auto isMeant = [&](const std::string& name) { return !assets || assets->contains(name); };
+    std::vector<Action> actions;
+    for (const LightMapEntry& entry : scene.lightMaps) {
+        if (!isMeant(entry.name)) continue;
+        formats::LightMapDescription description = entry.description;
+        description.repair = description.repair || repair;
+        actions.push_back({"lint/light-map/" + entry.name,
+                           "lint-light-map",
+                           entry.name,
+                           toJson(LightMapLintParameters{description}),
+                           sourceOf(entry.file, entry.description.colors),
+                           {}});
+        if (entry.mesh) actions.push_back(meshAction(entry, description));
+    }
+    for (const ProbeEntry& entry : scene.probes)
+        if (isMeant(entry.name)) actions.push_back(probeAction(scene, entry, repair));
+    return actions;
+}
+
+Result<std::vector<Finding>> judgeScene(const Scene& scene, const std::map<std::string, ActionRecord>& records, bool isStrict) {
+    auto findings = SceneJudge(scene, records).judge();
+    if (!findings) return findings;
+    for (Finding& finding : *findings) {
+        place(scene, finding);
+        allow(scene, finding);
+        if (isStrict && !finding.allowed) finding.severity = LintSeverity::Error;
+    }
+    return findings;
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,84 @@
+#include "pipeline/lint/mesh_facts.h"
+
+#include "formats/gltf_scene.h"
+#include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/results.h"
+#include "pipeline/graph/parallel_for.h"
+#include "pipeline/lint/uv_raster.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Result;
+
+/// Distance from [0, 1] that rounding explains.
+constexpr double kUvTolerance = 1e-4;
+/// Visits for each texel of the map after which the rest of the triangles is left out: by then the mesh overlaps many times.
+constexpr std::int64_t kMostVisits = 64;
+
+/// Counts vertices and rasterizes the triangles of a mesh. Returns false after an interrupt.
+bool addMesh(const formats::TriangleMesh& mesh, UvRaster& raster, MeshFacts& facts, const ActionContext& context) {
+    const formats::MeshAttribute& uvs = *mesh.find("TEXCOORD_1");
+    const auto isOutside = [](double value) { return value < -kUvTolerance || value > 1 + kUvTolerance; };
+    facts.vertices += static_cast<std::int64_t>(mesh.vertexCount());
+    for (std::size_t vertex = 0; vertex < mesh.vertexCount(); ++vertex) {
+        const glm::dvec3 uv = uvs.at(vertex);
+        facts.outside += isOutside(uv.x) || isOutside(uv.y) ? 1 : 0;
+    }
+    const std::int64_t most = kMostVisits * raster.read().width() * raster.read().height();
+    for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+        if (context.state.interrupted) return false;
+        if (raster.visits() > most) break;
+        std::array<glm::dvec2, 3> corners;
+        for (std::size_t k = 0; k < 3; ++k) corners[k] = glm::dvec2(uvs.at(mesh.indices[i + k]));
+        raster.add(corners);
+    }
+    return true;
+}
+
+/// Returns the covered texels of a light map.
+Result<TexelSet> coverageOf(LightMapSource& source, const ActionContext& context) {
+    TexelSet covered(source.width(), source.height());
+    using Chunk = std::shared_ptr<const formats::LightMapStrip>;
+    const auto read = foldInOrder<Chunk>(
+        source.chunkCount(), context, "lint " + context.action.asset, [&](int index) { return source.chunk(index); },
+        [&](const Chunk& chunk) {
+            for (int y = 0; y < chunk->covered.height(); ++y)
+                for (int x = 0; x < chunk->covered.width(); ++x)
+                    if (chunk->covered.at(x, y) != 0) covered.add(x, chunk->firstRow + y);
+        });
+    if (!read) return tl::make_unexpected(read.error());
+    return covered;
+}
+
+}  // namespace
+
+Result<ActionOutcome> lintMesh(const ActionContext& context) {
+    const auto parameters = parametersOf<MeshLintParameters>(context);
+    if (!parameters) return tl::make_unexpected(parameters.error());
+    const auto scene = formats::GltfScene::load(context.action.inputs.at(kMeshRole));
+    if (!scene) return tl::make_unexpected(scene.error());
+    MeshFacts facts;
+    const std::vector<const formats::TriangleMesh*> meshes = scene->triangleMeshes();
+    facts.hasUvs = !meshes.empty() && std::ranges::all_of(meshes, [](const auto* mesh) { return mesh->find("TEXCOORD_1") != nullptr; });
+    if (!facts.hasUvs) return outcomeWith(facts);
+    const auto source = openLightMap(context, parameters->description);
+    if (!source) return tl::make_unexpected(source.error());
+    const auto covered = coverageOf(**source, context);
+    if (!covered) return tl::make_unexpected(covered.error());
+    const int width = (*source)->width(), height = (*source)->height();
+    UvRaster raster(width, height);
+    for (const formats::TriangleMesh* mesh : meshes)
+        if (!addMesh(*mesh, raster, facts, context)) return interrupted(context);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            if (!raster.read().has(x, y)) continue;
+            facts.uncovered += covered->has(x, y) ? 0 : 1;
+            facts.uncoveredIfFlipped += covered->has(x, height - 1 - y) ? 0 : 1;
+        }
+    facts.read = raster.read().count();
+    facts.shared = raster.shared().count();
+    return outcomeWith(facts);
+}
+
+}  // namespace lightcook::pipeline

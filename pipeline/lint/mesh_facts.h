@@ -1,0 +1,43 @@
+// Facts of a mesh on its light map: which texels its light-map UVs read, and whether charts cover them. A cached action.
+#pragma once
+
+#include <cstdint>
+
+#include "pipeline/assets/light_map/source.h"
+#include "pipeline/graph/action.h"
+
+namespace lightcook::pipeline {
+
+struct MeshFacts {
+    bool hasUvs = false;         ///< every triangle has TEXCOORD_1; nothing else is counted without it
+    std::int64_t vertices = 0;   ///< that triangles use
+    std::int64_t outside = 0;    ///< of these, vertices whose UV lies outside [0, 1]
+    std::int64_t read = 0;       ///< texels whose centre lies in a triangle
+    std::int64_t uncovered = 0;  ///< of these, texels outside charts
+    std::int64_t uncoveredIfFlipped = 0;  ///< the same with V upside down
+    std::int64_t shared = 0;              ///< texels that two or more triangles read
+};
+template <class Fields, Is<MeshFacts> Self>
+void describe(Fields& fields, Self& facts) {
+    fields.required("has_uvs", facts.hasUvs, "true if every triangle has TEXCOORD_1");
+    fields.required("vertices", facts.vertices, "vertices that triangles use");
+    fields.required("outside", facts.outside, "of these, vertices whose UV lies outside [0, 1]");
+    fields.required("read", facts.read, "texels whose centre lies in a triangle");
+    fields.required("uncovered", facts.uncovered, "of these, texels outside charts");
+    fields.required("uncovered_if_flipped", facts.uncoveredIfFlipped, "the same with V upside down");
+    fields.required("shared", facts.shared, "texels that two or more triangles read");
+}
+
+/// Parameters of the action. Its inputs are "source" (the light map) and "mesh".
+struct MeshLintParameters {
+    formats::LightMapDescription description;
+};
+template <class Fields, Is<MeshLintParameters> Self>
+void describe(Fields& fields, Self& parameters) {
+    fields.required("description", parameters.description, "conventions of the light map");
+}
+
+/// Action "lint-mesh". Its result is MeshFacts.
+formats::Result<ActionOutcome> lintMesh(const ActionContext& context);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,368 @@
+// Faults planted one by one in the example scene: each is found under its code, and nothing else is. The scenes as they are have no
+// finding.
+#include "pipeline/lint/lint.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "lighting/radiometry.h"
+#include "pipeline/json/json.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/report/ci_report.h"
+#include "pipeline/report/report.h"
+#include "tests/pipeline/lint/planted_scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::ErrorCode;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+/// Returns the codes of the findings, and the lines of errors that are no findings.
+std::vector<std::string> codesOf(const Outcome& outcome) {
+    std::vector<std::string> codes;
+    for (const Finding& finding : outcome.findings) codes.emplace_back(info(finding.check).name);
+    for (const formats::Error& error : outcome.errors)
+        if (error.code != ErrorCode::Implausible) codes.push_back(error.line());
+    return codes;
+}
+
+TEST(Lint, HasNoFindingOnTheExample) {
+    const PlantedScene scene;
+    const Outcome outcome = scene.lint(true);
+    EXPECT_THAT(codesOf(outcome), IsEmpty());
+    EXPECT_THAT(outcome.errors, IsEmpty());
+}
+
+class LintPublicScene : public testing::TestWithParam<const char*> {};
+TEST_P(LintPublicScene, HasNoFinding) {
+    const std::filesystem::path data = std::filesystem::path(LIGHTCOOK_SHARED_DATA) / "scenes";
+    const std::string name = GetParam();
+    if (!std::filesystem::exists(data / (name + "_lightmap.exr"))) GTEST_SKIP() << "no shared data at " << data;
+    const formats::TemporaryFolder folder;
+    std::string text = fmt::format("schema = 1\nname = \"{0}\"\n[[light_map]]\nname = \"lightmap\"\nfile = \"{1}/{0}_lightmap.exr\"\nmesh = "
+                                   "\"{1}/{0}.glb\"\n",
+                                   name, std::filesystem::absolute(data).string());
+    for (int i = 0; i < 8; ++i)
+        text += fmt::format("[[probe]]\nname = \"probe{2}\"\nfile = \"{1}/{0}_probe{2}.exr\"\nsh = \"{1}/{0}_probes.json\"\n", name,
+                            std::filesystem::absolute(data).string(), i);
+    formats::writeContent(folder / "scene.toml", text);
+    const RunState state;
+    const Outcome outcome = lintScene({folder / "scene.toml", folder / "cache", true, false}, state);
+    EXPECT_THAT(codesOf(outcome), IsEmpty());
+    for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+}
+INSTANTIATE_TEST_SUITE_P(All, LintPublicScene, testing::Values("cornell", "interior", "outdoor", "zdm2_sun"),
+                         [](const auto& each) { return std::string(each.param); });
+
+// Sign convention and axes
+
+void flipPhase(Channels& map) {
+    map.forEachCoefficient([](int i, float& value) {
+        if (i == 1 || i == 3 || i == 5 || i == 7) value = -value;
+    });
+}
+
+TEST(Lint, NamesTheOtherSignConvention) {
+    const PlantedScene scene;
+    scene.editLightMap(flipPhase);
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-phase"));
+    EXPECT_THAT(outcome.errors, IsEmpty()) << "a warning";
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("with phase = \"condon-shortley\" it is 0.0 %"));
+    EXPECT_GT(outcome.findings[0].figures.at("behind"), 0.5);
+    EXPECT_EQ(outcome.findings[0].key, "light_map.lightmap.phase");
+    EXPECT_TRUE(outcome.findings[0].line.has_value()) << "the example has the key";
+}
+
+TEST(Lint, NamesTheSignConventionThatTheSceneFileHasTooMuch) {
+    const PlantedScene scene;
+    scene.replaceInScene("phase = \"none\"", "phase = \"condon-shortley\"");
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-phase"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("with phase = \"none\" it is 0.0 %"));
+}
+
+/// Coefficients of light in axes (x, z, y): what a baker that is Z up writes, beside normals that somebody had turned already.
+TEST(Lint, NamesSwappedAxes) {
+    const PlantedScene scene;
+    scene.editLightMap([](Channels& map) {
+        for (const char channel : {'R', 'G', 'B'}) {
+            const auto sh = [&](int i) -> std::vector<float>& { return map[fmt::format("sh0{}.{}", i, channel)]; };
+            std::swap(sh(1), sh(2));
+            std::swap(sh(4), sh(7));
+            // 3 y^2 - 1 and x^2 - y^2 become 3 z^2 - 1 and x^2 - z^2.
+            for (std::size_t i = 0; i < sh(6).size(); ++i) {
+                const double a = sh(6)[i], b = sh(8)[i];
+                sh(6)[i] = static_cast<float>(-0.5 * a - 0.5 * std::sqrt(3.0) * b);
+                sh(8)[i] = static_cast<float>(-0.5 * std::sqrt(3.0) * a + 0.5 * b);
+            }
+        }
+    });
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-axes"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("with (x, z, y) of the coefficients as x, y, z it is 0.0 %"));
+}
+
+TEST(Lint, NamesTheOtherFrame) {
+    const PlantedScene scene;
+    scene.replaceInScene("frame = \"world\"", "frame = \"tangent\"");
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-frame"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("with frame = \"world\" it is 0.0 %"));
+}
+
+TEST(Lint, TellsOfLightFromBehindThatNoConventionExplains) {
+    const PlantedScene scene;
+    scene.editLightMap([](Channels& map) {
+        for (const char axis : {'X', 'Y', 'Z'})
+            for (std::size_t i = 0; i < map[fmt::format("normal.{}", axis)].size(); i += 3) map[fmt::format("normal.{}", axis)][i] *= -1;
+    });
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre("lit-from-behind"));
+}
+
+// Quantity, units, curve
+
+TEST(Lint, NamesIrradianceGivenAsRadiance) {
+    const PlantedScene scene;
+    scene.editLightMap([](Channels& map) {
+        map.forEachCoefficient([](int i, float& value) {
+            value *= static_cast<float>(lighting::kIrradianceBands[i == 0 ? 0 : i < 4 ? 1 : 2]);
+        });
+    });
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-quantity"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("with quantity = \"irradiance\""));
+    scene.replaceInScene("quantity = \"radiance\"", "quantity = \"irradiance\"");
+    EXPECT_THAT(codesOf(scene.lint()), IsEmpty());
+}
+
+TEST(Lint, NamesRadianceGivenAsIrradiance) {
+    const PlantedScene scene;
+    scene.replaceInScene("quantity = \"radiance\"", "quantity = \"irradiance\"");
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-quantity"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("with quantity = \"radiance\""));
+}
+
+TEST(Lint, NamesGameUnits) {
+    const PlantedScene scene;
+    scene.editLightMap([](Channels& map) {
+        map.forEachCoefficient([](int, float& value) { value /= std::numbers::pi_v<float>; });
+    });
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("light-units"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("with light_units = \"game\""));
+    scene.replaceInScene("light_units = \"radiometric\"", "light_units = \"game\"");
+    EXPECT_THAT(codesOf(scene.lint()), IsEmpty());
+}
+
+float underCurve(float value) {
+    return std::copysign(std::pow(std::abs(value), 1 / 2.2f), value);
+}
+
+TEST(Lint, NamesACurveOnALightMap) {
+    const PlantedScene scene;
+    scene.editLightMap([](Channels& map) { map.forEachCoefficient([](int, float& value) { value = underCurve(value); }); });
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre("gamma-curve"));
+}
+
+TEST(Lint, NamesACurveOnAProbe) {
+    const PlantedScene scene;
+    scene.editProbe([](Channels& probe) {
+        for (auto& [name, texels] : probe.values)
+            for (float& value : texels) value = underCurve(value);
+    });
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre("gamma-curve"));
+}
+
+TEST(Lint, NamesAProbeOfEightBits) {
+    const PlantedScene scene;
+    scene.editProbe([](Channels& probe) {
+        for (auto& [name, texels] : probe.values)
+            for (float& value : texels) value = std::round(255 * std::min(1.0f, underCurve(value))) / 255;
+    });
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre("eight-bit-probe"));
+}
+
+TEST(Lint, NamesAProbeWhoseShIsAnother) {
+    const PlantedScene scene;
+    scene.editProbe([](Channels& probe) {
+        for (auto& [name, texels] : probe.values) std::reverse(texels.begin(), texels.end());
+    });
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre("probe-sh"));
+}
+
+// Coverage and normals
+
+TEST(Lint, RefusesCoverageThatIsNowhereAboveHalf) {
+    const PlantedScene scene;
+    scene.editLightMap([](Channels& map) {
+        for (float& value : map["coverage.Y"]) value *= 0.5f;
+    });
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("no-coverage"));
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.errors[0].code, ErrorCode::Implausible);
+    EXPECT_THAT(outcome.errors[0].line(), AllOf(HasSubstr("cornell_lightmap.exr, no-coverage"), HasSubstr("at most 0.5")));
+}
+
+TEST(Lint, NamesMissingCoverage) {
+    const PlantedScene scene;
+    scene.editLightMap([](Channels& map) { map.values.erase("coverage.Y"); });
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre("missing-coverage")) << "normals tell what is covered";
+}
+
+TEST(Lint, NamesMissingCoverageAndNormals) {
+    const PlantedScene scene;
+    scene.editLightMap([](Channels& map) {
+        for (const char* name : {"coverage.Y", "normal.X", "normal.Y", "normal.Z"}) map.values.erase(name);
+    });
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre("missing-coverage"));
+}
+
+TEST(Lint, RefusesCoverageThatIsNotFinite) {
+    const PlantedScene scene;
+    scene.editLightMap([](Channels& map) { map["coverage.Y"][map.index(100, 7)] = NAN; });
+    const Outcome outcome = scene.lint();
+    ASSERT_FALSE(outcome.errors.empty());
+    EXPECT_EQ(outcome.errors[0].code, ErrorCode::ValueNotFinite);
+    EXPECT_THAT(outcome.errors[0].line(), HasSubstr("cornell_lightmap.exr, channel coverage.Y, texel (100, 7): found nan"));
+}
+
+TEST(Lint, RefusesNormalsThatAreAllZero) {
+    const PlantedScene scene;
+    scene.editLightMap([](Channels& map) {
+        for (const char* name : {"normal.X", "normal.Y", "normal.Z"}) map[name].assign(map[name].size(), 0);
+    });
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("zero-normals"));
+    EXPECT_EQ(outcome.errors.size(), 1u);
+}
+
+TEST(Lint, NamesNormalsThatAreZeroInPlaces) {
+    const PlantedScene scene;
+    scene.editLightMap([](Channels& map) {
+        for (const char* name : {"normal.X", "normal.Y", "normal.Z"})
+            for (std::size_t i = 0; i < map[name].size(); i += 100) map[name][i] = 0;
+    });
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre("some-zero-normals"));
+}
+
+// Light
+
+/// Returns a texel inside a chart with a neighbour outside, whose neighbours are lit.
+std::pair<int, int> rimTexel(Channels& map) {
+    const auto covered = [&](int x, int y) { return map["coverage.Y"][map.index(x, y)] > 0.5f; };
+    for (int y = 20; y < map.height - 1; ++y)
+        for (int x = 1; x < map.width - 1; ++x)
+            if (covered(x, y) && covered(x + 1, y) && !covered(x - 1, y) && map["sh00.R"][map.index(x + 1, y)] > 0.1f) return {x, y};
+    return {};
+}
+
+TEST(Lint, NamesAFireflyAtTheRimOfAChart) {
+    const PlantedScene scene;
+    std::pair<int, int> place;
+    scene.editLightMap([&](Channels& map) {
+        place = rimTexel(map);
+        for (const char channel : {'R', 'G', 'B'}) map[fmt::format("sh00.{}", channel)][map.index(place.first, place.second)] = 1e6f;
+    });
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("rim-firefly"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr(fmt::format("({}, {}) with 1e+06", place.first, place.second)));
+}
+
+TEST(Lint, NamesBlackCharts) {
+    const PlantedScene scene;
+    scene.editLightMap([](Channels& map) {
+        // The lower half of the map: whole charts, and parts of others, which are not black then.
+        for (int i = 0; i < 9; ++i)
+            for (const char channel : {'R', 'G', 'B'}) {
+                std::vector<float>& values = map[fmt::format("sh0{}.{}", i, channel)];
+                std::fill(values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end(), 0.0f);
+            }
+    });
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre("black-charts"));
+}
+
+TEST(Lint, NamesAnExposureThatNoScreenShows) {
+    const PlantedScene scene;
+    scene.editLightMap([](Channels& map) { map.forEachCoefficient([](int, float& value) { value *= 1e-7f; }); });
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre("exposure"));
+}
+
+// Mesh
+
+TEST(Lint, NamesTheMeshOfAnotherScene) {
+    const PlantedScene scene;
+    scene.editMesh([](Glb& glb) {
+        glb.forEachUv([](glm::vec2& uv) { uv = glm::vec2(uv.y, 1 - uv.x); });
+    });
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-mesh"));
+    EXPECT_GT(outcome.findings[0].figures.at("uncovered"), 0.05);
+}
+
+TEST(Lint, NamesFlippedV) {
+    const PlantedScene scene;
+    scene.editMesh([](Glb& glb) {
+        glb.forEachUv([](glm::vec2& uv) { uv.y = 1 - uv.y; });
+    });
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("flipped-v"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("with V upside down it is 0.0 %"));
+}
+
+TEST(Lint, NamesUvsOutsideTheMap) {
+    const PlantedScene scene;
+    scene.editMesh([](Glb& glb) {
+        glb.forEachUv([](glm::vec2& uv) { uv.x -= 1; });
+    });
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre("uv-outside"));
+}
+
+TEST(Lint, NamesOverlappingUvs) {
+    const PlantedScene scene;
+    scene.editMesh([](Glb& glb) {
+        auto& primitives = glb.json["meshes"][0]["primitives"];
+        primitives.push_back(primitives[0]);
+    });
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre("uv-overlap"));
+}
+
+TEST(Lint, NamesAMaterialThatNoMeshHas) {
+    const PlantedScene scene;
+    scene.replaceInScene("name = \"*\"", "name = \"whit\"");
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("unknown-material"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("nearest is '"));
+    EXPECT_TRUE(outcome.findings[0].line.has_value());
+}
+
+TEST(Lint, NamesAMeshThatIsNewerThanItsBake) {
+    const PlantedScene scene;
+    std::filesystem::last_write_time(scene / "cornell.glb",
+                                     std::filesystem::last_write_time(scene / "cornell_lightmap.exr") + std::chrono::hours(26));
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("stale-bake"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("26.0 hours newer"));
+}
+
+// Settings
+
+TEST(Lint, NamesALimitAboveOne) {
+    const PlantedScene scene;
+    scene.replaceInScene("max_error = 0.02 ", "max_error = 2 ");
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("limit-above-one"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("max_error = 2, which is 200 %"));
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline
