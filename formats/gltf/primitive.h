@@ -20,8 +20,8 @@ struct Primitive {
     std::size_t mesh = 0, index = 0;
     TriangleMesh geometry;        ///< for triangles, only the vertices that they use; no indices for points and lines
     std::size_t vertexCount = 0;  ///< number of vertices in the accessors, which other primitives may share
-    bool isTriangles = false;  ///< triangles, or a strip or fan of them, whose indices are those of single triangles here
-    bool canCompress = false;  ///< triangles without morph targets, whose vertices must keep their order
+    bool isTriangles = false;     ///< triangles, or a strip or fan of them, whose indices are those of single triangles here
+    bool canCompress = false;     ///< triangles without morph targets, whose vertices must keep their order
     std::optional<std::uint64_t> dracoView;
     std::vector<std::uint32_t> usedVertices;  ///< for triangles, the index in the accessors of each vertex of the geometry
 

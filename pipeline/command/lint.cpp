@@ -40,7 +40,8 @@ std::string jsonOf(const Outcome& outcome, const std::filesystem::path& scene) {
 /// Returns "2 warnings, 1 error, 1 allowed".
 std::string countsOf(const Outcome& outcome) {
     const auto allowed = std::ranges::count_if(outcome.findings, [](const Finding& finding) { return finding.allowed.has_value(); });
-    const auto warnings = std::ranges::count_if(outcome.findings, [](const Finding& finding) { return !finding.allowed && !finding.isFailure(); });
+    const auto warnings =
+        std::ranges::count_if(outcome.findings, [](const Finding& finding) { return !finding.allowed && !finding.isFailure(); });
     const auto words = [](auto count, const char* what) { return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s"); };
     return fmt::format("{}, {}, {} allowed", words(warnings, "warning"), words(outcome.errors.size(), "error"), allowed);
 }

@@ -29,7 +29,7 @@ struct CookOptions {
     std::optional<std::string> only;      ///< a name: see PlanOptions
     std::optional<std::string> onlyKind;  ///< a kind: see PlanOptions
     bool force = false, keepGoing = false, repair = false;
-    bool strict = false;           ///< every finding of lint that the scene does not allow is an error
+    bool strict = false;          ///< every finding of lint that the scene does not allow is an error
     std::filesystem::path cache;  ///< empty: defaultCacheFolder()
     int samples = 1;              ///< random positions per texel quad
 };

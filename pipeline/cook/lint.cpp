@@ -1,11 +1,11 @@
 // The job of `lightcook lint`: the checks of plausibility alone, from the cache where the inputs have not changed.
+#include "pipeline/lint/lint.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/cache.h"
 #include "pipeline/graph/executor.h"
 #include "pipeline/graph/files.h"
-#include "pipeline/lint/lint.h"
 #include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {

@@ -12,6 +12,7 @@ constexpr int kBinsPerOctave = 4, kLowestOctave = -160, kOctaves = 290;
 constexpr double kCandidateRatio = 4;
 /// Number of candidates that are kept: the brightest.
 constexpr std::size_t kMostCandidates = 65536;
+constexpr double kFireflyOverBright = 4;
 
 std::size_t binOf(double light) {
     const double octave = std::log2(std::max(light, 1e-40)) - kLowestOctave;
@@ -130,12 +131,14 @@ void ChartScanner::addRow(std::vector<float> light) {
     row_ = std::move(light);
 }
 
-/// Returns the light that at least nine in ten covered texels do not exceed, to a quarter of an octave.
-double ChartScanner::brightLight() const {
+/// Returns the least light of a firefly: kFireflyOverBright times what 99 in 100 covered texels do not exceed. Edges of hard shadows have
+/// bright texels beside dark ones too, but these are no brighter than others of the map.
+double ChartScanner::firefliesFrom() const {
     std::int64_t count = 0;
     for (std::size_t bin = 0; bin < histogram_.size(); ++bin) {
         count += histogram_[bin];
-        if (10 * count >= 9 * covered_) return std::exp2((static_cast<double>(bin) + 1) / kBinsPerOctave + kLowestOctave);
+        if (100 * count >= 99 * covered_)
+            return kFireflyOverBright * std::exp2((static_cast<double>(bin) + 1) / kBinsPerOctave + kLowestOctave);
     }
     return HUGE_VAL;
 }
@@ -144,9 +147,9 @@ ChartFacts ChartScanner::finish() {
     if (rows_ > 0) lookForFireflies(above_, row_, std::vector<float>(width_, -1.0f), rows_ - 1);
     for (const Chart& chart : open_) close(chart);
     open_.clear();
-    const double bright = brightLight();
+    const double from = firefliesFrom();
     for (const RimFirefly& each : candidates_) {
-        if (each.light <= bright) continue;
+        if (each.light <= from) continue;
         if (each.brightest > 0) facts_.worstRimRatio = std::max(facts_.worstRimRatio, each.light / each.brightest);
         if (limit_ <= 0 || each.light <= limit_ * each.brightest) continue;
         ++facts_.rimFireflies;

@@ -27,7 +27,7 @@ void describe(Fields& fields, Self& firefly) {
 struct ChartFacts {
     std::int64_t charts = 0, blackCharts = 0, blackTexels = 0;
     std::int64_t rimFireflies = 0;
-    RimFirefly worst;         ///< the brightest of them
+    RimFirefly worst;          ///< the brightest of them
     double worstRimRatio = 0;  ///< largest ratio of a bright rim texel to its brightest neighbour that is not black
 };
 template <class Fields, Is<ChartFacts> Self>
@@ -58,7 +58,7 @@ private:
     void label(const std::vector<float>& light);
     void close(const Chart& chart);
     void lookForFireflies(const std::vector<float>& above, const std::vector<float>& row, const std::vector<float>& below, int y);
-    double brightLight() const;
+    double firefliesFrom() const;
 
     std::size_t width_;
     double limit_;

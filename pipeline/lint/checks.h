@@ -16,6 +16,7 @@ enum class LintCheck {
     WrongAxes,
     LitFromBehind,
     WrongQuantity,
+    ImpossibleBands,
     GammaCurve,
     LightUnits,
     NoCoverage,

@@ -16,14 +16,14 @@ struct Finding {
     LintCheck check = LintCheck::WrongPhase;
     std::string asset;  ///< light map, mesh or probe; empty for the scene
     LintSeverity severity = LintSeverity::Warning;
-    std::string file;                      ///< the input, or the scene file
-    std::string found;                     ///< one sentence with the figures
+    std::string file;                            ///< the input, or the scene file
+    std::string found;                           ///< one sentence with the figures
     std::map<std::string, double> figures = {};  ///< the same figures, by name
-    std::string advice = {};               ///< what to write, or to look at
-    std::string key = {};                  ///< place in the scene file: "light_map.lobby.phase"
+    std::string advice = {};                     ///< what to write, or to look at
+    std::string key = {};                        ///< place in the scene file: "light_map.lobby.phase"
     std::optional<std::string> sceneFile = {};
-    std::optional<int> line = {};               ///< of the scene file, from 1
-    std::optional<std::string> allowed = {};    ///< the reason, where the scene file allows it
+    std::optional<int> line = {};             ///< of the scene file, from 1
+    std::optional<std::string> allowed = {};  ///< the reason, where the scene file allows it
     bool isFailure() const { return severity == LintSeverity::Error && !allowed; }
 };
 template <class Fields, Is<Finding> Self>

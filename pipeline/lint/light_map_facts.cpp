@@ -209,7 +209,7 @@ Result<ActionOutcome> lintLightMap(const ActionContext& context) {
         });
     if (!merged) return tl::make_unexpected(merged.error());
     facts.key = key.key();
-    facts.meanRadiance = facts.covered > 0 ? radianceSum / static_cast<double>(facts.covered) : 0.0;
+    facts.meanRadiance = facts.covered > facts.black ? radianceSum / static_cast<double>(facts.covered - facts.black) : 0.0;
     facts.charts = scanner.finish();
     return outcomeWith(facts);
 }

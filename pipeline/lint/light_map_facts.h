@@ -44,12 +44,12 @@ struct LightMapFacts {
     bool hasCoverage = false, hasNormals = false;
     std::int64_t inside = 0, withoutNormal = 0, covered = 0;
     double largestCoverage = 0;
-    std::int64_t black = 0;                            ///< covered texels without any light
-    double key = 0;                                    ///< log-average luminance of the exit radiance of a white surface
-    double meanRadiance = 0;                           ///< mean luminance of the incident radiance over the hemisphere
-    std::int64_t directional = 0;                      ///< texels whose band 1 is not too short to have a direction
-    std::array<std::int64_t, kAxisChoices> behind{};   ///< of these, those that are lit from behind under each choice of axes
-    std::int64_t behindInOtherFrame = 0;               ///< the same with coefficients of the other frame
+    std::int64_t black = 0;                           ///< covered texels without any light
+    double key = 0;                                   ///< log-average luminance of the exit radiance of a white surface
+    double meanRadiance = 0;                          ///< mean luminance of the incident radiance over the hemisphere, where there is light
+    std::int64_t directional = 0;                     ///< texels whose band 1 is not too short to have a direction
+    std::array<std::int64_t, kAxisChoices> behind{};  ///< of these, those that are lit from behind under each choice of axes
+    std::int64_t behindInOtherFrame = 0;              ///< the same with coefficients of the other frame
     BandFacts bands;
     ChartFacts charts;
 };
@@ -65,7 +65,8 @@ void describe(Fields& fields, Self& facts) {
     fields.required("largest_coverage", facts.largestCoverage, "largest coverage.Y");
     fields.required("black", facts.black, "covered texels without any light");
     fields.required("key", facts.key, kNumberOrNull, "log-average luminance of the exit radiance of a white surface");
-    fields.required("mean_radiance", facts.meanRadiance, kNumberOrNull, "mean luminance of the incident radiance over the hemisphere");
+    fields.required("mean_radiance", facts.meanRadiance, kNumberOrNull,
+                    "mean luminance of the incident radiance over the hemisphere, where there is light");
     fields.required("directional", facts.directional, "texels whose light has a direction");
     fields.required("behind", facts.behind, "of these, texels that are lit from behind, for each choice of axes");
     fields.required("behind_in_other_frame", facts.behindInOtherFrame, "the same with coefficients of the other frame");

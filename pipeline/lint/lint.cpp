@@ -57,8 +57,9 @@ public:
         std::vector<ProbeFacts> probes;
         for (const ProbeEntry& entry : scene_.probes)
             if (const auto facts = factsOf<ProbeFacts>("lint/probe/" + entry.name)) {
-                add(judgeProbe(entry, *facts));
-                probes.push_back(*facts);
+                Findings findings = judgeProbe(entry, *facts);
+                if (findings.empty()) probes.push_back(*facts);  // others say nothing of the units
+                add(std::move(findings));
             }
         for (const LightMapEntry& entry : scene_.lightMaps) judgeLightMapAndMesh(entry, probes);
         add(judgeSettings(scene_));
@@ -73,8 +74,8 @@ private:
         if (!facts) return;
         Findings findings = judgeLightMap(entry, *facts);
         const auto isOf = [](LintCheck check) { return [check](const Finding& finding) { return finding.check == check; }; };
-        const bool isOtherQuantity = std::ranges::any_of(findings, isOf(LintCheck::WrongQuantity)) ||
-                                     std::ranges::any_of(findings, isOf(LintCheck::GammaCurve));
+        const bool isOtherQuantity =
+            std::ranges::any_of(findings, isOf(LintCheck::WrongQuantity)) || std::ranges::any_of(findings, isOf(LintCheck::GammaCurve));
         add(std::move(findings));
         // A wrong quantity or curve changes the brightness too.
         if (!isOtherQuantity) add(judgeUnits(entry, *facts, probes));
@@ -106,9 +107,7 @@ private:
         return std::nullopt;
     }
 
-    void add(Findings findings) {
-        std::move(findings.begin(), findings.end(), std::back_inserter(findings_));
-    }
+    void add(Findings findings) { std::move(findings.begin(), findings.end(), std::back_inserter(findings_)); }
 
     const Scene& scene_;
     const std::map<std::string, ActionRecord>& records_;

@@ -9,11 +9,11 @@
 namespace lightcook::pipeline {
 
 struct MeshFacts {
-    bool hasUvs = false;         ///< every triangle has TEXCOORD_1; nothing else is counted without it
-    std::int64_t vertices = 0;   ///< that triangles use
-    std::int64_t outside = 0;    ///< of these, vertices whose UV lies outside [0, 1]
-    std::int64_t read = 0;       ///< texels whose centre lies in a triangle
-    std::int64_t uncovered = 0;  ///< of these, texels outside charts
+    bool hasUvs = false;                  ///< every triangle has TEXCOORD_1; nothing else is counted without it
+    std::int64_t vertices = 0;            ///< that triangles use
+    std::int64_t outside = 0;             ///< of these, vertices whose UV lies outside [0, 1]
+    std::int64_t read = 0;                ///< texels whose centre lies in a triangle
+    std::int64_t uncovered = 0;           ///< of these, texels outside charts
     std::int64_t uncoveredIfFlipped = 0;  ///< the same with V upside down
     std::int64_t shared = 0;              ///< texels that two or more triangles read
 };

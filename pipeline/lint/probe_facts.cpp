@@ -62,7 +62,8 @@ Result<ActionOutcome> lintProbe(const ActionContext& context) {
     ProbeFacts facts;
     for (const glm::vec3& texel : environment.texels.texels())
         facts.largest = std::max({facts.largest, 1.0 * texel.x, 1.0 * texel.y, 1.0 * texel.z});
-    facts.isEightBit = hasEightBits(environment.texels, [](double value) { return value; }) || hasEightBits(environment.texels, encodedSrgb);
+    facts.isEightBit =
+        hasEightBits(environment.texels, [](double value) { return value; }) || hasEightBits(environment.texels, encodedSrgb);
     const ShRgb projected = fit::projectEnvironment(environment);
     facts.meanRadiance = glm::dot(glm::dvec3(projected[0]), glm::dvec3(lighting::kRec709Luminance)) / std::sqrt(4 * std::numbers::pi);
     if (const auto sh = context.action.inputs.find("sh"); sh != context.action.inputs.end()) {

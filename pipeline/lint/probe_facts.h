@@ -11,9 +11,9 @@
 namespace lightcook::pipeline {
 
 struct ProbeFacts {
-    bool isEightBit = false;           ///< every value is one of 256 levels in [0, 1], linear or under the sRGB curve
-    double largest = 0;                ///< largest channel of any texel
-    double meanRadiance = 0;           ///< mean luminance over the sphere
+    bool isEightBit = false;                         ///< every value is one of 256 levels in [0, 1], linear or under the sRGB curve
+    double largest = 0;                              ///< largest channel of any texel
+    double meanRadiance = 0;                         ///< mean luminance over the sphere
     std::optional<double> shDifference = {};         ///< RMS of image's SH minus given SH, over the RMS of the given SH
     std::optional<double> shDifferenceDecoded = {};  ///< the same after a gamma curve of 2.2 is undone in the image
 };

@@ -394,7 +394,8 @@ Allowance readAllowance(const TableReader& root, const toml::node& node) {
     const std::string expected = "a code of `lightcook lint`, or { code = \"...\", reason = \"...\" }";
     const auto text = [&](const char* key) {
         const toml::node* value = table->get(key);
-        if (value != nullptr && !value->is_string()) root.fail(*value, fmt::format("found {} that is no string in allow, expected {}", key, expected));
+        if (value != nullptr && !value->is_string())
+            root.fail(*value, fmt::format("found {} that is no string in allow, expected {}", key, expected));
         return value == nullptr ? std::string() : value->value_or(std::string());
     };
     if (table != nullptr)
@@ -409,7 +410,8 @@ Allowance readAllowance(const TableReader& root, const toml::node& node) {
         root.fail(node, fmt::format("found the code '{}' in allow, expected one of `lightcook lint`; nearest is '{}'", code,
                                     formats::nearestName(code, formats::namesOf(allLintChecks()))));
     if (check->severity == LintSeverity::Error)
-        root.fail(node, fmt::format("found the code '{}' in allow, expected a warning: this one is an error, which cannot be allowed", code));
+        root.fail(node,
+                  fmt::format("found the code '{}' in allow, expected a warning: this one is an error, which cannot be allowed", code));
     return table != nullptr ? Allowance{check->id, text("asset"), text("reason")} : Allowance{check->id};
 }
 

@@ -453,9 +453,10 @@ GltfMaker cubeOfStripsAndFans() {
     setPrimitive(0, {1, 2, 0, 3, 3, 5, 5, 6, 4, 7, 7, 9, 9, 10, 8, 11}, 5, 0);
     for (std::size_t face = 3; face < 6; ++face) {
         const auto first = static_cast<std::uint16_t>(4 * face);
-        setPrimitive(face - 2, {first, static_cast<std::uint16_t>(first + 1), static_cast<std::uint16_t>(first + 2),
-                                static_cast<std::uint16_t>(first + 3)},
-                     6, 1);
+        setPrimitive(
+            face - 2,
+            {first, static_cast<std::uint16_t>(first + 1), static_cast<std::uint16_t>(first + 2), static_cast<std::uint16_t>(first + 3)}, 6,
+            1);
     }
     return maker;
 }

@@ -46,9 +46,10 @@ TEST_P(LintPublicScene, HasNoFinding) {
     const std::string name = GetParam();
     if (!std::filesystem::exists(data / (name + "_lightmap.exr"))) GTEST_SKIP() << "no shared data at " << data;
     const formats::TemporaryFolder folder;
-    std::string text = fmt::format("schema = 1\nname = \"{0}\"\n[[light_map]]\nname = \"lightmap\"\nfile = \"{1}/{0}_lightmap.exr\"\nmesh = "
-                                   "\"{1}/{0}.glb\"\n",
-                                   name, std::filesystem::absolute(data).string());
+    std::string text = fmt::format(
+        "schema = 1\nname = \"{0}\"\n[[light_map]]\nname = \"lightmap\"\nfile = \"{1}/{0}_lightmap.exr\"\nmesh = "
+        "\"{1}/{0}.glb\"\n",
+        name, std::filesystem::absolute(data).string());
     for (int i = 0; i < 8; ++i)
         text += fmt::format("[[probe]]\nname = \"probe{2}\"\nfile = \"{1}/{0}_probe{2}.exr\"\nsh = \"{1}/{0}_probes.json\"\n", name,
                             std::filesystem::absolute(data).string(), i);
@@ -153,9 +154,7 @@ TEST(Lint, NamesRadianceGivenAsIrradiance) {
 
 TEST(Lint, NamesGameUnits) {
     const PlantedScene scene;
-    scene.editLightMap([](Channels& map) {
-        map.forEachCoefficient([](int, float& value) { value /= std::numbers::pi_v<float>; });
-    });
+    scene.editLightMap([](Channels& map) { map.forEachCoefficient([](int, float& value) { value /= std::numbers::pi_v<float>; }); });
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("light-units"));
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("with light_units = \"game\""));
@@ -301,9 +300,7 @@ TEST(Lint, NamesAnExposureThatNoScreenShows) {
 
 TEST(Lint, NamesTheMeshOfAnotherScene) {
     const PlantedScene scene;
-    scene.editMesh([](Glb& glb) {
-        glb.forEachUv([](glm::vec2& uv) { uv = glm::vec2(uv.y, 1 - uv.x); });
-    });
+    scene.editMesh([](Glb& glb) { glb.forEachUv([](glm::vec2& uv) { uv = glm::vec2(uv.y, 1 - uv.x); }); });
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-mesh"));
     EXPECT_GT(outcome.findings[0].figures.at("uncovered"), 0.05);
@@ -311,9 +308,7 @@ TEST(Lint, NamesTheMeshOfAnotherScene) {
 
 TEST(Lint, NamesFlippedV) {
     const PlantedScene scene;
-    scene.editMesh([](Glb& glb) {
-        glb.forEachUv([](glm::vec2& uv) { uv.y = 1 - uv.y; });
-    });
+    scene.editMesh([](Glb& glb) { glb.forEachUv([](glm::vec2& uv) { uv.y = 1 - uv.y; }); });
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("flipped-v"));
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("with V upside down it is 0.0 %"));
@@ -321,9 +316,7 @@ TEST(Lint, NamesFlippedV) {
 
 TEST(Lint, NamesUvsOutsideTheMap) {
     const PlantedScene scene;
-    scene.editMesh([](Glb& glb) {
-        glb.forEachUv([](glm::vec2& uv) { uv.x -= 1; });
-    });
+    scene.editMesh([](Glb& glb) { glb.forEachUv([](glm::vec2& uv) { uv.x -= 1; }); });
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("uv-outside"));
 }
 

@@ -44,7 +44,9 @@ struct Channels {
     }
 
     std::vector<float>& operator[](const std::string& name) { return values.at(name); }
-    std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x); }
+    std::size_t index(int x, int y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+    }
     /// Calls edit(value) for every coefficient of every texel, with the number of the coefficient.
     void forEachCoefficient(const std::function<void(int, float&)>& edit) {
         for (int i = 0; i < 9; ++i)
