@@ -79,8 +79,8 @@ std::vector<Error> CiOutputs::write(Session& session, const std::string& command
     };
     keep(json_.write(session, outcome.report, outcome.errors));
     if (junit_.empty() && sarif_.empty()) return errors;
-    const CiRun run =
-        ciRun({command, outcome.output, sceneFile, sources, outcome.report, outcome.errors, outcome.isLinted, outcome.findings});
+    const CiRun run = ciRun(
+        {command, outcome.output, sceneFile, sources, outcome.report, outcome.errors, outcome.isLinted ? &outcome.findings : nullptr});
     if (!junit_.empty()) keep(session.write(junit_, junitReport(run)));
     if (!sarif_.empty()) keep(session.write(sarif_, sarifReport(run)));
     return errors;

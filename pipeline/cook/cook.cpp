@@ -148,6 +148,7 @@ private:
         facts.records.insert(materials.records.begin(), materials.records.end());
         auto findings = judgeScene(scene_, facts.records, options_.strict);
         if (!findings) return tl::make_unexpected(findings.error());
+        outcome_.isLinted = true;
         outcome_.findings = std::move(*findings);
         for (Error& error : errorsOf(outcome_.findings)) outcome_.errors.push_back(std::move(error));
         return {};

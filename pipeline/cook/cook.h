@@ -40,6 +40,7 @@ struct Outcome {
     Json report;                   ///< null without one
     std::filesystem::path output;  ///< folder of the cooked scene
     int actionsRun = 0, actionsReused = 0;
+    bool isLinted = false;               ///< the inputs were looked at
     std::vector<Finding> findings = {};  ///< of lint, also those that are errors or allowed
 };
 

@@ -6,12 +6,24 @@
 #include "pipeline/graph/cache.h"
 #include "pipeline/graph/executor.h"
 #include "pipeline/graph/files.h"
-#include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
 namespace {
 
 constexpr std::uint64_t kCacheLimitBytes = std::uint64_t{4} << 30;
+
+/// What `lightcook lint --json` writes; where there are errors, they follow.
+struct LintReport {
+    std::string scene;
+    bool passed = false;
+    std::vector<Finding> findings;
+};
+template <class Fields, Is<LintReport> Self>
+void describe(Fields& fields, Self& report) {
+    fields.required("scene", report.scene, "name of the scene");
+    fields.required("passed", report.passed, "true without errors");
+    fields.required("findings", report.findings, "findings, also those that the scene file allows");
+}
 
 formats::Result<void> lint(const Scene& scene, const LintOptions& options, const RunState& state, Outcome& outcome) {
     auto staging = TemporaryFolder::create();
@@ -29,11 +41,10 @@ formats::Result<void> lint(const Scene& scene, const LintOptions& options, const
     if (state.interrupted) return {};
     auto findings = judgeScene(scene, facts.records, options.strict);
     if (!findings) return tl::make_unexpected(findings.error());
+    outcome.isLinted = true;
     outcome.findings = std::move(*findings);
     for (formats::Error& error : errorsOf(outcome.findings)) outcome.errors.push_back(std::move(error));
-    Report report = makeReport({scene.name, 0, peakResidentBytes(), scene.output.budgetBytes, outcome.findings}, {}, {});
-    report.passed = outcome.errors.empty();
-    outcome.report = toJson(report);
+    outcome.report = toJson(LintReport{scene.name, outcome.errors.empty(), outcome.findings});
     return {};
 }
 

@@ -136,8 +136,7 @@ private:
         plan_.assets.push_back(asset);
         plan_.actions.push_back({"cook/" + asset, std::string(info(kind).name), asset, toJson(parameters), std::move(inputs), {}});
         Json verification = toJson(verifyParameters);
-        verification["max_error"] =
-            info(kind).isHeldToMaxError ? scene_.output.maxError : converterLimit(scene_.output);
+        verification["max_error"] = info(kind).isHeldToMaxError ? scene_.output.maxError : converterLimit(scene_.output);
         plan_.actions.push_back(verifyAction(asset, kind, verifyInputs, std::move(verification)));
     }
 

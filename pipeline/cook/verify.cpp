@@ -89,8 +89,7 @@ private:
 
     Result<ReportRow> verifyAsset(const Manifest& manifest, const CookedAsset& asset, const std::filesystem::path& scratch,
                                   const std::optional<Report>& previous) {
-        const auto sources =
-            unchangedSources(asset, options_.sources.empty() ? options_.folder / manifest.sceneDirectory : options_.sources);
+        const auto sources = unchangedSources(asset, sceneFolder(manifest));
         if (!sources) return tl::make_unexpected(sources.error());
         Json parameters = asset.verify.value_or(Json::object());
         if (options_.samples && parameters.contains("samples")) parameters["samples"] = *options_.samples;
@@ -116,6 +115,10 @@ private:
         verified.seconds = secondsSince(start);
         if (state_.event) state_.event(action, ActionEvent::Finished, verified.seconds);
         return reportRow(asset, cooked, verified);
+    }
+
+    std::filesystem::path sceneFolder(const Manifest& manifest) const {
+        return options_.sources.empty() ? options_.folder / manifest.sceneDirectory : options_.sources;
     }
 
     /// Adds the sources of an asset to the scene that lint looks at.
@@ -149,7 +152,12 @@ private:
     /// Looks again for what is implausible in the sources.
     Result<void> lint(const Manifest& manifest, const std::filesystem::path& scratch) {
         scene_.name = manifest.scene;
-        scene_.file = options_.folder / kManifestName;
+        if (manifest.sceneFile)
+            if (auto scene = readScene(sceneFolder(manifest) / *manifest.sceneFile)) {
+                scene_.file = scene->file;
+                scene_.lines = std::move(scene->lines);
+            }
+        if (scene_.file.empty()) scene_.file = options_.folder / kManifestName;
         scene_.allowances = manifest.allowances;
         std::map<std::string, ActionRecord> records;
         for (const Action& action : planLint(scene_, false)) {
@@ -159,6 +167,7 @@ private:
         }
         auto findings = judgeScene(scene_, records, options_.strict);
         if (!findings) return tl::make_unexpected(findings.error());
+        outcome_.isLinted = true;
         outcome_.findings = std::move(*findings);
         return {};
     }

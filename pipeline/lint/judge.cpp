@@ -47,7 +47,7 @@ std::string percent(double value) {
 }
 
 /// Returns a finding with the severity and the advice of its check.
-Finding makeFinding(LintCheck check, const std::string& asset, const std::filesystem::path& file, std::string key, std::string found,
+Finding makeFinding(LintCheck check, const std::string& asset, const std::filesystem::path& file, ScenePlace place, std::string found,
                     std::map<std::string, double> figures) {
     Finding finding;
     finding.check = check;
@@ -57,7 +57,7 @@ Finding makeFinding(LintCheck check, const std::string& asset, const std::filesy
     finding.found = std::move(found);
     finding.figures = std::move(figures);
     finding.advice = info(check).advice;
-    finding.key = std::move(key);
+    finding.place = std::move(place);
     return finding;
 }
 
@@ -76,13 +76,13 @@ public:
 
 private:
     void add(LintCheck check, const char* key, std::string found, std::map<std::string, double> figures) {
-        findings_.push_back(makeFinding(check, entry_.name, entry_.file, fmt::format("light_map.{}{}", entry_.name, key), std::move(found),
-                                        std::move(figures)));
+        findings_.push_back(
+            makeFinding(check, entry_.name, entry_.file, {"light_map", entry_.name, key}, std::move(found), std::move(figures)));
     }
 
     void judgeCoverage() {
         if (facts_.hasCoverage && facts_.inside == 0)
-            return add(LintCheck::NoCoverage, ".file",
+            return add(LintCheck::NoCoverage, "file",
                        fmt::format("found coverage.Y of at most {:.3g} in {} x {} texels, expected more than 0.5 inside charts",
                                    facts_.largestCoverage, facts_.width, facts_.height),
                        {{"largest_coverage", facts_.largestCoverage}});
@@ -91,7 +91,7 @@ private:
         const double gaps = share(facts_.withoutNormal + facts_.black, facts_.inside);
         if (facts_.hasCoverage || facts_.covered == 0 || gaps <= kMostGapsWithoutCoverage) return;
         const std::string taken = facts_.hasNormals ? "; those with a normal count as covered" : "; all count as covered";
-        add(LintCheck::MissingCoverage, ".file",
+        add(LintCheck::MissingCoverage, "file",
             fmt::format("found no channel coverage.Y, and neither light nor normal in {} of {} texels{}", percent(gaps), facts_.inside,
                         taken),
             {{"gaps", gaps}});
@@ -99,11 +99,11 @@ private:
 
     void judgeNormals(double withoutNormal) {
         if (withoutNormal == 1)
-            add(LintCheck::ZeroNormals, ".file",
+            add(LintCheck::ZeroNormals, "file",
                 fmt::format("found a normal of zero in all {} texels inside charts, expected unit normals", facts_.inside),
                 {{"share", withoutNormal}});
         else if (withoutNormal > kMostWithoutNormal)
-            add(LintCheck::SomeZeroNormals, ".file",
+            add(LintCheck::SomeZeroNormals, "file",
                 fmt::format("found a normal of zero in {} of {} texels inside charts, expected unit normals", percent(withoutNormal),
                             facts_.inside),
                 {{"share", withoutNormal}});
@@ -125,15 +125,15 @@ private:
         };
         if (otherPhase <= std::min(explained, otherFrame)) {
             const bool isNone = entry_.description.phase == formats::ShPhase::None;
-            with(LintCheck::WrongPhase, ".phase", fmt::format("with phase = \"{}\"", isNone ? "condon-shortley" : "none"), otherPhase);
+            with(LintCheck::WrongPhase, "phase", fmt::format("with phase = \"{}\"", isNone ? "condon-shortley" : "none"), otherPhase);
         } else if (otherFrame <= explained) {
             const bool isWorld = entry_.description.frame == formats::ShFrame::World;
-            with(LintCheck::WrongFrame, ".frame", fmt::format("with frame = \"{}\"", isWorld ? "tangent" : "world"), otherFrame);
+            with(LintCheck::WrongFrame, "frame", fmt::format("with frame = \"{}\"", isWorld ? "tangent" : "world"), otherFrame);
         } else if (bestAxes <= explained) {
-            with(LintCheck::WrongAxes, ".file",
+            with(LintCheck::WrongAxes, "file",
                  fmt::format("with ({}) of the coefficients as x, y, z", axisChoiceName(static_cast<int>(best))), bestAxes);
         } else {
-            with(LintCheck::LitFromBehind, ".file",
+            with(LintCheck::LitFromBehind, "file",
                  fmt::format("with ({}) of the coefficients as x, y, z, the best choice,", axisChoiceName(static_cast<int>(best))),
                  bestAxes);
         }
@@ -149,14 +149,14 @@ private:
         const std::string what = fmt::format("found bands 1 and 2 that no light of a hemisphere has in {} of {} texels, expected 0 %",
                                              percent(found), bands.texels);
         if (std::min(otherQuantity, decoded) > explained) {
-            add(LintCheck::ImpossibleBands, ".file", what, {{"impossible", found}});
+            add(LintCheck::ImpossibleBands, "file", what, {{"impossible", found}});
         } else if (otherQuantity <= decoded) {
             const bool isRadiance = entry_.description.quantity == formats::ShQuantity::Radiance;
-            add(LintCheck::WrongQuantity, ".quantity",
+            add(LintCheck::WrongQuantity, "quantity",
                 fmt::format("{}; with quantity = \"{}\" it is {}", what, isRadiance ? "irradiance" : "radiance", percent(otherQuantity)),
                 {{"impossible", found}, {"impossible_otherwise", otherQuantity}});
         } else {
-            add(LintCheck::GammaCurve, ".file", fmt::format("{}; with a curve of 2.2 undone it is {}", what, percent(decoded)),
+            add(LintCheck::GammaCurve, "file", fmt::format("{}; with a curve of 2.2 undone it is {}", what, percent(decoded)),
                 {{"impossible", found}, {"impossible_otherwise", decoded}});
         }
     }
@@ -164,7 +164,7 @@ private:
     void judgeLight() {
         const ChartFacts& charts = facts_.charts;
         if (charts.rimFireflies > 0)
-            add(LintCheck::RimFirefly, ".firefly_limit",
+            add(LintCheck::RimFirefly, "firefly_limit",
                 fmt::format(
                     "found {} texels at rims of charts above {} times their brightest neighbour, the brightest at ({}, {}) with {:.4g} "
                     "beside {:.4g}, expected none",
@@ -175,13 +175,13 @@ private:
                  {"brightest_neighbour", charts.worst.brightest}});
         const double black = share(charts.blackTexels, facts_.covered);
         if (black > kMostBlack && charts.blackTexels > kMostBlackTexels)
-            add(LintCheck::BlackCharts, ".file",
+            add(LintCheck::BlackCharts, "file",
                 fmt::format("found {} of {} charts without any light, with {} of the covered texels, expected none", charts.blackCharts,
                             charts.charts, percent(black)),
                 {{"black_charts", static_cast<double>(charts.blackCharts)}, {"black_share", black}});
         const bool isAllBlack = facts_.black == facts_.covered;
         if (!isAllBlack && (facts_.key < kDarkestKey || facts_.key > kBrightestKey))
-            add(LintCheck::Exposure, ".file",
+            add(LintCheck::Exposure, "file",
                 fmt::format("found an exit radiance of {:.3g} on average (log-average of a white surface), expected {} to {}", facts_.key,
                             kDarkestKey, kBrightestKey),
                 {{"key", facts_.key}});
@@ -201,8 +201,8 @@ Findings judgeLightMap(const LightMapEntry& entry, const LightMapFacts& facts) {
 Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts) {
     Findings findings;
     const auto add = [&](LintCheck check, std::string found, std::map<std::string, double> figures) {
-        findings.push_back(makeFinding(check, entry.name, *entry.mesh, fmt::format("light_map.{}.mesh", entry.name), std::move(found),
-                                       std::move(figures)));
+        findings.push_back(
+            makeFinding(check, entry.name, *entry.mesh, {"light_map", entry.name, "mesh"}, std::move(found), std::move(figures)));
     };
     const double outside = share(facts.outside, facts.vertices), uncovered = share(facts.uncovered, facts.read);
     const double flipped = share(facts.uncoveredIfFlipped, facts.read), shared = share(facts.shared, facts.read);
@@ -229,8 +229,7 @@ Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts) {
 
 Findings judgeProbe(const ProbeEntry& entry, const ProbeFacts& facts) {
     const auto finding = [&](LintCheck check, const char* key, std::string found, std::map<std::string, double> figures) {
-        return Findings{
-            makeFinding(check, entry.name, entry.file, fmt::format("probe.{}.{}", entry.name, key), std::move(found), std::move(figures))};
+        return Findings{makeFinding(check, entry.name, entry.file, {"probe", entry.name, key}, std::move(found), std::move(figures))};
     };
     if (facts.isEightBit)
         return finding(LintCheck::EightBitProbe, "file",
@@ -256,7 +255,7 @@ Findings judgeUnits(const LightMapEntry& entry, const LightMapFacts& facts, cons
     const double otherwise = isGame ? ratio / std::numbers::pi : ratio * std::numbers::pi;
     const auto distance = [](double value) { return std::abs(std::log(value)); };
     if (distance(ratio) <= std::log(kUnitsRatio) || distance(otherwise) > std::log(kUnitsRatio)) return {};
-    return {makeFinding(LintCheck::LightUnits, entry.name, entry.file, fmt::format("light_map.{}.light_units", entry.name),
+    return {makeFinding(LintCheck::LightUnits, entry.name, entry.file, {"light_map", entry.name, "light_units"},
                         fmt::format("found a mean radiance of {:.3g} in the light map and of {:.3g} in {} probes, a ratio of {:.2f}; with "
                                     "light_units = \"{}\" it is {:.2f}",
                                     facts.meanRadiance, ofProbes, probes.size(), ratio, isGame ? "radiometric" : "game", otherwise),
@@ -267,13 +266,13 @@ Findings judgeSettings(const Scene& scene) {
     Findings findings;
     const auto check = [&](const char* key, double limit) {
         if (limit <= 1) return;
-        findings.push_back(makeFinding(LintCheck::LimitAboveOne, "", scene.file, fmt::format("output.{}", key),
+        findings.push_back(makeFinding(LintCheck::LimitAboveOne, "", scene.file, {"output", "", key},
                                        fmt::format("found {} = {}, which is {:.0f} %, expected a fraction below 1: for {} %, {}", key,
                                                    limit, 100 * limit, limit, limit / 100),
                                        {{"limit", limit}}));
     };
     check("max_error", scene.output.maxError);
-    check("max_converter_error", scene.output.maxConverterError);
+    check("max_converter_error", scene.output.maxConverterError.value_or(0));
     return findings;
 }
 
@@ -286,7 +285,7 @@ Findings judgeAge(const LightMapEntry& entry) {
     const double hours = std::chrono::duration<double, std::ratio<3600>>(mesh - bake).count();
     if (hours <= kNewerHours) return {};
     return {makeFinding(
-        LintCheck::StaleBake, entry.name, *entry.mesh, fmt::format("light_map.{}.mesh", entry.name),
+        LintCheck::StaleBake, entry.name, *entry.mesh, {"light_map", entry.name, "mesh"},
         fmt::format("found a mesh {:.1f} hours newer than {}, expected the bake of this mesh", hours, entry.file.filename().string()),
         {{"hours", hours}})};
 }
@@ -299,7 +298,7 @@ Findings judgeMaterials(const Scene& scene, const std::vector<MaterialRecord>& m
     for (const MaterialEntry& entry : scene.materials) {
         if (entry.name == "*" || std::ranges::find(names, entry.name) != names.end()) continue;
         findings.push_back(
-            makeFinding(LintCheck::UnknownMaterial, "", scene.file, fmt::format("material.{}.name", entry.name),
+            makeFinding(LintCheck::UnknownMaterial, "", scene.file, {"material", entry.name, "name"},
                         fmt::format("found [[material]] '{}', expected one of the {} materials of the meshes; nearest is '{}'", entry.name,
                                     names.size(), formats::nearestName(entry.name, names)),
                         {{"materials", static_cast<double>(names.size())}}));

@@ -116,14 +116,11 @@ private:
 };
 
 /// Adds the line of the scene file: of the key, or else of its table.
-void place(const Scene& scene, Finding& finding) {
-    for (std::string key = finding.key; !key.empty(); key.resize(key.find_last_of('.') == std::string::npos ? 0 : key.find_last_of('.'))) {
-        const auto line = scene.lines.find(key);
-        if (line == scene.lines.end()) continue;
-        finding.sceneFile = scene.file.string();
-        finding.line = line->second;
-        return;
-    }
+void addLine(const Scene& scene, Finding& finding) {
+    const auto line = scene.lines.find(finding.place.section, finding.place.name, finding.place.key);
+    if (!line) return;
+    finding.sceneFile = scene.file.string();
+    finding.line = line;
 }
 
 void allow(const Scene& scene, Finding& finding) {
@@ -157,7 +154,7 @@ Result<std::vector<Finding>> judgeScene(const Scene& scene, const std::map<std::
     auto findings = SceneJudge(scene, records).judge();
     if (!findings) return findings;
     for (Finding& finding : *findings) {
-        place(scene, finding);
+        addLine(scene, finding);
         allow(scene, finding);
         if (isStrict && !finding.allowed) finding.severity = LintSeverity::Error;
     }

@@ -67,8 +67,8 @@ public:
         run_.title =
             fmt::format("{} {} {}", kToolName, inputs_.command, (inputs_.sceneFile.empty() ? inputs_.folder : inputs_.sceneFile).string());
         run_.scene = report_ ? report_->scene : manifest_ ? manifest_->scene : scene_ ? scene_->name : "scene";
-        run_.isLinted = inputs_.isLinted;
-        run_.lint = inputs_.findings;
+        run_.isLinted = inputs_.findings != nullptr;
+        if (run_.isLinted) run_.lint = *inputs_.findings;
         run_.scenePlace = lineOf("");
         addSceneSuite();
         if (manifest_)
@@ -156,7 +156,7 @@ private:
     void addError(const formats::Error& error) {
         if (run_.reasonNotDone.empty()) run_.reasonNotDone = error.line();
         // Findings of lint have results of their own.
-        if (error.code == formats::ErrorCode::Implausible && inputs_.isLinted) return;
+        if (error.code == formats::ErrorCode::Implausible && run_.isLinted) return;
         if (report_)
             for (const ReportRow& row : report_->assets)
                 for (const Failure& failure : row.failures)

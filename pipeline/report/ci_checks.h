@@ -61,8 +61,7 @@ struct CiInputs {
     std::filesystem::path sources;    ///< folder of the scene file if it has moved; empty: as the manifest says
     const Json& report;               ///< report.json; null if the job ended before there was one
     const std::vector<formats::Error>& errors;
-    bool isLinted;
-    const std::vector<Finding>& findings;  ///< of lint
+    const std::vector<Finding>* findings = nullptr;  ///< of lint; null if the inputs were not looked at
 };
 /// Returns every check of the scene and its assets. Each error is a finding of one of them: those of an asset's figures as report.json has
 /// them, others by the files that they name.

@@ -124,13 +124,15 @@ std::string lintSuite(const CiRun& run, std::size_t id, const std::string& times
             result = fmt::format("><failure type=\"{0}\" message=\"{1}\">{1}{2}</failure></testcase>", check.name, attribute(failures),
                                  attribute(std::string(check.advice)));
         }
-        cases += fmt::format("    <testcase classname=\"{}\" name=\"{}\" time=\"0\"{}\n", attribute(run.scene + ".lint"), check.name, result);
+        cases +=
+            fmt::format("    <testcase classname=\"{}\" name=\"{}\" time=\"0\"{}\n", attribute(run.scene + ".lint"), check.name, result);
     }
     whole.tests += counts.tests;
     whole.failures += counts.failures;
     return fmt::format(
         "  <testsuite id=\"{}\" name=\"lint\" package=\"{}\" timestamp=\"{}\" hostname=\"localhost\" tests=\"{}\" failures=\"{}\" "
-        "errors=\"0\" skipped=\"{}\" time=\"0\">\n    <properties/>\n{}    <system-out>{}</system-out>\n    <system-err/>\n  </testsuite>\n",
+        "errors=\"0\" skipped=\"{}\" time=\"0\">\n    <properties/>\n{}    <system-out>{}</system-out>\n    <system-err/>\n  "
+        "</testsuite>\n",
         id, attribute(run.scene), timestamp, counts.tests, counts.failures, counts.skipped, cases, attribute(warnings));
 }
 

@@ -78,7 +78,8 @@ TEST(Lint, NamesTheOtherSignConvention) {
     EXPECT_THAT(outcome.errors, IsEmpty()) << "a warning";
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("with phase = \"condon-shortley\" it is 0.0 %"));
     EXPECT_GT(outcome.findings[0].figures.at("behind"), 0.5);
-    EXPECT_EQ(outcome.findings[0].key, "light_map.lightmap.phase");
+    EXPECT_EQ(outcome.findings[0].place.name, "lightmap");
+    EXPECT_EQ(outcome.findings[0].place.key, "phase");
     EXPECT_TRUE(outcome.findings[0].line.has_value()) << "the example has the key";
 }
 
@@ -355,6 +356,126 @@ TEST(Lint, NamesALimitAboveOne) {
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("limit-above-one"));
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("max_error = 2, which is 200 %"));
+}
+
+// What becomes of a finding
+
+PlantedScene sceneWithWarning(const std::string& allow) {
+    PlantedScene scene;
+    scene.editMesh([](Glb& glb) { glb.forEachUv([](glm::vec2& uv) { uv.y = 1 - uv.y; }); });
+    scene.replaceInScene("schema = 1", allow + "\nschema = 1");
+    return scene;
+}
+
+TEST(LintAllow, SilencesAWarningWithItsReason) {
+    const PlantedScene scene = sceneWithWarning("allow = [{ code = \"flipped-v\", reason = \"fixed next week\" }]");
+    const Outcome outcome = scene.lint(true);
+    EXPECT_THAT(outcome.errors, IsEmpty()) << "also with --strict";
+    ASSERT_THAT(codesOf(outcome), ElementsAre("flipped-v"));
+    EXPECT_EQ(outcome.findings[0].allowed, "fixed next week");
+}
+
+TEST(LintAllow, OfAnotherAssetSilencesNothing) {
+    const PlantedScene scene = sceneWithWarning("allow = [{ code = \"flipped-v\", asset = \"probe0\", reason = \"\" }]");
+    EXPECT_FALSE(scene.lint().findings.at(0).allowed.has_value());
+}
+
+TEST(LintAllow, RefusesWhatIsNoCode) {
+    const auto lineOf = [](const std::string& allow) {
+        const PlantedScene scene;
+        scene.replaceInScene("schema = 1", allow + "\nschema = 1");
+        const Outcome outcome = scene.lint();
+        EXPECT_EQ(outcome.errors.at(0).code, ErrorCode::InvalidRequest);
+        return outcome.errors.at(0).line();
+    };
+    EXPECT_THAT(lineOf("allow = [\"fliped-v\"]"),
+                HasSubstr("found the code 'fliped-v' in allow, expected one of `lightcook lint`; nearest is 'flipped-v'"));
+    EXPECT_THAT(lineOf("allow = [\"no-coverage\"]"), HasSubstr("this one is an error, which cannot be allowed"));
+    EXPECT_THAT(lineOf("allow = [{ code = \"flipped-v\", raeson = \"\" }]"), HasSubstr("unknown key 'raeson' in allow"));
+    EXPECT_THAT(lineOf("allow = [3]"), HasSubstr("found no code in allow"));
+    EXPECT_THAT(lineOf("allow = \"flipped-v\""), HasSubstr("expected a list of codes"));
+}
+
+TEST(Lint, StrictMakesAWarningAnError) {
+    const Outcome outcome = sceneWithWarning("").lint(true);
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.errors[0].code, ErrorCode::Implausible);
+}
+
+TEST(Lint, CookRefusesAnErrorAndLeavesNothing) {
+    const PlantedScene scene;
+    scene.editLightMap([](Channels& map) {
+        for (float& value : map["coverage.Y"]) value = 0;
+    });
+    CookOptions options;
+    options.scene = scene / "scene.toml";
+    options.output = scene / "out";
+    options.cache = scene / "cache";
+    const RunState state;
+    const Outcome outcome = cookScene(options, state);
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.errors[0].code, ErrorCode::Implausible);
+    EXPECT_FALSE(std::filesystem::exists(scene / "out"));
+}
+
+/// A warning changes no byte that an engine reads, whether lint or a file time made it; cook, warm cook and verify all report it.
+TEST(Lint, CookAndVerifyReportAWarning) {
+    const PlantedScene scene;
+    scene.replaceInScene("max_error = 0.02 ", "light_map_layout = \"ratio\"\nmax_error = 0.9\neffort = 0 ");
+    CookOptions options;
+    options.scene = scene / "scene.toml";
+    options.output = scene / "out";
+    options.cache = scene / "cache";
+    options.only = "lightmap";
+    const RunState state;
+    const Outcome plain = cookScene(options, state);
+    EXPECT_THAT(plain.findings, IsEmpty());
+    const std::string manifest = formats::contentOf(scene / "out" / "cooked.json");
+
+    std::filesystem::last_write_time(scene / "cornell.glb",
+                                     std::filesystem::last_write_time(scene / "cornell_lightmap.exr") + std::chrono::hours(26));
+    for (int i = 0; i < 2; ++i) {
+        const Outcome cooked = cookScene(options, state);
+        ASSERT_THAT(codesOf(cooked), ElementsAre("stale-bake"));
+        EXPECT_EQ(cooked.actionsRun, 0);
+        EXPECT_EQ(formats::contentOf(scene / "out" / "cooked.json"), manifest);
+        const auto report = loadReport(scene / "out" / "report.json");
+        ASSERT_TRUE(report.has_value());
+        ASSERT_EQ(report->findings.size(), 1u);
+        EXPECT_EQ(report->findings[0].check, LintCheck::StaleBake);
+        EXPECT_THAT(formats::contentOf(scene / "out" / "report.html"), HasSubstr("stale-bake"));
+    }
+    const Outcome verified = verifyCooked({scene / "out", {}, {}}, state);
+    EXPECT_THAT(codesOf(verified), ElementsAre("stale-bake"));
+    VerifyOptions strict{scene / "out", {}, {}};
+    strict.strict = true;
+    EXPECT_EQ(verifyCooked(strict, state).errors.at(0).code, ErrorCode::Implausible);
+}
+
+TEST(Lint, JUnitAndSarifHaveTheFindings) {
+    const Outcome outcome = sceneWithWarning("").lint();
+    const CiRun run = ciRun({"lint", {}, "scene.toml", {}, outcome.report, outcome.errors, &outcome.findings});
+    const std::string junit = junitReport(run);
+    EXPECT_THAT(junit, AllOf(HasSubstr("name=\"flipped-v\" time=\"0\"/>"), HasSubstr("<system-out>"), HasSubstr("with V upside down")));
+    const Json sarif = parseJson(sarifReport(run));
+    const Json& driver = sarif["runs"][0]["tool"]["driver"];
+    ASSERT_EQ(sarif["runs"][0]["results"].size(), 1u);
+    const Json& result = sarif["runs"][0]["results"][0];
+    EXPECT_EQ(result["ruleId"], "flipped-v");
+    EXPECT_EQ(result["level"], "warning");
+    EXPECT_EQ(driver["rules"][result["ruleIndex"].get<std::size_t>()]["id"], "flipped-v");
+    EXPECT_GT(result["locations"][0]["physicalLocation"]["region"]["startLine"], 1);
+    EXPECT_FALSE(result.contains("suppressions"));
+
+    const Outcome strict = sceneWithWarning("").lint(true);
+    const CiRun failed = ciRun({"lint", {}, "scene.toml", {}, strict.report, strict.errors, &strict.findings});
+    EXPECT_THAT(junitReport(failed), HasSubstr("<failure type=\"flipped-v\""));
+    EXPECT_EQ(parseJson(sarifReport(failed))["runs"][0]["results"].size(), 1u) << "the error is not told twice";
+}
+
+TEST(LintPage, ListsTheChecks) {
+    const std::string page = formats::contentOf(std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "docs/guide/lint.md");
+    EXPECT_THAT(page, HasSubstr(lintCheckTable()));
 }
 
 }  // namespace
