@@ -80,7 +80,7 @@ private:
         std::optional<std::uint64_t> budget;
         if (previous) budget = previous->budget.limitBytes;
         const Report report =
-            makeReport({manifest->scene, secondsSince(start_), peakResidentBytes(), budget, outcome_.findings}, std::move(rows), {});
+            makeReport({manifest->scene, secondsSince(start_), peakResidentBytes(), budget, {}, outcome_.findings}, std::move(rows), {});
         for (Error& error : errorsOf(outcome_.findings)) outcome_.errors.push_back(std::move(error));
         appendVerdicts(report, outcome_.errors);
         outcome_.report = toJson(report);

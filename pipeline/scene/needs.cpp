@@ -47,7 +47,8 @@ Needs resolveNeeds(const Scene& scene, const std::vector<const ActionRecord*>& m
             place->second = {place->second.normalMap || other.normalMap, place->second.specular || other.specular,
                              unite(place->second.m, other.m), unite(place->second.f0, other.f0)};
         }
-    const bool isStated = !materials.empty() || std::ranges::any_of(scene.materials, [](const MaterialEntry& each) { return each.m; });
+    const bool isStated =
+        !materials.empty() || std::ranges::any_of(scene.materials, [](const MaterialEntry& each) { return each.m.has_value(); });
     if (materials.empty()) materials.emplace("", unknown);
     for (const MaterialEntry& entry : scene.materials) {
         if (entry.name == "*") {
