@@ -312,7 +312,10 @@ TEST_P(Mistakes, EndAsThePageSays) {
     EXPECT_EQ(row.code, code) << errors;
     EXPECT_TRUE(matches(printed, row.printed)) << "found:    " << printed << "\nexpected: " << row.printed;
     EXPECT_NE(code, 0);
-    if (code != 4) EXPECT_EQ(errors, printed + "\n") << "one line for one mistake";  // several figures may be over their limits
+    // Several figures may be over their limits.
+    if (code != 4) {
+        EXPECT_EQ(errors, printed + "\n") << "one line for one mistake";
+    }
     for (const auto& entry : fs::directory_iterator(scene.path()))
         EXPECT_FALSE(entry.path().filename().string().starts_with(".lightcook-")) << entry.path();
 }
