@@ -117,8 +117,8 @@ private:
             if (!decided) return tl::make_unexpected(decided.error());
             plan = std::move(*decided);
         }
-        outcome_.actionsRun = materials.actionsRun + contents.actionsRun + result.actionsRun;
-        outcome_.actionsReused = materials.actionsReused + contents.actionsReused + result.actionsReused;
+        outcome_.actionsRun = materials.actionsRun + result.actionsRun;
+        outcome_.actionsReused = materials.actionsReused + result.actionsReused;
         for (const Error& error : result.errors)
             if (!isReported(error)) outcome_.errors.push_back(error);
         if (isStopped(result)) return {};

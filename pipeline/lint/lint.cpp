@@ -76,12 +76,13 @@ private:
         const auto isOf = [](LintCheck check) { return [check](const Finding& finding) { return finding.check == check; }; };
         const bool isOtherQuantity =
             std::ranges::any_of(findings, isOf(LintCheck::WrongQuantity)) || std::ranges::any_of(findings, isOf(LintCheck::GammaCurve));
+        const bool lacksNormals = std::ranges::any_of(findings, isOf(LintCheck::SomeZeroNormals));
         add(std::move(findings));
         // A wrong quantity or curve changes the brightness too.
         if (!isOtherQuantity) add(judgeUnits(entry, *facts, probes));
         if (!entry.mesh) return;
-        // Without coverage a mesh has nothing to be compared with.
-        if (const auto mesh = factsOf<MeshFacts>("lint/mesh/" + entry.name); mesh && mesh->hasUvs && facts->covered > 0)
+        // Without coverage a mesh has nothing to be compared with, and texels without a normal count as uncovered.
+        if (const auto mesh = factsOf<MeshFacts>("lint/mesh/" + entry.name); mesh && mesh->hasUvs && facts->covered > 0 && !lacksNormals)
             add(judgeMesh(entry, *mesh));
         add(judgeAge(entry));
     }

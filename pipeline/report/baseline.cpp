@@ -21,7 +21,7 @@ AssetFigures figuresOf(const ReportRow& row) {
 /// Returns the growth in percent: of nothing to something 100.
 double growth(std::uint64_t before, std::uint64_t now) {
     if (before == 0) return now > 0 ? 100.0 : 0.0;
-    return 100 * (static_cast<double>(now) / static_cast<double>(before) - 1);
+    return 100 * (static_cast<double>(now) - static_cast<double>(before)) / static_cast<double>(before);
 }
 
 }  // namespace

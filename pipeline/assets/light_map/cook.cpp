@@ -16,11 +16,17 @@ using formats::Result;
 /// Larger constants, such as learned tables, lie in the manifest alone.
 constexpr std::size_t kLargestMetadataConstant = 16;
 
+/// The index of a learned layout is a texture unless a mesh names the clusters.
+bool hasIndexTexture(const compress::LightMapPlan& plan) {
+    return plan.indexBytes() > 0 && plan.vertexBytes == 0;
+}
+
 /// Returns what a loader needs to decode a texture without the manifest, except for learned tables.
 Json factsOf(const compress::LightMapPlan& plan, const compress::LightMapTexture& texture) {
     Json facts = {{"layout", std::string(formats::info(plan.layout).name)}, {"role", texture.name}, {"constants", Json::object()}};
     for (const auto& [name, values] : plan.constants)
-        if (values.size() <= kLargestMetadataConstant) facts["constants"][name] = values;
+        if (values.size() <= kLargestMetadataConstant && !(name == "index_runs" && hasIndexTexture(plan)))
+            facts["constants"][name] = values;
     return facts;
 }
 
@@ -37,11 +43,6 @@ Result<AssetTextures> createTextures(const ActionContext& context, const compres
         if (!created) return tl::make_unexpected(created.error());
     }
     return textures;
-}
-
-/// The index of a learned layout is a texture unless a mesh names the clusters.
-bool hasIndexTexture(const compress::LightMapPlan& plan) {
-    return plan.indexBytes() > 0 && plan.vertexBytes == 0;
 }
 
 /// Writes the index of a learned layout: a texel for each block of 4 x 4.

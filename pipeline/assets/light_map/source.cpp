@@ -61,16 +61,18 @@ Result<void> LightMapSource::makeConstant(const glm::ivec2& size, const std::str
             formats::ErrorCode::Verification, file,
             fmt::format("found {} x {} texels, expected {} x {} as cooked", reader_.width(), reader_.height(), size.x, size.y));
     ConstantLight light;
-    for (int row = 0; row < reader_.height() && light.isConstant(); row += kChunkRows) {
-        const auto rows = reader_.read(row, std::min(kChunkRows, reader_.height() - row));
+    auto strip = std::make_shared<LightMapStrip>();
+    for (int index = 0; index < chunkCount(); ++index) {
+        const auto rows = readChunk(index);
         if (!rows) return tl::make_unexpected(rows.error());
         light.add(*rows);
+        strip->repairs += rows->repairs;
+        strip->negativeAfterGamut += rows->negativeAfterGamut;
     }
     if (!light.isConstant())
         return formats::failure(
             formats::ErrorCode::Verification, file,
             "found texels of different light, expected one light everywhere, as when it was cooked: cook the scene again");
-    auto strip = std::make_shared<LightMapStrip>();
     strip->sh = formats::Image<lighting::ShRgb>(kConstantSide, kConstantSide);
     strip->covered = formats::Image<std::uint8_t>(kConstantSide, kConstantSide);
     strip->normal = formats::Image<glm::vec3>(kConstantSide, kConstantSide);
@@ -79,6 +81,14 @@ Result<void> LightMapSource::makeConstant(const glm::ivec2& size, const std::str
     std::ranges::fill(strip->normal.texels(), light.normal());
     constant_ = std::move(strip);
     return {};
+}
+
+Result<LightMapStrip> LightMapSource::readChunk(int index) const {
+    auto chunk = reader_.read(index * kChunkRows, chunkRows(index));
+    if (!chunk || !(fireflies_.limit > 0)) return chunk;
+    if (auto checked = formats::checkFireflies(*chunk, fireflies_.limit, fireflies_.repair, fireflies_.file); !checked)
+        return tl::make_unexpected(checked.error());
+    return chunk;
 }
 
 Result<std::shared_ptr<const LightMapStrip>> LightMapSource::chunk(int index) {
@@ -92,11 +102,8 @@ Result<std::shared_ptr<const LightMapStrip>> LightMapSource::chunk(int index) {
     }
     const std::lock_guard lock(slot->mutex);  // two threads that ask for one chunk decode it once
     if (!slot->chunk) {
-        auto chunk = reader_.read(index * kChunkRows, chunkRows(index));
+        auto chunk = readChunk(index);
         if (!chunk) return tl::make_unexpected(chunk.error());
-        if (fireflies_.limit > 0)
-            if (auto checked = formats::checkFireflies(*chunk, fireflies_.limit, fireflies_.repair, fireflies_.file); !checked)
-                return tl::make_unexpected(checked.error());
         slot->chunk = std::make_shared<const LightMapStrip>(std::move(*chunk));
     }
     owner_.keep(*this, index, kBytesPerTexel * static_cast<std::size_t>(width()) * static_cast<std::size_t>(chunkRows(index)));

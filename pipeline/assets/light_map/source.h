@@ -65,6 +65,9 @@ private:
     /// Reads the whole file, and refuses one of another size or with two kinds of light.
     formats::Result<void> makeConstant(const glm::ivec2& size, const std::string& file);
 
+    /// Reads rows of the file and checks them for fireflies.
+    formats::Result<formats::LightMapStrip> readChunk(int index) const;
+
     struct Slot {
         std::mutex mutex;
         std::shared_ptr<const formats::LightMapStrip> chunk;

@@ -109,7 +109,7 @@ class PlantedScene {
 public:
     PlantedScene() {
         std::filesystem::copy(std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell", folder_.path(),
-                              std::filesystem::copy_options::overwrite_existing);
+                              std::filesystem::copy_options::recursive);
     }
     std::filesystem::path operator/(const std::filesystem::path& name) const { return folder_ / name; }
 

@@ -52,7 +52,7 @@ protected:
     }
     void verify(const Outcome&) { outcome_ = verifyCooked({scene_ / "out", {}, {}}, state_); }
 
-    CiRun run() const { return ciRun({"verify", scene_ / "out", {}, {}, outcome_.report, outcome_.errors}); }
+    CiRun run() const { return ciRun({"verify", scene_ / "out", {}, {}, outcome_.report, outcome_.errors, &outcome_.findings}); }
 
     /// Returns the names of the checks of an asset that failed.
     static std::vector<std::string> failed(const CiRun& run, const std::string& suite) {

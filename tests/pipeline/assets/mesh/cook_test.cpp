@@ -229,8 +229,10 @@ TEST_F(TwoSquares, OfManyVerticesAreNamedByTheSmallerIndexTexture) {
     shape.height = kHeight / 4;
     const auto reader = formats::TextureReader::open(folder_ / "out" / "map_index.ktx2");
     const auto bytes = std::as_bytes(std::span<const std::uint8_t>(other));
-    ASSERT_TRUE(
-        writeTexture(folder_ / "out" / "map_index.ktx2", shape, {}, reader->metadata(), {{bytes.begin(), bytes.end()}}).has_value());
+    std::map<std::string, std::string> metadata = reader->metadata();
+    std::erase_if(metadata, [](const auto& entry) { return entry.first.starts_with("KTX"); });
+    const auto written = writeTexture(folder_ / "out" / "map_index.ktx2", shape, {}, metadata, {{bytes.begin(), bytes.end()}});
+    ASSERT_TRUE(written.has_value()) << written.error().line();
     Json manifest = parseJson(formats::contentOf(folder_ / "out" / kManifestName));
     for (Json& each : manifest["assets"])
         for (Json& texture : each["textures"])
