@@ -187,7 +187,7 @@ TEST_F(CommandLine, VerboseNamesEachActionAndQuietNothing) {
 TEST_F(CommandLine, TerminalsGetColourAndOneLineOfProgress) {
     if (!hasScript()) GTEST_SKIP() << "no script (util-linux) for a pseudo-terminal";
     const std::string cook = onTerminal("cook scene.toml -o out");
-    EXPECT_THAT(cook, AllOf(HasSubstr("\r\x1b[K["), HasSubstr(" %  "), HasSubstr("/10 ")));
+    EXPECT_THAT(cook, AllOf(HasSubstr("\r\x1b[K["), HasSubstr(" %  "), testing::ContainsRegex("[0-9]+/[0-9]+ ")));
     EXPECT_THAT(cook, HasSubstr("\x1b[32mpassed\x1b[0m: 5 assets"));
     EXPECT_THAT(onTerminal("cook scene.toml -o out", "NO_COLOR=1"), Not(HasSubstr("\x1b[32m")));
     EXPECT_THAT(onTerminal("--color never cook scene.toml -o out"), Not(HasSubstr("\x1b[32m")));

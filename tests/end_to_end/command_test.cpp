@@ -96,7 +96,7 @@ TEST_F(Command, BadInputEndsWithThree) {
     expectRefused("encode nowhere.exr out --format bc7", 2, {"out"});
     expectRefused("encode nowhere.exr out.ktx2 --format bc7", 3, {"nowhere.exr"});
     expectRefused("verify nowhere", 3, {"nowhere"});
-    expectRefused("decode whole.ktx2 out", 3, {"whole.ktx2"});
+    expectRefused("decode whole.ktx2 out.exr", 3, {"whole.ktx2"});
 }
 
 TEST_F(Command, ANanTexelEndsWithThreeAndIsNamedOrRepaired) {
