@@ -72,7 +72,8 @@ Interrupts::~Interrupts() {
     for (const int number : kSignals) {
         struct sigaction current {};
         ::sigaction(number, nullptr, &current);
-        if (current.sa_handler == onSignal) ::signal(number, SIG_DFL);
+        // The command is done and the program about to end: a signal now would only hide the exit code.
+        if (current.sa_handler == onSignal) ::signal(number, SIG_IGN);
     }
     isOver_ = true;
     ::sem_post(&wakeUps);
