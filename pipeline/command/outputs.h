@@ -57,7 +57,8 @@ private:
     std::filesystem::path junit_, sarif_;
 };
 
-/// Prints the result of a cook: warnings of lint; on a terminal a table, then a line with the verdict, sizes and what came from the cache. Quiet: warnings only.
+/// Prints the result of a cook: warnings of lint; on a terminal a table, then a line with the verdict, sizes and what came from the cache.
+/// Quiet: warnings only.
 void printCook(Session& session, const Outcome& outcome);
 
 }  // namespace lightcook::pipeline

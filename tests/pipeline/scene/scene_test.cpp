@@ -55,7 +55,8 @@ roughness_axis = "sqrt(m)"
     expectRefused(kHead + "[tables]\nviews = 1\n", "4:9", "expected an integer from 2 to 1024");
     expectRefused(kHead + "[tables]\nrows = 2000\n", "4:8", "expected an integer from 1 to 1024");
     expectRefused(kHead + "[tables]\nview_axis = \"m\"\n", "4:13", "expected one of: ");
-    expectRefused(kHead + "[tables]\nlobe = \"phong\"\nnormalization = \"halo3\"\n", "4:8", "cubemaps and dominant lights have no Phong lobe");
+    expectRefused(kHead + "[tables]\nlobe = \"phong\"\nnormalization = \"halo3\"\n", "4:8",
+                  "cubemaps and dominant lights have no Phong lobe");
     expectRefused(kHead + "tables = 3\n", "3:10", "expected a table [tables]");
 }
 
