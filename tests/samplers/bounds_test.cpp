@@ -159,7 +159,9 @@ void CertifiedBounds::expectInside(const CookedScene& scene, const std::string& 
     ASSERT_FALSE(cooked.quads.empty());
     int unit = 0;
     for (const Json& texture : asset.at("textures"))
-        if (texture.at("role") != pipeline::kIndexRole) ASSERT_TRUE(gl_->upload(unit++, scene.ktx2(texture)));
+        if (texture.at("role") != pipeline::kIndexRole) {
+            ASSERT_TRUE(gl_->upload(unit++, scene.ktx2(texture)));
+        }
 
     const Surfaces surfaces(random_);
     const LayoutGlsl glsl(asset);
