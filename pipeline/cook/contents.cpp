@@ -88,12 +88,16 @@ verify::LightMapShading shadingOf(const Scene& scene, const Needs& needs) {
     return shading;
 }
 
-std::vector<Action> planContents(const Scene& scene, const Needs& needs, bool repair) {
+std::vector<Action> planContents(const Scene& scene, const Needs& needs, const PlanOptions& options) {
     std::vector<Action> actions;
     if (scene.output.keepUnused) return actions;
     const verify::LightMapShading shading = shadingOf(scene, needs);
-    for (const LightMapEntry& entry : scene.lightMaps) actions.push_back(contentAction(scene, entry, shading, repair));
-    if (needs.specular)
+    const auto isWanted = [&](const std::string& name) { return !options.only || *options.only == name; };
+    for (const LightMapEntry& entry : scene.lightMaps)
+        if (isWanted(entry.name) || isWanted(dominantNameOf(entry.name)) || (entry.mesh && isWanted(meshAssetName(scene, entry))))
+            actions.push_back(contentAction(scene, entry, shading, options.repair));
+    const bool isProbeWanted = std::ranges::any_of(scene.probes, isWanted, &ProbeEntry::name);
+    if (needs.specular && isProbeWanted)
         if (auto use = probeUseAction(scene)) actions.push_back(std::move(*use));
     return actions;
 }

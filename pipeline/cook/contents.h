@@ -6,6 +6,7 @@
 
 #include "formats/gltf_scene.h"
 #include "formats/light_map.h"
+#include "pipeline/cook/plan.h"
 #include "pipeline/graph/executor.h"
 #include "pipeline/scene/needs.h"
 #include "pipeline/scene/scene.h"
@@ -19,8 +20,8 @@ std::map<std::string, std::filesystem::path> meshInputs(const std::string& role,
 /// Returns the materials that a scene's assets are shaded with.
 verify::LightMapShading shadingOf(const Scene& scene, const Needs& needs);
 
-/// Returns the actions that read the contents. None if the scene keeps what is unused.
-std::vector<Action> planContents(const Scene& scene, const Needs& needs, bool repair);
+/// Returns the actions that read the contents of what the options want. None if the scene keeps what is unused.
+std::vector<Action> planContents(const Scene& scene, const Needs& needs, const PlanOptions& options);
 /// Adds the results of these actions to the needs. Actions that failed say nothing: their assets are cooked in full.
 formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs);
 

@@ -32,8 +32,6 @@ using formats::failure;
 using formats::Result;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::uint64_t kCacheLimitBytes = std::uint64_t{4} << 30;
-
 void applyOverrides(const CookOptions& options, OutputSettings& output) {
     if (options.target) output.target = *options.target;
     if (options.maxError) output.maxError = *options.maxError;
@@ -102,9 +100,9 @@ private:
         outcome_.errors = materials.errors;
         if (isStopped(materials)) return {};
         Needs needs = needsOf(materials);
-        const std::vector<Action> contentGraph = planContents(scene_, needs, options_.repair);
+        const std::vector<Action> contentGraph = planContents(scene_, needs, planOptions_);
         const ExecutionResult contents = execute(contentGraph);
-        outcome_.errors.insert(outcome_.errors.end(), contents.errors.begin(), contents.errors.end());
+        addErrors(contents);
         if (isStopped(contents)) return {};
         if (auto added = addContents(contents, needs); !added) return added;
         auto plan = planScene(scene_, needs, planOptions_);
@@ -119,8 +117,7 @@ private:
         }
         outcome_.actionsRun = materials.actionsRun + result.actionsRun;
         outcome_.actionsReused = materials.actionsReused + result.actionsReused;
-        for (const Error& error : result.errors)
-            if (!isReported(error)) outcome_.errors.push_back(error);
+        addErrors(result);
         if (isStopped(result)) return {};
         const auto report = publishWithSummaries(*plan, result);
         if (!report) return tl::make_unexpected(report.error());
@@ -143,8 +140,7 @@ private:
         for (const LightMapEntry& entry : scene_.lightMaps)
             if (assets.contains(dominantNameOf(entry.name))) assets.insert(entry.name);
         ExecutionResult facts = execute(planLint(scene_, options_.repair, assets));
-        for (const Error& error : facts.errors)
-            if (!isReported(error)) outcome_.errors.push_back(error);
+        addErrors(facts);
         facts.records.insert(materials.records.begin(), materials.records.end());
         auto findings = judgeScene(scene_, facts.records, options_.strict);
         if (!findings) return tl::make_unexpected(findings.error());
@@ -242,8 +238,10 @@ private:
         return rates;
     }
 
-    bool isReported(const Error& error) const {
-        return std::ranges::any_of(outcome_.errors, [&](const Error& each) { return each.line() == error.line(); });
+    /// Adds the errors of some actions. Two actions that read one file fail with one line.
+    void addErrors(const ExecutionResult& result) {
+        for (const Error& error : result.errors)
+            if (std::ranges::find(outcome_.errors, error.line(), &Error::line) == outcome_.errors.end()) outcome_.errors.push_back(error);
     }
 
     const CookOptions& options_;

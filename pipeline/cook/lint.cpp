@@ -10,8 +10,6 @@
 namespace lightcook::pipeline {
 namespace {
 
-constexpr std::uint64_t kCacheLimitBytes = std::uint64_t{4} << 30;
-
 /// What `lightcook lint --json` writes; where there are errors, they follow.
 struct LintReport {
     std::string scene;

@@ -26,15 +26,6 @@ namespace {
 
 using Inputs = std::map<std::string, std::filesystem::path>;
 
-/// Returns the name of a mesh asset: that of the mesh, and if several light maps share it also that of the light map, since the UVs are
-/// verified against each map.
-std::string meshAssetName(const Scene& scene, const LightMapEntry& entry) {
-    const std::string name = entry.mesh->stem().string() + "_mesh";
-    const auto sharing = std::count_if(scene.lightMaps.begin(), scene.lightMaps.end(),
-                                       [&](const LightMapEntry& other) { return other.mesh && other.mesh->stem() == entry.mesh->stem(); });
-    return sharing > 1 ? entry.name + "_" + name : name;
-}
-
 /// Returns true if a layout has learned bases for each cluster of charts: then a mesh names the cluster of each vertex.
 bool hasLearnedBases(const std::string& layout) {
     const auto known = formats::lightMapLayoutFromName(layout);
@@ -57,13 +48,6 @@ std::vector<SkippedImages> dominantImages(formats::Target target) {
     return images;
 }
 
-/// Returns the GPU memory of images of a size [bytes], and their texels.
-std::uint64_t bytesOf(const std::vector<SkippedImages>& images, const glm::ivec2& size) {
-    std::uint64_t bytes = 0;
-    for (const SkippedImages& each : images)
-        bytes += static_cast<std::uint64_t>(each.layers) * formats::bytesPerImage(each.format, size.x, size.y);
-    return bytes;
-}
 double texelsOf(const glm::ivec2& size) {
     return static_cast<double>(size.x) * size.y;
 }
@@ -197,8 +181,7 @@ private:
         const glm::ivec2 size =
             content == needs_.contents.end() ? glm::ivec2(0) : glm::ivec2(content->second.width, content->second.height);
         if (!reduction.hasDominant)
-            return skip("dominant light of '" + entry.name + "'", "the light map is black", bytesOf(images, size),
-                        {"dominant", texelsOf(size)});
+            return skip("dominant light of '" + entry.name + "'", "the light map is black", "dominant", entry.name, images, {});
         if (reduction.isDominantConstant) {
             description.constantOf = size;
             skip("texels of the dominant light of '" + entry.name + "'", "every covered texel has the same light and normal",
@@ -361,8 +344,14 @@ private:
     void skip(std::string what, std::string why, std::uint64_t bytes, SkippedWork work) {
         plan_.skipped.push_back({.what = std::move(what), .why = std::move(why), .bytesSaved = bytes, .work = std::move(work)});
     }
+    /// Reports images of a light map's size as skipped. A size that is not known yet is filled in when the map was cooked.
     void skip(std::string what, std::string why, std::string kind, std::string lightMap, std::vector<SkippedImages> images,
               std::vector<SkippedImages> instead) {
+        if (const auto known = needs_.contents.find(lightMap); known != needs_.contents.end()) {
+            const glm::ivec2 size(known->second.width, known->second.height);
+            const std::uint64_t would = bytesOf(images, size), is = bytesOf(instead, size);
+            return skip(std::move(what), std::move(why), would - std::min(is, would), {std::move(kind), texelsOf(size)});
+        }
         plan_.skipped.push_back({.what = std::move(what),
                                  .why = std::move(why),
                                  .work = {std::move(kind), 0},
@@ -387,6 +376,20 @@ private:
 
 std::string dominantNameOf(const std::string& lightMap) {
     return lightMap + "_dominant";
+}
+
+std::uint64_t bytesOf(const std::vector<SkippedImages>& images, const glm::ivec2& size) {
+    std::uint64_t bytes = 0;
+    for (const SkippedImages& each : images)
+        bytes += static_cast<std::uint64_t>(each.layers) * formats::bytesPerImage(each.format, size.x, size.y);
+    return bytes;
+}
+
+std::string meshAssetName(const Scene& scene, const LightMapEntry& entry) {
+    const std::string name = entry.mesh->stem().string() + "_mesh";
+    const auto sharing = std::count_if(scene.lightMaps.begin(), scene.lightMaps.end(),
+                                       [&](const LightMapEntry& other) { return other.mesh && other.mesh->stem() == entry.mesh->stem(); });
+    return sharing > 1 ? entry.name + "_" + name : name;
 }
 
 std::vector<Action> planNeeds(const Scene& scene) {

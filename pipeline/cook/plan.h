@@ -1,6 +1,7 @@
 // Plans a scene: from the scene file and the needs of its materials to the graph of actions.
 #pragma once
 
+#include <glm/vec2.hpp>
 #include <map>
 #include <optional>
 #include <string>
@@ -29,6 +30,13 @@ struct Plan {
     std::map<std::string, std::string> meshes = {};  ///< mesh assets, and the light maps that they depend on
     std::vector<std::string> undecided;              ///< light maps whose layout is chosen after action "trial/<name>"
 };
+
+/// Returns the GPU memory of images of a size [bytes].
+std::uint64_t bytesOf(const std::vector<SkippedImages>& images, const glm::ivec2& size);
+
+/// Returns the name of the mesh asset of a light map with a mesh: that of the mesh, and if several light maps share it also that of the
+/// light map, since the UVs are verified against each map.
+std::string meshAssetName(const Scene& scene, const LightMapEntry& entry);
 
 /// Returns the actions that run before the plan: they read the materials of the meshes.
 std::vector<Action> planNeeds(const Scene& scene);

@@ -5,7 +5,6 @@
 #include <set>
 
 #include "formats/light_map_layout.h"
-
 #include "pipeline/assets/light_map/trial.h"
 #include "pipeline/cook/integrity.h"
 #include "pipeline/graph/files.h"
@@ -34,14 +33,6 @@ void removeStale(const std::filesystem::path& folder, const Manifest& oldManifes
     }
 }
 
-/// Returns the GPU memory of images of one size [bytes].
-std::uint64_t bytesOf(const std::vector<SkippedImages>& images, int width, int height) {
-    std::uint64_t bytes = 0;
-    for (const SkippedImages& each : images)
-        bytes += static_cast<std::uint64_t>(each.layers) * formats::bytesPerImage(each.format, width, height);
-    return bytes;
-}
-
 /// Returns the skipped assets, with the bytes of light maps now that their sizes are known, and the actions whose results were reused. Time
 /// is that of the work at the measured rate of its kind; none if this machine never did such work.
 std::vector<Skip> skipsOf(const Plan& plan, const ExecutionResult& result, const std::vector<CookedAsset>& assets, const WorkRates& rates) {
@@ -49,8 +40,8 @@ std::vector<Skip> skipsOf(const Plan& plan, const ExecutionResult& result, const
     for (Skip& skip : skips) {
         const auto lightMap = std::ranges::find(assets, skip.lightMap, &CookedAsset::name);
         if (!skip.lightMap.empty() && lightMap != assets.end()) {
-            const std::uint64_t would = bytesOf(skip.images, lightMap->width, lightMap->height),
-                                is = bytesOf(skip.instead, lightMap->width, lightMap->height);
+            const glm::ivec2 size(lightMap->width, lightMap->height);
+            const std::uint64_t would = bytesOf(skip.images, size), is = bytesOf(skip.instead, size);
             skip.bytesSaved = would - std::min(is, would);
             skip.work.texels = static_cast<double>(lightMap->width) * lightMap->height;
         }

@@ -11,6 +11,9 @@
 
 namespace lightcook::pipeline {
 
+/// Contents that the cache of a cook keeps [bytes].
+inline constexpr std::uint64_t kCacheLimitBytes = std::uint64_t{4} << 30;
+
 class Cache {
 public:
     /// root        is created as needed

@@ -112,12 +112,18 @@ public:
         return resolve(*text);
     }
 
-    std::optional<std::vector<double>> numbers(const char* key, const char* expected) {
+    /// Returns nullptr if the key is missing.
+    const toml::array* array(const char* key, const char* expected) {
         requireRow(key);
         const toml::node* node = table_.get(key);
-        if (node == nullptr) return std::nullopt;
-        const toml::array* array = node->as_array();
-        if (array == nullptr) fail(*node, fmt::format("found {} for {}.{}, expected {}", typeName(*node), name_, key, expected));
+        if (node != nullptr && !node->is_array())
+            fail(*node, fmt::format("found {} for {}.{}, expected {}", typeName(*node), name_, key, expected));
+        return node == nullptr ? nullptr : node->as_array();
+    }
+
+    std::optional<std::vector<double>> numbers(const char* key, const char* expected) {
+        const toml::array* array = this->array(key, expected);
+        if (array == nullptr) return std::nullopt;
         std::vector<double> values;
         for (const toml::node& element : *array) {
             const std::optional<double> value = element.value<double>();
@@ -458,11 +464,8 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     for (const toml::table* table : reader.tables("probe")) scene.probes.push_back(readProbe({*table, file, "probe"}));
     for (const toml::table* table : reader.tables("gradient")) scene.gradients.push_back(readGradient({*table, file, "gradient"}));
     for (const toml::table* table : reader.tables("material")) scene.materials.push_back(readMaterial({*table, file, "material"}));
-    if (reader.has("allow")) {
-        const toml::array* array = reader.node("allow").as_array();
-        if (array == nullptr) reader.fail(reader.node("allow"), "found no list for 'allow', expected a list of codes");
-        for (const toml::node& node : *array) scene.allowances.push_back(readAllowance(reader, node));
-    }
+    if (const toml::array* allowances = reader.array("allow", "a list of codes"))
+        for (const toml::node& node : *allowances) scene.allowances.push_back(readAllowance(reader, node));
     scene.lines = linesOf(root);
     refuseRepeatedNames(scene);
     return scene;

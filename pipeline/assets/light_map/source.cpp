@@ -80,6 +80,7 @@ Result<void> LightMapSource::makeConstant(const glm::ivec2& size, const std::str
     std::ranges::fill(strip->covered.texels(), std::uint8_t{1});
     std::ranges::fill(strip->normal.texels(), light.normal());
     constant_ = std::move(strip);
+    constantTexels_ = light.texels();
     return {};
 }
 

@@ -35,6 +35,8 @@ public:
     glm::vec3 luminanceWeights() const { return reader_.luminanceWeights(); }
     bool hasNormals() const { return reader_.hasNormals(); }
     bool hasCoverage() const { return reader_.hasCoverage(); }
+    /// Covered texels of the file that a map of constant light stands for. Empty for other maps.
+    std::optional<std::int64_t> constantTexels() const { return constantTexels_; }
 
     /// Returns the rows [index * kChunkRows, ...), decoded once however many actions ask.
     formats::Result<std::shared_ptr<const formats::LightMapStrip>> chunk(int index);
@@ -77,6 +79,7 @@ private:
     formats::LightMapReader reader_;
     Fireflies fireflies_;
     std::shared_ptr<const formats::LightMapStrip> constant_;
+    std::optional<std::int64_t> constantTexels_;
     std::mutex mutex_;
     std::map<int, std::shared_ptr<Slot>> slots_;
 };

@@ -76,9 +76,8 @@ Result<std::vector<verify::StageError>> tryPlan(LightMapSource& source, const co
 TrialCandidate candidateOf(const formats::LightMapLayoutInfo& layout, const compress::LightMapPlan& plan,
                            const std::vector<verify::StageError>& stages) {
     const std::uint64_t bytes = plan.gpuBytesAs(layout.id);
-    const auto stage = std::ranges::find(stages, layout.trialStage, &verify::StageError::name);
-    const verify::StageError& error =
-        layout.trialLayout ? *stage : *std::ranges::find(stages, layout.stages.back(), &verify::StageError::name);
+    const std::string_view last = layout.trialLayout ? layout.trialStage : layout.stages.back();
+    const verify::StageError& error = *std::ranges::find(stages, last, &verify::StageError::name);
     return {std::string(layout.name), bytes, 8.0 * static_cast<double>(bytes) / (static_cast<double>(plan.width) * plan.height),
             error.diffuse.relRms, error.specular.relRms};
 }

@@ -87,7 +87,7 @@ Result<verify::ErrorPlace> worstInBlock(LightMapSource& bake, const CookedLightM
 }
 
 /// Returns the RMS of the light that the map's errors are a part of. The verifier works in units of the key, where there is one.
-LightFigures lightOf(const verify::LightMapErrors& errors, double key, const LightMoments& light) {
+LightFigures lightOf(const LightMapSource& bake, const verify::LightMapErrors& errors, double key, const LightMoments& light) {
     const double unit = key > 0 ? key : 1.0;
     const auto& centres = errors.accumulators.at(errors.accumulators.size() - 2);  // the last one is of places between texels
     LightFigures figures;
@@ -95,7 +95,7 @@ LightFigures lightOf(const verify::LightMapErrors& errors, double key, const Lig
     figures.specularRms = unit * centres.specular.referenceRms();
     const Moments moments = light.moments();
     figures.moments.emplace(moments.begin(), moments.end());
-    figures.texels = light.texels();
+    figures.texels = bake.constantTexels().value_or(light.texels());
     return figures;
 }
 
@@ -219,7 +219,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     checkLayout(asset->layout, parameters->shading, stages.back(), *maxError, *violations);
     VerifyResult result = judged(stages, *maxError, watch, std::move(*violations));
     result.key = *key;
-    result.light = lightOf(whole.errors, *key, whole.light);
+    result.light = lightOf(bake, whole.errors, *key, whole.light);
     if (!truth->isEmpty()) result.groundTruth = toJson(verify::lightMapTruth(whole.truthPlaces, parameters->shading.lobe));
     return outcomeWithPreview(std::move(result), preview, context);
 }
