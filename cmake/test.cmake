@@ -1,14 +1,18 @@
-# GoogleTest's headers are a third of what compiling a test costs, nlohmann/json and fmt a third of one that reads what was cooked: a
-# precompiled header holds them. Tests are built with -O2 in release builds: none of them runs faster with -O3.
-function(quick_to_build program)
-  cmake_parse_arguments(ARG "JSON" "" "" ${ARGN})
-  target_precompile_headers(${program} PRIVATE <gmock/gmock.h>)
-  if(ARG_JSON)
-    target_precompile_headers(${program} PRIVATE <nlohmann/json.hpp> <fmt/format.h>)
-  endif()
-  # Tests that read JSON run whole programs and compute little themselves.
-  target_compile_options(${program} PRIVATE $<$<CONFIG:Release>:$<IF:$<BOOL:${ARG_JSON}>,-O1,-O2>>)
-endfunction()
+# Tests of JSON run whole programs and compute little themselves: -O1. None of the others runs faster with -O3 than with -O2.
+# A precompiled header and the sources that use it must agree in -pthread and in the macros that its headers know.
+set(test_options -pthread $<$<CONFIG:Release>:-O2>)
+set(json_test_options -pthread $<$<CONFIG:Release>:-O1>)
+set(test_libraries project_options GTest::gmock GTest::gtest_main)
+set(json_test_libraries ${test_libraries} nlohmann_json::nlohmann_json fmt::fmt)
+# GoogleTest's headers are a third of what compiling a test costs, nlohmann/json and fmt a third of one that reads what was cooked. Two
+# precompiled headers hold them for all test programs. (Each program with one of its own takes a minute more.)
+foreach(kind test json_test)
+  add_library(${kind}_headers OBJECT ${PROJECT_SOURCE_DIR}/tests/precompiled.cpp)
+  target_link_libraries(${kind}_headers PRIVATE ${${kind}_libraries})
+  target_compile_options(${kind}_headers PRIVATE ${${kind}_options})
+  target_precompile_headers(${kind}_headers PRIVATE <gmock/gmock.h>)
+endforeach()
+target_precompile_headers(json_test_headers PRIVATE <nlohmann/json.hpp> <fmt/format.h>)
 
 # lightcook_test(<module> SOURCES a_test.cpp... [OPENIMAGEIO b_test.cpp...] [NOT_SANITIZED c_test.cpp...] [LIBRARIES more...]
 #                [DEFINITIONS name=value...] [JSON])
@@ -31,12 +35,12 @@ function(lightcook_test module)
     add_dependencies(${module}_tests ${module}_openimageio_tests)
     list(APPEND programs ${module}_openimageio_tests)
   endif()
-  set(json)
+  set(kind test)
   if(ARG_JSON)
-    set(json JSON)
+    set(kind json_test)
   endif()
   foreach(program ${programs})
-    target_link_libraries(${program} PRIVATE project_options ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main)
+    target_link_libraries(${program} PRIVATE ${${kind}_libraries} ${ARG_LIBRARIES})
     if(TARGET ${module})
       target_link_libraries(${program} PRIVATE ${module})
     endif()
@@ -44,7 +48,8 @@ function(lightcook_test module)
       LIGHTCOOK_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
       LIGHTCOOK_SHARED_DATA="${PROJECT_SOURCE_DIR}/../shared/data"
       ${ARG_DEFINITIONS})
-    quick_to_build(${program} ${json})
+    target_compile_options(${program} PRIVATE ${${kind}_options})
+    target_precompile_headers(${program} REUSE_FROM ${kind}_headers)
     link_images_beside(${program})
     gtest_discover_tests(${program} TEST_FILTER "-*Soak*" DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
     gtest_discover_tests(${program} TEST_FILTER "*Soak*" TEST_LIST ${program}_soak DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 7200 LABELS soak)

@@ -11,8 +11,8 @@ namespace lightcook::formats {
 
 inline constexpr int kMostJsonMembers = 2000;  ///< of one object; ours and those of glTF have a few dozen
 
-/// Returns what is wrong with the structure of a text: brackets and braces outside strings are nested deeper than `mostDeep`, or an object
-/// has more than kMostJsonMembers. Nothing for a text to parse.
+/// Describes the fault of a text whose brackets and braces outside strings are nested deeper than `mostDeep`, or that has an object with
+/// more than kMostJsonMembers members. Returns nothing for a text that can be parsed.
 inline std::optional<std::string> faultOfStructure(std::string_view json, std::size_t mostDeep) {
     std::vector<int> commas;  // so far, of each object that is open; -1 for an array
     bool isInString = false;

@@ -14,8 +14,8 @@
 
 namespace lightcook::formats {
 
-/// Returns the memory that this process can still get [bytes]: the least of what the machine has, what the control group leaves, and what
-/// the limit of address space (ulimit -v) leaves.
+/// Returns the memory that this process can still allocate [bytes]: the least of the free memory of the machine, the rest of the control
+/// group's limit, and the rest of the limit on address space (ulimit -v).
 inline std::uint64_t availableMemory() {
     constexpr std::uint64_t kUnknown = std::numeric_limits<std::uint64_t>::max();
     const auto numberIn = [](const char* file) {

@@ -1,8 +1,8 @@
 // Temporary files and folders of the process, and the end of a process that a signal interrupts.
 //
-// Everything that is not complete yet lies under a name that begins with kTemporaryPrefix, beside its final place. Its owner holds a lock
-// on it (flock(2), which ends with the process, also in another container). So a later run can tell what a killed process left behind from
-// what a running one still writes.
+// An incomplete file lies under a name that begins with kTemporaryPrefix, beside its final place. Its owner holds a lock on it (flock(2),
+// which ends with the process, also in another container). So a later run can tell a file that a killed process left behind from one that
+// is still being written.
 #pragma once
 
 #include <filesystem>

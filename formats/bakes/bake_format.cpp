@@ -45,7 +45,7 @@ bool isPicture(const ExrInfo& info) {
     });
 }
 
-/// Returns a guess at what a file without SH coefficients is, and what to do with it.
+/// Returns the probable kind of a file without SH coefficients, and what to do with it.
 std::string guessOf(const ExrInfo& info) {
     if (isPicture(info))
         return ". A flat light map or a picture? It has no directions: compress it with `lightcook encode`, or bake SH coefficients";

@@ -75,7 +75,7 @@ Result<std::vector<std::byte>> zstdDecompress(const FileBytes& source, std::uint
                        fmt::format("found {} in the Zstandard stream, expected one frame of {} bytes", found, expectedLength));
     };
     std::vector<std::byte> in(static_cast<std::size_t>(std::min<std::uint64_t>(kPiece, length))), out(kPiece), bytes;
-    // What the frame says of itself comes before any large allocation.
+    // The frame's header is checked before any large allocation.
     if (Result<void> read = source.readAt(offset, in); !read) return tl::make_unexpected(read.error());
     const unsigned long long claimed = ZSTD_getFrameContentSize(in.data(), in.size());
     if (claimed == ZSTD_CONTENTSIZE_ERROR) return wrongLength("no frame");

@@ -1,4 +1,4 @@
-// What stands where a regular file should.
+// Names the kinds of files that are no regular files: folders, devices, FIFOs and sockets.
 #pragma once
 
 #include <filesystem>

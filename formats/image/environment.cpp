@@ -25,8 +25,7 @@ namespace {
 
 constexpr int kFaceCount = 6;
 
-/// Returns the error of what is no file, and of an EXR whose header claims more than can be read. Other errors are those of whoever reads
-/// the image.
+/// Refuses what is no file, and an EXR whose header claims more than can be read. The functions that read the image report other errors.
 Result<void> checkClaims(const std::filesystem::path& file, const Result<ExrReader>& reader) {
     if (const auto found = whyNoFile(file))
         return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected an image", *found));

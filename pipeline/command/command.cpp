@@ -13,6 +13,7 @@
 #include "pipeline/command/session.h"
 #include "pipeline/command/terminal.h"
 #include "pipeline/graph/version.h"
+#include "pipeline/report/exit_codes.h"
 
 namespace lightcook::pipeline {
 

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "formats/temporaries.h"
+#include "pipeline/report/exit_codes.h"
 
 namespace lightcook::pipeline {
 namespace {

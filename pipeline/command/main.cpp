@@ -14,6 +14,7 @@
 #include "pipeline/command/command.h"
 #include "pipeline/command/session.h"
 #include "pipeline/graph/version.h"
+#include "pipeline/report/exit_codes.h"
 
 namespace lightcook::pipeline {
 namespace {

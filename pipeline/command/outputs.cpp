@@ -8,6 +8,7 @@
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 #include "pipeline/report/ci_report.h"
+#include "pipeline/report/exit_codes.h"
 #include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {

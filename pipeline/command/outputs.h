@@ -1,5 +1,5 @@
-// What a command leaves for programs beside its result: JSON for scripts, JUnit and SARIF for continuous integration; and the end of the
-// commands that cook.
+// Outputs of a command beside its result: JSON for scripts, JUnit and SARIF for continuous integration. And the end of the commands that
+// cook.
 #pragma once
 
 #include <filesystem>
@@ -26,7 +26,7 @@ public:
     /// Keeps standard output for the JSON if it goes there. Call before the command prints anything.
     void prepare(Session& session) const;
 
-    /// Writes what the command found. If it failed, the JSON has "exit_code" and "errors" too.
+    /// Writes the facts that the command found. If it failed, the JSON has "exit_code" and "errors" too.
     formats::Result<void> write(Session& session, Json facts, const std::vector<formats::Error>& errors) const;
 
     /// Writes the JSON, prints the errors and returns the exit code.

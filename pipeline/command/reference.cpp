@@ -10,6 +10,7 @@
 #include "pipeline/command/terminal.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/report/exit_codes.h"
 #include "pipeline/report/report.h"
 #include "pipeline/scene/keys.h"
 

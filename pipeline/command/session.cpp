@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "pipeline/graph/files.h"
+#include "pipeline/report/exit_codes.h"
 
 namespace lightcook::pipeline {
 

@@ -4,23 +4,14 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "pipeline/report/exit_codes.h"
+
 namespace lightcook::pipeline {
 namespace {
-
-constexpr std::array kExitCodes = {
-    ExitCodeInfo{0, "success"},
-    ExitCodeInfo{1, "internal error, or an error of the system, such as a full disk"},
-    ExitCodeInfo{2, "mistake on the command line or in the scene file"},
-    ExitCodeInfo{3, "input refused: unreadable, not finite, of the wrong shape or not plausible"},
-    ExitCodeInfo{4, "verification failed: an error over its limit, or a file that is not the one that was cooked"},
-    ExitCodeInfo{5, "over the memory budget"},
-    ExitCodeInfo{6, "interrupted"},
-};
 
 /// Returns the number of an SGR escape sequence.
 int codeOf(Style style) {
@@ -45,12 +36,6 @@ std::string lineOf(const nlohmann::ordered_json& json) {
 }
 
 }  // namespace
-
-using formats::ErrorCode;
-
-std::span<const ExitCodeInfo> allExitCodes() {
-    return kExitCodes;
-}
 
 Terminal::Terminal(const TerminalOptions& options)
     : options_(options),
@@ -128,30 +113,6 @@ void Terminal::data(const std::string& text) {
 int Terminal::columns() {
     struct winsize size {};
     return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
-}
-
-int exitCode(ErrorCode code) {
-    switch (code) {
-        case ErrorCode::Internal:
-            return 1;
-        case ErrorCode::InvalidRequest:
-            return 2;
-        case ErrorCode::FileUnreadable:
-        case ErrorCode::FormatUnsupported:
-        case ErrorCode::WrongShape:
-        case ErrorCode::ValueNotFinite:
-        case ErrorCode::ValueOutOfRange:
-        case ErrorCode::Implausible:
-        case ErrorCode::ColorSpace:
-            return 3;
-        case ErrorCode::Verification:
-            return 4;
-        case ErrorCode::OverBudget:
-            return 5;
-        case ErrorCode::Interrupted:
-            return 6;
-    }
-    return 1;
 }
 
 }  // namespace lightcook::pipeline

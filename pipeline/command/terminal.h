@@ -2,7 +2,6 @@
 #pragma once
 
 #include <mutex>
-#include <span>
 #include <string>
 #include <string_view>
 
@@ -67,16 +66,5 @@ private:
     bool isInteractive_;
     bool progressIsDrawn_ = false, outputIsData_ = false;
 };
-
-struct ExitCodeInfo {
-    int code;
-    std::string_view meaning;
-};
-
-/// Returns every exit code with its meaning, in ascending order.
-std::span<const ExitCodeInfo> allExitCodes();
-
-/// Returns the exit code of an error.
-int exitCode(formats::ErrorCode code);
 
 }  // namespace lightcook::pipeline

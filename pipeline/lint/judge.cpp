@@ -257,9 +257,10 @@ Findings judgeUnits(const LightMapEntry& entry, const LightMapFacts& facts, cons
     const auto distance = [](double value) { return std::abs(std::log(value)); };
     if (distance(ratio) <= std::log(kUnitsRatio) || distance(otherwise) > std::log(kUnitsRatio)) return {};
     return {makeFinding(LintCheck::LightUnits, entry.name, entry.file, {"light_map", entry.name, "light_units"},
-                        fmt::format("found a mean radiance of {:.3g} in the light map and of {:.3g} in {} probes, a ratio of {:.2f}; with "
+                        fmt::format("found a mean radiance of {:.3g} in the light map and of {:.3g} in {} probe{}, a ratio of {:.2f}; with "
                                     "light_units = \"{}\" it is {:.2f}",
-                                    facts.meanRadiance, ofProbes, probes.size(), ratio, isGame ? "radiometric" : "game", otherwise),
+                                    facts.meanRadiance, ofProbes, probes.size(), probes.size() == 1 ? "" : "s", ratio,
+                                    isGame ? "radiometric" : "game", otherwise),
                         {{"ratio", ratio}, {"ratio_otherwise", otherwise}})};
 }
 

@@ -104,6 +104,7 @@ std::string suiteOf(const CiRun& run, const CiSuite& suite, std::size_t id, cons
 std::string lintSuite(const CiRun& run, std::size_t id, const std::string& timestamp, Counts& whole) {
     Counts counts;
     std::string cases, warnings;
+    const std::string whyNotLinted = "not looked for" + (run.reasonNotDone.empty() ? " by this command" : ": " + run.reasonNotDone);
     for (const LintCheckInfo& check : allLintChecks()) {
         std::string failures, allowed;
         for (const Finding& finding : run.lint) {
@@ -116,8 +117,7 @@ std::string lintSuite(const CiRun& run, std::size_t id, const std::string& times
         std::string result = "/>";
         if (!run.isLinted || (!allowed.empty() && failures.empty())) {
             ++counts.skipped;
-            result = fmt::format("><skipped message=\"{}\"/></testcase>",
-                                 attribute(run.isLinted ? allowed : "not looked for: " + run.reasonNotDone));
+            result = fmt::format("><skipped message=\"{}\"/></testcase>", attribute(run.isLinted ? allowed : whyNotLinted));
         }
         if (!failures.empty()) {
             ++counts.failures;

@@ -3,11 +3,10 @@
 #include <array>
 
 #include "formats/vocabulary.h"
+#include "pipeline/report/exit_codes.h"
 
 namespace lightcook::pipeline {
 namespace {
-
-using formats::ErrorCode;
 
 constexpr std::array kRules = {
     CiRuleInfo{.id = CiRule::UnchangedFiles,
@@ -45,6 +44,15 @@ constexpr std::array kRules = {
                    "rel_rms of specular light is over max_error (light maps, meshes) or max_converter_error (other assets). Let the "
                    "layout be chosen (`light_map_layout = \"auto\"`), for tables raise `views` and `rows`, raise `effort`, or raise the "
                    "limit.",
+               .isOfAsset = true},
+    CiRuleInfo{.id = CiRule::VisibleError,
+               .name = "visible-error",
+               .title = "VisibleError",
+               .brief = "99 % of the visible errors are within the limit.",
+               .help =
+                   "The light map looks different from its bake: its visible error is over max_visible. Let the layout be chosen "
+                   "(`light_map_layout = \"auto\"`), raise `effort`, raise the limit, or correct `[display]` if the game shows the scene "
+                   "darker.",
                .isOfAsset = true},
     CiRuleInfo{.id = CiRule::LocalError,
                .name = "local-error",
@@ -93,27 +101,19 @@ const CiRuleInfo& info(CiRule rule) {
     return kRules.at(static_cast<std::size_t>(rule));
 }
 
-CiRule ruleOf(ErrorCode code) {
-    switch (code) {
-        case ErrorCode::InvalidRequest:
+CiRule ruleOf(formats::ErrorCode code) {
+    switch (exitCode(code)) {
+        case 2:
             return CiRule::Request;
-        case ErrorCode::FileUnreadable:
-        case ErrorCode::FormatUnsupported:
-        case ErrorCode::WrongShape:
-        case ErrorCode::ValueNotFinite:
-        case ErrorCode::ValueOutOfRange:
-        case ErrorCode::Implausible:
-        case ErrorCode::ColorSpace:
+        case 3:
             return CiRule::Input;
-        case ErrorCode::Verification:
+        case 4:
             return CiRule::UnchangedFiles;
-        case ErrorCode::OverBudget:
+        case 5:
             return CiRule::MemoryBudget;
-        case ErrorCode::Interrupted:
-        case ErrorCode::Internal:
+        default:
             return CiRule::Fault;
     }
-    return CiRule::Fault;
 }
 
 }  // namespace lightcook::pipeline

@@ -8,7 +8,19 @@
 
 namespace lightcook::pipeline {
 
-enum class CiRule { UnchangedFiles, Contract, FiniteFigures, DiffuseError, SpecularError, LocalError, MemoryBudget, Input, Request, Fault };
+enum class CiRule {
+    UnchangedFiles,
+    Contract,
+    FiniteFigures,
+    DiffuseError,
+    SpecularError,
+    VisibleError,
+    LocalError,
+    MemoryBudget,
+    Input,
+    Request,
+    Fault
+};
 
 struct CiRuleInfo {
     CiRule id;

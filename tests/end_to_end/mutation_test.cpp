@@ -9,7 +9,7 @@
 
 #include "formats/gltf_scene.h"
 #include "formats/light_map.h"
-#include "pipeline/command/terminal.h"
+#include "pipeline/report/exit_codes.h"
 #include "tests/end_to_end/cooked_copy.h"
 #include "tests/pipeline/small_scene.h"
 

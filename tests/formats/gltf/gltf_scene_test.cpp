@@ -14,6 +14,7 @@
 #include <numbers>
 #include <random>
 
+#include "tests/formats/gltf/glb.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::formats {
@@ -53,19 +54,7 @@ struct GltfMaker {
     void writeGlb(const std::filesystem::path& file) const {
         json whole = document;
         if (!buffer.empty()) whole["buffers"] = json::array({{{"byteLength", buffer.size()}}});
-        std::string text = whole.dump(), binary = buffer, glb = "glTF";
-        text.resize((text.size() + 3) / 4 * 4, ' ');
-        binary.resize((binary.size() + 3) / 4 * 4, '\0');
-        const auto word = [&glb](std::size_t value) {
-            for (int byte = 0; byte < 4; ++byte) glb += static_cast<char>(value >> (8 * byte));
-        };
-        word(2);
-        word(12 + 8 + text.size() + 8 + binary.size());
-        word(text.size());
-        glb += "JSON" + text;
-        word(binary.size());
-        glb += std::string("BIN\0", 4) + binary;
-        writeContent(file, glb);
+        writeContent(file, glbOf(whole.dump(), buffer));
     }
 };
 

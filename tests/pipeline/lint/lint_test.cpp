@@ -5,15 +5,11 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include <cmath>
-#include <numbers>
-
-#include "lighting/radiometry.h"
 #include "pipeline/json/json.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/ci_report.h"
 #include "pipeline/report/report.h"
-#include "tests/pipeline/lint/planted_scene.h"
+#include "tests/pipeline/lint/faults.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -64,15 +60,9 @@ INSTANTIATE_TEST_SUITE_P(All, LintPublicScene, testing::Values("cornell", "inter
 
 // Sign convention and axes
 
-void flipPhase(Channels& map) {
-    map.forEachCoefficient([](int i, float& value) {
-        if (i == 1 || i == 3 || i == 5 || i == 7) value = -value;
-    });
-}
-
 TEST(Lint, NamesTheOtherSignConvention) {
     const PlantedScene scene;
-    scene.editLightMap(flipPhase);
+    faults::otherPhase(scene);
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-phase"));
     EXPECT_THAT(outcome.errors, IsEmpty()) << "a warning";
@@ -91,22 +81,9 @@ TEST(Lint, NamesTheSignConventionThatTheSceneFileHasTooMuch) {
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("with phase = \"none\" it is 0.0 %"));
 }
 
-/// Coefficients of light in axes (x, z, y): what a baker that is Z up writes, beside normals that somebody had turned already.
 TEST(Lint, NamesSwappedAxes) {
     const PlantedScene scene;
-    scene.editLightMap([](Channels& map) {
-        for (const char channel : {'R', 'G', 'B'}) {
-            const auto sh = [&](int i) -> std::vector<float>& { return map[fmt::format("sh0{}.{}", i, channel)]; };
-            std::swap(sh(1), sh(2));
-            std::swap(sh(4), sh(7));
-            // 3 y^2 - 1 and x^2 - y^2 become 3 z^2 - 1 and x^2 - z^2.
-            for (std::size_t i = 0; i < sh(6).size(); ++i) {
-                const double a = sh(6)[i], b = sh(8)[i];
-                sh(6)[i] = static_cast<float>(-0.5 * a - 0.5 * std::sqrt(3.0) * b);
-                sh(8)[i] = static_cast<float>(-0.5 * std::sqrt(3.0) * a + 0.5 * b);
-            }
-        }
-    });
+    faults::swappedAxes(scene);
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-axes"));
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("with (x, z, y) of the coefficients as x, y, z it is 0.0 %"));
@@ -114,7 +91,7 @@ TEST(Lint, NamesSwappedAxes) {
 
 TEST(Lint, NamesTheOtherFrame) {
     const PlantedScene scene;
-    scene.replaceInScene("frame = \"world\"", "frame = \"tangent\"");
+    faults::otherFrame(scene);
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-frame"));
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("with frame = \"world\" it is 0.0 %"));
@@ -122,10 +99,7 @@ TEST(Lint, NamesTheOtherFrame) {
 
 TEST(Lint, TellsOfLightFromBehindThatNoConventionExplains) {
     const PlantedScene scene;
-    scene.editLightMap([](Channels& map) {
-        for (const char axis : {'X', 'Y', 'Z'})
-            for (std::size_t i = 0; i < map[fmt::format("normal.{}", axis)].size(); i += 3) map[fmt::format("normal.{}", axis)][i] *= -1;
-    });
+    faults::someNormalsTurned(scene);
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("lit-from-behind"));
 }
 
@@ -133,11 +107,7 @@ TEST(Lint, TellsOfLightFromBehindThatNoConventionExplains) {
 
 TEST(Lint, NamesIrradianceGivenAsRadiance) {
     const PlantedScene scene;
-    scene.editLightMap([](Channels& map) {
-        map.forEachCoefficient([](int i, float& value) {
-            value *= static_cast<float>(lighting::kIrradianceBands[i == 0 ? 0 : i < 4 ? 1 : 2]);
-        });
-    });
+    faults::irradiance(scene);
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-quantity"));
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("with quantity = \"irradiance\""));
@@ -147,7 +117,7 @@ TEST(Lint, NamesIrradianceGivenAsRadiance) {
 
 TEST(Lint, NamesRadianceGivenAsIrradiance) {
     const PlantedScene scene;
-    scene.replaceInScene("quantity = \"radiance\"", "quantity = \"irradiance\"");
+    faults::statedIrradiance(scene);
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-quantity"));
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("with quantity = \"radiance\""));
@@ -155,7 +125,7 @@ TEST(Lint, NamesRadianceGivenAsIrradiance) {
 
 TEST(Lint, NamesGameUnits) {
     const PlantedScene scene;
-    scene.editLightMap([](Channels& map) { map.forEachCoefficient([](int, float& value) { value /= std::numbers::pi_v<float>; }); });
+    faults::gameUnits(scene);
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("light-units"));
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("with light_units = \"game\""));
@@ -163,39 +133,27 @@ TEST(Lint, NamesGameUnits) {
     EXPECT_THAT(codesOf(scene.lint()), IsEmpty());
 }
 
-float underCurve(float value) {
-    return std::copysign(std::pow(std::abs(value), 1 / 2.2f), value);
-}
-
 TEST(Lint, NamesACurveOnALightMap) {
     const PlantedScene scene;
-    scene.editLightMap([](Channels& map) { map.forEachCoefficient([](int, float& value) { value = underCurve(value); }); });
+    faults::gammaCurve(scene);
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("gamma-curve"));
 }
 
 TEST(Lint, NamesACurveOnAProbe) {
     const PlantedScene scene;
-    scene.editProbe([](Channels& probe) {
-        for (auto& [name, texels] : probe.values)
-            for (float& value : texels) value = underCurve(value);
-    });
+    faults::gammaCurveOnProbe(scene);
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("gamma-curve"));
 }
 
 TEST(Lint, NamesAProbeOfEightBits) {
     const PlantedScene scene;
-    scene.editProbe([](Channels& probe) {
-        for (auto& [name, texels] : probe.values)
-            for (float& value : texels) value = std::round(255 * std::min(1.0f, underCurve(value))) / 255;
-    });
+    faults::eightBitProbe(scene);
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("eight-bit-probe"));
 }
 
 TEST(Lint, NamesAProbeWhoseShIsAnother) {
     const PlantedScene scene;
-    scene.editProbe([](Channels& probe) {
-        for (auto& [name, texels] : probe.values) std::reverse(texels.begin(), texels.end());
-    });
+    faults::probeOfAnotherPlace(scene);
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("probe-sh"));
 }
 
@@ -203,9 +161,7 @@ TEST(Lint, NamesAProbeWhoseShIsAnother) {
 
 TEST(Lint, RefusesCoverageThatIsNowhereAboveHalf) {
     const PlantedScene scene;
-    scene.editLightMap([](Channels& map) {
-        for (float& value : map["coverage.Y"]) value *= 0.5f;
-    });
+    faults::coverageOfOneHalf(scene);
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("no-coverage"));
     ASSERT_EQ(outcome.errors.size(), 1u);
@@ -215,7 +171,7 @@ TEST(Lint, RefusesCoverageThatIsNowhereAboveHalf) {
 
 TEST(Lint, NamesMissingCoverage) {
     const PlantedScene scene;
-    scene.editLightMap([](Channels& map) { map.values.erase("coverage.Y"); });
+    faults::noCoverageChannel(scene);
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("missing-coverage")) << "normals tell what is covered";
 }
 
@@ -229,7 +185,7 @@ TEST(Lint, NamesMissingCoverageAndNormals) {
 
 TEST(Lint, RefusesCoverageThatIsNotFinite) {
     const PlantedScene scene;
-    scene.editLightMap([](Channels& map) { map["coverage.Y"][map.index(100, 7)] = NAN; });
+    faults::coverageOfNan(scene);
     const Outcome outcome = scene.lint();
     ASSERT_FALSE(outcome.errors.empty());
     EXPECT_EQ(outcome.errors[0].code, ErrorCode::ValueNotFinite);
@@ -238,9 +194,7 @@ TEST(Lint, RefusesCoverageThatIsNotFinite) {
 
 TEST(Lint, RefusesNormalsThatAreAllZero) {
     const PlantedScene scene;
-    scene.editLightMap([](Channels& map) {
-        for (const char* name : {"normal.X", "normal.Y", "normal.Z"}) map[name].assign(map[name].size(), 0);
-    });
+    faults::zeroNormals(scene);
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("zero-normals"));
     EXPECT_EQ(outcome.errors.size(), 1u);
@@ -248,31 +202,17 @@ TEST(Lint, RefusesNormalsThatAreAllZero) {
 
 TEST(Lint, NamesNormalsThatAreZeroInPlaces) {
     const PlantedScene scene;
-    scene.editLightMap([](Channels& map) {
-        for (const char* name : {"normal.X", "normal.Y", "normal.Z"})
-            for (std::size_t i = 0; i < map[name].size(); i += 100) map[name][i] = 0;
-    });
+    faults::someZeroNormals(scene);
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("some-zero-normals"));
 }
 
 // Light
 
-/// Returns a texel inside a chart with a neighbour outside, whose neighbours are lit.
-std::pair<int, int> rimTexel(Channels& map) {
-    const auto covered = [&](int x, int y) { return map["coverage.Y"][map.index(x, y)] > 0.5f; };
-    for (int y = 20; y < map.height - 1; ++y)
-        for (int x = 1; x < map.width - 1; ++x)
-            if (covered(x, y) && covered(x + 1, y) && !covered(x - 1, y) && map["sh00.R"][map.index(x + 1, y)] > 0.1f) return {x, y};
-    return {};
-}
-
 TEST(Lint, NamesAFireflyAtTheRimOfAChart) {
     const PlantedScene scene;
     std::pair<int, int> place;
-    scene.editLightMap([&](Channels& map) {
-        place = rimTexel(map);
-        for (const char channel : {'R', 'G', 'B'}) map[fmt::format("sh00.{}", channel)][map.index(place.first, place.second)] = 1e6f;
-    });
+    scene.editLightMap([&](Channels& map) { place = faults::rimTexel(map); });
+    faults::rimFirefly(scene);
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("rim-firefly"));
     EXPECT_THAT(outcome.findings[0].found, HasSubstr(fmt::format("({}, {}) with 1e+06", place.first, place.second)));
@@ -280,20 +220,13 @@ TEST(Lint, NamesAFireflyAtTheRimOfAChart) {
 
 TEST(Lint, NamesBlackCharts) {
     const PlantedScene scene;
-    scene.editLightMap([](Channels& map) {
-        // The lower half of the map: whole charts, and parts of others, which are not black then.
-        for (int i = 0; i < 9; ++i)
-            for (const char channel : {'R', 'G', 'B'}) {
-                std::vector<float>& values = map[fmt::format("sh0{}.{}", i, channel)];
-                std::fill(values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end(), 0.0f);
-            }
-    });
+    faults::blackHalf(scene);
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("black-charts"));
 }
 
 TEST(Lint, NamesAnExposureThatNoScreenShows) {
     const PlantedScene scene;
-    scene.editLightMap([](Channels& map) { map.forEachCoefficient([](int, float& value) { value *= 1e-7f; }); });
+    faults::faintLight(scene);
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("exposure"));
 }
 
@@ -301,7 +234,7 @@ TEST(Lint, NamesAnExposureThatNoScreenShows) {
 
 TEST(Lint, NamesTheMeshOfAnotherScene) {
     const PlantedScene scene;
-    scene.editMesh([](Glb& glb) { glb.forEachUv([](glm::vec2& uv) { uv = glm::vec2(uv.y, 1 - uv.x); }); });
+    faults::turnedUvs(scene);
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-mesh"));
     EXPECT_GT(outcome.findings[0].figures.at("uncovered"), 0.05);
@@ -309,7 +242,7 @@ TEST(Lint, NamesTheMeshOfAnotherScene) {
 
 TEST(Lint, NamesFlippedV) {
     const PlantedScene scene;
-    scene.editMesh([](Glb& glb) { glb.forEachUv([](glm::vec2& uv) { uv.y = 1 - uv.y; }); });
+    faults::flippedV(scene);
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("flipped-v"));
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("with V upside down it is 0.0 %"));
@@ -317,22 +250,19 @@ TEST(Lint, NamesFlippedV) {
 
 TEST(Lint, NamesUvsOutsideTheMap) {
     const PlantedScene scene;
-    scene.editMesh([](Glb& glb) { glb.forEachUv([](glm::vec2& uv) { uv.x -= 1; }); });
+    faults::uvsOutside(scene);
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("uv-outside"));
 }
 
 TEST(Lint, NamesOverlappingUvs) {
     const PlantedScene scene;
-    scene.editMesh([](Glb& glb) {
-        auto& primitives = glb.json["meshes"][0]["primitives"];
-        primitives.push_back(primitives[0]);
-    });
+    faults::overlappingUvs(scene);
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("uv-overlap"));
 }
 
 TEST(Lint, NamesAMaterialThatNoMeshHas) {
     const PlantedScene scene;
-    scene.replaceInScene("name = \"*\"", "name = \"whit\"");
+    faults::unknownMaterial(scene);
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("unknown-material"));
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("nearest is '"));
@@ -341,8 +271,7 @@ TEST(Lint, NamesAMaterialThatNoMeshHas) {
 
 TEST(Lint, NamesAMeshThatIsNewerThanItsBake) {
     const PlantedScene scene;
-    std::filesystem::last_write_time(scene / "cornell.glb",
-                                     std::filesystem::last_write_time(scene / "cornell_lightmap.exr") + std::chrono::hours(26));
+    faults::staleBake(scene);
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("stale-bake"));
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("26.0 hours newer"));
@@ -352,7 +281,7 @@ TEST(Lint, NamesAMeshThatIsNewerThanItsBake) {
 
 TEST(Lint, NamesALimitAboveOne) {
     const PlantedScene scene;
-    scene.replaceInScene("max_error = 0.02 ", "max_error = 2 ");
+    faults::limitAboveOne(scene);
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("limit-above-one"));
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("max_error = 2, which is 200 %"));
@@ -362,7 +291,7 @@ TEST(Lint, NamesALimitAboveOne) {
 
 PlantedScene sceneWithWarning(const std::string& allow) {
     PlantedScene scene;
-    scene.editMesh([](Glb& glb) { glb.forEachUv([](glm::vec2& uv) { uv.y = 1 - uv.y; }); });
+    faults::flippedV(scene);
     scene.replaceInScene("schema = 1", allow + "\nschema = 1");
     return scene;
 }
@@ -432,8 +361,7 @@ TEST(Lint, CookAndVerifyReportAWarning) {
     EXPECT_THAT(plain.findings, IsEmpty());
     const std::string manifest = formats::contentOf(scene / "out" / "cooked.json");
 
-    std::filesystem::last_write_time(scene / "cornell.glb",
-                                     std::filesystem::last_write_time(scene / "cornell_lightmap.exr") + std::chrono::hours(26));
+    faults::staleBake(scene);
     for (int i = 0; i < 2; ++i) {
         const Outcome cooked = cookScene(options, state);
         ASSERT_THAT(codesOf(cooked), ElementsAre("stale-bake"));

@@ -11,6 +11,7 @@
 
 #include "formats/image/exr_file.h"
 #include "pipeline/cook/cook.h"
+#include "tests/formats/gltf/glb.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::pipeline {
@@ -70,19 +71,7 @@ struct Glb {
         const std::size_t jsonBytes = word(12), binaryAt = 20 + jsonBytes;
         return {nlohmann::json::parse(bytes.substr(20, jsonBytes)), bytes.substr(binaryAt + 8, word(binaryAt))};
     }
-    void write(const std::filesystem::path& file) const {
-        std::string text = json.dump(), glb = "glTF";
-        text.resize((text.size() + 3) / 4 * 4, ' ');
-        const auto word = [&glb](std::size_t value) {
-            for (int byte = 0; byte < 4; ++byte) glb += static_cast<char>(value >> (8 * byte));
-        };
-        word(2);
-        word(12 + 8 + text.size() + 8 + binary.size());
-        word(text.size());
-        glb += "JSON" + text;
-        word(binary.size());
-        formats::writeContent(file, glb + std::string("BIN\0", 4) + binary);
-    }
+    void write(const std::filesystem::path& file) const { formats::writeContent(file, formats::glbOf(json.dump(), binary)); }
 
     /// Calls edit(uv) for each light-map UV of the file, once.
     void forEachUv(const std::function<void(glm::vec2&)>& edit) {
@@ -112,6 +101,7 @@ public:
                               std::filesystem::copy_options::recursive);
     }
     std::filesystem::path operator/(const std::filesystem::path& name) const { return folder_ / name; }
+    const std::filesystem::path& path() const { return folder_.path(); }
 
     void editLightMap(const std::function<void(Channels&)>& edit) const { editExr("cornell_lightmap.exr", edit); }
     void editProbe(const std::function<void(Channels&)>& edit) const { editExr("cornell_probe0.exr", edit); }
@@ -120,12 +110,14 @@ public:
         edit(glb);
         glb.write(folder_ / "cornell.glb");
     }
-    void replaceInScene(const std::string& what, const std::string& with) const {
-        std::string text = formats::contentOf(folder_ / "scene.toml");
+    /// Replaces a text of a file that occurs in it.
+    void replace(const std::filesystem::path& file, const std::string& what, const std::string& with) const {
+        std::string text = formats::contentOf(folder_ / file);
         const std::size_t at = text.find(what);
-        if (at == std::string::npos) throw std::invalid_argument(what);
-        formats::writeContent(folder_ / "scene.toml", text.replace(at, what.size(), with));
+        if (at == std::string::npos) throw std::invalid_argument(file.string() + " holds no '" + what + "'");
+        formats::writeContent(folder_ / file, text.replace(at, what.size(), with));
     }
+    void replaceInScene(const std::string& what, const std::string& with) const { replace("scene.toml", what, with); }
 
     Outcome lint(bool strict = false) const {
         const RunState state;
