@@ -60,12 +60,12 @@ constexpr std::array<Column, 8> kFigures = {{
 
 Score scoreOf(const verify::LightMapScore& score, const Bake& bake, const formats::Image<lighting::ShRgb>& result) {
     constexpr int rows = 64;
-    std::vector<verify::LightMapScore::Errors> parts(static_cast<std::size_t>((bake.height() + rows - 1) / rows));
+    std::vector<verify::ShadedErrors> parts(static_cast<std::size_t>((bake.height() + rows - 1) / rows));
     tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
         const int firstRow = static_cast<int>(i) * rows;
         parts[i] = score.score(bake.strip, result.view().rows(firstRow, std::min(rows, bake.height() - firstRow)), firstRow);
     });
-    verify::LightMapScore::Errors whole;
+    verify::ShadedErrors whole;
     for (const auto& part : parts) whole.merge(part);
     return {whole.diffuse.figures(), whole.specular.figures()};
 }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "formats/error.h"
+#include "lighting/display.h"
 
 namespace lightcook::formats {
 
@@ -21,11 +22,13 @@ struct ColorSpaces {
     bool operator==(const ColorSpaces&) const = default;
 };
 
-/// A matrix, and the luminance weights of the working space: Y of each primary under the white of that space. For a config file, Y comes
-/// from its role aces_interchange or, without that role, from its default luma coefficients.
+/// A matrix, the luminance weights of the working space (Y of each primary under the white of that space), and linear BT.2020 from the
+/// working space. For a config file, both come from its role aces_interchange or, without that role, from its default luma coefficients
+/// and the primaries of Rec.709.
 struct LinearConversion {
     glm::mat3 workingFromSource{1.0f};
     glm::vec3 luminanceWeights{0.2126f, 0.7152f, 0.0722f};
+    glm::dmat3 bt2020FromWorking = lighting::bt2020FromRec709();
     bool isIdentity = true;
 };
 

@@ -51,7 +51,7 @@ struct LightMapRepairs {
     LightMapRepairs& operator+=(const LightMapRepairs& other);
 };
 
-/// What a file says of the texels of a strip before they count as covered.
+/// Counts of the texels of a strip by coverage and normal. A texel counts as covered if it has both.
 struct LightMapCoverage {
     std::int64_t inside = 0;         ///< texels with coverage.Y > 0.5; all texels of a file without coverage.Y
     std::int64_t withoutNormal = 0;  ///< of these, texels whose normal is zero, which do not count as covered
@@ -86,7 +86,8 @@ public:
     bool hasCoverage() const;  ///< the file says which texels lie inside charts
     int tileHeight() const;    ///< rows that are cheap to read together; 64 for scan-line files
     glm::vec3 luminanceWeights() const;
-    std::string_view bake() const;  ///< name of the bake format, also where the description says "auto"
+    const glm::dmat3& bt2020FromWorking() const;  ///< see LinearConversion
+    std::string_view bake() const;                ///< name of the bake format, also where the description says "auto"
 
     /// Reads rows [firstRow, firstRow + rowCount). Safe to call from several threads. Does not look for fireflies: checkFireflies() does,
     /// because it needs the neighbours.

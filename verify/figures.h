@@ -4,11 +4,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "lighting/radiometry.h"
+#include "verify/visible.h"
 
 namespace lightcook::verify {
 
@@ -40,9 +42,11 @@ struct ErrorFigures {
     double maxBound = 0;    ///< proven upper bound of the local relative error for every normal, view, material and position
     /// Places of maxSampled and maxBound, for assets that record them. Ties go to the first row, column, channel and direction.
     ErrorPlace sampledAt, boundAt;
+    std::optional<VisibleFigures> visible;  ///< of the same light on a display; empty where none was asked for
 };
 
-/// Raises maxSampled and maxBound of `figures` to those of `other`, with their places: for a stage that summarizes others.
+/// Raises maxSampled, maxBound and the visible errors of `figures` to those of `other`, with their places: for a stage that summarizes
+/// others.
 void takeLarger(ErrorFigures& figures, const ErrorFigures& other);
 
 /// Errors of one compression stage of an asset. Errors are 0 for a kind of shading that the asset does not affect.

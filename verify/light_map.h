@@ -14,6 +14,7 @@
 #include <glm/vec4.hpp>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,8 @@ struct LightMapShading {
     std::vector<double> f0 = {0.04, 0.6};
     int viewCount = 8;
     int normalCount = 32;
+    /// Largest angle between a texel's normal and that of a normal map [degrees]: visible errors of diffuse light are those of the cap.
+    double normalMapTilt = 60;
     lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
     /// Returns false if a surface shows its exit radiance at the texel's own normal alone: no normal maps, no specular light.
     bool needsDirections() const { return specular || normalCount > 1; }
@@ -60,17 +63,27 @@ struct LightMapSampling {
 /// The key of a map: log-average luminance of the reference's exit radiance at the texels' own normals (docs/theory/error.md).
 class LightMapKey {
 public:
-    explicit LightMapKey(const glm::vec3& luminanceWeights = lighting::kRec709Luminance) : luminanceWeights_(luminanceWeights) {}
+    explicit LightMapKey(const glm::vec3& luminanceWeights = lighting::kRec709Luminance);
     /// Adds rows [firstRow, firstRow + rowCount), which the strip must hold.
     void add(const formats::LightMapStrip& strip, int firstRow, int rowCount);
     void merge(const LightMapKey& other);
     double key() const;  ///< 0 without covered texels
-    std::int64_t coveredTexels() const { return coveredTexels_; }
+    /// Returns the key that a display is exposed for: the same mean of luminances that are raised to 1/1024 of their mean (docs/theory/
+    /// visible.md), so that black texels do not brighten the picture. 0 without covered texels, and for a black map.
+    double displayKey() const;
+    std::int64_t coveredTexels() const { return sum().texels; }
 
 private:
+    /// Luminances that lie close together: their number, and the sum of their logarithms in integer units, which no order of texels
+    /// changes.
+    struct Bin {
+        std::int64_t texels = 0, logSum = 0;
+    };
+    static constexpr int kBinsPerOctave = 64, kLowestExponent = -40, kHighestExponent = 40;
+    Bin sum() const;
+
     glm::vec3 luminanceWeights_;
-    double logLuminanceSum_ = 0;
-    std::int64_t coveredTexels_ = 0;
+    std::vector<Bin> bins_;  ///< by log2 of the luminance
 };
 
 /// Rows [firstRow, firstRow + height of the images) of every texture, decoded by decodeRows, in the order of LightMapVerifier::textures().
@@ -81,12 +94,22 @@ struct DecodedLightMapRows {
     std::vector<std::vector<formats::Image<glm::vec4>>> spans = {};  ///< [texture][layer]; empty: no sampler tolerance by span
 };
 
+/// Errors of shaded light at some places of a map.
+struct ShadedErrors {
+    ErrorAccumulator diffuse{1}, specular{1};
+    VisibleAccumulator visibleDiffuse, visibleSpecular;  ///< without samples where no viewing was given
+
+    void merge(const ShadedErrors& other);
+    ErrorFigures diffuseFigures() const;
+    ErrorFigures specularFigures() const;
+};
+
 /// Errors of some rows of a map.
 class LightMapErrors {
 public:
     struct Stage {
         std::string name;
-        ErrorAccumulator diffuse, specular;
+        ShadedErrors errors;
     };
     explicit LightMapErrors(std::vector<Stage> stages = {}) : accumulators(std::move(stages)) {}
     void merge(const LightMapErrors& other);
@@ -94,7 +117,7 @@ public:
     /// p99 of texel centres, maxSampled of every sampled position, and the proven maxBound. Seconds are 0; the caller measures time.
     std::vector<StageError> stages() const;
 
-    std::vector<Stage> accumulators;
+    std::vector<Stage> accumulators;  ///< the last one is "magnified"
 };
 
 class LightMapVerifier {
@@ -106,9 +129,11 @@ public:
 
     /// Creates a verifier. Fails for unknown layouts, constants that are missing, of wrong size or not finite, and a wrong number of
     /// formats.
-    /// key  of the reference (LightMapKey)
+    /// key      of the reference (LightMapKey)
+    /// viewing  empty: no visible errors
     static formats::Result<LightMapVerifier> create(const CookedLightMap& map, const LightMapShading& shading,
-                                                    const LightMapSampling& sampling, double key);
+                                                    const LightMapSampling& sampling, double key,
+                                                    const std::optional<Viewing>& viewing = std::nullopt);
     LightMapVerifier(LightMapVerifier&&) noexcept;
     LightMapVerifier& operator=(LightMapVerifier&&) noexcept;
     ~LightMapVerifier();
@@ -131,7 +156,11 @@ public:
     LightMapErrors noErrors() const;
     /// Returns the coefficients that the shader decodes at the texel centres of rows [firstRow, firstRow + rowCount): world frame, no
     /// Condon-Shortley sign. For layout "flat" they are the constant environment of the same exit radiance.
-    formats::Image<lighting::ShRgb> reconstruct(const DecodedLightMapRows& texels, int firstRow, int rowCount) const;
+    ///
+    /// placesPerTexel  N: instead at N x N places of each texel, (x + 0.5) / N of the map's coordinates, from filtered texels as a GPU has
+    ///                 them. The image has N times the width and rows; `texels` must hold the row above and the row below, too
+    formats::Image<lighting::ShRgb> reconstruct(const DecodedLightMapRows& texels, int firstRow, int rowCount,
+                                                int placesPerTexel = 1) const;
 
 private:
     struct State;
@@ -143,14 +172,11 @@ private:
 /// those of LightMapVerifier.
 class LightMapScore {
 public:
-    struct Errors {
-        ErrorAccumulator diffuse{1}, specular{1};
-        void merge(const Errors& other);
-    };
-
     /// Fails for shading without normals, views, m or F0, or with values out of range.
-    /// key  of the reference (LightMapKey)
-    static formats::Result<LightMapScore> create(const LightMapShading& shading, double key);
+    /// key      of the reference (LightMapKey)
+    /// viewing  empty: no visible errors
+    static formats::Result<LightMapScore> create(const LightMapShading& shading, double key,
+                                                 const std::optional<Viewing>& viewing = std::nullopt);
     LightMapScore(LightMapScore&&) noexcept;
     LightMapScore& operator=(LightMapScore&&) noexcept;
     ~LightMapScore();
@@ -158,7 +184,7 @@ public:
     /// Returns errors of rows [firstRow, firstRow + result.height) of the map, which the reference must hold. Merged in the order of rows
     /// they are the map's errors. Pure; safe to call from several threads.
     /// result  as wide as the reference: incident radiance, world frame, no Condon-Shortley sign
-    Errors score(const formats::LightMapStrip& reference, formats::ImageView<const lighting::ShRgb> result, int firstRow) const;
+    ShadedErrors score(const formats::LightMapStrip& reference, formats::ImageView<const lighting::ShRgb> result, int firstRow) const;
 
 private:
     struct State;

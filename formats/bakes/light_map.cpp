@@ -15,6 +15,7 @@ struct LightMapReader::State {
     const BakeFormatInfo* format = nullptr;
     std::unique_ptr<BakeReader> reader;
     glm::vec3 luminanceWeights{0};
+    glm::dmat3 bt2020FromWorking;
     Canonicalizer canonical;
 };
 
@@ -56,6 +57,9 @@ int LightMapReader::tileHeight() const {
 glm::vec3 LightMapReader::luminanceWeights() const {
     return state_->luminanceWeights;
 }
+const glm::dmat3& LightMapReader::bt2020FromWorking() const {
+    return state_->bt2020FromWorking;
+}
 std::string_view LightMapReader::bake() const {
     return state_->format->name;
 }
@@ -75,8 +79,8 @@ Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, c
     }
     const Result<LinearConversion> colors = linearConversion(complete.colors);
     if (!colors) return failure(colors.error().code, fmt::format("{}, {}", subject, colors.error().subject), colors.error().detail);
-    return LightMapReader(std::unique_ptr<State>(
-        new State{*format, std::move(*reader), colors->luminanceWeights, Canonicalizer(subject, complete, *colors)}));
+    return LightMapReader(std::unique_ptr<State>(new State{*format, std::move(*reader), colors->luminanceWeights, colors->bt2020FromWorking,
+                                                           Canonicalizer(subject, complete, *colors)}));
 }
 
 Result<LightMapStrip> LightMapReader::read(int firstRow, int rowCount) const {

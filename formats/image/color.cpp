@@ -231,25 +231,29 @@ tl::unexpected<Error> notLinear(const std::string& what, const std::string& why)
                    why + ": SH coefficients, cubemaps and gradients only keep their meaning under linear conversions");
 }
 
-/// Returns Y of each primary under the white of the space: from the table above, else from the config's interchange role, else from its
-/// default luma coefficients.
-glm::vec3 luminanceWeights(const OCIO::Config& config, const OCIO::ConstColorSpaceRcPtr& working, bool isOurs) {
+/// Sets what is known of the working space: Y of each primary under its white, and BT.2020 from it. From the table above, else from the
+/// config's interchange role, else from its default luma coefficients.
+void describeWorking(LinearConversion& conversion, const OCIO::Config& config, const OCIO::ConstColorSpaceRcPtr& working, bool isOurs) {
     const auto rowY = [](const glm::dmat3& xyz) { return glm::vec3(xyz[0].y, xyz[1].y, xyz[2].y); };
     const std::string name = working->getName();
     if (isOurs) {
-        for (const OurSpace& space : ourLinearSpaces()) {
-            if (name == space.name) return rowY(xyzFromRgb(space.chromaticities));
-        }
-        return {0, 1, 0};  // XYZ itself; other spaces outside the table are not linear and were refused
+        conversion.bt2020FromWorking = matrixOf(conversionBetween(config, working, config.getColorSpace("lin_rec2020")));
+        conversion.luminanceWeights = {0, 1, 0};  // XYZ itself; other spaces outside the table are not linear and were refused
+        for (const OurSpace& space : ourLinearSpaces())
+            if (name == space.name) conversion.luminanceWeights = rowY(xyzFromRgb(space.chromaticities));
+        return;
     }
     constexpr const char* kAcesInterchange = "aces_interchange";
     if (config.hasRole(kAcesInterchange)) {
-        const glm::dmat3 ap0FromWorking = matrixOf(conversionBetween(config, working, config.getColorSpace(kAcesInterchange)));
-        return rowY(xyzFromRgb(kAp0) * ap0FromWorking);
+        const glm::dmat3 xyzFromWorking =
+            xyzFromRgb(kAp0) * glm::dmat3(matrixOf(conversionBetween(config, working, config.getColorSpace(kAcesInterchange))));
+        conversion.luminanceWeights = rowY(xyzFromWorking);
+        conversion.bt2020FromWorking = glm::inverse(xyzFromRgb(kRec2020)) * adaptedFromWhite(kAp0.white, kWhiteD65) * xyzFromWorking;
+        return;
     }
     std::array<double, 3> weights{};
     config.getDefaultLumaCoefs(weights.data());
-    return {weights[0], weights[1], weights[2]};
+    conversion.luminanceWeights = {weights[0], weights[1], weights[2]};
 }
 
 /// Tests each space against the linear reference of the config. The error then names the space at fault, and two encoded spaces do not pass
@@ -266,7 +270,7 @@ Result<void> requireLinearSpaces(const OCIO::Config& config, const ColorSpaces& 
     return {};
 }
 
-LinearConversion packed(const glm::mat3& workingFromSource, const glm::vec3& weights) {
+LinearConversion packed(const glm::mat3& workingFromSource) {
     LinearConversion result;
     float distance = 0;
     for (int column = 0; column < 3; ++column) {
@@ -276,7 +280,6 @@ LinearConversion packed(const glm::mat3& workingFromSource, const glm::vec3& wei
     }
     result.isIdentity = distance <= 1e-6f;
     if (!result.isIdentity) result.workingFromSource = workingFromSource;
-    result.luminanceWeights = weights;
     return result;
 }
 
@@ -296,7 +299,9 @@ Result<LinearConversion> linearConversion(const ColorSpaces& spaces) {
         }
         const Conversion conversion = conversionBetween(**config, *source, *working);
         if (const auto why = whyNotLinear(conversion)) return notLinear(subject, *why);
-        return packed(matrixOf(conversion), luminanceWeights(**config, *working, spaces.config.empty()));
+        LinearConversion result = packed(matrixOf(conversion));
+        describeWorking(result, **config, *working, spaces.config.empty());
+        return result;
     } catch (const std::exception& exception) {
         return failure(ErrorCode::ColorSpace, subject,
                        fmt::format("found \"{}\" in {}, expected a conversion that OpenColorIO can make", oneLine(exception.what()),

@@ -8,11 +8,6 @@
 namespace lightcook::pipeline {
 namespace {
 
-bool isFinite(const verify::ErrorFigures& figures) {
-    return std::isfinite(figures.relRms) && std::isfinite(figures.p99) && std::isfinite(figures.maxSampled) &&
-           std::isfinite(figures.maxBound);
-}
-
 const std::vector<std::string> kFaces = {"+X", "-X", "+Y", "-Y", "+Z", "-Z"};
 const std::vector<std::string> kChannels = {"red", "green", "blue"};
 
@@ -22,7 +17,38 @@ int indexOf(const std::vector<std::string>& names, const std::optional<std::stri
     return found == names.end() ? -1 : static_cast<int>(found - names.begin());
 }
 
+/// Returns true if the visible errors keep a limit, and if there are none.
+bool isWithin(const verify::ErrorFigures& figures, double limit) {
+    return !figures.visible || figures.visible->p99 <= limit;
+}
+
 }  // namespace
+
+bool isFinite(const verify::ErrorFigures& figures) {
+    return std::isfinite(figures.relRms) && std::isfinite(figures.p99) && std::isfinite(figures.maxSampled) &&
+           std::isfinite(figures.maxBound) && (!figures.visible || std::isfinite(figures.visible->max));
+}
+
+VisiblePlaceFields FieldMirror<verify::VisiblePlace>::of(const verify::VisiblePlace& place) {
+    VisiblePlaceFields fields{{place.x, place.y}, place.normal, {}, {}, {}, place.reference, place.found};
+    if (place.view != glm::dvec3(0)) {
+        fields.view = place.view;
+        fields.m = place.m;
+        fields.f0 = place.f0;
+    }
+    return fields;
+}
+
+verify::VisiblePlace FieldMirror<verify::VisiblePlace>::from(const VisiblePlaceFields& fields) {
+    return {.x = fields.texel[0],
+            .y = fields.texel[1],
+            .normal = fields.normal,
+            .view = fields.view.value_or(glm::dvec3(0)),
+            .m = fields.m.value_or(0),
+            .f0 = fields.f0.value_or(0),
+            .reference = fields.reference,
+            .found = fields.found};
+}
 
 ErrorPlaceFields FieldMirror<verify::ErrorPlace>::of(const verify::ErrorPlace& place) {
     ErrorPlaceFields fields;
@@ -63,12 +89,16 @@ verify::ErrorPlace FieldMirror<verify::ErrorPlace>::from(const ErrorPlaceFields&
     return place;
 }
 
-Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std::vector<verify::Violation> violations) {
+Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std::vector<verify::Violation> violations,
+                    const std::optional<double>& maxVisible) {
     Verdict verdict;
     verdict.limit = maxError;
+    verdict.maxVisible = maxVisible;
     verdict.passed = !stages.empty() && violations.empty();
     for (const verify::StageError& stage : stages) verdict.passed = verdict.passed && isFinite(stage.diffuse) && isFinite(stage.specular);
     if (verdict.passed) verdict.passed = stages.back().diffuse.relRms <= maxError && stages.back().specular.relRms <= maxError;
+    if (verdict.passed && maxVisible)
+        verdict.passed = isWithin(stages.back().diffuse, *maxVisible) && isWithin(stages.back().specular, *maxVisible);
     verdict.stages = std::move(stages);
     verdict.violations = std::move(violations);
     return verdict;

@@ -14,15 +14,20 @@ namespace lightcook::pipeline {
 
 struct Verdict {
     std::vector<verify::StageError> stages;
-    std::string metric = "rel_rms";  ///< of the limit
-    double limit = 0;                ///< on rel_rms of the last stage, diffuse and specular
+    std::string metric = "rel_rms";    ///< of the limit
+    double limit = 0;                  ///< on rel_rms of the last stage, diffuse and specular
+    std::optional<double> maxVisible;  ///< limit on the 99th percentile of visible errors of the last stage
     bool passed = false;
     std::vector<verify::Violation> violations;  ///< faults that the figures of the whole asset would average away
 };
 
-/// Returns a verdict. It passes if the last stage's rel_rms of diffuse and specular is within the limit, all figures of all stages are
-/// finite, and there is no violation.
-Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std::vector<verify::Violation> violations = {});
+/// Returns a verdict. It passes if the last stage's rel_rms of diffuse and specular is within the limit, and so is the 99th percentile of
+/// its visible errors, all figures of all stages are finite, and there is no violation.
+Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std::vector<verify::Violation> violations = {},
+                    const std::optional<double>& maxVisible = std::nullopt);
+
+/// Returns true if all figures are finite.
+bool isFinite(const verify::ErrorFigures& figures);
 
 /// Appends a violation for the worst 4 x 4 block of an image if its error exceeds the limit of its asset, and returns that block.
 /// The caller adds the violation's place in numbers.
@@ -64,6 +69,43 @@ struct FieldMirror<verify::ErrorPlace> {
     static verify::ErrorPlace from(const ErrorPlaceFields& fields);
 };
 
+/// The members of a VisiblePlace that are known, as JSON has them.
+struct VisiblePlaceFields {
+    std::array<double, 2> texel{};
+    glm::dvec3 normal{0};
+    std::optional<glm::dvec3> view;
+    std::optional<double> m, f0;
+    glm::dvec3 reference{0}, found{0};
+};
+template <class Fields, Is<VisiblePlaceFields> Self>
+void describe(Fields& fields, Self& place) {
+    fields.required("texel", place.texel, "x and y; fractions lie between texel centres");
+    fields.required("normal", place.normal, "normal of the shading");
+    fields.optional("view", place.view, "direction to the viewer");
+    fields.optional("m", place.m, "roughness");
+    fields.optional("f0", place.f0, "reflectance at normal incidence");
+    fields.required("reference", place.reference, kNumberOrNull, "light of the bake: red, green, blue");
+    fields.required("found", place.found, kNumberOrNull, "light of the cooked asset: red, green, blue");
+}
+
+template <>
+struct FieldMirror<verify::VisiblePlace> {
+    using Type = VisiblePlaceFields;
+    static VisiblePlaceFields of(const verify::VisiblePlace& place);
+    static verify::VisiblePlace from(const VisiblePlaceFields& fields);
+};
+
+template <class Fields, Is<verify::VisibleFigures> Self>
+void describe(Fields& fields, Self& figures) {
+    fields.required("rms", figures.rms, kFigure, "root mean square");
+    fields.required("p50", figures.p50, kFigure, "median");
+    fields.required("p95", figures.p95, kFigure, "95th percentile");
+    fields.required("p99", figures.p99, kFigure, "99th percentile");
+    fields.required("p999", figures.p999, kFigure, "99.9th percentile");
+    fields.required("max", figures.max, kFigure, "largest of the samples");
+    fields.presentIf(figures.maxAt.isKnown(), "max_at", figures.maxAt, "place of the largest");
+}
+
 template <class Fields, Is<verify::ErrorFigures> Self>
 void describe(Fields& fields, Self& figures) {
     fields.required("rel_rms", figures.relRms, kFigure, "RMS of the error over RMS of the reference");
@@ -72,6 +114,7 @@ void describe(Fields& fields, Self& figures) {
     fields.required("max_bound", figures.maxBound, kFigure, "certified bound on the local relative error");
     fields.presentIf(figures.sampledAt.isKnown(), "sampled_at", figures.sampledAt, "place of max_sampled");
     fields.presentIf(figures.boundAt.isKnown(), "bound_at", figures.boundAt, "place of max_bound");
+    fields.optional("visible", figures.visible, "visible error, in just noticeable differences (Delta E ITP)");
 }
 
 template <class Fields, Is<verify::StageError> Self>
@@ -99,6 +142,7 @@ void describe(Fields& fields, Self& verdict) {
     fields.object("limit", "limit that the last stage is held to", [&](auto& limit) {
         limit.required("metric", verdict.metric, "figure that is limited");
         limit.required("value", verdict.limit, between(0, HUGE_VAL), "largest value that passes");
+        limit.optional("max_visible", verdict.maxVisible, between(0, HUGE_VAL), "largest p99 of visible errors that passes");
     });
     fields.required("passed", verdict.passed, "true if the figures are within the limit and nothing is violated");
     fields.presentIf(!verdict.violations.empty(), "violations", verdict.violations,

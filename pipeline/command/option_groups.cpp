@@ -124,7 +124,11 @@ void OutputOptions::addFormats(CLI::App& app) {
 }
 
 void OutputOptions::addLayout(CLI::App& app) {
-    app.add_option("--layout", layout_, "Layout of light maps; auto: the one that meets --max-error or --budget best")
+    app.add_option("--max-visible", maxVisible_,
+                   "Limit on the visible error of light maps, in just noticeable differences that 99 % keep; over it verification fails")
+        ->type_name("NUMBER");
+
+    app.add_option("--layout", layout_, "Layout of light maps; auto: the one that meets --max-error, --max-visible or --budget best")
         ->check(CLI::IsMember(lightMapLayoutChoices()));
 }
 
@@ -160,6 +164,9 @@ formats::Result<void> OutputOptions::apply(CookOptions& options) const {
     if (maxError_) options.maxError = maxError_;
     // A command of one asset holds that asset to its --max-error, of whatever kind it is.
     options.maxConverterError = isOneAsset_ ? maxError_ : maxConverterError_;
+    if (maxVisible_)
+        if (auto checked = checkOption("--max-visible", objectionToMaxVisible(*maxVisible_)); !checked) return checked;
+    options.maxVisible = maxVisible_;
     if (effort_) options.effort = effort_;
     if (rdo_) options.rdo = rdo_;
     if (zstd_) options.zstd = true;

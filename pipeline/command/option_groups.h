@@ -63,7 +63,7 @@ private:
     void addLayout(CLI::App& app);
 
     std::string target_, layout_, container_, budget_;
-    std::optional<double> maxError_, maxConverterError_, rdo_;
+    std::optional<double> maxError_, maxConverterError_, maxVisible_, rdo_;
     std::optional<int> effort_;
     bool zstd_ = false, isOneAsset_ = true;
 };

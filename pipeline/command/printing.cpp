@@ -11,6 +11,12 @@ std::string percent(double value) {
     return std::isfinite(value) ? fmt::format("{:8.3f} %", 100 * value) : "     not finite";
 }
 
+/// Returns the larger 99th percentile of the visible errors of diffuse and specular light; a dash for assets without them.
+std::string visibleWord(const verify::StageError& error) {
+    if (!error.diffuse.visible) return "-";
+    return fmt::format("{:.2f}", std::max(error.diffuse.visible->p99, error.specular.visible ? error.specular.visible->p99 : 0));
+}
+
 std::string verdictWord(const Terminal& terminal, bool passed) {
     return passed ? terminal.styled(Style::Good, "passed") : terminal.styled(Style::Bad, "FAILED");
 }
@@ -87,20 +93,21 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
 }
 
 void printReport(Terminal& terminal, const Report& report) {
-    terminal.say(
-        terminal.styled(Style::Faint, fmt::format("{:24} {:10} {:20} {:>12} {:>9} {:>10} {:>10} {:>10} {:>12}  {}", "asset", "kind",
-                                                  "layout", "GPU bytes", "bits/tx", "diffuse", "specular", "p99", "bound", "verdict")));
+    terminal.say(terminal.styled(
+        Style::Faint, fmt::format("{:24} {:10} {:20} {:>12} {:>9} {:>10} {:>10} {:>10} {:>12} {:>8}  {}", "asset", "kind", "layout",
+                                  "GPU bytes", "bits/tx", "diffuse", "specular", "p99", "bound", "visible", "verdict")));
     for (const ReportRow& row : report.assets) {
         const verify::StageError& error = row.verdict.stages.back();
         const bool diffuseIsWorse =
             std::isfinite(error.specular.p99) && std::isfinite(error.diffuse.p99) && error.diffuse.p99 >= error.specular.p99;
         const verify::ErrorFigures& worse = diffuseIsWorse ? error.diffuse : error.specular;
-        terminal.say(fmt::format("{:24} {:10} {:20} {:12} {:9.2f} {} {} {} {}  {}", row.name, info(row.kind).name, row.layout, row.bytesGpu,
-                                 row.bitsPerTexel, percent(error.diffuse.relRms), percent(error.specular.relRms), percent(worse.p99),
-                                 percent(worse.maxBound), verdictWord(terminal, row.verdict.passed)));
+        terminal.say(fmt::format("{:24} {:10} {:20} {:12} {:9.2f} {} {} {} {} {:>8}  {}", row.name, info(row.kind).name, row.layout,
+                                 row.bytesGpu, row.bitsPerTexel, percent(error.diffuse.relRms), percent(error.specular.relRms),
+                                 percent(worse.p99), percent(worse.maxBound), visibleWord(error),
+                                 verdictWord(terminal, row.verdict.passed)));
     }
     const std::string limit = report.budget.limitBytes ? fmt::format(" of {}", *report.budget.limitBytes) : "";
-    // What came from the cache keeps the time of the run that made it.
+    // Results from the cache keep the time of the run that made them.
     const std::string runs = report.runs.size() > 1 ? fmt::format(" in {} runs", report.runs.size()) : "";
     terminal.say(fmt::format("{} bytes of GPU memory{}, {:.2f} s{}, {:.0f} MiB resident at most", report.budget.usedBytes, limit,
                              report.seconds, runs, static_cast<double>(report.peakRssBytes) / 0x1p20));

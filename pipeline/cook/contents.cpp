@@ -110,9 +110,9 @@ formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs)
             needs.unusedProbes.insert(use->unused.begin(), use->unused.end());
             continue;
         }
-        auto content = fromJson<LightMapContent>(record.result, id);
+        const auto content = fromJson<LightMapContent>(record.result, id);
         if (!content) return tl::make_unexpected(content.error());
-        needs.contents.emplace(id.substr(id.find('/') + 1), std::move(*content));
+        needs.contents.emplace(id.substr(id.find('/') + 1), *content);
     }
     return {};
 }

@@ -35,6 +35,7 @@ using Clock = std::chrono::steady_clock;
 void applyOverrides(const CookOptions& options, OutputSettings& output) {
     if (options.target) output.target = *options.target;
     if (options.maxError) output.maxError = *options.maxError;
+    if (options.maxVisible) output.maxVisible = options.maxVisible;
     if (options.maxConverterError) output.maxConverterError = options.maxConverterError;
     output.isErrorAsked = output.isErrorAsked || options.maxError;
     if (options.budgetBytes) output.budgetBytes = *options.budgetBytes;
@@ -77,6 +78,8 @@ public:
 private:
     Result<void> tryRun() {
         applyOverrides(options_, scene_.output);
+        if (options_.maxVisible)
+            for (LightMapEntry& entry : scene_.lightMaps) entry.maxVisible.reset();
         outcome_.output = options_.output.empty() ? std::filesystem::path(scene_.name + ".cooked") : options_.output;
         if (auto checked = checkSettings(scene_.output, outcome_.output); !checked) return checked;
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();

@@ -18,7 +18,7 @@ struct CookOptions {
     std::filesystem::path scene;
     std::filesystem::path output;  ///< empty: "<scene name>.cooked" in the current folder
     std::optional<Target> target;
-    std::optional<double> maxError, maxConverterError;
+    std::optional<double> maxError, maxConverterError, maxVisible;
     std::optional<std::uint64_t> budgetBytes;
     std::optional<std::string> lightMapLayout;
     std::optional<formats::Container> container;
@@ -67,7 +67,9 @@ struct LintOptions {
 Outcome lintScene(const LintOptions& options, const RunState& state);
 
 /// Writes a cooked light map as the shader decodes it, with the 27 channels of a bake.
+/// placesPerTexel  N: at N x N places of each texel, from filtered texels (verify::LightMapVerifier::reconstruct)
 formats::Result<void> reconstructLightMap(const std::filesystem::path& folder, const std::string& name, const std::filesystem::path& output,
-                                          const RunState& state);
+                                          int placesPerTexel, const RunState& state);
+inline constexpr int kMostPlacesPerTexel = 16;
 
 }  // namespace lightcook::pipeline

@@ -34,7 +34,7 @@ Result<LayoutDecision> LayoutDecision::create(const Scene& scene, const Plan& op
         if (record == trials.records.end()) continue;
         const auto trial = fromJson<TrialResult>(record->second.result, record->second.id);
         if (!trial) return tl::make_unexpected(trial.error());
-        decision.candidates_[map] = candidatesOf(*trial);
+        decision.candidates_[map] = candidatesOf(*trial, decision.limitsOf(map));
     }
     const auto meshBytes = mostMeshBytes(scene, open.undecided, materials);
     if (!meshBytes) return tl::make_unexpected(meshBytes.error());
@@ -49,9 +49,14 @@ Result<LayoutDecision> LayoutDecision::create(const Scene& scene, const Plan& op
     return decision;
 }
 
+LayoutLimits LayoutDecision::limitsOf(const std::string& map) const {
+    const auto entry = std::ranges::find(scene_.lightMaps, map, &LightMapEntry::name);
+    return {scene_.output.maxError, visibleLimit(scene_.output, entry == scene_.lightMaps.end() ? std::nullopt : entry->maxVisible)};
+}
+
 std::map<std::string, std::string> LayoutDecision::choose() const {
     const OutputSettings& output = scene_.output;
-    if (!output.budgetBytes || output.isErrorAsked) return smallestWithin(candidates_, output.maxError);
+    if (!output.budgetBytes || output.isErrorAsked || output.maxVisible) return smallestWithin(candidates_);
     return bestWithin(candidates_, *output.budgetBytes - std::min(otherBytes_, *output.budgetBytes));
 }
 
@@ -63,9 +68,11 @@ Result<bool> LayoutDecision::isRefuted(const ExecutionResult& chosen, const std:
         const auto verified = fromJson<VerifyResult>(record->second.result, record->second.id);
         if (!verified) return tl::make_unexpected(verified.error());
         const verify::StageError& last = verified->verdict.stages.back();
-        const double found = std::max(last.diffuse.relRms, last.specular.relRms);
+        const auto visible = [](const verify::ErrorFigures& figures) { return figures.visible ? figures.visible->p99 : 0; };
+        const double found = limitsOf(map).partOf(std::max(last.diffuse.relRms, last.specular.relRms),
+                                                  std::max(visible(last.diffuse), visible(last.specular)));
         LightMapCandidate& candidate = *std::ranges::find(candidates_.at(map), layout, &LightMapCandidate::layout);
-        if (found > scene_.output.maxError && candidate.error <= scene_.output.maxError) isRefuted = true;
+        if (found > 1 && candidate.error <= 1) isRefuted = true;
         candidate.error = found;
     }
     return isRefuted;

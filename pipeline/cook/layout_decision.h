@@ -29,6 +29,7 @@ public:
 
 private:
     explicit LayoutDecision(const Scene& scene) : scene_(scene) {}
+    LayoutLimits limitsOf(const std::string& map) const;
 
     const Scene& scene_;
     LightMapCandidates candidates_;

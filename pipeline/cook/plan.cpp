@@ -144,19 +144,21 @@ private:
 
     void addTrial(const LightMapEntry& entry, const formats::LightMapDescription& description, bool isFlatTried) {
         plan_.undecided.push_back(entry.name);
-        plan_.actions.push_back({"trial/" + entry.name,
-                                 "light-map-trial",
-                                 entry.name,
-                                 toJson(TrialParameters{description, scene_.output.target, textures_, shading_, isFlatTried}),
-                                 lightMapInputs(entry, true),
-                                 {}});
+        plan_.actions.push_back(
+            {"trial/" + entry.name,
+             "light-map-trial",
+             entry.name,
+             toJson(TrialParameters{description, scene_.output.target, textures_, shading_, scene_.display, isFlatTried}),
+             lightMapInputs(entry, true),
+             {}});
     }
 
     void addLightMap(const LightMapEntry& entry, formats::LightMapDescription description, const std::string& layout,
                      const LightMapReduction& reduction) {
         description.constantOf = reduction.constantOf;
         add(entry.name, AssetKind::LightMap, LightMapParameters{description, layout, scene_.output.target, textures_},
-            lightMapInputs(entry, hasLearnedBases(layout)), LightMapVerifyParameters{shading_, options_.samples},
+            lightMapInputs(entry, hasLearnedBases(layout)),
+            LightMapVerifyParameters{shading_, options_.samples, scene_.display, visibleLimit(scene_.output, entry.maxVisible)},
             reduction.constantOf ? sourceOf(entry.file) : tracedInputs(entry));
         const std::string asked = layoutAsked(scene_.output);
         const auto would = imagesOf(asked, scene_.output.target), is = imagesOf(layout, scene_.output.target);

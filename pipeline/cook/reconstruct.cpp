@@ -16,6 +16,9 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
+/// Rows of a texture can be read from a multiple of this on.
+constexpr int kReadRows = 16;
+
 /// Returns the light map of a name.
 Result<const CookedAsset*> findLightMap(const Manifest& manifest, const std::filesystem::path& folder, const std::string& name) {
     std::vector<std::string> known;
@@ -29,6 +32,7 @@ Result<const CookedAsset*> findLightMap(const Manifest& manifest, const std::fil
 }
 
 /// Appends the rows of a map of constant light: the cooked block repeats over it.
+/// size  [texels of the output]
 Result<void> appendConstant(const CookedLightMapReader& cooked, const glm::ivec2& size, formats::LightMapWriter& writer,
                             const RunState& state) {
     const auto texels = cooked.read(0, cooked.height());
@@ -47,7 +51,7 @@ Result<void> appendConstant(const CookedLightMapReader& cooked, const glm::ivec2
 }  // namespace
 
 Result<void> reconstructLightMap(const std::filesystem::path& folder, const std::string& name, const std::filesystem::path& output,
-                                 const RunState& state) {
+                                 int placesPerTexel, const RunState& state) {
     const auto manifest = loadManifest(folder);
     if (!manifest) return tl::make_unexpected(manifest.error());
     const auto asset = findLightMap(*manifest, folder, name);
@@ -56,7 +60,7 @@ Result<void> reconstructLightMap(const std::filesystem::path& folder, const std:
     if (!cooked) return tl::make_unexpected(cooked.error());
     const auto description = descriptionOf(**asset);
     if (!description) return tl::make_unexpected(description.error());
-    const glm::ivec2 size = description->constantOf.value_or(glm::ivec2(cooked->width(), cooked->height()));
+    const glm::ivec2 size = placesPerTexel * description->constantOf.value_or(glm::ivec2(cooked->width(), cooked->height()));
     auto writer = formats::LightMapWriter::create(output, size.x, size.y);
     if (!writer) return tl::make_unexpected(writer.error());
     if (description->constantOf) {
@@ -66,9 +70,12 @@ Result<void> reconstructLightMap(const std::filesystem::path& folder, const std:
     for (int row = 0; row < cooked->height(); row += kChunkRows) {
         if (state.interrupted) return failure(ErrorCode::Interrupted, "reconstruct", "interrupted");
         const int rowCount = std::min(kChunkRows, cooked->height() - row);
-        const auto texels = cooked->read(row, rowCount);
+        // Places between texels need the row above, too; blocks are read in whole rows.
+        const int firstRow = placesPerTexel > 1 ? std::max(0, row - kReadRows) : row;
+        const auto texels = cooked->read(firstRow, row + rowCount + 1 - firstRow);
         if (!texels) return tl::make_unexpected(texels.error());
-        if (auto appended = writer->append(cooked->verifier().reconstruct(*texels, row, rowCount).view()); !appended) return appended;
+        const auto rows = cooked->verifier().reconstruct(*texels, row, rowCount, placesPerTexel);
+        if (auto appended = writer->append(rows.view()); !appended) return appended;
     }
     return writer->commit();
 }

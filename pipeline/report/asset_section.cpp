@@ -75,6 +75,29 @@ Html stageTable(const Json& asset) {
     return table("stages", element("tr", groups) + element("tr", names), rows);
 }
 
+/// Returns a table of the visible errors of each stage. Empty for assets without them.
+Html visibleTable(const Json& asset) {
+    constexpr std::array<std::array<const char*, 2>, 5> kFigures = {
+        {{"rms", "rms"}, {"p50", "median"}, {"p99", "p99"}, {"p999", "p99.9"}, {"max", "max"}}};
+    Html names, rows;
+    for (int i = 0; i < 2; ++i)
+        for (const auto& [key, name] : kFigures) names += headCell(name, key == kFigures[0][0] ? "num first" : "num");
+    for (const Json& stage : list(asset, "stages")) {
+        const Json& error = member(stage, "error");
+        if (!member(member(error, "diffuse"), "visible").is_object()) continue;
+        Html cells = element("th", {{"scope", "row"}}, text(words(member(stage, "name"))));
+        for (const char* shading : kShadings)
+            for (const auto& [key, name] : kFigures) cells += numberCell(visibleMarkup(member(error, shading), key));
+        rows += element("tr", {{"class", &stage == &list(asset, "stages").back() ? "last" : ""}}, cells);
+    }
+    if (rows.isEmpty()) return {};
+    const Html groups = headCell("Visible error", "", {{"rowspan", "2"}}) + headCell("diffuse", "group", {{"colspan", "5"}}) +
+                        headCell("specular", "group", {{"colspan", "5"}});
+    return table("stages visible", element("tr", groups) + element("tr", names), rows) +
+           element("p", {{"class", "soft"}},
+                   word("In just noticeable differences (Delta E ITP): 1 is at the threshold of a trained eye, 10 is plain to see."));
+}
+
 /// Returns a table of the places of the worst sample and of the largest bound of the last stage, as far as they are reported.
 Html worstTable(const Json& asset) {
     Html rows;
@@ -288,8 +311,8 @@ Html assetSection(const std::filesystem::path& folder, const Json& asset, std::s
     const Html title = element("div", {{"class", "title"}}, element("h2", text(words(member(asset, "name")))) + verdictChip(passed(asset)));
     const Html lists = textureTable(asset) + notes(asset);
     return element("section", {{"class", "card asset"}, {"id", assetAnchor(index)}},
-                   title + assetFacts(asset) + pictures(folder, asset) + stageTable(asset) + worstTable(asset) + groundTruth(asset) +
-                       candidateTable(asset) + (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
+                   title + assetFacts(asset) + pictures(folder, asset) + stageTable(asset) + visibleTable(asset) + worstTable(asset) +
+                       groundTruth(asset) + candidateTable(asset) + (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
 }
 
 }  // namespace lightcook::pipeline

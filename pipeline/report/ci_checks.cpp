@@ -15,16 +15,12 @@
 namespace lightcook::pipeline {
 namespace {
 
-bool isFinite(const verify::ErrorFigures& figures) {
-    return std::isfinite(figures.relRms) && std::isfinite(figures.p99) && std::isfinite(figures.maxSampled) &&
-           std::isfinite(figures.maxBound);
-}
-
 CiRule ruleOf(const Failure& failure, const Verdict& verdict) {
     if (!failure.shading) return CiRule::LocalError;
     const bool isDiffuse = *failure.shading == "diffuse";
     const auto stage = std::ranges::find(verdict.stages, failure.stage, &verify::StageError::name);
     if (stage != verdict.stages.end() && !isFinite(isDiffuse ? stage->diffuse : stage->specular)) return CiRule::FiniteFigures;
+    if (failure.visible) return CiRule::VisibleError;
     return isDiffuse ? CiRule::DiffuseError : CiRule::SpecularError;
 }
 

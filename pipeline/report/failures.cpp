@@ -55,17 +55,37 @@ void addStage(const ReportRow& row, const verify::StageError& stage, const std::
               std::vector<Failure>& failures) {
     const double limit = row.verdict.limit, relRms = finiteOrNan(figures.relRms);
     const bool isLast = &stage == &row.verdict.stages.back();
-    const bool isFinite =
-        std::isfinite(relRms) && std::isfinite(figures.p99) && std::isfinite(figures.maxSampled) && std::isfinite(figures.maxBound);
-    if (isFinite && !(isLast && relRms > limit)) return;
+    const bool areFinite = isFinite(figures);
+    if (areFinite && !(isLast && relRms > limit)) return;
     Failure failure;
     failure.stage = stage.name;
     failure.shading = shading;
     failure.relRms = relRms;
     failure.limit = limit;
     failure.detail =
-        fmt::format("found rel_rms {:.4g}, expected at most {:.4g}{}", relRms, limit, isFinite ? "" : " and every figure finite");
+        fmt::format("found rel_rms {:.4g}, expected at most {:.4g}{}", relRms, limit, areFinite ? "" : " and every figure finite");
     complete(failure, row, fmt::format("stage {}, {}", stage.name, shading), figures.sampledAt);
+    failures.push_back(std::move(failure));
+}
+
+/// Appends a failure if the visible errors of one kind of shading of the last stage are over their limit.
+void addVisible(const ReportRow& row, const std::string& shading, const verify::ErrorFigures& figures, std::vector<Failure>& failures) {
+    const std::optional<double>& limit = row.verdict.maxVisible;
+    if (!limit || !figures.visible || figures.visible->p99 <= *limit) return;
+    const std::string& stage = row.verdict.stages.back().name;
+    const verify::VisiblePlace& worst = figures.visible->maxAt;
+    Failure failure;
+    failure.stage = stage;
+    failure.shading = shading;
+    failure.visible = finiteOrNan(figures.visible->p99);
+    failure.limit = *limit;
+    failure.detail = fmt::format("found a visible error of {:.3g} (p99), expected at most {:.3g}", *failure.visible, *limit);
+    if (worst.isKnown()) {
+        const Json place = toJson(FieldMirror<verify::VisiblePlace>::of(worst));
+        failure.detail += fmt::format("; worst at {}: found {}, expected {}, a difference of {:.3g}", placeWords(place),
+                                      vectorWords(place["found"]), vectorWords(place["reference"]), figures.visible->max);
+    }
+    complete(failure, row, fmt::format("stage {}, {}", stage, shading), {});
     failures.push_back(std::move(failure));
 }
 
@@ -100,6 +120,8 @@ std::vector<Failure> failuresOf(const ReportRow& row) {
         addStage(row, stage, "diffuse", stage.diffuse, failures);
         addStage(row, stage, "specular", stage.specular, failures);
     }
+    addVisible(row, "diffuse", row.verdict.stages.back().diffuse, failures);
+    addVisible(row, "specular", row.verdict.stages.back().specular, failures);
     return failures;
 }
 

@@ -130,6 +130,13 @@ Html figureMarkup(const Json& figures, const char* name) {
     return percentMarkup(number(value));
 }
 
+Html visibleMarkup(const Json& figures, const char* name) {
+    const Json& visible = member(figures, "visible");
+    if (!visible.is_object() || !visible.contains(name)) return withTitle(kDash, "not measured");
+    const double value = number(member(visible, name));
+    return withTitle(std::isfinite(value) ? fmt::format("{:.2f}", value) : "not finite", exactNumber(value));
+}
+
 Html limitedCell(const Json& figures, double limit) {
     const double figure = number(member(figures, "rel_rms"));
     Html content = figureMarkup(figures, "rel_rms");

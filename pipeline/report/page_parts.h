@@ -45,6 +45,8 @@ Html secondsMarkup(const Json& seconds);
 Html percentMarkup(double ratio);
 /// Returns a member of `figures` in percent, or a dash if it is absent.
 Html figureMarkup(const Json& figures, const char* name);
+/// Returns a visible error of `figures`, or a dash if it is absent.
+Html visibleMarkup(const Json& figures, const char* name);
 
 Html numberCell(const Html& content, const Attributes& more = {});
 Html headCell(const char* name, const char* kind = "", const Attributes& more = {});

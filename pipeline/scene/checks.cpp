@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "formats/light_map.h"
+#include "lighting/display.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -51,6 +52,27 @@ Objection objectionToAxis(const std::vector<double>& axis) {
         if (length > 0 && std::isfinite(length)) return std::nullopt;
     }
     return ValueError{inBrackets(axis), "a direction [x, y, z] other than zero"};
+}
+
+Objection objectionToMaxVisible(double limit) {
+    if (limit > 0 && std::isfinite(limit)) return std::nullopt;
+    return ValueError{fmt::format("{}", limit), "a positive number of just noticeable differences: 2 is hard to see, 10 is plain"};
+}
+
+Objection objectionToWhite(double white) {
+    if (white > 0 && std::isfinite(white)) return std::nullopt;
+    return ValueError{fmt::format("{}", white), "a positive exit radiance"};
+}
+
+Objection objectionToStops(double stops) {
+    if (std::abs(stops) <= lighting::kMostStops) return std::nullopt;
+    return ValueError{fmt::format("{}", stops), fmt::format("a number from -{0} to {0}", lighting::kMostStops)};
+}
+
+Objection objectionToBlack(double black) {
+    if (black >= lighting::kLeastBlack && black <= lighting::kMostBlack) return std::nullopt;
+    return ValueError{fmt::format("{}", black),
+                      fmt::format("a luminance from {} to {} cd/m^2", lighting::kLeastBlack, lighting::kMostBlack)};
 }
 
 Objection objectionToNormalization(const std::string& normalization, lighting::SpecularLobe lobe) {

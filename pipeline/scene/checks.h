@@ -31,6 +31,12 @@ Objection objectionToRange(const std::vector<double>& range, double lowest, doub
 Objection objectionToExponents(const std::vector<double>& exponents);
 /// An axis is a direction [x, y, z] other than zero.
 Objection objectionToAxis(const std::vector<double>& axis);
+/// A limit on visible errors is a positive number of just noticeable differences.
+Objection objectionToMaxVisible(double limit);
+/// Settings of the display: a positive exit radiance, an exposure compensation of at most 20 stops, and a black of 0.005 to 100 cd/m^2.
+Objection objectionToWhite(double white);
+Objection objectionToStops(double stops);
+Objection objectionToBlack(double black);
 /// Phong lobes have one normalization only.
 Objection objectionToNormalization(const std::string& normalization, lighting::SpecularLobe lobe);
 /// Cubemaps, dominant lights and shader have Cook-Torrance lobes only, so a scene does.

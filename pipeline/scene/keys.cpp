@@ -74,10 +74,13 @@ SceneSectionInfo outputSection() {
               "fails (exit code 4)"},
              {"max_converter_error", "fraction", "0.1, or `max_error` if that is larger",
               "limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity"},
+             {"max_visible", "number", "5 where the layout is `\"auto\"` and neither `max_error` nor `budget` is given, else none",
+              "limit on the [visible error](../theory/visible.md) of light maps, in just noticeable differences: 99 % of the samples are "
+              "within it; above it verification fails (exit code 4)"},
              {"budget", "size", "none",
               "GPU memory of the whole scene: `\"2 MiB\"`, `\"1.5 GB\"`, `\"4096\"` (bytes); more is exit code 5"},
-             {"light_map_layout", choices(lightMapLayoutChoices()), "`\"auto\"` where `max_error` or `budget` is given, else `\"ratio\"`",
-              "see [layouts](../theory/layouts.md)"},
+             {"light_map_layout", choices(lightMapLayoutChoices()),
+              "`\"auto\"` where `max_error`, `max_visible` or `budget` is given, else `\"ratio\"`", "see [layouts](../theory/layouts.md)"},
              {"container", choices({"ktx2", "dds"}), "`\"ktx2\"`", "container of the textures"},
              {"zstd", kBoolean, "false", "Zstandard supercompression of KTX2 levels"},
              {"effort", "0 to 9", "5", "effort of the block encoders: 0 is fastest, 9 best"},
@@ -104,6 +107,17 @@ SceneSectionInfo colorSection() {
             .outro = "[Colour](../theory/lighting.md#colour) lists the built-in spaces. Conversions that are not linear are refused."};
 }
 
+SceneSectionInfo displaySection() {
+    return {.name = "display",
+            .isArray = false,
+            .intro = "",
+            .keys = {{"white", "number", "none: the key of each light map is shown at 18 % of diffuse white",
+                      "exit radiance that the game shows as diffuse white, 203 cd/m^2"},
+                     {"stops", "number from -20 to 20", "0", "exposure compensation: light is shown 2^stops as bright"},
+                     {"black", "number from 0.005 to 100", "0.5", "luminance of the display's black in its room, in cd/m^2"}},
+            .outro = "How the game shows the scene: [visible errors](../theory/visible.md) are judged there."};
+}
+
 SceneSectionInfo lightMapSection() {
     std::string bakes = fmt::format("format of the file. `{}`: by its channels", formats::kAutoBake);
     for (const formats::BakeFormatInfo& row : formats::allBakeFormats()) bakes += fmt::format("; `{}`: {}", row.name, row.caption);
@@ -125,6 +139,7 @@ SceneSectionInfo lightMapSection() {
               "never tested)"},
              {"dominant_fit", choices(kDominantFitNames), inQuotes(kDominantFitNames.front()),
               "method of the [dominant light](../theory/lighting.md#dominant-light)"},
+             {"max_visible", "number", "that of `[output]`", "limit on the visible error of this light map"},
              {"ground_truth", "path", "none",
               "CSV of light traced at texels of the map, to separate truncation, fit and quantization "
               "([format](../theory/error.md#ground-truth))"},
@@ -210,8 +225,9 @@ SceneSectionInfo materialSection() {
 }  // namespace
 
 std::span<const SceneSectionInfo> allSceneSections() {
-    static const std::vector<SceneSectionInfo> sections = {rootSection(),   outputSection(), colorSection(),    lightMapSection(),
-                                                           tablesSection(), probeSection(),  gradientSection(), materialSection()};
+    static const std::vector<SceneSectionInfo> sections = {rootSection(),    outputSection(),   colorSection(),
+                                                           displaySection(), lightMapSection(), tablesSection(),
+                                                           probeSection(),   gradientSection(), materialSection()};
     return sections;
 }
 

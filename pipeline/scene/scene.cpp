@@ -215,6 +215,23 @@ private:
     const SceneSectionInfo& section_;
 };
 
+std::optional<double> readMaxVisible(TableReader& reader) {
+    const auto limit = reader.optional<double>("max_visible", "a positive number of just noticeable differences");
+    if (limit) reader.check("max_visible", objectionToMaxVisible(*limit));
+    return limit;
+}
+
+lighting::DisplaySettings readDisplay(TableReader reader) {
+    lighting::DisplaySettings display;
+    display.white = reader.optional<double>("white", "a positive exit radiance");
+    if (display.white) reader.check("white", objectionToWhite(*display.white));
+    display.stops = reader.optional<double>("stops", "a number").value_or(display.stops);
+    if (reader.has("stops")) reader.check("stops", objectionToStops(display.stops));
+    display.black = reader.optional<double>("black", "a luminance in cd/m^2").value_or(display.black);
+    if (reader.has("black")) reader.check("black", objectionToBlack(display.black));
+    return display;
+}
+
 OutputSettings readOutput(TableReader reader) {
     OutputSettings output;
     output.target = reader.oneOfRows("target", formats::allTargets());
@@ -228,6 +245,7 @@ OutputSettings readOutput(TableReader reader) {
     output.isErrorAsked = reader.has("max_error");
     output.maxError = fraction("max_error", output.maxError);
     if (reader.has("max_converter_error")) output.maxConverterError = fraction("max_converter_error", kDefaultMaxError);
+    output.maxVisible = readMaxVisible(reader);
     if (const auto text = reader.optional<std::string>("budget", "a size such as \"2 MiB\"")) {
         const auto bytes = parseByteCount(*text, reader.place("budget"));
         if (!bytes) throw SceneMistake{bytes.error()};
@@ -301,6 +319,7 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
         entry.description.fireflyLimit = *limit;
     }
     entry.description.colors = colors;
+    entry.maxVisible = readMaxVisible(reader);
     entry.mesh = reader.optionalPath("mesh");
     entry.groundTruth = reader.optionalPath("ground_truth");
     entry.dominantFit = reader.oneOf("dominant_fit", kDominantFitNames, entry.dominantFit);
@@ -458,6 +477,7 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     if (reader.has("lobe")) reader.check("lobe", objectionToSceneLobe(scene.lobe));
     if (const toml::table* table = reader.table("output")) scene.output = readOutput({*table, file, "output"});
     if (const toml::table* table = reader.table("color")) scene.colors = readColors({*table, file, "color"});
+    if (const toml::table* table = reader.table("display")) scene.display = readDisplay({*table, file, "display"});
     if (const toml::table* table = reader.table("tables")) scene.tables = readTables({*table, file, "tables"}, scene.lobe);
     for (const toml::table* table : reader.tables("light_map"))
         scene.lightMaps.push_back(readLightMap({*table, file, "light_map"}, scene.colors));
@@ -488,7 +508,14 @@ double converterLimit(const OutputSettings& output) {
 
 std::string layoutAsked(const OutputSettings& output) {
     if (!output.lightMapLayout.empty()) return output.lightMapLayout;
-    return output.isErrorAsked || output.budgetBytes ? kAutoLayout : "ratio";
+    return output.isErrorAsked || output.maxVisible || output.budgetBytes ? kAutoLayout : "ratio";
+}
+
+std::optional<double> visibleLimit(const OutputSettings& output, const std::optional<double>& ofLightMap) {
+    if (ofLightMap) return ofLightMap;
+    if (output.maxVisible) return output.maxVisible;
+    const bool isNothingAsked = output.lightMapLayout == kAutoLayout && !output.isErrorAsked && !output.budgetBytes;
+    return isNothingAsked ? std::optional(kDefaultMaxVisible) : std::nullopt;
 }
 
 const std::vector<std::string>& lightMapLayoutNames() {

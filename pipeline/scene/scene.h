@@ -17,6 +17,7 @@
 #include "formats/light_map.h"
 #include "formats/specular_lobe.h"
 #include "formats/target.h"
+#include "lighting/display.h"
 #include "pipeline/lint/checks.h"
 #include "pipeline/scene/scene_lines.h"
 
@@ -34,28 +35,35 @@ inline constexpr const char* kAutoLayout = "auto";
 /// The section [output], with the overrides of the command line.
 struct OutputSettings {
     Target target = Target::Bc;
-    double maxError = 0.1;      ///< limit on rel_rms of diffuse and of specular, of the last stage of a light map or mesh
-    bool isErrorAsked = false;  ///< maxError was given
+    formats::Container container = formats::Container::Ktx2;
+    std::string lightMapLayout;  ///< one of lightMapLayoutNames(), "auto", or empty: see layoutAsked
+    double maxError = 0.1;       ///< limit on rel_rms of diffuse and of specular, of the last stage of a light map or mesh
     /// Limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity; see converterLimit.
     std::optional<double> maxConverterError;
+    std::optional<double> maxVisible;          ///< limit on the 99th percentile of visible errors of light maps; see visibleLimit
     std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory for the whole scene
-    bool keepUnused = false;                   ///< cooks also what no material, surface or shading shows
-    std::string lightMapLayout;                ///< one of lightMapLayoutNames(), "auto", or empty: see layoutAsked
-    formats::Container container = formats::Container::Ktx2;
+    double rdo = 0;             ///< share by which the error may grow so that blocks repeat, 0 .. kLargestRdo; target bc only
+    int effort = 5;             ///< of block encoders, 0 .. 9
+    bool isErrorAsked = false;  ///< maxError was given
+    bool keepUnused = false;    ///< cooks also what no material, surface or shading shows
     bool zstd = false;
-    int effort = 5;     ///< of block encoders, 0 .. 9
-    double rdo = 0;     ///< share by which the error may grow so that blocks repeat, 0 .. kLargestRdo; target bc only
     bool draco = true;  ///< meshes as Draco inside glTF
 };
 
 inline constexpr double kLargestRdo = 1;
 inline constexpr double kDefaultMaxError = 0.1;
+inline constexpr double kDefaultMaxVisible = 5;  ///< of layout "auto" where nothing else is asked for
+
+/// Returns the limit on the 99th percentile of visible errors: that of the light map or else that of the output; without either, the
+/// default if the layout is "auto" and neither an error nor a budget is asked for. Empty: no limit.
+std::optional<double> visibleLimit(const OutputSettings& output, const std::optional<double>& ofLightMap);
 
 /// Returns the limit of dominant lights, cubemaps, tables and reflection maps: maxConverterError if it is given, else the larger of the
 /// default and maxError.
 double converterLimit(const OutputSettings& output);
 
-/// Returns the layout that the settings select: the named one; else "auto" if an error or a budget is given, else "ratio".
+/// Returns the layout that the settings select: the named one; else "auto" if an error, a visible error or a budget is given, else
+/// "ratio".
 std::string layoutAsked(const OutputSettings& output);
 
 /// Fits of the dominant light: values of `dominant_fit` and `dominant --fit`.
@@ -67,6 +75,7 @@ struct LightMapEntry {
     formats::LightMapDescription description;
     std::optional<std::filesystem::path> mesh;
     std::string dominantFit = "closed";                ///< one of kDominantFitNames
+    std::optional<double> maxVisible;                  ///< overrides that of the output
     std::optional<std::filesystem::path> groundTruth;  ///< traced light at texels of the map (formats::readShadingValues)
 };
 struct ProbeEntry {
@@ -121,6 +130,7 @@ struct Scene {
     std::string name;
     OutputSettings output;
     formats::ColorSpaces colors;
+    lighting::DisplaySettings display;
     std::vector<LightMapEntry> lightMaps;
     std::vector<ProbeEntry> probes;
     std::vector<GradientEntry> gradients;

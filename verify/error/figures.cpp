@@ -141,6 +141,7 @@ void takeLarger(ErrorFigures& figures, const ErrorFigures& other) {
         figures.maxBound = other.maxBound;
         figures.boundAt = other.boundAt;
     }
+    if (figures.visible && other.visible) takeLarger(*figures.visible, *other.visible);
 }
 
 ErrorFigures ErrorAccumulator::figures() const {

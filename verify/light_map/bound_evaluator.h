@@ -21,7 +21,7 @@ namespace lightcook::verify {
 
 /// Shading and bounding of a map, for all layouts.
 struct ShadingSetup {
-    ShadingMatrix diffuse, specular;
+    ShadingMatrices matrices;
     std::vector<Response> responses;         ///< area specular, for the bounds
     lighting::ShBands largestResponse{};     ///< largest norm of each band over the responses
     std::vector<FormatTolerance> tolerance;  ///< of each layer; empty: an ideal sampler

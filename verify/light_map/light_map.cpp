@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "lighting/radiometry.h"
 #include "verify/light_map/bound.h"
@@ -20,6 +22,9 @@ constexpr double kLogUnits = 1 << 24;
 
 }  // namespace
 
+LightMapKey::LightMapKey(const glm::vec3& luminanceWeights)
+    : luminanceWeights_(luminanceWeights), bins_(static_cast<std::size_t>((kHighestExponent - kLowestExponent) * kBinsPerOctave)) {}
+
 void LightMapKey::add(const formats::LightMapStrip& strip, int firstRow, int rowCount) {
     assert(firstRow >= strip.firstRow && firstRow + rowCount <= strip.firstRow + strip.sh.height());
     for (int y = firstRow - strip.firstRow; y < firstRow - strip.firstRow + rowCount; ++y)
@@ -27,18 +32,72 @@ void LightMapKey::add(const formats::LightMapStrip& strip, int firstRow, int row
             if (strip.covered.at(x, y) == 0) continue;
             const lighting::ShRgb exit = lighting::convolve(strip.sh.at(x, y), lighting::kExitRadianceBands);
             const float luminance = glm::dot(lighting::evaluate(exit, strip.normal.at(x, y)), luminanceWeights_);
-            logLuminanceSum_ += std::llround(std::log(std::max(static_cast<double>(luminance), 1e-12)) * kLogUnits);
-            ++coveredTexels_;
+            const double logarithm = std::log(std::max(static_cast<double>(luminance), 1e-12));
+            const int bin = static_cast<int>(std::floor((logarithm / std::numbers::ln2 - kLowestExponent) * kBinsPerOctave));
+            Bin& found = bins_[static_cast<std::size_t>(std::clamp(bin, 0, static_cast<int>(bins_.size()) - 1))];
+            found.logSum += std::llround(logarithm * kLogUnits);
+            ++found.texels;
         }
 }
 
 void LightMapKey::merge(const LightMapKey& other) {
-    logLuminanceSum_ += other.logLuminanceSum_;
-    coveredTexels_ += other.coveredTexels_;
+    for (std::size_t i = 0; i < bins_.size(); ++i) {
+        bins_[i].texels += other.bins_[i].texels;
+        bins_[i].logSum += other.bins_[i].logSum;
+    }
+}
+
+LightMapKey::Bin LightMapKey::sum() const {
+    Bin all;
+    for (const Bin& bin : bins_) {
+        all.texels += bin.texels;
+        all.logSum += bin.logSum;
+    }
+    return all;
 }
 
 double LightMapKey::key() const {
-    return coveredTexels_ == 0 ? 0 : std::exp(static_cast<double>(logLuminanceSum_) / kLogUnits / static_cast<double>(coveredTexels_));
+    const Bin all = sum();
+    return all.texels == 0 ? 0 : std::exp(static_cast<double>(all.logSum) / kLogUnits / static_cast<double>(all.texels));
+}
+
+double LightMapKey::displayKey() const {
+    const std::int64_t texels = coveredTexels();
+    if (texels == 0) return 0;
+    const auto meanLog = [](const Bin& bin) { return static_cast<double>(bin.logSum) / kLogUnits / static_cast<double>(bin.texels); };
+    // The luminances of a bin are so close that their geometric mean is their mean.
+    double mean = 0;
+    for (const Bin& bin : bins_)
+        if (bin.texels > 0) mean += static_cast<double>(bin.texels) / static_cast<double>(texels) * std::exp(meanLog(bin));
+    constexpr double kDarkest = 1.0 / 1024, kBlack = 1e-9;
+    if (mean < kBlack) return 0;
+    double logSum = 0;
+    for (const Bin& bin : bins_)
+        if (bin.texels > 0) logSum += static_cast<double>(bin.texels) * std::max(meanLog(bin), std::log(kDarkest * mean));
+    return std::exp(logSum / static_cast<double>(texels));
+}
+
+void ShadedErrors::merge(const ShadedErrors& other) {
+    diffuse.merge(other.diffuse);
+    specular.merge(other.specular);
+    visibleDiffuse.merge(other.visibleDiffuse);
+    visibleSpecular.merge(other.visibleSpecular);
+}
+
+namespace {
+ErrorFigures figuresOf(const ErrorAccumulator& energy, const VisibleAccumulator& visible) {
+    ErrorFigures figures = energy.figures();
+    if (visible.sampleCount() > 0) figures.visible = visible.figures();
+    return figures;
+}
+}  // namespace
+
+ErrorFigures ShadedErrors::diffuseFigures() const {
+    return figuresOf(diffuse, visibleDiffuse);
+}
+
+ErrorFigures ShadedErrors::specularFigures() const {
+    return figuresOf(specular, visibleSpecular);
 }
 
 void LightMapErrors::merge(const LightMapErrors& other) {
@@ -47,15 +106,12 @@ void LightMapErrors::merge(const LightMapErrors& other) {
         return;
     }
     assert(accumulators.size() == other.accumulators.size());
-    for (std::size_t i = 0; i < accumulators.size(); ++i) {
-        accumulators[i].diffuse.merge(other.accumulators[i].diffuse);
-        accumulators[i].specular.merge(other.accumulators[i].specular);
-    }
+    for (std::size_t i = 0; i < accumulators.size(); ++i) accumulators[i].errors.merge(other.accumulators[i].errors);
 }
 
 std::vector<StageError> LightMapErrors::stages() const {
     std::vector<StageError> out;
-    for (const Stage& stage : accumulators) out.push_back({stage.name, stage.diffuse.figures(), stage.specular.figures(), 0});
+    for (const Stage& stage : accumulators) out.push_back({stage.name, stage.errors.diffuseFigures(), stage.errors.specularFigures(), 0});
     if (out.size() < 2) return out;
     // The verdict: the last stage at texel centres, raised to the maxima between them.
     StageError total = out[out.size() - 2];
@@ -82,7 +138,8 @@ struct LightMapVerifier::State {
 };
 
 formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap& map, const LightMapShading& shading,
-                                                           const LightMapSampling& sampling, double key) {
+                                                           const LightMapSampling& sampling, double key,
+                                                           const std::optional<Viewing>& viewing) {
     if (map.width < 1 || map.height < 1)
         return formats::failure(formats::ErrorCode::WrongShape, "light map layout " + map.layout,
                                 "found " + std::to_string(map.width) + "x" + std::to_string(map.height) + " texels, expected at least 1x1");
@@ -109,11 +166,11 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
     }
     auto* flat = std::get_if<layouts::Flat>(&state->layout);
     if (flat != nullptr) flat->isOwnNormalOnly = !shading.needsDirections();
+    setup.matrices = shadingMatrices(shading, 1 / static_cast<double>(state->perKey), viewing);
     if (flat != nullptr && flat->isOwnNormalOnly) {
-        setup.diffuse = flatMatrix();
+        setup.matrices.diffuse = flatMatrix();
+        if (setup.matrices.visible) setup.matrices.visible->cap = flatMatrix();
     } else {
-        setup.diffuse = diffuseMatrix(shading.normalCount);
-        if (shading.specular) setup.specular = specularMatrix(shading);
         if (shading.specular && sampling.bounds) setup.responses = specularResponses(shading);
         for (const Response& response : setup.responses)
             for (std::size_t l = 0; l < 3; ++l) setup.largestResponse[l] = std::max(setup.largestResponse[l], response.norms()[l]);
@@ -138,7 +195,7 @@ const std::vector<LightMapVerifier::TextureNeed>& LightMapVerifier::textures() c
 
 LightMapErrors LightMapVerifier::noErrors() const {
     std::vector<LightMapErrors::Stage> stages;
-    const auto add = [&](std::string_view name) { stages.push_back({std::string(name), ErrorAccumulator(1), ErrorAccumulator(1)}); };
+    const auto add = [&](std::string_view name) { stages.push_back({std::string(name), {}}); };
     for (const std::string_view name : layouts::infoOf(state_->layout).stages) add(name);
     add("magnified");
     return LightMapErrors(std::move(stages));
@@ -160,22 +217,44 @@ LightMapVerifier::QuadBound LightMapVerifier::boundQuad(const DecodedLightMapRow
                       state_->layout);
 }
 
-formats::Image<lighting::ShRgb> LightMapVerifier::reconstruct(const DecodedLightMapRows& texels, int firstRow, int rowCount) const {
-    assert(texels.textures.size() == state_->textures.size() && firstRow >= texels.firstRow);
-    formats::Image<lighting::ShRgb> out(state_->map.width, rowCount);
+formats::Image<lighting::ShRgb> LightMapVerifier::reconstruct(const DecodedLightMapRows& texels, int firstRow, int rowCount,
+                                                              int placesPerTexel) const {
+    assert(texels.textures.size() == state_->textures.size() && firstRow >= texels.firstRow && placesPerTexel >= 1);
+    const int width = state_->map.width, height = state_->map.height;
+    formats::Image<lighting::ShRgb> out(placesPerTexel * width, placesPerTexel * rowCount);
+    // The texels on both sides of a place along one axis, and the weight of the second.
+    struct Between {
+        int first, second;
+        float weight;
+        Between(int place, int placesPerTexel, int count) {
+            const float at = (static_cast<float>(place) + 0.5f) / static_cast<float>(placesPerTexel) - 0.5f;
+            const float below = std::floor(at);
+            first = std::clamp(static_cast<int>(below), 0, count - 1);
+            second = std::clamp(static_cast<int>(below) + 1, 0, count - 1);
+            weight = at - below;
+        }
+    };
     std::visit(
         [&](const auto& layout) {
             using Layout = std::decay_t<decltype(layout)>;
-            for (int y = 0; y < rowCount; ++y)
-                for (int x = 0; x < state_->map.width; ++x) {
+            for (int row = 0; row < out.height(); ++row) {
+                const int placeY = placesPerTexel * firstRow + row;
+                const Between y(placeY, placesPerTexel, height);
+                for (int column = 0; column < out.width(); ++column) {
+                    const Between x(column, placesPerTexel, width);
                     layouts::Texels<Layout::kLayers> filtered{};
                     std::size_t layer = 0;
                     for (const auto& texture : texels.textures)
-                        for (const formats::Image<glm::vec4>& image : texture)
-                            filtered[layer++] = image.at(x, firstRow - texels.firstRow + y);
-                    const shaders::LcSh sh = layouts::decodeAt(layout, x, firstRow + y).decode(filtered);
-                    std::copy_n(sh.c, lighting::kShCount, out.at(x, y).begin());
+                        for (const formats::Image<glm::vec4>& image : texture) {
+                            const auto at = [&](int tx, int ty) { return image.at(tx, ty - texels.firstRow); };
+                            const auto along = [&](int ty) { return glm::mix(at(x.first, ty), at(x.second, ty), x.weight); };
+                            filtered[layer++] =
+                                placesPerTexel == 1 ? at(x.first, y.first) : glm::mix(along(y.first), along(y.second), y.weight);
+                        }
+                    const shaders::LcSh sh = layouts::decodeAt(layout, column / placesPerTexel, placeY / placesPerTexel).decode(filtered);
+                    std::copy_n(sh.c, lighting::kShCount, out.at(column, row).begin());
                 }
+            }
         },
         state_->layout);
     return out;

@@ -36,7 +36,7 @@ public:
           quads_(rows_, tolerance_, evaluator_),
           errors_(std::move(errors)),
           largest_(kStages),
-          shader_(inputs.setup.diffuse, inputs.setup.specular, 1 / static_cast<double>(inputs.perKey)) {}
+          shader_(inputs.setup.matrices, 1 / static_cast<double>(inputs.perKey)) {}
 
     LightMapErrors run(int firstRow, int rowCount) {
         rows_.forEachTexel(firstRow, rowCount, [&](const Row& row, int x, int y) { centre(row, x, y); });
@@ -69,8 +69,8 @@ private:
     static constexpr std::size_t kStages = Layout::kStages;  ///< at texel centres
 
     void addBounds(LightMapErrors::Stage& stage, const LargestBounds& largest) const {
-        stage.diffuse.addBound(largest.diffuse.bound, largest.diffuse.place);
-        if (evaluator_.setup().hasSpecular()) stage.specular.addBound(largest.specular.bound, largest.specular.place);
+        stage.errors.diffuse.addBound(largest.diffuse.bound, largest.diffuse.place);
+        if (evaluator_.setup().hasSpecular()) stage.errors.specular.addBound(largest.specular.bound, largest.specular.place);
     }
     /// Sets the light of the place of a quad's bound: what filtered bake and textures decode to there, shaded in the bound's direction. The
     /// bound was reached by control vectors, which are no values of the map.
@@ -90,10 +90,7 @@ private:
             place.found = light(seen);
         });
     }
-    void addErrors(std::size_t stage, const LcSh& error) {
-        LightMapErrors::Stage& accumulators = errors_.accumulators[stage];
-        shader_.add(error, accumulators.diffuse, accumulators.specular);
-    }
+    void addErrors(std::size_t stage, const LcSh& error) { shader_.add(error, errors_.accumulators[stage].errors); }
 
     void centre(const Row& row, int x, int y) {
         const LcSh& reference = row.reference[index(x)];
@@ -144,10 +141,10 @@ private:
         const auto filter = [&](const auto& at) { return blend(blend(*at[0], *at[1], u), blend(*at[2], *at[3], u), v); };
         const LcSh reference = filter(corners.references);
         shader_.setReference(reference, rows_.normalAt(x, y), glm::dvec2(x, y) + glm::dvec2(u, v));
-        const LightMapErrors::Stage& stage = errors_.accumulators.back();
-        const std::array<double, 2> before = {stage.diffuse.maxSampled(), stage.specular.maxSampled()};
+        const ShadedErrors& errors = errors_.accumulators.back().errors;
+        const std::array<double, 2> before = {errors.diffuse.maxSampled(), errors.specular.maxSampled()};
         addErrors(kStages, difference(rows_.decoded(filter(corners.texels), x, y), reference));
-        const std::array<double, 2> after = {stage.diffuse.maxSampled(), stage.specular.maxSampled()};
+        const std::array<double, 2> after = {errors.diffuse.maxSampled(), errors.specular.maxSampled()};
         for (std::size_t kind = 0; kind < after.size(); ++kind)
             if (after[kind] > before[kind]) worstSampled_[kind] = {x, y};
     }

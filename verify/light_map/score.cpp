@@ -7,21 +7,15 @@
 namespace lightcook::verify {
 
 struct LightMapScore::State {
-    ShadingMatrix diffuse, specular;
+    ShadingMatrices matrices;
     float perKey = 1;
 };
 
-void LightMapScore::Errors::merge(const Errors& other) {
-    diffuse.merge(other.diffuse);
-    specular.merge(other.specular);
-}
-
-formats::Result<LightMapScore> LightMapScore::create(const LightMapShading& shading, double key) {
+formats::Result<LightMapScore> LightMapScore::create(const LightMapShading& shading, double key, const std::optional<Viewing>& viewing) {
     if (auto error = checkShading(shading)) return tl::make_unexpected(*error);
     auto state = std::make_unique<State>();
     state->perKey = key > 0 ? static_cast<float>(1 / key) : 1.0f;
-    state->diffuse = diffuseMatrix(shading.normalCount);
-    if (shading.specular) state->specular = specularMatrix(shading);
+    state->matrices = shadingMatrices(shading, 1 / static_cast<double>(state->perKey), viewing);
     return LightMapScore(std::move(state));
 }
 
@@ -30,12 +24,12 @@ LightMapScore::LightMapScore(LightMapScore&&) noexcept = default;
 LightMapScore& LightMapScore::operator=(LightMapScore&&) noexcept = default;
 LightMapScore::~LightMapScore() = default;
 
-LightMapScore::Errors LightMapScore::score(const formats::LightMapStrip& reference, formats::ImageView<const lighting::ShRgb> result,
-                                           int firstRow) const {
+ShadedErrors LightMapScore::score(const formats::LightMapStrip& reference, formats::ImageView<const lighting::ShRgb> result,
+                                  int firstRow) const {
     assert(reference.sh.width() == result.width && reference.firstRow <= firstRow &&
            firstRow + result.height <= reference.firstRow + reference.sh.height());
-    Errors errors;
-    ErrorShader shader(state_->diffuse, state_->specular, 1 / static_cast<double>(state_->perKey));
+    ShadedErrors errors;
+    ErrorShader shader(state_->matrices, 1 / static_cast<double>(state_->perKey));
     for (int y = 0; y < result.height; ++y) {
         const int stripRow = firstRow - reference.firstRow + y;
         for (int x = 0; x < result.width; ++x) {
@@ -47,7 +41,7 @@ LightMapScore::Errors LightMapScore::score(const formats::LightMapStrip& referen
                 error.c[i] = state_->perKey * result.at(x, y)[i] - inUnits.c[i];
             }
             shader.setReference(inUnits, reference.normal.at(x, stripRow), {x, firstRow + y});
-            shader.add(error, errors.diffuse, errors.specular);
+            shader.add(error, errors);
         }
     }
     return errors;

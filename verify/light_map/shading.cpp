@@ -215,18 +215,39 @@ void ShadingMatrix::apply(const std::array<float, lighting::kShCount>& coefficie
     }
 }
 
-ShadingMatrix diffuseMatrix(int count) {
-    std::vector<lighting::ShDouble> rows(static_cast<std::size_t>(count));
+namespace {
+/// Returns the matrix of exit radiance of a white surface at some normals.
+ShadingMatrix exitRadianceMatrix(const std::vector<glm::dvec3>& normals) {
+    std::vector<lighting::ShDouble> rows(normals.size());
     std::vector<ShadingSample> samples;
-    for (int k = 0; k < count; ++k) {
-        samples.push_back({.normal = lighting::fibonacciHemisphere(k, count)});
+    for (std::size_t k = 0; k < normals.size(); ++k) {
+        samples.push_back({.normal = normals[k]});
         for (std::size_t i = 0; i < static_cast<std::size_t>(lighting::kShCount); ++i) {
             shaders::LcSh one{};
             one.c[i] = glm::vec3(1);
-            rows[static_cast<std::size_t>(k)][i] = static_cast<double>(shaders::lcExitRadiance(one, glm::vec3(samples.back().normal)).x);
+            rows[k][i] = static_cast<double>(shaders::lcExitRadiance(one, glm::vec3(normals[k])).x);
         }
     }
     return ShadingMatrix(rows, std::move(samples));
+}
+}  // namespace
+
+ShadingMatrix diffuseMatrix(int count) {
+    std::vector<glm::dvec3> normals;
+    for (int k = 0; k < count; ++k) normals.push_back(lighting::fibonacciHemisphere(k, count));
+    return exitRadianceMatrix(normals);
+}
+
+ShadingMatrix capMatrix(double tilt) {
+    constexpr int kCapNormals = 24;
+    std::vector<glm::dvec3> normals = {{0, 0, 1}};
+    if (tilt > 0)
+        for (int k = 0; k < kCapNormals; ++k) {
+            const double z = 1 - (1 - std::cos(tilt * std::numbers::pi / 180)) * (k + 0.5) / kCapNormals, r = std::sqrt(1 - z * z);
+            const double azimuth = k * std::numbers::pi * (3 - std::sqrt(5.0));
+            normals.emplace_back(r * std::cos(azimuth), r * std::sin(azimuth), z);
+        }
+    return exitRadianceMatrix(normals);
 }
 
 ShadingMatrix flatMatrix() {
@@ -319,14 +340,43 @@ std::array<lighting::Sh, 3> channelsOf(const shaders::LcSh& sh) {
     return out;
 }
 
-static_assert(ShadingMatrix::kLanes % ErrorAccumulator::kLanes == 0);
+static_assert(ShadingMatrix::kLanes % ErrorAccumulator::kLanes == 0 && ShadingMatrix::kLanes % DisplayTransform::kLanes == 0);
 
-ErrorShader::ErrorShader(const ShadingMatrix& diffuse, const ShadingMatrix& specular, double unit)
-    : diffuse_(diffuse),
-      specular_(specular),
-      shadedReference_(kChannels * (diffuse.stride() + specular.stride())),
-      shadedError_(shadedReference_.size()),
+ShadingMatrices shadingMatrices(const LightMapShading& shading, double key, const std::optional<Viewing>& viewing) {
+    ShadingMatrices matrices;
+    matrices.diffuse = diffuseMatrix(shading.normalCount);
+    if (shading.specular) matrices.specular = specularMatrix(shading);
+    const double tilt = shading.normalCount > 1 ? shading.normalMapTilt : 0;
+    if (viewing) matrices.visible = VisibleShading{capMatrix(tilt), DisplayTransform(*viewing, key)};
+    return matrices;
+}
+
+namespace {
+const ShadingMatrix kNoRows;
+
+const ShadingMatrix& capOf(const ShadingMatrices& matrices) {
+    return matrices.visible ? matrices.visible->cap : kNoRows;
+}
+}  // namespace
+
+ErrorShader::Shaded::Shaded(const ShadingMatrix& matrix) : reference(kChannels * matrix.stride()), error(reference.size()) {}
+ErrorShader::Shown::Shown(const ShadingMatrix& matrix) : reference(kChannels * matrix.stride()), found(reference.size()) {}
+
+ErrorShader::ErrorShader(const ShadingMatrices& matrices, double unit)
+    : matrices_(matrices),
+      diffuse_(matrices.diffuse),
+      specular_(matrices.specular),
+      cap_(capOf(matrices)),
+      shownCap_(capOf(matrices)),
+      shownSpecular_(matrices.specular),
       unit_(unit) {}
+
+namespace {
+/// Shades the channels of a light in the rows of a matrix.
+void shade(const std::array<lighting::Sh, kChannels>& local, const ShadingMatrix& matrix, std::vector<float>& out) {
+    for (std::size_t c = 0; c < kChannels; ++c) matrix.apply(local[c], out.data() + c * matrix.stride());
+}
+}  // namespace
 
 void ErrorShader::setReference(const shaders::LcSh& reference, const glm::vec3& normal, const glm::dvec2& place) {
     place_ = place;
@@ -335,40 +385,82 @@ void ErrorShader::setReference(const shaders::LcSh& reference, const glm::vec3& 
         frame_ = {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])};
         normal_ = normal;
     }
-    shade(reference, shadedReference_);
+    const auto local = channelsOf(shaders::lcLocalSh(reference, frame_[0], frame_[1], frame_[2]));
+    shade(local, matrices_.diffuse, diffuse_.reference);
+    shade(local, matrices_.specular, specular_.reference);
+    if (!matrices_.visible) return;
+    const VisibleShading& visible = *matrices_.visible;
+    shade(local, visible.cap, cap_.reference);
+    visible.display.apply(cap_.reference.data(), visible.cap.stride(), shownCap_.reference.data());
+    visible.display.apply(specular_.reference.data(), matrices_.specular.stride(), shownSpecular_.reference.data());
 }
 
-void ErrorShader::add(const shaders::LcSh& error, ErrorAccumulator& diffuse, ErrorAccumulator& specular) {
-    shade(error, shadedError_);
-    const auto addAll = [&](ErrorAccumulator& accumulator, const ShadingMatrix& matrix, std::size_t offset) {
-        const double before = accumulator.maxSampled();
-        const auto addRows = [&](std::size_t first, std::size_t stride, std::size_t count) {
-            accumulator.addPaddedErrors(std::span(shadedReference_).subspan(first, stride), std::span(shadedError_).subspan(first, stride),
-                                        count);
-        };
-        if (matrix.count() == matrix.stride())  // channels are contiguous
-            addRows(offset, kChannels * matrix.stride(), kChannels * matrix.count());
-        else
-            for (std::size_t c = 0; c < kChannels; ++c) addRows(offset + c * matrix.stride(), matrix.stride(), matrix.count());
-        if (accumulator.maxSampled() > before) accumulator.setSampledAt(worstOf(matrix, offset));
+void ErrorShader::add(const shaders::LcSh& error, ShadedErrors& errors) {
+    const auto local = channelsOf(shaders::lcLocalSh(error, frame_[0], frame_[1], frame_[2]));
+    shade(local, matrices_.diffuse, diffuse_.error);
+    shade(local, matrices_.specular, specular_.error);
+    addEnergy(matrices_.diffuse, diffuse_, errors.diffuse);
+    addEnergy(matrices_.specular, specular_, errors.specular);
+    if (!matrices_.visible) return;
+    shade(local, matrices_.visible->cap, cap_.error);
+    addVisible(matrices_.visible->cap, cap_, shownCap_, errors.visibleDiffuse);
+    addVisible(matrices_.specular, specular_, shownSpecular_, errors.visibleSpecular);
+}
+
+void ErrorShader::addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, ErrorAccumulator& accumulator) const {
+    const double before = accumulator.maxSampled();
+    const auto addRows = [&](std::size_t first, std::size_t stride, std::size_t count) {
+        accumulator.addPaddedErrors(std::span(shaded.reference).subspan(first, stride), std::span(shaded.error).subspan(first, stride),
+                                    count);
     };
-    addAll(diffuse, diffuse_, 0);
-    addAll(specular, specular_, kChannels * diffuse_.stride());
+    if (matrix.count() == matrix.stride())  // channels are contiguous
+        addRows(0, kChannels * matrix.stride(), kChannels * matrix.count());
+    else
+        for (std::size_t c = 0; c < kChannels; ++c) addRows(c * matrix.stride(), matrix.stride(), matrix.count());
+    if (accumulator.maxSampled() > before) accumulator.setSampledAt(worstOf(matrix, shaded));
 }
 
-ErrorPlace ErrorShader::worstOf(const ShadingMatrix& matrix, std::size_t offset) const {
+void ErrorShader::addVisible(const ShadingMatrix& matrix, const Shaded& shaded, Shown& shown, VisibleAccumulator& accumulator) {
+    if (matrix.count() == 0) return;
+    found_.resize(shaded.error.size());
+    differences_.resize(matrix.stride());
+    for (std::size_t k = 0; k < found_.size(); ++k) found_[k] = shaded.reference[k] + shaded.error[k];
+    matrices_.visible->display.apply(found_.data(), matrix.stride(), shown.found.data());
+    visibleDifferences(shown.reference.data(), shown.found.data(), matrix.stride(), differences_.data());
+    const double before = accumulator.largest();
+    accumulator.add(std::span(differences_).first(matrix.count()));
+    if (!(accumulator.largest() > before)) return;
+    const auto largest = std::max_element(differences_.begin(), differences_.begin() + static_cast<std::ptrdiff_t>(matrix.count()));
+    VisiblePlace place = visibleAt(matrix, shaded, static_cast<std::size_t>(largest - differences_.begin()));
+    place.difference = static_cast<double>(*largest);
+    accumulator.setMaxAt(place);
+}
+
+VisiblePlace ErrorShader::visibleAt(const ShadingMatrix& matrix, const Shaded& shaded, std::size_t row) const {
+    const ShadingSample& way = matrix.sample(row);
+    VisiblePlace place{.x = place_.x, .y = place_.y, .normal = frame() * way.normal, .view = frame() * way.view, .m = way.m, .f0 = way.f0};
+    for (std::size_t c = 0; c < kChannels; ++c) {
+        const std::size_t at = c * matrix.stride() + row;
+        const auto reference = static_cast<double>(shaded.reference[at]), error = static_cast<double>(shaded.error[at]);
+        place.reference[static_cast<int>(c)] = unit_ * reference;
+        place.found[static_cast<int>(c)] = unit_ * (reference + error);
+    }
+    return place;
+}
+
+ErrorPlace ErrorShader::worstOf(const ShadingMatrix& matrix, const Shaded& shaded) const {
     // Values that are not finite count as the largest, like in ErrorAccumulator.
     const auto localAt = [&](std::size_t at) {
-        const float error = std::abs(shadedError_[at]), local = error == 0 ? 0.0f : error / (std::abs(shadedReference_[at]) + kFloor);
+        const float error = std::abs(shaded.error[at]), local = error == 0 ? 0.0f : error / (std::abs(shaded.reference[at]) + kFloor);
         return local <= std::numeric_limits<float>::max() ? static_cast<double>(local) : std::numeric_limits<double>::max();
     };
     ErrorPlace worst{.x = place_.x, .y = place_.y, .local = -1};
     std::size_t row = 0;
     for (std::size_t c = 0; c < kChannels; ++c)
         for (std::size_t k = 0; k < matrix.count(); ++k) {
-            const std::size_t at = offset + c * matrix.stride() + k;
+            const std::size_t at = c * matrix.stride() + k;
             if (!(localAt(at) > worst.local)) continue;
-            const auto error = static_cast<double>(shadedError_[at]), reference = static_cast<double>(shadedReference_[at]);
+            const auto error = static_cast<double>(shaded.error[at]), reference = static_cast<double>(shaded.reference[at]);
             worst.channel = static_cast<int>(c);
             worst.reference = unit_ * reference;
             worst.found = unit_ * (reference + error);
@@ -376,19 +468,11 @@ ErrorPlace ErrorShader::worstOf(const ShadingMatrix& matrix, std::size_t offset)
             row = k;
         }
     const ShadingSample& way = matrix.sample(row);
-    const glm::dmat3 frame(frame_[0], frame_[1], frame_[2]);
-    worst.normal = frame * way.normal;
-    worst.view = frame * way.view;
+    worst.normal = frame() * way.normal;
+    worst.view = frame() * way.view;
     worst.m = way.m;
     worst.f0 = way.f0;
     return worst;
-}
-
-void ErrorShader::shade(const shaders::LcSh& sh, std::vector<float>& out) const {
-    const auto local = channelsOf(shaders::lcLocalSh(sh, frame_[0], frame_[1], frame_[2]));
-    float* next = out.data();
-    for (std::size_t c = 0; c < kChannels; ++c, next += diffuse_.stride()) diffuse_.apply(local[c], next);
-    for (std::size_t c = 0; c < kChannels; ++c, next += specular_.stride()) specular_.apply(local[c], next);
 }
 
 }  // namespace lightcook::verify

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -14,6 +15,7 @@
 #include "verify/figures.h"
 #include "verify/light_map.h"
 #include "verify/light_map/bound.h"
+#include "verify/visible.h"
 
 namespace lightcook::verify {
 
@@ -46,6 +48,9 @@ private:
 /// Returns the matrix of exit radiance of a white surface at `count` normals (Fibonacci points of the hemisphere), made with the shader's
 /// lcExitRadiance.
 ShadingMatrix diffuseMatrix(int count);
+/// Returns the matrix of exit radiance of a white surface at its own normal and, with a tilt, at 24 normals of the cap of `tilt` degrees
+/// around it (docs/theory/visible.md).
+ShadingMatrix capMatrix(double tilt);
 /// Returns the matrix of exit radiance for layout "flat", whose light has coefficient 0 only.
 ShadingMatrix flatMatrix();
 /// Returns the matrix of area specular for every view, m and F0.
@@ -57,26 +62,57 @@ std::optional<formats::Error> checkShading(const LightMapShading& shading);
 /// Returns the coefficients by colour channel.
 std::array<lighting::Sh, 3> channelsOf(const shaders::LcSh& sh);
 
+/// Shading for visible errors: of diffuse light, the normals of the cap; of specular light, the rows of ShadingMatrices::specular.
+struct VisibleShading {
+    ShadingMatrix cap;
+    DisplayTransform display;  ///< of light in units of the key
+};
+
+/// What light is shaded with. A matrix without rows: the scene has no such shading.
+struct ShadingMatrices {
+    ShadingMatrix diffuse, specular;
+    std::optional<VisibleShading> visible;
+};
+
+/// Returns the matrices of a shading that checkShading accepts.
+/// key  light of the map per unit of light that is shaded
+ShadingMatrices shadingMatrices(const LightMapShading& shading, double key, const std::optional<Viewing>& viewing);
+
 /// Shades the error of one texel after another in all rows of two matrices. Light in units of the key.
 class ErrorShader {
 public:
-    /// The matrices must outlive this object. A matrix without rows: the scene has no such shading.
-    /// unit  light of the map per unit of light here, the key
-    ErrorShader(const ShadingMatrix& diffuse, const ShadingMatrix& specular, double unit);
+    /// matrices  must outlive this object
+    /// unit      light of the map per unit of light here, the key
+    ErrorShader(const ShadingMatrices& matrices, double unit);
     /// Sets the texel of the errors that follow, at `place` in the map [texels]. Keeps the frame if the normal is the same.
     void setReference(const shaders::LcSh& reference, const glm::vec3& normal, const glm::dvec2& place);
-    /// Adds the shaded error to the accumulators, with the place of the largest.
+    /// Adds the shaded error, with the place of the largest.
     /// error  result - reference, of coefficients
-    void add(const shaders::LcSh& error, ErrorAccumulator& diffuse, ErrorAccumulator& specular);
+    void add(const shaders::LcSh& error, ShadedErrors& errors);
 
 private:
-    void shade(const shaders::LcSh& sh, std::vector<float>& out) const;
-    /// Returns the place of the largest error that was shaded last.
-    ErrorPlace worstOf(const ShadingMatrix& matrix, std::size_t offset) const;
+    /// Light in the rows of a matrix, by channel.
+    struct Shaded {
+        std::vector<float> reference, error;  ///< [channel][row]
+        explicit Shaded(const ShadingMatrix& matrix);
+    };
+    /// The same light as a display shows it.
+    struct Shown {
+        std::vector<float> reference, found;  ///< [I, T, P][row]
+        explicit Shown(const ShadingMatrix& matrix);
+    };
 
-    const ShadingMatrix& diffuse_;
-    const ShadingMatrix& specular_;
-    std::vector<float> shadedReference_, shadedError_;  ///< [kind][channel][row of the matrix]
+    void addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, ErrorAccumulator& accumulator) const;
+    void addVisible(const ShadingMatrix& matrix, const Shaded& shaded, Shown& shown, VisibleAccumulator& accumulator);
+    /// Returns the place of the largest error.
+    ErrorPlace worstOf(const ShadingMatrix& matrix, const Shaded& shaded) const;
+    VisiblePlace visibleAt(const ShadingMatrix& matrix, const Shaded& shaded, std::size_t row) const;
+    glm::dmat3 frame() const { return glm::dmat3(frame_[0], frame_[1], frame_[2]); }
+
+    const ShadingMatrices& matrices_;
+    Shaded diffuse_, specular_, cap_;
+    Shown shownCap_, shownSpecular_;
+    std::vector<float> found_, differences_;  ///< reused
     glm::vec3 normal_{0};
     std::array<glm::vec3, 3> frame_{};
     double unit_;

@@ -249,8 +249,9 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     LightMapSource& bake = **source;
     const auto textures = openTextures(context, *asset, *constants, bake);
     if (!textures) return tl::make_unexpected(textures.error());
-    const auto key = surveyKey(bake, context);
-    if (!key) return tl::make_unexpected(key.error());
+    const auto surveyed = surveyKey(bake, context);
+    if (!surveyed) return tl::make_unexpected(surveyed.error());
+    const double key = surveyed->key();
     const auto groundTruth = GroundTruth::open(context, bake, description->colors);
     if (!groundTruth) return tl::make_unexpected(groundTruth.error());
 
@@ -263,13 +264,13 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     const verify::LightMapShading& materials = parameters->shading;
     const verify::DominantShading shading{materials.m, materials.f0, materials.viewCount, verify::dominantStride(map.width, map.height),
                                           materials.lobe};
-    DominantComparison comparison(bake, *textures, *constants, map, shading, *groundTruth, *key);
+    DominantComparison comparison(bake, *textures, *constants, map, shading, *groundTruth, key);
     const auto whole = comparison.compare(context);
     if (!whole) return tl::make_unexpected(whole.error());
 
     const verify::DominantErrors& errors = whole->errors;
     VerifyResult result = judged(errors.stages(), *maxError, watch, violationsOf(*whole, textures->residual.has_value(), *maxError, bake));
-    result.key = *key;
+    result.key = key;
     result.light.emplace().specularRms = errors.referenceRms();
     if (!whole->truthPlaces.empty()) result.groundTruth = toJson(verify::dominantTruth(whole->truthPlaces, materials.lobe));
     result.measures = {{"direction_error_degrees_mean", errors.meanDirectionError()},

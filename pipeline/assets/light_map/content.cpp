@@ -61,12 +61,12 @@ Result<double> truncationError(LightMapSource& source, const LightMapContentPara
                                const ActionContext& context) {
     const auto key = surveyKey(source, context);
     if (!key) return tl::make_unexpected(key.error());
-    const auto score = verify::LightMapScore::create(parameters.shading, *key);
+    const auto score = verify::LightMapScore::create(parameters.shading, key->key());
     if (!score) return tl::make_unexpected(score.error());
-    verify::LightMapScore::Errors errors;
-    const auto scored = foldInOrder<verify::LightMapScore::Errors>(
+    verify::ShadedErrors errors;
+    const auto scored = foldInOrder<verify::ShadedErrors>(
         source.chunkCount(), context, fmt::format("measure order {} of {}", order, context.action.asset),
-        [&](int index) -> Result<verify::LightMapScore::Errors> {
+        [&](int index) -> Result<verify::ShadedErrors> {
             const auto chunk = source.chunk(index);
             if (!chunk) return tl::make_unexpected(chunk.error());
             formats::Image<lighting::ShRgb> truncated((*chunk)->sh.width(), (*chunk)->sh.height());
@@ -75,7 +75,7 @@ Result<double> truncationError(LightMapSource& source, const LightMapContentPara
                     std::copy_n((*chunk)->sh.at(x, y).begin(), coefficientsOf(order), truncated.at(x, y).begin());
             return score->score(**chunk, truncated.view(), (*chunk)->firstRow);
         },
-        [&](const verify::LightMapScore::Errors& part) { errors.merge(part); });
+        [&](const verify::ShadedErrors& part) { errors.merge(part); });
     if (!scored) return tl::make_unexpected(scored.error());
     const verify::ErrorFigures diffuse = errors.diffuse.figures(), specular = errors.specular.figures();
     return std::max(diffuse.relRms, parameters.shading.specular ? specular.relRms : 0.0);

@@ -45,7 +45,7 @@ Result<std::vector<std::uint8_t>> clustersOfBlocks(const std::filesystem::path& 
 
 Result<CookedLightMapReader> CookedLightMapReader::open(const std::filesystem::path& folder, const CookedAsset& asset,
                                                         const verify::LightMapShading& shading, const verify::LightMapSampling& sampling,
-                                                        double key) {
+                                                        double key, const std::optional<verify::Viewing>& viewing) {
     auto constants = checkedJson(asset.constants.value_or(Json()), asset.name + ", constants", [](const JsonPlace& root) {
         std::map<std::string, std::vector<float>> values;
         readValue(root, values, {});
@@ -74,7 +74,7 @@ Result<CookedLightMapReader> CookedLightMapReader::open(const std::filesystem::p
         map.formats.push_back(shape.format);
         textures.push_back(std::move(*texture));
     }
-    auto verifier = verify::LightMapVerifier::create(map, shading, sampling, key);
+    auto verifier = verify::LightMapVerifier::create(map, shading, sampling, key, viewing);
     if (!verifier) return tl::make_unexpected(verifier.error());
     CookedLightMapReader reader(std::move(*verifier), map.width, map.height);
     reader.textures_ = std::move(textures);

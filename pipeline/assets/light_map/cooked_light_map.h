@@ -15,7 +15,7 @@ class CookedLightMapReader {
 public:
     static formats::Result<CookedLightMapReader> open(const std::filesystem::path& folder, const CookedAsset& asset,
                                                       const verify::LightMapShading& shading, const verify::LightMapSampling& sampling,
-                                                      double key);
+                                                      double key, const std::optional<verify::Viewing>& viewing = std::nullopt);
     const verify::LightMapVerifier& verifier() const { return verifier_; }
     int width() const { return width_; }
     int height() const { return height_; }

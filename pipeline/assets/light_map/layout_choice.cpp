@@ -1,6 +1,8 @@
 #include "pipeline/assets/light_map/layout_choice.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <set>
 
 namespace lightcook::pipeline {
@@ -19,10 +21,16 @@ const LightMapCandidate& smallestOf(const std::vector<LightMapCandidate>& candid
 
 }  // namespace
 
-std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial) {
+double LayoutLimits::partOf(double error, double visible) const {
+    const double first = error / maxError, second = maxVisible ? visible / *maxVisible : 0;
+    return std::isfinite(first) && std::isfinite(second) ? std::max(first, second) : std::numeric_limits<double>::infinity();
+}
+
+std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const LayoutLimits& limits) {
     std::vector<LightMapCandidate> candidates;
     for (const TrialCandidate& each : trial.candidates)
-        candidates.push_back({each.layout, each.bytesGpu, std::max(each.diffuse, each.specular)});
+        candidates.push_back({each.layout, each.bytesGpu,
+                              limits.partOf(std::max(each.diffuse, each.specular), std::max(each.visibleDiffuse, each.visibleSpecular))});
     return candidates;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,18 +10,27 @@
 
 namespace lightcook::pipeline {
 
+/// Limits of one map's layout.
+struct LayoutLimits {
+    double maxError = 0;               ///< on rel_rms
+    std::optional<double> maxVisible;  ///< on the 99th percentile of visible errors
+
+    /// Returns the larger of the two errors, each as a part of its limit. Infinite where one is not finite, so that it is never chosen.
+    double partOf(double error, double visible) const;
+};
+
 /// A layout's bytes and error for one map.
 struct LightMapCandidate {
     std::string layout;
     std::uint64_t bytes = 0;
-    double error = 0;  ///< the larger rel_rms of diffuse and specular; infinite where it is not finite, so that it is never chosen
+    double error = 0;  ///< LayoutLimits::partOf: 1 is just within the limits
 };
 /// Candidates by the name of the map.
 using LightMapCandidates = std::map<std::string, std::vector<LightMapCandidate>>;
-std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial);
+std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const LayoutLimits& limits);
 
-/// Returns for each map the smallest layout whose error is within maxError; where none is, the one of least error.
-std::map<std::string, std::string> smallestWithin(const LightMapCandidates& candidates, double maxError);
+/// Returns for each map the smallest layout whose error is at most maxError; where none is, the one of least error.
+std::map<std::string, std::string> smallestWithin(const LightMapCandidates& candidates, double maxError = 1);
 /// Returns the layouts that fit into `bytes` together under the least common bound on the error; where nothing fits, the smallest layouts.
 std::map<std::string, std::string> bestWithin(const LightMapCandidates& candidates, std::uint64_t bytes);
 

@@ -40,11 +40,15 @@ void describe(Fields& fields, Self& parameters) {
 struct LightMapVerifyParameters {
     verify::LightMapShading shading;
     int samples = 1;  ///< random positions of each texel quad
+    lighting::DisplaySettings display;
+    std::optional<double> maxVisible;  ///< limit on the 99th percentile of visible errors
 };
 template <class Fields, Is<LightMapVerifyParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     fields.required("shading", parameters.shading, "materials that are shaded");
     fields.required("samples", parameters.samples, "random positions of each texel quad");
+    fields.required("display", parameters.display, "display that visible errors are judged on");
+    fields.optional("max_visible", parameters.maxVisible, "limit on the 99th percentile of visible errors");
 }
 
 formats::Result<ActionOutcome> cookLightMap(const ActionContext& context);

@@ -15,6 +15,14 @@ void describe(Fields& fields, Self& shading) {
     fields.required("views", shading.viewCount, "views of each texel");
     fields.required("normals", shading.normalCount, "normals of each texel");
     fields.required("lobe", shading.lobe, "microfacet distribution");
+    fields.required("normal_map_tilt", shading.normalMapTilt, "largest angle of a normal map's normal from the surface's [degrees]");
+}
+
+template <class Fields, Is<lighting::DisplaySettings> Self>
+void describe(Fields& fields, Self& display) {
+    fields.optional("white", display.white, "exit radiance shown as diffuse white; absent: the key at 18 % of it");
+    fields.required("stops", display.stops, "exposure compensation [stops]");
+    fields.required("black", display.black, "luminance of black [cd/m^2]");
 }
 
 }  // namespace lightcook::pipeline

@@ -33,6 +33,7 @@ public:
     int height() const { return constant_ ? kConstantSide : reader_.height(); }
     int chunkCount() const { return (height() + kChunkRows - 1) / kChunkRows; }
     glm::vec3 luminanceWeights() const { return reader_.luminanceWeights(); }
+    const glm::dmat3& bt2020FromWorking() const { return reader_.bt2020FromWorking(); }
     bool hasNormals() const { return reader_.hasNormals(); }
     bool hasCoverage() const { return reader_.hasCoverage(); }
     /// Covered texels of the file that a map of constant light stands for. Empty for other maps.

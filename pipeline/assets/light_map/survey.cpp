@@ -7,7 +7,7 @@ namespace lightcook::pipeline {
 
 using formats::Result;
 
-Result<double> surveyKey(LightMapSource& bake, const ActionContext& context) {
+Result<verify::LightMapKey> surveyKey(LightMapSource& bake, const ActionContext& context) {
     using verify::LightMapKey;
     const auto parts =
         mapInOrder<LightMapKey>(bake.chunkCount(), context, "survey " + context.action.asset, [&](int index) -> Result<LightMapKey> {
@@ -20,7 +20,7 @@ Result<double> surveyKey(LightMapSource& bake, const ActionContext& context) {
     if (!parts) return tl::make_unexpected(parts.error());
     LightMapKey key(bake.luminanceWeights());
     for (const LightMapKey& part : *parts) key.merge(part);
-    return key.key();
+    return key;
 }
 
 Result<MeasuredLightMap> measureLightMap(LightMapSource& source, const ActionContext& context) {

@@ -4,11 +4,12 @@
 #include "compress/light_map.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/action.h"
+#include "verify/light_map.h"
 
 namespace lightcook::pipeline {
 
-/// Returns the log-average luminance of a bake's exit radiance: the key of every error figure.
-formats::Result<double> surveyKey(LightMapSource& bake, const ActionContext& context);
+/// Returns the luminances of a bake's exit radiance: the key of every error figure, and that which a display is exposed for.
+formats::Result<verify::LightMapKey> surveyKey(LightMapSource& bake, const ActionContext& context);
 
 struct MeasuredLightMap {
     compress::LightMapMeasure measure;

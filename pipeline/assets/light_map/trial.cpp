@@ -48,12 +48,13 @@ verify::DecodedLightMapRows decodedRows(const compress::LightMapPlan& plan, cons
 /// Returns the errors of every stage of a plan at the texel centres of some strips.
 Result<std::vector<verify::StageError>> tryPlan(LightMapSource& source, const compress::LightMapPlan& plan, const std::vector<int>& strips,
                                                 const compress::EncodeOptions& options, const verify::LightMapShading& shading,
-                                                const ActionContext& context) {
+                                                const verify::Viewing& viewing, const ActionContext& context) {
     const std::string layout(formats::info(plan.layout).name);
     verify::LightMapSampling sampling;
     sampling.positionsPerQuad = 0;
     sampling.bounds = false;
-    const auto verifier = verify::LightMapVerifier::create({layout, plan.constants, plan.width, plan.height}, shading, sampling, plan.key);
+    const auto verifier =
+        verify::LightMapVerifier::create({layout, plan.constants, plan.width, plan.height}, shading, sampling, plan.key, viewing);
     if (!verifier) return tl::make_unexpected(verifier.error());
     verify::LightMapErrors errors = verifier->noErrors();
     const auto verified = foldInOrder<verify::LightMapErrors>(
@@ -78,8 +79,13 @@ TrialCandidate candidateOf(const formats::LightMapLayoutInfo& layout, const comp
     const std::uint64_t bytes = plan.gpuBytesAs(layout.id);
     const std::string_view last = layout.trialLayout ? layout.trialStage : layout.stages.back();
     const verify::StageError& error = *std::ranges::find(stages, last, &verify::StageError::name);
-    return {std::string(layout.name), bytes, 8.0 * static_cast<double>(bytes) / (static_cast<double>(plan.width) * plan.height),
-            error.diffuse.relRms, error.specular.relRms};
+    return {std::string(layout.name),
+            bytes,
+            8.0 * static_cast<double>(bytes) / (static_cast<double>(plan.width) * plan.height),
+            error.diffuse.relRms,
+            error.specular.relRms,
+            error.diffuse.visible->p99,
+            error.specular.visible ? error.specular.visible->p99 : 0};
 }
 
 }  // namespace
@@ -91,6 +97,9 @@ Result<ActionOutcome> tryLightMap(const ActionContext& context) {
     if (!source) return tl::make_unexpected(source.error());
     const auto measured = measureLightMap(**source, context);
     if (!measured) return tl::make_unexpected(measured.error());
+    const auto key = surveyKey(**source, context);
+    if (!key) return tl::make_unexpected(key.error());
+    const verify::Viewing viewing{parameters->display.of(key->displayKey()), (*source)->bt2020FromWorking()};
     LightMapPlanner planner(**source, parameters->target, parameters->textures, measured->measure, context);
     const std::vector<int> strips = trialStrips(**source);
     const compress::EncodeOptions options = parameters->textures.encodeOptions();
@@ -107,7 +116,7 @@ Result<ActionOutcome> tryLightMap(const ActionContext& context) {
             if (!planned) return tl::make_unexpected(planned.error());
             plan = std::move(*planned);
             tried = whole;
-            auto errors = tryPlan(**source, *plan, strips, options, parameters->shading, context);
+            auto errors = tryPlan(**source, *plan, strips, options, parameters->shading, viewing, context);
             if (!errors) return tl::make_unexpected(errors.error());
             stages = std::move(*errors);
         }

@@ -15,6 +15,7 @@ struct TrialParameters {
     formats::Target target = formats::Target::Bc;
     TextureSettings textures;
     verify::LightMapShading shading;
+    lighting::DisplaySettings display;
     bool isFlatTried = false;  ///< band 0 alone may be enough
 };
 template <class Fields, Is<TrialParameters> Self>
@@ -23,6 +24,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("target", parameters.target, "target");
     fields.required("textures", parameters.textures, "settings of the files");
     fields.required("shading", parameters.shading, "materials that are shaded");
+    fields.required("display", parameters.display, "display that visible errors are judged on");
     fields.required("is_flat_tried", parameters.isFlatTried, "true if band 0 alone may be enough");
 }
 
@@ -31,7 +33,8 @@ struct TrialCandidate {
     std::string layout;
     std::uint64_t bytesGpu = 0;
     double bitsPerTexel = 0;
-    double diffuse = 0, specular = 0;  ///< rel_rms
+    double diffuse = 0, specular = 0;                ///< rel_rms
+    double visibleDiffuse = 0, visibleSpecular = 0;  ///< 99th percentile of visible errors
 };
 template <class Fields, Is<TrialCandidate> Self>
 void describe(Fields& fields, Self& candidate) {
@@ -40,6 +43,8 @@ void describe(Fields& fields, Self& candidate) {
     fields.required("bits_per_texel", candidate.bitsPerTexel, "GPU memory of a texel [bits]");
     fields.required("diffuse", candidate.diffuse, kFigure, "rel_rms of diffuse shading");
     fields.required("specular", candidate.specular, kFigure, "rel_rms of specular shading");
+    fields.required("visible_diffuse", candidate.visibleDiffuse, kFigure, "99th percentile of visible errors of diffuse shading");
+    fields.required("visible_specular", candidate.visibleSpecular, kFigure, "99th percentile of visible errors of specular shading");
 }
 
 struct TrialResult {

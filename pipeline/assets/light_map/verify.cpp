@@ -91,8 +91,8 @@ LightFigures lightOf(const LightMapSource& bake, const verify::LightMapErrors& e
     const double unit = key > 0 ? key : 1.0;
     const auto& centres = errors.accumulators.at(errors.accumulators.size() - 2);  // the last one is of places between texels
     LightFigures figures;
-    figures.diffuseRms = unit * centres.diffuse.referenceRms();
-    figures.specularRms = unit * centres.specular.referenceRms();
+    figures.diffuseRms = unit * centres.errors.diffuse.referenceRms();
+    figures.specularRms = unit * centres.errors.specular.referenceRms();
     const Moments moments = light.moments();
     figures.moments.emplace(moments.begin(), moments.end());
     figures.texels = bake.constantTexels().value_or(light.texels());
@@ -143,7 +143,7 @@ Result<LightMapPart> compareStrip(LightMapSource& bake, const CookedLightMapRead
 
 /// Opens the bake of a cooked map, and refuses one of another size.
 Result<LightMapSource*> openBake(const ActionContext& context, const CookedAsset& asset, const formats::LightMapDescription& description) {
-    const auto source = openLightMap(context, description);
+    auto source = openLightMap(context, description);
     if (!source) return source;
     if ((*source)->width() != asset.width || (*source)->height() != asset.height)
         return failure(ErrorCode::Verification, context.action.inputs.at("source").string(),
@@ -194,18 +194,20 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     const auto source = openBake(context, *asset, *description);
     if (!source) return tl::make_unexpected(source.error());
     LightMapSource& bake = **source;
-    const auto key = surveyKey(bake, context);
-    if (!key) return tl::make_unexpected(key.error());
+    const auto surveyed = surveyKey(bake, context);
+    if (!surveyed) return tl::make_unexpected(surveyed.error());
+    const double key = surveyed->key();
+    const verify::Viewing viewing{parameters->display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
     verify::LightMapSampling sampling;
     sampling.positionsPerQuad = parameters->samples;
-    const auto cooked = CookedLightMapReader::open(context.upstreamFolder, *asset, parameters->shading, sampling, *key);
+    const auto cooked = CookedLightMapReader::open(context.upstreamFolder, *asset, parameters->shading, sampling, key, viewing);
     if (!cooked) return tl::make_unexpected(cooked.error());
     const auto truth = GroundTruth::open(context, bake, description->colors);
     if (!truth) return tl::make_unexpected(truth.error());
 
     // Blocks of a flat map are checked for what it stores, whatever the materials need.
     const bool isFlat = asset->layout == formats::info(formats::LightMapLayout::Flat).name;
-    Preview preview(bake.width(), bake.height(), *key);
+    Preview preview(bake.width(), bake.height(), key);
     LightMapPart whole{cooked->verifier().noErrors(), verify::BlockErrors(bake.width(), 0), {}, {}};
     const auto compared = foldInOrder<LightMapPart>(
         bake.stripCount(), context, "verify " + context.action.asset,
@@ -214,12 +216,12 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     if (!compared) return tl::make_unexpected(compared.error());
 
     const std::vector<verify::StageError> stages = whole.errors.stages();
-    auto violations = violationsOf(whole, stages, *maxError, bake, *cooked, *key);
+    auto violations = violationsOf(whole, stages, *maxError, bake, *cooked, key);
     if (!violations) return tl::make_unexpected(violations.error());
     checkLayout(asset->layout, parameters->shading, stages.back(), *maxError, *violations);
-    VerifyResult result = judged(stages, *maxError, watch, std::move(*violations));
-    result.key = *key;
-    result.light = lightOf(bake, whole.errors, *key, whole.light);
+    VerifyResult result = judged(stages, *maxError, watch, std::move(*violations), parameters->maxVisible);
+    result.key = key;
+    result.light = lightOf(bake, whole.errors, key, whole.light);
     if (!truth->isEmpty()) result.groundTruth = toJson(verify::lightMapTruth(whole.truthPlaces, parameters->shading.lobe));
     return outcomeWithPreview(std::move(result), preview, context);
 }

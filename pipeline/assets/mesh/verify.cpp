@@ -116,11 +116,12 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     LightMapSource& bake = **opened;
     if (asset->basis)
         if (auto same = verifyClusters(context, *asset, *cooked, moved->lightMapUv, bake); !same) return tl::make_unexpected(same.error());
-    const auto key = surveyKey(bake, context);
-    if (!key) return tl::make_unexpected(key.error());
+    const auto surveyed = surveyKey(bake, context);
+    if (!surveyed) return tl::make_unexpected(surveyed.error());
+    const double key = surveyed->key();
     const verify::MeshShift shift{moved->lightMapUv * bake.width(), moved->lightMapUv * bake.height(), moved->normalRadians};
-    Preview preview(bake.width(), bake.height(), *key);
-    const auto errors = shadingErrors(bake, shift, *key, context, preview);
+    Preview preview(bake.width(), bake.height(), key);
+    const auto errors = shadingErrors(bake, shift, key, context, preview);
     if (!errors) return tl::make_unexpected(errors.error());
 
     verify::StageError stage;

@@ -70,7 +70,7 @@ TEST(Contents, TheConstantIsReconstructedAtTheSizeOfTheBake) {
     const Outcome outcome = cook(scene);
     EXPECT_EQ(assetOf(outcome.report, "map_dominant").at("width"), 4) << "one light and one normal everywhere";
     const RunState state;
-    ASSERT_TRUE(reconstructLightMap(outcome.output, "map", scene / "back.exr", state).has_value());
+    ASSERT_TRUE(reconstructLightMap(outcome.output, "map", scene / "back.exr", 1, state).has_value());
     const auto bake = formats::LightMapReader::open(scene / "map.exr", {}), back = formats::LightMapReader::open(scene / "back.exr", {});
     ASSERT_TRUE(bake.has_value() && back.has_value());
     ASSERT_EQ(back->width(), SmallScene::kWidth);

@@ -325,7 +325,7 @@ TEST(ReconstructLightMap, IsTheBakeWithinTheCooksError) {
     const SmallScene scene(Parts::LightMap);
     ASSERT_TRUE(cook(scene.options()).errors.empty());
     const RunState state;
-    ASSERT_TRUE(reconstructLightMap(scene / "out", "map", scene / "back.exr", state).has_value());
+    ASSERT_TRUE(reconstructLightMap(scene / "out", "map", scene / "back.exr", 1, state).has_value());
     const auto bake = formats::LightMapReader::open(scene / "map.exr", {}), back = formats::LightMapReader::open(scene / "back.exr", {});
     ASSERT_TRUE(bake.has_value() && back.has_value());
     const auto a = bake->read(0, bake->height()), b = back->read(0, back->height());
@@ -337,10 +337,41 @@ TEST(ReconstructLightMap, IsTheBakeWithinTheCooksError) {
             reference += glm::dot(glm::dvec3(a->sh.texels()[t][i]), glm::dvec3(a->sh.texels()[t][i]));
         }
     EXPECT_LT(std::sqrt(error / reference), 0.02);
-    const auto unknown = reconstructLightMap(scene / "out", "mop", scene / "no.exr", state);
+    const auto unknown = reconstructLightMap(scene / "out", "mop", scene / "no.exr", 1, state);
     ASSERT_FALSE(unknown.has_value());
     EXPECT_EQ(unknown.error().code, ErrorCode::InvalidRequest);
     EXPECT_FALSE(std::filesystem::exists(scene / "no.exr"));
+}
+
+/// The middle of 3 x 3 places is the texel's centre; the places on its left and right are a third of the way to its neighbours, whose
+/// textures the GPU filters before the decode.
+TEST(ReconstructLightMap, WritesPlacesBetweenTexels) {
+    const SmallScene scene(Parts::LightMap);
+    CookOptions options = scene.options();
+    options.lightMapLayout = "raw";
+    options.target = Target::Float;
+    options.maxError = 0.9;
+    ASSERT_TRUE(cook(options).errors.empty());
+    const RunState state;
+    ASSERT_TRUE(reconstructLightMap(scene / "out", "map", scene / "centres.exr", 1, state).has_value());
+    ASSERT_TRUE(reconstructLightMap(scene / "out", "map", scene / "places.exr", 3, state).has_value());
+    const auto centres = formats::LightMapReader::open(scene / "centres.exr", {}),
+               places = formats::LightMapReader::open(scene / "places.exr", {});
+    ASSERT_TRUE(centres.has_value() && places.has_value());
+    const auto a = centres->read(0, centres->height()), b = places->read(0, places->height());
+    ASSERT_EQ(b->sh.width(), 3 * a->sh.width());
+    ASSERT_EQ(b->sh.height(), 3 * a->sh.height());
+    const auto near = [](const glm::vec3& found, const glm::vec3& expected) {
+        return glm::length(found - expected) <= 1e-5f * (1 + glm::length(expected));
+    };
+    for (int y = 0; y < a->sh.height(); ++y)
+        for (int x = 0; x < a->sh.width(); ++x) {
+            const glm::vec3 own = a->sh.at(x, y)[0], right = a->sh.at(std::min(x + 1, a->sh.width() - 1), y)[0],
+                            below = a->sh.at(x, std::min(y + 1, a->sh.height() - 1))[0];
+            EXPECT_TRUE(near(b->sh.at(3 * x + 1, 3 * y + 1)[0], own)) << x << ' ' << y;
+            EXPECT_TRUE(near(b->sh.at(3 * x + 2, 3 * y + 1)[0], (2.0f * own + right) / 3.0f)) << x << ' ' << y;
+            EXPECT_TRUE(near(b->sh.at(3 * x + 1, 3 * y + 2)[0], (2.0f * own + below) / 3.0f)) << x << ' ' << y;
+        }
 }
 
 }  // namespace

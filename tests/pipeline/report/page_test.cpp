@@ -246,7 +246,7 @@ TEST_F(ReportHtml, SaysNotFiniteForNullAndForNan) {
 
 TEST_F(ReportHtml, FiguresThatAreAbsentAreADash) {
     const std::string page = render(reportOf(Json::array({assetWith(figures(0.01), nullptr)})));
-    EXPECT_EQ(occurrences(page, "<span title=\"not measured\">–</span>"), 8u);
+    EXPECT_EQ(occurrences(page, "<span title=\"not measured\">–</span>"), 10u);
     EXPECT_THAT(page, Not(HasSubstr("not finite")));
 }
 

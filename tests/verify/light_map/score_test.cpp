@@ -136,7 +136,7 @@ TEST(LightMapScore, StripsMergeToTheWhole) {
     formats::Image<lighting::ShRgb> result = band.sh.copy();
     for (lighting::ShRgb& sh : result.texels()) sh[2] *= 0.9f;
     const auto whole = score.score(band, result.view(), 0);
-    verify::LightMapScore::Errors merged;
+    verify::ShadedErrors merged;
     for (int row = 0; row < kHeight; row += 12)
         merged.merge(score.score(band, std::as_const(result).view().rows(row, std::min(12, kHeight - row)), row));
     EXPECT_NEAR(merged.diffuse.figures().relRms, whole.diffuse.figures().relRms, 1e-14);

@@ -73,11 +73,25 @@ TEST(Allocation, FindsWhatTryingEveryCombinationFinds) {
 }
 
 TEST(Allocation, ALayoutWithoutAFiniteErrorIsNeverChosen) {
-    const TrialResult trial{{{"small", 10, 1, HUGE_VAL, 0}, {"large", 1000, 64, 0.5, 0.1}}, 1};
-    const std::vector<LightMapCandidate> candidates = candidatesOf(trial);
+    const TrialResult trial{{{"small", 10, 1, HUGE_VAL, 0, 0, 0}, {"large", 1000, 64, 0.5, 0.1, 1, 1}}, 1};
+    const std::vector<LightMapCandidate> candidates = candidatesOf(trial, {1, {}});
     EXPECT_EQ(candidates[0].error, HUGE_VAL);
     EXPECT_EQ(candidates[1].error, 0.5);
     EXPECT_EQ(smallestWithin({{"map", candidates}}, 0.01).at("map"), "large");
+    EXPECT_EQ(LayoutLimits({0.1, 5}).partOf(0.01, std::nan("")), HUGE_VAL);
+}
+
+/// A layout keeps the limits only if both errors do; without a limit on visible errors they do not count.
+TEST(Allocation, TheLargerPartOfTheTwoLimitsCounts) {
+    const TrialResult trial{
+        {{"small", 10, 8, 0.01, 0.005, 9, 2}, {"middle", 20, 16, 0.008, 0.008, 1, 4}, {"large", 40, 32, 0.001, 0.03, 1, 1}}, 1};
+    const auto chosen = [&](const LayoutLimits& limits) { return smallestWithin({{"map", candidatesOf(trial, limits)}}).at("map"); };
+    EXPECT_EQ(chosen({0.02, {}}), "small");
+    EXPECT_EQ(chosen({0.02, 5}), "middle");
+    EXPECT_EQ(chosen({0.05, 2}), "large");
+    EXPECT_EQ(chosen({0.02, 2}), "large") << "none keeps both: the one that is least over";
+    EXPECT_DOUBLE_EQ(candidatesOf(trial, {0.02, 5})[0].error, 9.0 / 5);
+    EXPECT_DOUBLE_EQ(candidatesOf(trial, {0.02, 5})[2].error, 1.5);
 }
 
 }  // namespace

@@ -1,0 +1,84 @@
+// Visible errors of cooked light maps against an independent program, at texel centres.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "pipeline/cook/cook.h"
+#include "tests/formats/temporary_folder.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Case {
+    const char* bake;  ///< path in the repository, or in the shared data
+    const char* layout;
+};
+
+class VisibleScore : public testing::TestWithParam<Case> {
+protected:
+    static fs::path bake() {
+        const fs::path shipped = fs::path(LIGHTCOOK_SOURCE_DIR) / GetParam().bake;
+        return fs::absolute(fs::exists(shipped) ? shipped : fs::path(LIGHTCOOK_SHARED_DATA) / GetParam().bake);
+    }
+    static fs::path tool() { return fs::path(LIGHTCOOK_SHARED_DATA).parent_path() / "tools" / "score_visible.py"; }
+
+    Json cookedStages() const {
+        formats::writeContent(folder_ / "scene.toml",
+                              fmt::format("schema = 1\nname = \"visible\"\n[output]\nmax_error = 0.9\nlight_map_layout = \"{}\"\n"
+                                          "[[light_map]]\nname = \"map\"\nfile = \"{}\"\n[[material]]\nname = \"*\"\nnormal_map = true\n"
+                                          "specular = true\nm = [0.1, 0.5]\nf0 = [0.04, 0.6]\n",
+                                          GetParam().layout, bake().string()));
+        CookOptions options;
+        options.scene = folder_ / "scene.toml";
+        options.output = folder_ / "out";
+        options.cache = folder_ / "cache";
+        options.onlyKind = "light-map";
+        const Outcome cooked = cookScene(options, RunState());
+        for (const formats::Error& error : cooked.errors) ADD_FAILURE() << error.line();
+        return cooked.report.at("assets").at(0).at("stages");
+    }
+    /// Returns the scores over every covered texel; null where Python or its libraries are missing.
+    Json independentScore() const {
+        const fs::path decoded = folder_ / "decoded.exr", score = folder_ / "score.json";
+        EXPECT_TRUE(reconstructLightMap(folder_ / "out", "map", decoded, 1, RunState()).has_value());
+        const std::string command = fmt::format("/usr/bin/python3 -B '{}' '{}' '{}' --texels 1000000 --json > '{}' 2>/dev/null",
+                                                tool().string(), bake().string(), decoded.string(), score.string());
+        return std::system(command.c_str()) == 0 ? Json::parse(formats::contentOf(score)) : Json();
+    }
+    const formats::TemporaryFolder folder_;
+};
+
+TEST_P(VisibleScore, AgreesWithAnIndependentProgram) {
+    if (!fs::exists(bake()) || !fs::exists(tool())) GTEST_SKIP() << "no shared data at " << LIGHTCOOK_SHARED_DATA;
+    const Json stages = cookedStages();
+    const Json score = independentScore();
+    if (score.is_null()) GTEST_SKIP() << "no score without python3-numpy and python3-openimageio";
+    const Json& centres = stages.at(stages.size() - 3);  // the last two are "magnified" and "total"
+    for (const char* kind : {"diffuse", "specular"})
+        for (const char* figure : {"rms", "p50", "p95", "p99", "p999", "max"}) {
+            const double theirs = score.at(kind).at(figure).get<double>();
+            const double tolerance = std::string_view(figure) == "p999" ? 0.05 : 0.02;
+            EXPECT_NEAR(centres.at("error").at(kind).at("visible").at(figure).get<double>(), theirs, tolerance * theirs)
+                << kind << ' ' << figure;
+        }
+}
+
+std::string nameOf(const testing::TestParamInfo<Case>& info) {
+    std::string name = fs::path(info.param.bake).stem().string() + "_" + info.param.layout;
+    std::ranges::replace(name, '-', '_');
+    return name;
+}
+INSTANTIATE_TEST_SUITE_P(Example, VisibleScore,
+                         testing::Values(Case{"examples/cornell/cornell_lightmap.exr", "basis-4"},
+                                         Case{"examples/cornell/cornell_lightmap.exr", "ratio"}),
+                         nameOf);
+INSTANTIATE_TEST_SUITE_P(Soak, VisibleScore,
+                         testing::Values(Case{"scenes/cornell_lightmap.exr", "basis-8"}, Case{"scenes/interior_lightmap.exr", "luvw"},
+                                         Case{"scenes/outdoor_lightmap.exr", "basis-4"}, Case{"scenes/zdm2_sun_lightmap.exr", "ratio"}),
+                         nameOf);
+
+}  // namespace
+}  // namespace lightcook::pipeline

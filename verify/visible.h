@@ -1,0 +1,92 @@
+// Visible error: the difference between an asset's light and its reference's as a display shows both, in units of a just noticeable
+// difference (Delta E ITP, ITU-R BT.2124; docs/theory/visible.md).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "lighting/display.h"
+
+namespace lightcook::verify {
+
+/// The place and the two colours of a largest visible error. Unknown while x is negative.
+struct VisiblePlace {
+    double x = -1, y = -1;    ///< [texels] integers are texel centres
+    glm::dvec3 normal{0};     ///< unit shading normal
+    glm::dvec3 view{0};       ///< unit, to the viewer; specular light only
+    double m = 0, f0 = 0;     ///< specular light only
+    glm::dvec3 reference{0};  ///< light of the reference
+    glm::dvec3 found{0};      ///< light of the cooked asset
+    double difference = 0;    ///< Delta E ITP
+    bool isKnown() const { return x >= 0; }
+};
+
+/// Visible errors of shaded light: Delta E ITP.
+struct VisibleFigures {
+    double rms = 0, p50 = 0, p95 = 0, p99 = 0, p999 = 0;
+    double max = 0;  ///< of the samples
+    VisiblePlace maxAt;
+};
+
+/// Raises each figure to that of `other`, and the place with the largest.
+void takeLarger(VisibleFigures& figures, const VisibleFigures& other);
+
+/// How light is shown: the display, and linear BT.2020 from the working primaries.
+struct Viewing {
+    lighting::Display display;
+    glm::dmat3 bt2020FromWorking = lighting::bt2020FromRec709();
+};
+
+/// Converts light to I, T and P of BT.2124, scaled so that a distance of 1 is a just noticeable difference. Float arithmetic in lanes:
+/// differences are within 0.001 of lighting::visibleDifference plus 0.01 %.
+class DisplayTransform {
+public:
+    static constexpr std::size_t kLanes = 16;
+
+    /// unit  light of the scene for each unit of the samples
+    DisplayTransform(const Viewing& viewing, double unit);
+    /// Converts `count` samples, a multiple of kLanes. Light that is not finite becomes NaN.
+    /// rgb, itp  three planes of `count` values
+    void apply(const float* rgb, std::size_t count, float* itp) const;
+
+private:
+    std::array<std::array<float, 3>, 3> lms_;  ///< [row][channel]: LMS [cd/m^2] for each unit of a sample
+    float black_;
+};
+
+/// Writes the differences of `count` converted samples, a multiple of kLanes: the largest float where one is not finite.
+/// reference, found  three planes of `count` values, of DisplayTransform
+void visibleDifferences(const float* reference, const float* found, std::size_t count, float* differences);
+
+/// Accumulates visible errors. Percentiles come from a histogram of 256 bins an octave (0.2 to 0.4 % wide) with exact counts.
+class VisibleAccumulator {
+public:
+    VisibleAccumulator();
+    void add(std::span<const float> differences);
+    /// Sets the place of the largest difference, after an add that raised largest().
+    void setMaxAt(const VisiblePlace& place) { maxAt_ = place; }
+    /// Merge strips in a fixed order for reproducible bits.
+    void merge(const VisibleAccumulator& other);
+    double largest() const { return largest_; }
+    std::int64_t sampleCount() const { return sampleCount_; }
+    VisibleFigures figures() const;
+
+private:
+    static constexpr int kBinsPerOctave = 256;
+    static constexpr int kLowestExponent = -12, kHighestExponent = 10;
+    static constexpr int kBinCount = (kHighestExponent - kLowestExponent) * kBinsPerOctave + 2;  ///< and one each below and above
+    /// Returns the value that a share of the samples does not exceed.
+    double quantile(double share) const;
+
+    double squares_ = 0, largest_ = 0;
+    VisiblePlace maxAt_;
+    std::int64_t sampleCount_ = 0;
+    std::vector<std::int64_t> histogram_;
+};
+
+}  // namespace lightcook::verify
