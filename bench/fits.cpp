@@ -197,7 +197,7 @@ Figures measure(const Map& map, DominantFit which, const Options& options) {
 }
 
 const char* nameOf(DominantFit which) {
-    return which == DominantFit::Closed ? "closed" : which == DominantFit::Refined ? "refined" : "refined-ambient";
+    return which == DominantFit::Closed ? "halo3" : which == DominantFit::Refined ? "refined" : "refined-ambient";
 }
 
 /// Adds fits that the program does not offer, measured on evenly spread texels. Seconds are scaled to 1024 x 1024 texels, residuals by the
@@ -310,7 +310,7 @@ private:
 };
 
 const std::array<const char*, 9> kWays = {"area specular of the SH alone",
-                                          "closed",
+                                          "halo3",
                                           "refined",
                                           "refined-ambient, light alone",
                                           "two lights",

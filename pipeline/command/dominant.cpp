@@ -11,6 +11,7 @@
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 #include "pipeline/report/explained_light.h"
+#include "pipeline/scene/dominant_fit.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -32,7 +33,7 @@ formats::Result<Json> printExplanation(const DominantOptions& options, Session& 
 
 Outcome convertDominant(const DominantOptions& options, const RunState& state) {
     Scene scene = lightMapScene(options, options.description);
-    scene.lightMaps.front().dominantFit = options.fit;
+    scene.lightMaps.front().dominantFit = dominantFitFromName(options.fit)->name;
     scene.lobe = options.lobe;
     return convertScene(std::move(scene), "dominant", options, state);
 }
@@ -51,11 +52,7 @@ CommandFunction defineDominant(CLI::App& app) {
     addRepairOption(app, options->cook.repair);
     options->conventions.add(app);
     options->json.add(app, "the report, and with --report \"explanation\",");
-    app.add_option("--fit", options->fit,
-                   "closed: the direction of band 1; refined: the direction of least error; explained: refined, and dimmed where one light "
-                   "explains little; refined-ambient: refined, beside ambient light")
-        ->check(CLI::IsMember(kDominantFitNames))
-        ->capture_default_str();
+    addDominantFitOption(app, options->fit);
     addLobeOption(app, options->lobe, formats::sceneLobes());
     app.add_flag("--report", options->explain, "Print where one light cannot represent the map, and what a second light would gain");
     app.footer(R"(--report prints, for the closed form, the best single light and two lights: the fraction of energy

@@ -10,7 +10,7 @@ namespace lightcook::pipeline {
 
 struct DominantOptions : ConverterOptions {
     formats::LightMapDescription description;
-    std::string fit = "closed";                                      ///< one of kDominantFitNames
+    std::string fit = "explained";                                   ///< a name of allDominantFits(), or an older one
     lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;  ///< one of formats::sceneLobes()
 };
 

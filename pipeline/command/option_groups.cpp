@@ -1,4 +1,5 @@
 #include "pipeline/command/option_groups.h"
+#include "pipeline/scene/dominant_fit.h"
 
 #include <fmt/format.h>
 
@@ -86,6 +87,17 @@ void addRdoOption(CLI::App& app, std::optional<double>& rdo) {
                       "Rate-distortion optimization of BC blocks: the fraction by which the error of a row of blocks may grow so that the "
                       "compressed file shrinks, such as 2%",
                       {kLargestRdo, true});
+}
+
+void addDominantFitOption(CLI::App& app, std::string& fit) {
+    const auto check = [](const std::string& name) {
+        return dominantFitFromName(name) != nullptr ? std::string()
+                                                    : fmt::format("found '{}', expected {}", name, formats::listOfNames(allDominantFits()));
+    };
+    app.add_option("--fit", fit, fmt::format("How the light is found ({})", captionsOf(allDominantFits())))
+        ->check(CLI::Validator(check, ""))
+        ->type_name("NAME")
+        ->capture_default_str();
 }
 
 void addStrictOption(CLI::App& app, bool& strict) {

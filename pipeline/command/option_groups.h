@@ -42,6 +42,9 @@ CLI::Option* addFractionOption(CLI::App& app, const std::string& names, std::opt
 /// Adds an option that takes a percentage: 2 or 2%. Refuses negative ones.
 CLI::Option* addPercentOption(CLI::App& app, const std::string& names, std::optional<double>& value, const std::string& description);
 
+/// Adds --fit: the fit of a dominant light.
+void addDominantFitOption(CLI::App& app, std::string& fit);
+
 /// Options that override the scene file's [output]. A command has those that act on what it writes.
 class OutputOptions {
 public:

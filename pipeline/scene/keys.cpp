@@ -9,6 +9,7 @@
 #include "formats/light_map_conventions.h"
 #include "formats/target.h"
 #include "formats/vocabulary.h"
+#include "pipeline/scene/dominant_fit.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {
@@ -137,8 +138,10 @@ SceneSectionInfo lightMapSection() {
              {"firefly_limit", "number from 1, or 0", "1000",
               "largest ratio of a texel to its brightest neighbour; above it the texel is a firefly. 0: no test (charts of one texel are "
               "never tested)"},
-             {"dominant_fit", choices(kDominantFitNames), inQuotes(kDominantFitNames.front()),
-              "method of the [dominant light](../theory/lighting.md#dominant-light)"},
+             {"dominant_fit", choices(allDominantFits()), inQuotes(allDominantFits().front().name),
+              fmt::format("method of the [dominant light](../theory/lighting.md#dominant-light). {}. `\"closed\"` is an older name of "
+                          "`\"halo3\"`",
+                          captions(allDominantFits()))},
              {"max_visible", "number", "that of `[output]`", "limit on the visible error of this light map"},
              {"ground_truth", "path", "none",
               "CSV of light traced at texels of the map, to separate truncation, fit and quantization "

@@ -15,6 +15,7 @@
 #include "formats/read_file.h"
 #include "formats/vocabulary.h"
 #include "pipeline/scene/checks.h"
+#include "pipeline/scene/dominant_fit.h"
 #include "pipeline/scene/keys.h"
 #include "pipeline/scene/toml_nesting.h"
 
@@ -322,7 +323,12 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
     entry.maxVisible = readMaxVisible(reader);
     entry.mesh = reader.optionalPath("mesh");
     entry.groundTruth = reader.optionalPath("ground_truth");
-    entry.dominantFit = reader.oneOf("dominant_fit", kDominantFitNames, entry.dominantFit);
+    if (reader.has("dominant_fit")) {
+        const auto name = reader.optional<std::string>("dominant_fit", "a string");
+        const DominantFitInfo* fit = dominantFitFromName(*name);
+        entry.dominantFit =
+            fit != nullptr ? std::string(fit->name) : reader.oneOf("dominant_fit", formats::namesOf(allDominantFits()), entry.dominantFit);
+    }
     return entry;
 }
 

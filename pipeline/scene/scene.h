@@ -66,15 +66,12 @@ double converterLimit(const OutputSettings& output);
 /// "ratio".
 std::string layoutAsked(const OutputSettings& output);
 
-/// Fits of the dominant light: values of `dominant_fit` and `dominant --fit`.
-inline const std::vector<std::string> kDominantFitNames = {"closed", "refined", "explained", "refined-ambient"};
-
 struct LightMapEntry {
     std::string name;
     std::filesystem::path file;
     formats::LightMapDescription description;
     std::optional<std::filesystem::path> mesh;
-    std::string dominantFit = "closed";                ///< one of kDominantFitNames
+    std::string dominantFit = "explained";             ///< a name of allDominantFits()
     std::optional<double> maxVisible;                  ///< overrides that of the output
     std::optional<std::filesystem::path> groundTruth;  ///< traced light at texels of the map (formats::readShadingValues)
 };

@@ -10,6 +10,7 @@
 #include "fit/dominant_light.h"
 #include "formats/padding.h"
 #include "pipeline/graph/parallel_for.h"
+#include "pipeline/scene/dominant_fit.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -65,12 +66,6 @@ DominantRows fitRows(const LightMapStrip& strip, int firstRow, int rowCount, con
         }
     }
     return rows;
-}
-
-fit::DominantFit fitFromName(const std::string& name) {
-    if (name == "refined") return fit::DominantFit::Refined;
-    if (name == "explained") return fit::DominantFit::Explained;
-    return name == "refined-ambient" ? fit::DominantFit::RefinedAmbient : fit::DominantFit::Closed;
 }
 
 struct Formats {
@@ -224,7 +219,9 @@ Result<ActionOutcome> cookDominant(const ActionContext& context) {
     if (!source) return tl::make_unexpected(source.error());
     fit::DominantLightOptions fitOptions;
     fitOptions.luminanceWeights = (*source)->luminanceWeights();
-    fitOptions.fit = fitFromName(parameters->fit);
+    const auto fit = dominantFitOf(context.action.asset, parameters->fit);
+    if (!fit) return tl::make_unexpected(fit.error());
+    fitOptions.fit = (*fit)->cooked;
     const auto brightest = brightestIntensity(**source, fitOptions, context);
     if (!brightest) return tl::make_unexpected(brightest.error());
 

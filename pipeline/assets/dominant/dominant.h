@@ -17,7 +17,7 @@ namespace lightcook::pipeline {
 /// Parameters of the cook action. Its input is "source".
 struct DominantParameters {
     formats::LightMapDescription description;
-    std::string fit;  ///< one of kDominantFitNames
+    std::string fit;  ///< a name of allDominantFits()
     formats::Target target = formats::Target::Bc;
     TextureSettings textures;
 };

@@ -11,6 +11,7 @@
 #include "pipeline/assets/preview.h"
 #include "pipeline/assets/verification.h"
 #include "pipeline/graph/parallel_for.h"
+#include "pipeline/scene/dominant_fit.h"
 #include "shaders/lightcook_cpp.h"
 #include "verify/block_errors.h"
 #include "verify/dominant.h"
@@ -34,12 +35,6 @@ Result<Image<glm::vec4>> readRows(const formats::TextureReader& texture, int fir
     if (auto read = texture.readBlockRows({}, firstRow / blockHeight, blocks); !read) return tl::make_unexpected(read.error());
     verify::decodeRows(shape.format, blocks, rows.view());
     return rows;
-}
-
-verify::DominantFit dominantFitOf(const std::string& name) {
-    if (name == "refined") return verify::DominantFit::Refined;
-    if (name == "explained") return verify::DominantFit::Explained;
-    return name == "refined-ambient" ? verify::DominantFit::RefinedAmbient : verify::DominantFit::Closed;
 }
 
 /// Returns the exit radiance of a white Lambert surface under one dominant light.
@@ -255,12 +250,10 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     const auto groundTruth = GroundTruth::open(context, bake, description->colors);
     if (!groundTruth) return tl::make_unexpected(groundTruth.error());
 
-    const verify::CookedDominant map{constants->directionScale,
-                                     constants->directionBias,
-                                     constants->intensityRange,
-                                     bake.width(),
-                                     bake.height(),
-                                     dominantFitOf(asset->fit.value_or("closed"))};
+    const auto fit = dominantFitOf(asset->name, asset->fit.value_or("halo3"));
+    if (!fit) return tl::make_unexpected(fit.error());
+    const verify::CookedDominant map{
+        constants->directionScale, constants->directionBias, constants->intensityRange, bake.width(), bake.height(), (*fit)->verified};
     const verify::LightMapShading& materials = parameters->shading;
     const verify::DominantShading shading{materials.m, materials.f0, materials.viewCount, verify::dominantStride(map.width, map.height),
                                           materials.lobe};

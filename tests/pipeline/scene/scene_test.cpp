@@ -133,7 +133,7 @@ TEST(ReadScene, AnUnknownKeyIsRefusedWithItsPlaceAndTheNearestKnownOne) {
 
 TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
     expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\ndominant_fit = \"best\"\n",
-                  "6:", "expected one of: closed, refined, explained, refined-ambient");
+                  "6:", "expected one of: explained, halo3, refined, refined-ambient");
     for (const char* limit : {"0.5", "-1", "nan", "inf"})
         expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\nfirefly_limit = " + limit + "\n",
                       "6:", "expected a number from 1, or 0 for no check");

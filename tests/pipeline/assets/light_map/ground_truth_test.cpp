@@ -34,7 +34,9 @@ protected:
         formats::writeContent(scene_ / "truth.csv", csv);
         formats::writeContent(
             scene_.sceneFile(),
-            "schema = 1\nname = \"small\"\n[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\nground_truth = \"truth.csv\"\n");
+            // "explained" would dim the light of these texels to none.
+            "schema = 1\nname = \"small\"\n[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\nground_truth = \"truth.csv\"\ndominant_fit = "
+            "\"halo3\"\n");
         const RunState state;
         return cookScene(scene_.options(), state);
     }
