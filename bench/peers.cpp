@@ -46,12 +46,17 @@ struct Row {
 struct Column {
     const char* name;
     double (*value)(const Row&);
+    bool isPercent = true;
 };
-constexpr std::array<Column, 8> kFigures = {{
+constexpr std::array<Column, 12> kFigures = {{
     {"diffuse_rel_rms", [](const Row& row) { return row.total.diffuse.relRms; }},
     {"diffuse_p99", [](const Row& row) { return row.total.diffuse.p99; }},
     {"specular_rel_rms", [](const Row& row) { return row.total.specular.relRms; }},
     {"specular_p99", [](const Row& row) { return row.total.specular.p99; }},
+    {"visible_diffuse_p99", [](const Row& row) { return row.total.diffuse.visible->p99; }, false},
+    {"visible_diffuse_p999", [](const Row& row) { return row.total.diffuse.visible->p999; }, false},
+    {"visible_specular_p99", [](const Row& row) { return row.total.specular.visible->p99; }, false},
+    {"visible_specular_p999", [](const Row& row) { return row.total.specular.visible->p999; }, false},
     {"basis_diffuse_rel_rms", [](const Row& row) { return row.basis.diffuse.relRms; }},
     {"basis_diffuse_p99", [](const Row& row) { return row.basis.diffuse.p99; }},
     {"basis_specular_rel_rms", [](const Row& row) { return row.basis.specular.relRms; }},
@@ -67,7 +72,7 @@ Score scoreOf(const verify::LightMapScore& score, const Bake& bake, const format
     });
     verify::ShadedErrors whole;
     for (const auto& part : parts) whole.merge(part);
-    return {whole.diffuse.figures(), whole.specular.figures()};
+    return {whole.diffuseFigures(), whole.specularFigures()};
 }
 
 /// Three digits of a percentage, without powers of ten.
@@ -79,14 +84,15 @@ std::string percent(double fraction) {
 
 std::vector<std::string> cellsOf(const Row& row) {
     std::vector<std::string> cells = {row.layout, fmt::format("{:.{}f}", row.bits, row.bits == std::round(row.bits) ? 0 : 2)};
-    for (const Column& column : kFigures) cells.push_back(percent(column.value(row)));
+    for (const Column& column : kFigures)
+        cells.push_back(column.isPercent ? percent(column.value(row)) : fmt::format("{:.1f}", column.value(row)));
     return cells;
 }
 
 /// A Markdown table whose columns are also aligned on a terminal: the first to the left, numbers to the right.
 void printTable(const std::string& title, const std::vector<Row>& rows) {
-    std::vector<std::vector<std::string>> lines = {
-        {"layout", "bits", "diffuse", "p99", "specular", "p99", "basis: diffuse", "p99", "specular", "p99"}};
+    std::vector<std::vector<std::string>> lines = {{"layout", "bits", "diffuse", "p99", "specular", "p99", "visible: diffuse p99", "p99.9",
+                                                    "specular p99", "p99.9", "basis: diffuse", "p99", "specular", "p99"}};
     for (const Row& row : rows) lines.push_back(cellsOf(row));
     std::vector<std::size_t> widths(lines.front().size(), 3);
     for (const auto& line : lines)
@@ -179,7 +185,10 @@ std::vector<Candidate> candidates(const Options& options) {
 
 std::vector<Row> measureScene(const Options& options, const std::string& scene, const fs::path& file) {
     const Bake bake = readBake(file);
-    const auto score = verify::LightMapScore::create({}, bake.measure.key());
+    verify::LightMapKey key;
+    key.add(bake.strip, 0, bake.height());
+    const verify::Viewing viewing{lighting::DisplaySettings{}.of(key.displayKey())};
+    const auto score = verify::LightMapScore::create({}, bake.measure.key(), viewing);
     if (!score) throw std::runtime_error(score.error().line());
     std::vector<Row> rows;
     for (const Candidate& each : candidates(options)) {
@@ -200,7 +209,7 @@ void write(const fs::path& file, const std::string& content) {
 void measureAll(const Options& options) {
     fmt::print(
         "Percent of shaded exit radiance at texel centres, against the float bake: rel_rms and 99th percentile of the local relative "
-        "error.\n"
+        "error. 'visible': 99th and 99.9th percentile in just noticeable differences (Delta E ITP).\n"
         "Block encoders at effort {}. 'basis' is the layout's form without coding (ours: with 16 bits a channel).\n",
         options.effort);
     std::vector<Row> rows;

@@ -47,6 +47,7 @@ function(lightcook_test module)
     target_compile_definitions(${program} PRIVATE
       LIGHTCOOK_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
       LIGHTCOOK_SHARED_DATA="${PROJECT_SOURCE_DIR}/../shared/data"
+      LIGHTCOOK_TEST_CACHE="${PROJECT_BINARY_DIR}/test_cache"  # of cooks that several tests need and none is about
       ${ARG_DEFINITIONS})
     target_compile_options(${program} PRIVATE ${${kind}_options})
     target_precompile_headers(${program} REUSE_FROM ${kind}_headers)

@@ -13,8 +13,8 @@
 namespace lightcook::pipeline {
 namespace {
 
-/// The largest local relative error that the heat scale tells apart: 10 %, shown white.
-constexpr double kHeatRange = 0.1;
+/// The largest errors that the heat scale tells apart, shown white: a local relative error of 10 %, and 10 just noticeable differences.
+constexpr float kLocalScale = 0.1f, kVisibleScale = 10;
 
 /// Black, violet, red, orange, yellow, white: growing luminance, so that it reads in grey as well.
 constexpr std::array<std::array<double, 3>, 6> kHeatRamp = {
@@ -39,20 +39,17 @@ glm::u8vec3 Preview::toneMapped(const glm::vec3& radiance) const {
     return pixel;
 }
 
-void Preview::compare(int x, int y, const glm::vec3& reference, const glm::vec3& cooked) {
+float Preview::localError(const glm::vec3& reference, const glm::vec3& cooked) const {
     float worst = 0;
     for (int channel = 0; channel < 3; ++channel) {
         const float allowed = std::abs(reference[channel]) + static_cast<float>(lighting::kLocalErrorFloor * key_);
         worst = std::max(worst, allowed > 0 ? std::abs(cooked[channel] - reference[channel]) / allowed : 0.0f);
     }
-    // Threads may share a pixel. The largest of them all is the same in any order.
-    const std::atomic_ref<float> pixel(worst_.at(x / stride_, y / stride_));
-    for (float seen = pixel.load(); worst > seen && !pixel.compare_exchange_weak(seen, worst);) {
-    }
+    return worst;
 }
 
-glm::u8vec3 Preview::heat(float worst) {
-    const double place = std::min(static_cast<double>(worst) / kHeatRange, 1.0) * (kHeatRamp.size() - 1);
+glm::u8vec3 Preview::heat(float part) {
+    const double place = std::min(static_cast<double>(part), 1.0) * (kHeatRamp.size() - 1);
     const std::size_t low = std::min(static_cast<std::size_t>(place), kHeatRamp.size() - 2);
     const double fraction = place - static_cast<double>(low);
     glm::u8vec3 pixel(0);
@@ -63,11 +60,22 @@ glm::u8vec3 Preview::heat(float worst) {
     return pixel;
 }
 
-void Preview::set(int x, int y, const glm::vec3& reference, const glm::vec3& cooked) {
-    compare(x, y, reference, cooked);
+void Preview::show(int x, int y, const glm::vec3& reference, const glm::vec3& cooked, float part) {
+    // Threads may share a pixel. The largest of them all is the same in any order.
+    const std::atomic_ref<float> pixel(worst_.at(x / stride_, y / stride_));
+    for (float seen = pixel.load(); part > seen && !pixel.compare_exchange_weak(seen, part);) {
+    }
     if (!shows(x, y)) return;
     reference_.at(x / stride_, y / stride_) = toneMapped(reference);
     cooked_.at(x / stride_, y / stride_) = toneMapped(cooked);
+}
+
+void Preview::set(int x, int y, const glm::vec3& reference, const glm::vec3& cooked) {
+    show(x, y, reference, cooked, localError(reference, cooked) / kLocalScale);
+}
+
+void Preview::set(int x, int y, const glm::vec3& reference, const glm::vec3& cooked, float visible) {
+    show(x, y, reference, cooked, visible / kVisibleScale);
 }
 
 formats::Result<PreviewFiles> Preview::write(const std::filesystem::path& folder, const std::string& name) const {

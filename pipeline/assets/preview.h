@@ -11,7 +11,7 @@
 namespace lightcook::pipeline {
 
 /// Three pictures of one asset: reference, cooked, difference. Threads may fill them together, each texel by one thread. Reference and
-/// cooked are point samples; the difference is the largest local relative error of all texels under a pixel, so that no error is missed.
+/// cooked are point samples; the difference is the largest error of all texels under a pixel, so that no error is missed.
 class Preview {
 public:
     /// Shows every stride-th texel of width x height, so that the longer side has at most kLongestSide pixels.
@@ -22,8 +22,11 @@ public:
     bool shows(int x, int y) const {
         return x % stride_ == 0 && y % stride_ == 0 && x / stride_ < reference_.width() && y / stride_ < reference_.height();
     }
-    /// Sets the light of a texel. Reference and cooked show it only if shows(x, y); the difference counts every texel.
+    /// Sets the light of a texel. Reference and cooked show it only if shows(x, y); the difference counts every texel. It is the local
+    /// relative error; the scale ends at 10 %.
     void set(int x, int y, const glm::vec3& reference, const glm::vec3& cooked);
+    /// Sets the light of a texel and its visible error; the scale ends at 10 just noticeable differences. A picture has one kind of error.
+    void set(int x, int y, const glm::vec3& reference, const glm::vec3& cooked, float visible);
 
     /// Writes <name>_reference.png, <name>_cooked.png and <name>_difference.png into `folder`/preview, and returns their names relative to
     /// `folder`.
@@ -32,14 +35,16 @@ public:
     static constexpr int kLongestSide = 384;
 
 private:
-    void compare(int x, int y, const glm::vec3& reference, const glm::vec3& cooked);
+    float localError(const glm::vec3& reference, const glm::vec3& cooked) const;
+    /// part  of the scale
+    void show(int x, int y, const glm::vec3& reference, const glm::vec3& cooked, float part);
     glm::u8vec3 toneMapped(const glm::vec3& radiance) const;
-    static glm::u8vec3 heat(float worst);
+    static glm::u8vec3 heat(float part);
 
     double key_;
     int stride_;
     formats::Image<glm::u8vec3> reference_, cooked_;
-    formats::Image<float> worst_;  ///< local relative error
+    formats::Image<float> worst_;  ///< error, as a part of the scale
 };
 
 /// Writes the preview and returns the outcome of a verify action with its names.

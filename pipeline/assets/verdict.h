@@ -26,6 +26,9 @@ struct Verdict {
 Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std::vector<verify::Violation> violations = {},
                     const std::optional<double>& maxVisible = std::nullopt);
 
+/// Returns the 99th percentile of a stage's visible errors, the larger of diffuse and specular light. Empty without any.
+std::optional<double> visibleP99(const verify::StageError& stage);
+
 /// Returns true if all figures are finite.
 bool isFinite(const verify::ErrorFigures& figures);
 

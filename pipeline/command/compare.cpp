@@ -66,12 +66,9 @@ Result<Json> compareImages(const std::filesystem::path& a, const std::filesystem
 }
 
 Json compared(const ReportRow& row) {
-    const verify::StageError& error = row.verdict.stages.back();
-    return {{"bytes_gpu", row.bytesGpu},
-            {"bytes_disk", row.bytesDisk},
-            {"diffuse_rel_rms", jsonOf(error.diffuse.relRms)},
-            {"specular_rel_rms", jsonOf(error.specular.relRms)},
-            {"passed", row.verdict.passed}};
+    Json figures = toJson(figuresOf(row));
+    figures["bytes_disk"] = row.bytesDisk;
+    return figures;
 }
 
 Result<Json> compareScenes(const std::filesystem::path& a, const std::filesystem::path& b) {

@@ -11,10 +11,9 @@ std::string percent(double value) {
     return std::isfinite(value) ? fmt::format("{:8.3f} %", 100 * value) : "     not finite";
 }
 
-/// Returns the larger 99th percentile of the visible errors of diffuse and specular light; a dash for assets without them.
-std::string visibleWord(const verify::StageError& error) {
-    if (!error.diffuse.visible) return "-";
-    return fmt::format("{:.2f}", std::max(error.diffuse.visible->p99, error.specular.visible ? error.specular.visible->p99 : 0));
+/// Returns the 99th percentile of the visible errors; a dash for assets without them.
+std::string visibleWord(const std::optional<double>& p99) {
+    return p99 ? fmt::format("{:.2f}", *p99) : "-";
 }
 
 std::string verdictWord(const Terminal& terminal, bool passed) {
@@ -103,7 +102,7 @@ void printReport(Terminal& terminal, const Report& report) {
         const verify::ErrorFigures& worse = diffuseIsWorse ? error.diffuse : error.specular;
         terminal.say(fmt::format("{:24} {:10} {:20} {:12} {:9.2f} {} {} {} {} {:>8}  {}", row.name, info(row.kind).name, row.layout,
                                  row.bytesGpu, row.bitsPerTexel, percent(error.diffuse.relRms), percent(error.specular.relRms),
-                                 percent(worse.p99), percent(worse.maxBound), visibleWord(error),
+                                 percent(worse.p99), percent(worse.maxBound), visibleWord(visibleP99(error)),
                                  verdictWord(terminal, row.verdict.passed)));
     }
     const std::string limit = report.budget.limitBytes ? fmt::format(" of {}", *report.budget.limitBytes) : "";

@@ -68,9 +68,7 @@ Result<bool> LayoutDecision::isRefuted(const ExecutionResult& chosen, const std:
         const auto verified = fromJson<VerifyResult>(record->second.result, record->second.id);
         if (!verified) return tl::make_unexpected(verified.error());
         const verify::StageError& last = verified->verdict.stages.back();
-        const auto visible = [](const verify::ErrorFigures& figures) { return figures.visible ? figures.visible->p99 : 0; };
-        const double found = limitsOf(map).partOf(std::max(last.diffuse.relRms, last.specular.relRms),
-                                                  std::max(visible(last.diffuse), visible(last.specular)));
+        const double found = limitsOf(map).partOf(std::max(last.diffuse.relRms, last.specular.relRms), visibleP99(last).value_or(0));
         LightMapCandidate& candidate = *std::ranges::find(candidates_.at(map), layout, &LightMapCandidate::layout);
         if (found > 1 && candidate.error <= 1) isRefuted = true;
         candidate.error = found;

@@ -33,9 +33,10 @@ Html pictureFigure(const std::filesystem::path& folder, const Json& preview, con
 Html pictures(const std::filesystem::path& folder, const Json& asset) {
     const Json& preview = member(asset, "preview");
     if (!preview.is_object()) return {};
-    // This scale shows the colour ramp of preview.cpp.
-    const Html ramp = word("0") + element("span", {{"class", "heat"}}, {}) + word("10 % or more");
     const std::string kind = words(member(asset, "kind"));
+    const bool isVisible = member(member(member(lastStage(asset), "error"), "diffuse"), "visible").is_object();
+    // This scale shows the colour ramp of preview.cpp.
+    const Html ramp = word("0") + element("span", {{"class", "heat"}}, {}) + word(isVisible ? "10 or more" : "10 % or more");
     const char *reference = ": the float bake", *cooked = ": as the shader reads it", *difference = "";
     if (kind == "lut") {
         reference = ": integrated; NoV from grazing (left) to facing, m from smooth (top) to rough, constant light off F0 0.04";
@@ -45,7 +46,8 @@ Html pictures(const std::filesystem::path& folder, const Json& asset) {
         cooked = ": light-map UVs moved and normals turned by the most that quantization did";
     }
     const Html differenceCaption = element("b", word("Difference")) +
-                                   text(": local relative error, the worst under each pixel" + std::string(difference)) +
+                                   text(isVisible ? std::string(": visible error at the texel's own normal, the worst under each pixel")
+                                                  : ": local relative error, the worst under each pixel" + std::string(difference)) +
                                    element("span", {{"class", "scale"}}, ramp);
     return element("div", {{"class", "pictures"}},
                    pictureFigure(folder, preview, "reference", element("b", word("Reference")) + word(reference)) +

@@ -7,6 +7,14 @@
 namespace lightcook::pipeline {
 namespace {
 
+/// Returns the growth in percent: of nothing to something 100.
+double growth(std::uint64_t before, std::uint64_t now) {
+    if (before == 0) return now > 0 ? 100.0 : 0.0;
+    return 100 * (static_cast<double>(now) - static_cast<double>(before)) / static_cast<double>(before);
+}
+
+}  // namespace
+
 AssetFigures figuresOf(const ReportRow& row) {
     AssetFigures figures;
     figures.bytesGpu = row.bytesGpu;
@@ -15,16 +23,9 @@ AssetFigures figuresOf(const ReportRow& row) {
     if (row.verdict.stages.empty()) return figures;
     figures.diffuse = row.verdict.stages.back().diffuse.relRms;
     figures.specular = row.verdict.stages.back().specular.relRms;
+    figures.visible = visibleP99(row.verdict.stages.back());
     return figures;
 }
-
-/// Returns the growth in percent: of nothing to something 100.
-double growth(std::uint64_t before, std::uint64_t now) {
-    if (before == 0) return now > 0 ? 100.0 : 0.0;
-    return 100 * (static_cast<double>(now) - static_cast<double>(before)) / static_cast<double>(before);
-}
-
-}  // namespace
 
 BaselineComparison compareWithBaseline(const Report& now, const Report& before, std::string file, std::optional<double> allowedPercent) {
     std::map<std::string, AssetChange> changes;
@@ -42,6 +43,8 @@ BaselineComparison compareWithBaseline(const Report& now, const Report& before, 
         if (!change.before) change.change = "added";
         if (!change.now) change.change = "removed";
         if (change.before && change.now) {
+            // A report of an older version has no visible errors: that is no change of the asset.
+            if (!change.before->visible) change.now->visible.reset();
             change.change = jsonOf(*change.before) == jsonOf(*change.now) ? "same" : "changed";
             change.growthPercent = growth(change.before->bytesGpu, change.now->bytesGpu);
         }

@@ -11,12 +11,14 @@
 namespace lightcook::pipeline {
 
 struct Report;
+struct ReportRow;
 
 /// Figures of an asset in one report.
 struct AssetFigures {
     std::uint64_t bytesGpu = 0;
     std::string layout;
     double diffuse = 0, specular = 0;  ///< rel_rms of the last stage
+    std::optional<double> visible;     ///< visibleP99 of the last stage
     bool passed = false;
 };
 template <class Fields, Is<AssetFigures> Self>
@@ -25,8 +27,10 @@ void describe(Fields& fields, Self& figures) {
     fields.required("layout", figures.layout, "layout of the textures");
     fields.required("diffuse_rel_rms", figures.diffuse, kFigure, "rel_rms of diffuse light");
     fields.required("specular_rel_rms", figures.specular, kFigure, "rel_rms of specular light");
+    fields.optional("visible_p99", figures.visible, kFigure, "99th percentile of the visible errors, the larger of diffuse and specular");
     fields.required("passed", figures.passed, "true if the asset passed");
 }
+AssetFigures figuresOf(const ReportRow& row);
 
 struct AssetChange {
     std::string name;

@@ -28,6 +28,15 @@ Html errorCell(const Json& asset, const char* name) {
     return numberCell(one("before") + text(" → ") + one("now"));
 }
 
+/// Returns "3.10 → 3.25"; empty for assets without visible errors.
+Html visibleCell(const Json& asset) {
+    const auto one = [&](const char* report) {
+        const double value = number(member(member(asset, report), "visible_p99"));
+        return std::isfinite(value) ? withTitle(fmt::format("{:.2f}", value), exactNumber(value)) : text("–");
+    };
+    return numberCell(one("before") + text(" → ") + one("now"));
+}
+
 Html row(const Json& asset) {
     const Json &before = member(asset, "before"), &now = member(asset, "now");
     const std::string layouts = words(member(before, "layout")) == words(member(now, "layout")) || !before.is_object() || !now.is_object()
@@ -38,7 +47,7 @@ Html row(const Json& asset) {
     if (before.is_object() && now.is_object() && passed(before) != passed(now)) change += passed(now) ? ", passes now" : ", fails now";
     return element("tr", element("th", {{"scope", "row"}}, name) + bytesCell(before) + bytesCell(now) +
                              numberCell(percentChange(member(asset, "growth_percent"))) + errorCell(asset, "diffuse_rel_rms") +
-                             errorCell(asset, "specular_rel_rms") + element("td", text(change)));
+                             errorCell(asset, "specular_rel_rms") + visibleCell(asset) + element("td", text(change)));
 }
 
 }  // namespace
@@ -51,12 +60,13 @@ Html baselineSection(const Json& baseline) {
                     element("th", {{"scope", "row"}}, word("Together")) + numberCell(bytesMarkup(count(member(baseline, "bytes_before")))) +
                         numberCell(bytesMarkup(count(member(baseline, "bytes_now")))) +
                         numberCell(percentChange(member(baseline, "growth_percent"))) + element("td", {}) + element("td", {}) +
-                        element("td", verdictChip(passed(baseline))));
+                        element("td", {}) + element("td", verdictChip(passed(baseline))));
     const Json& allowed = member(baseline, "allowed_percent");
     const Html limit = allowed.is_number() ? text("At most ") + percentChange(allowed) + text(" of GPU memory passes.")
                                            : word("No growth was forbidden (--fail-over).");
     const Html head = headCell("Asset") + headCell("GPU before", "num") + headCell("GPU now", "num") + headCell("Growth", "num") +
-                      headCell("Diffuse rel_rms", "num") + headCell("Specular rel_rms", "num") + headCell("Change");
+                      headCell("Diffuse rel_rms", "num") + headCell("Specular rel_rms", "num") + headCell("Visible p99", "num") +
+                      headCell("Change");
     return card("Compared with the baseline", element("p", {{"class", "soft"}}, text(words(member(baseline, "file")) + ". ") + limit) +
                                                   table("baseline", element("tr", head), rows));
 }

@@ -54,7 +54,7 @@ private:
         CookOptions options;
         options.scene = std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell/scene.toml";
         options.output = *folder_ / name;
-        options.cache = *folder_ / "cache";
+        options.cache = LIGHTCOOK_TEST_CACHE;
         options.maxError = maxError;
         options.effort = maxError < 0.03 ? 3 : 1;
         const RunState state;

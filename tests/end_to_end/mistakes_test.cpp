@@ -216,6 +216,8 @@ const std::vector<Mistake>& allMistakes() {
          [](const ExampleCopy& scene) { scene.keepGradient("max_error = 1e-5\nmax_converter_error = 1e-5"); }},
         {"more bytes than the budget", "lightcook cook scene.toml -o out",
          [](const ExampleCopy& scene) { scene.keepGradient("budget = \"100\""); }},
+        {"a visible error above its limit", "lightcook lightmap cornell_lightmap.exr out --layout basis-3 --max-visible 0.1", nothing},
+        {"a limit on visible errors that is no number", "lightcook cook scene.toml --max-visible 0", nothing},
         {"a limit that no texture can keep", "lightcook cubemap cornell_probe0.exr out --max-error 0.001%", nothing},
         {"a report on a folder that failed", "lightcook report out",
          [](const ExampleCopy& scene) {

@@ -27,7 +27,7 @@ public:
         CookOptions options;
         options.scene = scene;
         options.output = folder_ / "out";
-        options.cache = folder_ / "cache";
+        options.cache = LIGHTCOOK_TEST_CACHE;
         options.lightMapLayout = layout;
         options.onlyKind = std::move(onlyKind);
         options.effort = 3;

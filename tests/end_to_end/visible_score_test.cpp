@@ -1,4 +1,5 @@
 // Visible errors of cooked light maps against an independent program, at texel centres.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>

@@ -25,6 +25,7 @@ public:
         small_->writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"", target, layout),
                                layout == "flat" ? "[[material]]\nname = \"*\"\nnormal_map = false\nspecular = false\n" : "");
         pipeline::CookOptions options = small_->options();
+        options.cache = LIGHTCOOK_TEST_CACHE;
         if (layout == "sh4") options.maxError = 1;  // it drops band 2 of the bake
         cook(options);
     }
@@ -32,7 +33,7 @@ public:
                 double maxError = 0.1) {
         pipeline::CookOptions options;
         options.scene = scene;
-        options.cache = own_ / "cache";
+        options.cache = LIGHTCOOK_TEST_CACHE;
         options.lightMapLayout = layout;
         options.onlyKind = std::move(onlyKind);
         options.maxError = maxError;

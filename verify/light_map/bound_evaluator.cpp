@@ -66,8 +66,9 @@ void BoundEvaluator::raise(LargestBounds& largest, std::span<const ErrorPair> pa
 ErrorPlace BoundEvaluator::placeOf(const BoundPlace& found, double bound, const PairPlaces& places) const {
     ErrorPlace place;
     const double step = places.nodes > 1 ? places.size / static_cast<double>(places.nodes - 1) : 0;
-    place.x = places.x + step * static_cast<double>(found.pair % places.nodes);
-    place.y = places.y + step * static_cast<double>(found.pair / places.nodes);
+    const std::size_t column = found.pair % places.nodes, row = found.pair / places.nodes;
+    place.x = places.x + step * static_cast<double>(column);
+    place.y = places.y + step * static_cast<double>(row);
     place.channel = places.channel;
     place.normal = found.direction;
     place.reference = unit_ * found.reference;

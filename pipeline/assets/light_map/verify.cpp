@@ -113,9 +113,49 @@ struct LightMapPart {
     }
 };
 
+/// Light of the texels of a row, at their own normals, in the bake and in the cooked map.
+class LitRow {
+public:
+    LitRow(int width, const verify::Viewing& viewing)
+        : display_(viewing, 1),
+          count_((static_cast<std::size_t>(width) + kLanes - 1) / kLanes * kLanes),
+          reference_(kChannels * count_),
+          found_(kChannels * count_),
+          shownReference_(kChannels * count_),
+          shownFound_(kChannels * count_),
+          visible_(count_) {}
+    void set(int x, const glm::vec3& reference, const glm::vec3& found) {
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            reference_[c * count_ + static_cast<std::size_t>(x)] = reference[static_cast<int>(c)];
+            found_[c * count_ + static_cast<std::size_t>(x)] = found[static_cast<int>(c)];
+        }
+    }
+    /// Computes the visible errors of the texels that were set.
+    void compare() {
+        display_.apply(reference_.data(), count_, shownReference_.data());
+        display_.apply(found_.data(), count_, shownFound_.data());
+        verify::visibleDifferences(shownReference_.data(), shownFound_.data(), count_, visible_.data());
+    }
+    glm::vec3 reference(int x) const { return lightOf(reference_, x); }
+    glm::vec3 found(int x) const { return lightOf(found_, x); }
+    float visible(int x) const { return visible_[static_cast<std::size_t>(x)]; }
+
+private:
+    static constexpr std::size_t kChannels = 3, kLanes = verify::DisplayTransform::kLanes;
+    glm::vec3 lightOf(const std::vector<float>& planes, int x) const {
+        const auto i = static_cast<std::size_t>(x);
+        return {planes[i], planes[count_ + i], planes[2 * count_ + i]};
+    }
+
+    verify::DisplayTransform display_;
+    std::size_t count_;
+    std::vector<float> reference_, found_, shownReference_, shownFound_;  ///< [channel][x]
+    std::vector<float> visible_;
+};
+
 /// Compares one strip of a cooked map with the bake.
 Result<LightMapPart> compareStrip(LightMapSource& bake, const CookedLightMapReader& cooked, const GroundTruth& truth, bool isFlat,
-                                  int index, Preview& preview) {
+                                  int index, const verify::Viewing& viewing, Preview& preview) {
     const int firstRow = bake.stripFirstRow(index), rowCount = bake.stripRows(index);
     const auto reference = bake.stripWithMargin(index, 0, 1);
     if (!reference) return tl::make_unexpected(reference.error());
@@ -124,17 +164,21 @@ Result<LightMapPart> compareStrip(LightMapSource& bake, const CookedLightMapRead
     const auto seen = cooked.verifier().reconstruct(*texels, firstRow, rowCount);
     verify::BlockErrors blocks(bake.width(), rowCount, firstRow);
     LightMoments light;
-    for (int y = 0; y < rowCount; ++y)
+    LitRow lit(bake.width(), viewing);
+    for (int y = 0; y < rowCount; ++y) {
         for (int x = 0; x < bake.width(); ++x) {
             if (reference->covered.at(x, y) == 0) continue;
             const glm::vec3 normal = reference->normal.at(x, y);
             light.add(reference->sh.at(x, y), normal);
             const Squares squares = squaresOf(reference->sh.at(x, y), seen.at(x, y), normal, isFlat);
             blocks.add(x, firstRow + y, squares.error, squares.reference);
-            const glm::vec3 lit = lighting::lambertExitRadiance(reference->sh.at(x, y), normal, glm::vec3(1)).value;
-            const glm::vec3 found = lighting::lambertExitRadiance(seen.at(x, y), normal, glm::vec3(1)).value;
-            preview.set(x, firstRow + y, lit, found);
+            lit.set(x, lighting::lambertExitRadiance(reference->sh.at(x, y), normal, glm::vec3(1)).value,
+                    lighting::lambertExitRadiance(seen.at(x, y), normal, glm::vec3(1)).value);
         }
+        lit.compare();
+        for (int x = 0; x < bake.width(); ++x)
+            if (reference->covered.at(x, y) != 0) preview.set(x, firstRow + y, lit.reference(x), lit.found(x), lit.visible(x));
+    }
     const auto traced = truth.within(*reference, firstRow, rowCount);
     if (!traced) return tl::make_unexpected(traced.error());
     return LightMapPart{cooked.verifier().verifyRows(*texels, *reference, firstRow, rowCount), std::move(blocks),
@@ -211,7 +255,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     LightMapPart whole{cooked->verifier().noErrors(), verify::BlockErrors(bake.width(), 0), {}, {}};
     const auto compared = foldInOrder<LightMapPart>(
         bake.stripCount(), context, "verify " + context.action.asset,
-        [&](int index) { return compareStrip(bake, *cooked, *truth, isFlat, index, preview); },
+        [&](int index) { return compareStrip(bake, *cooked, *truth, isFlat, index, viewing, preview); },
         [&](const LightMapPart& part) { whole.merge(part); });
     if (!compared) return tl::make_unexpected(compared.error());
 

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <tbb/parallel_for.h>
 
+#include <array>
+
 #include "formats/environment.h"
 #include "tests/formats/temporary_folder.h"
 
@@ -32,6 +34,19 @@ TEST(Preview, NoErrorHidesBetweenPixels) {
             const bool isWorst = x == 100 && y == 1;
             EXPECT_EQ(picture.at(x, y).x > 0.9f, isWorst) << x << ", " << y;
         }
+}
+
+/// The scale of visible errors ends at 10, and does not look at the light.
+TEST(Preview, ShowsVisibleErrorsOnTheirOwnScale) {
+    Preview preview(4, 1, 1);
+    for (int x = 0; x < 4; ++x)
+        preview.set(x, 0, glm::vec3(1), glm::vec3(2), static_cast<float>(std::array{0, 5, 10, 500}[static_cast<std::size_t>(x)]));
+    const auto picture = differenceOf(preview);
+    EXPECT_EQ(picture.at(0, 0), glm::vec4(0, 0, 0, 1));
+    EXPECT_GT(picture.at(1, 0).x, picture.at(1, 0).z) << "orange";
+    EXPECT_LT(picture.at(1, 0).y, 0.9f);
+    EXPECT_EQ(picture.at(2, 0), glm::vec4(1));
+    EXPECT_EQ(picture.at(3, 0), glm::vec4(1));
 }
 
 /// Whoever comes last, the worst stays: pixels are the same however threads meet.

@@ -1,0 +1,110 @@
+// Limits on the visible error of light maps, and the display that they are judged on.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+
+#include "pipeline/cook/cook.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::ErrorCode;
+using testing::AllOf;
+using testing::HasSubstr;
+
+class VisibleLimit : public testing::Test {
+protected:
+    Outcome cook(const std::string& output, const std::string& root = "") const {
+        scene_.writeSceneFile(output, "", root);
+        return cookScene(scene_.options(), RunState());
+    }
+    static const Json& mapOf(const Outcome& outcome) { return outcome.report.at("assets").at(0); }
+    /// Returns the larger p99 of the last stage.
+    static double visibleOf(const Outcome& outcome) {
+        const Json& error = mapOf(outcome).at("stages").back().at("error");
+        return std::max(error.at("diffuse").at("visible").at("p99").get<double>(),
+                        error.at("specular").at("visible").at("p99").get<double>());
+    }
+
+    SmallScene scene_{SmallScene::Parts::LightMap};
+};
+
+TEST_F(VisibleLimit, FailsAMapThatIsOverItAndNamesTheWorstPlace) {
+    const Outcome outcome = cook("light_map_layout = \"ratio\"\nmax_visible = 0.01");
+    ASSERT_FALSE(outcome.errors.empty());
+    EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
+    EXPECT_THAT(outcome.errors.front().line(), AllOf(HasSubstr("map, stage total, "), HasSubstr("found a visible error of "),
+                                                     HasSubstr("(p99), expected at most 0.01; worst at texel ("), HasSubstr("normal ("),
+                                                     HasSubstr("): found ("), HasSubstr("a difference of ")));
+    EXPECT_FALSE(mapOf(outcome).at("passed").get<bool>());
+    EXPECT_EQ(mapOf(outcome).at("limit").at("max_visible"), 0.01);
+    EXPECT_GT(mapOf(outcome).at("failures").at(0).at("visible").get<double>(), 0.01);
+    EXPECT_THAT(formats::contentOf(scene_ / "out" / "report.html"), HasSubstr("the visible error of "));
+}
+
+TEST_F(VisibleLimit, GetsTheSmallestLayoutThatKeepsItAndTheLimitOnTheRms) {
+    std::uint64_t before = ~std::uint64_t{0};
+    for (const double limit : {0.3, 1.0, 4.0}) {
+        const Outcome outcome = cook(fmt::format("max_visible = {}", limit));
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        EXPECT_LE(visibleOf(outcome), limit);
+        const auto bytes = mapOf(outcome).at("bytes_gpu").get<std::uint64_t>();
+        EXPECT_LE(bytes, before) << "a looser limit never takes more";
+        before = bytes;
+        std::uint64_t smallest = ~std::uint64_t{0};
+        for (const Json& candidate : mapOf(outcome).at("trial_candidates"))
+            if (std::max(candidate.at("visible_diffuse").get<double>(), candidate.at("visible_specular").get<double>()) <= limit &&
+                std::max(candidate.at("diffuse").get<double>(), candidate.at("specular").get<double>()) <= 0.1)
+                smallest = std::min(smallest, candidate.at("bytes_gpu").get<std::uint64_t>());
+        EXPECT_GE(bytes, smallest) << "places between texels may need a larger one than the trial's texel centres";
+    }
+}
+
+TEST_F(VisibleLimit, IsFiveForAutoWhereNothingElseIsAsked) {
+    EXPECT_EQ(mapOf(cook("light_map_layout = \"auto\"")).at("limit").at("max_visible"), 5.0);
+    EXPECT_FALSE(mapOf(cook("light_map_layout = \"auto\"\nmax_error = 0.02")).at("limit").contains("max_visible"));
+    EXPECT_FALSE(mapOf(cook("light_map_layout = \"ratio\"")).at("limit").contains("max_visible"));
+}
+
+TEST_F(VisibleLimit, OfALightMapOverridesThatOfTheOutputAndTheCommandLineBoth) {
+    scene_.writeSceneFile("light_map_layout = \"ratio\"\nmax_visible = 50");
+    std::string text = formats::contentOf(scene_.sceneFile());
+    text.replace(text.find("file = \"map.exr\""), 0, "max_visible = 40\n");
+    formats::writeContent(scene_.sceneFile(), text);
+    CookOptions options = scene_.options();
+    EXPECT_EQ(mapOf(cookScene(options, RunState())).at("limit").at("max_visible"), 40.0);
+    options.maxVisible = 30;
+    EXPECT_EQ(mapOf(cookScene(options, RunState())).at("limit").at("max_visible"), 30.0);
+}
+
+TEST_F(VisibleLimit, IsJudgedOnTheDisplayOfTheScene) {
+    const std::string output = "light_map_layout = \"basis-3\"\nmax_error = 0.9";
+    const double usual = visibleOf(cook(output)), dark = visibleOf(cook(output + "\n[display]\nstops = -8")),
+                 inALitRoom = visibleOf(cook(output + "\n[display]\nblack = 20")),
+                 white = visibleOf(cook(output + "\n[display]\nwhite = 1e4"));
+    EXPECT_GT(usual, 0.1);
+    EXPECT_LT(dark, 0.5 * usual);
+    EXPECT_LT(inALitRoom, usual);
+    EXPECT_LT(white, 0.1 * usual);
+}
+
+TEST_F(VisibleLimit, SettingsOutOfRangeAreRefusedByName) {
+    const auto lineOf = [&](const std::string& output) {
+        const Outcome outcome = cook(output);
+        EXPECT_FALSE(outcome.errors.empty()) << output;
+        EXPECT_EQ(outcome.errors.at(0).code, ErrorCode::InvalidRequest);
+        return outcome.errors.at(0).line();
+    };
+    EXPECT_THAT(lineOf("max_visible = 0"), HasSubstr("found 0 for output.max_visible, expected a positive number of just noticeable"));
+    EXPECT_THAT(lineOf("max_visible = \"2%\""), HasSubstr("for output.max_visible"));
+    EXPECT_THAT(lineOf("max_visible = 2\n[display]\nblack = 0"), HasSubstr("found 0 for display.black, expected a luminance from 0.005"));
+    EXPECT_THAT(lineOf("max_visible = 2\n[display]\nwhite = -1"),
+                HasSubstr("found -1 for display.white, expected a positive exit radiance"));
+    EXPECT_THAT(lineOf("max_visible = 2\n[display]\nstops = 21"),
+                HasSubstr("found 21 for display.stops, expected a number from -20 to 20"));
+    EXPECT_THAT(lineOf("max_visible = 2\n[display]\nwhit = 1"), HasSubstr("nearest is 'white'"));
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline
