@@ -9,6 +9,7 @@
 
 #include "formats/file/file_bytes.h"
 #include "formats/file/one_line.h"
+#include "formats/gltf/node_placement.h"
 #include "formats/json_structure.h"
 #include "formats/read_file.h"
 
@@ -19,7 +20,8 @@ constexpr std::uint32_t kGlbMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinary
 constexpr std::uint64_t kMostElements = std::uint64_t{1} << 28;
 constexpr std::uint64_t kMostZeros = std::uint64_t{1} << 24;  // elements that no byte of the file stands for
 constexpr std::size_t kMostBuffers = 1024;
-constexpr std::size_t kDeepestJson = 256;  // real files stay below 20; writing JSON back recurses
+constexpr std::size_t kDeepestJson = 256;    // real files stay below 20; writing JSON back recurses
+constexpr std::size_t kDeepestNodes = 1024;  // the bones of a long chain are some hundred; engines recurse over them
 
 int hexDigit(char c) {
     if ('0' <= c && c <= '9') return c - '0';
@@ -123,6 +125,8 @@ void GltfDocument::parse(std::span<const std::byte> bytes) {
         fail(ErrorCode::FileUnreadable, "", fmt::format("found {}, expected a glTF 2.0 file", *fault));
     json_ = Json::parse(first, first + text.size(), nullptr, false);
     if (!json_.is_object()) fail(ErrorCode::FileUnreadable, "", "found no JSON object, expected a glTF 2.0 file");
+    if (const std::size_t depth = depthOfNodes(json_); depth > kDeepestNodes)
+        fail(ErrorCode::FormatUnsupported, "", fmt::format("found nodes {} deep, expected at most {}", depth, kDeepestNodes));
 }
 
 Result<std::vector<std::byte>> GltfDocument::readBeside(const std::string& uri) const {

@@ -1,5 +1,6 @@
 #include "formats/gltf/node_placement.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <glm/ext/matrix_transform.hpp>
@@ -63,32 +64,46 @@ std::vector<std::size_t> rootsOf(const Json& gltf, const Json& nodes) {
     return roots;
 }
 
+/// Calls visit(node, world transform, depth) for each node below the roots, once; roots have depth 1.
+template <class Work>
+void visitNodes(const Json& gltf, Work visit) {
+    const auto nodes = gltf.find("nodes");
+    if (nodes == gltf.end() || !nodes->is_array()) return;
+    struct Visit {
+        std::size_t node, depth;
+        glm::dmat4 parent;
+    };
+    std::vector<Visit> waiting;
+    for (const std::size_t root : rootsOf(gltf, *nodes)) waiting.push_back({root, 1, glm::dmat4(1)});
+    std::vector<bool> isVisited(nodes->size(), false);
+    while (!waiting.empty()) {
+        const Visit next = waiting.back();
+        waiting.pop_back();
+        if (isVisited[next.node]) continue;
+        isVisited[next.node] = true;
+        const Json& node = (*nodes)[next.node];
+        if (!node.is_object()) continue;
+        const glm::dmat4 world = next.parent * localTransform(node);
+        visit(node, world, next.depth);
+        for (const std::size_t child : indicesOf(node, "children", nodes->size())) waiting.push_back({child, next.depth + 1, world});
+    }
+}
+
 }  // namespace
 
 std::map<std::uint64_t, std::vector<glm::dmat4>> placesOfMeshes(const Json& gltf) {
     std::map<std::uint64_t, std::vector<glm::dmat4>> places;
-    const auto nodes = gltf.find("nodes");
-    if (nodes == gltf.end() || !nodes->is_array()) return places;
-    struct Visit {
-        std::size_t node;
-        glm::dmat4 parent;
-    };
-    std::vector<Visit> waiting;
-    for (const std::size_t root : rootsOf(gltf, *nodes)) waiting.push_back({root, glm::dmat4(1)});
-    std::vector<bool> isVisited(nodes->size(), false);
-    while (!waiting.empty()) {
-        const Visit visit = waiting.back();
-        waiting.pop_back();
-        if (isVisited[visit.node]) continue;
-        isVisited[visit.node] = true;
-        const Json& node = (*nodes)[visit.node];
-        if (!node.is_object()) continue;
-        const glm::dmat4 world = visit.parent * localTransform(node);
+    visitNodes(gltf, [&](const Json& node, const glm::dmat4& world, std::size_t) {
         if (const auto mesh = node.find("mesh"); mesh != node.end() && mesh->is_number_unsigned())
             places[mesh->get<std::uint64_t>()].push_back(world);
-        for (const std::size_t child : indicesOf(node, "children", nodes->size())) waiting.push_back({child, world});
-    }
+    });
     return places;
+}
+
+std::size_t depthOfNodes(const Json& gltf) {
+    std::size_t deepest = 0;
+    visitNodes(gltf, [&](const Json&, const glm::dmat4&, std::size_t depth) { deepest = std::max(deepest, depth); });
+    return deepest;
 }
 
 }  // namespace lightcook::formats

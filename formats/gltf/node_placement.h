@@ -1,6 +1,7 @@
 // Places of meshes in the world, through the nodes of a glTF scene.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <glm/mat4x4.hpp>
 #include <map>
@@ -13,5 +14,8 @@ namespace lightcook::formats {
 /// section 3.5. Without any scene the roots are the nodes that no other node names. Nodes of wrong shape count as untransformed, and one
 /// that is its own ancestor is visited once.
 std::map<std::uint64_t, std::vector<glm::dmat4>> placesOfMeshes(const nlohmann::json& gltf);
+
+/// Returns the number of nodes of the longest path from a root to a leaf. A node that is its own ancestor is visited once.
+std::size_t depthOfNodes(const nlohmann::json& gltf);
 
 }  // namespace lightcook::formats

@@ -179,6 +179,9 @@ formats::Result<void> OutputOptions::apply(CookOptions& options) const {
     if (maxVisible_)
         if (auto checked = checkOption("--max-visible", objectionToMaxVisible(*maxVisible_)); !checked) return checked;
     options.maxVisible = maxVisible_;
+    if (effort_ && options.target == formats::Target::Float)
+        return formats::failure(formats::ErrorCode::InvalidRequest, "--effort",
+                                "found it with --target float, whose texels are not encoded, expected --target bc or astc");
     if (effort_) options.effort = effort_;
     if (rdo_) options.rdo = rdo_;
     if (zstd_) options.zstd = true;

@@ -123,6 +123,7 @@ const std::vector<Mistake>& allMistakes() {
         {"a limit that is no fraction", "lightcook cook scene.toml --max-error small", nothing},
         {"an option that the command has no use for", "lightcook rsrm clear_sky_256x1.exr out --layout raw", nothing},
         {"an option without effect beside another", "lightcook rsrm clear_sky_256x1.exr out --effort 3", nothing},
+        {"an effort where nothing is encoded", "lightcook cook scene.toml --target float --effort 9", nothing},
         {"a pattern that matches no file", "lightcook info '*.ktx2'", nothing},
         {"two documents on standard output", "lightcook lint scene.toml --json - --sarif -", nothing},
         {"decode to an 8-bit image", "lightcook decode probe.ktx2 probe.png",
@@ -201,6 +202,12 @@ const std::vector<Mistake>& allMistakes() {
              std::string text = R"({"asset":{"version":"2.0"},"nodes":[)";
              for (int i = 0; i < 100000; ++i) text += R"({"children":[)";
              writeContent(scene / "deep.gltf", text);
+         }},
+        {"a chain of 100,000 glTF nodes", "lightcook info chain.gltf",
+         [](const ExampleCopy& scene) {
+             std::string text = R"({"asset":{"version":"2.0"},"nodes":[)";
+             for (int i = 1; i < 100000; ++i) text += fmt::format(R"({{"children":[{}]}},)", i);
+             writeContent(scene / "chain.gltf", text + "{}]}");
          }},
         {"a FIFO in place of an input", "lightcook lightmap cornell_lightmap.exr out",
          [](const ExampleCopy& scene) {

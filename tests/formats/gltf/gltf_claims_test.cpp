@@ -42,11 +42,22 @@ TEST_F(GltfClaims, JsonIsNotNestedDeeply) {
     }
 }
 
-/// A chain of nodes is not nested JSON. Nothing here walks it, and its time is that of parsing.
-TEST_F(GltfClaims, AChainOfNodesTakesLinearTime) {
-    std::string text = R"({"asset":{"version":"2.0"},"nodes":[)";
-    for (int i = 0; i < 100000; ++i) text += fmt::format(R"({{"children":[{}]}},)", i + 1);
-    EXPECT_EQ(refusalOf(text + "{}]}").line(), ": ") << "it is read";
+/// A chain of nodes is not nested JSON, but engines recurse over it.
+TEST_F(GltfClaims, AChainOfNodesHasALimit) {
+    const auto chainOf = [](int nodes) {
+        std::string text = R"({"asset":{"version":"2.0"},"nodes":[)";
+        for (int i = 1; i < nodes; ++i) text += fmt::format(R"({{"children":[{}]}},)", i);
+        return text + "{}]}";
+    };
+    EXPECT_EQ(refusalOf(chainOf(1024)).line(), ": ") << "it is read";
+    for (const int nodes : {1025, 100000}) {
+        const Error error = refusalOf(chainOf(nodes));
+        EXPECT_EQ(error.code, ErrorCode::FormatUnsupported);
+        EXPECT_THAT(error.line(), HasSubstr(fmt::format("found nodes {} deep, expected at most 1024", nodes)));
+    }
+    // A node that is its own ancestor is visited once.
+    EXPECT_EQ(refusalOf(R"({"asset":{"version":"2.0"},"nodes":[{"children":[1]},{"children":[0]}],"scenes":[{"nodes":[0]}]})").line(),
+              ": ");
 }
 
 TEST_F(GltfClaims, DracoCountsAreCheckedAgainstTheMemory) {
