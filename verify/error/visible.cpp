@@ -50,33 +50,38 @@ DisplayTransform::DisplayTransform(const Viewing& viewing, double unit) : black_
 
 void DisplayTransform::apply(const float* rgb, std::size_t count, float* itp) const {
     assert(count % kLanes == 0);
-    const float *reds = rgb, *greens = rgb + count, *blues = rgb + 2 * count;
-    for (std::size_t i = 0; i < count; i += kLanes)
-        for (std::size_t lane = 0; lane < kLanes; ++lane) {
-            const std::size_t k = i + lane;
+    // Flat loops over pointers that do not overlap run in vector lanes. One pass for each of L, M and S needs few registers.
+    const float* __restrict reds = rgb, * __restrict greens = rgb + count, * __restrict blues = rgb + 2 * count;
+    for (std::size_t row = 0; row < 3; ++row) {
+        float* __restrict out = itp + row * count;
+        const auto [redWeight, greenWeight, blueWeight] = lms_[row];
+        const float black = black_;
+        for (std::size_t k = 0; k < count; ++k) {
             const float red = reds[k] > 0 ? reds[k] : 0, green = greens[k] > 0 ? greens[k] : 0, blue = blues[k] > 0 ? blues[k] : 0;
             // Rows of LMS sum to 1 for white, so black adds the same to each.
-            const float l = perceptualQuantizerOf(black_ + lms_[0][0] * red + lms_[0][1] * green + lms_[0][2] * blue);
-            const float m = perceptualQuantizerOf(black_ + lms_[1][0] * red + lms_[1][1] * green + lms_[1][2] * blue);
-            const float s = perceptualQuantizerOf(black_ + lms_[2][0] * red + lms_[2][1] * green + lms_[2][2] * blue);
-            // 0 if all are finite, else NaN.
-            const float valid = (reds[k] + greens[k] + blues[k]) * 0;
-            itp[k] = kScale / 2 * (l + m) + valid;
-            itp[count + k] = kScale / 8192 * (6610 * l - 13613 * m + 7003 * s);
-            itp[2 * count + k] = kScale / 4096 * (17933 * l - 17390 * m - 543 * s);
+            out[k] = perceptualQuantizerOf(black + redWeight * red + greenWeight * green + blueWeight * blue);
         }
+    }
+    float* __restrict first = itp, * __restrict second = itp + count, * __restrict third = itp + 2 * count;
+    for (std::size_t k = 0; k < count; ++k) {
+        const float l = first[k], m = second[k], s = third[k];
+        // 0 if all are finite, else NaN.
+        const float valid = (reds[k] + greens[k] + blues[k]) * 0;
+        first[k] = kScale / 2 * (l + m) + valid;
+        second[k] = kScale / 8192 * (6610 * l - 13613 * m + 7003 * s);
+        third[k] = kScale / 4096 * (17933 * l - 17390 * m - 543 * s);
+    }
 }
 
 void visibleDifferences(const float* reference, const float* found, std::size_t count, float* differences) {
     assert(count % DisplayTransform::kLanes == 0);
-    for (std::size_t i = 0; i < count; i += DisplayTransform::kLanes)
-        for (std::size_t lane = 0; lane < DisplayTransform::kLanes; ++lane) {
-            const std::size_t k = i + lane;
-            const float di = found[k] - reference[k], dt = found[count + k] - reference[count + k],
-                        dp = found[2 * count + k] - reference[2 * count + k];
-            const float difference = std::sqrt(di * di + dt * dt + dp * dp);
-            differences[k] = difference <= kLargest ? difference : kLargest;
-        }
+    const float* __restrict a = reference, * __restrict b = found;
+    float* __restrict out = differences;
+    for (std::size_t k = 0; k < count; ++k) {
+        const float di = b[k] - a[k], dt = b[count + k] - a[count + k], dp = b[2 * count + k] - a[2 * count + k];
+        const float difference = std::sqrt(di * di + dt * dt + dp * dp);
+        out[k] = difference <= kLargest ? difference : kLargest;
+    }
 }
 
 void takeLarger(VisibleFigures& figures, const VisibleFigures& other) {
