@@ -25,7 +25,8 @@ namespace {
 
 constexpr int kFaceCount = 6;
 
-/// Refuses what is no file, and an EXR whose header claims more than can be read. The functions that read the image report other errors.
+/// Refuses a path without a regular file, and an EXR whose header claims more than can be read. The functions that read the image report
+/// other errors.
 Result<void> checkClaims(const std::filesystem::path& file, const Result<ExrReader>& reader) {
     if (const auto found = whyNoFile(file))
         return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected an image", *found));

@@ -20,7 +20,7 @@ std::map<std::string, std::filesystem::path> meshInputs(const std::string& role,
 /// Returns the materials that a scene's assets are shaded with.
 verify::LightMapShading shadingOf(const Scene& scene, const Needs& needs);
 
-/// Returns the actions that read the contents of what the options want. None if the scene keeps what is unused.
+/// Returns the actions that read the contents of the assets that the options want. None if the scene keeps unused assets.
 std::vector<Action> planContents(const Scene& scene, const Needs& needs, const PlanOptions& options);
 /// Adds the results of these actions to the needs. Actions that failed say nothing: their assets are cooked in full.
 formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs);

@@ -1,4 +1,4 @@
-// Measured time of cooking each kind of asset on this machine: what a skip saved is its texels at the rate of the last cook.
+// Measured time of cooking each kind of asset on this machine. A skip saved the time of its texels at the rate of the last cook.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Checks of plausibility: one row each. What lint looks for in the inputs of a scene, what a finding means, and what to do about it.
+// Checks of plausibility, one row each: the fault that lint looks for in the inputs of a scene, its probable cause, and the remedy.
 // Findings, the key `allow`, the rules of SARIF and docs/guide/lint.md derive from the rows.
 #pragma once
 

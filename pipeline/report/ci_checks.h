@@ -1,4 +1,4 @@
-// The checks of a run and what they found: the form that JUnit and SARIF are written from (ci_report.h).
+// The checks of a run and their findings: the form that JUnit and SARIF are written from (ci_report.h).
 #pragma once
 
 #include <filesystem>

@@ -134,7 +134,8 @@ struct Scene {
     std::vector<MaterialEntry> materials;
     TableSettings tables;
     SceneLines lines;  ///< of the scene file
-    /// Of cubemaps, tables, dominant lights, shader and verification. In a scene file one of formats::sceneLobes(); `lut` has all.
+    /// Specular lobe of cubemaps, tables, dominant lights, shader and verification. In a scene file one of formats::sceneLobes(); `lut` has
+    /// all.
     lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;
     std::vector<Allowance> allowances;  ///< key `allow`
 };

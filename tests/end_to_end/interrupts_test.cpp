@@ -1,5 +1,5 @@
 // Signals at many moments of every command: the program ends within a second, with the exit code of an interrupt, and leaves nothing
-// behind. Also what a killed run leaves, and outputs that are no plain files.
+// behind. Also the files that a killed run leaves, and outputs that are no plain files.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <signal.h>

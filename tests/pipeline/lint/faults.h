@@ -24,7 +24,7 @@ inline void otherPhase(const PlantedScene& scene) {
     });
 }
 
-/// Coefficients of light in axes (x, z, y): what a baker that is Z up writes, beside normals that somebody had turned already.
+/// Coefficients of light in axes (x, z, y), as a baker that is Z up writes them, beside normals that somebody had turned already.
 inline void swappedAxes(const PlantedScene& scene) {
     scene.editLightMap([](Channels& map) {
         for (const char channel : {'R', 'G', 'B'}) {

@@ -1,4 +1,4 @@
-// JUnit and SARIF of runs that passed, failed and broke off: against their schemas, and what a check says.
+// JUnit and SARIF of runs that passed, failed and broke off: against their schemas, and the text of a check.
 #include "pipeline/report/ci_report.h"
 
 #include <gmock/gmock.h>

@@ -69,7 +69,7 @@ TEST(LightMapScore, AgreesWithTheVerifierForOurOwnLayouts) {
         }
 }
 
-/// Layouts that lack directions or bands are shaded like every other: what they lose of the bake is an error.
+/// Layouts that lack directions or bands are shaded like every other: the light that they lose is an error.
 TEST(LightMapScore, AgreesWithTheVerifierForLayoutsThatLackLight) {
     const auto band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
     int lacking = 0;
