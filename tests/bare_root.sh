@@ -53,6 +53,8 @@ SOURCES
         tar -C "$root" -xf "$cache/bookworm.tar"
     fi
 
+    chmod 755 "$root"  # mktemp closes it to everybody but root, also to users inside
+
     # This machine's network access: names, apt's proxy if it has one, certificates that its administrator trusts.
     cp -L /etc/resolv.conf /etc/hosts "$root/etc/"
     apt-config dump 2>/dev/null | grep -E '^Acquire::(http|https)::Proxy|^Acquire::Check-' >"$root/etc/apt/apt.conf.d/90host" || true
