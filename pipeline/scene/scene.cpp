@@ -73,7 +73,7 @@ public:
         requireRow(key);
         const toml::node* node = table_.get(key);
         if (node == nullptr) return std::nullopt;
-        const std::optional<T> value = node->value<T>();
+        std::optional<T> value = node->value<T>();
         if (!value) fail(*node, fmt::format("found {} for {}.{}, expected {}", typeName(*node), name_, key, expected));
         return value;
     }
@@ -98,7 +98,7 @@ public:
     }
 
     std::string oneOf(const char* key, const std::vector<std::string>& choices, const std::string& otherwise) {
-        const std::string value = optional<std::string>(key, "a string").value_or(otherwise);
+        std::string value = optional<std::string>(key, "a string").value_or(otherwise);
         if (std::find(choices.begin(), choices.end(), value) == choices.end())
             fail(*table_.get(key), fmt::format("found {} for {}.{}, expected one of: {}", inQuotes(value), name_, key, listed(choices)));
         return value;
@@ -286,7 +286,7 @@ formats::ColorSpaces readColors(TableReader reader) {
 
 /// Reads a name that can be a file name and a key.
 std::string readName(TableReader& reader) {
-    const std::string name = reader.required<std::string>("name", "a string");
+    std::string name = reader.required<std::string>("name", "a string");
     const bool usable = !name.empty() && name.front() != '.' &&
                         name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.") == std::string::npos;
     if (!usable)
