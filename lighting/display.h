@@ -18,7 +18,7 @@ struct Display {
     double black = 0.5;                  ///< luminance of black in a dim room, which is added to all light [cd/m^2]
 };
 
-/// How an engine shows a scene.
+/// Settings of the display that an engine shows a scene on.
 struct DisplaySettings {
     std::optional<double> white;  ///< exit radiance that is shown as diffuse white; empty: a key is shown at 18 % of diffuse white
     double stops = 0;             ///< exposure compensation: light is shown 2^stops as bright

@@ -36,7 +36,7 @@ struct VisibleFigures {
 /// Raises each figure to that of `other`, and the place with the largest.
 void takeLarger(VisibleFigures& figures, const VisibleFigures& other);
 
-/// How light is shown: the display, and linear BT.2020 from the working primaries.
+/// A display, and the matrix to its primaries: linear BT.2020 from the working ones.
 struct Viewing {
     lighting::Display display;
     glm::dmat3 bt2020FromWorking = lighting::bt2020FromRec709();

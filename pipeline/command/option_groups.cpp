@@ -1,5 +1,4 @@
 #include "pipeline/command/option_groups.h"
-#include "pipeline/scene/dominant_fit.h"
 
 #include <fmt/format.h>
 
@@ -10,6 +9,7 @@
 
 #include "formats/light_map_conventions.h"
 #include "formats/target.h"
+#include "pipeline/scene/dominant_fit.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -139,7 +139,6 @@ void OutputOptions::addLayout(CLI::App& app) {
     app.add_option("--max-visible", maxVisible_,
                    "Limit on the visible error of light maps, in just noticeable differences that 99 % keep; over it verification fails")
         ->type_name("NUMBER");
-
     app.add_option("--layout", layout_, "Layout of light maps; auto: the one that meets --max-error, --max-visible or --budget best")
         ->check(CLI::IsMember(lightMapLayoutChoices()));
 }

@@ -30,8 +30,8 @@ inline constexpr const char* kFractionPlaceholder = "FRACTION";
 CLI::Option* addFileOption(CLI::App& app, const std::string& names, std::filesystem::path& file, const std::string& description);
 CLI::Option* addFolderOption(CLI::App& app, const std::string& names, std::filesystem::path& folder, const std::string& description);
 
-/// Adds an option that takes a fraction: 0.02 or 2%. Refuses others by name, unless lowest < value <= highest; 0 is allowed
-/// where `mayBeZero`.
+/// Adds an option that takes a fraction: 0.02 or 2%. Refuses others by name, unless 0 < value <= highest; 0 is allowed where
+/// `mayBeZero`.
 struct FractionRange {
     double highest = HUGE_VAL;
     bool mayBeZero = false;

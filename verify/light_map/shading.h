@@ -68,7 +68,7 @@ struct VisibleShading {
     DisplayTransform display;  ///< of light in units of the key
 };
 
-/// What light is shaded with. A matrix without rows: the scene has no such shading.
+/// The matrices that shade a light map. One has no rows where the scene has no such shading.
 struct ShadingMatrices {
     ShadingMatrix diffuse, specular;
     std::optional<VisibleShading> visible;
