@@ -117,7 +117,8 @@ double denseSearch(const lighting::ShRgb& sh, bool hasAmbient) {
         return true;
     };
     for (int i = 0; i < kDirections; ++i) consider(lighting::fibonacciSphere(i, kDirections));
-    for (double step = 0.01; step > 1e-6; step *= 0.5)
+    double step = 0.01;
+    for (int halving = 0; halving < 14; ++halving, step *= 0.5)  // down to 1e-6
         for (bool improved = true; improved;) {
             improved = false;
             const glm::dmat3 frame = lighting::worldFromTangentFrame(best);

@@ -32,9 +32,12 @@ Seen cook(const Bake& bake, const std::filesystem::path& file, const std::string
     pipeline::TextureSettings settings;
     settings.effort = effort;
     const pipeline::Action action{
-        "cook/lightmap",    "light-map",
-        "lightmap",         pipeline::toJson(pipeline::LightMapParameters{{}, layout, formats::Target::Bc, settings}),
-        {{"source", file}}, {}};
+        "cook/lightmap",
+        "light-map",
+        "lightmap",
+        pipeline::toJson(pipeline::LightMapParameters{{}, layout, formats::Target::Bc, settings, pipeline::SceneView{}}),
+        {{"source", file}},
+        {}};
     pipeline::SharedObjects shared;
     const pipeline::RunState state;
     const pipeline::ActionContext context{action, folder.path(), folder.path(), {}, shared, state};
@@ -68,7 +71,11 @@ compress::LightMapPlan uncodedPlan(const Bake& bake, const std::string& name, in
     samples.add(bake.strip, 0, height);
     compress::EncodeOptions options;
     options.effort = effort;
-    return compress::planLearnedLightMap(layout, Target::Float, width, height, bake.measure, blocks, charts, samples, clusters, options);
+    verify::LightMapKey key;
+    key.add(bake.strip, 0, height);
+    const auto objective = pipeline::objectiveFor({}, key.displayKey(), lighting::bt2020FromRec709());
+    return compress::planLearnedLightMap(layout, Target::Float, width, height, bake.measure, blocks, charts, samples, clusters, options,
+                                         objective);
 }
 
 }  // namespace

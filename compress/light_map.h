@@ -25,6 +25,7 @@
 #include <glm/vec3.hpp>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,6 +36,8 @@
 #include "formats/light_map_layout.h"
 #include "formats/pixel_format.h"
 #include "formats/target.h"
+#include "lighting/brdf.h"
+#include "lighting/display.h"
 
 namespace lightcook::compress {
 
@@ -148,6 +151,17 @@ private:
     formats::LightMapStrip texels_;
 };
 
+/// Learned layouts minimize the mean square of visible errors (docs/theory/visible.md) on this display, over these shadings of a scene.
+struct LightMapObjective {
+    lighting::Display display;
+    glm::dmat3 bt2020FromWorking = lighting::bt2020FromRec709();  ///< from linear working colours
+    double normalMapTilt = 60;                                    ///< largest angle of a normal map's normal from the surface's [degrees]
+    bool isSpecular = true;                                       ///< area specular light is shaded, with these materials
+    std::vector<double> m = {0.1, 0.25, 0.5};                     ///< roughness
+    std::vector<double> f0 = {0.04, 0.6};                         ///< reflectance at normal incidence
+    lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
+};
+
 /// One texture of a layout: a 2-D array of layerCount layers (a plain texture if layerCount is 1), as large as the map.
 struct LightMapTexture {
     std::string name;
@@ -164,6 +178,7 @@ struct LightMapPlan {
     int width = 0, height = 0;  ///< [texels]
     std::vector<LightMapTexture> textures;
     std::map<std::string, std::vector<float>> constants;  ///< by the names of the members of the shader's constants
+    std::optional<LightMapObjective> objective;           ///< empty: errors of shaded light by energy
     double key = 0;                                       ///< of the measure: scale of the encoders' error metrics
     std::shared_ptr<const BasisModel> basis;              ///< of a learned layout; the constants hold the same numbers
     /// GPU memory of the vertex attribute that names the cluster [bytes]; 0: an index by blocks names it.
@@ -188,10 +203,12 @@ LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target
 /// Plans a learned layout: fits its decode to a sample of the map.
 /// blocks    of the whole map; charts: blocks.charts()
 /// samples   of blocks.choose(charts, learningBlocks(...)), filled from the whole map
+/// objective empty: energy
 /// clusters  largest number of bases, 1 to 256; 0: as many as cost an eighth of textures "l0" and "code", at most 64
 LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height,
                                  const LightMapMeasure& measure, const LightMapBlocks& blocks, const std::vector<int>& charts,
-                                 const LightMapSamples& samples, int clusters, const EncodeOptions& options);
+                                 const LightMapSamples& samples, int clusters, const EncodeOptions& options,
+                                 const std::optional<LightMapObjective>& objective = std::nullopt);
 
 /// Returns the budget for LightMapBlocks::choose: 1000 blocks and 500 for each step of effort, times the map's megapixels, at least once
 /// and at most four times.

@@ -3,6 +3,7 @@
 //
 // The stored direction is not normalised. Its length is the directionality, so that texture filtering weighs neighbours sensibly; the
 // shader filters first and normalises after. Where the directionality is low, direction and intensity fade to the normal and to 0.
+// fit/filtered_light.h fits the lights of neighbouring texels together, for the light that a filter shows between them.
 // Source: Chen and Liu 2008, Lighting and Material of Halo 3, section 1.4.1.
 #pragma once
 

@@ -1,8 +1,9 @@
-// Bake formats: how a baker writes the SH coefficients of a light map into a file. The table in bakes/bake_format.cpp has a row for each.
-// To add a format: a reader like bakes/sh9.cpp, a row, a test. All formats share bakes/canonical.cpp: coverage, normals, checks, conversion
-// to canonical form.
+// Bake formats: how a baker writes the light of a light map into files. The table in bakes/bake_format.cpp has a row for each.
+// To add a format: a reader like bakes/flat.cpp, a row, a test. All formats share bakes/canonical.cpp: coverage, normals, checks,
+// conversion to canonical form.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -15,8 +16,9 @@
 
 namespace lightcook::formats {
 
+class BakeImage;   // bakes/bake_image.h
 class BakeReader;  // bakes/bake_reader.h
-class ExrReader;   // image/exr_file.h
+struct ExrInfo;    // image/exr_file.h
 
 /// Conventions that every file of a format follows. An empty member is left to the scene file.
 struct BakeConventions {
@@ -26,20 +28,50 @@ struct BakeConventions {
     std::optional<LightUnits> lightUnits;
 };
 
-struct BakeFormatInfo {
-    std::string_view name;                   ///< value of the scene key `bake`
-    std::string_view caption;                ///< one line for help texts and documents
-    std::string_view channelCaption;         ///< the channels in short, for error messages: "sh00.R .. sh08.B"
-    std::vector<std::string> (*channels)();  ///< the channels that a file of this format must have; they identify it
-    BakeConventions implied;
-    Result<std::unique_ptr<BakeReader>> (*open)(ExrReader file, const std::string& subject);  ///< subject: the file's name for errors
+/// A match of a file with a bake format: of its header, its name and the files beside it.
+struct BakeMatch {
+    enum class Kind {
+        None,       ///< nothing in the file belongs to the format
+        Partial,    ///< some of its channels or files are there, others are not: `evidence` says which
+        OnlyNamed,  ///< the file can be read so, but nothing says that it is meant so
+        Possible,   ///< the shape of the image says so, but other pictures may have that shape too
+        Certain     ///< names of channels or files say so
+    };
+    Kind kind = Kind::None;
+    int numberCount = 0;   ///< numbers of a texel that the file has for the format. Of two matches a Certain one is meant, else the larger
+    std::string evidence;  ///< "channels sh00.R .. sh08.B"; of Partial, "found 26 of the 27 channels ..., sh05.G is missing"
 };
 
-/// Value of the scene key `bake` that chooses the format by the channels of the file.
+struct BakeFormatInfo {
+    std::string_view name;     ///< value of the scene key `bake`
+    std::string_view caption;  ///< one line for help texts and documents
+    std::string_view content;  ///< the channels or files in short, for error messages: "sh00.R .. sh08.B"
+    std::string_view assumes;  ///< what no file says and the reader takes for granted, in one clause; empty: nothing
+    BakeConventions implied;
+    bool takesEncoding = false;  ///< the first file is a colour, which LightEncoding may encode in 8 bits
+    BakeMatch (*match)(const std::filesystem::path& file, const ExrInfo& info);
+    /// Returns the files beside `file` that belong to a bake of this name, whether they exist or not. Null: there are none.
+    std::vector<std::filesystem::path> (*filesBeside)(const std::filesystem::path& file);
+    Result<std::unique_ptr<BakeReader>> (*open)(BakeImage image);
+};
+
+/// The format that a file was recognised as, and why.
+struct BakeRecognition {
+    const BakeFormatInfo* format = nullptr;
+    std::string evidence;                         ///< of the match; that of a format that was named ends in "as named"
+    bool isCertain = false;                       ///< false: nothing but the format's name, or its shape, tells it from another picture
+    std::vector<std::string_view> otherReadings;  ///< formats that the file could be read as if they were named
+};
+
+/// Value of the scene key `bake` that chooses the format by the channels, names and sizes of the files.
 inline constexpr std::string_view kAutoBake = "auto";
 
 std::span<const BakeFormatInfo> allBakeFormats();
 /// Returns "auto" and the names of all bake formats: the values of the scene key `bake`.
 std::vector<std::string> bakeNames();
+/// Returns the names of the formats that take an encoding.
+std::vector<std::string> encodedBakeNames();
+/// Returns the files that are read beside `file` under a value of the scene key `bake`, those that exist, sorted.
+std::vector<std::filesystem::path> bakeFilesBeside(const std::filesystem::path& file, std::string_view bake);
 
 }  // namespace lightcook::formats

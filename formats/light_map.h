@@ -27,6 +27,7 @@ struct LightMapDescription {
     ShFrame frame = ShFrame::World;
     ShQuantity quantity = ShQuantity::Radiance;
     LightUnits lightUnits = LightUnits::Radiometric;
+    LightEncoding encoding = LightEncoding::None;  ///< of the file, which is an 8-bit picture then; for formats that take it
     ColorSpaces colors;
     /// A covered texel brighter than this many times its brightest neighbour is a firefly; 0 turns the check off.
     double fireflyLimit = 1000;
@@ -88,6 +89,7 @@ public:
     glm::vec3 luminanceWeights() const;
     const glm::dmat3& bt2020FromWorking() const;  ///< see LinearConversion
     std::string_view bake() const;                ///< name of the bake format, also where the description says "auto"
+    const BakeRecognition& recognition() const;   ///< how the bake format was found
 
     /// Reads rows [firstRow, firstRow + rowCount). Safe to call from several threads. Does not look for fireflies: checkFireflies() does,
     /// because it needs the neighbours.

@@ -1,4 +1,4 @@
-// Conventions of the coefficients in a light map file: sign, frame, quantity, units. A convention is a property of a file; inside the
+// Conventions of the numbers in a light map file: sign, frame, quantity, units, encoding. A convention is a property of a file; inside the
 // program all coefficients are canonical (the first row of each table).
 #pragma once
 
@@ -19,6 +19,8 @@ enum class ShFrame { World, Tangent };
 enum class ShQuantity { Radiance, Irradiance };
 /// Units of the light sources of the bake: scene key `light_units`.
 enum class LightUnits { Radiometric, Game };
+/// Encoding of the colours of an 8-bit picture: scene key `encoding`.
+enum class LightEncoding { None, Rgbm, Dldr };
 
 template <class Enum>
 struct ConventionInfo {
@@ -51,6 +53,13 @@ inline constexpr std::array kLightUnits = {
 };
 static_assert(isCompleteTable(kLightUnits, LightUnits::Game));
 
+inline constexpr std::array kLightEncodings = {
+    ConventionInfo<LightEncoding>{LightEncoding::None, "none", "values as stored, scene-linear"},
+    ConventionInfo<LightEncoding>{LightEncoding::Rgbm, "rgbm", "Unity's RGBM: the sRGB curve of R, G, B times (5 A)^2.2"},
+    ConventionInfo<LightEncoding>{LightEncoding::Dldr, "dldr", "Unity's double LDR: the sRGB curve of R, G, B times 4.59, which is 2^2.2"},
+};
+static_assert(isCompleteTable(kLightEncodings, LightEncoding::Dldr));
+
 /// Returns the table of a convention: `conventions<ShPhase>()`.
 template <class Enum>
 constexpr std::span<const ConventionInfo<Enum>> conventions();
@@ -69,6 +78,15 @@ constexpr std::span<const ConventionInfo<ShQuantity>> conventions<ShQuantity>() 
 template <>
 constexpr std::span<const ConventionInfo<LightUnits>> conventions<LightUnits>() {
     return kLightUnits;
+}
+template <>
+constexpr std::span<const ConventionInfo<LightEncoding>> conventions<LightEncoding>() {
+    return kLightEncodings;
+}
+
+template <class Enum>
+constexpr std::string_view nameOfConvention(Enum convention) {
+    return conventions<Enum>()[static_cast<std::size_t>(convention)].name;
 }
 
 template <class Enum>

@@ -38,7 +38,11 @@ glm::dmat3 lmsFromBt2020();
 /// Returns the inverse EOTF "PQ", in [0, 1], of a luminance [cd/m^2], which is clamped to [0, 10000] (SMPTE ST 2084, ITU-R BT.2100-2).
 double perceptualQuantizer(double nits);
 
-/// Returns I, T = Ct / 2 and P = Cp of linear BT.2020 light [cd/m^2] (ITU-R BT.2124-0).
+/// I, T = Ct / 2 and P = Cp of PQ-coded LMS (ITU-R BT.2100-2, table 7; ITU-R BT.2124-0).
+glm::dmat3 itpFromLms();
+inline constexpr double kVisibleScale = 720;  ///< of Delta E ITP: a distance in ITP of 1/720 is just noticeable (ITU-R BT.2124-0)
+
+/// Returns I, T and P of linear BT.2020 light [cd/m^2] (ITU-R BT.2124-0).
 glm::dvec3 ictcpItp(const glm::dvec3& bt2020);
 
 /// Returns the difference Delta E ITP of two exit radiances: 1 is just noticeable under the most critical conditions (ITU-R BT.2124-0).

@@ -132,7 +132,7 @@ LC_FUNCTION vec3 lcCookTorranceHalo3(vec3 view, vec3 light, vec3 normal, float m
     return 4.0f * lcCookTorrance(view, light, normal, m, f0);
 }
 
-// Reflected radiance of the dominant light. direction: as fetched, unnormalised; its length is the directionality. intensity: radiometric,
+// Reflected radiance of the dominant light. direction: as fetched, unnormalised; its length is its weight under the filter. intensity: radiometric,
 // of the delta that the fit found. normal is where the light goes when the direction is noise.
 // The direction as two textures hold it, the second coding what the first one left: what lcDominantDirection takes is scale * this + bias. Both filter
 // linearly. Without the second texture (a distant surface, a weaker platform) the first one alone is the direction, coarser.

@@ -5,6 +5,7 @@
 
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <optional>
 #include <vector>
 
 #include "formats/image.h"
@@ -12,6 +13,7 @@
 #include "lighting/brdf.h"
 #include "lighting/sh.h"
 #include "verify/figures.h"
+#include "verify/visible.h"
 
 namespace lightcook::verify {
 
@@ -76,20 +78,29 @@ struct DecodedDominantRows {
     formats::Image<glm::vec4> direction, intensity;
 };
 
+/// Errors of highlights at some places.
+struct HighlightErrors {
+    ErrorAccumulator energy;
+    VisibleAccumulator visible;  ///< without samples where no viewing was given
+
+    void merge(const HighlightErrors& other);
+    ErrorFigures figures() const;
+};
+
 /// Partial errors of some rows.
 class DominantErrors {
 public:
-    explicit DominantErrors(double key = 0) : centres_(key), between_(key) {}
+    explicit DominantErrors(double key = 0) : centres_{ErrorAccumulator(key), {}}, between_{ErrorAccumulator(key), {}} {}
     void merge(const DominantErrors& other);
     /// Returns stages "magnified" (middles of quads of covered texels, against the fit of the four texels' mean) and "total" (texel
     /// centres). Both are specular. maxBound covers every view, every f0 and every m of the shading's range, at the sampled places. It is
-    /// sound and loose: seen at grazing incidence, a microfacet lobe has no bound but 1 / NoL.
+    /// sound and loose: seen at grazing incidence, a microfacet lobe has no bound but 1 / NoL. Visible errors are of the highlights alone.
     std::vector<StageError> stages() const;
     /// Returns the mean angle between stored and reference direction, weighted by the luminance of the reference intensity [degrees].
     double meanDirectionError() const;
     double maxDirectionError() const;  ///< [degrees], over texels that are not black
     /// Returns the RMS of the reference highlight, the denominator of relRms of "total".
-    double referenceRms() const { return centres_.referenceRms(); }
+    double referenceRms() const { return centres_.energy.referenceRms(); }
     /// Squared error of the lights over the squared norm of all coefficients: of the stored lights (model error and quantization), and of
     /// the reference lights (model error alone).
     double unexplainedStored() const { return energy_ > 0 ? storedError_ / energy_ : 0; }
@@ -97,15 +108,16 @@ public:
 
 private:
     friend class DominantVerifier;
-    ErrorAccumulator centres_, between_;
+    HighlightErrors centres_, between_;
     double angleSum_ = 0, weightSum_ = 0, largestAngle_ = 0;
     double storedError_ = 0, referenceError_ = 0, energy_ = 0;
 };
 
 class DominantVerifier {
 public:
-    DominantVerifier(const CookedDominant& map, const DominantShading& shading, const glm::vec3& luminanceWeights, double key)
-        : map_(map), shading_(shading), luminanceWeights_(luminanceWeights), key_(key) {}
+    /// viewing  empty: no visible errors
+    DominantVerifier(const CookedDominant& map, const DominantShading& shading, const glm::vec3& luminanceWeights, double key,
+                     const std::optional<Viewing>& viewing = std::nullopt);
     /// Returns the light in texel (x, y), as the shader fetches it.
     DominantLightSample decode(const DecodedDominantRows& texels, int x, int y) const;
     /// Returns errors of rows [firstRow, firstRow + rowCount) and of the quads that begin in them: texels and strip must also hold the row
@@ -118,13 +130,17 @@ public:
 
 private:
     struct Place;
-    void addTexel(const Place& place, const lighting::ShRgb& incident, DominantErrors& errors) const;
-    void shade(const Place& place, ErrorAccumulator& errors) const;
+    /// Highlights of a place under every view and material, padded to whole lanes of a DisplayTransform.
+    struct Highlights;
+    void addTexel(const Place& place, const lighting::ShRgb& incident, Highlights& highlights, DominantErrors& errors) const;
+    void shade(const Place& place, Highlights& highlights, HighlightErrors& errors) const;
+    void addVisible(const Place& place, Highlights& highlights, VisibleAccumulator& errors) const;
 
     CookedDominant map_;
     DominantShading shading_;
     glm::vec3 luminanceWeights_;
     double key_;
+    std::optional<DisplayTransform> display_;
 };
 
 }  // namespace lightcook::verify

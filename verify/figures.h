@@ -48,12 +48,21 @@ struct ErrorFigures {
 /// Raises maxSampled, maxBound and the visible errors of `figures` to those of `other`, with their places: for a stage that summarizes
 /// others.
 void takeLarger(ErrorFigures& figures, const ErrorFigures& other);
+/// Raises maxSampled, maxBound and the largest visible error of `figures` to those of `other`, with their places: for figures of the same
+/// asset at other places.
+void takeLargerMaxima(ErrorFigures& figures, const ErrorFigures& other);
+
+/// Errors at the texel centres, beside those on the surface.
+struct CentreFigures {
+    ErrorFigures diffuse, specular;
+};
 
 /// Errors of one compression stage of an asset. Errors are 0 for a kind of shading that the asset does not affect.
 struct StageError {
     std::string name;
     ErrorFigures diffuse, specular;
     double seconds = 0;
+    std::optional<CentreFigures> atTexels = std::nullopt;  ///< where diffuse and specular are those of the surface
 };
 
 /// Accumulates one kind of error. Merge strips in a fixed order for reproducible bits.

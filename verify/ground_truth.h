@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "lighting/brdf.h"
 #include "lighting/sh.h"
 #include "verify/dominant.h"
+#include "verify/visible.h"
 
 namespace lightcook::verify {
 
@@ -36,6 +38,13 @@ private:
     double truth_ = 0, model_ = 0, cooking_ = 0, total_ = 0;
 };
 
+/// The same as a display shows it: visible errors (docs/theory/visible.md) of shading from the cooked data. Without samples where no
+/// viewing was given.
+struct TruthVisible {
+    VisibleAccumulator cooking;  ///< against shading from the float data
+    VisibleAccumulator total;    ///< against the truth
+};
+
 /// A traced value, and the coefficients at its texel: of the bake, and as the shader decodes them from the cooked map. World frame, no
 /// Condon-Shortley sign.
 struct LightMapTruthPlace {
@@ -46,10 +55,13 @@ struct LightMapTruthPlace {
 struct LightMapTruth {
     TruthSums lambert;                         ///< model error: truncation to nine coefficients, and noise of the bake
     std::map<double, TruthSums> areaSpecular;  ///< [m], from the coefficients alone with exact kernels
+    TruthVisible visibleLambert;               ///< of a white surface
 };
-/// lobe  of the traced surfaces, and of the scene
+/// lobe     of the traced surfaces, and of the scene
+/// viewing  empty: no visible errors
 LightMapTruth lightMapTruth(std::span<const LightMapTruthPlace> places,
-                            lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann);
+                            lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann,
+                            const std::optional<Viewing>& viewing = std::nullopt);
 
 /// A traced value of kind Specular, and the lights at its texel.
 struct DominantTruthPlace {
@@ -64,9 +76,11 @@ struct DominantTruth {
     std::map<double, TruthSums> withRest;      ///< the light, and area specular of the coefficients that it does not explain
     std::map<double, TruthSums> twoLights;     ///< two lights, uncompressed, in place of the cooked ones; model as in oneLight
     std::map<double, TruthSums> areaSpecular;  ///< of the bake's coefficients, uncompressed. Model error: nine coefficients
+    TruthVisible visibleWithRest;              ///< of all specular light, as withRest
 };
 DominantTruth dominantTruth(std::span<const DominantTruthPlace> places,
-                            lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann);
+                            lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann,
+                            const std::optional<Viewing>& viewing = std::nullopt);
 
 /// Returns the sums over all m.
 TruthSums sumOf(const std::map<double, TruthSums>& byM);

@@ -4,7 +4,7 @@
 //
 // Use, by strips of rows that may be worked on in any order and are merged in a fixed one:
 //   1. LightMapKey over the reference                      -> key
-//   2. LightMapVerifier::create, verifyRows on each strip  -> LightMapErrors, merged, -> stages()
+//   2. LightMapVerifier::create, verifyRows on each strip  -> LightMapErrors, merged, -> figures()
 // LightMapScore compares a light map of any origin, given as coefficients.
 #pragma once
 
@@ -56,8 +56,9 @@ struct LightMapShading {
 
 struct LightMapSampling {
     std::uint64_t seed = 1;
-    int positionsPerQuad = 1;  ///< random positions between four covered texels; 0: none
-    bool bounds = true;        ///< false: figures of the texel centres only, no samples between them and no bounds
+    int placesPerTexel = 1;   ///< random places on the surface of each covered texel, in the mean; 0: none
+    bool bounds = true;       ///< false: no bounds
+    bool isForTrial = false;  ///< true: every stage is measured at the places on the surface, none at texel centres, and no bounds
 };
 
 /// The key of a map: log-average luminance of the reference's exit radiance at the texels' own normals (docs/theory/error.md).
@@ -111,13 +112,20 @@ public:
         std::string name;
         ShadedErrors errors;
     };
-    explicit LightMapErrors(std::vector<Stage> stages = {}) : accumulators(std::move(stages)) {}
+    explicit LightMapErrors(std::vector<Stage> empty = {}) : stages(std::move(empty)) {}
     void merge(const LightMapErrors& other);
-    /// Returns the stages in the order of encoding, then "magnified" (between texels), then "total", the verdict on the asset: relRms and
-    /// p99 of texel centres, maxSampled of every sampled position, and the proven maxBound. Seconds are 0; the caller measures time.
-    std::vector<StageError> stages() const;
+    /// Returns the stages in the order of encoding, then "total", the verdict on the asset: figures of the places on the surface, with
+    /// those of texel centres beside them, and maxima and bounds of both. Without such places it has those of the last stage. Seconds are
+    /// 0; the caller measures time.
+    std::vector<StageError> figures() const;
 
-    std::vector<Stage> accumulators;  ///< the last one is "magnified"
+    std::vector<Stage> stages;  ///< of the layout, at texel centres; in a trial on the surface
+    ShadedErrors surface;       ///< of the last stage, at random places on the surface: the footprints of covered texels, to their rims
+};
+
+/// A rectangle of texels.
+struct TexelArea {
+    int x = 0, y = 0, width = 0, height = 0;
 };
 
 class LightMapVerifier {
@@ -143,15 +151,23 @@ public:
     /// Returns the textures of this map's layout.
     const std::vector<TextureNeed>& textures() const;
     /// Returns errors of rows [firstRow, firstRow + rowCount), and of the texel quads that begin in them. If the map has a row below and
-    /// bounds are on, texels and reference must hold that row too. Pure; safe to call from several threads.
+    /// places or bounds are asked for, texels and reference must hold that row too. Pure; safe to call from several threads.
     LightMapErrors verifyRows(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference, int firstRow, int rowCount) const;
     /// Upper bounds of the local error in one quad.
     struct QuadBound {
         double diffuse = 0, specular = 0;
     };
-    /// Returns the bounds of the quad whose top left texel is (x, y), as verifyRows merges them into maxBound. All four texels must be
-    /// covered and in texels and reference.
+    /// Returns the bounds of the quad whose top left texel is (x, y), as verifyRows merges them into maxBound; x and y may be -1. Its
+    /// texels must be in texels and reference.
     QuadBound boundQuad(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference, int x, int y) const;
+    /// Upper bounds of the visible errors of an area, with their places.
+    struct AreaVisibleBound {
+        double diffuse = 0, specular = 0;
+        VisiblePlace diffuseAt, specularAt;
+    };
+    /// Returns the bounds of the quads whose top left texels are in an area, as verifyRows merges them into VisibleFigures::bound. Texels
+    /// and reference must hold the area and the row below.
+    AreaVisibleBound visibleBound(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference, const TexelArea& area) const;
     /// Returns errors of no rows, to merge into.
     LightMapErrors noErrors() const;
     /// Returns the coefficients that the shader decodes at the texel centres of rows [firstRow, firstRow + rowCount): world frame, no

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -31,6 +32,14 @@ struct VisibleFigures {
     double rms = 0, p50 = 0, p95 = 0, p99 = 0, p999 = 0;
     double max = 0;  ///< of the samples
     VisiblePlace maxAt;
+    /// Numbers of samples: below 2^kLowestOctave, in each octave from there on, and from 2^kHighestOctave up. Empty without samples.
+    std::vector<std::int64_t> histogram;
+    static constexpr int kLowestOctave = -3, kHighestOctave = 9;
+    /// Proven upper bound for every place, normal or view, and allowed sampler (docs/theory/bounds.md). Empty: none was
+    /// computed.
+    std::optional<double> bound;
+    /// Place of the bound; its difference is the bound, and its light that of an ideal sampler there.
+    VisiblePlace boundAt;
 };
 
 /// Raises each figure to that of `other`, and the place with the largest.
@@ -72,6 +81,8 @@ public:
     void setMaxAt(const VisiblePlace& place) { maxAt_ = place; }
     /// Merge strips in a fixed order for reproducible bits.
     void merge(const VisibleAccumulator& other);
+    /// Raises the proven bound.
+    void addBound(double bound, const VisiblePlace& place);
     double largest() const { return largest_; }
     std::int64_t sampleCount() const { return sampleCount_; }
     VisibleFigures figures() const;
@@ -80,11 +91,13 @@ private:
     static constexpr int kBinsPerOctave = 256;
     static constexpr int kLowestExponent = -12, kHighestExponent = 10;
     static constexpr int kBinCount = (kHighestExponent - kLowestExponent) * kBinsPerOctave + 2;  ///< and one each below and above
+    /// Returns VisibleFigures::histogram.
+    std::vector<std::int64_t> octaves() const;
     /// Returns the value that a share of the samples does not exceed.
     double quantile(double share) const;
 
-    double squares_ = 0, largest_ = 0;
-    VisiblePlace maxAt_;
+    double squares_ = 0, largest_ = 0, bound_ = 0;
+    VisiblePlace maxAt_, boundAt_;
     std::int64_t sampleCount_ = 0;
     std::vector<std::int64_t> histogram_;
 };

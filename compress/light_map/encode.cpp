@@ -15,7 +15,7 @@ EncodedLightMapRows encodeRaw(const LightMapPlan& plan, const rows::Source& sour
     EncodedLightMapRows out;
     out.textures.resize(1);
     for (std::size_t i = 0; i < static_cast<std::size_t>(plan.textures[0].layerCount); ++i) {
-        rows::Layer layer = rows::encodeHdr(plan.textures[0].format, source, i, rows::constant(plan, "range", 0),
+        rows::Layer layer = rows::encodeHdr(plan.textures[0].format, source, source.values[i], rows::constant(plan, "range", 0),
                                             static_cast<float>(plan.key), options, false, out.report);
         out.textures[0].layers.push_back(std::move(layer.bytes));
     }
@@ -30,7 +30,8 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
     assert(firstRow % plan.blockHeight() == 0 && (rowCount % plan.blockHeight() == 0 || firstRow + rowCount == plan.height));
     assert(strip.firstRow <= std::max(0, firstRow - kLightMapPaddingRows));
     assert(strip.firstRow + strip.sh.height() >= std::min(plan.height, firstRow + rowCount + kLightMapPaddingRows));
-    const rows::Source source = rows::makeSource(plan, strip, firstRow, rowCount);
+    rows::Source source = rows::makeSource(plan, strip, firstRow, rowCount);
+    rows::dropFarPadding(source, plan.blockHeight());
     switch (formats::info(plan.layout).family) {
         case LightMapFamily::Raw:
         case LightMapFamily::Flat:

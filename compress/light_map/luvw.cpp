@@ -9,7 +9,9 @@
 // uvw that both textures really give. In BC3 colour and alpha are separate blocks with separate weights. An error of uvw is seen multiplied
 // by L and weighs by L^2. An error of L is not: weighed by L^2 too, dark texels beside bright ones became black, and the second
 // texture cannot repair black.
-// If 8 bits of L would give the key fewer than kLuvwFewCodes codes, both alphas hold the root of L (constant "root").
+// a0 is at least one code: below it a1 alone holds L, so that two times 8 bits reach from the brightest texel down to 1/65025 of it. Roots
+// of L (constant "root", Halo 3) reach as far, but the filter of a GPU does not commute with them: beside a bright texel they are far too
+// dark.
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -32,7 +34,6 @@ using formats::PixelFormat;
 
 /// Half the range of the residual of uvw. Halo 3 has 1; BC1 colours leave far less. docs/lab/experiments.md has error against span.
 constexpr float kLuvwSpan = 0.125f;
-constexpr double kLuvwFewCodes = 4;
 constexpr float kHalfCode = 0.5f / 255;
 
 class LuvwCoefficient {
@@ -49,6 +50,7 @@ public:
           range_(constant(plan, "range", index)),
           span_(constant(plan, "span", index)),
           isRoot_(constant(plan, "root", 0) > 0),
+          hasCodes_(plan.target != formats::Target::Float),
           neutral_(constant(plan, "neutral", 0), constant(plan, "neutral", 1), constant(plan, "neutral", 2), constant(plan, "neutral", 3)) {
     }
 
@@ -91,11 +93,20 @@ private:
                 const float l = length(x, y);
                 if (!(l > 0)) continue;
                 const float a0 = std::min(1.0f, l / (range_ * neutral_.w));
-                texels.at(x, y) = glm::vec4(0.5f + (0.5f / l) * values_.at(x, y), isRoot_ ? std::sqrt(a0) : a0);
+                texels.at(x, y) = glm::vec4(0.5f + (0.5f / l) * values_.at(x, y), isRoot_ ? std::sqrt(a0) : raised(a0));
             }
         Layer layer = encodeLayer(format_, texels, colorSignificance(), options_, true, report_);
         if (format_ != PixelFormat::Bc3) return layer;
         return withAlpha(std::move(layer), texels, alphaSignificance(texels));
+    }
+
+    /// Returns a0, or where it is a few codes the least code that a1 can lower to it: dark texels whose a0 is rounded down to 0 would be
+    /// black, and a1 raises by a quarter at most.
+    float raised(float a0) const {
+        constexpr float kFewCodes = 8;
+        const float code = 255 * a0, nearest = std::max(1.0f, std::round(code));
+        if (!hasCodes_ || code >= kFewCodes) return a0;
+        return (neutral_.w * code > nearest ? nearest + 1 : nearest) / 255;
     }
 
     /// Weights of a0: the importance times the squared slope dL / da0. With roots the slope is 2 a0; half a code is added, since in the
@@ -171,6 +182,7 @@ private:
     PixelFormat format_;
     float range_, span_;
     bool isRoot_;
+    bool hasCodes_;  ///< alphas have 8 bits
     glm::vec4 neutral_;
     Image<glm::vec4> firstDecoded_, secondDecoded_;
 };
@@ -189,8 +201,7 @@ void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure) {
     const bool isBc = plan.target == formats::Target::Bc;
     plan.constants["neutral"] = isBc ? std::vector<float>{16.0f / 31, 32.0f / 63, 16.0f / 31, neutral}
                                      : std::vector<float>{128.0f / 255, 128.0f / 255, 128.0f / 255, neutral};
-    const double dcOfKey = measure.key() / 0.28209479;
-    plan.constants["root"] = {255 * dcOfKey < kLuvwFewCodes * static_cast<double>(measure.maximumAbsolute(0)) ? 1.0f : 0.0f};
+    plan.constants["root"] = {0.0f};
     const auto add = [&](float largest) {
         plan.constants["range"].push_back(std::min(largest, neutral * std::numeric_limits<float>::max()) / neutral);
         plan.constants["span"].push_back(kLuvwSpan);

@@ -1,6 +1,7 @@
 #include "compress/light_map/rows.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "formats/padding.h"
 #include "lighting/radiometry.h"
@@ -13,8 +14,12 @@ using formats::Image;
 using formats::ImageView;
 using formats::PixelFormat;
 
-/// Weight of padded texels: their values matter to filters at chart edges, but never at the cost of a texel inside.
-constexpr float kPaddingSignificance = 1.0f / 256;
+/// Weight of padded texels beside charts: their values matter to filters at chart edges, but never at the cost of a texel inside. And that
+/// of texels one further away.
+constexpr float kPaddingSignificance = 0x1p-8f, kSecondSignificance = 0x1p-16f;
+
+/// Factor by which light differs that a block cannot hold beside its own at next to no cost.
+constexpr float kFarLight = 8;
 
 /// Above this share of the key, errors count by their ratio; below, by their size. Learned layouts need the smaller one: the same tables
 /// decode all light levels, and errors in dark texels would go unnoticed.
@@ -91,7 +96,8 @@ Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& strip,
                 texelValues(strip, isFlat, x, bandRow, values);
                 owner = {x, firstRow + y};
             } else if (padTexel(strip, isFlat, x, bandRow, values, owner)) {
-                coverage = kPaddingSignificance;
+                const bool isBeside = std::max(std::abs(owner.x - x), std::abs(owner.y - firstRow - y)) == 1;
+                coverage = isBeside ? kPaddingSignificance : kSecondSignificance;
             } else {
                 continue;
             }
@@ -107,6 +113,34 @@ Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& strip,
     return source;
 }
 
+void dropFarPadding(Source& source, int blockSize) {
+    const auto lightAt = [&](int x, int y) {
+        const glm::vec3& v = source.values[0].at(x, y);
+        return std::max({v.x, v.y, v.z, 0.0f});
+    };
+    for (int top = 0; top < source.height; top += blockSize)
+        for (int left = 0; left < source.width; left += blockSize) {
+            const int bottom = std::min(top + blockSize, source.height), right = std::min(left + blockSize, source.width);
+            float sum = 0, weights = 0;
+            for (int y = top; y < bottom; ++y)
+                for (int x = left; x < right; ++x) {
+                    if (source.coverage.at(x, y) < kPaddingSignificance) continue;
+                    sum += source.coverage.at(x, y) * lightAt(x, y);
+                    weights += source.coverage.at(x, y);
+                }
+            if (!(weights > 0)) continue;
+            const float mean = sum / weights;
+            for (int y = top; y < bottom; ++y)
+                for (int x = left; x < right; ++x) {
+                    const float light = lightAt(x, y);
+                    if (source.coverage.at(x, y) >= kPaddingSignificance || (light * kFarLight >= mean && light <= kFarLight * mean))
+                        continue;
+                    source.coverage.at(x, y) = 0;
+                    source.importance.at(x, y) = 0;
+                }
+        }
+}
+
 Layer encodeLayer(PixelFormat format, Image<glm::vec4>& texels, const Image<float>& significance, const EncodeOptions& options,
                   bool wantsDecoded, EncodeReport& report) {
     fillBlocks(texels, significance);
@@ -119,11 +153,11 @@ Layer encodeLayer(PixelFormat format, Image<glm::vec4>& texels, const Image<floa
     return layer;
 }
 
-Layer encodeHdr(PixelFormat format, const Source& source, std::size_t value, float range, float key, const EncodeOptions& options,
-                bool wantsDecoded, EncodeReport& report) {
+Layer encodeHdr(PixelFormat format, const Source& source, const Image<glm::vec3>& values, float range, float key,
+                const EncodeOptions& options, bool wantsDecoded, EncodeReport& report) {
     Image<glm::vec4> texels(source.width, source.height, glm::vec4(0, 0, 0, 1));
     for (int y = 0; y < source.height; ++y)
-        for (int x = 0; x < source.width; ++x) texels.at(x, y) = glm::vec4(source.values[value].at(x, y) / range, 1);
+        for (int x = 0; x < source.width; ++x) texels.at(x, y) = glm::vec4(values.at(x, y) / range, 1);
     EncodeOptions hdr = options;
     hdr.hdrMetric = HdrMetric::Log;
     hdr.hdrScale = std::max(0.1f * key / range, 1e-6f);

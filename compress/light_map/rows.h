@@ -12,11 +12,24 @@ namespace lightcook::compress::rows {
 struct Source {
     int width = 0, height = 0;
     std::vector<formats::Image<glm::vec3>> values;  ///< nine coefficients; exit radiance alone for family flat
-    formats::Image<float> coverage;                 ///< 1 inside charts, 1/256 beside them, 0 elsewhere
+    formats::Image<float> coverage;                 ///< 1 inside charts, 1/256 beside them, 1/65536 one texel further, 0 elsewhere
     formats::Image<float> importance;               ///< weight of a squared absolute error: coverage (knee / (exit radiance + knee))^2
     formats::Image<glm::ivec2> owner;               ///< texel of the map whose normal counts: itself, or its nearest covered neighbour
+
+    /// Returns the values of a texel over `range`.
+    std::array<glm::vec3, lighting::kShCount> lightAt(int x, int y, float range) const {
+        std::array<glm::vec3, lighting::kShCount> light{};
+        for (std::size_t i = 0; i < values.size(); ++i) light[i] = values[i].at(x, y) / range;
+        return light;
+    }
 };
 Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, int rowCount);
+
+/// Takes the weight of padded texels two rings from a chart whose light is far from that of the charts and their first ring in the same
+/// block (kFarLight): the block would lose texels that are seen. A filter reads the second ring only where a triangle leaves its chart's
+/// texels.
+/// blockSize  side of the encoded blocks [texels]
+void dropFarPadding(Source& source, int blockSize);
 
 /// One encoded layer; `decoded` holds its texels as a decoder sees them, if they were asked for.
 struct Layer {
@@ -26,10 +39,10 @@ struct Layer {
 /// Encodes texels. Those without significance are overwritten: each takes the mean of the others of its block.
 Layer encodeLayer(formats::PixelFormat format, formats::Image<glm::vec4>& texels, const formats::Image<float>& significance,
                   const EncodeOptions& options, bool wantsDecoded, EncodeReport& report);
-/// Encodes source.values[value] / range as HDR colour. The metric is log2(1 + x / (key / 10)): above a tenth of the key, errors count
+/// Encodes values / range as HDR colour. The metric is log2(1 + x / (key / 10)): above a tenth of the key, errors count
 /// by their ratio.
-Layer encodeHdr(formats::PixelFormat format, const Source& source, std::size_t value, float range, float key, const EncodeOptions& options,
-                bool wantsDecoded, EncodeReport& report);
+Layer encodeHdr(formats::PixelFormat format, const Source& source, const formats::Image<glm::vec3>& values, float range, float key,
+                const EncodeOptions& options, bool wantsDecoded, EncodeReport& report);
 
 /// Returns element `index` of a constant of the plan.
 float constant(const LightMapPlan& plan, const char* name, std::size_t index);

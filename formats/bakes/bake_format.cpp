@@ -4,83 +4,183 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <system_error>
+#include <tuple>
 
 #include "formats/bakes/bake_reader.h"
+#include "formats/bakes/bakery.h"
+#include "formats/bakes/flat.h"
+#include "formats/bakes/godot.h"
 #include "formats/bakes/sh9.h"
+#include "formats/bakes/sh_baker.h"
+#include "formats/bakes/unity.h"
 #include "formats/file/one_line.h"
 #include "formats/vocabulary.h"
 
 namespace lightcook::formats {
 namespace {
 
+using Kind = BakeMatch::Kind;
+
+constexpr std::string_view kUnityAxes = "the axes are those of the world that was baked, which is left-handed in Unity";
+
 constexpr std::array kBakeFormats = {
     BakeFormatInfo{.name = "sh9",
                    .caption = "27 channels sh00.R, sh00.G, sh00.B to sh08.B: coefficient l * (l + 1) + m of bands 0, 1 and 2",
-                   .channelCaption = "sh00.R .. sh08.B",
-                   .channels = sh9Channels,
+                   .content = kSh9Content,
+                   .assumes = "",
                    .implied = {},
+                   .match = matchSh9,
+                   .filesBeside = nullptr,
                    .open = openSh9},
+    BakeFormatInfo{.name = "sh-baker",
+                   .caption =
+                       "the coefficients of sh9 as sh-baker writes them: 27 channels L0.R to L22.B, nine files _L0 to _L22, or three "
+                       "files _packed_0 to _packed_2",
+                   .content = "L0.R .. L22.B, or files _L0 .. _L22 or _packed_0 .. _packed_2",
+                   .assumes = "",
+                   .implied = {},
+                   .match = matchShBaker,
+                   .filesBeside = filesBesideShBaker,
+                   .open = openShBaker},
+    BakeFormatInfo{.name = "flat",
+                   .caption = "a picture R, G, B without directions: the exit radiance E / pi of a white surface, or under quantity "
+                              "irradiance E itself; alpha is coverage",
+                   .content = "R, G, B",
+                   .assumes = "R, G, B are E / pi, or E if the quantity is irradiance; light comes evenly from everywhere",
+                   .implied = {},
+                   .takesEncoding = true,
+                   .match = matchFlat,
+                   .filesBeside = nullptr,
+                   .open = openFlat},
+    BakeFormatInfo{.name = "godot",
+                   .caption =
+                       "directional light map of Godot 4.4 and later, as the engine shows it: slices L0, y, z, x of R, G, B from top to "
+                       "bottom; alpha is coverage",
+                   .content = "R, G, B in four slices",
+                   .assumes = "the light is what Godot's shader shows, which holds less than the radiance that was baked",
+                   .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
+                   .match = matchGodot,
+                   .filesBeside = filesBesideGodot,
+                   .open = openGodot},
+    BakeFormatInfo{.name = "godot-radiance",
+                   .caption = "the same file as incident radiance: exact for even light, approximate for other",
+                   .content = "R, G, B in four slices",
+                   .assumes = "the light comes evenly from the upper hemisphere, as far as L0 and L1 do not say otherwise",
+                   .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
+                   .match = matchGodot,
+                   .filesBeside = filesBesideGodot,
+                   .open = openGodotRadiance},
+    BakeFormatInfo{.name = "bakery-sh",
+                   .caption = "SH light map of Bakery: files _L0 (HDR), _L1x, _L1y and _L1z of one name, as the shader of Unity shows it",
+                   .content = "files _L0, _L1x, _L1y and _L1z",
+                   .assumes = kUnityAxes,
+                   .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
+                   .takesEncoding = true,
+                   .match = matchBakerySh,
+                   .filesBeside = filesBesideBakerySh,
+                   .open = openBakerySh},
+    BakeFormatInfo{.name = "bakery-mono-sh",
+                   .caption = "MonoSH light map of Bakery: files _L0 (HDR) and _L1 (directions) of one name, as the engine shows it",
+                   .content = "files _L0 and _L1",
+                   .assumes = kUnityAxes,
+                   .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
+                   .takesEncoding = true,
+                   .match = matchBakeryMonoSh,
+                   .filesBeside = filesBesideBakeryMonoSh,
+                   .open = openBakeryMonoSh},
+    BakeFormatInfo{.name = "unity-directional",
+                   .caption = "directional light map of Unity: files _light and _dir (directions) of one name, as the engine shows it",
+                   .content = "files _light and _dir",
+                   .assumes = kUnityAxes,
+                   .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
+                   .takesEncoding = true,
+                   .match = matchUnityDirectional,
+                   .filesBeside = filesBesideUnityDirectional,
+                   .open = openUnityDirectional},
 };
 
-std::vector<std::string> missingChannels(const BakeFormatInfo& format, const ExrInfo& info) {
-    std::vector<std::string> missing;
-    for (const std::string& name : format.channels())
-        if (!info.has(name)) missing.push_back(name);
-    return missing;
+tl::unexpected<Error> wrongShape(const std::filesystem::path& file, std::string detail) {
+    return failure(ErrorCode::WrongShape, file.string(), std::move(detail));
 }
 
-tl::unexpected<Error> incomplete(const BakeFormatInfo& format, const std::vector<std::string>& missing, const std::string& subject) {
-    const std::size_t count = format.channels().size();
-    const std::string others = missing.size() == 1 ? " is missing" : fmt::format(" and {} more are missing", missing.size() - 1);
-    return failure(ErrorCode::WrongShape, subject,
-                   fmt::format("found {} of the {} channels of bake format {}, {}{}, expected {}", count - missing.size(), count,
-                               format.name, missing.front(), others, format.channelCaption));
-}
-
-constexpr std::string_view kPictureChannels = "RGBA";
-
-bool isPicture(const ExrInfo& info) {
-    return !info.channels.empty() && std::ranges::all_of(info.channels, [](const std::string& name) {
+/// Returns "R, G, B": what a file holds, for errors.
+std::string heldBy(const ExrInfo& info) {
+    std::vector<std::string> held = info.channels;
+    // EXR files have their channels in alphabetical order.
+    constexpr std::string_view kPictureChannels = "RGBA";
+    const auto isColour = [&](const std::string& name) {
         return name.size() == 1 && kPictureChannels.find(name) != std::string_view::npos;
-    });
+    };
+    if (std::ranges::all_of(held, isColour))
+        std::ranges::sort(held, {}, [&](const std::string& name) { return kPictureChannels.find(name); });
+    return held.empty() ? "no channels" : oneLine(fmt::format("{}", fmt::join(held, ", ")));
 }
 
-/// Returns the probable kind of a file without SH coefficients, and what to do with it.
+/// Returns what to do with a file whose channels belong to no format.
 std::string guessOf(const ExrInfo& info) {
-    if (isPicture(info))
-        return ". A flat light map or a picture? It has no directions: compress it with `lightcook encode`, or bake SH coefficients";
+    if (isPicture(info)) return ". The six faces of a probe? A light map of this shape needs bake = \"flat\"";
     const bool hasCoefficients = std::ranges::any_of(info.channels, [](const std::string& name) {
         return name.find("sh") != std::string::npos || name.find("SH") != std::string::npos;
     });
     return hasCoefficients ? ". SH under other names? Rename the channels" : "";
 }
 
-tl::unexpected<Error> unknownFormat(const ExrInfo& info, const std::string& subject) {
-    std::vector<std::string> known, held = info.channels;
-    for (const BakeFormatInfo& format : kBakeFormats) known.push_back(fmt::format("{} ({})", format.name, format.channelCaption));
-    // EXR files have their channels in alphabetical order.
-    if (isPicture(info)) std::ranges::sort(held, {}, [](const std::string& name) { return kPictureChannels.find(name); });
-    return failure(ErrorCode::WrongShape, subject,
-                   fmt::format("found no light map, expected the channels of a bake format: {}; it holds {}{}", fmt::join(known, ", "),
-                               held.empty() ? "no channels" : oneLine(fmt::format("{}", fmt::join(held, ", "))), guessOf(info)));
+tl::unexpected<Error> unknownFormat(const std::filesystem::path& file, const ExrInfo& info) {
+    std::vector<std::string> known;
+    for (const BakeFormatInfo& format : kBakeFormats) known.push_back(fmt::format("{} ({})", format.name, format.content));
+    return wrongShape(file, fmt::format("found no light map, expected that of a bake format: {}; it holds {}{}", fmt::join(known, ", "),
+                                        heldBy(info), guessOf(info)));
 }
 
-/// The format of the most channels among those that the file has in full; else the one that it nearly has, whose error names the gap.
-Result<const BakeFormatInfo*> identify(const ExrInfo& info, const std::string& subject) {
-    const BakeFormatInfo* complete = nullptr;
-    const BakeFormatInfo* partial = nullptr;
-    std::size_t completeCount = 0, partialCount = 0;
-    for (const BakeFormatInfo& format : kBakeFormats) {
-        const std::size_t count = format.channels().size(), present = count - missingChannels(format, info).size();
-        const bool isComplete = present == count;
-        std::size_t& most = isComplete ? completeCount : partialCount;
-        if (present <= most) continue;
-        most = present;
-        (isComplete ? complete : partial) = &format;
+struct Candidate {
+    const BakeFormatInfo* format = nullptr;
+    BakeMatch match;
+};
+
+tl::unexpected<Error> ambiguous(const std::filesystem::path& file, const std::vector<Candidate>& candidates) {
+    std::vector<std::string> readings, choices;
+    for (const Candidate& each : candidates) {
+        readings.push_back(fmt::format("{} ({})", each.format->name, each.match.evidence));
+        choices.push_back(fmt::format("bake = \"{}\"", each.format->name));
     }
-    if (complete != nullptr) return complete;
-    if (partial != nullptr) return incomplete(*partial, missingChannels(*partial, info), subject);
-    return unknownFormat(info, subject);
+    return wrongShape(file, fmt::format("found a file that could be {}, expected the scene file to choose: {}", fmt::join(readings, " or "),
+                                        fmt::join(choices, " or ")));
+}
+
+/// Returns the candidate that a file without a named format is read as.
+Result<Candidate> identify(const std::vector<Candidate>& candidates, const std::filesystem::path& file, const ExrInfo& info) {
+    const Candidate* best = nullptr;
+    std::vector<Candidate> possible;
+    for (const Candidate& each : candidates) {
+        if (each.match.kind == Kind::Possible) possible.push_back(each);
+        if (each.match.kind == Kind::None || each.match.kind == Kind::OnlyNamed) continue;
+        const auto rank = [](const BakeMatch& match) { return std::tuple(match.kind == Kind::Certain, match.numberCount, match.kind); };
+        if (best == nullptr || rank(each.match) > rank(best->match)) best = &each;
+    }
+    if (best == nullptr) return unknownFormat(file, info);
+    if (best->match.kind == Kind::Partial) return wrongShape(file, best->match.evidence);
+    if (best->match.kind == Kind::Possible && possible.size() > 1) return ambiguous(file, possible);
+    return *best;
+}
+
+/// Returns the file of a named format, or why it is not of that format.
+Result<Candidate> asNamed(const BakeFormatInfo& format, const std::filesystem::path& file, const ExrInfo& info) {
+    const BakeMatch match = format.match(file, info);
+    if (match.kind == Kind::Partial) return wrongShape(file, match.evidence);
+    if (match.kind == Kind::None)
+        return wrongShape(
+            file, fmt::format("found no light map of bake format {}, expected {}; it holds {}", format.name, format.content, heldBy(info)));
+    return Candidate{&format, match};
+}
+
+/// Replaces a convention by the implied one. Returns false if it has another value than the default, which the scene file must have set.
+template <class Enum>
+bool imply(Enum& convention, const std::optional<Enum>& implied) {
+    const bool contradicts = implied && convention != conventions<Enum>().front().id && convention != *implied;
+    convention = implied.value_or(convention);
+    return !contradicts;
 }
 
 }  // namespace
@@ -95,27 +195,65 @@ std::vector<std::string> bakeNames() {
     return names;
 }
 
+std::vector<std::string> encodedBakeNames() {
+    std::vector<std::string> names;
+    for (const BakeFormatInfo& format : kBakeFormats)
+        if (format.takesEncoding) names.emplace_back(format.name);
+    return names;
+}
+
+std::vector<std::filesystem::path> bakeFilesBeside(const std::filesystem::path& file, std::string_view bake) {
+    std::vector<std::filesystem::path> files;
+    for (const BakeFormatInfo& format : kBakeFormats) {
+        if (format.filesBeside == nullptr || (bake != kAutoBake && bake != format.name)) continue;
+        for (std::filesystem::path& beside : format.filesBeside(file)) {
+            std::error_code code;
+            if (beside != file && std::filesystem::exists(beside, code)) files.push_back(std::move(beside));
+        }
+    }
+    std::ranges::sort(files);
+    files.erase(std::unique(files.begin(), files.end()), files.end());
+    return files;
+}
+
 Result<void> checkBakeName(const std::string& bake, const std::string& subject) {
     if (bake == kAutoBake || findByName(allBakeFormats(), bake) != nullptr) return {};
     return failure(ErrorCode::InvalidRequest, subject + ", bake",
                    fmt::format("found \"{}\", expected {}", oneLine(bake), fmt::join(bakeNames(), " or ")));
 }
 
-Result<const BakeFormatInfo*> findBakeFormat(const std::string& bake, const ExrInfo& info, const std::string& subject) {
-    if (const auto known = checkBakeName(bake, subject); !known) return tl::make_unexpected(known.error());
-    if (bake == kAutoBake) return identify(info, subject);
-    const BakeFormatInfo* format = findByName(allBakeFormats(), bake);
-    const std::vector<std::string> missing = missingChannels(*format, info);
-    if (missing.size() == format->channels().size()) return unknownFormat(info, subject);
-    if (!missing.empty()) return incomplete(*format, missing, subject);
-    return format;
+Result<BakeRecognition> findBakeFormat(const std::string& bake, const std::filesystem::path& file, const ExrInfo& info) {
+    if (const auto known = checkBakeName(bake, file.string()); !known) return tl::make_unexpected(known.error());
+    std::vector<Candidate> candidates;
+    for (const BakeFormatInfo& format : kBakeFormats) candidates.push_back({&format, format.match(file, info)});
+    const bool isNamed = bake != kAutoBake;
+    const Result<Candidate> chosen = isNamed ? asNamed(*findByName(allBakeFormats(), bake), file, info) : identify(candidates, file, info);
+    if (!chosen) return tl::make_unexpected(chosen.error());
+    BakeRecognition recognition{
+        chosen->format, chosen->match.evidence + (isNamed ? ", as named" : ""), chosen->match.kind == Kind::Certain, {}};
+    for (const Candidate& each : candidates)
+        if (each.format != chosen->format && (each.match.kind == Kind::Possible || each.match.kind == Kind::Certain))
+            recognition.otherReadings.push_back(each.format->name);
+    return recognition;
 }
 
-LightMapDescription withImplied(LightMapDescription description, const BakeConventions& implied) {
-    description.phase = implied.phase.value_or(description.phase);
-    description.frame = implied.frame.value_or(description.frame);
-    description.quantity = implied.quantity.value_or(description.quantity);
-    description.lightUnits = implied.lightUnits.value_or(description.lightUnits);
+Result<void> checkEncoding(LightEncoding encoding, const BakeFormatInfo& format, const std::string& subject) {
+    if (encoding == LightEncoding::None || format.takesEncoding) return {};
+    return failure(ErrorCode::InvalidRequest, subject + ", encoding",
+                   fmt::format("found \"{}\" for bake format {}, expected none: it is for {}", nameOfConvention(encoding), format.name,
+                               fmt::join(encodedBakeNames(), ", ")));
+}
+
+Result<LightMapDescription> withImplied(LightMapDescription description, const BakeFormatInfo& format, const std::string& subject) {
+    const BakeConventions& implied = format.implied;
+    const auto refuse = [&](std::string_view key, std::string_view name) {
+        return failure(ErrorCode::InvalidRequest, fmt::format("{}, {}", subject, key),
+                       fmt::format("found another value than \"{}\", expected it: bake format {} implies that value", name, format.name));
+    };
+    if (!imply(description.phase, implied.phase)) return refuse("phase", nameOfConvention(description.phase));
+    if (!imply(description.frame, implied.frame)) return refuse("frame", nameOfConvention(description.frame));
+    if (!imply(description.quantity, implied.quantity)) return refuse("quantity", nameOfConvention(description.quantity));
+    if (!imply(description.lightUnits, implied.lightUnits)) return refuse("light_units", nameOfConvention(description.lightUnits));
     return description;
 }
 

@@ -1,12 +1,14 @@
 // Interface between the readers of the bake formats and the conversion to canonical form that they share.
 #pragma once
 
+#include <filesystem>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "formats/bake_format.h"
+#include "formats/bakes/bake_image.h"
 #include "formats/image.h"
 #include "formats/image/exr_file.h"
 #include "formats/light_map.h"
@@ -38,14 +40,18 @@ public:
     virtual Result<RawStrip> read(int firstRow, int rowCount) const = 0;
 };
 
-/// Finds the row of the format that `bake` names or, for "auto", the one with the most channels among those whose channels the file has.
-/// Fails if the file lacks a channel of that format, or if no format fits: the error lists the file's channels and the known formats.
-/// subject  the file's name, for errors
-Result<const BakeFormatInfo*> findBakeFormat(const std::string& bake, const ExrInfo& info, const std::string& subject);
+/// Finds the row of the format that `bake` names or, for "auto", the format with the most numbers a texel among those that fit the file.
+/// Fails if the file lacks a part of that format, if no format fits (the error lists the file's channels and the known formats), or if two
+/// formats fit and nothing says which is meant.
+/// file  names it in errors, and may have a part in the recognition; it need not exist
+Result<BakeRecognition> findBakeFormat(const std::string& bake, const std::filesystem::path& file, const ExrInfo& info);
 /// Fails if `bake` is neither "auto" nor the name of a bake format.
 Result<void> checkBakeName(const std::string& bake, const std::string& subject);
+/// Fails if the file is encoded but the format takes no encoding.
+Result<void> checkEncoding(LightEncoding encoding, const BakeFormatInfo& format, const std::string& subject);
 
-/// Returns the description with the conventions that the format implies.
-LightMapDescription withImplied(LightMapDescription description, const BakeConventions& implied);
+/// Returns the description with the conventions that the format implies. Fails if the description has another one that is not the default:
+/// then the scene file contradicts the format.
+Result<LightMapDescription> withImplied(LightMapDescription description, const BakeFormatInfo& format, const std::string& subject);
 
 }  // namespace lightcook::formats

@@ -12,7 +12,7 @@
 namespace lightcook::formats {
 
 struct LightMapReader::State {
-    const BakeFormatInfo* format = nullptr;
+    BakeRecognition recognition;
     std::unique_ptr<BakeReader> reader;
     glm::vec3 luminanceWeights{0};
     glm::dmat3 bt2020FromWorking;
@@ -61,26 +61,33 @@ const glm::dmat3& LightMapReader::bt2020FromWorking() const {
     return state_->bt2020FromWorking;
 }
 std::string_view LightMapReader::bake() const {
-    return state_->format->name;
+    return state_->recognition.format->name;
+}
+const BakeRecognition& LightMapReader::recognition() const {
+    return state_->recognition;
 }
 
 Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, const LightMapDescription& description) {
     const std::string subject = file.string();
     if (const auto known = checkBakeName(description.bake, subject); !known) return tl::make_unexpected(known.error());
-    Result<ExrReader> exr = ExrReader::open(file);
-    if (!exr) return tl::make_unexpected(exr.error());
-    const Result<const BakeFormatInfo*> format = findBakeFormat(description.bake, exr->info(), subject);
-    if (!format) return tl::make_unexpected(format.error());
-    Result<std::unique_ptr<BakeReader>> reader = (*format)->open(std::move(*exr), subject);
+    const bool isEncoded = description.encoding != LightEncoding::None;
+    Result<BakeImage> image = isEncoded ? BakeImage::openEncoded(file, description.encoding) : BakeImage::open(file);
+    if (!image) return tl::make_unexpected(image.error());
+    Result<BakeRecognition> recognition = findBakeFormat(description.bake, file, image->info());
+    if (!recognition) return tl::make_unexpected(recognition.error());
+    if (const auto taken = checkEncoding(description.encoding, *recognition->format, subject); !taken)
+        return tl::make_unexpected(taken.error());
+    const Result<LightMapDescription> complete = withImplied(description, *recognition->format, subject);
+    if (!complete) return tl::make_unexpected(complete.error());
+    Result<std::unique_ptr<BakeReader>> reader = recognition->format->open(std::move(*image));
     if (!reader) return tl::make_unexpected(reader.error());
-    const LightMapDescription complete = withImplied(description, (*format)->implied);
-    if (complete.frame == ShFrame::Tangent && !(*reader)->hasNormals()) {
+    if (complete->frame == ShFrame::Tangent && !(*reader)->hasNormals()) {
         return failure(ErrorCode::WrongShape, subject, "found no channels normal.X/Y/Z, expected them because the frame is \"tangent\"");
     }
-    const Result<LinearConversion> colors = linearConversion(complete.colors);
+    const Result<LinearConversion> colors = linearConversion(complete->colors);
     if (!colors) return failure(colors.error().code, fmt::format("{}, {}", subject, colors.error().subject), colors.error().detail);
-    return LightMapReader(std::unique_ptr<State>(new State{*format, std::move(*reader), colors->luminanceWeights, colors->bt2020FromWorking,
-                                                           Canonicalizer(subject, complete, *colors)}));
+    return LightMapReader(std::unique_ptr<State>(new State{std::move(*recognition), std::move(*reader), colors->luminanceWeights,
+                                                           colors->bt2020FromWorking, Canonicalizer(subject, *complete, *colors)}));
 }
 
 Result<LightMapStrip> LightMapReader::read(int firstRow, int rowCount) const {

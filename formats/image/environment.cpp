@@ -16,6 +16,7 @@
 #include "formats/image/exr_file.h"
 #include "formats/image/image_module.h"
 #include "formats/image/radiance_file.h"
+#include "formats/image/srgb_curve.h"
 #include "formats/json_structure.h"
 #include "formats/memory.h"
 #include "formats/read_file.h"
@@ -245,8 +246,7 @@ Result<void> linearize(Image<glm::vec3>& texels, const std::filesystem::path& fi
             if (value > 1)
                 return failure(ErrorCode::ValueOutOfRange, fmt::format("{}, channel {}, texel ({}, 0)", file.string(), "RGB"[channel], x),
                                fmt::format("found {}, expected 0 to 1 under the sRGB curve, or encoding = \"linear\"", value));
-            const double encoded = value;
-            value = static_cast<float>(encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4));
+            value = static_cast<float>(linearFromSrgb(value));
         }
     return {};
 }
@@ -355,7 +355,7 @@ Result<void> writeExr(const std::filesystem::path& file, ImageView<const glm::ve
             for (int channel = 0; channel < channelCount; ++channel)
                 row[static_cast<std::size_t>(x * channelCount + channel)] = texels.at(x, y)[channel];
         }
-        if (const auto written = writer->append(row.data(), texels.width * channelCount, 1); !written) return written;
+        if (auto written = writer->append(row.data(), texels.width * channelCount, 1); !written) return written;
     }
     return writer->commit();
 }

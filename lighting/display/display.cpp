@@ -35,10 +35,13 @@ double perceptualQuantizer(double nits) {
     return std::pow((kC1 + kC2 * y) / (1 + kC3 * y), kM2);
 }
 
+glm::dmat3 itpFromLms() {
+    return fromRows({2048, 2048, 0}, {6610 / 2.0, -13613 / 2.0, 7003 / 2.0}, {17933, -17390, -543}) / 4096.0;
+}
+
 glm::dvec3 ictcpItp(const glm::dvec3& bt2020) {
-    static const glm::dmat3 kItp = fromRows({2048, 2048, 0}, {6610 / 2.0, -13613 / 2.0, 7003 / 2.0}, {17933, -17390, -543}) / 4096.0;
     const glm::dvec3 lms = lmsFromBt2020() * bt2020;
-    return kItp * glm::dvec3(perceptualQuantizer(lms.x), perceptualQuantizer(lms.y), perceptualQuantizer(lms.z));
+    return itpFromLms() * glm::dvec3(perceptualQuantizer(lms.x), perceptualQuantizer(lms.y), perceptualQuantizer(lms.z));
 }
 
 double visibleDifference(const glm::dvec3& a, const glm::dvec3& b, const Display& display, const glm::dmat3& bt2020FromWorking) {

@@ -20,35 +20,8 @@ constexpr float kLocalScale = 0.1f, kVisibleScale = 10;
 constexpr std::array<std::array<double, 3>, 6> kHeatRamp = {
     {{0, 0, 0}, {70, 15, 110}, {190, 40, 75}, {240, 110, 30}, {250, 205, 60}, {255, 255, 255}}};
 
-}  // namespace
-
-Preview::Preview(int width, int height, double key)
-    : key_(key), stride_(std::max(1, (std::max(width, height) + kLongestSide - 1) / kLongestSide)) {
-    const int across = (width + stride_ - 1) / stride_, down = (height + stride_ - 1) / stride_;
-    reference_ = formats::Image<glm::u8vec3>(across, down);
-    cooked_ = formats::Image<glm::u8vec3>(across, down);
-    worst_ = formats::Image<float>(across, down);
-}
-
-glm::u8vec3 Preview::toneMapped(const glm::vec3& radiance) const {
-    glm::u8vec3 pixel(0);
-    for (int channel = 0; channel < 3; ++channel) {
-        const double exposed = key_ > 0 ? std::max(0.0, 0.7 * static_cast<double>(radiance[channel]) / key_) : 0.0;
-        pixel[channel] = static_cast<std::uint8_t>(std::lround(255 * std::pow(exposed / (1 + exposed), 1 / 2.2)));
-    }
-    return pixel;
-}
-
-float Preview::localError(const glm::vec3& reference, const glm::vec3& cooked) const {
-    float worst = 0;
-    for (int channel = 0; channel < 3; ++channel) {
-        const float allowed = std::abs(reference[channel]) + static_cast<float>(lighting::kLocalErrorFloor * key_);
-        worst = std::max(worst, allowed > 0 ? std::abs(cooked[channel] - reference[channel]) / allowed : 0.0f);
-    }
-    return worst;
-}
-
-glm::u8vec3 Preview::heat(float part) {
+/// part  of the scale
+glm::u8vec3 heat(float part) {
     const double place = std::min(static_cast<double>(part), 1.0) * (kHeatRamp.size() - 1);
     const std::size_t low = std::min(static_cast<std::size_t>(place), kHeatRamp.size() - 2);
     const double fraction = place - static_cast<double>(low);
@@ -60,14 +33,47 @@ glm::u8vec3 Preview::heat(float part) {
     return pixel;
 }
 
+}  // namespace
+
+glm::u8vec3 toneMapped(const glm::vec3& radiance, double key) {
+    glm::u8vec3 pixel(0);
+    for (int channel = 0; channel < 3; ++channel) {
+        const double exposed = key > 0 ? std::max(0.0, 0.7 * static_cast<double>(radiance[channel]) / key) : 0.0;
+        pixel[channel] = static_cast<std::uint8_t>(std::lround(255 * std::pow(exposed / (1 + exposed), 1 / 2.2)));
+    }
+    return pixel;
+}
+
+glm::u8vec3 heatOf(float visible) {
+    return heat(visible / kVisibleScale);
+}
+
+Preview::Preview(int width, int height, double key)
+    : key_(key), stride_(std::max(1, (std::max(width, height) + kLongestSide - 1) / kLongestSide)) {
+    const int across = (width + stride_ - 1) / stride_, down = (height + stride_ - 1) / stride_;
+    reference_ = formats::Image<glm::u8vec3>(across, down);
+    cooked_ = formats::Image<glm::u8vec3>(across, down);
+    worst_ = formats::Image<float>(across, down);
+    anyNormal_ = formats::Image<float>(across, down, -1);
+}
+
+float Preview::localError(const glm::vec3& reference, const glm::vec3& cooked) const {
+    float worst = 0;
+    for (int channel = 0; channel < 3; ++channel) {
+        const float allowed = std::abs(reference[channel]) + static_cast<float>(lighting::kLocalErrorFloor * key_);
+        worst = std::max(worst, allowed > 0 ? std::abs(cooked[channel] - reference[channel]) / allowed : 0.0f);
+    }
+    return worst;
+}
+
 void Preview::show(int x, int y, const glm::vec3& reference, const glm::vec3& cooked, float part) {
     // Threads may share a pixel. The largest of them all is the same in any order.
     const std::atomic_ref<float> pixel(worst_.at(x / stride_, y / stride_));
     for (float seen = pixel.load(); part > seen && !pixel.compare_exchange_weak(seen, part);) {
     }
     if (!shows(x, y)) return;
-    reference_.at(x / stride_, y / stride_) = toneMapped(reference);
-    cooked_.at(x / stride_, y / stride_) = toneMapped(cooked);
+    reference_.at(x / stride_, y / stride_) = toneMapped(reference, key_);
+    cooked_.at(x / stride_, y / stride_) = toneMapped(cooked, key_);
 }
 
 void Preview::set(int x, int y, const glm::vec3& reference, const glm::vec3& cooked) {
@@ -76,6 +82,10 @@ void Preview::set(int x, int y, const glm::vec3& reference, const glm::vec3& coo
 
 void Preview::set(int x, int y, const glm::vec3& reference, const glm::vec3& cooked, float visible) {
     show(x, y, reference, cooked, visible / kVisibleScale);
+}
+
+void Preview::setAtAnyNormal(int x, int y, float visible) {
+    if (shows(x, y)) anyNormal_.at(x / stride_, y / stride_) = visible;
 }
 
 formats::Result<PreviewFiles> Preview::write(const std::filesystem::path& folder, const std::string& name) const {
@@ -92,14 +102,22 @@ formats::Result<PreviewFiles> Preview::write(const std::filesystem::path& folder
                worst = writePng("difference", difference);
     for (const auto* file : {&reference, &cooked, &worst})
         if (!*file) return tl::make_unexpected(file->error());
-    return PreviewFiles{*reference, *cooked, *worst};
+    PreviewFiles files{*reference, *cooked, *worst};
+    if (std::ranges::all_of(anyNormal_.texels(), [](float visible) { return visible < 0; })) return files;
+    std::ranges::transform(anyNormal_.texels(), difference.texels().begin(), [](float visible) { return heatOf(std::max(visible, 0.0f)); });
+    auto anyNormal = writePng("any_normal", difference);
+    if (!anyNormal) return tl::make_unexpected(anyNormal.error());
+    files.anyNormal = std::move(*anyNormal);
+    return files;
 }
 
-formats::Result<ActionOutcome> outcomeWithPreview(VerifyResult result, const Preview& preview, const ActionContext& context) {
-    const auto files = preview.write(context.folder, context.action.asset);
+formats::Result<ActionOutcome> outcomeWithPreview(VerifyResult result, const Preview& preview, const ActionContext& context,
+                                                  std::vector<WorstPlacePicture> worst) {
+    auto files = preview.write(context.folder, context.action.asset);
     if (!files) return tl::make_unexpected(files.error());
-    result.preview = *files;
-    return outcomeWith(result, {files->reference, files->cooked, files->difference});
+    files->worst = std::move(worst);
+    result.preview = std::move(*files);
+    return outcomeWith(result, result.preview->all());
 }
 
 }  // namespace lightcook::pipeline

@@ -3,12 +3,18 @@
 
 #include <glm/gtc/type_precision.hpp>
 #include <glm/vec3.hpp>
+#include <vector>
 
 #include "formats/image.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/graph/action.h"
 
 namespace lightcook::pipeline {
+
+/// Returns the pixel of a light: the key, a log-average luminance, is shown as middle grey. A key of 0 shows everything black.
+glm::u8vec3 toneMapped(const glm::vec3& radiance, double key);
+/// Returns the pixel of a visible error: the colour ramp ends at 10 just noticeable differences.
+glm::u8vec3 heatOf(float visible);
 
 /// Three pictures of one asset: reference, cooked, difference. Threads may fill them together, each texel by one thread. Reference and
 /// cooked are point samples; the difference is the largest error of all texels under a pixel, so that no error is missed.
@@ -28,8 +34,11 @@ public:
     /// Sets the light of a texel and its visible error; the scale ends at 10 just noticeable differences. A picture has one kind of error.
     void set(int x, int y, const glm::vec3& reference, const glm::vec3& cooked, float visible);
 
-    /// Writes <name>_reference.png, <name>_cooked.png and <name>_difference.png into `folder`/preview, and returns their names relative to
-    /// `folder`.
+    /// Sets the visible error of a texel at the worst of the normals that a normal map can turn to. The picture shows it if shows(x, y).
+    void setAtAnyNormal(int x, int y, float visible);
+
+    /// Writes <name>_reference.png, <name>_cooked.png, <name>_difference.png and, if errors at any normal were set, <name>_any_normal.png
+    /// into `folder`/preview, and returns their names relative to `folder`.
     formats::Result<PreviewFiles> write(const std::filesystem::path& folder, const std::string& name) const;
 
     static constexpr int kLongestSide = 384;
@@ -38,16 +47,17 @@ private:
     float localError(const glm::vec3& reference, const glm::vec3& cooked) const;
     /// part  of the scale
     void show(int x, int y, const glm::vec3& reference, const glm::vec3& cooked, float part);
-    glm::u8vec3 toneMapped(const glm::vec3& radiance) const;
-    static glm::u8vec3 heat(float part);
 
     double key_;
     int stride_;
     formats::Image<glm::u8vec3> reference_, cooked_;
-    formats::Image<float> worst_;  ///< error, as a part of the scale
+    formats::Image<float> worst_;      ///< error, as a part of the scale
+    formats::Image<float> anyNormal_;  ///< visible error; negative where none was set
 };
 
 /// Writes the preview and returns the outcome of a verify action with its names.
-formats::Result<ActionOutcome> outcomeWithPreview(VerifyResult result, const Preview& preview, const ActionContext& context);
+/// worst  pictures of the worst places, which lie in the action's folder already
+formats::Result<ActionOutcome> outcomeWithPreview(VerifyResult result, const Preview& preview, const ActionContext& context,
+                                                  std::vector<WorstPlacePicture> worst = {});
 
 }  // namespace lightcook::pipeline

@@ -61,14 +61,41 @@ void describe(Fields& fields, Self& error) {
 }
 
 /// Pictures of an asset, relative to its folder.
+/// A picture of the surroundings of a texel: reference, cooked and visible error side by side.
+struct WorstPlacePicture {
+    std::string file;
+    std::array<int, 2> texel{};         ///< x and y
+    double visible = 0;                 ///< visible error at the texel's own normal
+    glm::dvec3 reference{0}, found{0};  ///< exit radiance there
+};
+template <class Fields, Is<WorstPlacePicture> Self>
+void describe(Fields& fields, Self& place) {
+    fields.required("file", place.file, kFileInFolder, "reference, cooked and visible error side by side");
+    fields.required("texel", place.texel, "x and y");
+    fields.required("visible", place.visible, kFigure, "visible error at the texel's own normal");
+    fields.required("reference", place.reference, kNumberOrNull, "exit radiance of the bake: red, green, blue");
+    fields.required("found", place.found, kNumberOrNull, "exit radiance of the cooked asset: red, green, blue");
+}
+
 struct PreviewFiles {
     std::string reference, cooked, difference;
+    std::optional<std::string> anyNormal = {};
+    std::vector<WorstPlacePicture> worst = {};  ///< the largest visible error first
+
+    std::vector<std::string> all() const {
+        std::vector<std::string> files = {reference, cooked, difference};
+        if (anyNormal) files.push_back(*anyNormal);
+        for (const WorstPlacePicture& place : worst) files.push_back(place.file);
+        return files;
+    }
 };
 template <class Fields, Is<PreviewFiles> Self>
 void describe(Fields& fields, Self& preview) {
     fields.required("reference", preview.reference, kFileInFolder, "the bake");
     fields.required("cooked", preview.cooked, kFileInFolder, "the cooked asset");
-    fields.required("difference", preview.difference, kFileInFolder, "local relative error");
+    fields.required("difference", preview.difference, kFileInFolder, "local relative error, or visible error");
+    fields.optional("any_normal", preview.anyNormal, kFileInFolder, "visible error at the worst normal that a normal map can turn to");
+    fields.presentIf(!preview.worst.empty(), "worst", preview.worst, "surroundings of the texels with the largest visible errors");
 }
 
 /// Result of a verify action.

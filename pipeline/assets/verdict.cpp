@@ -26,6 +26,14 @@ std::optional<double> visibleP99(const verify::StageError& stage) {
     return largest;
 }
 
+std::optional<double> visibleBound(const verify::StageError& stage) {
+    std::optional<double> largest;
+    for (const verify::ErrorFigures* figures : {&stage.diffuse, &stage.specular})
+        if (figures->visible && figures->visible->bound && !(*figures->visible->bound <= largest.value_or(-1)))
+            largest = figures->visible->bound;
+    return largest;
+}
+
 bool isFinite(const verify::ErrorFigures& figures) {
     return std::isfinite(figures.relRms) && std::isfinite(figures.p99) && std::isfinite(figures.maxSampled) &&
            std::isfinite(figures.maxBound) && (!figures.visible || std::isfinite(figures.visible->max));
@@ -92,14 +100,16 @@ verify::ErrorPlace FieldMirror<verify::ErrorPlace>::from(const ErrorPlaceFields&
 }
 
 Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std::vector<verify::Violation> violations,
-                    const std::optional<double>& maxVisible) {
+                    const std::optional<double>& maxVisible, const std::optional<double>& maxVisibleBound) {
     Verdict verdict;
     verdict.limit = maxError;
     verdict.maxVisible = maxVisible;
+    verdict.maxVisibleBound = maxVisibleBound;
     verdict.passed = !stages.empty() && violations.empty();
     for (const verify::StageError& stage : stages) verdict.passed = verdict.passed && isFinite(stage.diffuse) && isFinite(stage.specular);
     if (verdict.passed) verdict.passed = stages.back().diffuse.relRms <= maxError && stages.back().specular.relRms <= maxError;
     if (verdict.passed && maxVisible) verdict.passed = visibleP99(stages.back()).value_or(0) <= *maxVisible;
+    if (verdict.passed && maxVisibleBound) verdict.passed = visibleBound(stages.back()).value_or(0) <= *maxVisibleBound;
     verdict.stages = std::move(stages);
     verdict.violations = std::move(violations);
     return verdict;

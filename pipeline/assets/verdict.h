@@ -14,20 +14,23 @@ namespace lightcook::pipeline {
 
 struct Verdict {
     std::vector<verify::StageError> stages;
-    std::string metric = "rel_rms";    ///< of the limit
-    double limit = 0;                  ///< on rel_rms of the last stage, diffuse and specular
-    std::optional<double> maxVisible;  ///< limit on the 99th percentile of visible errors of the last stage
+    std::string metric = "rel_rms";         ///< of the limit
+    double limit = 0;                       ///< on rel_rms of the last stage, diffuse and specular
+    std::optional<double> maxVisible;       ///< limit on the 99th percentile of visible errors of the last stage
+    std::optional<double> maxVisibleBound;  ///< limit on the proven bound of its visible errors
     bool passed = false;
     std::vector<verify::Violation> violations;  ///< faults that the figures of the whole asset would average away
 };
 
 /// Returns a verdict. It passes if the last stage's rel_rms of diffuse and specular is within the limit, and so is the 99th percentile of
-/// its visible errors, all figures of all stages are finite, and there is no violation.
+/// its visible errors, and so is their proven bound, all figures of all stages are finite, and there is no violation.
 Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std::vector<verify::Violation> violations = {},
-                    const std::optional<double>& maxVisible = std::nullopt);
+                    const std::optional<double>& maxVisible = std::nullopt, const std::optional<double>& maxVisibleBound = std::nullopt);
 
 /// Returns the 99th percentile of a stage's visible errors, the larger of diffuse and specular light. Empty without any.
 std::optional<double> visibleP99(const verify::StageError& stage);
+/// Returns the proven bound of a stage's visible errors, the larger of diffuse and specular light. Empty without any.
+std::optional<double> visibleBound(const verify::StageError& stage);
 
 /// Returns true if all figures are finite.
 bool isFinite(const verify::ErrorFigures& figures);
@@ -107,6 +110,11 @@ void describe(Fields& fields, Self& figures) {
     fields.required("p999", figures.p999, kFigure, "99.9th percentile");
     fields.required("max", figures.max, kFigure, "largest of the samples");
     fields.presentIf(figures.maxAt.isKnown(), "max_at", figures.maxAt, "place of the largest");
+    fields.presentIf(!figures.histogram.empty(), "histogram", figures.histogram,
+                     "numbers of samples: below 1/8, in each octave from 1/8 to 512, and from 512 up");
+    fields.optional("bound", figures.bound, kFigure,
+                    "proven upper bound for every place, normal or view, and allowed sampler; of the last stage");
+    fields.presentIf(figures.boundAt.isKnown(), "bound_at", figures.boundAt, "place of the bound");
 }
 
 template <class Fields, Is<verify::ErrorFigures> Self>
@@ -120,6 +128,12 @@ void describe(Fields& fields, Self& figures) {
     fields.optional("visible", figures.visible, "visible error, in just noticeable differences (Delta E ITP)");
 }
 
+template <class Fields, Is<verify::CentreFigures> Self>
+void describe(Fields& fields, Self& figures) {
+    fields.required("diffuse", figures.diffuse, "of Lambert shading");
+    fields.required("specular", figures.specular, "of area-specular shading");
+}
+
 template <class Fields, Is<verify::StageError> Self>
 void describe(Fields& fields, Self& stage) {
     fields.required("name", stage.name, "name of the stage, as the layout calls it");
@@ -128,6 +142,7 @@ void describe(Fields& fields, Self& stage) {
         error.required("diffuse", stage.diffuse, "of Lambert shading");
         error.required("specular", stage.specular, "of area-specular shading");
     });
+    fields.optional("at_texels", stage.atTexels, "the same at texel centres alone, where the error is that of the surface");
 }
 
 template <class Fields, Is<verify::Violation> Self>
@@ -146,6 +161,8 @@ void describe(Fields& fields, Self& verdict) {
         limit.required("metric", verdict.metric, "figure that is limited");
         limit.required("value", verdict.limit, between(0, HUGE_VAL), "largest value that passes");
         limit.optional("max_visible", verdict.maxVisible, between(0, HUGE_VAL), "largest p99 of visible errors that passes");
+        limit.optional("max_visible_bound", verdict.maxVisibleBound, between(0, HUGE_VAL),
+                       "largest proven bound of visible errors that passes");
     });
     fields.required("passed", verdict.passed, "true if the figures are within the limit and nothing is violated");
     fields.presentIf(!verdict.violations.empty(), "violations", verdict.violations,

@@ -20,10 +20,11 @@ formats::Result<double> maxErrorOf(const ActionContext& context) {
 }
 
 VerifyResult judged(std::vector<verify::StageError> stages, double maxError, const Stopwatch& watch,
-                    std::vector<verify::Violation> violations, const std::optional<double>& maxVisible) {
+                    std::vector<verify::Violation> violations, const std::optional<double>& maxVisible,
+                    const std::optional<double>& maxVisibleBound) {
     if (!stages.empty()) stages.back().seconds = watch.seconds();
     VerifyResult result;
-    result.verdict = makeVerdict(std::move(stages), maxError, std::move(violations), maxVisible);
+    result.verdict = makeVerdict(std::move(stages), maxError, std::move(violations), maxVisible, maxVisibleBound);
     return result;
 }
 

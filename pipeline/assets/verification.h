@@ -25,6 +25,7 @@ formats::Result<double> maxErrorOf(const ActionContext& context);
 
 /// Returns a result with the verdict on these stages. The last stage gets the time since the watch was made.
 VerifyResult judged(std::vector<verify::StageError> stages, double maxError, const Stopwatch& watch,
-                    std::vector<verify::Violation> violations, const std::optional<double>& maxVisible = std::nullopt);
+                    std::vector<verify::Violation> violations, const std::optional<double>& maxVisible = std::nullopt,
+                    const std::optional<double>& maxVisibleBound = std::nullopt);
 
 }  // namespace lightcook::pipeline

@@ -11,6 +11,7 @@
 
 #include "formats/gltf_scene.h"
 #include "formats/light_map.h"
+#include "pipeline/assets/light_map/bake_reading.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
@@ -64,6 +65,15 @@ Json describeImage(const formats::PlainImage& image) {
             {"negative", negative}};
 }
 
+/// Describes a light map: how it was recognised, and its shape.
+Json describeLightMap(const formats::LightMapReader& map) {
+    const BakeReading reading = readingOf(map);
+    return {{"light_map", reading.bake},   {"evidence", reading.evidence},
+            {"assumed", reading.assumed},  {"other_readings", reading.otherReadings},
+            {"width", map.width()},        {"height", map.height()},
+            {"normals", map.hasNormals()}, {"coverage", map.hasCoverage()}};
+}
+
 Json describeScene(const Scene& scene) {
     Json json = {{"scene", scene.name},
                  {"target", std::string(formats::info(scene.output.target).name)},
@@ -105,12 +115,15 @@ Result<Json> describeFile(const std::filesystem::path& file) {
             for (const auto& material : scene.materials()) json["materials"].push_back(material.name);
             return json;
         });
-    if (extension == ".exr") {
-        if (const auto map = formats::LightMapReader::open(file, {}))
-            return Json{{"light_map", std::string(map->bake())},
-                        {"width", map->width()},
-                        {"height", map->height()},
-                        {"normals", map->hasNormals()}};
+    if (extension == ".exr" || extension == ".hdr") {
+        if (const auto map = formats::LightMapReader::open(file, {})) {
+            if (map->recognition().isCertain) return describeLightMap(*map);
+            return formats::readImage(file).map([&](const formats::PlainImage& image) {
+                Json json = describeImage(image);
+                json["as_light_map"] = describeLightMap(*map);
+                return json;
+            });
+        }
     }
     return formats::readImage(file).map(describeImage);
 }

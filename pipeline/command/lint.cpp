@@ -1,5 +1,6 @@
 // lightcook lint: what looks wrong in the inputs of a scene.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
@@ -11,6 +12,7 @@
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
+#include "pipeline/lint/lint.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -22,6 +24,18 @@ std::string countsOf(const Outcome& outcome) {
         std::ranges::count_if(outcome.findings, [](const Finding& finding) { return !finding.allowed && !finding.isFailure(); });
     const auto words = [](auto count, const char* what) { return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s"); };
     return fmt::format("{}, {}, {} allowed", words(warnings, "warning"), words(outcome.errors.size(), "error"), allowed);
+}
+
+/// Prints how each light map was recognised.
+void printReadings(Terminal& terminal, const Json& json) {
+    const auto report = fromJson<LintReport>(json, "lint");
+    if (!report) return;
+    for (const BakeReading& reading : report->lightMaps) {
+        std::string line = fmt::format("{}: read as {} ({})", reading.lightMap, reading.bake, reading.evidence);
+        if (!reading.assumed.empty()) line += fmt::format("; assumed: {}", fmt::join(reading.assumed, "; "));
+        if (!reading.otherReadings.empty()) line += fmt::format("; would also fit: {}", fmt::join(reading.otherReadings, ", "));
+        terminal.say(line);
+    }
 }
 
 }  // namespace
@@ -39,7 +53,8 @@ CommandFunction defineLint(CLI::App& app) {
     options->files.add(app);
     app.footer(R"(lint looks at light maps, meshes, probes and settings before a cook: sign convention, axes, units, gamma
 curves, coverage, normals, fireflies, light-map UVs, limits. Each finding has a code, the evidence in
-figures, and what to write in the scene file. cook and verify do the same checks.
+figures, and what to write in the scene file. cook and verify do the same checks. The bake format of
+each light map is printed first, with its evidence and with what the file does not say.
 
 An error, such as a map without coverage, ends with exit code 3; a warning ends with exit code 0, with
 --strict 3. `allow = [{ code = "...", reason = "..." }]` in the scene file silences a warning.)");
@@ -47,6 +62,7 @@ An error, such as a map without coverage, ends with exit code 3; a warning ends 
         if (auto ready = options->files.prepare(session); !ready) return session.finish(ready);
         const Outcome outcome = lintScene(options->lint, session.state);
         const std::vector<formats::Error> errors = options->files.write(session, "lint", outcome, options->lint.scene, {});
+        if (session.terminal.verbosity() != Verbosity::Quiet) printReadings(session.terminal, outcome.report);
         printFindings(session.terminal, outcome.findings);
         if (outcome.isLinted && session.terminal.verbosity() != Verbosity::Quiet)
             session.terminal.say(fmt::format("{}: {}", options->lint.scene.string(), countsOf(outcome)));

@@ -110,7 +110,7 @@ void addRepairOption(CLI::App& app, bool& repair) {
 }
 
 void addSamplesOption(CLI::App& app, std::optional<int>& samples) {
-    app.add_option("--samples", samples, "Random positions between texels at which the verifier shades, per texel")
+    app.add_option("--samples", samples, "Random places on the surface at which the verifier shades, per texel")
         ->check(CLI::Range(0, 1000000));
 }
 
@@ -139,8 +139,15 @@ void OutputOptions::addLayout(CLI::App& app) {
     app.add_option("--max-visible", maxVisible_,
                    "Limit on the visible error of light maps, in just noticeable differences that 99 % keep; over it verification fails")
         ->type_name("NUMBER");
+    app.add_option("--max-visible-bound", maxVisibleBound_,
+                   "Limit on the proven bound of the visible error of light maps, which no place, normal or view exceeds; over it "
+                   "verification fails")
+        ->type_name("NUMBER");
     app.add_option("--layout", layout_, "Layout of light maps; auto: the one that meets --max-error, --max-visible or --budget best")
         ->check(CLI::IsMember(lightMapLayoutChoices()));
+    app.add_option("--objective", objective_,
+                   fmt::format("What learned layouts of light maps minimize ({})", captionsOf(formats::allObjectives())))
+        ->check(CLI::IsMember(formats::namesOf(formats::allObjectives())));
 }
 
 void OutputOptions::addFiles(CLI::App& app) {
@@ -171,6 +178,7 @@ void OutputOptions::addScene(CLI::App& app) {
 formats::Result<void> OutputOptions::apply(CookOptions& options) const {
     if (!target_.empty()) options.target = formats::targetFromName(target_);
     if (!layout_.empty()) options.lightMapLayout = layout_;
+    if (const auto* row = formats::findByName(formats::allObjectives(), objective_); row != nullptr) options.objective = row->id;
     if (!container_.empty()) options.container = container_ == "dds" ? formats::Container::Dds : formats::Container::Ktx2;
     if (maxError_) options.maxError = maxError_;
     // A command of one asset holds that asset to its --max-error, of whatever kind it is.
@@ -178,6 +186,9 @@ formats::Result<void> OutputOptions::apply(CookOptions& options) const {
     if (maxVisible_)
         if (auto checked = checkOption("--max-visible", objectionToMaxVisible(*maxVisible_)); !checked) return checked;
     options.maxVisible = maxVisible_;
+    if (maxVisibleBound_)
+        if (auto checked = checkOption("--max-visible-bound", objectionToMaxVisible(*maxVisibleBound_)); !checked) return checked;
+    options.maxVisibleBound = maxVisibleBound_;
     if (effort_ && options.target == formats::Target::Float)
         return formats::failure(formats::ErrorCode::InvalidRequest, "--effort",
                                 "found it with --target float, whose texels are not encoded, expected --target bc or astc");
@@ -192,20 +203,26 @@ formats::Result<void> OutputOptions::apply(CookOptions& options) const {
 }
 
 void ConventionOptions::add(CLI::App& app) {
+    app.add_option("--bake", bake_, fmt::format("Bake format of the file ({}: as its channels, name and size say)", formats::kAutoBake))
+        ->check(CLI::IsMember(formats::bakeNames()))
+        ->capture_default_str();
     addConvention<formats::ShPhase>(app, "--phase", phase_, "Sign convention of the SH basis");
     addConvention<formats::ShFrame>(app, "--frame", frame_, "Frame of the coefficients");
     addConvention<formats::ShQuantity>(app, "--quantity", quantity_, "Quantity that the coefficients expand");
     addConvention<formats::LightUnits>(app, "--light-units", lightUnits_, "Units of the bake's light sources");
+    addConvention<formats::LightEncoding>(app, "--encoding", encoding_, "Encoding of the colours of an 8-bit picture");
     app.add_option("--firefly-limit", fireflyLimit_,
                    "A texel that is brighter than this many times its brightest neighbour is a firefly and refused; 0: no check")
         ->capture_default_str();
 }
 
 formats::Result<void> ConventionOptions::apply(formats::LightMapDescription& description) const {
+    description.bake = bake_;
     description.phase = *formats::conventionFromName<formats::ShPhase>(phase_);
     description.frame = *formats::conventionFromName<formats::ShFrame>(frame_);
     description.quantity = *formats::conventionFromName<formats::ShQuantity>(quantity_);
     description.lightUnits = *formats::conventionFromName<formats::LightUnits>(lightUnits_);
+    description.encoding = *formats::conventionFromName<formats::LightEncoding>(encoding_);
     description.fireflyLimit = fireflyLimit_;
     return checkOption("--firefly-limit", objectionToFireflyLimit(fireflyLimit_));
 }

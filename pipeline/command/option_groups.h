@@ -65,8 +65,8 @@ private:
     void addContainer(CLI::App& app);
     void addLayout(CLI::App& app);
 
-    std::string target_, layout_, container_, budget_;
-    std::optional<double> maxError_, maxConverterError_, maxVisible_, rdo_;
+    std::string target_, layout_, objective_, container_, budget_;
+    std::optional<double> maxError_, maxConverterError_, maxVisible_, maxVisibleBound_, rdo_;
     std::optional<int> effort_;
     bool zstd_ = false, isOneAsset_ = true;
 };
@@ -79,7 +79,7 @@ public:
     formats::Result<void> apply(formats::LightMapDescription& description) const;
 
 private:
-    std::string phase_, frame_, quantity_, lightUnits_;
+    std::string bake_ = std::string(formats::kAutoBake), phase_, frame_, quantity_, lightUnits_, encoding_;
     double fireflyLimit_ = formats::LightMapDescription{}.fireflyLimit;
 };
 

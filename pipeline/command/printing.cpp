@@ -16,6 +16,12 @@ std::string visibleWord(const std::optional<double>& p99) {
     return p99 ? fmt::format("{:.2f}", *p99) : "-";
 }
 
+/// Returns the proven bound: of visible errors, or of assets without any the local relative one.
+std::string boundWord(const verify::StageError& error, const verify::ErrorFigures& worse) {
+    const auto visible = visibleBound(error);
+    return visible ? fmt::format("{:.2f}", *visible) : percent(worse.maxBound);
+}
+
 std::string verdictWord(const Terminal& terminal, bool passed) {
     return passed ? terminal.styled(Style::Good, "passed") : terminal.styled(Style::Bad, "FAILED");
 }
@@ -93,16 +99,16 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
 
 void printReport(Terminal& terminal, const Report& report) {
     terminal.say(terminal.styled(
-        Style::Faint, fmt::format("{:24} {:10} {:20} {:>12} {:>9} {:>10} {:>10} {:>10} {:>12} {:>8}  {}", "asset", "kind", "layout",
-                                  "GPU bytes", "bits/tx", "diffuse", "specular", "p99", "bound", "visible", "verdict")));
+        Style::Faint, fmt::format("{:24} {:10} {:20} {:>12} {:>9} {:>10} {:>10} {:>10} {:>8} {:>12}  {}", "asset", "kind", "layout",
+                                  "GPU bytes", "bits/tx", "diffuse", "specular", "p99", "visible", "bound", "verdict")));
     for (const ReportRow& row : report.assets) {
         const verify::StageError& error = row.verdict.stages.back();
         const bool diffuseIsWorse =
             std::isfinite(error.specular.p99) && std::isfinite(error.diffuse.p99) && error.diffuse.p99 >= error.specular.p99;
         const verify::ErrorFigures& worse = diffuseIsWorse ? error.diffuse : error.specular;
-        terminal.say(fmt::format("{:24} {:10} {:20} {:12} {:9.2f} {} {} {} {} {:>8}  {}", row.name, info(row.kind).name, row.layout,
+        terminal.say(fmt::format("{:24} {:10} {:20} {:12} {:9.2f} {} {} {} {:>8} {:>12}  {}", row.name, info(row.kind).name, row.layout,
                                  row.bytesGpu, row.bitsPerTexel, percent(error.diffuse.relRms), percent(error.specular.relRms),
-                                 percent(worse.p99), percent(worse.maxBound), visibleWord(visibleP99(error)),
+                                 percent(worse.p99), visibleWord(visibleP99(error)), boundWord(error, worse),
                                  verdictWord(terminal, row.verdict.passed)));
     }
     const std::string limit = report.budget.limitBytes ? fmt::format(" of {}", *report.budget.limitBytes) : "";

@@ -179,7 +179,8 @@ std::string sceneFileReference() {
         "complete example with comments, and [from a baker to a scene](../guide/from-a-baker-to-a-scene.md) explains the choices. Unknown "
         "keys are "
         "refused, with the nearest known key. Every mistake is one line with file, line and column, actual and expected value, and exit "
-        "code 2. On the command line, `--target`, `--layout`, `--container`, `--max-error`, `--max-converter-error`, `--budget`, "
+        "code 2. On the command line, `--target`, `--layout`, `--objective`, `--container`, `--max-error`, `--max-converter-error`, "
+        "`--budget`, "
         "`--effort`, `--rdo` and `--zstd` "
         "override keys of `[output]`.",
         kMarkdownColumns);

@@ -29,7 +29,7 @@ bool isLearned(const std::string& layout) {
 Action contentAction(const Scene& scene, const LightMapEntry& entry, const verify::LightMapShading& shading, bool repair) {
     formats::LightMapDescription description = entry.description;
     description.repair = repair;
-    std::map<std::string, std::filesystem::path> inputs = {{"source", entry.file}};
+    std::map<std::string, std::filesystem::path> inputs = bakeInputs(entry.file, entry.description.bake);
     if (!scene.colors.config.empty()) inputs[kColorConfigRole] = scene.colors.config;
     return {"content/" + entry.name,
             "light-map-content",
@@ -92,12 +92,13 @@ std::vector<Action> planContents(const Scene& scene, const Needs& needs, const P
     std::vector<Action> actions;
     if (scene.output.keepUnused) return actions;
     const verify::LightMapShading shading = shadingOf(scene, needs);
-    const auto isWanted = [&](const std::string& name) { return !options.only || *options.only == name; };
     for (const LightMapEntry& entry : scene.lightMaps)
-        if (isWanted(entry.name) || isWanted(dominantNameOf(entry.name)) || (entry.mesh && isWanted(meshAssetName(scene, entry))))
+        if (isWanted(options, entry.name, AssetKind::LightMap, entry.name) ||
+            isWanted(options, dominantNameOf(entry.name), AssetKind::Dominant, entry.name) ||
+            (entry.mesh && isWanted(options, meshAssetName(scene, entry), AssetKind::Mesh, entry.name)))
             actions.push_back(contentAction(scene, entry, shading, options.repair));
-    const bool isProbeWanted = std::ranges::any_of(scene.probes, isWanted, &ProbeEntry::name);
-    if (needs.specular && isProbeWanted)
+    const auto isProbeWanted = [&](const ProbeEntry& entry) { return isWanted(options, entry.name, AssetKind::Cubemap, entry.name); };
+    if (needs.specular && std::ranges::any_of(scene.probes, isProbeWanted))
         if (auto use = probeUseAction(scene)) actions.push_back(std::move(*use));
     return actions;
 }
@@ -124,7 +125,7 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
     if (found == needs.contents.end()) return reduction;
     const LightMapContent& content = found->second;
     const bool isAuto = asked == kAutoLayout, isNamed = !isAuto && !scene.output.lightMapLayout.empty();
-    reduction.hasDominant = !content.isBlack;
+    reduction.hasDominant = !content.isBlack && content.errorOfOrder0 != 0.0;
     reduction.isDominantConstant = content.isConstant && content.hasOneNormal;
     if (content.isConstant && !isLearned(asked)) {
         if (isAuto) reduction.layout = nameOf(formats::LightMapLayout::Raw);

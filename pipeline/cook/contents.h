@@ -29,7 +29,7 @@ formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs)
 struct LightMapReduction {
     std::string layout;                    ///< a layout, or "auto"
     std::optional<glm::ivec2> constantOf;  ///< see formats::LightMapDescription
-    bool hasDominant = true;               ///< false: there is no light
+    bool hasDominant = true;               ///< false: the light is black, or has no direction anywhere
     bool isDominantConstant = false;       ///< the dominant light of every texel is that of the first
     bool isFlatTried = false;              ///< for "auto": band 0 alone may be enough
     std::string why;                       ///< a lower order or a constant was chosen; empty: neither was

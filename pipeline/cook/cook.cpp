@@ -36,10 +36,12 @@ void applyOverrides(const CookOptions& options, OutputSettings& output) {
     if (options.target) output.target = *options.target;
     if (options.maxError) output.maxError = *options.maxError;
     if (options.maxVisible) output.maxVisible = options.maxVisible;
+    if (options.maxVisibleBound) output.maxVisibleBound = options.maxVisibleBound;
     if (options.maxConverterError) output.maxConverterError = options.maxConverterError;
     output.isErrorAsked = output.isErrorAsked || options.maxError;
     if (options.budgetBytes) output.budgetBytes = *options.budgetBytes;
     if (options.lightMapLayout) output.lightMapLayout = *options.lightMapLayout;
+    if (options.objective) output.objective = *options.objective;
     if (options.container) output.container = *options.container;
     if (options.zstd) output.zstd = *options.zstd;
     if (options.effort) output.effort = *options.effort;
@@ -78,8 +80,10 @@ public:
 private:
     Result<void> tryRun() {
         applyOverrides(options_, scene_.output);
-        if (options_.maxVisible)
-            for (LightMapEntry& entry : scene_.lightMaps) entry.maxVisible.reset();
+        for (LightMapEntry& entry : scene_.lightMaps) {
+            if (options_.maxVisible) entry.maxVisible.reset();
+            if (options_.maxVisibleBound) entry.maxVisibleBound.reset();
+        }
         outcome_.output = options_.output.empty() ? std::filesystem::path(scene_.name + ".cooked") : options_.output;
         if (auto checked = checkSettings(scene_.output, outcome_.output); !checked) return checked;
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();

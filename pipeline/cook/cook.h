@@ -18,9 +18,10 @@ struct CookOptions {
     std::filesystem::path scene;
     std::filesystem::path output;  ///< empty: "<scene name>.cooked" in the current folder
     std::optional<Target> target;
-    std::optional<double> maxError, maxConverterError, maxVisible;
+    std::optional<double> maxError, maxConverterError, maxVisible, maxVisibleBound;
     std::optional<std::uint64_t> budgetBytes;
     std::optional<std::string> lightMapLayout;
+    std::optional<formats::Objective> objective;
     std::optional<formats::Container> container;
     std::optional<bool> zstd;
     std::optional<int> effort;

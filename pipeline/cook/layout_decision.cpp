@@ -51,12 +51,14 @@ Result<LayoutDecision> LayoutDecision::create(const Scene& scene, const Plan& op
 
 LayoutLimits LayoutDecision::limitsOf(const std::string& map) const {
     const auto entry = std::ranges::find(scene_.lightMaps, map, &LightMapEntry::name);
-    return {scene_.output.maxError, visibleLimit(scene_.output, entry == scene_.lightMaps.end() ? std::nullopt : entry->maxVisible)};
+    const bool isKnown = entry != scene_.lightMaps.end();
+    return {scene_.output.maxError, visibleLimit(scene_.output, isKnown ? entry->maxVisible : std::nullopt),
+            isKnown && entry->maxVisibleBound ? entry->maxVisibleBound : scene_.output.maxVisibleBound};
 }
 
 std::map<std::string, std::string> LayoutDecision::choose() const {
     const OutputSettings& output = scene_.output;
-    if (!output.budgetBytes || output.isErrorAsked || output.maxVisible) return smallestWithin(candidates_);
+    if (!output.budgetBytes || output.isErrorAsked || output.maxVisible || output.maxVisibleBound) return smallestWithin(candidates_);
     return bestWithin(candidates_, *output.budgetBytes - std::min(otherBytes_, *output.budgetBytes));
 }
 
@@ -68,7 +70,8 @@ Result<bool> LayoutDecision::isRefuted(const ExecutionResult& chosen, const std:
         const auto verified = fromJson<VerifyResult>(record->second.result, record->second.id);
         if (!verified) return tl::make_unexpected(verified.error());
         const verify::StageError& last = verified->verdict.stages.back();
-        const double found = limitsOf(map).partOf(std::max(last.diffuse.relRms, last.specular.relRms), visibleP99(last).value_or(0));
+        const double found = limitsOf(map).partOf(std::max(last.diffuse.relRms, last.specular.relRms), visibleP99(last).value_or(0),
+                                                  visibleBound(last).value_or(0));
         LightMapCandidate& candidate = *std::ranges::find(candidates_.at(map), layout, &LightMapCandidate::layout);
         if (found > 1 && candidate.error <= 1) isRefuted = true;
         candidate.error = found;

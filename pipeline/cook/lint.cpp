@@ -10,19 +10,6 @@
 namespace lightcook::pipeline {
 namespace {
 
-/// What `lightcook lint --json` writes; where there are errors, they follow.
-struct LintReport {
-    std::string scene;
-    bool passed = false;
-    std::vector<Finding> findings;
-};
-template <class Fields, Is<LintReport> Self>
-void describe(Fields& fields, Self& report) {
-    fields.required("scene", report.scene, "name of the scene");
-    fields.required("passed", report.passed, "true without errors");
-    fields.required("findings", report.findings, "findings, also those that the scene file allows");
-}
-
 formats::Result<void> lint(const Scene& scene, const LintOptions& options, const RunState& state, Outcome& outcome) {
     auto staging = TemporaryFolder::create();
     if (!staging) return tl::make_unexpected(staging.error());
@@ -42,7 +29,7 @@ formats::Result<void> lint(const Scene& scene, const LintOptions& options, const
     outcome.isLinted = true;
     outcome.findings = std::move(*findings);
     for (formats::Error& error : errorsOf(outcome.findings)) outcome.errors.push_back(std::move(error));
-    outcome.report = toJson(LintReport{scene.name, outcome.errors.empty(), outcome.findings});
+    outcome.report = toJson(LintReport{scene.name, outcome.errors.empty(), readingsOf(scene, facts.records), outcome.findings});
     return {};
 }
 

@@ -83,7 +83,8 @@ public:
         shading_ = shadingOf(scene, needs);
     }
 
-    formats::Result<Plan> plan() && {
+    /// Call it once: it moves the plan out.
+    formats::Result<Plan> plan() {
         for (const LightMapEntry& entry : scene_.lightMaps) planLightMap(entry);
         for (const ProbeEntry& entry : scene_.probes) planProbe(entry);
         for (const GradientEntry& entry : scene_.gradients) planGradient(entry);
@@ -101,14 +102,19 @@ public:
 private:
     bool wanted(const std::string& asset, AssetKind kind, const std::string& parent) {
         knownNames_.push_back(asset);
-        if (options_.onlyKind && *options_.onlyKind != info(kind).name) return false;
-        return !options_.only || *options_.only == asset || *options_.only == parent;
+        return isWanted(options_, asset, kind, parent);
     }
 
     /// Returns the inputs of an asset with one source: the file, and the colour configuration that it is read with.
     Inputs sourceOf(const std::filesystem::path& file) const {
         Inputs inputs = {{"source", file}};
         if (!scene_.colors.config.empty()) inputs[kColorConfigRole] = scene_.colors.config;
+        return inputs;
+    }
+
+    Inputs sourceOf(const LightMapEntry& entry) const {
+        Inputs inputs = bakeInputs(entry.file, entry.description.bake);
+        inputs.merge(sourceOf(entry.file));
         return inputs;
     }
 
@@ -135,31 +141,35 @@ private:
         const bool hasMesh =
             entry.mesh && (scene_.output.draco || mayBeLearned) && wanted(meshAssetName(scene_, entry), AssetKind::Mesh, entry.name);
         // A mesh whose vertices name clusters depends on its light map.
-        const bool isWanted = wanted(entry.name, AssetKind::LightMap, entry.name) || (hasMesh && mayBeLearned);
-        if (isWanted && !isDecided) addTrial(entry, description, reduction.isFlatTried);
-        if (isWanted && isDecided) addLightMap(entry, description, layout, reduction);
+        const bool hasMap = wanted(entry.name, AssetKind::LightMap, entry.name) || (hasMesh && mayBeLearned);
+        if (hasMap && !isDecided) addTrial(entry, description, reduction.isFlatTried);
+        if (hasMap && isDecided) addLightMap(entry, description, layout, reduction);
         planDominant(entry, description, reduction);
         if (hasMesh && isDecided && (scene_.output.draco || hasLearnedBases(layout))) addMesh(entry, description, layout);
     }
 
     void addTrial(const LightMapEntry& entry, const formats::LightMapDescription& description, bool isFlatTried) {
         plan_.undecided.push_back(entry.name);
-        plan_.actions.push_back(
-            {"trial/" + entry.name,
-             "light-map-trial",
-             entry.name,
-             toJson(TrialParameters{description, scene_.output.target, textures_, shading_, scene_.display, isFlatTried}),
-             lightMapInputs(entry, true),
-             {}});
+        plan_.actions.push_back({"trial/" + entry.name,
+                                 "light-map-trial",
+                                 entry.name,
+                                 toJson(TrialParameters{description, scene_.output.target, textures_, shading_, scene_.display,
+                                                        scene_.output.objective, isFlatTried}),
+                                 lightMapInputs(entry, true),
+                                 {}});
     }
 
     void addLightMap(const LightMapEntry& entry, formats::LightMapDescription description, const std::string& layout,
                      const LightMapReduction& reduction) {
         description.constantOf = reduction.constantOf;
-        add(entry.name, AssetKind::LightMap, LightMapParameters{description, layout, scene_.output.target, textures_},
+        std::optional<SceneView> visible;
+        if (scene_.output.objective == formats::Objective::Visible && hasLearnedBases(layout))
+            visible = SceneView{shading_, scene_.display};
+        add(entry.name, AssetKind::LightMap, LightMapParameters{description, layout, scene_.output.target, textures_, visible},
             lightMapInputs(entry, hasLearnedBases(layout)),
-            LightMapVerifyParameters{shading_, options_.samples, scene_.display, visibleLimit(scene_.output, entry.maxVisible)},
-            reduction.constantOf ? sourceOf(entry.file) : tracedInputs(entry));
+            LightMapVerifyParameters{shading_, options_.samples, scene_.display, visibleLimit(scene_.output, entry.maxVisible),
+                                     entry.maxVisibleBound ? entry.maxVisibleBound : scene_.output.maxVisibleBound},
+            reduction.constantOf ? sourceOf(entry) : tracedInputs(entry));
         const std::string asked = layoutAsked(scene_.output);
         const auto would = imagesOf(asked, scene_.output.target), is = imagesOf(layout, scene_.output.target);
         if (reduction.constantOf)
@@ -183,19 +193,19 @@ private:
         const glm::ivec2 size =
             content == needs_.contents.end() ? glm::ivec2(0) : glm::ivec2(content->second.width, content->second.height);
         if (!reduction.hasDominant)
-            return skip("dominant light of '" + entry.name + "'", "the light map is black", "dominant", entry.name, images, {});
+            return skip("dominant light of '" + entry.name + "'", "the light map has no directions", "dominant", entry.name, images, {});
         if (reduction.isDominantConstant) {
             description.constantOf = size;
             skip("texels of the dominant light of '" + entry.name + "'", "every covered texel has the same light and normal",
                  bytesOf(images, size) - bytesOf(images, {kConstantSide, kConstantSide}), {"dominant", texelsOf(size)});
         }
         add(dominant, AssetKind::Dominant, DominantParameters{description, entry.dominantFit, scene_.output.target, textures_},
-            sourceOf(entry.file), DominantVerifyParameters{shading_}, description.constantOf ? sourceOf(entry.file) : tracedInputs(entry));
+            sourceOf(entry), SceneView{shading_, scene_.display}, description.constantOf ? sourceOf(entry) : tracedInputs(entry));
     }
 
     /// Returns the inputs of a light map. No two learned bases may meet on an island of the mesh, so the mesh is one of them if it exists.
     Inputs lightMapInputs(const LightMapEntry& entry, bool mayBeLearned) const {
-        Inputs inputs = sourceOf(entry.file);
+        Inputs inputs = sourceOf(entry);
         std::error_code code;
         if (mayBeLearned && entry.mesh && std::filesystem::exists(*entry.mesh, code))
             inputs.merge(meshInputs(kMeshRole, *entry.mesh, formats::GltfFiles::Geometry));
@@ -204,7 +214,7 @@ private:
 
     /// Returns the inputs of a verification with traced light, which no cook reads.
     Inputs tracedInputs(const LightMapEntry& entry) const {
-        Inputs inputs = sourceOf(entry.file);
+        Inputs inputs = sourceOf(entry);
         if (entry.groundTruth) inputs[kGroundTruthRole] = *entry.groundTruth;
         return inputs;
     }
@@ -212,7 +222,7 @@ private:
     void addMesh(const LightMapEntry& entry, const formats::LightMapDescription& description, const std::string& layout) {
         const std::string asset = meshAssetName(scene_, entry);
         const Inputs inputs = meshInputs(kMeshRole, *entry.mesh);
-        Inputs verifyInputs = sourceOf(entry.file);
+        Inputs verifyInputs = sourceOf(entry);
         verifyInputs.insert(inputs.begin(), inputs.end());
         add(asset, AssetKind::Mesh, MeshParameters{description, scene_.output.draco, scene_.output.maxError},
             scene_.output.draco ? verifyInputs : inputs, NoParameters{}, verifyInputs);
@@ -387,6 +397,11 @@ std::uint64_t bytesOf(const std::vector<SkippedImages>& images, const glm::ivec2
     return bytes;
 }
 
+bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind kind, const std::string& parent) {
+    if (options.onlyKind && *options.onlyKind != info(kind).name) return false;
+    return !options.only || *options.only == asset || *options.only == parent;
+}
+
 std::string meshAssetName(const Scene& scene, const LightMapEntry& entry) {
     const std::string name = entry.mesh->stem().string() + "_mesh";
     const auto sharing = std::count_if(scene.lightMaps.begin(), scene.lightMaps.end(),
@@ -415,7 +430,7 @@ Action verifyAction(const std::string& asset, AssetKind kind, const std::map<std
 
 formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const PlanOptions& options) {
     Planner planner(scene, needs, options);
-    auto planned = std::move(planner).plan();
+    auto planned = planner.plan();
     if (!planned) return planned;
     const Plan& plan = *planned;
     if (options.only && plan.assets.empty() && plan.skipped.empty() && plan.undecided.empty())

@@ -38,6 +38,9 @@ std::uint64_t bytesOf(const std::vector<SkippedImages>& images, const glm::ivec2
 /// light map, since the UVs are verified against each map.
 std::string meshAssetName(const Scene& scene, const LightMapEntry& entry);
 
+/// Returns true if the options want an asset: by its name or that of the entry which it derives from, and by its kind.
+bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind kind, const std::string& parent);
+
 /// Returns the actions that run before the plan: they read the materials of the meshes.
 std::vector<Action> planNeeds(const Scene& scene);
 /// Plans the assets of a scene: asset "a" gets an action "cook/a" and an action "verify/a".

@@ -149,7 +149,7 @@ Result<Report> SummaryWriter::writeReport(Report report) {
     report.files = {{kManifestName, digestOfText(manifestText_)}, {kReportHtmlName, digestOfText(page)}};
     for (const ReportRow& row : rows_) {
         if (!row.preview) continue;
-        for (const std::string& file : {row.preview->reference, row.preview->cooked, row.preview->difference}) {
+        for (const std::string& file : row.preview->all()) {
             const auto digest = digestOfFile(folder_ / file);
             if (!digest) return tl::make_unexpected(digest.error());
             report.files->push_back({file, *digest});

@@ -3,6 +3,7 @@
 
 #include "formats/gpu_texture.h"
 #include "formats/light_map_conventions.h"
+#include "formats/light_map_objective.h"
 #include "formats/specular_lobe.h"
 #include "formats/target.h"
 #include "formats/vocabulary.h"
@@ -13,6 +14,11 @@ namespace lightcook::pipeline {
 template <>
 struct EnumNames<formats::Target> {
     static std::vector<std::string> all() { return formats::namesOf(formats::allTargets()); }
+};
+
+template <>
+struct EnumNames<formats::Objective> {
+    static std::vector<std::string> all() { return formats::namesOf(formats::allObjectives()); }
 };
 
 template <>

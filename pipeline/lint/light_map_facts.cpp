@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <span>
 
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
@@ -66,6 +68,11 @@ bool isPossible(const Moments& moments) {
            g >= (3 * f * f - 1) / 2 - kBandTolerance;
 }
 
+/// Returns false for light of order 0 or 1, which is cut off: its bands need not be those of any light.
+bool hasBand2(const Luminances& sh) {
+    return std::ranges::any_of(std::span(sh).subspan<4>(), [](double value) { return value != 0; });
+}
+
 /// The texel as it was before somebody stored each coefficient under a gamma curve.
 ShRgb decodedGamma(const ShRgb& sh) {
     ShRgb decoded{};
@@ -124,7 +131,7 @@ private:
         part.radianceSum += values[0] / std::sqrt(std::numbers::pi);
         if (!hasNormals || !(values[0] > 0)) return;
         addDirection(values, normal, facts);
-        addBands(sh, values, normal, facts.bands);
+        if (hasBand2(values)) addBands(sh, values, normal, facts.bands);
     }
 
     void addDirection(const Luminances& values, const glm::dvec3& normal, LightMapFacts& facts) const {
@@ -190,6 +197,8 @@ Result<ActionOutcome> lintLightMap(const ActionContext& context) {
     facts.height = source.height();
     facts.hasCoverage = source.hasCoverage();
     facts.hasNormals = source.hasNormals();
+    facts.reading = source.reading();
+    facts.reading.lightMap = context.action.asset;
     const PartCounter counter(*parameters, source.luminanceWeights());
     ChartScanner scanner(source.width(), parameters->description.fireflyLimit);
     verify::LightMapKey key(source.luminanceWeights());

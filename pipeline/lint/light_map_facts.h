@@ -42,6 +42,7 @@ void describe(Fields& fields, Self& facts) {
 struct LightMapFacts {
     int width = 0, height = 0;
     bool hasCoverage = false, hasNormals = false;
+    BakeReading reading;
     std::int64_t inside = 0, withoutNormal = 0, covered = 0;
     double largestCoverage = 0;
     std::int64_t black = 0;                           ///< covered texels without any light
@@ -59,6 +60,7 @@ void describe(Fields& fields, Self& facts) {
     fields.required("height", facts.height, "height [texels]");
     fields.required("has_coverage", facts.hasCoverage, "true if the file has coverage.Y");
     fields.required("has_normals", facts.hasNormals, "true if the file has normal.X/Y/Z");
+    fields.required("reading", facts.reading, "how the file was recognised");
     fields.required("inside", facts.inside, "texels with coverage.Y above 0.5");
     fields.required("without_normal", facts.withoutNormal, "of these, texels whose normal is zero");
     fields.required("covered", facts.covered, "texels that count as covered");

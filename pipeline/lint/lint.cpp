@@ -17,14 +17,24 @@ namespace {
 using formats::Result;
 using Inputs = std::map<std::string, std::filesystem::path>;
 
+std::string lightMapFactsId(const LightMapEntry& entry) {
+    return "lint/light-map/" + entry.name;
+}
+
 Inputs sourceOf(const std::filesystem::path& file, const formats::ColorSpaces& colors) {
     Inputs inputs = {{"source", file}};
     if (!colors.config.empty()) inputs[kColorConfigRole] = colors.config;
     return inputs;
 }
 
+Inputs sourceOf(const LightMapEntry& entry) {
+    Inputs inputs = bakeInputs(entry.file, entry.description.bake);
+    inputs.merge(sourceOf(entry.file, entry.description.colors));
+    return inputs;
+}
+
 Action meshAction(const LightMapEntry& entry, const formats::LightMapDescription& description) {
-    Inputs inputs = sourceOf(entry.file, entry.description.colors);
+    Inputs inputs = sourceOf(entry);
     inputs[kMeshRole] = *entry.mesh;
     int index = 0;
     for (const std::filesystem::path& beside : formats::gltfFilesBeside(*entry.mesh, formats::GltfFiles::Geometry))
@@ -70,7 +80,7 @@ public:
 
 private:
     void judgeLightMapAndMesh(const LightMapEntry& entry, const std::vector<ProbeFacts>& probes) {
-        const auto facts = factsOf<LightMapFacts>("lint/light-map/" + entry.name);
+        const auto facts = factsOf<LightMapFacts>(lightMapFactsId(entry));
         if (!facts) return;
         Findings findings = judgeLightMap(entry, *facts);
         const auto isOf = [](LintCheck check) { return [check](const Finding& finding) { return finding.check == check; }; };
@@ -138,12 +148,8 @@ std::vector<Action> planLint(const Scene& scene, bool repair, const std::optiona
         if (!isMeant(entry.name)) continue;
         formats::LightMapDescription description = entry.description;
         description.repair = description.repair || repair;
-        actions.push_back({"lint/light-map/" + entry.name,
-                           "lint-light-map",
-                           entry.name,
-                           toJson(LightMapLintParameters{description}),
-                           sourceOf(entry.file, entry.description.colors),
-                           {}});
+        actions.push_back(
+            {lightMapFactsId(entry), "lint-light-map", entry.name, toJson(LightMapLintParameters{description}), sourceOf(entry), {}});
         if (entry.mesh) actions.push_back(meshAction(entry, description));
     }
     for (const ProbeEntry& entry : scene.probes)
@@ -160,6 +166,16 @@ Result<std::vector<Finding>> judgeScene(const Scene& scene, const std::map<std::
         if (isStrict && !finding.allowed) finding.severity = LintSeverity::Error;
     }
     return findings;
+}
+
+std::vector<BakeReading> readingsOf(const Scene& scene, const std::map<std::string, ActionRecord>& records) {
+    std::vector<BakeReading> readings;
+    for (const LightMapEntry& entry : scene.lightMaps) {
+        const auto record = records.find(lightMapFactsId(entry));
+        if (record == records.end()) continue;
+        if (auto facts = fromJson<LightMapFacts>(record->second.result, record->first)) readings.push_back(std::move(facts->reading));
+    }
+    return readings;
 }
 
 }  // namespace lightcook::pipeline

@@ -8,19 +8,21 @@
 #include "pipeline/report/failures.h"
 #include "pipeline/report/layout_curve.h"
 #include "pipeline/report/page_parts.h"
+#include "pipeline/report/visible_histogram.h"
 
 namespace lightcook::pipeline {
 namespace {
 
-Html pictureFigure(const std::filesystem::path& folder, const Json& preview, const char* role, const Html& caption) {
+/// file  relative to the folder
+/// alt   words for readers who do not see the picture
+Html pictureFigure(const std::filesystem::path& folder, const std::string& file, const std::string& alt, const Html& caption) {
     constexpr std::uint32_t kSmoothFrom = 256;  // [pixels] smaller pictures are enlarged without smoothing, so that texels can be seen
-    const std::string file = words(member(preview, role));
     const auto picture = loadPicture(folder, file);
     Html content;
     if (picture) {
         const char* scaling = std::max(picture->width, picture->height) < kSmoothFrom ? "pixels" : "smooth";
         content = voidElement("img", {{"src", picture->dataUri},
-                                      {"alt", role},
+                                      {"alt", alt},
                                       {"class", scaling},
                                       {"width", std::to_string(picture->width)},
                                       {"height", std::to_string(picture->height)}});
@@ -49,18 +51,76 @@ Html pictures(const std::filesystem::path& folder, const Json& asset) {
                                    text(isVisible ? std::string(": visible error at the texel's own normal, the worst under each pixel")
                                                   : ": local relative error, the worst under each pixel" + std::string(difference)) +
                                    element("span", {{"class", "scale"}}, ramp);
+    const auto figure = [&](const char* role, const Html& caption) {
+        return pictureFigure(folder, words(member(preview, role)), role, caption);
+    };
+    Html anyNormal;
+    if (preview.contains("any_normal"))
+        anyNormal =
+            element("details", element("summary", word("Visible error at any normal")) +
+                                   element("div", {{"class", "pictures"}},
+                                           figure("any_normal", word("The largest over the normals that a normal map can turn to, of "
+                                                                     "every texel that the other pictures show; same scale"))));
     return element("div", {{"class", "pictures"}},
-                   pictureFigure(folder, preview, "reference", element("b", word("Reference")) + word(reference)) +
-                       pictureFigure(folder, preview, "cooked", element("b", word("Cooked")) + word(cooked)) +
-                       pictureFigure(folder, preview, "difference", differenceCaption));
+                   figure("reference", element("b", word("Reference")) + word(reference)) +
+                       figure("cooked", element("b", word("Cooked")) + word(cooked)) + figure("difference", differenceCaption)) +
+           anyNormal;
 }
 
-Html stageRow(const Json& stage, bool isLast, double limit) {
-    Html cells = element("th", {{"scope", "row"}}, text(words(member(stage, "name"))));
+std::string colourWords(const Json& colour) {
+    std::string out;
+    for (std::size_t c = 0; c < 3; ++c)
+        out += (c == 0 ? "" : ", ") + (colour.is_array() && c < colour.size() ? humanNumber(number(colour[c])) : std::string(kDash));
+    return "(" + out + ")";
+}
+
+/// Returns pictures of what lies around the texels with the largest visible errors.
+Html worstPlaces(const std::filesystem::path& folder, const Json& asset) {
+    Html figures;
+    for (const Json& place : list(member(asset, "preview"), "worst")) {
+        const Json& texel = list(place, "texel");
+        const std::string where = texel.size() == 2 ? fmt::format("{}, {}", count(texel[0]), count(texel[1])) : std::string(kDash);
+        const Html caption = element("b", text("Texel " + where)) +
+                             text(fmt::format(": visible error {}; bake {}, cooked {}", humanNumber(number(member(place, "visible"))),
+                                              colourWords(member(place, "reference")), colourWords(member(place, "found"))));
+        figures += pictureFigure(folder, words(member(place, "file")), "bake, cooked and visible error around texel " + where, caption);
+    }
+    if (figures.isEmpty()) return {};
+    return element("div", {{"class", "notes"}},
+                   element("h3", word("Worst places, at the texels' own normals: bake, cooked and visible error, 24 texels across")) +
+                       element("div", {{"class", "pictures worst-places"}}, figures));
+}
+
+std::vector<std::int64_t> countsOf(const Json& figures) {
+    std::vector<std::int64_t> counts;
+    for (const Json& each : list(member(figures, "visible"), "histogram")) counts.push_back(static_cast<std::int64_t>(count(each)));
+    return counts;
+}
+
+/// Returns the histogram of the visible errors of the last stage.
+Html histogram(const Json& asset) {
+    const Json& error = member(lastStage(asset), "error");
+    return visibleHistogram(countsOf(member(error, "diffuse")), countsOf(member(error, "specular")),
+                            number(member(member(asset, "limit"), "max_visible")));
+}
+
+/// Returns the figures of a stage beside rel_rms, with one bound: that of visible errors if there is one.
+std::vector<const char*> figureNames(bool hasVisible) {
+    if (hasVisible) return {"p99", "max_sampled"};
+    return {"p99", "max_sampled", "max_bound"};
+}
+
+/// Returns the name of a stage, and where its figures are from if the report has those of texel centres beside them.
+Html stageName(const Json& stage) {
+    return text(words(member(stage, "name")) + (stage.contains("at_texels") ? ", on the surface" : ""));
+}
+
+Html stageRow(const Json& stage, bool isLast, double limit, bool hasVisible) {
+    Html cells = element("th", {{"scope", "row"}}, stageName(stage));
     for (const char* shading : kShadings) {
         const Json& figures = member(member(stage, "error"), shading);
         cells += isLast ? limitedCell(figures, limit) : numberCell(figureMarkup(figures, "rel_rms"));
-        for (const char* name : {"p99", "max_sampled", "max_bound"}) cells += numberCell(figureMarkup(figures, name));
+        for (const char* name : figureNames(hasVisible)) cells += numberCell(figureMarkup(figures, name));
     }
     return element("tr", {{"class", isLast ? "last" : ""}}, cells + numberCell(secondsMarkup(member(stage, "seconds"))));
 }
@@ -68,34 +128,38 @@ Html stageRow(const Json& stage, bool isLast, double limit) {
 Html stageTable(const Json& asset) {
     const Json& stages = list(asset, "stages");
     if (stages.empty()) return element("p", {{"class", "soft"}}, word("No stage was measured."));
-    const Html groups = headCell("Stage", "", {{"rowspan", "2"}}) + headCell("diffuse", "group", {{"colspan", "4"}}) +
-                        headCell("specular", "group", {{"colspan", "4"}}) + headCell("Time", "num", {{"rowspan", "2"}});
+    const bool hasVisible = member(member(member(lastStage(asset), "error"), "diffuse"), "visible").is_object();
+    const char* span = hasVisible ? "3" : "4";
+    const Html groups = headCell("Stage", "", {{"rowspan", "2"}}) + headCell("diffuse", "group", {{"colspan", span}}) +
+                        headCell("specular", "group", {{"colspan", span}}) + headCell("Time", "num", {{"rowspan", "2"}});
     Html names, rows;
-    for (int i = 0; i < 2; ++i)
-        names += headCell("rel_rms", "num first") + headCell("p99", "num") + headCell("max sampled", "num") + headCell("bound", "num");
-    for (const Json& stage : stages) rows += stageRow(stage, &stage == &stages.back(), limitOf(asset));
+    for (int i = 0; i < 2; ++i) {
+        names += headCell("rel_rms", "num first") + headCell("p99", "num") + headCell("max sampled", "num");
+        if (!hasVisible) names += headCell("bound", "num");
+    }
+    for (const Json& stage : stages) rows += stageRow(stage, &stage == &stages.back(), limitOf(asset), hasVisible);
     return table("stages", element("tr", groups) + element("tr", names), rows);
 }
 
 /// Returns a table of the visible errors of each stage. Empty for assets without them.
 Html visibleTable(const Json& asset) {
-    constexpr std::array<std::array<const char*, 2>, 5> kFigures = {
-        {{"rms", "rms"}, {"p50", "median"}, {"p99", "p99"}, {"p999", "p99.9"}, {"max", "max"}}};
+    constexpr std::array<std::array<const char*, 2>, 6> kFigures = {
+        {{"rms", "rms"}, {"p50", "median"}, {"p99", "p99"}, {"p999", "p99.9"}, {"max", "max"}, {"bound", "bound"}}};
     Html names, rows;
     for (int i = 0; i < 2; ++i)
         for (const auto& [key, name] : kFigures) names += headCell(name, key == kFigures[0][0] ? "num first" : "num");
     for (const Json& stage : list(asset, "stages")) {
         const Json& error = member(stage, "error");
-        if (!member(member(error, "diffuse"), "visible").is_object()) continue;
-        Html cells = element("th", {{"scope", "row"}}, text(words(member(stage, "name"))));
+        if (!member(member(error, "diffuse"), "visible").is_object() && !member(member(error, "specular"), "visible").is_object()) continue;
+        Html cells = element("th", {{"scope", "row"}}, stageName(stage));
         for (const char* shading : kShadings)
             for (const auto& [key, name] : kFigures) cells += numberCell(visibleMarkup(member(error, shading), key));
         rows += element("tr", {{"class", &stage == &list(asset, "stages").back() ? "last" : ""}}, cells);
     }
     if (rows.isEmpty()) return {};
-    const Html groups = headCell("Visible error", "", {{"rowspan", "2"}}) + headCell("diffuse", "group", {{"colspan", "5"}}) +
-                        headCell("specular", "group", {{"colspan", "5"}});
-    return table("stages visible", element("tr", groups) + element("tr", names), rows) +
+    const Html groups = headCell("Visible error", "", {{"rowspan", "2"}}) + headCell("diffuse", "group", {{"colspan", "6"}}) +
+                        headCell("specular", "group", {{"colspan", "6"}});
+    return table("stages visible", element("tr", groups) + element("tr", names), rows) + histogram(asset) +
            element("p", {{"class", "soft"}},
                    word("In just noticeable differences (Delta E ITP): 1 is at the threshold of a trained eye, 10 is plain to see."));
 }
@@ -110,6 +174,8 @@ Html worstTable(const Json& asset) {
         for (const auto& [key, figure, name] : kPlaces) {
             const Json& at = member(error, key);
             if (placeWords(at).empty()) continue;
+            // A stage shows one bound: that of visible errors if it has one.
+            if (std::string(figure) == "max_bound" && member(error, "visible").is_object()) continue;
             const auto light = [&](const char* which) {
                 const Json& value = member(at, which);
                 return value.is_number() ? withTitle(humanNumber(number(value)), exactNumber(number(value))) : text(kDash);
@@ -225,12 +291,24 @@ struct Alternatives {
     }
 };
 
-Html candidateCurve(const Json& asset) {
+Html candidateCurve(const Json& asset, const char* diffuse, const char* specular, double limit, CurveUnit unit) {
     std::vector<CurvePoint> points;
     for (const Json& each : list(asset, "trial_candidates"))
-        points.push_back({words(member(each, "layout")), number(member(each, "bits_per_texel")), relRms(each, "diffuse"),
-                          relRms(each, "specular"), words(member(each, "layout")) == words(member(asset, "layout"))});
-    return errorCurve(points, number(member(member(asset, "limit"), "value")));
+        points.push_back({words(member(each, "layout")), number(member(each, "bits_per_texel")), number(member(each, diffuse)),
+                          number(member(each, specular)), words(member(each, "layout")) == words(member(asset, "layout"))});
+    return errorCurve(points, limit, unit);
+}
+
+/// Returns error against memory of the layouts that were tried, in both units.
+Html candidateCurves(const Json& asset) {
+    const Json& limit = member(asset, "limit");
+    const auto titled = [](const char* title, const Html& curve) {
+        return curve.isEmpty() ? curve : element("div", element("p", {{"class", "soft"}}, word(title)) + curve);
+    };
+    return element("div", {{"class", "pair"}},
+                   titled("rel_rms", candidateCurve(asset, "diffuse", "specular", number(member(limit, "value")), CurveUnit::RelRms)) +
+                       titled("Visible error, p99", candidateCurve(asset, "visible_diffuse", "visible_specular",
+                                                                   number(member(limit, "max_visible")), CurveUnit::Visible)));
 }
 
 /// Returns a table of all layouts that were tried, smallest first.
@@ -244,12 +322,14 @@ Html candidateTable(const Json& asset) {
                         element("th", {{"scope", "row"}}, text(words(member(each, "layout")) + alternatives.roleOf(each))) +
                             numberCell(bytesMarkup(count(member(each, "bytes_gpu")))) +
                             numberCell(text(humanNumber(number(member(each, "bits_per_texel"))))) +
-                            numberCell(figureMarkup(each, "diffuse")) + numberCell(figureMarkup(each, "specular")));
+                            numberCell(figureMarkup(each, "diffuse")) + numberCell(figureMarkup(each, "specular")) +
+                            numberCell(visibleNumber(each, "visible_diffuse")) + numberCell(visibleNumber(each, "visible_specular")));
     }
     const Html head = headCell("Candidate") + headCell("GPU", "num") + headCell("Bits per texel", "num") +
-                      headCell("Diffuse rel_rms", "num") + headCell("Specular rel_rms", "num");
+                      headCell("Diffuse rel_rms", "num") + headCell("Specular rel_rms", "num") + headCell("Diffuse visible p99", "num") +
+                      headCell("Specular visible p99", "num");
     return element("div", {{"class", "notes"}},
-                   element("h3", word("Layouts tried")) + candidateCurve(asset) + table("candidates", element("tr", head), rows));
+                   element("h3", word("Layouts tried")) + candidateCurves(asset) + table("candidates", element("tr", head), rows));
 }
 
 constexpr std::array kTruthParts = {"truncation", "fit", "quantization", "total", "with_rest", "two_lights"};
@@ -313,8 +393,9 @@ Html assetSection(const std::filesystem::path& folder, const Json& asset, std::s
     const Html title = element("div", {{"class", "title"}}, element("h2", text(words(member(asset, "name")))) + verdictChip(passed(asset)));
     const Html lists = textureTable(asset) + notes(asset);
     return element("section", {{"class", "card asset"}, {"id", assetAnchor(index)}},
-                   title + assetFacts(asset) + pictures(folder, asset) + stageTable(asset) + visibleTable(asset) + worstTable(asset) +
-                       groundTruth(asset) + candidateTable(asset) + (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
+                   title + assetFacts(asset) + pictures(folder, asset) + worstPlaces(folder, asset) + stageTable(asset) +
+                       visibleTable(asset) + worstTable(asset) + groundTruth(asset) + candidateTable(asset) +
+                       (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
 }
 
 }  // namespace lightcook::pipeline

@@ -50,7 +50,8 @@ constexpr std::array kRules = {
                .title = "VisibleError",
                .brief = "99 % of the visible errors are within the limit.",
                .help =
-                   "The light map looks different from its bake: its visible error is over max_visible. Let the layout be chosen "
+                   "The light map looks different from its bake: its visible error is over max_visible, or its proven bound over "
+                   "max_visible_bound. Let the layout be chosen "
                    "(`light_map_layout = \"auto\"`), raise `effort`, raise the limit, or correct `[display]` if the game shows the scene "
                    "darker.",
                .isOfAsset = true},

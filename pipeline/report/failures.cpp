@@ -68,25 +68,43 @@ void addStage(const ReportRow& row, const verify::StageError& stage, const std::
     failures.push_back(std::move(failure));
 }
 
-/// Appends a failure if the visible errors of one kind of shading of the last stage are over their limit.
-void addVisible(const ReportRow& row, const std::string& shading, const verify::ErrorFigures& figures, std::vector<Failure>& failures) {
-    const std::optional<double>& limit = row.verdict.maxVisible;
-    if (!limit || !figures.visible || figures.visible->p99 <= *limit) return;
-    const std::string& stage = row.verdict.stages.back().name;
-    const verify::VisiblePlace& worst = figures.visible->maxAt;
+/// A figure of visible errors that has a limit, and the place to name if it is over.
+struct VisibleFigure {
+    std::optional<double> limit, value;
+    const char* upTo;   ///< before the value
+    const char* name;   ///< of the figure
+    const char* place;  ///< before the place
+    const verify::VisiblePlace& at;
+    std::optional<double> difference;  ///< at the place, if it was sampled
+};
+
+/// Appends a failure if a figure of visible errors of one kind of shading of the last stage is over its limit.
+void addVisible(const ReportRow& row, const std::string& shading, const VisibleFigure& figure, std::vector<Failure>& failures) {
+    if (!figure.limit || !figure.value || *figure.value <= *figure.limit) return;
     Failure failure;
-    failure.stage = stage;
+    failure.stage = row.verdict.stages.back().name;
     failure.shading = shading;
-    failure.visible = finiteOrNan(figures.visible->p99);
-    failure.limit = *limit;
-    failure.detail = fmt::format("found a visible error of {:.3g} (p99), expected at most {:.3g}", *failure.visible, *limit);
-    if (worst.isKnown()) {
-        const Json place = toJson(FieldMirror<verify::VisiblePlace>::of(worst));
-        failure.detail += fmt::format("; worst at {}: found {}, expected {}, a difference of {:.3g}", placeWords(place),
-                                      vectorWords(place["found"]), vectorWords(place["reference"]), figures.visible->max);
+    failure.visible = finiteOrNan(*figure.value);
+    failure.limit = *figure.limit;
+    failure.detail = fmt::format("found a visible error of {}{:.3g} ({}), expected at most {:.3g}", figure.upTo, *failure.visible,
+                                 figure.name, *figure.limit);
+    if (figure.at.isKnown()) {
+        const Json place = toJson(FieldMirror<verify::VisiblePlace>::of(figure.at));
+        failure.detail += fmt::format("; {} at {}: found {}, expected {}", figure.place, placeWords(place), vectorWords(place["found"]),
+                                      vectorWords(place["reference"]));
+        if (figure.difference) failure.detail += fmt::format(", a difference of {:.3g}", *figure.difference);
     }
-    complete(failure, row, fmt::format("stage {}, {}", stage, shading), {});
+    complete(failure, row, fmt::format("stage {}, {}", failure.stage, shading), {});
     failures.push_back(std::move(failure));
+}
+
+/// Appends a failure for each limit on visible errors that one kind of shading of the last stage is over.
+void addVisible(const ReportRow& row, const std::string& shading, const verify::ErrorFigures& figures, std::vector<Failure>& failures) {
+    if (!figures.visible) return;
+    const verify::VisibleFigures& visible = *figures.visible;
+    addVisible(row, shading, {row.verdict.maxVisible, visible.p99, "", "p99", "worst", visible.maxAt, visible.max}, failures);
+    addVisible(row, shading, {row.verdict.maxVisibleBound, visible.bound, "up to ", "proven bound", "largest", visible.boundAt, {}},
+               failures);
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/report/chart.h"
+
 namespace lightcook::pipeline {
 
 namespace {
@@ -13,43 +15,11 @@ namespace {
 constexpr double kWidth = 640, kHeight = 300, kLeft = 58, kRight = 14, kTop = 12, kBottom = 38;
 constexpr double kLabelHeight = 13, kLetterWidth = 6.4;
 
-/// A logarithmic axis between two positions on the page, with a margin around its values.
-class Axis {
-public:
-    Axis(double from, double to, double low, double high)
-        : from_(from), to_(to), low_(std::log2(low) - 0.35), high_(std::log2(high) + 0.35) {}
-    double at(double value) const { return from_ + (to_ - from_) * (std::log2(value) - low_) / (high_ - low_); }
-    /// Returns the ticks: 1, 2 and 5 of each decade inside.
-    std::vector<double> ticks() const {
-        std::vector<double> ticks;
-        for (int decade = -8; decade <= 8; ++decade)
-            for (const double step : {1.0, 2.0, 5.0})
-                if (const double value = step * std::pow(10.0, decade); std::log2(value) >= low_ && std::log2(value) <= high_)
-                    ticks.push_back(value);
-        return ticks;
-    }
-
-private:
-    double from_, to_, low_, high_;
-};
-
-std::string place(double value) {
-    return fmt::format("{:.1f}", value);
-}
-
-Html line(const char* kind, double x1, double y1, double x2, double y2) {
-    return element("line", {{"class", kind}, {"x1", place(x1)}, {"y1", place(y1)}, {"x2", place(x2)}, {"y2", place(y2)}}, {});
-}
-
-Html label(const char* kind, double x, double y, const std::string& words) {
-    return element("text", {{"class", kind}, {"x", place(x)}, {"y", place(y)}}, text(words));
-}
-
-Html grid(const Axis& bits, const Axis& error) {
+Html grid(const Axis& bits, const Axis& error, bool isVisible) {
     Html out;
     for (const double tick : error.ticks()) {
         out += line("grid", kLeft, error.at(tick), kWidth - kRight, error.at(tick));
-        out += label("tick end", kLeft - 7, error.at(tick) + 4, fmt::format("{:g} %", 100 * tick));
+        out += label("tick end", kLeft - 7, error.at(tick) + 4, isVisible ? fmt::format("{:g}", tick) : fmt::format("{:g} %", 100 * tick));
     }
     for (const double tick : bits.ticks()) {
         out += line("grid", bits.at(tick), kTop, bits.at(tick), kHeight - kBottom);
@@ -94,7 +64,7 @@ bool canBeDrawn(const CurvePoint& point) {
 
 }  // namespace
 
-Html errorCurve(const std::vector<CurvePoint>& points, double limit) {
+Html errorCurve(const std::vector<CurvePoint>& points, double limit, CurveUnit unit) {
     std::vector<CurvePoint> drawn;
     std::ranges::copy_if(points, std::back_inserter(drawn), canBeDrawn);
     if (drawn.size() < 2) return {};
@@ -111,7 +81,8 @@ Html errorCurve(const std::vector<CurvePoint>& points, double limit) {
         mostError = std::max(mostError, limit);
     }
     const Axis bits(kLeft, kWidth - kRight, leastBits, mostBits), error(kHeight - kBottom, kTop, leastError, mostError);
-    Html drawing = grid(bits, error);
+    const bool isVisible = unit == CurveUnit::Visible;
+    Html drawing = grid(bits, error, isVisible);
     if (hasLimit) {
         drawing += line("limit", kLeft, error.at(limit), kWidth - kRight, error.at(limit));
         drawing += label("tick end limit", kWidth - kRight, error.at(limit) - 4, "limit");
@@ -131,7 +102,8 @@ Html errorCurve(const std::vector<CurvePoint>& points, double limit) {
                    {{"class", "curve"},
                     {"viewBox", fmt::format("0 0 {} {}", kWidth, kHeight)},
                     {"role", "img"},
-                    {"aria-label", "Error of each layout against its bits per texel: dots diffuse, rings specular"}},
+                    {"aria-label", fmt::format("{} of each layout against its bits per texel: dots diffuse, rings specular",
+                                               isVisible ? "Visible error" : "Error")}},
                    drawing);
 }
 

@@ -131,9 +131,12 @@ Html figureMarkup(const Json& figures, const char* name) {
 }
 
 Html visibleMarkup(const Json& figures, const char* name) {
-    const Json& visible = member(figures, "visible");
-    if (!visible.is_object() || !visible.contains(name)) return withTitle(kDash, "not measured");
-    const double value = number(member(visible, name));
+    return visibleNumber(member(figures, "visible"), name);
+}
+
+Html visibleNumber(const Json& object, const char* name) {
+    if (!object.is_object() || !object.contains(name)) return withTitle(kDash, "not measured");
+    const double value = number(member(object, name));
     return withTitle(std::isfinite(value) ? fmt::format("{:.2f}", value) : "not finite", exactNumber(value));
 }
 

@@ -47,6 +47,8 @@ Html percentMarkup(double ratio);
 Html figureMarkup(const Json& figures, const char* name);
 /// Returns a visible error of `figures`, or a dash if it is absent.
 Html visibleMarkup(const Json& figures, const char* name);
+/// Returns a visible error that is a member of `object`, or a dash if it is absent.
+Html visibleNumber(const Json& object, const char* name);
 
 Html numberCell(const Html& content, const Attributes& more = {});
 Html headCell(const char* name, const char* kind = "", const Attributes& more = {});

@@ -125,10 +125,21 @@ figcaption b { color: var(--ink); font-weight: 600; }
 .curve .chosen .ring, .curve .chosen .stem { stroke: var(--link); }
 .curve .chosen .name { fill: var(--link); font-weight: 650; }
 
+.curve .diffuse { fill: var(--meter); }
+.curve .specular { fill: none; stroke: var(--link); stroke-width: 1.5; }
+.histogram { max-width: 560px; }
+.curve + .soft { margin-bottom: 16px; }
+details { margin: 0 0 20px; }
+summary { cursor: pointer; color: var(--link); }
+details .pictures { margin: 10px 0 0; }
+details figure { max-width: 384px; }
+.worst-places { margin-top: 10px; }
+.worst-places figure { flex-basis: 260px; max-width: 420px; }
+
 .notes h3 { margin: 0; padding-bottom: 6px; color: var(--soft); font-size: 12px; font-weight: 400; border-bottom: 1px solid var(--line); }
 .notes dl { margin: 0; }
-.notes div { display: flex; justify-content: space-between; gap: 24px; padding: 5px 0; border-top: 1px solid var(--line); }
-.notes div:first-child { border-top: none; }
+.notes dl div { display: flex; justify-content: space-between; gap: 24px; padding: 5px 0; border-top: 1px solid var(--line); }
+.notes dl div:first-child { border-top: none; }
 .notes dt { color: var(--soft); }
 .notes dd { margin: 0; flex: 0 0 auto; max-width: 60%; text-align: right; font-variant-numeric: tabular-nums; overflow-wrap: anywhere; }
 footer { padding: 4px 22px 0; color: var(--soft); font-size: 12.5px; }

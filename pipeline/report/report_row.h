@@ -34,7 +34,7 @@ struct Failure {
     std::string stage;
     std::optional<std::string> shading;    ///< of a stage: diffuse or specular
     std::optional<double> relRms, limit;   ///< of a stage
-    std::optional<double> visible;         ///< of a stage over its limit on visible errors: the 99th percentile
+    std::optional<double> visible;         ///< of a stage over its limit on visible errors: the 99th percentile or the proven bound
     std::optional<std::string> place;      ///< of a violation
     ErrorPlaceFields at;                   ///< worst sample: `found` is its light, `reference` that of the source
     std::optional<double> allowed;         ///< largest difference there that is within the limit
@@ -47,7 +47,7 @@ void describe(Fields& fields, Self& failure) {
     fields.required("stage", failure.stage, "stage that failed");
     fields.optional("shading", failure.shading, "diffuse or specular");
     fields.optional("rel_rms", failure.relRms, kNumberOrNull, "rel_rms of the stage");
-    fields.optional("visible", failure.visible, kNumberOrNull, "99th percentile of the stage's visible errors");
+    fields.optional("visible", failure.visible, kNumberOrNull, "99th percentile of the stage's visible errors, or their proven bound");
     fields.optional("limit", failure.limit, kNumberOrNull, "limit on rel_rms or, with `visible`, on that");
     fields.optional("place", failure.place, "place of a violation");
     describe(fields, failure.at);

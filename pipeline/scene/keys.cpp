@@ -39,10 +39,14 @@ std::string captions(std::span<const Row> rows) {
     return text;
 }
 
+/// Returns a key whose values are the rows of a table, the default first.
+template <class Row>
+SceneKeyInfo enumeratedKey(std::string_view name, std::span<const Row> rows, std::string_view what) {
+    return {name, choices(rows), inQuotes(rows.front().name), fmt::format("{}. {}", what, captions(rows))};
+}
 template <class Enum>
 SceneKeyInfo conventionKey(std::string_view name, std::string_view what) {
-    const auto rows = formats::conventions<Enum>();
-    return {name, choices(rows), inQuotes(rows.front().name), fmt::format("{}. {}", what, captions(rows))};
+    return enumeratedKey(name, formats::conventions<Enum>(), what);
 }
 
 constexpr const char* kBoolean = "true, false";
@@ -75,16 +79,23 @@ SceneSectionInfo outputSection() {
               "fails (exit code 4)"},
              {"max_converter_error", "fraction", "0.1, or `max_error` if that is larger",
               "limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity"},
-             {"max_visible", "number", "5 where the layout is `\"auto\"` and neither `max_error` nor `budget` is given, else none",
+             {"max_visible", "number",
+              "5 where the layout is `\"auto\"` and none of `max_error`, `max_visible_bound` and `budget` is given, else none",
               "limit on the [visible error](../theory/visible.md) of light maps, in just noticeable differences: 99 % of the samples are "
               "within it; above it verification fails (exit code 4)"},
+             {"max_visible_bound", "number", "none",
+              "limit on the [proven bound](../theory/bounds.md#visible-errors) of the visible error of light maps, in just noticeable "
+              "differences: no place, normal or view is above it; else verification fails (exit code 4)"},
              {"budget", "size", "none",
               "GPU memory of the whole scene: `\"2 MiB\"`, `\"1.5 GB\"`, `\"4096\"` (bytes); more is exit code 5"},
              {"light_map_layout", choices(lightMapLayoutChoices()),
-              "`\"auto\"` where `max_error`, `max_visible` or `budget` is given, else `\"ratio\"`", "see [layouts](../theory/layouts.md)"},
+              "`\"auto\"` where `max_error`, `max_visible`, `max_visible_bound` or `budget` is given, else `\"ratio\"`",
+              "see [layouts](../theory/layouts.md)"},
+             enumeratedKey("objective", formats::allObjectives(), "what the learned layouts of light maps minimize"),
              {"container", choices({"ktx2", "dds"}), "`\"ktx2\"`", "container of the textures"},
              {"zstd", kBoolean, "false", "Zstandard supercompression of KTX2 levels"},
-             {"effort", "0 to 9", "5", "effort of the block encoders: 0 is fastest, 9 best"},
+             {"effort", "0 to 9", "5",
+              "effort of the block encoders: 0 is fastest, 9 best. Not beside target `float`, whose texels are not encoded"},
              {"rdo", "0 to 1", "0",
               "target `bc`: share by which the error of a row of blocks may grow, for smaller files with `zstd` "
               "([encoding textures](../guide/encoding-textures.md#rate-distortion-optimization))"},
@@ -120,7 +131,8 @@ SceneSectionInfo displaySection() {
 }
 
 SceneSectionInfo lightMapSection() {
-    std::string bakes = fmt::format("format of the file. `{}`: by its channels", formats::kAutoBake);
+    std::string bakes =
+        fmt::format("format of the file. `{}`: by its channels, its name, its size and the files beside it", formats::kAutoBake);
     for (const formats::BakeFormatInfo& row : formats::allBakeFormats()) bakes += fmt::format("; `{}`: {}", row.name, row.caption);
     return {
         .name = "light_map",
@@ -128,13 +140,19 @@ SceneSectionInfo lightMapSection() {
         .intro = "",
         .keys =
             {{"name", "string", "required", "name of the asset and its files: up to 128 letters, digits, `_`, `-` and `.`"},
-             {"file", "path", "required", "EXR, tiled or scan-line, half or float"},
+             {"file", "path", "required",
+              "EXR, tiled or scan-line, half or float; or Radiance HDR; or an 8-bit picture with an `encoding`. Of a bake of several files "
+              "any one of them: the others are found "
+              "beside it"},
              {"bake", choices(formats::bakeNames()), inQuotes(formats::kAutoBake), bakes},
              {"layout", "as `bake`", "none", "older name of `bake`; not beside it"},
              conventionKey<formats::ShPhase>("phase", "sign convention"),
              conventionKey<formats::ShFrame>("frame", "axes of the coefficients"),
              conventionKey<formats::ShQuantity>("quantity", "quantity that the coefficients expand"),
              conventionKey<formats::LightUnits>("light_units", "units of the bake's light sources"),
+             conventionKey<formats::LightEncoding>(
+                 "encoding", fmt::format("encoding of the colours of an 8-bit picture (PNG, TGA), for the bake formats {}",
+                                         fmt::join(formats::encodedBakeNames(), ", "))),
              {"firefly_limit", "number from 1, or 0", "1000",
               "largest ratio of a texel to its brightest neighbour; above it the texel is a firefly. 0: no test (charts of one texel are "
               "never tested)"},
@@ -143,6 +161,7 @@ SceneSectionInfo lightMapSection() {
                           "`\"halo3\"`",
                           captions(allDominantFits()))},
              {"max_visible", "number", "that of `[output]`", "limit on the visible error of this light map"},
+             {"max_visible_bound", "number", "that of `[output]`", "limit on the proven bound of the visible error of this light map"},
              {"ground_truth", "path", "none",
               "CSV of light traced at texels of the map, to separate truncation, fit and quantization "
               "([format](../theory/error.md#ground-truth))"},

@@ -216,9 +216,9 @@ private:
     const SceneSectionInfo& section_;
 };
 
-std::optional<double> readMaxVisible(TableReader& reader) {
-    const auto limit = reader.optional<double>("max_visible", "a positive number of just noticeable differences");
-    if (limit) reader.check("max_visible", objectionToMaxVisible(*limit));
+std::optional<double> readMaxVisible(TableReader& reader, const char* key = "max_visible") {
+    const auto limit = reader.optional<double>(key, "a positive number of just noticeable differences");
+    if (limit) reader.check(key, objectionToMaxVisible(*limit));
     return limit;
 }
 
@@ -247,12 +247,14 @@ OutputSettings readOutput(TableReader reader) {
     output.maxError = fraction("max_error", output.maxError);
     if (reader.has("max_converter_error")) output.maxConverterError = fraction("max_converter_error", kDefaultMaxError);
     output.maxVisible = readMaxVisible(reader);
+    output.maxVisibleBound = readMaxVisible(reader, "max_visible_bound");
     if (const auto text = reader.optional<std::string>("budget", "a size such as \"2 MiB\"")) {
         const auto bytes = parseByteCount(*text, reader.place("budget"));
         if (!bytes) throw SceneMistake{bytes.error()};
         output.budgetBytes = *bytes;
     }
     if (reader.has("light_map_layout")) output.lightMapLayout = reader.oneOf("light_map_layout", lightMapLayoutChoices(), "");
+    output.objective = reader.oneOfRows("objective", formats::allObjectives());
     output.container = reader.oneOf("container", {"ktx2", "dds"}, "ktx2") == "dds" ? formats::Container::Dds : formats::Container::Ktx2;
     output.zstd = reader.optional<bool>("zstd", "true or false").value_or(false);
     if (output.zstd && output.container == formats::Container::Dds)
@@ -261,6 +263,9 @@ OutputSettings readOutput(TableReader reader) {
     if (const auto effort = reader.optional<std::int64_t>("effort", "an integer from 0 to 9")) {
         if (*effort < 0 || *effort > 9)
             reader.fail(reader.node("effort"), fmt::format("found {} for output.effort, expected an integer from 0 to 9", *effort));
+        if (output.target == Target::Float)
+            reader.fail(reader.node("effort"),
+                        "found output.effort with target = \"float\", whose texels are not encoded, expected target = \"bc\" or \"astc\"");
         output.effort = static_cast<int>(*effort);
     }
     if (const auto rdo = reader.fraction("rdo", "a fraction from 0 to 1: 0.02, or \"2%\"")) {
@@ -314,6 +319,7 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
     entry.description.phase = reader.oneOfRows("phase", formats::conventions<formats::ShPhase>());
     entry.description.frame = reader.oneOfRows("frame", formats::conventions<formats::ShFrame>());
     entry.description.quantity = reader.oneOfRows("quantity", formats::conventions<formats::ShQuantity>());
+    entry.description.encoding = reader.oneOfRows("encoding", formats::conventions<formats::LightEncoding>());
     entry.description.lightUnits = reader.oneOfRows("light_units", formats::conventions<formats::LightUnits>());
     if (const auto limit = reader.optional<double>("firefly_limit", "a number from 1, or 0 for no check")) {
         reader.check("firefly_limit", objectionToFireflyLimit(*limit));
@@ -321,6 +327,7 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
     }
     entry.description.colors = colors;
     entry.maxVisible = readMaxVisible(reader);
+    entry.maxVisibleBound = readMaxVisible(reader, "max_visible_bound");
     entry.mesh = reader.optionalPath("mesh");
     entry.groundTruth = reader.optionalPath("ground_truth");
     if (reader.has("dominant_fit")) {
@@ -514,13 +521,14 @@ double converterLimit(const OutputSettings& output) {
 
 std::string layoutAsked(const OutputSettings& output) {
     if (!output.lightMapLayout.empty()) return output.lightMapLayout;
-    return output.isErrorAsked || output.maxVisible || output.budgetBytes ? kAutoLayout : "ratio";
+    return output.isErrorAsked || output.maxVisible || output.maxVisibleBound || output.budgetBytes ? kAutoLayout : "ratio";
 }
 
 std::optional<double> visibleLimit(const OutputSettings& output, const std::optional<double>& ofLightMap) {
     if (ofLightMap) return ofLightMap;
     if (output.maxVisible) return output.maxVisible;
-    const bool isNothingAsked = output.lightMapLayout == kAutoLayout && !output.isErrorAsked && !output.budgetBytes;
+    const bool isNothingAsked =
+        output.lightMapLayout == kAutoLayout && !output.isErrorAsked && !output.maxVisibleBound && !output.budgetBytes;
     return isNothingAsked ? std::optional(kDefaultMaxVisible) : std::nullopt;
 }
 

@@ -15,6 +15,7 @@
 #include "formats/error.h"
 #include "formats/gpu_texture.h"
 #include "formats/light_map.h"
+#include "formats/light_map_objective.h"
 #include "formats/specular_lobe.h"
 #include "formats/target.h"
 #include "lighting/display.h"
@@ -41,11 +42,13 @@ struct OutputSettings {
     /// Limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity; see converterLimit.
     std::optional<double> maxConverterError;
     std::optional<double> maxVisible;          ///< limit on the 99th percentile of visible errors of light maps; see visibleLimit
+    std::optional<double> maxVisibleBound;     ///< limit on the proven bound of visible errors of light maps
     std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory for the whole scene
-    double rdo = 0;             ///< share by which the error may grow so that blocks repeat, 0 .. kLargestRdo; target bc only
-    int effort = 5;             ///< of block encoders, 0 .. 9
-    bool isErrorAsked = false;  ///< maxError was given
-    bool keepUnused = false;    ///< cooks also what no material, surface or shading shows
+    double rdo = 0;  ///< share by which the error may grow so that blocks repeat, 0 .. kLargestRdo; target bc only
+    formats::Objective objective = formats::Objective::Visible;  ///< of learned layouts of light maps
+    int effort = 5;                                              ///< of block encoders, 0 .. 9
+    bool isErrorAsked = false;                                   ///< maxError was given
+    bool keepUnused = false;                                     ///< cooks also what no material, surface or shading shows
     bool zstd = false;
     bool draco = true;  ///< meshes as Draco inside glTF
 };
@@ -73,6 +76,7 @@ struct LightMapEntry {
     std::optional<std::filesystem::path> mesh;
     std::string dominantFit = "explained";             ///< a name of allDominantFits()
     std::optional<double> maxVisible;                  ///< overrides that of the output
+    std::optional<double> maxVisibleBound;             ///< overrides that of the output
     std::optional<std::filesystem::path> groundTruth;  ///< traced light at texels of the map (formats::readShadingValues)
 };
 struct ProbeEntry {

@@ -16,7 +16,10 @@ inline compress::LightMapPlan planOf(formats::LightMapLayout layout, formats::Ta
     const std::vector<int> charts = blocks.charts();
     compress::LightMapSamples samples(blocks.choose(charts, compress::learningBlocks(options.effort, width, height)), blocks.across());
     samples.add(map, 0, height);
-    return compress::planLearnedLightMap(layout, target, width, height, measure, blocks, charts, samples, clusters, options);
+    // Visible errors on a display that shows the key as a grey card.
+    compress::LightMapObjective objective;
+    objective.display.nitsPerUnit = lighting::DisplaySettings{}.of(measure.key()).nitsPerUnit;
+    return compress::planLearnedLightMap(layout, target, width, height, measure, blocks, charts, samples, clusters, options, objective);
 }
 
 }  // namespace lightcook::synthetic

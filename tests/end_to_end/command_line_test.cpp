@@ -10,7 +10,6 @@ namespace {
 using formats::contentOf;
 using nlohmann::json;
 using testing::AllOf;
-using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
@@ -203,7 +202,7 @@ TEST_F(CommandLine, AFileThatIsNoLightMapIsToldWhatItHolds) {
     std::filesystem::create_directory(scene_ / "folder");
     expectRefused("cook folder", 2, {"folder: found a folder, expected a scene file"});
     expectRefused("report folder", 3, {"report.json: found no report, expected the output folder of `lightcook cook`"});
-    expectRefused("lightmap probe.exr x", 3, {"probe.exr", "it holds R, G, B", "A flat light map or a picture?", "lightcook encode"});
+    expectRefused("lightmap probe.exr x", 3, {"probe.exr", "it holds R, G, B", "The six faces of a probe?", "bake = \"flat\""});
 }
 
 TEST_F(CommandLine, CookWritesItsChecksForContinuousIntegration) {

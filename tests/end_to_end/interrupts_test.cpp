@@ -2,7 +2,6 @@
 // behind. Also the files that a killed run leaves, and outputs that are no plain files.
 #include <fcntl.h>
 #include <gmock/gmock.h>
-#include <signal.h>
 #include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -11,6 +10,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <csignal>
 #include <fstream>
 #include <set>
 #include <thread>
@@ -202,11 +202,11 @@ TEST_F(Interrupt, AnInterruptedRunWritesNoOutput) {
 
 TEST_F(Interrupt, ASignalThatWasIgnoredStaysIgnored) {
     ::signal(SIGHUP, SIG_IGN);
-    Running running(*scene_ / "", {"lut", "out", "--views", "256"});
+    Running running(*scene_ / "", {"lut", "out", "--views", "1024"});
     ::signal(SIGHUP, SIG_DFL);
     ASSERT_TRUE(running.waitUntilReady());
     running.signal(SIGHUP);
-    EXPECT_FALSE(running.endsWithin(600ms)) << "as under nohup";
+    EXPECT_FALSE(running.endsWithin(300ms)) << "as under nohup";
     running.signal(SIGTERM);
     ASSERT_TRUE(running.endsWithin(1000ms));
     EXPECT_EQ(running.code(), 6);

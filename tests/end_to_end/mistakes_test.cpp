@@ -12,6 +12,7 @@
 
 #include "formats/environment.h"
 #include "formats/light_map.h"
+#include "tests/formats/picture_fixture.h"
 #include "tests/pipeline/lint/faults.h"
 
 namespace lightcook::pipeline {
@@ -100,6 +101,21 @@ void writeBomb(const ExampleCopy& scene) {
     setBytes(scene, "big.ktx2", 96, bytesOf(0x80000000) + bytesOf(0));
 }
 
+constexpr int kPictureSide = 8;
+
+/// Writes an EXR file of light of 1 everywhere.
+void writeColours(const ExampleCopy& scene, const char* name) {
+    const formats::Image<glm::vec4> texels(kPictureSide, kPictureSide, glm::vec4(1));
+    if (const auto written = formats::writeExr(scene / name, texels.view(), 3); !written) throw std::runtime_error(written.error().line());
+}
+
+/// Writes a grey 8-bit picture.
+/// channelCount  3 or 4: with alpha, which is 0 in texel (5, 2)
+void writeGreyPng(const ExampleCopy& scene, const char* name, int channelCount) {
+    formats::writePng(scene / name, kPictureSide, kPictureSide, channelCount,
+                      [](int channel, int x, int y) { return channel == 3 && x == 5 && y == 2 ? 0 : 128; });
+}
+
 void nothing(const ExampleCopy&) {}
 
 /// Cooks the gradient, as the folder that the row's command then reads.
@@ -139,6 +155,11 @@ const std::vector<Mistake>& allMistakes() {
          [](const ExampleCopy& scene) { scene.replaceInScene("\"bc\"", "\"dxt\""); }},
         {"a value of the wrong type", "lightcook cook scene.toml",
          [](const ExampleCopy& scene) { scene.replaceInScene("# effort = 5", "effort = \"high\""); }},
+        {"an effort for texels that are not encoded", "lightcook cook scene.toml",
+         [](const ExampleCopy& scene) {
+             scene.replaceInScene("\"bc\"", "\"float\"");
+             scene.replaceInScene("# effort = 5", "effort = 9");
+         }},
         {"a quotation mark is missing", "lightcook cook scene.toml",
          [](const ExampleCopy& scene) { scene.replaceInScene("\"cornell\"", "\"cornell"); }},
         {"a scene file of another version", "lightcook cook scene.toml",
@@ -173,7 +194,7 @@ const std::vector<Mistake>& allMistakes() {
          [](const ExampleCopy& scene) {
              fs::copy_file(scene / "cornell.glb", scene / "cornell_lightmap.exr", fs::copy_options::overwrite_existing);
          }},
-        {"an image in place of the SH light map", "lightcook lightmap cornell_probe0.exr out", nothing},
+        {"a probe in place of the light map", "lightcook lightmap cornell_probe0.exr out", nothing},
         {"NaN in the light map", "lightcook lightmap cornell_lightmap.exr out",
          [](const ExampleCopy& scene) { writeLightMap(scene, std::numeric_limits<float>::quiet_NaN()); }},
         {"a negative mean of light", "lightcook lightmap cornell_lightmap.exr out",
@@ -224,6 +245,9 @@ const std::vector<Mistake>& allMistakes() {
         {"more bytes than the budget", "lightcook cook scene.toml -o out",
          [](const ExampleCopy& scene) { scene.keepGradient("budget = \"100\""); }},
         {"a visible error above its limit", "lightcook lightmap cornell_lightmap.exr out --layout basis-3 --max-visible 0.1", nothing},
+        {"a proven bound of visible errors above its limit",
+         "lightcook lightmap cornell_lightmap.exr out --layout basis-3 --max-visible-bound 1", nothing},
+        {"an objective that does not exist", "lightcook cook scene.toml --objective seen", nothing},
         {"a limit on visible errors that is no number", "lightcook cook scene.toml --max-visible 0", nothing},
         {"a limit that no texture can keep", "lightcook cubemap cornell_probe0.exr out --max-error 0.001%", nothing},
         {"a report on a folder that failed", "lightcook report out",
@@ -237,6 +261,25 @@ const std::vector<Mistake>& allMistakes() {
              fs::rename(scene / "out", scene / "old");
              scene.replaceInScene("[1, 16]", "[1, 4, 16]");
              scene.run("lightcook cook scene.toml -o out");
+         }},
+        // Bakes of several files, and of 8 bits
+        {"an 8-bit light map without an encoding", "lightcook lightmap room.png out",
+         [](const ExampleCopy& scene) { writeGreyPng(scene, "room.png", 4); }},
+        {"an encoding of HDR values", "lightcook lightmap cornell_lightmap.exr out --encoding rgbm", nothing},
+        {"RGBM without alpha", "lightcook lightmap room.png out --encoding rgbm",
+         [](const ExampleCopy& scene) { writeGreyPng(scene, "room.png", 3); }},
+        {"an encoding for a bake format without colours", "lightcook lightmap room.png out --bake godot --encoding dldr",
+         [](const ExampleCopy& scene) { writeGreyPng(scene, "room.png", 3); }},
+        {"the direction map in place of the encoded colours", "lightcook lightmap room_dir.png out --encoding dldr",
+         [](const ExampleCopy& scene) { writeGreyPng(scene, "room_dir.png", 4), writeGreyPng(scene, "room_light.png", 3); }},
+        {"a direction map of Unity that lost its alpha", "lightcook lightmap room_light.exr out",
+         [](const ExampleCopy& scene) { writeColours(scene, "room_light.exr"), writeGreyPng(scene, "room_dir.png", 3); }},
+        {"light without a direction in a bake of Unity", "lightcook lightmap room_light.exr out",
+         [](const ExampleCopy& scene) { writeColours(scene, "room_light.exr"), writeGreyPng(scene, "room_dir.png", 4); }},
+        {"files of two formats of Bakery", "lightcook lightmap room_L0.exr out",
+         [](const ExampleCopy& scene) {
+             writeColours(scene, "room_L0.exr");
+             for (const char* name : {"room_L1.png", "room_L1x.png", "room_L1y.png", "room_L1z.png"}) writeGreyPng(scene, name, 3);
          }},
         // Bakes that look plausible: lint
         {"the light map has the other sign convention", kLint, faults::otherPhase},

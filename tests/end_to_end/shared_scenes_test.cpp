@@ -1,10 +1,10 @@
 // The public scenes, where they are: every light map cooks and verifies with both directional layouts, and an independent program, which
 // shares no line with ours, scores the reconstructed map as we do.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
-
 #include <sys/wait.h>
-#include <algorithm>
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -19,7 +19,9 @@ namespace {
 struct Case {
     const char* scene;
     const char* layout;
-    double bound = 0.05;  ///< of rel_rms, diffuse and specular
+    double mostAtTexels = 0.05;  ///< rel_rms at texel centres, diffuse and specular
+    double most = 0.05;          ///< rel_rms on the surface, the limit of the cook
+    const char* objective = "visible";
 };
 
 class SharedScenes : public testing::TestWithParam<Case> {
@@ -30,9 +32,10 @@ protected:
 
     Outcome cook() const {
         formats::writeContent(folder_ / "scene.toml",
-                              "schema = 1\nname = \"shared\"\n[output]\nmax_error = " + std::to_string(GetParam().bound) +
-                                  "\nlight_map_layout = \"" + std::string(GetParam().layout) +
-                                  "\"\n[[light_map]]\nname = \"lightmap\"\nfile = \"" + std::filesystem::absolute(bake_).string() +
+                              "schema = 1\nname = \"shared\"\n[output]\nmax_error = " + std::to_string(GetParam().most) +
+                                  "\nobjective = \"" + std::string(GetParam().objective) + "\"\nlight_map_layout = \"" +
+                                  std::string(GetParam().layout) + "\"\n[[light_map]]\nname = \"lightmap\"\nfile = \"" +
+                                  std::filesystem::absolute(bake_).string() +
                                   "\"\n[[material]]\nname = \"*\"\nnormal_map = true\nspecular = true\nm = [0.1, 0.5]\nf0 = [0.04, 0.6]\n");
         CookOptions options;
         options.scene = folder_ / "scene.toml";
@@ -64,17 +67,19 @@ TEST_P(SharedScenes, CookVerifyAndAgreeWithAnIndependentScoreToOnePercent) {
     const nlohmann::json score = independentScore(folder_ / "back.exr");
     if (score.is_null()) GTEST_SKIP() << "cooked and verified; no score without python3-numpy and python3-openimageio";
     EXPECT_EQ(score.at("not_finite"), 0);
-    const Json& ours = cooked.report.at("assets")[0].at("stages");
-    const Json& centres = ours[ours.size() - 1].at("error");
-    for (const char* kind : {"diffuse", "specular"})
+    const Json& centres = cooked.report.at("assets")[0].at("stages").back().at("at_texels");
+    for (const char* kind : {"diffuse", "specular"}) {
+        EXPECT_LE(centres.at(kind).at("rel_rms").get<double>(), GetParam().mostAtTexels) << kind;
         for (const char* figure : {"rel_rms", "p99"}) {
             const double theirs = score.at(kind).at(figure).get<double>();
             EXPECT_NEAR(centres.at(kind).at(figure).get<double>(), theirs, 0.01 * theirs) << kind << ' ' << figure;
         }
+    }
 }
 
 std::string nameOf(const testing::TestParamInfo<Case>& info) {
     std::string name = std::string(info.param.scene) + "_" + info.param.layout;
+    if (info.param.objective == std::string_view("energy")) name += "_energy";
     std::ranges::replace(name, '-', '_');
     return name;
 }
@@ -82,14 +87,16 @@ std::string nameOf(const testing::TestParamInfo<Case>& info) {
 // Scoring a map in Python takes up to half a minute, so the largest scene is left to ./dev soak (SharedTruth below has it). Each family of
 // layouts is here at least once.
 INSTANTIATE_TEST_SUITE_P(Some, SharedScenes,
-                         testing::Values(Case{"cornell", "ratio"}, Case{"cornell", "basis-4", 0.016}, Case{"cornell", "basis-8"},
-                                         Case{"cornell", "zh3", 0.2}, Case{"interior", "luvw-linear", 0.045},
-                                         Case{"interior", "basis-12", 0.003}, Case{"outdoor", "luvw"}),
+                         testing::Values(Case{"cornell", "ratio"}, Case{"cornell", "basis-4", 0.016},
+                                         Case{"cornell", "basis-4", 0.016, 0.016, "energy"}, Case{"cornell", "basis-8"},
+                                         Case{"cornell", "zh3", 0.2, 0.2}, Case{"interior", "luvw-linear", 0.045, 0.2},
+                                         Case{"interior", "basis-12", 0.007, 0.2, "energy"}, Case{"outdoor", "luvw"}),
                          nameOf);
 INSTANTIATE_TEST_SUITE_P(Soak, SharedScenes,
-                         testing::Values(Case{"cornell", "luvw"}, Case{"interior", "ratio"}, Case{"interior", "luvw"},
-                                         Case{"outdoor", "ratio"}, Case{"outdoor", "basis-3", 0.025}, Case{"outdoor", "zh3", 0.08},
-                                         Case{"zdm2_sun", "basis-8", 0.0105}, Case{"zdm2_sun", "ratio"}, Case{"zdm2_sun", "luvw"}),
+                         testing::Values(Case{"cornell", "luvw"}, Case{"interior", "ratio", 0.05, 0.2}, Case{"interior", "luvw", 0.05, 0.2},
+                                         Case{"outdoor", "ratio"}, Case{"outdoor", "basis-3", 0.025, 0.05, "energy"},
+                                         Case{"outdoor", "zh3", 0.08, 0.1}, Case{"zdm2_sun", "basis-8", 0.0105, 0.05, "energy"},
+                                         Case{"zdm2_sun", "ratio"}, Case{"zdm2_sun", "luvw"}),
                          nameOf);
 
 /// Traced light: the error of cooking is at most a fifth of that of the truncation to nine coefficients, and an independent program finds
@@ -102,11 +109,11 @@ TEST_P(SharedTruth, CookingIsAFifthOfTruncationAtMost) {
                       traced = (scenes / (scene + "_reference_a.csv")).string();
     if (!std::filesystem::exists(traced)) GTEST_SKIP() << "no shared data at " << scenes;
     const formats::TemporaryFolder folder;
-    formats::writeContent(
-        folder / "scene.toml",
-        "schema = 1\nname = \"shared\"\n[output]\nlight_map_layout = \"luvw\"\n[[light_map]]\nname = \"lightmap\"\nfile = \"" + bake +
-            "\"\nground_truth = \"" + traced +
-            "\"\n[[material]]\nname = \"*\"\nnormal_map = true\nspecular = true\nm = [0.1, 0.5]\nf0 = [0.04, 0.6]\n");
+    formats::writeContent(folder / "scene.toml",
+                          "schema = 1\nname = \"shared\"\n[output]\nmax_error = 0.2\nlight_map_layout = \"luvw\"\n[[light_map]]\nname = "
+                          "\"lightmap\"\nfile = \"" +
+                              bake + "\"\nground_truth = \"" + traced +
+                              "\"\n[[material]]\nname = \"*\"\nnormal_map = true\nspecular = true\nm = [0.1, 0.5]\nf0 = [0.04, 0.6]\n");
     CookOptions options;
     options.scene = folder / "scene.toml";
     options.output = folder / "out";
@@ -129,9 +136,9 @@ TEST_P(SharedTruth, CookingIsAFifthOfTruncationAtMost) {
         EXPECT_LE(truth.at("area_specular").at("quantization").get<double>(),
                   0.2 * truth.at("area_specular").at("truncation").get<double>());
         ASSERT_TRUE(reconstructLightMap(folder / "out", "lightmap", folder / "back.exr", 1, state).has_value());
-        const std::string command = "/usr/bin/python3 -B '" + (data.parent_path() / "tools" / "score_ground_truth.py").string() + "' '" +
-                                    bake + "' '" + (folder / "back.exr").string() + "' '" + traced + "' > '" +
-                                    (folder / "score.txt").string() + "' 2>/dev/null";
+        const std::string command = fmt::format("/usr/bin/python3 -B '{}' '{}' '{}' '{}' > '{}' 2>/dev/null",
+                                                (data.parent_path() / "tools" / "score_ground_truth.py").string(), bake,
+                                                (folder / "back.exr").string(), traced, (folder / "score.txt").string());
         if (std::system(command.c_str()) != 0)
             GTEST_SKIP() << "cooked and verified; no score without python3-numpy and python3-openimageio";
         const std::string score = formats::contentOf(folder / "score.txt");
@@ -151,12 +158,11 @@ TEST_P(SharedMeshes, EveryVertexNamesOneBasis) {
     const std::string scene = GetParam();
     if (!std::filesystem::exists(scenes / (scene + ".glb"))) GTEST_SKIP() << "no shared data at " << scenes;
     const formats::TemporaryFolder folder;
-    formats::writeContent(
-        folder / "scene.toml",
-        "schema = 1\nname = \"shared\"\n[output]\nmax_error = 0.02\nlight_map_layout = \"basis-4\"\n[[light_map]]\nname = "
-        "\"lightmap\"\nfile = \"" +
-            (scenes / (scene + "_lightmap.exr")).string() + "\"\nmesh = \"" + (scenes / (scene + ".glb")).string() +
-            "\"\n[[material]]\nname = \"*\"\nnormal_map = true\nspecular = false\n");
+    formats::writeContent(folder / "scene.toml",
+                          "schema = 1\nname = \"shared\"\n[output]\nmax_error = 0.1\nlight_map_layout = \"basis-4\"\n[[light_map]]\nname = "
+                          "\"lightmap\"\nfile = \"" +
+                              (scenes / (scene + "_lightmap.exr")).string() + "\"\nmesh = \"" + (scenes / (scene + ".glb")).string() +
+                              "\"\n[[material]]\nname = \"*\"\nnormal_map = true\nspecular = false\n");
     CookOptions options;
     options.scene = folder / "scene.toml";
     options.output = folder / "out";

@@ -3,7 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstddef>
 #include <filesystem>
+#include <glm/vec3.hpp>
+#include <numbers>
 
 #include "formats/light_map.h"
 #include "tests/formats/exr_fixture.h"
@@ -49,6 +53,13 @@ inline Error refusal(const std::filesystem::path& file, const LightMapDescriptio
     if (!strip) return strip.error();
     ADD_FAILURE() << file << " was not refused";
     return {};
+}
+
+/// Exit radiance of a white surface under radiance SH of order 1, written out: Y of bands 0 and 1, times the 1 and 2/3 of the cosine.
+inline double exitRadianceOfOrder1(const lighting::ShRgb& sh, int c, const glm::dvec3& n) {
+    const auto at = [&](std::size_t i) { return static_cast<double>(sh[i][c]); };
+    const double first = 1 / std::sqrt(4 * std::numbers::pi), linear = std::sqrt(3 / (4 * std::numbers::pi));
+    return first * at(0) + 2.0 / 3 * linear * (at(1) * n.y + at(2) * n.z + at(3) * n.x);
 }
 
 inline lighting::ShRgb seededTexel(int x, int y) {

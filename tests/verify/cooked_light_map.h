@@ -37,7 +37,7 @@ struct Cooked {
     }
     std::vector<verify::StageError> stages(const verify::LightMapShading& shading = {},
                                            const verify::LightMapSampling& sampling = {}) const {
-        return verifier(shading, sampling).verifyRows(texels, reference, 0, map.height).stages();
+        return verifier(shading, sampling).verifyRows(texels, reference, 0, map.height).figures();
     }
     verify::StageError total() const { return stages().back(); }
     /// Returns the total for an ideal sampler.

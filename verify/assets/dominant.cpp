@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <span>
 
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
@@ -75,10 +76,56 @@ struct DominantVerifier::Place {
     }
 };
 
+struct DominantVerifier::Highlights {
+    struct Sample {
+        glm::vec3 view;
+        double m = 0, f0 = 0;
+    };
+    std::vector<Sample> samples;                          ///< of the place that was shaded last
+    std::size_t stride;                                   ///< samples of a plane
+    std::vector<float> reference, seen;                   ///< [channel][sample]
+    std::vector<float> shownReference, shownSeen, apart;  ///< on the display
+
+    explicit Highlights(const DominantShading& shading)
+        : stride((static_cast<std::size_t>(shading.viewCount) * shading.m.size() * shading.f0.size() + kLanes - 1) / kLanes * kLanes),
+          reference(3 * stride),
+          seen(3 * stride),
+          shownReference(3 * stride),
+          shownSeen(3 * stride),
+          apart(stride) {
+        samples.reserve(stride);
+    }
+    void add(const Sample& sample, const glm::vec3& trueLight, const glm::vec3& seenLight) {
+        for (int channel = 0; channel < 3; ++channel) {
+            const std::size_t at = static_cast<std::size_t>(channel) * stride + samples.size();
+            reference[at] = trueLight[channel];
+            seen[at] = seenLight[channel];
+        }
+        samples.push_back(sample);
+    }
+    glm::dvec3 lightOf(const std::vector<float>& planes, std::size_t sample) const {
+        return {planes[sample], planes[stride + sample], planes[2 * stride + sample]};
+    }
+
+private:
+    static constexpr std::size_t kLanes = DisplayTransform::kLanes;
+};
+
 int dominantStride(int width, int height) {
     constexpr double kTexels = 5e4;
     const double texels = static_cast<double>(width) * height;
     return std::max(1, static_cast<int>(std::ceil(std::sqrt(texels / kTexels))));
+}
+
+void HighlightErrors::merge(const HighlightErrors& other) {
+    energy.merge(other.energy);
+    visible.merge(other.visible);
+}
+
+ErrorFigures HighlightErrors::figures() const {
+    ErrorFigures figures = energy.figures();
+    if (visible.sampleCount() > 0) figures.visible = visible.figures();
+    return figures;
 }
 
 void DominantErrors::merge(const DominantErrors& other) {
@@ -107,12 +154,19 @@ double DominantErrors::maxDirectionError() const {
     return largestAngle_;
 }
 
+DominantVerifier::DominantVerifier(const CookedDominant& map, const DominantShading& shading, const glm::vec3& luminanceWeights, double key,
+                                   const std::optional<Viewing>& viewing)
+    : map_(map), shading_(shading), luminanceWeights_(luminanceWeights), key_(key) {
+    if (viewing) display_.emplace(*viewing, 1);
+}
+
 DominantLightSample DominantVerifier::decode(const DecodedDominantRows& texels, int x, int y) const {
     const glm::vec3 direction(texels.direction.at(x, y - texels.firstRow)), intensity(texels.intensity.at(x, y - texels.firstRow));
     return {glm::dvec3(map_.directionScale * direction + map_.directionBias), glm::dvec3(map_.intensityRange * intensity)};
 }
 
-void DominantVerifier::shade(const Place& place, ErrorAccumulator& errors) const {
+void DominantVerifier::shade(const Place& place, Highlights& highlights, HighlightErrors& errors) const {
+    highlights.samples.clear();
     const glm::dmat3 frame = lighting::worldFromTangentFrame(place.normal);
     const glm::vec3 normal(place.normal), trueDirection(place.reference.direction), trueIntensity(place.reference.intensity);
     for (int i = 0; i < shading_.viewCount; ++i) {
@@ -126,16 +180,41 @@ void DominantVerifier::shade(const Place& place, ErrorAccumulator& errors) const
                 const glm::vec3 reference = shaded(trueDirection, trueIntensity),
                                 seen = shaded(glm::vec3(place.seen.direction), glm::vec3(place.seen.intensity));
                 for (int channel = 0; channel < 3; ++channel)
-                    errors.add(reference[channel], seen[channel], [&] {
+                    errors.energy.add(reference[channel], seen[channel], [&] {
                         ErrorPlace worst = place.at(channel);
                         worst.view = glm::dvec3(view);
                         worst.m = m;
                         worst.f0 = f0;
                         return worst;
                     });
+                highlights.add({view, m, f0}, reference, seen);
             }
     }
-    place.addBounds(*std::min_element(shading_.m.begin(), shading_.m.end()), shading_.lobe, lighting::kLocalErrorFloor * key_, errors);
+    place.addBounds(*std::min_element(shading_.m.begin(), shading_.m.end()), shading_.lobe, lighting::kLocalErrorFloor * key_,
+                    errors.energy);
+    if (display_) addVisible(place, highlights, errors.visible);
+}
+
+void DominantVerifier::addVisible(const Place& place, Highlights& highlights, VisibleAccumulator& errors) const {
+    display_->apply(highlights.reference.data(), highlights.stride, highlights.shownReference.data());
+    display_->apply(highlights.seen.data(), highlights.stride, highlights.shownSeen.data());
+    visibleDifferences(highlights.shownReference.data(), highlights.shownSeen.data(), highlights.stride, highlights.apart.data());
+    const auto differences = std::span(highlights.apart).first(highlights.samples.size());
+    const double before = errors.largest();
+    errors.add(differences);
+    if (!(errors.largest() > before)) return;
+    const auto largest = std::ranges::max_element(differences);
+    const auto at = static_cast<std::size_t>(largest - differences.begin());
+    const Highlights::Sample& sample = highlights.samples[at];
+    errors.setMaxAt({.x = place.x,
+                     .y = place.y,
+                     .normal = place.normal,
+                     .view = glm::dvec3(sample.view),
+                     .m = sample.m,
+                     .f0 = sample.f0,
+                     .reference = highlights.lightOf(highlights.reference, at),
+                     .found = highlights.lightOf(highlights.seen, at),
+                     .difference = static_cast<double>(*largest)});
 }
 
 DominantLightSample DominantVerifier::reference(const lighting::ShRgb& incident, const glm::dvec3& normal,
@@ -145,8 +224,8 @@ DominantLightSample DominantVerifier::reference(const lighting::ShRgb& incident,
     return refinedReference(incident, normal, luminanceWeights_, map_.fit == DominantFit::RefinedAmbient, seen.direction);
 }
 
-void DominantVerifier::addTexel(const Place& place, const lighting::ShRgb& incident, DominantErrors& errors) const {
-    shade(place, errors.centres_);
+void DominantVerifier::addTexel(const Place& place, const lighting::ShRgb& incident, Highlights& highlights, DominantErrors& errors) const {
+    shade(place, highlights, errors.centres_);
     const bool hasAmbient = map_.fit == DominantFit::RefinedAmbient;
     const Unexplained stored = unexplainedBy(incident, place.seen, hasAmbient);
     errors.storedError_ += stored.error;
@@ -165,6 +244,7 @@ void DominantVerifier::addTexel(const Place& place, const lighting::ShRgb& incid
 DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, const formats::LightMapStrip& strip, int firstRow,
                                             int rowCount) const {
     DominantErrors errors(key_);
+    Highlights highlights(shading_);
     const auto covered = [&](int x, int y) { return strip.covered.at(x, y - strip.firstRow) != 0; };
     const auto shAt = [&](int x, int y) -> const lighting::ShRgb& { return strip.sh.at(x, y - strip.firstRow); };
     const auto normalAt = [&](int x, int y) { return glm::dvec3(strip.normal.at(x, y - strip.firstRow)); };
@@ -174,7 +254,7 @@ DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, c
             if (!covered(x, y)) continue;
             Place place{static_cast<double>(x), static_cast<double>(y), normalAt(x, y), {}, decode(texels, x, y)};
             place.reference = reference(shAt(x, y), place.normal, place.seen);
-            addTexel(place, shAt(x, y), errors);
+            addTexel(place, shAt(x, y), highlights, errors);
             if (x + 1 >= map_.width || y + 1 >= map_.height || !covered(x + 1, y) || !covered(x, y + 1) || !covered(x + 1, y + 1)) continue;
             Place middle;
             middle.x = x + 0.5;
@@ -193,7 +273,7 @@ DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, c
             if (length < 1e-3) continue;  // opposite normals: no surface between these charts
             middle.normal /= length;
             middle.reference = reference(sh, middle.normal, middle.seen);
-            shade(middle, errors.between_);
+            shade(middle, highlights, errors.between_);
         }
     }
     return errors;

@@ -3,9 +3,11 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "lighting/brdf.h"
+#include "lighting/display.h"
 #include "lighting/radiometry.h"
 #include "verify/assets/dominant_specular.h"
 
@@ -57,6 +59,19 @@ glm::dvec3 analyticSpecular(const DominantLightSample& light, const formats::Sha
                                        glm::vec3(normal), static_cast<float>(value.m), glm::vec3(static_cast<float>(value.f0))));
 }
 
+/// Adds the visible errors of one value.
+void addVisible(const glm::dvec3& truth, const glm::dvec3& fromFloats, const glm::dvec3& fromCooked, const std::optional<Viewing>& viewing,
+                TruthVisible& errors) {
+    if (!viewing) return;
+    const auto add = [&](const glm::dvec3& reference, VisibleAccumulator& accumulator) {
+        const auto apart =
+            static_cast<float>(lighting::visibleDifference(reference, fromCooked, viewing->display, viewing->bt2020FromWorking));
+        accumulator.add(std::span(&apart, 1));
+    };
+    add(fromFloats, errors.cooking);
+    add(truth, errors.total);
+}
+
 }  // namespace
 
 void TruthSums::add(const glm::dvec3& truth, const glm::dvec3& fromFloats, const glm::dvec3& fromCooked) {
@@ -85,22 +100,27 @@ TruthErrors TruthSums::errors() const {
     return {relative(model_), relative(cooking_), relative(total_)};
 }
 
-LightMapTruth lightMapTruth(std::span<const LightMapTruthPlace> places, lighting::NormalDistribution lobe) {
+LightMapTruth lightMapTruth(std::span<const LightMapTruthPlace> places, lighting::NormalDistribution lobe,
+                            const std::optional<Viewing>& viewing) {
     LightMapTruth truth;
     Kernels kernels(lobe);
     for (const LightMapTruthPlace& place : places) {
         const formats::ShadingValue& value = place.value;
-        if (value.kind == Kind::Lambert)
-            truth.lambert.add(value.value, glm::dvec3(lighting::irradiance(place.baked, glm::vec3(value.direction)).value),
-                              glm::dvec3(shaders::lcIrradiance(shaderSh(place.cooked), glm::vec3(value.direction))));
-        else
+        if (value.kind == Kind::Lambert) {
+            const glm::dvec3 fromFloats(lighting::irradiance(place.baked, glm::vec3(value.direction)).value),
+                fromCooked(shaders::lcIrradiance(shaderSh(place.cooked), glm::vec3(value.direction)));
+            truth.lambert.add(value.value, fromFloats, fromCooked);
+            constexpr double kExit = std::numbers::inv_pi;  // exit radiance of a white surface from irradiance
+            addVisible(kExit * value.value, kExit * fromFloats, kExit * fromCooked, viewing, truth.visibleLambert);
+        } else
             truth.areaSpecular[value.m].add(value.value, areaSpecular(shaderSh(place.baked), value, place.normal, kernels),
                                             areaSpecular(shaderSh(place.cooked), value, place.normal, kernels));
     }
     return truth;
 }
 
-DominantTruth dominantTruth(std::span<const DominantTruthPlace> places, lighting::NormalDistribution lobe) {
+DominantTruth dominantTruth(std::span<const DominantTruthPlace> places, lighting::NormalDistribution lobe,
+                            const std::optional<Viewing>& viewing) {
     DominantTruth truth;
     Kernels kernels(lobe);
     for (const DominantTruthPlace& place : places) {
@@ -114,7 +134,9 @@ DominantTruth dominantTruth(std::span<const DominantTruthPlace> places, lighting
             return analyticSpecular(light, value, place.normal, lobe) + areaSpecular(rest, value, place.normal, kernels);
         };
         const glm::dvec3 area = areaSpecular(shaderSh(place.baked), value, place.normal, kernels);
-        truth.withRest[value.m].add(value.value, whole(place.fitted), whole(place.cooked));
+        const glm::dvec3 wholeOfFloats = whole(place.fitted), wholeOfCooked = whole(place.cooked);
+        truth.withRest[value.m].add(value.value, wholeOfFloats, wholeOfCooked);
+        addVisible(value.value, wholeOfFloats, wholeOfCooked, viewing, truth.visibleWithRest);
         truth.oneLight[value.m].add(value.value, one, analyticSpecular(place.cooked, value, place.normal, lobe));
         truth.twoLights[value.m].add(value.value, one, two);
         truth.areaSpecular[value.m].add(value.value, area, area);

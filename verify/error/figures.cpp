@@ -132,7 +132,7 @@ double ErrorAccumulator::referenceRms() const {
     return sampleCount_ > 0 ? std::sqrt(squaredReference_ / static_cast<double>(sampleCount_)) : 0;
 }
 
-void takeLarger(ErrorFigures& figures, const ErrorFigures& other) {
+void takeLargerMaxima(ErrorFigures& figures, const ErrorFigures& other) {
     if (other.maxSampled > figures.maxSampled) {
         figures.maxSampled = other.maxSampled;
         figures.sampledAt = other.sampledAt;
@@ -141,6 +141,14 @@ void takeLarger(ErrorFigures& figures, const ErrorFigures& other) {
         figures.maxBound = other.maxBound;
         figures.boundAt = other.boundAt;
     }
+    if (figures.visible && other.visible && other.visible->max > figures.visible->max) {
+        figures.visible->max = other.visible->max;
+        figures.visible->maxAt = other.visible->maxAt;
+    }
+}
+
+void takeLarger(ErrorFigures& figures, const ErrorFigures& other) {
+    takeLargerMaxima(figures, other);
     if (figures.visible && other.visible) takeLarger(*figures.visible, *other.visible);
 }
 
@@ -160,8 +168,9 @@ ErrorFigures ErrorAccumulator::figures() const {
     while ((left -= histogram_[bin]) > 0) ++bin;
     double upperEdge = kLargest;
     if (bin + 1 < histogram_.size()) {
-        const double octaves = static_cast<double>(bin / kBinsPerOctave), part = static_cast<double>(bin % kBinsPerOctave) / kBinsPerOctave;
-        upperEdge = std::ldexp(1 + part, kLowestExponent + static_cast<int>(octaves));
+        const auto octaves = static_cast<int>(bin / kBinsPerOctave);
+        const double part = static_cast<double>(bin % kBinsPerOctave) / kBinsPerOctave;
+        upperEdge = std::ldexp(1 + part, kLowestExponent + octaves);
     }
     figures.p99 = std::min(upperEdge, maxSampled_);
     return figures;

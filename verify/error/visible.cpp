@@ -7,37 +7,13 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
+#include "verify/error/perceptual_quantizer.h"
+
 namespace lightcook::verify {
 namespace {
 
 constexpr float kLargest = std::numeric_limits<float>::max();
-/// Scale of Delta E ITP (ITU-R BT.2124-0).
-constexpr float kScale = 720;
-
-/// Returns log2 of a normal, positive number, within 6e-7: the mantissa m in [sqrt(1/2), sqrt 2) by the series of artanh((m - 1)/(m + 1)).
-inline float log2Of(float x) {
-    constexpr std::int32_t kRootHalf = 0x3f3504f3;
-    const auto bits = std::bit_cast<std::int32_t>(x);
-    const std::int32_t exponent = (bits - kRootHalf) >> 23;
-    const auto mantissa = std::bit_cast<float>(bits - exponent * (1 << 23));
-    const float s = (mantissa - 1) / (mantissa + 1), square = s * s;
-    return static_cast<float>(exponent) + s * (2.885390082f + square * (0.961796694f + square * (0.577078016f + square * 0.412198583f)));
-}
-
-/// Returns lighting::perceptualQuantizer of a luminance, which is clamped to [2^-8, 10000] cd/m^2. The curve is smooth over the logarithm
-/// of the luminance: a polynomial of degree 12, interpolated at the Chebyshev points of this interval, is within 2e-7, and its slope within
-/// 0.01 %.
-inline float perceptualQuantizerOf(float nits) {
-    constexpr float kLowest = 0x1p-8f, kHighest = 10000, kMiddle = 2.64385619f, kPerHalf = 1 / 10.6438562f;
-    constexpr std::array kCoefficients = {0.263920428f,   0.541255862f,     0.32387875f,     -0.0581648655f,  -0.104593237f,
-                                          0.0148444869f,  0.0291957965f,    -0.00634778856f, -0.00689679671f, 0.00216951081f,
-                                          0.00124764763f, -0.000379635896f, -0.00013018319f};
-    const float raised = nits > kLowest ? nits : kLowest, clamped = raised < kHighest ? raised : kHighest;
-    const float u = (log2Of(clamped) - kMiddle) * kPerHalf;
-    float sum = kCoefficients.back();
-    for (std::size_t i = kCoefficients.size() - 1; i-- > 0;) sum = sum * u + kCoefficients[i];
-    return sum;
-}
+constexpr auto kScale = static_cast<float>(lighting::kVisibleScale);
 
 }  // namespace
 
@@ -86,6 +62,10 @@ void visibleDifferences(const float* reference, const float* found, std::size_t 
 
 void takeLarger(VisibleFigures& figures, const VisibleFigures& other) {
     if (other.max > figures.max) figures.maxAt = other.maxAt;
+    if (other.bound > figures.bound) {
+        figures.bound = other.bound;
+        figures.boundAt = other.boundAt;
+    }
     for (double VisibleFigures::*figure : {&VisibleFigures::rms, &VisibleFigures::p50, &VisibleFigures::p95, &VisibleFigures::p99,
                                            &VisibleFigures::p999, &VisibleFigures::max})
         figures.*figure = std::max(figures.*figure, other.*figure);
@@ -109,12 +89,19 @@ void VisibleAccumulator::add(std::span<const float> differences) {
     sampleCount_ += static_cast<std::int64_t>(differences.size());
 }
 
+void VisibleAccumulator::addBound(double bound, const VisiblePlace& place) {
+    if (!(bound > bound_)) return;
+    bound_ = bound;
+    boundAt_ = place;
+}
+
 void VisibleAccumulator::merge(const VisibleAccumulator& other) {
     squares_ += other.squares_;
     if (other.largest_ > largest_) {
         largest_ = other.largest_;
         maxAt_ = other.maxAt_;
     }
+    addBound(other.bound_, other.boundAt_);
     sampleCount_ += other.sampleCount_;
     for (std::size_t i = 0; i < histogram_.size(); ++i) histogram_[i] += other.histogram_[i];
 }
@@ -139,6 +126,17 @@ double VisibleAccumulator::quantile(double share) const {
     return largest_;
 }
 
+std::vector<std::int64_t> VisibleAccumulator::octaves() const {
+    constexpr int kOctaves = VisibleFigures::kHighestOctave - VisibleFigures::kLowestOctave;
+    std::vector<std::int64_t> counts(kOctaves + 2);
+    for (std::size_t bin = 0; bin < histogram_.size(); ++bin) {
+        // Bin 0 lies below all octaves, the last one above.
+        const int octave = bin == 0 ? kLowestExponent - 1 : kLowestExponent + static_cast<int>((bin - 1) / kBinsPerOctave);
+        counts[static_cast<std::size_t>(std::clamp(octave - VisibleFigures::kLowestOctave + 1, 0, kOctaves + 1))] += histogram_[bin];
+    }
+    return counts;
+}
+
 VisibleFigures VisibleAccumulator::figures() const {
     VisibleFigures figures;
     if (sampleCount_ == 0) return figures;
@@ -147,8 +145,11 @@ VisibleFigures VisibleAccumulator::figures() const {
     figures.p95 = quantile(0.95);
     figures.p99 = quantile(0.99);
     figures.p999 = quantile(0.999);
+    figures.histogram = octaves();
     figures.max = largest_;
     figures.maxAt = maxAt_;
+    if (bound_ > 0) figures.bound = bound_;
+    figures.boundAt = boundAt_;
     return figures;
 }
 

@@ -8,6 +8,7 @@
 //   4. localErrorBound (bound.h): the bound itself
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "verify/light_map/bound.h"
 #include "verify/light_map/shading.h"
 #include "verify/light_map/vectors.h"
+#include "verify/light_map/visible_bounding.h"
 #include "verify/sampler_tolerance.h"
 
 namespace lightcook::verify {
@@ -25,6 +27,7 @@ struct ShadingSetup {
     std::vector<Response> responses;         ///< area specular, for the bounds
     lighting::ShBands largestResponse{};     ///< largest norm of each band over the responses
     std::vector<FormatTolerance> tolerance;  ///< of each layer; empty: an ideal sampler
+    std::optional<VisibleBounding> visible;  ///< empty: no bounds of visible errors
     bool hasSpecular() const { return !responses.empty(); }
 };
 

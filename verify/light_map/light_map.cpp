@@ -101,25 +101,29 @@ ErrorFigures ShadedErrors::specularFigures() const {
 }
 
 void LightMapErrors::merge(const LightMapErrors& other) {
-    if (accumulators.empty()) {
-        accumulators = other.accumulators;
+    if (stages.empty()) {
+        *this = other;
         return;
     }
-    assert(accumulators.size() == other.accumulators.size());
-    for (std::size_t i = 0; i < accumulators.size(); ++i) accumulators[i].errors.merge(other.accumulators[i].errors);
+    assert(stages.size() == other.stages.size());
+    for (std::size_t i = 0; i < stages.size(); ++i) stages[i].errors.merge(other.stages[i].errors);
+    surface.merge(other.surface);
 }
 
-std::vector<StageError> LightMapErrors::stages() const {
+std::vector<StageError> LightMapErrors::figures() const {
     std::vector<StageError> out;
-    for (const Stage& stage : accumulators) out.push_back({stage.name, stage.errors.diffuseFigures(), stage.errors.specularFigures(), 0});
-    if (out.size() < 2) return out;
-    // The verdict: the last stage at texel centres, raised to the maxima between them.
-    StageError total = out[out.size() - 2];
-    const StageError& magnified = out.back();
-    takeLarger(total.diffuse, magnified.diffuse);
-    takeLarger(total.specular, magnified.specular);
-    total.name = "total";
-    out.push_back(total);
+    for (const Stage& stage : stages) out.push_back({stage.name, stage.errors.diffuseFigures(), stage.errors.specularFigures()});
+    if (out.empty()) return out;
+    const bool isOnSurface = surface.diffuse.sampleCount() > 0;
+    ShadedErrors whole = surface;
+    if (!isOnSurface) whole.merge(stages.back().errors);
+    StageError total{"total", whole.diffuseFigures(), whole.specularFigures()};
+    if (isOnSurface) {
+        total.atTexels = {out.back().diffuse, out.back().specular};
+        takeLargerMaxima(total.diffuse, total.atTexels->diffuse);
+        takeLargerMaxima(total.specular, total.atTexels->specular);
+    }
+    out.push_back(std::move(total));
     return out;
 }
 
@@ -166,14 +170,23 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
     }
     auto* flat = std::get_if<layouts::Flat>(&state->layout);
     if (flat != nullptr) flat->isOwnNormalOnly = !shading.needsDirections();
+    std::optional<ScannedKernels> scanned;
     setup.matrices = shadingMatrices(shading, 1 / static_cast<double>(state->perKey), viewing);
     if (flat != nullptr && flat->isOwnNormalOnly) {
         setup.matrices.diffuse = flatMatrix();
         if (setup.matrices.visible) setup.matrices.visible->cap = flatMatrix();
     } else {
-        if (shading.specular && sampling.bounds) setup.responses = specularResponses(shading);
+        if (shading.specular && sampling.bounds) {
+            scanned.emplace(shading);
+            setup.responses = specularResponses(shading, *scanned);
+        }
         for (const Response& response : setup.responses)
             for (std::size_t l = 0; l < 3; ++l) setup.largestResponse[l] = std::max(setup.largestResponse[l], response.norms()[l]);
+    }
+    if (viewing && sampling.bounds) {
+        const bool hasCap = shading.normalCount > 1 && !(flat != nullptr && flat->isOwnNormalOnly);
+        setup.visible = visibleBounding(shading, *viewing, 1 / static_cast<double>(state->perKey), hasCap ? shading.normalMapTilt : 0,
+                                        scanned ? &*scanned : nullptr);
     }
     return LightMapVerifier(std::move(state));
 }
@@ -197,15 +210,15 @@ LightMapErrors LightMapVerifier::noErrors() const {
     std::vector<LightMapErrors::Stage> stages;
     const auto add = [&](std::string_view name) { stages.push_back({std::string(name), {}}); };
     for (const std::string_view name : layouts::infoOf(state_->layout).stages) add(name);
-    add("magnified");
     return LightMapErrors(std::move(stages));
 }
 
 LightMapErrors LightMapVerifier::verifyRows(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference, int firstRow,
                                             int rowCount) const {
+    [[maybe_unused]] const bool needsRowBelow = state_->sampling.bounds || state_->sampling.placesPerTexel > 0;
     assert(texels.textures.size() == state_->textures.size());
     assert(reference.sh.width() == state_->map.width && firstRow >= reference.firstRow && firstRow >= texels.firstRow);
-    assert(reference.firstRow + reference.sh.height() >= std::min(state_->map.height, firstRow + rowCount + state_->sampling.bounds));
+    assert(reference.firstRow + reference.sh.height() >= std::min(state_->map.height, firstRow + rowCount + needsRowBelow));
     return std::visit(
         [&](const auto& layout) { return lightmap::verifyRows(layout, noErrors(), state_->inputs(texels, reference), firstRow, rowCount); },
         state_->layout);
@@ -215,6 +228,13 @@ LightMapVerifier::QuadBound LightMapVerifier::boundQuad(const DecodedLightMapRow
                                                         int y) const {
     return std::visit([&](const auto& layout) { return lightmap::boundQuad(layout, noErrors(), state_->inputs(texels, reference), x, y); },
                       state_->layout);
+}
+
+LightMapVerifier::AreaVisibleBound LightMapVerifier::visibleBound(const DecodedLightMapRows& texels,
+                                                                  const formats::LightMapStrip& reference, const TexelArea& area) const {
+    return std::visit(
+        [&](const auto& layout) { return lightmap::visibleBound(layout, noErrors(), state_->inputs(texels, reference), area); },
+        state_->layout);
 }
 
 formats::Image<lighting::ShRgb> LightMapVerifier::reconstruct(const DecodedLightMapRows& texels, int firstRow, int rowCount,

@@ -92,17 +92,51 @@ public:
         return estimate;
     }
 
+    /// Returns upper bounds of the band lengths of the error under one decode in a quad of which some texels may not be covered, by
+    /// channel. The reference is filtered between the covered ones: it is a mean of them, so that the error is one of differences from
+    /// them. texels   lengths of the corners; of covered ones only step     largest differences of the references of covered corners
+    /// isQuick  faster and looser, where the layout has such a bound
+    template <class Decode>
+    BandLengths errorLengths(const Decode& decode, const Corners& corners, const std::array<bool, 4>& covered,
+                             const std::array<const TexelLengths*, 4>& texels, const BandLengths& step, int x, int y, int corner,
+                             bool isQuick) const {
+        BandLengths error{}, light{};
+        for (std::size_t i = 0; i < 4; ++i) {
+            if (covered[i]) {
+                raise(light, texels[i]->reference);
+                raise(error, rows_.hasSameDecode(x, y, corner, static_cast<int>(i))
+                                 ? texels[i]->error
+                                 : bandLengths(errorUnder(decode, *corners.texels[i], *corners.references[i])));
+                continue;
+            }
+            for (std::size_t j = 0; j < 4; ++j)
+                if (covered[j]) raise(error, bandLengths(errorUnder(decode, *corners.texels[i], *corners.references[j])));
+        }
+        BandLengths slack{};
+        for (std::size_t lane = 0; lane < kBandLanes; ++lane)
+            slack[lane] = kFloatRounding * light[lane] + (hasFractions() ? 2 * kFractionTolerance * step[lane] : 0);
+        if constexpr (requires { coarseBounds_.quickBound(decode, corners.texels); })
+            if (isQuick) return sumOf(error, coarseBounds_.quickBound(decode, corners.texels), slack, light);
+        return sumOf(error,
+                     coarseBounds_.bound(decode, corners.texels, [&](std::size_t layer) { return tolerance_.toleranceAt(layer, x, y); }),
+                     slack, light);
+    }
+
 private:
     /// Rounding of this bound's floats, and of those of the refined bound.
     static constexpr auto kFloatRounding = static_cast<float>(2.5 * kRounding);
 
     LcSh errorOf(const typename Rows::LayerTexels& texels, const LcSh& reference, int x, int y) const {
+        return errorUnder(layouts::decodeAt(rows_.layout(), x, y), texels, reference);
+    }
+    template <class Decode>
+    LcSh errorUnder(const Decode& decode, const typename Rows::LayerTexels& texels, const LcSh& reference) const {
         if constexpr (layouts::Zonal<Layout>) {
             LcSh error = scaled(rows_.layout().bands(texels), rows_.perKey());
             for (std::size_t i = 0; i < 4; ++i) error.c[i] -= reference.c[i];
             return error;
         } else {
-            return difference(rows_.decoded(texels, x, y), reference);
+            return difference(scaled(decode.decode(texels), rows_.perKey()), reference);
         }
     }
     /// Returns true if inexact filter fractions move the reference. Zonal layouts count them in estimateOf.
@@ -145,8 +179,9 @@ private:
         }
         return error;
     }
-    Estimate estimateOf(const BandLengths& error, const layouts::CoarseBound& coarseBound, const BandLengths& slack,
-                        const BandLengths& light) const {
+    /// Returns the sum of all parts of the error.
+    BandLengths sumOf(const BandLengths& error, const layouts::CoarseBound& coarseBound, const BandLengths& slack,
+                      const BandLengths& light) const {
         const float fractions = isIdeal_ ? 0 : kFractionTolerance * 4 * Layout::kDegree, perKey = rows_.perKey();
         BandLengths all;
         for (std::size_t lane = 0; lane < kBandLanes; ++lane) {
@@ -161,6 +196,11 @@ private:
             }
             all[lane] = kOutward * ((1 + kFloatRounding) * own + fractions * moved + slack[lane] + perKey * coarseBound.tolerance[lane]);
         }
+        return all;
+    }
+    Estimate estimateOf(const BandLengths& error, const layouts::CoarseBound& coarseBound, const BandLengths& slack,
+                        const BandLengths& light) const {
+        const BandLengths all = sumOf(error, coarseBound, slack, light);
         Estimate estimate;
         for (std::size_t c = 0; c < kChannels; ++c) {
             const ErrorBound bound = evaluator_.errorBound(all, c);

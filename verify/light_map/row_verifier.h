@@ -1,15 +1,19 @@
 // Verification of some rows of a map, for a layout known at compile time. Private to verify/.
 //
 //   1. Every covered texel: each stage is decoded at its centre, shaded, compared with the reference and bounded.
-//   2. Every quad of covered texels: random positions are decoded, shaded and compared ("magnified").
-//   3. Every quad is bounded (quads.h), beginning with those that had the worst samples: large bounds found early save refinements.
+//   2. Every quad with a covered texel: random places on the surface are decoded, shaded and compared. A place that is nearest to a texel
+//      outside charts is on no surface, so each covered texel has as many places as another.
+//   3. Every quad is bounded (quads.h, rim_bounds.h), beginning with those that had the worst samples: large bounds found early save
+//      refinements.
 //
 // Templates of one layout each: only the sources that instantiate them (rows_direct.cpp, rows_learned.cpp, rows_residual.cpp) include
 // this header. Others include verified_rows.h.
 #pragma once
 
 #include "verify/light_map/quads.h"
+#include "verify/light_map/rim_bounds.h"
 #include "verify/light_map/verified_rows.h"
+#include "verify/light_map/visible_bound.h"
 
 namespace lightcook::verify::lightmap {
 
@@ -27,7 +31,7 @@ inline constexpr double kShadingRounding = 2e-6;
 template <class Layout>
 class RowVerifier {
 public:
-    /// errors  empty, with one stage for each of the layout's and "magnified"
+    /// errors  empty, with one stage for each of the layout's
     RowVerifier(const Layout& layout, LightMapErrors errors, const RowInputs& inputs)
         : rows_(layout, inputs.map, inputs.perKey, inputs.texels, inputs.reference),
           sampling_(inputs.sampling),
@@ -39,81 +43,127 @@ public:
           shader_(inputs.setup.matrices, 1 / static_cast<double>(inputs.perKey)) {}
 
     LightMapErrors run(int firstRow, int rowCount) {
-        rows_.forEachTexel(firstRow, rowCount, [&](const Row& row, int x, int y) { centre(row, x, y); });
-        if (sampling_.bounds) {
-            if (sampling_.positionsPerQuad > 0)
-                rows_.forEachQuad(firstRow, rowCount, [&](const Corners& corners, int x, int y) {
-                    for (int sample = 0; sample < sampling_.positionsPerQuad; ++sample) magnified(corners, x, y, sample);
-                });
-            for (const auto& [x, y] : worstSampled_)
-                if (x >= 0) quads_.boundQuad(x, y);
-            quads_.boundRows(firstRow, rowCount);
-            quads_.refineDeferred();
-        }
-        for (std::size_t stage = 0; stage < kStages; ++stage) addBounds(errors_.accumulators[stage], largest_[stage]);
-        LargestBounds quads = quads_.largest();
-        decodeAt(quads.diffuse);
-        decodeAt(quads.specular);
-        addBounds(errors_.accumulators.back(), quads);
+        if (!sampling_.isForTrial) rows_.forEachTexel(firstRow, rowCount, [&](const Row& row, int x, int y) { shadeCentre(row, x, y); });
+        if (sampling_.placesPerTexel > 0)
+            forEachCoveredQuad(rows_, firstRow, rowCount, [&](const Quad& quad) {
+                for (int sample = 0; sample < sampling_.placesPerTexel; ++sample) shadePlace(quad, sample);
+            });
+        if (sampling_.isForTrial) return std::move(errors_);
+        for (std::size_t stage = 0; stage < kStages; ++stage) addBounds(errors_.stages[stage].errors, largest_[stage]);
+        if (!sampling_.bounds) return std::move(errors_);
+        LargestBounds bounds = boundPlaces(firstRow, rowCount);
+        decodeAt(bounds.diffuse);
+        decodeAt(bounds.specular);
+        addBounds(errors_.surface, bounds);
+        boundVisible(firstRow, rowCount);
         return std::move(errors_);
     }
 
     LightMapVerifier::QuadBound oneQuad(int x, int y) {
-        quads_.boundQuad(x, y);
-        return {quads_.largest().diffuse.bound, quads_.largest().specular.bound};
+        LargestBounds bounds;
+        withCoveredQuad(rows_, x, y, [&](const Quad& quad) {
+            if (quad.isInside()) {
+                quads_.boundQuad(x, y);
+                bounds = quads_.largest();
+            } else {
+                RimBounds<Layout>(rows_, tolerance_, evaluator_).raise(quad, bounds);
+            }
+        });
+        return {bounds.diffuse.bound, bounds.specular.bound};
+    }
+
+    LightMapVerifier::AreaVisibleBound visibleBound(const TexelArea& area) {
+        const auto& bounding = evaluator_.setup().visible;
+        if (!bounding) return {};
+        VisibleBounds<Layout> bounds(rows_, tolerance_, evaluator_, *bounding, 0, 0);
+        bounds.boundArea(area);
+        return {bounds.diffuse().bound, bounds.specular().bound, bounds.diffuse().place, bounds.specular().place};
     }
 
 private:
     using Row = typename MapRows<Layout>::Row;
-    using Corners = typename MapRows<Layout>::Corners;
-    static constexpr std::size_t kStages = Layout::kStages;  ///< at texel centres
+    using Quad = CoveredQuad<Layout>;
+    using LayerTexels = typename MapRows<Layout>::LayerTexels;
+    static constexpr std::size_t kStages = Layout::kStages;
 
-    void addBounds(LightMapErrors::Stage& stage, const LargestBounds& largest) const {
-        stage.errors.diffuse.addBound(largest.diffuse.bound, largest.diffuse.place);
-        if (evaluator_.setup().hasSpecular()) stage.errors.specular.addBound(largest.specular.bound, largest.specular.place);
+    /// Returns the largest bounds of local relative errors over the places of these rows.
+    LargestBounds boundPlaces(int firstRow, int rowCount) {
+        for (const auto& [x, y] : worstSampled_)
+            if (x >= 0) quads_.boundQuad(x, y);
+        quads_.boundRows(firstRow, rowCount);
+        quads_.refineDeferred();
+        LargestBounds bounds = quads_.largest();
+        RimBounds<Layout> rims(rows_, tolerance_, evaluator_);
+        forEachCoveredQuad(rows_, firstRow, rowCount, [&](const Quad& quad) {
+            // Beyond the edge of a map the light is that at the edge, which another quad has.
+            const bool isBeyond =
+                (rows_.width() > 1 && quad.texelX(0) == quad.texelX(1)) || (rows_.height() > 1 && quad.texelY(0) == quad.texelY(2));
+            if (!quad.isInside() && !isBeyond) rims.raise(quad, bounds);
+        });
+        return bounds;
+    }
+    /// Bounds the visible errors of the last stage, wherever its light is sampled.
+    void boundVisible(int firstRow, int rowCount) {
+        const auto& bounding = evaluator_.setup().visible;
+        if (!bounding) return;
+        ShadedErrors& surface = errors_.surface;
+        const ShadedErrors& centres = errors_.stages[kStages - 1].errors;
+        const auto sampled = [&](VisibleAccumulator ShadedErrors::*kind) {
+            return std::max((surface.*kind).largest(), (centres.*kind).largest());
+        };
+        VisibleBounds<Layout> bounds(rows_, tolerance_, evaluator_, *bounding, sampled(&ShadedErrors::visibleDiffuse),
+                                     sampled(&ShadedErrors::visibleSpecular));
+        bounds.boundArea({0, firstRow, rows_.width(), rowCount});
+        surface.visibleDiffuse.addBound(bounds.diffuse().bound, bounds.diffuse().place);
+        if (!bounding->specular.isNone()) surface.visibleSpecular.addBound(bounds.specular().bound, bounds.specular().place);
+    }
+    void addBounds(ShadedErrors& errors, const LargestBounds& largest) const {
+        errors.diffuse.addBound(largest.diffuse.bound, largest.diffuse.place);
+        if (evaluator_.setup().hasSpecular()) errors.specular.addBound(largest.specular.bound, largest.specular.place);
     }
     /// Sets the light of the place of a quad's bound: what filtered bake and textures decode to there, shaded in the bound's direction. The
     /// bound was reached by control vectors, which are no values of the map.
     void decodeAt(LargestBound& largest) const {
         ErrorPlace& place = largest.place;
-        if (!place.isKnown() || rows_.width() < 2) return;
-        const int x = std::min(static_cast<int>(place.x), rows_.width() - 2);
+        if (!place.isKnown()) return;
+        const int x = static_cast<int>(place.x);
         const int y = std::min(static_cast<int>(place.y), rows_.lastRow() - 1);
-        const auto u = static_cast<float>(place.x - x), v = static_cast<float>(place.y - y);
-        rows_.withQuad(x, y, [&](const Corners& corners) {
-            const auto filter = [&](const auto& at) { return blend(blend(*at[0], *at[1], u), blend(*at[2], *at[3], u), v); };
-            const LcSh seen = rows_.decoded(filter(corners.texels), x + (u > 0.5f ? 1 : 0), y + (v > 0.5f ? 1 : 0));
+        const glm::vec2 at(place.x - x, place.y - y);
+        withCoveredQuad(rows_, x, y, [&](const Quad& quad) {
+            const int nearest = nearestOf(at);
             const auto light = [&](const LcSh& sh) {
                 return shadedAbout(channelsOf(sh)[index(place.channel)], largest.bands, place.normal) / static_cast<double>(rows_.perKey());
             };
-            place.reference = light(filter(corners.references));
-            place.found = light(seen);
+            place.reference = light(quad.referenceAt(at).first);
+            place.found = light(rows_.decoded(quad.texelsAt(at), quad.texelX(nearest), quad.texelY(nearest)));
         });
     }
-    void addErrors(std::size_t stage, const LcSh& error) { shader_.add(error, errors_.accumulators[stage].errors); }
+    /// Returns the corner nearest to a place of a quad.
+    static int nearestOf(const glm::vec2& place) { return (place.x > 0.5f ? 1 : 0) + (place.y > 0.5f ? 2 : 0); }
 
-    void centre(const Row& row, int x, int y) {
-        const LcSh& reference = row.reference[index(x)];
-        shader_.setReference(reference, rows_.normalAt(x, y), {x, y});
-        std::size_t stage = 0;
-        const auto stageError = [&](const LcSh& result) {
-            const LcSh error = difference(result, reference);
-            addErrors(stage, error);
-            if (sampling_.bounds) {
-                // Bounds of earlier stages are those of an ideal sampler.
-                const bool isLast = stage == Layout::kEarlyStages;
-                boundCentre(largest_[stage], error, reference, isLast ? tolerance_.centreSlack(row.texels[index(x)], x, y) : ChannelSlack{},
-                            x, y);
-            }
-            ++stage;
-        };
+    /// Calls work(stage, error) for the light that each stage decodes from the texels of a place, whose surface is that of texel (x, y).
+    template <class Work>
+    void forEachStage(const LayerTexels& texels, const LcSh& reference, int x, int y, Work&& work) const {
         if constexpr (Layout::kEarlyStages > 0) {
             const LcSh unscaledReference = scaled(reference, 1 / rows_.perKey());
             const auto& decode = layouts::decodeAt(rows_.layout(), x, y);
-            for (std::size_t early = 0; early < Layout::kEarlyStages; ++early)
-                stageError(scaled(decode.decodeEarly(early, row.texels[index(x)], unscaledReference), rows_.perKey()));
+            for (std::size_t stage = 0; stage < Layout::kEarlyStages; ++stage)
+                work(stage, difference(scaled(decode.decodeEarly(stage, texels, unscaledReference), rows_.perKey()), reference));
         }
-        stageError(rows_.decoded(row.texels[index(x)], x, y));
+        work(Layout::kEarlyStages, difference(rows_.decoded(texels, x, y), reference));
+    }
+
+    void shadeCentre(const Row& row, int x, int y) {
+        const LcSh& reference = row.reference[index(x)];
+        const LayerTexels& texels = row.texels[index(x)];
+        shader_.setReference(reference, rows_.normalAt(x, y), {x, y});
+        forEachStage(texels, reference, x, y, [&](std::size_t stage, const LcSh& error) {
+            shader_.add(error, errors_.stages[stage].errors);
+            if (!sampling_.bounds) return;
+            // Bounds of earlier stages are those of an ideal sampler.
+            const bool isLast = stage == Layout::kEarlyStages;
+            boundCentre(largest_[stage], error, reference, isLast ? tolerance_.centreSlack(texels, x, y) : ChannelSlack{}, x, y);
+        });
     }
     void boundCentre(LargestBounds& largest, const LcSh& error, const LcSh& reference, const ChannelSlack& tolerance, int x, int y) const {
         BandLengths all = bandLengths(error);
@@ -132,21 +182,30 @@ private:
         }
     }
 
-    void magnified(const Corners& corners, int x, int y, int sample) {
-        const auto place =
-            2 * ((static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(rows_.width()) + static_cast<std::uint64_t>(x)) *
-                     static_cast<std::uint64_t>(sampling_.positionsPerQuad) +
-                 static_cast<std::uint64_t>(sample));
-        const float u = hashedFraction(sampling_.seed, place), v = hashedFraction(sampling_.seed, place + 1);
-        const auto filter = [&](const auto& at) { return blend(blend(*at[0], *at[1], u), blend(*at[2], *at[3], u), v); };
-        const LcSh reference = filter(corners.references);
-        shader_.setReference(reference, rows_.normalAt(x, y), glm::dvec2(x, y) + glm::dvec2(u, v));
-        const ShadedErrors& errors = errors_.accumulators.back().errors;
+    /// Shades a random place of a quad, if it is on a surface.
+    void shadePlace(const Quad& quad, int sample) {
+        // Quads begin at -1.
+        const auto quadIndex =
+            static_cast<std::uint64_t>(quad.y + 1) * static_cast<std::uint64_t>(quad.mapWidth + 1) + static_cast<std::uint64_t>(quad.x + 1);
+        const auto place = 2 * (quadIndex * static_cast<std::uint64_t>(sampling_.placesPerTexel) + static_cast<std::uint64_t>(sample));
+        const glm::vec2 at(hashedFraction(sampling_.seed, place), hashedFraction(sampling_.seed, place + 1));
+        const int nearest = nearestOf(at);
+        if (!quad.hasQuarter(nearest)) return;
+        const int x = quad.texelX(nearest), y = quad.texelY(nearest);
+        const LcSh reference = quad.referenceAt(at).first;
+        const auto texels = quad.texelsAt(at);
+        shader_.setReference(reference, rows_.normalAt(x, y), quad.inMap(glm::dvec2(at)));
+        if (sampling_.isForTrial) {
+            forEachStage(texels, reference, x, y,
+                         [&](std::size_t stage, const LcSh& error) { shader_.add(error, errors_.stages[stage].errors); });
+            return;
+        }
+        ShadedErrors& errors = errors_.surface;
         const std::array<double, 2> before = {errors.diffuse.maxSampled(), errors.specular.maxSampled()};
-        addErrors(kStages, difference(rows_.decoded(filter(corners.texels), x, y), reference));
+        shader_.add(difference(rows_.decoded(texels, x, y), reference), errors);
         const std::array<double, 2> after = {errors.diffuse.maxSampled(), errors.specular.maxSampled()};
         for (std::size_t kind = 0; kind < after.size(); ++kind)
-            if (after[kind] > before[kind]) worstSampled_[kind] = {x, y};
+            if (after[kind] > before[kind] && quad.isInside()) worstSampled_[kind] = {quad.x, quad.y};
     }
 
     const MapRows<Layout> rows_;
@@ -170,10 +229,17 @@ LightMapVerifier::QuadBound boundQuad(const Layout& layout, LightMapErrors error
     return RowVerifier(layout, std::move(errors), inputs).oneQuad(x, y);
 }
 
+template <class Layout>
+LightMapVerifier::AreaVisibleBound visibleBound(const Layout& layout, LightMapErrors errors, const RowInputs& inputs,
+                                                const TexelArea& area) {
+    return RowVerifier(layout, std::move(errors), inputs).visibleBound(area);
+}
+
 }  // namespace lightcook::verify::lightmap
 
 /// Instantiates the functions of verified_rows.h for a layout of verify/light_map/layouts.h.
 // NOLINTNEXTLINE(cppcoreguidelines-macro-usage): a template cannot instantiate another
-#define LIGHTCOOK_VERIFY_LAYOUT(LAYOUT)                                                                     \
-    template LightMapErrors verifyRows(const layouts::LAYOUT&, LightMapErrors, const RowInputs&, int, int); \
-    template LightMapVerifier::QuadBound boundQuad(const layouts::LAYOUT&, LightMapErrors, const RowInputs&, int, int)
+#define LIGHTCOOK_VERIFY_LAYOUT(LAYOUT)                                                                                 \
+    template LightMapErrors verifyRows(const layouts::LAYOUT&, LightMapErrors, const RowInputs&, int, int);             \
+    template LightMapVerifier::QuadBound boundQuad(const layouts::LAYOUT&, LightMapErrors, const RowInputs&, int, int); \
+    template LightMapVerifier::AreaVisibleBound visibleBound(const layouts::LAYOUT&, LightMapErrors, const RowInputs&, const TexelArea&)

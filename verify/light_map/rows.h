@@ -33,6 +33,7 @@ public:
 
     const Layout& layout() const { return layout_; }
     int width() const { return map_.width; }
+    int height() const { return map_.height; }
     float perKey() const { return perKey_; }
     const DecodedLightMapRows& texels() const { return texels_; }
     /// Returns the last row that texels and reference both hold.
@@ -90,6 +91,8 @@ public:
                 if (isQuad(above, below, x)) work(cornersOf(above, below, x), x, y);
         });
     }
+    /// Loads texels [firstX, firstX + count) of row y.
+    void load(int firstX, int count, int y, Row& row) const { loadTexels(firstX, count, y, row); }
     /// Calls work(corners) for the quad whose top left texel is (x, y).
     template <class Work>
     void withQuad(int x, int y, Work&& work) const {
@@ -101,8 +104,12 @@ public:
 
     /// Returns true if corners i and j of the quad at (x, y) have the same decode. Only learned layouts have several.
     bool hasSameDecode(int x, int y, int i, int j) const {
-        if constexpr (requires { layout_.at(x, y); }) return i == j || layout_.at(x + i % 2, y + i / 2) == layout_.at(x + j % 2, y + j / 2);
+        if constexpr (requires { layout_.at(x, y); }) return i == j || decodeOf(x, y, i) == decodeOf(x, y, j);
         return true;
+    }
+    /// Returns the decode of a corner of the quad at (x, y), which may reach over the edge of the map by one texel.
+    decltype(auto) decodeOf(int x, int y, int corner) const {
+        return layouts::decodeAt(layout_, std::clamp(x + corner % 2, 0, map_.width - 1), std::clamp(y + corner / 2, 0, map_.height - 1));
     }
     /// Returns true if no earlier corner has the same decode. A quad is bounded under the decode of each corner, because a surface there
     /// may use any of them.
@@ -125,11 +132,11 @@ private:
         for (int i = 0; i < count; ++i) {
             const int x = firstX + i;
             row.covered[index(i)] = reference_.covered.at(x, stripRow);
-            if (row.covered[index(i)] == 0) continue;
-            row.reference[index(i)] = referenceAt(x, stripRow);
+            // Filters reach uncovered texels too.
             std::size_t layer = 0;
             for (const auto& texture : texels_.textures)
                 for (const formats::Image<glm::vec4>& image : texture) row.texels[index(i)][layer++] = image.at(x, texelRow);
+            if (row.covered[index(i)] != 0) row.reference[index(i)] = referenceAt(x, stripRow);
         }
     }
     LcSh referenceAt(int x, int stripRow) const {

@@ -17,7 +17,6 @@ namespace {
 
 /// Half-vector samples for each axis. The error is 5e-5 of a kernel's norm, far below that of an 8-bit texture.
 constexpr int kKernelSamples = 160;
-constexpr int kScanSamples = 64;
 constexpr std::size_t kChannels = 3;
 constexpr auto kFloor = static_cast<float>(lighting::kLocalErrorFloor);  ///< light is in units of the key
 
@@ -28,29 +27,13 @@ lighting::ShDouble turnedAroundNormal(const lighting::ShDouble& kernel, const gl
     return lighting::ShRotation(glm::dmat3(c, s, 0, -s, c, 0, 0, 0, 1)).apply(kernel);
 }
 
-lighting::ShDouble atF0(const lighting::AreaSpecularKernel& kernel, double f0) {
-    lighting::ShDouble out{};
-    for (std::size_t i = 0; i < out.size(); ++i) out[i] = f0 * kernel.c[i] + (1 - f0) * kernel.d[i];
-    return out;
-}
-
-lighting::AreaSpecularKernel kernelAt(double NoV, double m, lighting::NormalDistribution lobe, int sampleCount) {
-    return lighting::integrateAreaSpecular(NoV, m, lobe, lighting::CookTorranceNormalization::Energy, sampleCount);
-}
-
-lighting::ShBands normsOf(const lighting::ShDouble& kernel) {
-    lighting::ShBands squared{};
-    for (std::size_t i = 0; i < kernel.size(); ++i) squared[static_cast<std::size_t>(lighting::kShBand[i])] += kernel[i] * kernel[i];
-    return {std::sqrt(squared[0]), std::sqrt(squared[1]), std::sqrt(squared[2])};
-}
-
 /// Lengths of the bands of Y(direction), for any direction.
 constexpr lighting::ShBands kAxisNorms = {lighting::kShConstant, lighting::kShLinear, 2 * lighting::kShZonal};
 
 /// Splits a kernel into its zonal part about an axis in the plane of normal and view, and the lengths of the rest. Searches directions near
 /// that of band 1, in steps of one degree, for the axis with the least residual.
 Response splitOf(const lighting::ShDouble& kernel) {
-    const lighting::ShBands norms = normsOf(kernel);
+    const lighting::ShBands norms = kernelNorms(kernel);
     const auto splitAbout = [&](double angle) {
         const lighting::ShDouble axis = lighting::evaluateBasis(glm::dvec3(std::sin(angle), 0, std::cos(angle)));
         Response response;
@@ -73,62 +56,16 @@ Response splitOf(const lighting::ShDouble& kernel) {
     return best;
 }
 
-/// Kernels on a grid of roughness and view, with bounds for everything between the grid points.
-class ScannedKernels {
-public:
-    explicit ScannedKernels(const LightMapShading& shading) {
-        const auto [lowM, highM] = std::ranges::minmax(shading.m);
-        const int steps = highM > lowM ? std::clamp(static_cast<int>(std::ceil(kStepsPerOctave * std::log2(highM / lowM))), 2, 24) : 0;
-        roughnessCount_ = steps + 1;
-        for (int r = 0; r <= steps; ++r) {
-            const double m = steps == 0 ? lowM : lowM * std::pow(highM / lowM, static_cast<double>(r) / steps);
-            // Even steps of the angle: kernels change fastest towards grazing.
-            for (int v = 0; v < kViews; ++v)
-                kernels_.push_back(
-                    kernelAt(std::max(1e-3, std::cos(0.5 * std::numbers::pi * v / (kViews - 1))), m, shading.lobe, kScanSamples));
+/// Adds each scanned kernel for this F0, split. Its residual covers kernels between it and its neighbours.
+void addSplit(const ScannedKernels& scanned, double f0, std::vector<Response>& out) {
+    for (int r = 0; r < scanned.roughnessCount(); ++r)
+        for (int v = 0; v < ScannedKernels::kViews; ++v) {
+            Response split = splitOf(kernelAtF0(scanned.at(r, v), f0));
+            const lighting::ShBands between = scanned.between(r, v, f0);
+            for (std::size_t l = 0; l < between.size(); ++l) split.residual[l] += between[l];
+            out.push_back(split);
         }
-    }
-    /// Adds each kernel for this F0, split. Its residual covers kernels between it and its neighbours.
-    void addSplit(double f0, std::vector<Response>& out) const {
-        for (int r = 0; r < roughnessCount_; ++r)
-            for (int v = 0; v < kViews; ++v) {
-                Response split = splitOf(atF0(at(r, v), f0));
-                lighting::ShBands largest{};
-                for (int row = std::max(r - 1, 0); row <= std::min(r + 1, roughnessCount_ - 1); ++row)
-                    for (int column = std::max(v - 1, 0); column <= std::min(v + 1, kViews - 1); ++column) {
-                        const lighting::ShBands second = secondDifferenceAt(row, column, f0);
-                        for (std::size_t l = 0; l < second.size(); ++l) largest[l] = std::max(largest[l], second[l]);
-                    }
-                for (std::size_t l = 0; l < largest.size(); ++l) split.residual[l] += kBetween * largest[l];
-                out.push_back(split);
-            }
-    }
-
-private:
-    static constexpr int kViews = 49, kStepsPerOctave = 5;
-    static constexpr double kBetween = 2.0 / 8;  ///< share of second differences, twice the 1/8 of linear interpolation
-    const lighting::AreaSpecularKernel& at(int roughness, int view) const {
-        return kernels_[static_cast<std::size_t>(roughness * kViews + view)];
-    }
-    /// Returns the sum of the lengths of the second differences along both axes.
-    lighting::ShBands secondDifferenceAt(int r, int v, double f0) const {
-        const lighting::ShDouble middle = atF0(at(r, v), f0);
-        lighting::ShBands sum{};
-        const auto add = [&](const lighting::AreaSpecularKernel& before, const lighting::AreaSpecularKernel& after) {
-            const lighting::ShDouble low = atF0(before, f0), high = atF0(after, f0);
-            lighting::ShDouble second;
-            for (std::size_t i = 0; i < second.size(); ++i) second[i] = low[i] - 2 * middle[i] + high[i];
-            const lighting::ShBands norms = normsOf(second);
-            for (std::size_t l = 0; l < sum.size(); ++l) sum[l] += norms[l];
-        };
-        if (r > 0 && r + 1 < roughnessCount_) add(at(r - 1, v), at(r + 1, v));
-        if (v > 0 && v + 1 < kViews) add(at(r, v - 1), at(r, v + 1));
-        return sum;
-    }
-
-    int roughnessCount_ = 1;
-    std::vector<lighting::AreaSpecularKernel> kernels_;  ///< [roughness][view]
-};
+}
 
 /// A split kernel as a point near the chain: its band 0, and bands 1 and 2 and residual relative to band 0.
 struct KernelPoint {
@@ -262,9 +199,9 @@ ShadingMatrix specularMatrix(const LightMapShading& shading) {
     for (int k = 0; k < shading.viewCount; ++k) {
         const glm::dvec3 view = lighting::fibonacciHemisphere(k, shading.viewCount);
         for (const double m : shading.m) {
-            const lighting::AreaSpecularKernel kernel = kernelAt(view.z, m, shading.lobe, kKernelSamples);
+            const lighting::AreaSpecularKernel kernel = specularKernelAt(view.z, m, shading.lobe, kKernelSamples);
             for (const double f0 : shading.f0) {
-                rows.push_back(turnedAroundNormal(atF0(kernel, f0), view));
+                rows.push_back(turnedAroundNormal(kernelAtF0(kernel, f0), view));
                 samples.push_back({.view = view, .m = m, .f0 = f0});
             }
         }
@@ -272,14 +209,13 @@ ShadingMatrix specularMatrix(const LightMapShading& shading) {
     return ShadingMatrix(rows, std::move(samples));
 }
 
-std::vector<Response> specularResponses(const LightMapShading& shading) {
+std::vector<Response> specularResponses(const LightMapShading& shading, const ScannedKernels& scanned) {
     // Relative to the brightest kernel: darker ones are covered by a residual alone.
     constexpr double kNegligible = 1e-3;
-    const ScannedKernels scanned(shading);
     std::vector<Response> kernels;
     const auto [lowF0, highF0] = std::ranges::minmax(shading.f0);
-    scanned.addSplit(lowF0, kernels);
-    if (highF0 > lowF0) scanned.addSplit(highF0, kernels);
+    addSplit(scanned, lowF0, kernels);
+    if (highF0 > lowF0) addSplit(scanned, highF0, kernels);
     double brightest = 0;
     for (const Response& kernel : kernels) brightest = std::max(brightest, kernel.bands[0]);
     Response dim;

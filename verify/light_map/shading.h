@@ -15,6 +15,7 @@
 #include "verify/figures.h"
 #include "verify/light_map.h"
 #include "verify/light_map/bound.h"
+#include "verify/light_map/scanned_kernels.h"
 #include "verify/visible.h"
 
 namespace lightcook::verify {
@@ -127,6 +128,7 @@ private:
 ///   2. Each kernel is split into a zonal part about its own axis (the bands) and the rest (the residual), which is small.
 ///   3. The zonal parts lie near a curve in the plane of band 1 / band 0 and band 2 / band 0. A chain of a few knots follows the curve; the
 ///      distance of a kernel from the chain is added to its residual. The knots are the responses.
-std::vector<Response> specularResponses(const LightMapShading& shading);
+/// scanned  kernels of this shading
+std::vector<Response> specularResponses(const LightMapShading& shading, const ScannedKernels& scanned);
 
 }  // namespace lightcook::verify

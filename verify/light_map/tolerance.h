@@ -41,6 +41,18 @@ public:
     auto quadDeviation(const QuadTexels& texels, int x, int y, int corner) const {
         return deviation(quadBoxes(texels, x, y), x + corner % 2, y + corner / 2);
     }
+    /// Returns the deviation of a decode in a part of the quad at (x, y).
+    /// ends  filtered texels at the corners of the part
+    template <class Decode>
+    auto partDeviation(const QuadTexels& texels, const QuadTexels& ends, int x, int y, const Decode& decode) const {
+        layouts::Boxes<Layout::kLayers> boxes = quadBoxes(ends, x, y), whole = quadBoxes(texels, x, y);
+        // The tolerance is that of the texels, which may be brighter than what is filtered from them.
+        for (std::size_t layer = 0; layer < boxes.size(); ++layer) boxes[layer].tolerance = whole[layer].tolerance;
+        if constexpr (requires { Layout::kCodeCount; })
+            return layouts::deviationOf<Layout::kLayout>(decode, boxes);
+        else
+            return layouts::Deviation<0>{layouts::deviationOf(decode, boxes), {}};
+    }
     /// Returns the band lengths of a deviation. A convex function of factors in [-1, 1] has its maximum where each is +-1, so the exact
     /// length of a group is the largest over all choices of signs. Not exact: the sum of the vectors' lengths, which is larger and faster.
     template <std::size_t kGroups>
@@ -85,8 +97,10 @@ private:
         if (!format.hasSpans() || spans_.empty()) return format.decoded;
         const int firstRow = rows_.texels().firstRow;
         glm::vec4 span(0);
-        for (int blockY = (y - firstRow) / 4; blockY <= (y + reach - firstRow) / 4; ++blockY)
-            for (int blockX = x / 4; blockX <= (x + reach) / 4; ++blockX) span = glm::max(span, spans_[layer]->at(blockX, blockY));
+        // A quad may reach over the edge of the map by one texel.
+        const int lastX = std::min(x + reach, rows_.width() - 1), lastY = std::min(y + reach, rows_.lastRow());
+        for (int blockY = std::max(y - firstRow, 0) / 4; blockY <= (lastY - firstRow) / 4; ++blockY)
+            for (int blockX = std::max(x, 0) / 4; blockX <= lastX / 4; ++blockX) span = glm::max(span, spans_[layer]->at(blockX, blockY));
         return format.decoded + format.perSpan * span;
     }
     /// Returns the deviation of the decode of texel (x, y) over boxes of texels.

@@ -65,6 +65,11 @@ void bernsteinFromNodes(std::array<LcSh*, kDegree + 1> nodes) {
             const glm::vec3 p0 = nodes[0]->c[i], p1 = nodes[1]->c[i], p2 = nodes[2]->c[i], p3 = nodes[3]->c[i];
             nodes[1]->c[i] = (-5.0f * p0 + 18.0f * p1 - 9.0f * p2 + 2.0f * p3) / 6.0f;
             nodes[2]->c[i] = (2.0f * p0 - 9.0f * p1 + 18.0f * p2 - 5.0f * p3) / 6.0f;
+        } else if constexpr (kDegree == 4) {
+            const glm::vec3 p0 = nodes[0]->c[i], p1 = nodes[1]->c[i], p2 = nodes[2]->c[i], p3 = nodes[3]->c[i], p4 = nodes[4]->c[i];
+            nodes[1]->c[i] = (-13.0f * p0 + 48.0f * p1 - 36.0f * p2 + 16.0f * p3 - 3.0f * p4) / 12.0f;
+            nodes[2]->c[i] = (13.0f * p0 - 64.0f * p1 + 120.0f * p2 - 64.0f * p3 + 13.0f * p4) / 18.0f;
+            nodes[3]->c[i] = (-3.0f * p0 + 16.0f * p1 - 36.0f * p2 + 48.0f * p3 - 13.0f * p4) / 12.0f;
         }
     }
 }

@@ -20,12 +20,17 @@ struct RowInputs {
 };
 
 /// Verifies rows [firstRow, firstRow + rowCount), as LightMapVerifier::verifyRows.
-/// errors  empty, with one stage for each of the layout's and "magnified"
+/// errors  empty, with one stage for each of the layout's
 template <class Layout>
 LightMapErrors verifyRows(const Layout& layout, LightMapErrors errors, const RowInputs& inputs, int firstRow, int rowCount);
 
 /// Bounds the quad whose top left texel is (x, y), as LightMapVerifier::boundQuad.
 template <class Layout>
 LightMapVerifier::QuadBound boundQuad(const Layout& layout, LightMapErrors errors, const RowInputs& inputs, int x, int y);
+
+/// Bounds the visible errors of an area, as LightMapVerifier::visibleBound.
+template <class Layout>
+LightMapVerifier::AreaVisibleBound visibleBound(const Layout& layout, LightMapErrors errors, const RowInputs& inputs,
+                                                const TexelArea& area);
 
 }  // namespace lightcook::verify::lightmap

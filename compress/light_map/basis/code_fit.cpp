@@ -4,7 +4,6 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <optional>
 
 #include "compress/light_map/basis/clusters.h"
 #include "compress/light_map/basis/code_solver.h"
@@ -34,6 +33,8 @@ public:
         }
         encodeCodes();
         chooseSeeds();
+        solveCoefficients0();
+        sample_.encodeDc();
         subtractCodes();
     }
 
@@ -42,7 +43,7 @@ private:
     void startCodes() {
         for (const std::vector<SampleTexel*>& members : sample_.clusters()) {
             if (members.empty()) continue;
-            const SamplePoints points = pointsOf(ErrorSpace(sample_, members, 1), members);
+            const SamplePoints points = pointsOf(ErrorSpace(members, 1), members);
             const Subspace subspace = fitSubspace(points.points, points.weights, model_.shape.codeChannels, true);
             const Eigen::MatrixXf coordinates = subspace.directions.transpose() * (points.points.colwise() - subspace.mean);
             for (std::size_t i = 0; i < members.size(); ++i)
@@ -59,19 +60,24 @@ private:
         forEachTexel([](SampleTexel& texel, const BasisTarget& target, const CodeSpace& space) {
             texel.code = space.solve(target, texel.code).code;
         });
+        solveCoefficients0();
     }
 
-    /// Calls visit(texel, its target, the decode of its cluster under its metric) for all texels, cluster by cluster.
+    /// Sets the coefficients 0 to those that suit the codes best.
+    void solveCoefficients0() {
+        for (SampleTexel& texel : sample_.texels())
+            BasisSample::setDc(
+                texel, solveDc(texel.form.unpacked(), texel.light, evaluateCode(tableOf(texel), model_.shape.monomialCount(), texel.code)));
+    }
+
+    const CodeTable& tableOf(const SampleTexel& texel) const { return model_.code[static_cast<std::size_t>(texel.cluster)]; }
+
+    /// Calls visit(texel, its target, the decode of its cluster) for all texels, cluster by cluster.
     template <class Visit>
     void forEachTexel(Visit visit) {
         for (std::size_t cluster = 0; cluster < sample_.clusters().size(); ++cluster) {
-            std::optional<CodeSpace> space;
-            std::size_t metric = 0;
-            for (SampleTexel* texel : sample_.clusters()[cluster]) {
-                if (!space || metric != texel->metric) space.emplace(model_.code[cluster], model_.shape, sample_.metricOf(*texel));
-                metric = texel->metric;
-                visit(*texel, sample_.targetOf(*texel), *space);
-            }
+            const CodeSpace space(model_.code[cluster], model_.shape);
+            for (SampleTexel* texel : sample_.clusters()[cluster]) visit(*texel, BasisSample::targetOf(*texel), space);
         }
     }
 
@@ -131,8 +137,7 @@ private:
 
     void subtractCodes() {
         for (SampleTexel& texel : sample_.texels()) {
-            const CodeTable& table = model_.code[static_cast<std::size_t>(texel.cluster)];
-            subtractCode(evaluateCode(table, model_.shape.monomialCount(), texel.code), texel.ratio);
+            subtractCode(evaluateCode(tableOf(texel), model_.shape.monomialCount(), texel.code), texel.ratio);
         }
     }
 

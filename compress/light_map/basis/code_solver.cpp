@@ -15,7 +15,7 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 constexpr hn::CappedTag<float, 8> kTag;
 using Lanes = hn::Vec<decltype(kTag)>;
-constexpr std::size_t kWidth = hn::MaxLanes(kTag), kParts = 24 / kWidth, kPartsPerChannel = kParts / 3;
+constexpr std::size_t kWidth = hn::MaxLanes(kTag), kParts = 24 / kWidth;
 
 struct Numbers {
     Lanes part[kParts];
@@ -43,29 +43,10 @@ Numbers zero() {
     for (Lanes& part : out.part) part = hn::Zero(kTag);
     return out;
 }
-/// Returns each channel times its factor.
-Numbers scaled(const Numbers& in, const std::array<float, 3>& factors) {
-    Numbers out;
-    for (std::size_t p = 0; p < kParts; ++p) out.part[p] = hn::Mul(hn::Set(kTag, factors[p / kPartsPerChannel]), in.part[p]);
-    return out;
-}
 float product(const Numbers& a, const Numbers& b) {
     Lanes sum = hn::Mul(a.part[0], b.part[0]);
     for (std::size_t p = 1; p < kParts; ++p) sum = hn::MulAdd(a.part[p], b.part[p], sum);
     return hn::GetLane(hn::SumOfLanes(kTag, sum));
-}
-
-/// Returns U v, U the root of the metric.
-HigherByChannel turned(const Metric& metric, const HigherByChannel& v) {
-    HigherByChannel out;
-    for (std::size_t c = 0; c < 3; ++c)
-        for (std::size_t i = 0; i < 8; i += kWidth) {
-            Lanes sum = hn::Zero(kTag);
-            for (std::size_t j = 0; j < 8; ++j)
-                sum = hn::MulAdd(hn::Set(kTag, v[c][j]), hn::LoadU(kTag, metric.higherRoot[j].data() + i), sum);
-            hn::StoreU(sum, kTag, out[c].data() + i);
-        }
-    return out;
 }
 
 struct Jacobian {
@@ -129,42 +110,63 @@ struct Equations {
     }
 };
 
-/// The least-squares problem of one texel.
+/// out[n] = Q in[n]: columns of the form are loaded once for all vectors.
+template <std::size_t kVectors>
+HWY_INLINE void multiply(const RatioCost& cost, const Numbers* in, Numbers* out) {
+    alignas(32) std::array<std::array<float, RatioCost::kUnknowns>, kVectors> v;
+    for (std::size_t n = 0; n < kVectors; ++n) {
+        for (std::size_t p = 0; p < kParts; ++p) hn::StoreU(in[n].part[p], kTag, v[n].data() + p * kWidth);
+        out[n] = zero();
+    }
+    for (std::size_t j = 0; j < RatioCost::kUnknowns; ++j)
+        for (std::size_t p = 0; p < kParts; ++p) {
+            const Lanes column = hn::LoadU(kTag, cost.higher[j].data() + p * kWidth);
+            for (std::size_t n = 0; n < kVectors; ++n) out[n].part[p] = hn::MulAdd(hn::Set(kTag, v[n][j]), column, out[n].part[p]);
+        }
+}
+
+/// The least-squares problem of one texel. The error of a code is e'Qe + 2 e'b plus a constant, e the error of the unknowns and b that of
+/// coefficient 0 times its columns. Errors are reported with the constant.
 class Problem {
 public:
-    Problem(const CodeTable& table, const BasisShape& shape, const Metric& metric, const BasisTarget& target)
-        : table_(table), shape_(shape), roots_{std::sqrt(target.weight[0]), std::sqrt(target.weight[1]), std::sqrt(target.weight[2])} {
+    Problem(const CodeTable& table, const BasisShape& shape, const BasisTarget& target)
+        : table_(table), shape_(shape), cost_(target.cost), linear_(zero()) {
         HigherByChannel wanted;
-        for (std::size_t c = 0; c < 3; ++c) std::copy(target.ratio[c].begin() + 1, target.ratio[c].end(), wanted[c].begin());
-        wanted_ = load(turned(metric, wanted));
+        for (std::size_t c = 0; c < 3; ++c) {
+            std::copy(target.ratio[c].begin() + 1, target.ratio[c].end(), wanted[c].begin());
+            const float left = target.ratio[c][0] - 1;  // the decode gives exactly 1
+            for (std::size_t p = 0; p < kParts; ++p)
+                linear_.part[p] = hn::MulAdd(hn::Set(kTag, left), hn::LoadU(kTag, cost_.zero[c].data() + p * kWidth), linear_.part[p]);
+            for (std::size_t d = 0; d < 3; ++d) constant_ += left * cost_.zeroZero[c][d] * (target.ratio[d][0] - 1);
+        }
+        wanted_ = load(wanted);
     }
 
-    /// Residual and derivative at a code.
+    /// Error and derivatives at a code.
     struct Place {
-        Numbers residual;
+        Numbers pull;  ///< Q e + b
         Jacobian slopes;
         float error;
     };
     Place at(const glm::vec4& code) const {
         Place place;
         place.slopes = jacobianOf(table_, shape_.codeChannels, code);
-        place.residual = residualOf(valueOf(table_, place.slopes, code));
-        place.error = product(place.residual, place.residual);
+        place.error = errorOf(valueOf(table_, place.slopes, code), place.pull);
         return place;
     }
     /// Returns the error of a code that decodes to `value`.
     float errorOf(const HigherByChannel& value) const {
-        const Numbers residual = residualOf(load(value));
-        return product(residual, residual);
+        Numbers pull;
+        return errorOf(load(value), pull);
     }
 
     Equations equationsAt(const Place& place) const {
-        Jacobian j;
-        for (std::size_t k = 0; k < 4; ++k) j.by[k] = scaled(place.slopes.by[k], roots_);
+        Jacobian weighted;
+        multiply<4>(cost_, place.slopes.by, weighted.by);
         Equations out;
         for (std::size_t k = 0; k < 4; ++k) {
-            out.right[k] = product(j.by[k], place.residual);
-            for (std::size_t l = 0; l <= k; ++l) out.matrix[k][l] = product(j.by[k], j.by[l]);
+            out.right[k] = product(place.slopes.by[k], place.pull);
+            for (std::size_t l = 0; l <= k; ++l) out.matrix[k][l] = product(place.slopes.by[k], weighted.by[l]);
         }
         return out;
     }
@@ -198,48 +200,50 @@ public:
     }
 
 private:
-    /// Returns target - value, each channel times the root of its weight.
-    Numbers residualOf(const Numbers& value) const {
-        Numbers residual;
-        for (std::size_t p = 0; p < kParts; ++p) residual.part[p] = hn::Sub(wanted_.part[p], value.part[p]);
-        return scaled(residual, roots_);
+    float errorOf(const Numbers& value, Numbers& pull) const {
+        Numbers error;
+        for (std::size_t p = 0; p < kParts; ++p) error.part[p] = hn::Sub(wanted_.part[p], value.part[p]);
+        multiply<1>(cost_, &error, &pull);
+        for (std::size_t p = 0; p < kParts; ++p) pull.part[p] = hn::Add(pull.part[p], linear_.part[p]);
+        // e'Qe + 2 e'b = e'(Qe + b) + e'b
+        return product(error, pull) + product(error, linear_) + constant_;
     }
 
     const CodeTable& table_;
     const BasisShape& shape_;
-    std::array<float, 3> roots_;
-    Numbers wanted_;
+    const RatioCost& cost_;
+    Numbers wanted_, linear_;
+    float constant_ = 0;
 };
 
 }  // namespace
 
-CodeSpace::CodeSpace(const CodeTable& table, const BasisShape& shape, const Metric& metric, std::span<const glm::vec4> seeds)
-    : shape_(shape), metric_(&metric), seeds_(seeds) {
-    for (std::size_t m = 0; m < static_cast<std::size_t>(shape.monomialCount()); ++m) table_[m] = turned(metric, table[m]);
+CodeSpace::CodeSpace(const CodeTable& table, const BasisShape& shape, std::span<const glm::vec4> seeds) : shape_(shape) {
+    std::copy_n(table.begin(), shape.monomialCount(), table_.begin());
+    candidates_ = {glm::vec4(0.5f, 0.5f, 0.5f, shape_.codeChannels == 3 ? 1.0f : 0.5f)};
+    candidates_.insert(candidates_.end(), seeds.begin(), seeds.end());
+    for (const glm::vec4& code : candidates_)
+        decoded_.push_back(stored(valueOf(table_, jacobianOf(table_, shape_.codeChannels, code), code)));
 }
 
 SolvedCode CodeSpace::solve(const BasisTarget& target, const glm::vec4& start) const {
-    return Problem(table_, shape_, *metric_, target).descend(start);
+    return Problem(table_, shape_, target).descend(start);
 }
 
-SolvedCode CodeSpace::search(const BasisTarget& target) {
-    const glm::vec4 middle(0.5f, 0.5f, 0.5f, shape_.codeChannels == 3 ? 1.0f : 0.5f);
-    const auto candidate = [&](std::size_t i) { return i == 0 ? middle : seeds_[i - 1]; };
-    for (std::size_t i = seedValues_.size(); i <= seeds_.size(); ++i)
-        seedValues_.push_back(stored(valueOf(table_, jacobianOf(table_, shape_.codeChannels, candidate(i)), candidate(i))));
-    const Problem problem(table_, shape_, *metric_, target);
+SolvedCode CodeSpace::search(const BasisTarget& target) const {
+    const Problem problem(table_, shape_, target);
     std::size_t best = 0;
-    float least = problem.errorOf(seedValues_[0]);
-    for (std::size_t i = 1; i < seedValues_.size(); ++i)
-        if (const float error = problem.errorOf(seedValues_[i]); error < least) {
+    float least = problem.errorOf(decoded_[0]);
+    for (std::size_t i = 1; i < decoded_.size(); ++i)
+        if (const float error = problem.errorOf(decoded_[i]); error < least) {
             best = i;
             least = error;
         }
-    return problem.descend(candidate(best));
+    return problem.descend(candidates_[best]);
 }
 
 glm::vec4 CodeSpace::sensitivity(const BasisTarget& target, const glm::vec4& code) const {
-    const Problem problem(table_, shape_, *metric_, target);
+    const Problem problem(table_, shape_, target);
     const Equations equations = problem.equationsAt(problem.at(code));
     return glm::vec4(equations.matrix[0][0], equations.matrix[1][1], equations.matrix[2][2], equations.matrix[3][3]);
 }

@@ -1,5 +1,6 @@
-// Encoding of rows under a learned layout: coefficient 0, then a code for each texel, then the residual layers. Each stage is solved
-// against the decoded texels of those before it.
+// Encoding of rows under a learned layout: a code for each texel, then coefficient 0, then the residual layers. Each stage is solved
+// against the decoded texels of those before it. Coefficient 0 comes after the codes, since its three numbers can make up for much of their
+// error; codes are solved in turns with it.
 //
 // Codes start from the left neighbour's: a texel that stays in the same local minimum gives smooth codes, which compress well. If that
 // leaves a larger share of the light than it left at the neighbour (kMuchWorse), the cluster's seeds are searched, too, and the result is
@@ -30,56 +31,35 @@ public:
           strip_(strip),
           source_(source),
           options_(options),
-          spaces_(model_.clusterCount()),
+          range_(rows::constant(plan, "range", 0)),
+          shading_(plan.objective, static_cast<double>(range_), model_.lightSquare),
           ratio_(source.width, source.height),
-          significance_(source.width, source.height, 0) {}
+          significance_(source.width, source.height, 0) {
+        for (std::size_t cluster = 0; cluster < model_.clusterCount(); ++cluster)
+            spaces_.emplace_back(model_.code[cluster], model_.shape, model_.seeds[cluster]);
+    }
 
     EncodedLightMapRows run() {
         out_.textures.resize(plan_.textures.size());
-        encodeL0();
         encodeCodes();
+        encodeL0();
         for (std::size_t layer = 0; layer < model_.residual.size(); ++layer) encodeResidual(layer);
         return std::move(out_);
     }
 
 private:
-    void encodeL0() {
-        const float range = rows::constant(plan_, "range", 0);
-        rows::Layer l0 =
-            rows::encodeHdr(plan_.textures[0].format, source_, 0, range, static_cast<float>(plan_.key), options_, true, out_.report);
-        out_.textures[0].layers.push_back(std::move(l0.bytes));
-        dc_ = std::move(l0.decoded);
-        forEachCovered([&](int x, int y) {
-            const glm::vec3 stored(dc_.at(x, y));
-            ratio_.at(x, y) = ratiosTo(source_, x, y, range * stored);
-            // An error of the code is multiplied by coefficient 0, here in units of the key and reduced where light is bright.
-            const float unit = range / static_cast<float>(plan_.key + 1e-12), local = std::sqrt(source_.importance.at(x, y));
-            const float visible = std::min(local * unit * glm::length(stored), 1e6f);
-            significance_.at(x, y) = std::max(visible * visible, 1e-6f * source_.coverage.at(x, y));
-        });
-    }
-
-    /// The decode of a cluster under the metric of a normal. One is kept for each cluster: a row crosses many charts and returns to each.
-    struct CachedSpace {
-        glm::vec3 normal{0};
-        Metric metric;
-        std::optional<CodeSpace> space;
-    };
-    CachedSpace& spaceAt(int x, int y) {
+    ErrorForm formAt(int x, int y) {
         const glm::ivec2 owner = source_.owner.at(x, y);
-        const glm::vec3& normal = strip_.normal.at(owner.x, owner.y - strip_.firstRow);
-        const std::size_t cluster = clusterAt(x, y);
-        CachedSpace& cached = spaces_[cluster];
-        if (!cached.space || cached.normal != normal) {
-            cached.normal = normal;
-            cached.metric = metrics_.at(normal);
-            cached.space.emplace(model_.code[cluster], model_.shape, cached.metric, model_.seeds[cluster]);
-        }
-        return cached;
+        return shading_.at(source_.lightAt(x, y, range_), strip_.normal.at(owner.x, owner.y - strip_.firstRow)).unpacked();
     }
-    BasisTarget targetAt(int x, int y, const CachedSpace& cached) const {
-        const glm::vec3 dc(dc_.at(x, y));
-        return {ratio_.at(x, y), {dc.x * dc.x, dc.y * dc.y, dc.z * dc.z}, &cached.metric};
+    /// Sets the weight of a texel's numbers: their sensitivity over the weights of the channels.
+    void weigh(int x, int y, const glm::vec4& sensitivity, const glm::vec4& channelWeights) {
+        float sum = sensitivity.x + sensitivity.y + sensitivity.z + sensitivity.w;
+        if (!std::isfinite(sum)) sum = 0;  // light beyond what floats square
+        const float unit = channelWeights.x + channelWeights.y + channelWeights.z + channelWeights.w;
+        const float perKey = range_ / static_cast<float>(plan_.key + 1e-12);
+        const float importance = plan_.objective ? source_.coverage.at(x, y) : source_.importance.at(x, y) * perKey * perKey;
+        significance_.at(x, y) = std::clamp(importance * sum / unit, 1e-6f * source_.coverage.at(x, y), 1e12f);
     }
     std::size_t clusterAt(int x, int y) const {
         const glm::ivec2 owner = source_.owner.at(x, y);
@@ -92,6 +72,34 @@ private:
                 if (source_.coverage.at(x, y) > 0) visit(x, y);
     }
 
+    /// A texel on its way: its coefficient 0 and its code are solved in turns.
+    struct Texel {
+        std::array<glm::vec3, lighting::kShCount> light;
+        ErrorForm form;
+        const CodeSpace* space = nullptr;
+        const CodeTable* table = nullptr;
+        glm::vec3 dc{0};
+
+        BasisTarget target() const { return {ratiosTo(light, dc), RatioCost(form, dc)}; }
+    };
+    struct Solved {
+        SolvedCode code;
+        glm::vec4 sensitivity{0};
+    };
+    Texel texelAt(int x, int y) {
+        const std::size_t cluster = clusterAt(x, y);
+        Texel texel{source_.lightAt(x, y, range_), formAt(x, y), &spaces_[cluster], &model_.code[cluster]};
+        texel.dc = glm::max(texel.light[0], 0.0f);
+        return texel;
+    }
+    /// Returns the code that follows from a first one and the coefficient 0 that suits it.
+    Solved refined(Texel& texel, const SolvedCode& first) const {
+        texel.dc = solveDc(texel.form, texel.light, evaluateCode(*texel.table, model_.shape.monomialCount(), first.code));
+        const BasisTarget target = texel.target();
+        const SolvedCode second = texel.space->solve(target, first.code);
+        return {second, texel.space->sensitivity(target, second.code)};
+    }
+
     void encodeCodes() {
         Image<glm::vec4> texels(source_.width, source_.height, glm::vec4(0.5f, 0.5f, 0.5f, 1));
         for (int y = 0; y < source_.height; ++y) {
@@ -99,24 +107,39 @@ private:
             for (int x = 0; x < source_.width; ++x) {
                 if (!(source_.coverage.at(x, y) > 0)) continue;
                 const bool hasLeft = x > 0 && source_.coverage.at(x - 1, y) > 0 && clusterAt(x - 1, y) == clusterAt(x, y);
-                CachedSpace& cached = spaceAt(x, y);
-                const BasisTarget target = targetAt(x, y, cached);
-                const float light = target.weight[0] + target.weight[1] + target.weight[2] + 1e-30f;
-                std::optional<SolvedCode> solved;
-                if (hasLeft) solved = cached.space->solve(target, texels.at(x - 1, y));
-                if (!solved || solved->error > kMuchWorse * leftShare * light) {
-                    const SolvedCode searched = cached.space->search(target);
-                    if (!solved || searched.error < kClearlyBetter * solved->error) solved = searched;
+                Texel texel = texelAt(x, y);
+                const BasisTarget target = texel.target();
+                const std::array<float, 3> weights = target.cost.channelWeights();
+                const float light = weights[0] + weights[1] + weights[2] + 1e-30f;
+                std::optional<Solved> solved;
+                if (hasLeft) solved = refined(texel, texel.space->solve(target, texels.at(x - 1, y)));
+                if (!solved || solved->code.error > kMuchWorse * leftShare * light) {
+                    const Solved searched = refined(texel, texel.space->search(target));
+                    if (!solved || searched.code.error < kClearlyBetter * solved->code.error) solved = searched;
                 }
-                texels.at(x, y) = solved->code;
-                leftShare = solved->error / light;
+                texels.at(x, y) = solved->code.code;
+                leftShare = solved->code.error / light;
+                weigh(x, y, solved->sensitivity, model_.codeWeights);
             }
         }
-        const Image<glm::vec4> decoded = encodeTexels(1, texels, model_.codeWeights, true);
+        codes_ = encodeTexels(1, texels, model_.codeWeights, true);
+    }
+
+    /// Encodes the coefficient 0 that suits the decoded codes best.
+    void encodeL0() {
+        const auto ratiosAt = [&](int x, int y) {
+            return evaluateCode(model_.code[clusterAt(x, y)], model_.shape.monomialCount(), codes_.at(x, y));
+        };
+        Image<glm::vec3> dc(source_.width, source_.height, glm::vec3(0));
+        forEachCovered([&](int x, int y) { dc.at(x, y) = range_ * solveDc(formAt(x, y), source_.lightAt(x, y, range_), ratiosAt(x, y)); });
+        rows::Layer l0 =
+            rows::encodeHdr(plan_.textures[0].format, source_, dc, range_, static_cast<float>(plan_.key), options_, true, out_.report);
+        out_.textures[0].layers.push_back(std::move(l0.bytes));
+        dc_ = std::move(l0.decoded);
         if (model_.residual.empty()) return;
         forEachCovered([&](int x, int y) {
-            const CodeTable& table = model_.code[clusterAt(x, y)];
-            subtractCode(evaluateCode(table, model_.shape.monomialCount(), decoded.at(x, y)), ratio_.at(x, y));
+            ratio_.at(x, y) = ratiosTo(source_.lightAt(x, y, range_), glm::vec3(dc_.at(x, y)));
+            subtractCode(ratiosAt(x, y), ratio_.at(x, y));
         });
     }
 
@@ -124,7 +147,12 @@ private:
         const bool isLast = layer + 1 == model_.residual.size();
         const std::vector<ResidualTable>& tables = model_.residual[layer];
         Image<glm::vec4> texels(source_.width, source_.height, glm::vec4(kResidualNeutral));
-        forEachCovered([&](int x, int y) { texels.at(x, y) = solveResidual(tables[clusterAt(x, y)], targetAt(x, y, spaceAt(x, y))); });
+        forEachCovered([&](int x, int y) {
+            const ResidualTable& table = tables[clusterAt(x, y)];
+            const BasisTarget target{ratio_.at(x, y), RatioCost(formAt(x, y), glm::vec3(dc_.at(x, y)))};
+            texels.at(x, y) = solveResidual(table, target);
+            weigh(x, y, residualSensitivity(table, target), model_.residualWeights[layer]);
+        });
         const Image<glm::vec4> decoded = encodeTexels(2, texels, model_.residualWeights[layer], !isLast);
         if (isLast) return;
         forEachCovered([&](int x, int y) { subtractResidual(tables[clusterAt(x, y)], decoded.at(x, y), ratio_.at(x, y)); });
@@ -144,10 +172,12 @@ private:
     const rows::Source& source_;
     const EncodeOptions& options_;
     EncodedLightMapRows out_;
-    ShadingMetric metrics_;
-    std::vector<CachedSpace> spaces_;  ///< [cluster]
-    Image<glm::vec4> dc_;              ///< decoded coefficient 0 over range
-    Image<ByChannel> ratio_;           ///< still to be coded, over the decoded coefficient 0
+    float range_;  ///< of coefficient 0: all light below is over it
+    ShadingForm shading_;
+    Image<glm::vec4> codes_;         ///< decoded
+    std::vector<CodeSpace> spaces_;  ///< [cluster]
+    Image<glm::vec4> dc_;            ///< decoded coefficient 0 over range
+    Image<ByChannel> ratio_;         ///< still to be coded, over the decoded coefficient 0
     Image<float> significance_;
 };
 

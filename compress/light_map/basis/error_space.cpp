@@ -1,49 +1,46 @@
 #include "compress/light_map/basis/error_space.h"
 
 #include <Eigen/Cholesky>
-#include <cmath>
+#include <algorithm>
 
 namespace lightcook::compress {
 
-ErrorSpace::ErrorSpace(const BasisSample& sample, const std::vector<SampleTexel*>& members, int firstCoefficient)
-    : first_(firstCoefficient), size_(9 - firstCoefficient), root_(Eigen::Matrix<float, 9, 9>::Zero()) {
-    Eigen::Matrix<double, 9, 9> sum = Eigen::Matrix<double, 9, 9>::Identity() * 1e-30;
-    std::array<double, 3> light = {1e-30, 1e-30, 1e-30};
+ErrorSpace::ErrorSpace(const std::vector<SampleTexel*>& members, int firstCoefficient)
+    : first_(firstCoefficient), size_(9 - firstCoefficient) {
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(dimension(), dimension());
+    const auto first = static_cast<std::size_t>(first_), size = static_cast<std::size_t>(size_);
     for (const SampleTexel* texel : members) {
-        const Metric& metric = sample.metricOf(*texel);
-        const double weight = static_cast<double>(texel->totalWeight());
-        for (int i = 0; i < 9; ++i)
-            for (int j = 0; j < 9; ++j)
-                sum(i, j) += weight * static_cast<double>(metric[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)]);
-        for (std::size_t c = 0; c < 3; ++c) light[c] += static_cast<double>(texel->weight * texel->light[c]);
+        const auto weight = static_cast<double>(texel->weight);
+        const ErrorForm form = texel->form.unpacked();
+        for (std::size_t c = 0; c < 3; ++c)
+            for (std::size_t d = 0; d < 3; ++d) {
+                const double scale = weight * static_cast<double>(texel->dc[static_cast<int>(c)] * texel->dc[static_cast<int>(d)]);
+                for (std::size_t i = 0; i < size; ++i)
+                    for (std::size_t j = 0; j < size; ++j)
+                        sum(static_cast<Eigen::Index>(c * size + i), static_cast<Eigen::Index>(d * size + j)) +=
+                            scale * static_cast<double>(form.of(c, d)[first + i][first + j]);
+            }
     }
+    sum += Eigen::MatrixXd::Identity(dimension(), dimension()) * (1e-5 * sum.trace() / static_cast<double>(dimension()) + 1e-30);
     sum /= sum.trace();
-    sum += Eigen::Matrix<double, 9, 9>::Identity() * 1e-5;
-    const double all = light[0] + light[1] + light[2];
-    const Eigen::MatrixXd part = sum.bottomRightCorner(size_, size_);
-    root_.bottomRightCorner(size_, size_) = Eigen::MatrixXd(part.llt().matrixU()).cast<float>();
-    for (std::size_t c = 0; c < 3; ++c) channel_[c] = static_cast<float>(std::sqrt(light[c] / all + 1e-6));
+    root_ = Eigen::MatrixXd(sum.llt().matrixU()).cast<float>();
 }
 
 Eigen::VectorXf ErrorSpace::pointOf(const ByChannel& ratio) const {
-    Eigen::VectorXf out(dimension());
+    Eigen::VectorXf stacked(dimension());
     for (std::size_t c = 0; c < 3; ++c) {
         const Eigen::Map<const Eigen::Matrix<float, 9, 1>> r(ratio[c].data());
-        const Eigen::VectorXf turned = root_.bottomRightCorner(size_, size_) * r.tail(size_);
-        out.segment(static_cast<Eigen::Index>(c) * size_, size_) = channel_[c] * turned;
+        stacked.segment(static_cast<Eigen::Index>(c) * size_, size_) = r.tail(size_);
     }
-    return out;
+    return root_.triangularView<Eigen::Upper>() * stacked;
 }
 
 ByChannel ErrorSpace::ratioOf(const Eigen::VectorXf& point) const {
     ByChannel out{};
-    for (std::size_t c = 0; c < 3; ++c) {
-        const Eigen::VectorXf r = root_.bottomRightCorner(size_, size_)
-                                      .triangularView<Eigen::Upper>()
-                                      .solve(point.segment(static_cast<Eigen::Index>(c) * size_, size_)) /
-                                  channel_[c];
-        for (Eigen::Index i = 0; i < size_; ++i) out[c][static_cast<std::size_t>(first_ + i)] = r(i);
-    }
+    const Eigen::VectorXf stacked = root_.triangularView<Eigen::Upper>().solve(point);
+    for (std::size_t c = 0; c < 3; ++c)
+        for (Eigen::Index i = 0; i < size_; ++i)
+            out[c][static_cast<std::size_t>(first_ + i)] = stacked(static_cast<Eigen::Index>(c) * size_ + i);
     return out;
 }
 

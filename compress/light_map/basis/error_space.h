@@ -1,8 +1,7 @@
 // Ratios as points of a space in which squared distances are about the cost of errors, so that principal components and k-subspaces
 // (clusters.h) minimise that cost. Private to compress/.
 //
-// The exact cost has a metric and three channel weights for each texel. The space uses one for all: the Cholesky root of the mean metric
-// in each channel, times the root of the channel's share of the light.
+// The exact cost has a form for each texel. The space uses one for all: the Cholesky root of their weighted mean.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +16,7 @@ class ErrorSpace {
 public:
     /// members           texels that the means are taken over
     /// firstCoefficient  0: all nine coefficients; 1: without coefficient 0
-    ErrorSpace(const BasisSample& sample, const std::vector<SampleTexel*>& members, int firstCoefficient);
+    ErrorSpace(const std::vector<SampleTexel*>& members, int firstCoefficient);
 
     Eigen::Index dimension() const { return 3 * size_; }
     Eigen::VectorXf pointOf(const ByChannel& ratio) const;
@@ -26,9 +25,8 @@ public:
 
 private:
     int first_;
-    Eigen::Index size_;                ///< coefficients a channel
-    Eigen::Matrix<float, 9, 9> root_;  ///< upper; its bottom right corner of size_ is used
-    std::array<float, 3> channel_{};   ///< root of each channel's share
+    Eigen::Index size_;     ///< coefficients a channel
+    Eigen::MatrixXf root_;  ///< upper
 };
 
 /// The ratios of some texels as points, with the weights of the texels.

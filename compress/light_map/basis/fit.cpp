@@ -30,7 +30,7 @@ std::vector<SampleTexel*> thinned(BasisSample& sample, const std::vector<int>& c
 /// Returns the cluster of each chart.
 std::vector<int> clustersOf(BasisSample& sample, const std::vector<int>& charts, int codeChannels, int clusterCount) {
     const std::vector<SampleTexel*> texels = thinned(sample, charts);
-    SamplePoints points = pointsOf(ErrorSpace(sample, sample.clusters().front(), 1), texels);
+    SamplePoints points = pointsOf(ErrorSpace(sample.clusters().front(), 1), texels);
     ChartPoints chartPoints{std::move(points.points), std::move(points.weights), {}, 0};
     for (const SampleTexel* texel : texels) chartPoints.chartOf.push_back(charts[static_cast<std::size_t>(sample.blockOf(*texel))]);
     for (const int chart : charts) chartPoints.chartCount = std::max(chartPoints.chartCount, chart + 1);
@@ -77,6 +77,7 @@ BasisModel fitBasis(const LightMapPlan& plan, const BasisShape& shape, const Lig
     model.shape = shape;
     model.blocksAcross = blocksAcross;
     BasisSample sample(plan, samples, options);
+    model.lightSquare = sample.lightSquare();
     assignClusters(sample, charts, blocksAcross, clusterCount, model);
     fitCodes(sample, model);
     for (int layer = 0; layer < shape.residualLayers; ++layer) addResidualLayer(sample, model);

@@ -1,6 +1,8 @@
 #include "compress/light_map/basis/model.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <glm/common.hpp>
 
 #include "compress/texel/half.h"
 
@@ -10,21 +12,21 @@ namespace {
 
 constexpr std::size_t kCount = lighting::kShCount;
 
+/// Coefficient 0 of a texel is drawn towards its own value by this share of its weight, so that neighbours stay alike, and changes at most
+/// by this factor.
+constexpr float kPullToLight = 0.1f, kLargestChange = 4;
+/// Share of the mean diagonal that is added to the equations of a residual texel.
+constexpr float kRidge = 1e-3f;
+
 using Quartet = Eigen::Matrix<float, 4, 4>;
 using Four = Eigen::Matrix<float, 4, 1>;
 
-std::array<float, kCount> timesAll(const Metric& metric, const std::array<float, kCount>& v) {
-    std::array<float, kCount> out{};
-    for (std::size_t j = 0; j < kCount; ++j)
-        for (std::size_t i = 0; i < kCount; ++i) out[i] += metric[j][i] * v[j];
-    return out;
-}
-template <std::size_t kSize>
-float dot(const std::array<float, kSize>& a, const std::array<float, kSize>& b) {
-    std::array<float, kSize> products;
-    for (std::size_t i = 0; i < kSize; ++i) products[i] = a[i] * b[i];
+float dot(const WeightedRatios& weighted, const ByChannel& v) {
     float sum = 0;
-    for (const float product : products) sum += product;
+    for (std::size_t c = 0; c < 3; ++c) {
+        sum += weighted.zero[c] * v[c][0];
+        for (std::size_t i = 0; i < 8; ++i) sum += weighted.higher[c][i] * v[c][i + 1];
+    }
     return sum;
 }
 
@@ -36,8 +38,26 @@ void accumulate(HigherByChannel& out, float factor, const HigherByChannel& in) {
 
 }  // namespace
 
+WeightedRatios times(const RatioCost& cost, const ByChannel& v) {
+    std::array<float, RatioCost::kUnknowns> sum{};
+    WeightedRatios out;
+    for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t i = 0; i < 8; ++i)
+            for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += v[c][i + 1] * cost.higher[8 * c + i][k];
+        for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += v[c][0] * cost.zero[c][k];
+        out.zero[c] = 0;
+        for (std::size_t d = 0; d < 3; ++d) {
+            out.zero[c] += cost.zeroZero[c][d] * v[d][0];
+            for (std::size_t i = 0; i < 8; ++i) out.zero[c] += cost.zero[c][8 * d + i] * v[d][i + 1];
+        }
+    }
+    for (std::size_t k = 0; k < sum.size(); ++k) out.higher[k / 8][k % 8] = sum[k];
+    return out;
+}
+
 float roundedToHalf(double value) {
-    return floatFromHalf(halfFromFloat(static_cast<float>(value)));
+    constexpr double kLargest = 65504;
+    return floatFromHalf(halfFromFloat(static_cast<float>(std::clamp(value, -kLargest, kLargest))));
 }
 
 std::size_t BasisModel::tableBytes() const {
@@ -75,19 +95,63 @@ void subtractResidual(const ResidualTable& table, const glm::vec4& texel, ByChan
         for (std::size_t i = 0; i < kCount; ++i) ratio[c][i] -= sum[c][i];
 }
 
+RatioCost::RatioCost(const ErrorForm& form, const glm::vec3& decodedDc) {
+    const glm::vec3 dc = glm::max(decodedDc, 0.0f);
+    for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t d = 0; d < 3; ++d) {
+            const auto& part = form.of(c, d);
+            const float scale = dc[static_cast<int>(c)] * dc[static_cast<int>(d)];
+            zeroZero[c][d] = scale * part[0][0];
+            for (std::size_t j = 0; j < 8; ++j) zero[c][8 * d + j] = scale * part[0][j + 1];
+            for (std::size_t i = 0; i < 8; ++i)
+                for (std::size_t j = 0; j < 8; ++j) higher[8 * c + i][8 * d + j] = scale * part[i + 1][j + 1];
+        }
+}
+
+std::array<float, 3> RatioCost::channelWeights() const {
+    std::array<float, 3> out{};
+    for (std::size_t k = 0; k < kUnknowns; ++k) out[k / 8] += higher[k][k] / 8;
+    return out;
+}
+
+glm::vec3 solveDc(const ErrorForm& form, std::span<const glm::vec3> light, const HigherByChannel& ratios) {
+    Eigen::Matrix3f matrix;
+    Eigen::Vector3f right = Eigen::Vector3f::Zero();
+    for (std::size_t c = 0; c < 3; ++c) {
+        std::array<float, kCount> ratio{1};
+        std::ranges::copy(ratios[c], ratio.begin() + 1);
+        for (std::size_t d = 0; d < 3; ++d) {
+            std::array<float, kCount> weighted{};
+            for (std::size_t j = 0; j < kCount; ++j)
+                for (std::size_t i = 0; i < kCount; ++i) weighted[i] += form.of(c, d)[j][i] * ratio[j];
+            float sum = weighted[0];
+            for (std::size_t i = 0; i < 8; ++i) sum += weighted[i + 1] * ratios[d][i];
+            matrix(static_cast<int>(c), static_cast<int>(d)) = sum;
+            for (std::size_t i = 0; i < kCount; ++i) right(static_cast<int>(c)) += weighted[i] * light[i][static_cast<int>(d)];
+        }
+    }
+    const glm::vec3 own = glm::max(light[0], 0.0f);
+    for (int c = 0; c < 3; ++c) {
+        const float pull = kPullToLight * matrix(c, c) + 1e-30f;
+        matrix(c, c) += pull;
+        right(c) += pull * own[c];
+    }
+    const Eigen::Vector3f found = matrix.ldlt().solve(right);
+    if (!found.allFinite()) return own;
+    return glm::clamp(glm::vec3(found(0), found(1), found(2)), own / kLargestChange, own * kLargestChange);
+}
+
 glm::vec4 solveResidual(const ResidualTable& table, const BasisTarget& target) {
     Quartet matrix = Quartet::Zero();
     Four right = Four::Zero();
-    for (std::size_t c = 0; c < 3; ++c)
-        for (int k = 0; k < 4; ++k) {
-            std::array<float, kCount> weighted = timesAll(*target.metric, table[static_cast<std::size_t>(k)][c]);
-            for (float& value : weighted) value *= target.weight[c];
-            right(k) += dot(weighted, target.ratio[c]);
-            for (int l = 0; l <= k; ++l) matrix(k, l) += dot(weighted, table[static_cast<std::size_t>(l)][c]);
-        }
+    for (int k = 0; k < 4; ++k) {
+        const WeightedRatios weighted = times(target.cost, table[static_cast<std::size_t>(k)]);
+        right(k) = dot(weighted, target.ratio);
+        for (int l = 0; l <= k; ++l) matrix(k, l) = dot(weighted, table[static_cast<std::size_t>(l)]);
+    }
     matrix.triangularView<Eigen::StrictlyUpper>() = matrix.transpose();
     const float mean = matrix.trace() / 4 + 1e-30f;
-    for (int k = 0; k < 4; ++k) matrix(k, k) += 1e-5f * mean;
+    for (int k = 0; k < 4; ++k) matrix(k, k) += kRidge * mean;
     const Four found = matrix.ldlt().solve(right);
     if (!found.allFinite()) return glm::vec4(kResidualNeutral);
     return glm::clamp(glm::vec4(found(0), found(1), found(2), found(3)) + kResidualNeutral, 0.0f, 1.0f);
@@ -95,9 +159,7 @@ glm::vec4 solveResidual(const ResidualTable& table, const BasisTarget& target) {
 
 glm::vec4 residualSensitivity(const ResidualTable& table, const BasisTarget& target) {
     glm::vec4 sum(0);
-    for (std::size_t k = 0; k < 4; ++k)
-        for (std::size_t c = 0; c < 3; ++c)
-            sum[static_cast<int>(k)] += target.weight[c] * dot(table[k][c], timesAll(*target.metric, table[k][c]));
+    for (std::size_t k = 0; k < 4; ++k) sum[static_cast<int>(k)] = dot(times(target.cost, table[k]), table[k]);
     return sum;
 }
 

@@ -9,9 +9,10 @@
 #include <array>
 #include <cstdint>
 #include <glm/vec4.hpp>
+#include <span>
 #include <vector>
 
-#include "compress/light_map/basis/metric.h"
+#include "compress/light_map/shading_form.h"
 #include "lighting/sh.h"
 
 namespace lightcook::compress {
@@ -42,6 +43,7 @@ struct BasisModel {
     std::vector<std::vector<glm::vec4>> seeds;         ///< [cluster] codes to start a search from
     glm::vec4 codeWeights{1};                          ///< mean cost of a squared error of each channel
     std::vector<glm::vec4> residualWeights;            ///< [layer] the same
+    double lightSquare = 0;                            ///< mean square of coefficient 0 of the map, over the range of texture "l0"
     int blocksAcross = 0;
     std::vector<std::uint8_t> clusterOfBlock;  ///< [4 x 4 block of the map]
 
@@ -55,11 +57,36 @@ struct BasisModel {
     std::size_t tableBytes() const;                                           ///< of all bases, as they lie in these buffers
 };
 
+/// The cost of an error of ratios: the form of a texel's shading, each channel times the decoded coefficient 0. Whole registers for the
+/// solvers: unknowns are coefficients 1 to 8 of r, g and b; coefficient 0 has columns of its own.
+struct RatioCost {
+    static constexpr std::size_t kUnknowns = 24;
+    std::array<std::array<float, kUnknowns>, kUnknowns> higher;  ///< symmetric
+    std::array<std::array<float, kUnknowns>, 3> zero;            ///< [channel] products of its coefficient 0 with the unknowns
+    std::array<std::array<float, 3>, 3> zeroZero;                ///< products of coefficients 0
+
+    RatioCost() = default;
+    RatioCost(const ErrorForm& form, const glm::vec3& decodedDc);
+    /// Returns the mean diagonal of each channel's unknowns: the weight of a squared error.
+    std::array<float, 3> channelWeights() const;
+};
+
+/// Returns the coefficient 0 of each channel for which coefficient 0 times `ratios` costs least: weighted least squares of three unknowns.
+/// A channel whose coefficient 0 is not positive gets 0.
+/// light  nine coefficients of the reference
+glm::vec3 solveDc(const ErrorForm& form, std::span<const glm::vec3> light, const HigherByChannel& ratios);
+
+/// The form times ratios.
+struct WeightedRatios {
+    HigherByChannel higher;
+    std::array<float, 3> zero;
+};
+WeightedRatios times(const RatioCost& cost, const ByChannel& ratios);
+
 /// A texel to be coded.
 struct BasisTarget {
-    ByChannel ratio;              ///< true coefficients over the decoded coefficient 0
-    std::array<float, 3> weight;  ///< [channel] squared decoded coefficient 0
-    const Metric* metric = nullptr;
+    ByChannel ratio;  ///< true coefficients over the decoded coefficient 0
+    RatioCost cost;
 };
 
 /// Returns P(code): coefficients 1 to 8 over coefficient 0.
@@ -78,7 +105,7 @@ glm::vec4 solveResidual(const ResidualTable& table, const BasisTarget& target);
 /// Returns the second derivative of the error with each residual channel (halved): R_k' M R_k, summed over colours.
 glm::vec4 residualSensitivity(const ResidualTable& table, const BasisTarget& target);
 
-/// Returns the value as a 16-bit float holds it. Tables are fitted as the GPU will have them.
+/// Returns the value as a 16-bit float holds it, at most 65504. Tables are fitted as the GPU will have them.
 float roundedToHalf(double value);
 
 }  // namespace lightcook::compress

@@ -82,10 +82,12 @@ int learningBlocks(int effort, int width, int height) {
 
 LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height,
                                  const LightMapMeasure& measure, const LightMapBlocks& blocks, const std::vector<int>& charts,
-                                 const LightMapSamples& samples, int clusters, const EncodeOptions& options) {
+                                 const LightMapSamples& samples, int clusters, const EncodeOptions& options,
+                                 const std::optional<LightMapObjective>& objective) {
     assert(formats::info(layout).isLearned());
     const BasisShape shape = shapeOf(layout);
     LightMapPlan plan = rows::emptyPlan(layout, target, width, height, measure);
+    plan.objective = objective;
     plan.constants["range"] = {rows::halfRange(measure.maximumAbsolute(0))};
     if (clusters == 0) clusters = defaultClusterCount(plan, shape);
     auto model = std::make_shared<BasisModel>(fitBasis(plan, shape, samples, charts, blocks.across(), clusters, options));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 namespace lightcook::compress {
 
@@ -11,6 +12,8 @@ namespace {
 using formats::Image;
 
 constexpr std::size_t kCount = lighting::kShCount;
+/// Shares of the weights of a sample that count absolute squares.
+constexpr double kSquaresOfVisible = 0.3, kSquaresOfEnergy = 0.5;
 constexpr int kSide = LightMapSamples::kSide, kMargin = LightMapSamples::kMargin;
 
 template <class T>
@@ -60,6 +63,7 @@ rows::Source sourceOf(const LightMapPlan& plan, const LightMapSamples& samples) 
         copyBlocks(wide.importance, all.importance, first);
         copyBlocks(wide.owner, all.owner, first);
     }
+    rows::dropFarPadding(all, kChartBlock);
     return all;
 }
 
@@ -67,51 +71,72 @@ rows::Source sourceOf(const LightMapPlan& plan, const LightMapSamples& samples) 
 
 BasisSample::BasisSample(const LightMapPlan& plan, const LightMapSamples& samples, const EncodeOptions& options)
     : plan_(plan), samples_(samples), options_(options), source_(sourceOf(plan, samples)) {
+    lightSquare_ = measureLight();
     collect();
-    addSquareWeights();
+    addSquareWeights(plan.objective ? kSquaresOfVisible : kSquaresOfEnergy);
     sortIntoClusters(1);
+}
+
+double BasisSample::measureLight() const {
+    const float range = rows::constant(plan_, "range", 0);
+    double sum = 0, weights = 0;
+    for (int x = 0; x < source_.width; ++x)
+        for (int y = 0; y < kChartBlock; ++y) {
+            if (source_.coverage.at(x, y) < 1) continue;
+            const glm::dvec3 dc(source_.lightAt(x, y, range)[0]);
+            const auto weight = static_cast<double>(blockWeight(x));
+            sum += weight * glm::dot(dc, dc) / 3;
+            weights += weight;
+        }
+    return weights > 0 ? sum / weights : 0;
 }
 
 void BasisSample::collect() {
     const float range = rows::constant(plan_, "range", 0);
-    EncodeReport report;
-    const rows::Layer l0 =
-        rows::encodeHdr(plan_.textures[0].format, source_, 0, range, static_cast<float>(plan_.key), options_, true, report);
-    ShadingMetric metric;
-    glm::vec3 lastNormal(0);
+    ShadingForm shading(plan_.objective, static_cast<double>(range), lightSquare_);
+    const bool isVisible = plan_.objective.has_value();
     for (int x = 0; x < source_.width; ++x)
         for (int y = 0; y < kChartBlock; ++y) {
             if (source_.coverage.at(x, y) < 1) continue;
             SampleTexel texel{x, y};
-            texel.weight = blockWeight(texel) * std::sqrt(source_.importance.at(x, y));
-            const glm::vec3 stored(l0.decoded.at(x, y));
-            for (std::size_t c = 0; c < 3; ++c) texel.light[c] = stored[static_cast<int>(c)] * stored[static_cast<int>(c)];
-            texel.ratio = ratiosTo(source_, x, y, range * stored);
+            texel.light = source_.lightAt(x, y, range);
             const glm::ivec2 owner = source_.owner.at(x, y);
-            const glm::vec3& normal = samples_.texels().normal.at(owner.x, owner.y);
-            if (metrics_.empty() || normal != lastNormal) metrics_.push_back(metric.at(normal));
-            lastNormal = normal;
-            texel.metric = metrics_.size() - 1;
+            texel.form = shading.at(texel.light, samples_.texels().normal.at(owner.x, owner.y));
+            setDc(texel, glm::max(texel.light[0], 0.0f));
+            texel.weight = blockWeight(x) * (isVisible ? 1.0f : std::sqrt(source_.importance.at(x, y)));
             texels_.push_back(texel);
         }
 }
 
-/// The weights so far are relative: they follow visibility. rel_rms counts absolute squares. Half of the total weight goes to each. The
-/// second half matters where a few texels of a light source hold nearly all light of the map.
-void BasisSample::addSquareWeights() {
+void BasisSample::setDc(SampleTexel& texel, const glm::vec3& dc) {
+    texel.dc = dc;
+    texel.ratio = ratiosTo(texel.light, dc);
+    texel.channelWeights = RatioCost(texel.form.unpacked(), dc).channelWeights();
+}
+
+/// The weights so far are relative. rel_rms counts absolute squares: a share of the total weight goes to them. It matters where a few
+/// texels of a light source hold nearly all light of the map.
+void BasisSample::addSquareWeights(double share) {
+    const auto squareOf = [](const SampleTexel& texel) {
+        double sum = 0;
+        for (const glm::vec3& coefficient : texel.light) sum += static_cast<double>(glm::dot(coefficient, coefficient));
+        return sum;
+    };
     double relative = 0, squares = 0;
     for (const SampleTexel& texel : texels_) {
         relative += static_cast<double>(texel.totalWeight());
-        squares += static_cast<double>(blockWeight(texel) * texel.totalLight());
+        squares += static_cast<double>(blockWeight(texel.x)) * squareOf(texel);
     }
     if (!(squares > 0)) return;
-    const auto unit = static_cast<float>(relative / squares);
-    for (SampleTexel& texel : texels_) texel.weight += unit * blockWeight(texel);
+    const double unit = share / (1 - share) * relative / squares;
+    for (SampleTexel& texel : texels_)
+        if (texel.totalCost() > 0)
+            texel.weight += static_cast<float>(unit * squareOf(texel) / static_cast<double>(texel.totalCost())) * blockWeight(texel.x);
 }
 
 /// Returns the number of blocks of the map that a texel's block stands for.
-float BasisSample::blockWeight(const SampleTexel& texel) const {
-    return samples_.choices()[static_cast<std::size_t>(texel.x / kChartBlock)].weight;
+float BasisSample::blockWeight(int x) const {
+    return samples_.choices()[static_cast<std::size_t>(x / kChartBlock)].weight;
 }
 
 int BasisSample::blockOf(const SampleTexel& texel) const {
@@ -123,12 +148,23 @@ void BasisSample::sortIntoClusters(int count) {
     for (SampleTexel& texel : texels_) clusters_[static_cast<std::size_t>(texel.cluster)].push_back(&texel);
 }
 
+void BasisSample::encodeDc() {
+    const float range = rows::constant(plan_, "range", 0);
+    Image<glm::vec3> dc(source_.width, source_.height, glm::vec3(0));
+    for (const SampleTexel& texel : texels_) dc.at(texel.x, texel.y) = range * texel.dc;
+    EncodeReport report;
+    const rows::Layer l0 =
+        rows::encodeHdr(plan_.textures[0].format, source_, dc, range, static_cast<float>(plan_.key), options_, true, report);
+    for (SampleTexel& texel : texels_) setDc(texel, glm::vec3(l0.decoded.at(texel.x, texel.y)));
+}
+
 void BasisSample::encodeCodes(std::size_t texture, const glm::vec4& channelWeights) {
     Image<glm::vec4> image(source_.width, source_.height, glm::vec4(0.5f));
     Image<float> significance(source_.width, source_.height, 0);
     for (const SampleTexel& texel : texels_) {
         image.at(texel.x, texel.y) = texel.code;
-        significance.at(texel.x, texel.y) = source_.importance.at(texel.x, texel.y) * std::max(texel.totalLight(), 1e-20f);
+        significance.at(texel.x, texel.y) =
+            (plan_.objective ? 1.0f : source_.importance.at(texel.x, texel.y)) * std::max(texel.totalCost(), 1e-20f);
     }
     EncodeOptions options = options_;
     for (int k = 0; k < 4; ++k) options.channelWeights[static_cast<std::size_t>(k)] = channelWeights[k];
@@ -137,22 +173,24 @@ void BasisSample::encodeCodes(std::size_t texture, const glm::vec4& channelWeigh
     for (SampleTexel& texel : texels_) texel.code = layer.decoded.at(texel.x, texel.y);
 }
 
-ByChannel ratiosTo(const rows::Source& source, int x, int y, const glm::vec3& decodedDc) {
+ByChannel ratiosTo(std::span<const glm::vec3> light, const glm::vec3& dc) {
     ByChannel out{};
     for (int c = 0; c < 3; ++c) {
         std::array<float, kCount>& ratio = out[static_cast<std::size_t>(c)];
-        if (!(decodedDc[c] > 0)) {
+        if (!(dc[c] > 0)) {
             ratio[0] = 1;
             continue;
         }
-        for (std::size_t i = 0; i < kCount; ++i) ratio[i] = std::clamp(source.values[i].at(x, y)[c] / decodedDc[c], -4.0f, 4.0f);
+        for (std::size_t i = 0; i < kCount; ++i) ratio[i] = std::clamp(light[i][c] / dc[c], -4.0f, 4.0f);
     }
     return out;
 }
 
 glm::vec4 channelWeightsOf(const glm::dvec4& sensitivity) {
     const double largest = std::max({sensitivity.x, sensitivity.y, sensitivity.z, sensitivity.w});
-    return largest > 0 ? glm::vec4(glm::max(sensitivity / largest, glm::dvec4(1e-3))) : glm::vec4(1);
+    return largest > 0 && std::isfinite(sensitivity.x + sensitivity.y + sensitivity.z + sensitivity.w)
+               ? glm::vec4(glm::max(sensitivity / largest, glm::dvec4(1e-3)))
+               : glm::vec4(1);
 }
 
 }  // namespace lightcook::compress

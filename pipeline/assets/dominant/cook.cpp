@@ -4,13 +4,16 @@
 
 #include <algorithm>
 #include <glm/common.hpp>
+#include <numbers>
 #include <optional>
 
 #include "compress/encode.h"
 #include "fit/dominant_light.h"
+#include "fit/filtered_light.h"
 #include "formats/padding.h"
 #include "pipeline/graph/parallel_for.h"
 #include "pipeline/scene/dominant_fit.h"
+#include "verify/light_map.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -21,6 +24,10 @@ using formats::Result;
 
 /// Rows around a strip that fill the texels outside charts: as far as a 4 x 4 block or a bilinear filter reaches.
 constexpr int kPaddingRows = 2;
+/// Rows around a strip that are solved with it, so that neighbouring strips agree on the light between them.
+constexpr int kSolvedRows = 4;
+static_assert(kSolvedRows >= kPaddingRows);
+constexpr int kMargin = kSolvedRows + fit::kFilteredLightMargin;
 
 /// Direction and intensity of some rows, padded across the edges of charts.
 struct DominantRows {
@@ -28,32 +35,62 @@ struct DominantRows {
     formats::Image<float> significance;
 };
 
-/// Fits the lights of some rows.
-/// strip   holds these rows and those around them that only pad
-/// counts  of the rows themselves
-DominantRows fitRows(const LightMapStrip& strip, int firstRow, int rowCount, const fit::DominantLightOptions& options,
-                     fit::DominantCounts& counts) {
-    const int width = strip.sh.width(), above = firstRow - strip.firstRow;
-    formats::Image<glm::vec3> direction(width, strip.sh.height()), intensity(width, strip.sh.height());
+struct FitCounts {
+    fit::DominantCounts texels;
+    std::int64_t solved = 0;  ///< covered texels whose light was solved with that of their neighbours
+    void add(const FitCounts& other) {
+        texels.refined += other.texels.refined;
+        texels.skipped += other.texels.skipped;
+        solved += other.solved;
+    }
+};
+
+/// Lights of the rows of a strip.
+struct Lights {
+    formats::Image<glm::vec3> direction, intensity;
+};
+
+/// Fits the lights of a strip: of each texel, and then for the filter unless the fit is the paper's.
+/// counts  of the rows [firstRow, firstRow + rowCount)
+Lights fitLights(const LightMapStrip& strip, int firstRow, int rowCount, const fit::FilteredLightOptions& options, FitCounts& counts) {
+    const int width = strip.sh.width(), height = strip.sh.height(), above = firstRow - strip.firstRow;
+    Lights lights{formats::Image<glm::vec3>(width, height), formats::Image<glm::vec3>(width, height)};
     const auto fit = [&](int first, int count) {
         return fit::dominantLight(strip.sh.view().rows(first, count), strip.covered.view().rows(first, count),
-                                  strip.normal.view().rows(first, count), options, direction.view().rows(first, count),
-                                  intensity.view().rows(first, count));
+                                  strip.normal.view().rows(first, count), options.light, lights.direction.view().rows(first, count),
+                                  lights.intensity.view().rows(first, count));
     };
     fit(0, above);
-    counts = fit(above, rowCount);
-    fit(above + rowCount, strip.sh.height() - above - rowCount);
+    counts.texels = fit(above, rowCount);
+    fit(above + rowCount, height - above - rowCount);
+    if (options.light.fit == fit::DominantFit::Closed) return lights;
+    formats::Image<std::uint8_t> solved(width, height);
+    const int firstSolved = std::max(0, above - kSolvedRows), lastSolved = std::min(height, above + rowCount + kSolvedRows);
+    fit::fitForFilter(
+        {strip.sh.view(), strip.covered.view(), strip.normal.view(), lights.direction.view(), lights.intensity.view(), solved.view()},
+        firstSolved, lastSolved - firstSolved, options);
+    const auto own = solved.view().rows(above, rowCount);
+    counts.solved = std::count(own.row(0), own.row(rowCount), std::uint8_t{1});
+    return lights;
+}
+
+/// Fits the lights of some rows.
+/// strip   holds these rows, and kMargin more on either side as far as the map has them
+/// counts  of the rows themselves
+DominantRows fitRows(const LightMapStrip& strip, int firstRow, int rowCount, const fit::FilteredLightOptions& options, FitCounts& counts) {
+    const int width = strip.sh.width(), above = firstRow - strip.firstRow;
+    const Lights lights = fitLights(strip, firstRow, rowCount, options, counts);
     DominantRows rows{formats::Image<glm::vec4>(width, rowCount), formats::Image<glm::vec4>(width, rowCount),
                       formats::Image<float>(width, rowCount)};
     for (int y = 0; y < rowCount; ++y) {
         const int stripY = above + y;
         for (int x = 0; x < width; ++x) {
-            glm::vec3 towards = direction.at(x, stripY), light = intensity.at(x, stripY);
+            glm::vec3 towards = lights.direction.at(x, stripY), light = lights.intensity.at(x, stripY);
             const bool known = strip.covered.at(x, stripY) != 0;
             if (!known) {
                 const int count = formats::visitNearestCovered(strip.covered.view(), x, stripY, kPaddingRows, [&](int nearX, int nearY) {
-                    towards += direction.at(nearX, nearY);
-                    light += intensity.at(nearX, nearY);
+                    towards += lights.direction.at(nearX, nearY);
+                    light += lights.intensity.at(nearX, nearY);
                 });
                 if (count > 0) {
                     towards /= static_cast<float>(count);
@@ -79,23 +116,36 @@ Formats formatsOf(formats::Target target) {
     return {row.ldr, row.hdr, true};
 }
 
-/// Returns the largest intensity; for a refined fit an upper bound, since a range is not worth a second search.
-Result<float> brightestIntensity(LightMapSource& source, const fit::DominantLightOptions& options, const ActionContext& context) {
-    const auto parts = mapInOrder<float>(source.chunkCount(), context, "measure " + context.action.asset, [&](int index) -> Result<float> {
-        const auto chunk = source.chunk(index);
-        if (!chunk) return tl::make_unexpected(chunk.error());
-        float largest = 0;
-        if (options.fit != fit::DominantFit::Closed) {
-            for (const lighting::ShRgb& sh : (*chunk)->sh.texels()) largest = std::max(largest, fit::largestIntensity(sh));
-            return largest;
-        }
-        fit::DominantCounts counts;
-        const DominantRows rows = fitRows(**chunk, (*chunk)->firstRow, source.chunkRows(index), options, counts);
-        for (const glm::vec4& value : rows.intensity.texels()) largest = std::max({largest, value.x, value.y, value.z});
-        return largest;
-    });
+/// Measurements of a whole map before its lights are encoded.
+struct Measured {
+    float brightest = 0;  ///< largest intensity; for a refined fit an upper bound, since a range is not worth a second search
+    verify::LightMapKey key;
+};
+
+Result<Measured> measure(LightMapSource& source, const fit::FilteredLightOptions& options, const ActionContext& context) {
+    const auto parts =
+        mapInOrder<Measured>(source.chunkCount(), context, "measure " + context.action.asset, [&](int index) -> Result<Measured> {
+            const auto chunk = source.chunk(index);
+            if (!chunk) return tl::make_unexpected(chunk.error());
+            Measured part{0, verify::LightMapKey(source.luminanceWeights())};
+            part.key.add(**chunk, (*chunk)->firstRow, source.chunkRows(index));
+            if (options.light.fit != fit::DominantFit::Closed) {
+                for (const lighting::ShRgb& sh : (*chunk)->sh.texels())
+                    part.brightest = std::max(part.brightest, fit::largestIntensity(sh));
+                return part;
+            }
+            FitCounts counts;
+            const DominantRows rows = fitRows(**chunk, (*chunk)->firstRow, source.chunkRows(index), options, counts);
+            for (const glm::vec4& value : rows.intensity.texels()) part.brightest = std::max({part.brightest, value.x, value.y, value.z});
+            return part;
+        });
     if (!parts) return tl::make_unexpected(parts.error());
-    return *std::max_element(parts->begin(), parts->end());
+    Measured whole{0, verify::LightMapKey(source.luminanceWeights())};
+    for (const Measured& part : *parts) {
+        whole.brightest = std::max(whole.brightest, part.brightest);
+        whole.key.merge(part.key);
+    }
+    return whole;
 }
 
 /// Constants of the residual texture: its range is wide enough for the error of BC7 in a block whose directions lie on no few lines.
@@ -137,19 +187,18 @@ Result<compress::EncodeReport> writeRows(DominantRows& rows, int firstRow, const
 
 struct StripReport {
     compress::EncodeReport encoded;
-    fit::DominantCounts fitted;
+    FitCounts fitted;
     void add(const StripReport& other) {
         encoded.add(other.encoded);
-        fitted.refined += other.fitted.refined;
-        fitted.skipped += other.fitted.skipped;
+        fitted.add(other.fitted);
     }
 };
 
-Result<StripReport> encodeStrips(LightMapSource& source, const fit::DominantLightOptions& fitOptions, const DominantConstants& constants,
+Result<StripReport> encodeStrips(LightMapSource& source, const fit::FilteredLightOptions& fitOptions, const DominantConstants& constants,
                                  const Formats& formats, const compress::EncodeOptions& options, Outputs& outputs,
                                  const ActionContext& context) {
     const auto encodeStrip = [&](int index) -> Result<StripReport> {
-        const auto strip = source.stripWithMargin(index, kPaddingRows, kPaddingRows);
+        const auto strip = source.stripWithMargin(index, kMargin, kMargin);
         if (!strip) return tl::make_unexpected(strip.error());
         const int firstRow = source.stripFirstRow(index);
         StripReport report;
@@ -195,8 +244,9 @@ Result<Outputs> createOutputs(const Formats& formats, const LightMapSource& sour
 Json notesOf(const std::string& fitName, fit::DominantFit fit, const StripReport& report) {
     Json notes = {{"fit", fitName}};
     if (fit != fit::DominantFit::Closed) {
-        notes["refined"] = report.fitted.refined;
-        notes["skipped"] = report.fitted.skipped;
+        notes["refined"] = report.fitted.texels.refined;
+        notes["skipped"] = report.fitted.texels.skipped;
+        notes["solved_with_neighbours"] = report.fitted.solved;
     }
     notes["clamped_high"] = report.encoded.clampedHigh;
     notes["clamped_negative"] = report.encoded.clampedNegative;
@@ -217,20 +267,22 @@ Result<ActionOutcome> cookDominant(const ActionContext& context) {
     if (!parameters) return tl::make_unexpected(parameters.error());
     const auto source = openLightMap(context, parameters->description);
     if (!source) return tl::make_unexpected(source.error());
-    fit::DominantLightOptions fitOptions;
-    fitOptions.luminanceWeights = (*source)->luminanceWeights();
+    fit::FilteredLightOptions fitOptions;
+    fitOptions.light.luminanceWeights = (*source)->luminanceWeights();
     const auto fit = dominantFitOf(context.action.asset, parameters->fit);
     if (!fit) return tl::make_unexpected(fit.error());
-    fitOptions.fit = (*fit)->cooked;
-    const auto brightest = brightestIntensity(**source, fitOptions, context);
-    if (!brightest) return tl::make_unexpected(brightest.error());
+    fitOptions.light.fit = (*fit)->cooked;
+    const auto measured = measure(**source, fitOptions, context);
+    if (!measured) return tl::make_unexpected(measured.error());
+    // The intensity of a light that alone gives a tenth of the key to a white surface that faces it.
+    fitOptions.floor = 0.1 * std::numbers::pi * measured->key.key();
 
     const Formats formats = formatsOf(parameters->target);
     const DominantConstants constants{.directionScale = formats.hasResidual ? 2.0f : 1.0f,
                                       .directionBias = formats.hasResidual ? -1.0f : 0.0f,
                                       .residualScale = formats.hasResidual ? kResidualScale : 0.0f,
                                       .residualCentre = kResidualCentre,
-                                      .intensityRange = hdrRange(*brightest)};
+                                      .intensityRange = hdrRange(measured->brightest)};
     auto outputs = createOutputs(formats, **source, parameters->textures, constants, context);
     if (!outputs) return tl::make_unexpected(outputs.error());
     const auto report = encodeStrips(**source, fitOptions, constants, formats, parameters->textures.encodeOptions(), *outputs, context);
@@ -238,7 +290,7 @@ Result<ActionOutcome> cookDominant(const ActionContext& context) {
 
     CookResult result{
         makeCookedAsset(context.action.asset, AssetKind::Dominant, "direction-intensity", (*source)->width(), (*source)->height()),
-        std::filesystem::file_size(context.action.inputs.at("source")), notesOf(parameters->fit, fitOptions.fit, *report)};
+        bakeBytes(context.action), notesOf(parameters->fit, fitOptions.light.fit, *report)};
     result.asset.fit = parameters->fit;
     result.asset.constants = toJson(constants);
     result.asset.source.description = toJson(parameters->description);

@@ -46,20 +46,12 @@ void describe(Fields& fields, Self& constants) {
     fields.required("intensity_range", constants.intensityRange, "factor of the stored intensity");
 }
 
-/// Parameters of the verify action, beside max_error. Its inputs are "source" and optionally traced light.
-struct DominantVerifyParameters {
-    verify::LightMapShading shading;
-};
-template <class Fields, Is<DominantVerifyParameters> Self>
-void describe(Fields& fields, Self& parameters) {
-    fields.required("shading", parameters.shading, "materials that are shaded");
-}
-
 /// Returns the formats of the textures of a target.
 std::vector<formats::PixelFormat> dominantFormats(formats::Target target);
 
 formats::Result<ActionOutcome> cookDominant(const ActionContext& context);
-/// Verifies the shaded light of the cooked textures against that of the fit to the bake.
+/// Verifies the shaded light of the cooked textures against that of the fit to the bake. Parameters are a SceneView, beside max_error;
+/// inputs are "source" and optionally traced light.
 formats::Result<ActionOutcome> verifyDominant(const ActionContext& context);
 
 }  // namespace lightcook::pipeline

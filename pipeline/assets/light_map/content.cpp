@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <optional>
+#include <utility>
 
 #include "lighting/radiometry.h"
 #include "pipeline/assets/light_map/constant_light.h"
@@ -56,13 +58,16 @@ private:
     }
 };
 
-/// Returns the rel_rms of the shading without the bands above an order.
-Result<double> truncationError(LightMapSource& source, const LightMapContentParameters& parameters, int order,
-                               const ActionContext& context) {
+/// Returns the score that truncated maps are measured with.
+Result<verify::LightMapScore> scoreOf(LightMapSource& source, const LightMapContentParameters& parameters, const ActionContext& context) {
     const auto key = surveyKey(source, context);
     if (!key) return tl::make_unexpected(key.error());
-    const auto score = verify::LightMapScore::create(parameters.shading, key->key());
-    if (!score) return tl::make_unexpected(score.error());
+    return verify::LightMapScore::create(parameters.shading, key->key());
+}
+
+/// Returns the rel_rms of the shading without the bands above an order.
+Result<double> truncationError(LightMapSource& source, const verify::LightMapScore& score, bool isSpecular, int order,
+                               const ActionContext& context) {
     verify::ShadedErrors errors;
     const auto scored = foldInOrder<verify::ShadedErrors>(
         source.chunkCount(), context, fmt::format("measure order {} of {}", order, context.action.asset),
@@ -73,12 +78,12 @@ Result<double> truncationError(LightMapSource& source, const LightMapContentPara
             for (int y = 0; y < truncated.height(); ++y)
                 for (int x = 0; x < truncated.width(); ++x)
                     std::copy_n((*chunk)->sh.at(x, y).begin(), coefficientsOf(order), truncated.at(x, y).begin());
-            return score->score(**chunk, truncated.view(), (*chunk)->firstRow);
+            return score.score(**chunk, truncated.view(), (*chunk)->firstRow);
         },
         [&](const verify::ShadedErrors& part) { errors.merge(part); });
     if (!scored) return tl::make_unexpected(scored.error());
     const verify::ErrorFigures diffuse = errors.diffuse.figures(), specular = errors.specular.figures();
-    return std::max(diffuse.relRms, parameters.shading.specular ? specular.relRms : 0.0);
+    return std::max(diffuse.relRms, isSpecular ? specular.relRms : 0.0);
 }
 
 }  // namespace
@@ -109,12 +114,23 @@ Result<ActionOutcome> readLightMapContent(const ActionContext& context) {
     content.isConstant = survey.light.isConstant() && (survey.light.hasOneNormal() || survey.light.isIsotropic());
     content.isBlack = survey.light.isBlack();
     content.hasOneNormal = survey.light.hasOneNormal();
+    std::optional<verify::LightMapScore> score;
     for (const int order : {0, 1}) {
+        std::optional<double>& result = order == 0 ? content.errorOfOrder0 : content.errorOfOrder1;
+        if (survey.errorOf(order) == 0) {  // bakes of lower order, which have nothing to leave out
+            result = 0;
+            continue;
+        }
         // The estimate is of all normals. Those that are shaded see more of the light, so the error is at most about this.
         if (survey.errorOf(order) > 2 * parameters->maxError) continue;
-        const auto error = truncationError(source, *parameters, order, context);
+        if (!score) {
+            auto created = scoreOf(source, *parameters, context);
+            if (!created) return tl::make_unexpected(created.error());
+            score = std::move(*created);
+        }
+        const auto error = truncationError(source, *score, parameters->shading.specular, order, context);
         if (!error) return tl::make_unexpected(error.error());
-        if (*error <= parameters->maxError) (order == 0 ? content.errorOfOrder0 : content.errorOfOrder1) = *error;
+        if (*error <= parameters->maxError) result = *error;
     }
     return outcomeWith(content);
 }

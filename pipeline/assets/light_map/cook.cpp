@@ -114,17 +114,19 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     if (!source) return tl::make_unexpected(source.error());
     const auto measured = measureLightMap(**source, context);
     if (!measured) return tl::make_unexpected(measured.error());
+    std::optional<compress::LightMapObjective> objective;
+    if (parameters->visible) objective = objectiveFor(*parameters->visible, measured->key.displayKey(), (*source)->bt2020FromWorking());
     // The planner is a temporary: its samples are freed before the first strip is encoded.
     const auto plan =
-        LightMapPlanner(**source, parameters->target, parameters->textures, measured->measure, context).plan(parameters->layout);
+        LightMapPlanner(**source, parameters->target, parameters->textures, measured->measure, objective, context).plan(parameters->layout);
     if (!plan) return tl::make_unexpected(plan.error());
     auto textures = createTextures(context, *plan, parameters->textures);
     if (!textures) return tl::make_unexpected(textures.error());
     const auto report = encodeStrips(**source, *plan, parameters->textures.encodeOptions(), *textures, context);
     if (!report) return tl::make_unexpected(report.error());
     if (auto written = writeIndex(context, *plan, *textures); !written) return tl::make_unexpected(written.error());
-    return textures->finish({manifestEntry(context.action.asset, *plan, parameters->description),
-                             std::filesystem::file_size(context.action.inputs.at("source")), notesOf(*measured, *report)});
+    return textures->finish(
+        {manifestEntry(context.action.asset, *plan, parameters->description), bakeBytes(context.action), notesOf(*measured, *report)});
 }
 
 }  // namespace lightcook::pipeline

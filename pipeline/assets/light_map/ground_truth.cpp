@@ -29,6 +29,15 @@ Json dominantSplit(const TruthErrors& area, const TruthErrors& one, const TruthE
             {"with_rest", withRest.total}, {"two_lights", two.total}};
 }
 
+Json visibleSplit(const verify::TruthVisible& visible) {
+    const auto figures = [](const verify::VisibleAccumulator& errors) {
+        const verify::VisibleFigures found = errors.figures();
+        return Json{{"rms", found.rms}, {"p50", found.p50},   {"p95", found.p95},
+                    {"p99", found.p99}, {"p999", found.p999}, {"max", found.max}};
+    };
+    return {{"quantization", figures(visible.cooking)}, {"total", figures(visible.total)}};
+}
+
 }  // namespace
 
 Result<GroundTruth> GroundTruth::open(const ActionContext& context, const LightMapSource& bake, const formats::ColorSpaces& colorSpaces) {
@@ -96,6 +105,7 @@ Json toJson(const verify::LightMapTruth& truth) {
     const TruthSums specular = sumOf(truth.areaSpecular);
     Json json = {{"values", truth.lambert.count() + specular.count()}};
     if (truth.lambert.count() > 0) json["lambert"] = splitOf(truth.lambert.errors());
+    if (truth.visibleLambert.total.sampleCount() > 0) json["lambert"]["visible"] = visibleSplit(truth.visibleLambert);
     if (specular.count() == 0) return json;
     json["area_specular"] = splitOf(specular.errors());
     for (const auto& [m, sums] : truth.areaSpecular) {
@@ -114,6 +124,7 @@ Json toJson(const verify::DominantTruth& truth) {
             dominantSplit(truth.areaSpecular.at(m).errors(), sums.errors(), truth.withRest.at(m).errors(), truth.twoLights.at(m).errors()));
         specular["by_m"].back()["m"] = m;
     }
+    if (truth.visibleWithRest.total.sampleCount() > 0) specular["visible"] = visibleSplit(truth.visibleWithRest);
     return {{"values", sumOf(truth.oneLight).count()},
             {"specular", specular},
             {"fit_is_largest", one.model > area.model && one.model > one.cooking}};

@@ -42,9 +42,11 @@ std::vector<verify::DominantTruthPlace> dominantPlaces(std::span<const formats::
                                                        const verify::DominantVerifier& verifier, const verify::DecodedDominantRows& texels,
                                                        bool hasAmbient);
 
-/// Returns {"values", "lambert": {"truncation", "quantization", "total"}, "area_specular": the same and "by_m": [{"m", ...}]}.
+/// Returns {"values", "lambert": {"truncation", "quantization", "total", "visible"}, "area_specular": the same but "visible", and "by_m":
+/// [{"m", ...}]}. visible: {"quantization", "total"} with figures of visible errors.
 Json toJson(const verify::LightMapTruth& truth);
-/// Returns {"values", "specular": {"truncation", "fit", "quantization", "total", "with_rest", "two_lights", "by_m"}, "fit_is_largest"}.
+/// Returns {"values", "specular": {"truncation", "fit", "quantization", "total", "with_rest", "two_lights", "by_m", "visible"},
+/// "fit_is_largest"}.
 /// truncation is the error of area specular from the nine coefficients; two_lights is that of a fit with a second light.
 Json toJson(const verify::DominantTruth& truth);
 

@@ -21,9 +21,11 @@ const LightMapCandidate& smallestOf(const std::vector<LightMapCandidate>& candid
 
 }  // namespace
 
-double LayoutLimits::partOf(double error, double visible) const {
-    const double first = error / maxError, second = maxVisible ? visible / *maxVisible : 0;
-    return std::isfinite(first) && std::isfinite(second) ? std::max(first, second) : std::numeric_limits<double>::infinity();
+double LayoutLimits::partOf(double error, double visible, double bound) const {
+    const double largest =
+        std::max({error / maxError, maxVisible ? visible / *maxVisible : 0, maxVisibleBound ? bound / *maxVisibleBound : 0});
+    const bool areFinite = std::isfinite(error) && std::isfinite(visible) && std::isfinite(bound);
+    return areFinite ? largest : std::numeric_limits<double>::infinity();
 }
 
 std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const LayoutLimits& limits) {

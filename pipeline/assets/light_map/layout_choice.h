@@ -12,11 +12,13 @@ namespace lightcook::pipeline {
 
 /// Limits of one map's layout.
 struct LayoutLimits {
-    double maxError = 0;               ///< on rel_rms
-    std::optional<double> maxVisible;  ///< on the 99th percentile of visible errors
+    double maxError = 0;                                   ///< on rel_rms
+    std::optional<double> maxVisible;                      ///< on the 99th percentile of visible errors
+    std::optional<double> maxVisibleBound = std::nullopt;  ///< on their proven bound
 
-    /// Returns the larger of the two errors, each as a part of its limit. Infinite where one is not finite, so that it is never chosen.
-    double partOf(double error, double visible) const;
+    /// Returns the largest of the errors, each as a part of its limit. Infinite where one is not finite, so that it is never chosen.
+    /// bound  of visible errors; 0 where it is not known yet: a trial has none, and verification refutes a layout that breaks the limit
+    double partOf(double error, double visible, double bound = 0) const;
 };
 
 /// A layout's bytes and error for one map.

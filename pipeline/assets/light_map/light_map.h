@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "compress/light_map.h"
 #include "formats/target.h"
 #include "pipeline/assets/light_map/shading.h"
 #include "pipeline/assets/light_map/source.h"
@@ -21,12 +22,17 @@ inline int indexHeight(int mapHeight) {
     return (mapHeight + 3) / 4;
 }
 
+/// Returns the objective of a map.
+/// displayKey  of the map (verify::LightMapKey)
+compress::LightMapObjective objectiveFor(const SceneView& view, double displayKey, const glm::dmat3& bt2020FromWorking);
+
 /// Parameters of the cook action. Its inputs are "source", and "mesh" if the layout is learned and the map has a mesh.
 struct LightMapParameters {
     formats::LightMapDescription description;
     std::string layout;
     formats::Target target = formats::Target::Bc;
     TextureSettings textures;
+    std::optional<SceneView> visible = std::nullopt;  ///< of a learned layout; absent: objective "energy"
 };
 template <class Fields, Is<LightMapParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -34,21 +40,24 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("layout", parameters.layout, "layout");
     fields.required("target", parameters.target, "target");
     fields.required("textures", parameters.textures, "settings of the files");
+    fields.optional("visible", parameters.visible, "scene and display of objective visible; absent: objective energy");
 }
 
 /// Parameters of the verify action, beside max_error. Its inputs are "source" and optionally traced light.
 struct LightMapVerifyParameters {
     verify::LightMapShading shading;
-    int samples = 1;  ///< random positions of each texel quad
+    int samples = 1;  ///< random places on the surface of each texel
     lighting::DisplaySettings display;
-    std::optional<double> maxVisible;  ///< limit on the 99th percentile of visible errors
+    std::optional<double> maxVisible;       ///< limit on the 99th percentile of visible errors
+    std::optional<double> maxVisibleBound;  ///< limit on their proven bound
 };
 template <class Fields, Is<LightMapVerifyParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     fields.required("shading", parameters.shading, "materials that are shaded");
-    fields.required("samples", parameters.samples, "random positions of each texel quad");
+    fields.required("samples", parameters.samples, "random places on the surface of each texel");
     fields.required("display", parameters.display, "display that visible errors are judged on");
     fields.optional("max_visible", parameters.maxVisible, "limit on the 99th percentile of visible errors");
+    fields.optional("max_visible_bound", parameters.maxVisibleBound, "limit on the proven bound of visible errors");
 }
 
 formats::Result<ActionOutcome> cookLightMap(const ActionContext& context);

@@ -9,15 +9,28 @@
 #include "pipeline/graph/parallel_for.h"
 
 namespace lightcook::pipeline {
-namespace {
-
 using formats::Result;
 
-}  // namespace
+compress::LightMapObjective objectiveFor(const SceneView& view, double displayKey, const glm::dmat3& bt2020FromWorking) {
+    const verify::LightMapShading& shading = view.shading;
+    return {view.display.of(displayKey),
+            bt2020FromWorking,
+            shading.normalCount > 1 ? shading.normalMapTilt : 0,
+            shading.specular,
+            shading.m,
+            shading.f0,
+            shading.lobe};
+}
 
 LightMapPlanner::LightMapPlanner(LightMapSource& source, formats::Target target, const TextureSettings& textures,
-                                 const compress::LightMapMeasure& measure, const ActionContext& context)
-    : source_(source), measure_(measure), context_(context), target_(target), options_(textures.encodeOptions()) {}
+                                 const compress::LightMapMeasure& measure, std::optional<compress::LightMapObjective> objective,
+                                 const ActionContext& context)
+    : source_(source),
+      measure_(measure),
+      objective_(std::move(objective)),
+      context_(context),
+      target_(target),
+      options_(textures.encodeOptions()) {}
 
 Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& name) {
     const formats::LightMapLayout layout = *formats::lightMapLayoutFromName(name);
@@ -25,7 +38,7 @@ Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& name) {
     if (!samples_)
         if (auto gathered = gather(); !gathered) return tl::make_unexpected(gathered.error());
     compress::LightMapPlan plan = compress::planLearnedLightMap(layout, target_, source_.width(), source_.height(), measure_, blocks_,
-                                                                charts_, *samples_, 0, options_);
+                                                                charts_, *samples_, 0, options_, objective_);
     // The smaller of the two names the clusters.
     const std::size_t attribute = meshVertices_ * kBasisBytes;
     if (!islands_.empty() && (attribute < plan.indexBytes() || !doesIndexServe(plan))) plan.vertexBytes = attribute;

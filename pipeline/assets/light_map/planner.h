@@ -17,7 +17,8 @@ namespace lightcook::pipeline {
 class LightMapPlanner {
 public:
     LightMapPlanner(LightMapSource& source, formats::Target target, const TextureSettings& textures,
-                    const compress::LightMapMeasure& measure, const ActionContext& context);
+                    const compress::LightMapMeasure& measure, std::optional<compress::LightMapObjective> objective,
+                    const ActionContext& context);
     formats::Result<compress::LightMapPlan> plan(const std::string& layout);
 
 private:
@@ -29,6 +30,7 @@ private:
 
     LightMapSource& source_;
     const compress::LightMapMeasure& measure_;
+    std::optional<compress::LightMapObjective> objective_;  ///< of learned layouts; empty: energy
     const ActionContext& context_;
     formats::Target target_;
     compress::EncodeOptions options_;

@@ -25,4 +25,15 @@ void describe(Fields& fields, Self& display) {
     fields.required("black", display.black, "luminance of black [cd/m^2]");
 }
 
+/// The materials of a scene and the display that it is shown on: visible errors are judged by both.
+struct SceneView {
+    verify::LightMapShading shading;
+    lighting::DisplaySettings display;
+};
+template <class Fields, Is<SceneView> Self>
+void describe(Fields& fields, Self& view) {
+    fields.required("shading", view.shading, "materials that are shaded");
+    fields.required("display", view.display, "display that visible errors are judged on");
+}
+
 }  // namespace lightcook::pipeline

@@ -14,6 +14,7 @@ namespace {
 using formats::LightMapStrip;
 using formats::Result;
 
+const std::string kSourceRole = "source";
 constexpr std::size_t kBytesPerTexel = sizeof(lighting::ShRgb) + sizeof(std::uint8_t) + sizeof(glm::vec3);
 
 template <class T>
@@ -113,20 +114,24 @@ Result<std::shared_ptr<const LightMapStrip>> LightMapSource::chunk(int index) {
 
 Result<LightMapStrip> LightMapSource::stripWithMargin(int index, int above, int below) {
     const int first = std::max(0, stripFirstRow(index) - above);
-    const int end = std::min(height(), stripFirstRow(index) + stripRows(index) + below);
+    return rows(first, std::min(height(), stripFirstRow(index) + stripRows(index) + below) - first);
+}
+
+Result<LightMapStrip> LightMapSource::rows(int firstRow, int rowCount) {
+    const int end = firstRow + rowCount;
     LightMapStrip result;
-    result.firstRow = first;
-    result.sh = formats::Image<lighting::ShRgb>(width(), end - first);
-    result.covered = formats::Image<std::uint8_t>(width(), end - first);
-    result.normal = formats::Image<glm::vec3>(width(), end - first);
-    for (int row = first; row < end;) {
+    result.firstRow = firstRow;
+    result.sh = formats::Image<lighting::ShRgb>(width(), rowCount);
+    result.covered = formats::Image<std::uint8_t>(width(), rowCount);
+    result.normal = formats::Image<glm::vec3>(width(), rowCount);
+    for (int row = firstRow; row < end;) {
         const auto source = chunk(row / kChunkRows);
         if (!source) return tl::make_unexpected(source.error());
         const int sourceRow = row - (*source)->firstRow;
         const int count = std::min((*source)->sh.height() - sourceRow, end - row);
-        copyRows((*source)->sh.view(), sourceRow, result.sh.view(), row - first, count);
-        copyRows((*source)->covered.view(), sourceRow, result.covered.view(), row - first, count);
-        copyRows((*source)->normal.view(), sourceRow, result.normal.view(), row - first, count);
+        copyRows((*source)->sh.view(), sourceRow, result.sh.view(), row - firstRow, count);
+        copyRows((*source)->covered.view(), sourceRow, result.covered.view(), row - firstRow, count);
+        copyRows((*source)->normal.view(), sourceRow, result.normal.view(), row - firstRow, count);
         row += count;
     }
     return result;
@@ -150,9 +155,23 @@ Result<formats::LightMapDescription> descriptionOf(const CookedAsset& asset) {
     return fromJson<formats::LightMapDescription>(asset.source.description.value_or(Json()), asset.name + ", source/description");
 }
 
+std::map<std::string, std::filesystem::path> bakeInputs(const std::filesystem::path& file, std::string_view bake) {
+    std::map<std::string, std::filesystem::path> inputs = {{kSourceRole, file}};
+    for (const std::filesystem::path& beside : formats::bakeFilesBeside(file, bake))
+        inputs[fmt::format("{}-{}", kSourceRole, beside.filename().string())] = beside;
+    return inputs;
+}
+
+std::uint64_t bakeBytes(const Action& action) {
+    std::uint64_t bytes = 0;
+    for (const auto& [role, path] : action.inputs)
+        if (role.starts_with(kSourceRole)) bytes += std::filesystem::file_size(path);
+    return bytes;
+}
+
 Result<LightMapSource*> openLightMap(const ActionContext& context, formats::LightMapDescription description) {
     description.colors = withConfig(description.colors, context.action);
-    return context.shared.get<LightMapSources>().open(context.action.inputs.at("source"), description);
+    return context.shared.get<LightMapSources>().open(context.action.inputs.at(kSourceRole), description);
 }
 
 }  // namespace lightcook::pipeline

@@ -2,13 +2,17 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
+#include <filesystem>
 #include <list>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 
 #include "formats/light_map.h"
+#include "pipeline/assets/light_map/bake_reading.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/json/enum_names.h"
 #include "pipeline/manifest/cooked_asset.h"
@@ -36,6 +40,8 @@ public:
     const glm::dmat3& bt2020FromWorking() const { return reader_.bt2020FromWorking(); }
     bool hasNormals() const { return reader_.hasNormals(); }
     bool hasCoverage() const { return reader_.hasCoverage(); }
+    /// Returns how the file was recognised.
+    BakeReading reading() const { return readingOf(reader_); }
     /// Covered texels of the file that a map of constant light stands for. Empty for other maps.
     std::optional<std::int64_t> constantTexels() const { return constantTexels_; }
 
@@ -47,6 +53,8 @@ public:
     int stripCount() const { return (height() + stripHeight() - 1) / stripHeight(); }
     int stripFirstRow(int index) const { return index * stripHeight(); }
     int stripRows(int index) const { return std::min(stripHeight(), height() - stripFirstRow(index)); }
+    /// Returns rows [firstRow, firstRow + rowCount), all of which the map has.
+    formats::Result<formats::LightMapStrip> rows(int firstRow, int rowCount);
     /// Returns the rows of a strip and up to `above` and `below` more, as far as the map has them.
     formats::Result<formats::LightMapStrip> stripWithMargin(int index, int above, int below);
 
@@ -127,6 +135,8 @@ void describe(Fields& fields, Self& description) {
     fields.required("frame", description.frame, "frame of the coefficients");
     fields.required("quantity", description.quantity, "radiance or irradiance");
     fields.required("light_units", description.lightUnits, "radiometric or game");
+    fields.presentIf(description.encoding != formats::LightEncoding::None, "encoding", description.encoding,
+                     "encoding of the colours of an 8-bit picture");
     fields.required("color_source", description.colors.source, "colour space of the file");
     fields.required("color_working", description.colors.working, "colour space of the cooked textures");
     fields.required("firefly_limit", description.fireflyLimit, "brightness over the neighbours at which a texel is a firefly; 0: none is");
@@ -136,6 +146,10 @@ void describe(Fields& fields, Self& description) {
 
 /// Returns how the light map of a cooked asset is read.
 formats::Result<formats::LightMapDescription> descriptionOf(const CookedAsset& asset);
+/// Returns the inputs of an action that opens a light map: "source", and "source-" with its name each file that is read beside it.
+std::map<std::string, std::filesystem::path> bakeInputs(const std::filesystem::path& file, std::string_view bake);
+/// Returns the size of these inputs [bytes].
+std::uint64_t bakeBytes(const Action& action);
 /// Opens the action's input "source". It stays open as long as the cook.
 formats::Result<LightMapSource*> openLightMap(const ActionContext& context, formats::LightMapDescription description);
 

@@ -7,6 +7,14 @@ namespace lightcook::pipeline {
 
 using formats::Result;
 
+namespace {
+
+MeasuredLightMap emptyMeasure(const LightMapSource& source) {
+    return {compress::LightMapMeasure(source.luminanceWeights()), verify::LightMapKey(source.luminanceWeights()), {}, 0};
+}
+
+}  // namespace
+
 Result<verify::LightMapKey> surveyKey(LightMapSource& bake, const ActionContext& context) {
     using verify::LightMapKey;
     const auto parts =
@@ -24,18 +32,22 @@ Result<verify::LightMapKey> surveyKey(LightMapSource& bake, const ActionContext&
 }
 
 Result<MeasuredLightMap> measureLightMap(LightMapSource& source, const ActionContext& context) {
-    auto parts = mapInOrder<MeasuredLightMap>(
-        source.chunkCount(), context, "measure " + context.action.asset, [&](int index) -> Result<MeasuredLightMap> {
-            const auto chunk = source.chunk(index);
-            if (!chunk) return tl::make_unexpected(chunk.error());
-            MeasuredLightMap part{compress::LightMapMeasure(source.luminanceWeights()), (*chunk)->repairs, (*chunk)->negativeAfterGamut};
-            part.measure.add(**chunk);
-            return part;
-        });
+    auto parts = mapInOrder<MeasuredLightMap>(source.chunkCount(), context, "measure " + context.action.asset,
+                                              [&](int index) -> Result<MeasuredLightMap> {
+                                                  const auto chunk = source.chunk(index);
+                                                  if (!chunk) return tl::make_unexpected(chunk.error());
+                                                  MeasuredLightMap part = emptyMeasure(source);
+                                                  part.repairs = (*chunk)->repairs;
+                                                  part.negativeAfterGamut = (*chunk)->negativeAfterGamut;
+                                                  part.measure.add(**chunk);
+                                                  part.key.add(**chunk, (*chunk)->firstRow, source.chunkRows(index));
+                                                  return part;
+                                              });
     if (!parts) return tl::make_unexpected(parts.error());
-    MeasuredLightMap whole{compress::LightMapMeasure(source.luminanceWeights()), {}, 0};
+    MeasuredLightMap whole = emptyMeasure(source);
     for (const MeasuredLightMap& part : *parts) {
         whole.measure.merge(part.measure);
+        whole.key.merge(part.key);
         whole.repairs += part.repairs;
         whole.negativeAfterGamut += part.negativeAfterGamut;
     }

@@ -13,6 +13,7 @@ formats::Result<verify::LightMapKey> surveyKey(LightMapSource& bake, const Actio
 
 struct MeasuredLightMap {
     compress::LightMapMeasure measure;
+    verify::LightMapKey key;
     formats::LightMapRepairs repairs;
     std::int64_t negativeAfterGamut = 0;
 };

@@ -45,13 +45,13 @@ verify::DecodedLightMapRows decodedRows(const compress::LightMapPlan& plan, cons
     return out;
 }
 
-/// Returns the errors of every stage of a plan at the texel centres of some strips.
+/// Returns the errors of every stage of a plan on the surface of some strips.
 Result<std::vector<verify::StageError>> tryPlan(LightMapSource& source, const compress::LightMapPlan& plan, const std::vector<int>& strips,
                                                 const compress::EncodeOptions& options, const verify::LightMapShading& shading,
                                                 const verify::Viewing& viewing, const ActionContext& context) {
     const std::string layout(formats::info(plan.layout).name);
     verify::LightMapSampling sampling;
-    sampling.positionsPerQuad = 0;
+    sampling.isForTrial = true;
     sampling.bounds = false;
     const auto verifier =
         verify::LightMapVerifier::create({layout, plan.constants, plan.width, plan.height}, shading, sampling, plan.key, viewing);
@@ -62,14 +62,17 @@ Result<std::vector<verify::StageError>> tryPlan(LightMapSource& source, const co
         [&](int index) -> Result<verify::LightMapErrors> {
             const int strip = strips[static_cast<std::size_t>(index)], firstRow = source.stripFirstRow(strip),
                       rowCount = source.stripRows(strip);
-            const auto texels = source.stripWithMargin(strip, compress::kLightMapPaddingRows, compress::kLightMapPaddingRows);
+            // Places below the last row are filtered from the next one too.
+            const int encodedRows = std::min(rowCount + plan.blockHeight(), plan.height - firstRow);
+            const auto texels =
+                source.stripWithMargin(strip, compress::kLightMapPaddingRows, compress::kLightMapPaddingRows + encodedRows - rowCount);
             if (!texels) return tl::make_unexpected(texels.error());
-            const auto rows = compress::encodeLightMapRows(plan, *texels, firstRow, rowCount, options);
-            return verifier->verifyRows(decodedRows(plan, rows, firstRow, rowCount), *texels, firstRow, rowCount);
+            const auto rows = compress::encodeLightMapRows(plan, *texels, firstRow, encodedRows, options);
+            return verifier->verifyRows(decodedRows(plan, rows, firstRow, encodedRows), *texels, firstRow, rowCount);
         },
         [&](const verify::LightMapErrors& part) { errors.merge(part); });
     if (!verified) return tl::make_unexpected(verified.error());
-    return errors.stages();
+    return errors.figures();
 }
 
 /// Returns the candidate of a layout from the trial of the layout that it is a part of: basis-4, -8 and -12 have the bits of basis-16
@@ -97,10 +100,11 @@ Result<ActionOutcome> tryLightMap(const ActionContext& context) {
     if (!source) return tl::make_unexpected(source.error());
     const auto measured = measureLightMap(**source, context);
     if (!measured) return tl::make_unexpected(measured.error());
-    const auto key = surveyKey(**source, context);
-    if (!key) return tl::make_unexpected(key.error());
-    const verify::Viewing viewing{parameters->display.of(key->displayKey()), (*source)->bt2020FromWorking()};
-    LightMapPlanner planner(**source, parameters->target, parameters->textures, measured->measure, context);
+    const verify::Viewing viewing{parameters->display.of(measured->key.displayKey()), (*source)->bt2020FromWorking()};
+    std::optional<compress::LightMapObjective> objective;
+    if (parameters->objective == formats::Objective::Visible)
+        objective = objectiveFor({parameters->shading, parameters->display}, measured->key.displayKey(), (*source)->bt2020FromWorking());
+    LightMapPlanner planner(**source, parameters->target, parameters->textures, measured->measure, objective, context);
     const std::vector<int> strips = trialStrips(**source);
     const compress::EncodeOptions options = parameters->textures.encodeOptions();
     TrialResult result;

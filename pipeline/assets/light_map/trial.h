@@ -16,6 +16,7 @@ struct TrialParameters {
     TextureSettings textures;
     verify::LightMapShading shading;
     lighting::DisplaySettings display;
+    formats::Objective objective = formats::Objective::Visible;
     bool isFlatTried = false;  ///< band 0 alone may be enough
 };
 template <class Fields, Is<TrialParameters> Self>
@@ -25,6 +26,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("textures", parameters.textures, "settings of the files");
     fields.required("shading", parameters.shading, "materials that are shaded");
     fields.required("display", parameters.display, "display that visible errors are judged on");
+    fields.required("objective", parameters.objective, "what encoders minimize");
     fields.required("is_flat_tried", parameters.isFlatTried, "true if band 0 alone may be enough");
 }
 

@@ -10,7 +10,9 @@
 #include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/light_map/lit_row.h"
 #include "pipeline/assets/light_map/survey.h"
+#include "pipeline/assets/light_map/worst_places.h"
 #include "pipeline/assets/lut/light_moments.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/assets/verification.h"
@@ -89,10 +91,9 @@ Result<verify::ErrorPlace> worstInBlock(LightMapSource& bake, const CookedLightM
 /// Returns the RMS of the light that the map's errors are a part of. The verifier works in units of the key, where there is one.
 LightFigures lightOf(const LightMapSource& bake, const verify::LightMapErrors& errors, double key, const LightMoments& light) {
     const double unit = key > 0 ? key : 1.0;
-    const auto& centres = errors.accumulators.at(errors.accumulators.size() - 2);  // the last one is of places between texels
     LightFigures figures;
-    figures.diffuseRms = unit * centres.errors.diffuse.referenceRms();
-    figures.specularRms = unit * centres.errors.specular.referenceRms();
+    figures.diffuseRms = unit * errors.surface.diffuse.referenceRms();
+    figures.specularRms = unit * errors.surface.specular.referenceRms();
     const Moments moments = light.moments();
     figures.moments.emplace(moments.begin(), moments.end());
     figures.texels = bake.constantTexels().value_or(light.texels());
@@ -105,57 +106,30 @@ struct LightMapPart {
     verify::BlockErrors blocks;
     std::vector<verify::LightMapTruthPlace> truthPlaces;
     LightMoments light;
+    WorstTexels worst;
     void merge(const LightMapPart& other) {
         errors.merge(other.errors);
         blocks.merge(other.blocks);
         light.merge(other.light);
+        worst.merge(other.worst);
         truthPlaces.insert(truthPlaces.end(), other.truthPlaces.begin(), other.truthPlaces.end());
     }
 };
 
-/// Light of the texels of a row, at their own normals, in the bake and in the cooked map.
-class LitRow {
-public:
-    LitRow(int width, const verify::Viewing& viewing)
-        : display_(viewing, 1),
-          count_((static_cast<std::size_t>(width) + kLanes - 1) / kLanes * kLanes),
-          reference_(kChannels * count_),
-          found_(kChannels * count_),
-          shownReference_(kChannels * count_),
-          shownFound_(kChannels * count_),
-          visible_(count_) {}
-    void set(int x, const glm::vec3& reference, const glm::vec3& found) {
-        for (std::size_t c = 0; c < kChannels; ++c) {
-            reference_[c * count_ + static_cast<std::size_t>(x)] = reference[static_cast<int>(c)];
-            found_[c * count_ + static_cast<std::size_t>(x)] = found[static_cast<int>(c)];
-        }
-    }
-    /// Computes the visible errors of the texels that were set.
-    void compare() {
-        display_.apply(reference_.data(), count_, shownReference_.data());
-        display_.apply(found_.data(), count_, shownFound_.data());
-        verify::visibleDifferences(shownReference_.data(), shownFound_.data(), count_, visible_.data());
-    }
-    glm::vec3 reference(int x) const { return lightOf(reference_, x); }
-    glm::vec3 found(int x) const { return lightOf(found_, x); }
-    float visible(int x) const { return visible_[static_cast<std::size_t>(x)]; }
-
-private:
-    static constexpr std::size_t kChannels = 3, kLanes = verify::DisplayTransform::kLanes;
-    glm::vec3 lightOf(const std::vector<float>& planes, int x) const {
-        const auto i = static_cast<std::size_t>(x);
-        return {planes[i], planes[count_ + i], planes[2 * count_ + i]};
-    }
-
-    verify::DisplayTransform display_;
-    std::size_t count_;
-    std::vector<float> reference_, found_, shownReference_, shownFound_;  ///< [channel][x]
-    std::vector<float> visible_;
+/// A cooked map beside its bake.
+struct Comparison {
+    LightMapSource& bake;
+    const CookedLightMapReader& cooked;
+    const GroundTruth& truth;
+    verify::Viewing viewing;
+    bool isFlat;
+    std::optional<double> tilt;  ///< of normal maps [degrees]; empty: surfaces show light at their own normals alone
+    Preview& preview;
 };
 
 /// Compares one strip of a cooked map with the bake.
-Result<LightMapPart> compareStrip(LightMapSource& bake, const CookedLightMapReader& cooked, const GroundTruth& truth, bool isFlat,
-                                  int index, const verify::Viewing& viewing, Preview& preview) {
+Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
+    const auto& [bake, cooked, truth, viewing, isFlat, tilt, preview] = comparison;
     const int firstRow = bake.stripFirstRow(index), rowCount = bake.stripRows(index);
     const auto reference = bake.stripWithMargin(index, 0, 1);
     if (!reference) return tl::make_unexpected(reference.error());
@@ -165,6 +139,9 @@ Result<LightMapPart> compareStrip(LightMapSource& bake, const CookedLightMapRead
     verify::BlockErrors blocks(bake.width(), rowCount, firstRow);
     LightMoments light;
     LitRow lit(bake.width(), viewing);
+    std::optional<NormalCap> cap;
+    if (tilt) cap.emplace(*tilt, viewing);
+    WorstTexels worst(bake.width(), firstRow, rowCount);
     for (int y = 0; y < rowCount; ++y) {
         for (int x = 0; x < bake.width(); ++x) {
             if (reference->covered.at(x, y) == 0) continue;
@@ -172,17 +149,21 @@ Result<LightMapPart> compareStrip(LightMapSource& bake, const CookedLightMapRead
             light.add(reference->sh.at(x, y), normal);
             const Squares squares = squaresOf(reference->sh.at(x, y), seen.at(x, y), normal, isFlat);
             blocks.add(x, firstRow + y, squares.error, squares.reference);
-            lit.set(x, lighting::lambertExitRadiance(reference->sh.at(x, y), normal, glm::vec3(1)).value,
-                    lighting::lambertExitRadiance(seen.at(x, y), normal, glm::vec3(1)).value);
+            lit.set(x, reference->sh.at(x, y), seen.at(x, y), normal);
         }
         lit.compare();
         for (int x = 0; x < bake.width(); ++x)
-            if (reference->covered.at(x, y) != 0) preview.set(x, firstRow + y, lit.reference(x), lit.found(x), lit.visible(x));
+            if (reference->covered.at(x, y) != 0) {
+                preview.set(x, firstRow + y, lit.reference(x), lit.found(x), lit.visible(x));
+                worst.add(x, firstRow + y, lit.visible(x));
+                if (cap && preview.shows(x, firstRow + y))
+                    preview.setAtAnyNormal(x, firstRow + y, cap->worst(reference->sh.at(x, y), seen.at(x, y), reference->normal.at(x, y)));
+            }
     }
     const auto traced = truth.within(*reference, firstRow, rowCount);
     if (!traced) return tl::make_unexpected(traced.error());
     return LightMapPart{cooked.verifier().verifyRows(*texels, *reference, firstRow, rowCount), std::move(blocks),
-                        lightMapPlaces(*traced, *reference, seen, firstRow), light};
+                        lightMapPlaces(*traced, *reference, seen, firstRow), light, worst};
 }
 
 /// Opens the bake of a cooked map, and refuses one of another size.
@@ -243,7 +224,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     const double key = surveyed->key();
     const verify::Viewing viewing{parameters->display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
     verify::LightMapSampling sampling;
-    sampling.positionsPerQuad = parameters->samples;
+    sampling.placesPerTexel = parameters->samples;
     const auto cooked = CookedLightMapReader::open(context.upstreamFolder, *asset, parameters->shading, sampling, key, viewing);
     if (!cooked) return tl::make_unexpected(cooked.error());
     const auto truth = GroundTruth::open(context, bake, description->colors);
@@ -252,22 +233,26 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     // Blocks of a flat map are checked for what it stores, whatever the materials need.
     const bool isFlat = asset->layout == formats::info(formats::LightMapLayout::Flat).name;
     Preview preview(bake.width(), bake.height(), key);
-    LightMapPart whole{cooked->verifier().noErrors(), verify::BlockErrors(bake.width(), 0), {}, {}};
+    const bool hasNormalMaps = parameters->shading.normalCount > 1 && parameters->shading.normalMapTilt > 0 && !isFlat;
+    const Comparison comparison{
+        bake, *cooked, *truth, viewing, isFlat, hasNormalMaps ? std::optional(parameters->shading.normalMapTilt) : std::nullopt, preview};
+    LightMapPart whole{cooked->verifier().noErrors(), verify::BlockErrors(bake.width(), 0), {}, {}, {}};
     const auto compared = foldInOrder<LightMapPart>(
-        bake.stripCount(), context, "verify " + context.action.asset,
-        [&](int index) { return compareStrip(bake, *cooked, *truth, isFlat, index, viewing, preview); },
+        bake.stripCount(), context, "verify " + context.action.asset, [&](int index) { return compareStrip(comparison, index); },
         [&](const LightMapPart& part) { whole.merge(part); });
     if (!compared) return tl::make_unexpected(compared.error());
 
-    const std::vector<verify::StageError> stages = whole.errors.stages();
+    const std::vector<verify::StageError> stages = whole.errors.figures();
     auto violations = violationsOf(whole, stages, *maxError, bake, *cooked, key);
     if (!violations) return tl::make_unexpected(violations.error());
     checkLayout(asset->layout, parameters->shading, stages.back(), *maxError, *violations);
-    VerifyResult result = judged(stages, *maxError, watch, std::move(*violations), parameters->maxVisible);
+    VerifyResult result = judged(stages, *maxError, watch, std::move(*violations), parameters->maxVisible, parameters->maxVisibleBound);
     result.key = key;
     result.light = lightOf(bake, whole.errors, key, whole.light);
-    if (!truth->isEmpty()) result.groundTruth = toJson(verify::lightMapTruth(whole.truthPlaces, parameters->shading.lobe));
-    return outcomeWithPreview(std::move(result), preview, context);
+    if (!truth->isEmpty()) result.groundTruth = toJson(verify::lightMapTruth(whole.truthPlaces, parameters->shading.lobe, viewing));
+    auto pictures = writeWorstPlaces(whole.worst, bake, *cooked, viewing, context);
+    if (!pictures) return tl::make_unexpected(pictures.error());
+    return outcomeWithPreview(std::move(result), preview, context, std::move(*pictures));
 }
 
 }  // namespace lightcook::pipeline

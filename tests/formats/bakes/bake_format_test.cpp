@@ -3,14 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "formats/bakes/bake_reader.h"
-#include "formats/vocabulary.h"
+#include "formats/bakes/sh9.h"
 #include "tests/formats/light_map_fixture.h"
 
 namespace lightcook::formats {
 namespace {
 
-using testing::ElementsAre;
 using testing::HasSubstr;
 
 ExrInfo fileOf(std::vector<std::string> channels) {
@@ -20,18 +21,24 @@ ExrInfo fileOf(std::vector<std::string> channels) {
     return info;
 }
 
-TEST(BakeFormat, EveryRowIsFoundByItsNameAndByItsChannels) {
+TEST(BakeFormat, EveryRowHasWordsAndANameOfItsOwn) {
+    std::set<std::string_view> names = {kAutoBake};
     for (const BakeFormatInfo& format : allBakeFormats()) {
-        for (const std::string& bake : {std::string(format.name), std::string(kAutoBake)}) {
-            const auto found = findBakeFormat(bake, fileOf(format.channels()), "map.exr");
-            ASSERT_TRUE(found) << found.error().line();
-            EXPECT_EQ((*found)->name, format.name);
-        }
         EXPECT_FALSE(format.caption.empty());
-        EXPECT_FALSE(format.channelCaption.empty());
-        EXPECT_NE(format.name, kAutoBake);
+        EXPECT_FALSE(format.content.empty());
+        EXPECT_TRUE(names.insert(format.name).second) << format.name;
     }
-    EXPECT_THAT(bakeNames(), ElementsAre("auto", "sh9"));
+    EXPECT_THAT(bakeNames(), testing::IsSupersetOf({"auto", "sh9", "sh-baker"}));
+}
+
+TEST(BakeFormat, ChannelsIdentifyAFile) {
+    for (const std::string& bake : {std::string("sh9"), std::string(kAutoBake)}) {
+        const auto found = findBakeFormat(bake, "map.exr", fileOf(sh9Channels()));
+        ASSERT_TRUE(found) << found.error().line();
+        EXPECT_EQ(found->format->name, "sh9");
+        EXPECT_THAT(found->evidence, testing::StartsWith("channels sh00.R .. sh08.B"));
+        EXPECT_THAT(found->otherReadings, testing::IsEmpty());
+    }
 }
 
 TEST(BakeFormat, ReaderSaysWhichFormatItChose) {
@@ -42,23 +49,24 @@ TEST(BakeFormat, ReaderSaysWhichFormatItChose) {
 }
 
 TEST(BakeFormat, UnknownFilesAreRefusedWithTheirChannelsAndTheKnownFormats) {
-    for (const char* bake : {"auto", "sh9"}) {
-        const auto found = findBakeFormat(bake, fileOf({"B", "G", "R"}), "lobby.exr");
-        ASSERT_FALSE(found);
-        EXPECT_EQ(found.error().code, ErrorCode::WrongShape);
-        EXPECT_EQ(found.error().line(),
-                  "lobby.exr: found no light map, expected the channels of a bake format: sh9 (sh00.R .. sh08.B); it holds R, G, B. A flat "
-                  "light map "
-                  "or a picture? It has no directions: compress it with `lightcook encode`, or bake SH coefficients");
-    }
+    const auto found = findBakeFormat("auto", "lobby.exr", fileOf({"depth.Z", "sh.0"}));
+    ASSERT_FALSE(found);
+    EXPECT_EQ(found.error().code, ErrorCode::WrongShape);
+    EXPECT_THAT(found.error().line(),
+                testing::AllOf(HasSubstr("lobby.exr: found no light map, expected that of a bake format: sh9 (sh00.R .. "
+                                         "sh08.B), sh-baker ("),
+                               HasSubstr("it holds depth.Z, sh.0. SH under other names? Rename the channels")));
+    const auto named = findBakeFormat("sh9", "lobby.exr", fileOf({"B", "G", "R"}));
+    ASSERT_FALSE(named);
+    EXPECT_EQ(named.error().line(), "lobby.exr: found no light map of bake format sh9, expected sh00.R .. sh08.B; it holds R, G, B");
 }
 
 TEST(BakeFormat, UnknownNamesAreRefusedBeforeTheFileIsOpened) {
     LightMapDescription description;
-    description.bake = "sh4";
+    description.bake = "sh27";
     const Error error = refusal("absent.exr", description);
     EXPECT_EQ(error.code, ErrorCode::InvalidRequest);
-    EXPECT_EQ(error.line(), "absent.exr, bake: found \"sh4\", expected auto or sh9");
+    EXPECT_THAT(error.line(), testing::StartsWith("absent.exr, bake: found \"sh27\", expected auto or sh9 or sh-baker"));
 }
 
 TEST(BakeFormat, MissingChannelsAreNamed) {
@@ -72,21 +80,26 @@ TEST(BakeFormat, MissingChannelsAreNamed) {
                 HasSubstr("found 25 of the 27 channels of bake format sh9, sh05.G and 1 more are missing"));
 }
 
-TEST(BakeFormat, ImpliedConventionsReplaceThoseOfTheDescription) {
+TEST(BakeFormat, ImpliedConventionsReplaceTheDefaultAndRefuseOthers) {
+    BakeFormatInfo format = allBakeFormats().front();
     LightMapDescription description;
     description.phase = ShPhase::CondonShortley;
-    description.lightUnits = LightUnits::Game;
-    const LightMapDescription same = withImplied(description, {});
-    EXPECT_EQ(same.phase, ShPhase::CondonShortley);
-    EXPECT_EQ(same.frame, ShFrame::World);
-    EXPECT_EQ(same.quantity, ShQuantity::Radiance);
-    EXPECT_EQ(same.lightUnits, LightUnits::Game);
-    const LightMapDescription implied =
-        withImplied(description, {ShPhase::None, ShFrame::Tangent, ShQuantity::Irradiance, LightUnits::Radiometric});
-    EXPECT_EQ(implied.phase, ShPhase::None);
-    EXPECT_EQ(implied.frame, ShFrame::Tangent);
-    EXPECT_EQ(implied.quantity, ShQuantity::Irradiance);
-    EXPECT_EQ(implied.lightUnits, LightUnits::Radiometric);
+    const auto same = withImplied(description, format, "map.exr");
+    ASSERT_TRUE(same);
+    EXPECT_EQ(same->phase, ShPhase::CondonShortley);
+    EXPECT_EQ(same->quantity, ShQuantity::Radiance);
+    format.implied = {ShPhase::CondonShortley, ShFrame::Tangent, ShQuantity::Irradiance, LightUnits::Game};
+    const auto implied = withImplied(description, format, "map.exr");
+    ASSERT_TRUE(implied) << implied.error().line();
+    EXPECT_EQ(implied->phase, ShPhase::CondonShortley);
+    EXPECT_EQ(implied->frame, ShFrame::Tangent);
+    EXPECT_EQ(implied->quantity, ShQuantity::Irradiance);
+    EXPECT_EQ(implied->lightUnits, LightUnits::Game);
+    format.implied = {ShPhase::None, {}, {}, {}};
+    const auto refused = withImplied(description, format, "map.exr");
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::InvalidRequest);
+    EXPECT_EQ(refused.error().line(), "map.exr, phase: found another value than \"none\", expected it: bake format sh9 implies that value");
 }
 
 }  // namespace

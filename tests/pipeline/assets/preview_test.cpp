@@ -64,5 +64,20 @@ TEST(Preview, ThreadsMayShareAPixel) {
     EXPECT_TRUE(std::ranges::equal(picture.texels(), expected.texels()));
 }
 
+/// Only a preview that was told of them has a picture of the errors at any normal.
+TEST(Preview, ShowsErrorsAtAnyNormalWhereTheyWereSet) {
+    Preview preview(3, 1, 1);
+    const formats::TemporaryFolder folder;
+    EXPECT_FALSE(preview.write(folder / "", "map")->anyNormal.has_value());
+    preview.setAtAnyNormal(1, 0, 10);
+    const auto files = preview.write(folder / "", "map");
+    ASSERT_TRUE(files && files->anyNormal);
+    EXPECT_EQ(files->all().size(), 4u);
+    const auto picture = formats::readImage(folder / *files->anyNormal);
+    ASSERT_TRUE(picture.has_value());
+    EXPECT_EQ(picture->texels.at(0, 0), glm::vec4(0, 0, 0, 1));
+    EXPECT_EQ(picture->texels.at(1, 0), glm::vec4(1));
+}
+
 }  // namespace
 }  // namespace lightcook::pipeline

@@ -121,5 +121,22 @@ TEST(Contents, ALayoutByNameAndKeepUnusedAreObeyed) {
     EXPECT_FALSE(assetOf(report, "map_dominant").is_null());
 }
 
+/// Only the contents of assets that are cooked are read: by their name, by that of the entry which they derive from, and by their kind.
+TEST(Contents, AreReadOfTheWantedAssetsAlone) {
+    const SmallScene folder(SmallScene::Parts::All);
+    const auto scene = readScene(folder.sceneFile());
+    ASSERT_TRUE(scene.has_value());
+    const auto isRead = [&](const PlanOptions& options) { return planContents(*scene, {}, options).size() == 1; };
+    EXPECT_TRUE(isRead({}));
+    EXPECT_TRUE(isRead({.only = "map", .onlyKind = {}}));
+    EXPECT_TRUE(isRead({.only = "map_dominant", .onlyKind = {}}));
+    EXPECT_FALSE(isRead({.only = "sky", .onlyKind = {}}));
+    EXPECT_TRUE(isRead({.only = {}, .onlyKind = "light-map"}));
+    EXPECT_TRUE(isRead({.only = {}, .onlyKind = "dominant"}));
+    EXPECT_TRUE(isRead({.only = "map", .onlyKind = "dominant"}));
+    EXPECT_FALSE(isRead({.only = {}, .onlyKind = "cubemap"}));
+    EXPECT_FALSE(isRead({.only = "sky", .onlyKind = "light-map"}));
+}
+
 }  // namespace
 }  // namespace lightcook::pipeline

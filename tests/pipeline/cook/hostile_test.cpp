@@ -15,7 +15,6 @@ namespace {
 
 using formats::ErrorCode;
 using testing::HasSubstr;
-using testing::IsEmpty;
 using testing::SizeIs;
 using testing::StartsWith;
 using Parts = SmallScene::Parts;
@@ -112,13 +111,17 @@ TEST(Light, TheLargestFloatIsRefused) {
 }
 
 /// Light is measured in units of the map's key, which one bright texel in the dark hardly raises: 1e24 is still light like other light,
-/// but for layouts whose ranges multiply.
+/// but for layouts whose ranges multiply. Those of luvw filter two textures, and where one texel is a million times as bright as those
+/// beside it the product is far off between them.
 TEST(Light, OneTexelFarBeyondTheSunIsCooked) {
     for (const auto& [layout, line] : cookOneTexel(1e24f)) {
         EXPECT_THAT(layout, StartsWith("luvw"));
         EXPECT_THAT(line, AnyOf(HasSubstr("block of texel (4, 0)"), HasSubstr("found a layout without band 2")));
     }
-    EXPECT_THAT(cookOneTexel(1e6f), IsEmpty());
+    for (const auto& [layout, line] : cookOneTexel(1e6f)) {
+        EXPECT_THAT(layout, StartsWith("luvw"));
+        EXPECT_THAT(line, AnyOf(HasSubstr("stage total, diffuse"), HasSubstr("found a layout without band 2")));
+    }
 }
 
 /// A grey map with a firefly in the middle of it and one at the edge of a chart's band of rows, and what cooking it gives.

@@ -61,6 +61,23 @@ TEST_F(VisibleLimit, GetsTheSmallestLayoutThatKeepsItAndTheLimitOnTheRms) {
     }
 }
 
+TEST_F(VisibleLimit, OnTheProvenBoundFailsAMapAndNamesItsPlace) {
+    const Outcome outcome = cook("light_map_layout = \"ratio\"\nmax_visible_bound = 0.02");
+    ASSERT_FALSE(outcome.errors.empty());
+    EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
+    EXPECT_THAT(outcome.errors.front().line(),
+                AllOf(HasSubstr("(proven bound), expected at most 0.02; largest at texel ("), HasSubstr("normal ("), HasSubstr("found (")));
+    EXPECT_EQ(mapOf(outcome).at("limit").at("max_visible_bound"), 0.02);
+    EXPECT_FALSE(mapOf(outcome).at("limit").contains("max_visible"));
+    for (const char* shading : {"diffuse", "specular"}) {
+        const Json& visible = mapOf(outcome).at("stages").back().at("error").at(shading).at("visible");
+        EXPECT_GE(visible.at("bound").get<double>(), visible.at("max").get<double>());
+        EXPECT_TRUE(visible.contains("bound_at"));
+    }
+    EXPECT_THAT(formats::contentOf(scene_ / "out" / "report.html"), HasSubstr("(proven bound)"));
+    EXPECT_TRUE(cook("light_map_layout = \"ratio\"\nmax_visible_bound = 1e6").errors.empty());
+}
+
 TEST_F(VisibleLimit, IsFiveForAutoWhereNothingElseIsAsked) {
     EXPECT_EQ(mapOf(cook("light_map_layout = \"auto\"")).at("limit").at("max_visible"), 5.0);
     EXPECT_FALSE(mapOf(cook("light_map_layout = \"auto\"\nmax_error = 0.02")).at("limit").contains("max_visible"));

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -232,6 +233,64 @@ TEST_F(ReportHtml, ShowsWhatWasTriedAndWhatStandsBesideTheChosen) {
     EXPECT_EQ(occurrences(render(reportOf(Json::array({asset}))), "<svg"), 0u);
 }
 
+TEST_F(ReportHtml, ShowsVisibleErrorsAsTablePlotAndPlaces) {
+    const Json visible = {{"rms", 1.5},
+                          {"p50", 0.5},
+                          {"p95", 3.0},
+                          {"p99", 5.25},
+                          {"p999", 9.0},
+                          {"max", 40.0},
+                          {"histogram", {0, 100, 0, 60, 30, 9, 1, 0, 0, 0, 0, 0, 0, 0}}};
+    Json diffuse = figures(0.01), specular = figures(0.02);
+    diffuse["visible"] = specular["visible"] = visible;
+    Json asset = assetWith(diffuse, specular);
+    asset["limit"]["max_visible"] = 8.0;
+    write("lobby_worst_1.png", smallPng());
+    const auto placeOf = [](const char* file) {
+        return Json{
+            {"file", file}, {"texel", {192, 43}}, {"visible", 20.5}, {"reference", {0.25, 0.5, 1.0}}, {"found", {0.125, 0.5, nullptr}}};
+    };
+    asset["preview"] = {{"reference", ""},
+                        {"cooked", ""},
+                        {"difference", ""},
+                        {"worst", {placeOf("lobby_worst_1.png"), placeOf("../outside.png"), Json(3)}}};
+    EXPECT_THAT(render(reportOf(Json::array({asset}))), Not(HasSubstr("<details")));
+    asset["preview"]["any_normal"] = "lobby_worst_1.png";
+    const std::string page = render(reportOf(Json::array({asset})));
+    EXPECT_TRUE(isBalanced(page));
+    EXPECT_EQ(occurrences(page, "<summary>Visible error at any normal</summary>"), 1u);
+    EXPECT_EQ(occurrences(page, "<rect class=\"diffuse\""), 5u);
+    EXPECT_EQ(occurrences(page, "<rect class=\"specular\""), 5u);
+    EXPECT_THAT(page, HasSubstr("diffuse: 50 % of 200 samples"));
+    EXPECT_EQ(occurrences(page, "limit on p99"), 1u);
+    EXPECT_THAT(page, HasSubstr("<b>Texel 192, 43</b>: visible error 20.5; bake (0.250, 0.500, 1.00), cooked (0.125, 0.500, not finite)"));
+    EXPECT_THAT(page, HasSubstr("picture missing: ../outside.png"));
+    EXPECT_EQ(occurrences(page, "data:image/png"), 2u);
+    // A histogram of another size is not drawn.
+    asset["stages"][0]["error"]["diffuse"]["visible"]["histogram"] = {1, 2, 3};
+    EXPECT_EQ(occurrences(render(reportOf(Json::array({asset}))), "<rect class=\"diffuse\""), 0u);
+}
+
+TEST_F(ReportHtml, DrawsLayoutsInBothUnits) {
+    Json asset = assetWith(figures(0.01), figures(0.015));
+    asset["limit"]["max_visible"] = 5.0;
+    for (int i = 0; i < 3; ++i)
+        asset["trial_candidates"].push_back({{"layout", fmt::format("layout-{}", i)},
+                                             {"bytes_gpu", 100 * (i + 1)},
+                                             {"bits_per_texel", 8 << i},
+                                             {"diffuse", 0.04 / (i + 1)},
+                                             {"specular", 0.05 / (i + 1)},
+                                             {"visible_diffuse", 9.0 / (i + 1)},
+                                             {"visible_specular", 12.0 / (i + 1)}});
+    const std::string page = render(reportOf(Json::array({asset})));
+    EXPECT_TRUE(isBalanced(page));
+    EXPECT_EQ(occurrences(page, "<svg"), 2u);
+    EXPECT_EQ(occurrences(page, "class=\"dot\""), 6u);
+    EXPECT_EQ(occurrences(page, "<line class=\"limit\""), 2u);
+    EXPECT_THAT(page, HasSubstr("aria-label=\"Visible error of each layout"));
+    EXPECT_THAT(page, HasSubstr(">12.00</span>"));
+}
+
 TEST_F(ReportHtml, SaysNotFiniteForNullAndForNan) {
     Json report = reportOf(Json::array({assetWith(figures(kNan), figures(kInfinity))}));
     report["assets"][0]["passed"] = false;
@@ -246,7 +305,7 @@ TEST_F(ReportHtml, SaysNotFiniteForNullAndForNan) {
 
 TEST_F(ReportHtml, FiguresThatAreAbsentAreADash) {
     const std::string page = render(reportOf(Json::array({assetWith(figures(0.01), nullptr)})));
-    EXPECT_EQ(occurrences(page, "<span title=\"not measured\">–</span>"), 10u);
+    EXPECT_EQ(occurrences(page, "<span title=\"not measured\">–</span>"), 11u);
     EXPECT_THAT(page, Not(HasSubstr("not finite")));
 }
 

@@ -115,6 +115,14 @@ f0 = [0.04, 0.6]
     EXPECT_EQ(scene->materials[0].m->high, 0.5);
 }
 
+TEST(ReadScene, ALightMapMayBeEncoded) {
+    const std::string map = kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.png\"\n";
+    EXPECT_EQ(sceneFromText(map)->lightMaps[0].description.encoding, formats::LightEncoding::None);
+    EXPECT_EQ(sceneFromText(map + "encoding = \"rgbm\"\n")->lightMaps[0].description.encoding, formats::LightEncoding::Rgbm);
+    EXPECT_EQ(sceneFromText(map + "encoding = \"dldr\"\n")->lightMaps[0].description.encoding, formats::LightEncoding::Dldr);
+    expectRefused(map + "encoding = \"rgbd\"\n", "6:12", "found 'rgbd' for light_map.encoding, expected one of: none, rgbm, dldr");
+}
+
 TEST(ReadScene, TheBakeFormatHasAnOlderName) {
     const std::string map = kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\n";
     EXPECT_EQ(sceneFromText(map)->lightMaps[0].description.bake, "auto");
@@ -144,6 +152,7 @@ TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
     expectRefused(kHead + "[output]\nmax_error = nan\n", "4:", "expected a positive fraction");
     expectRefused(kHead + "[output]\nbudget = \"2 MiBs\"\n", "4:", "found '2 MiBs'");
     expectRefused(kHead + "[output]\neffort = 10\n", "4:", "found 10 for output.effort");
+    expectRefused(kHead + "[output]\ntarget = \"float\"\neffort = 5\n", "5:", "found output.effort with target = \"float\"");
     expectRefused(kHead + "[output]\ncontainer = \"dds\"\nzstd = true\n", "5:", "DDS has no supercompression");
     expectRefused(kHead + "[[material]]\nname = \"*\"\nm = [0.5, 0.1]\n", "5:", "expected [low, high]");
     expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\naxis = [0, 0, 0]\n",

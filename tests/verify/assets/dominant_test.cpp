@@ -8,6 +8,8 @@
 #include <random>
 
 #include "fit/dominant_light.h"
+#include "lighting/brdf.h"
+#include "lighting/display.h"
 #include "lighting/sphere.h"
 
 namespace lightcook::verify {
@@ -281,6 +283,57 @@ TEST(VerifyDominant, ComparesARefinedFitWithTheBestLight) {
     EXPECT_LT(good.unexplainedStored(), bad.unexplainedStored());
     EXPECT_NEAR(good.unexplainedStored(), good.unexplainedReference(), 1e-6);
     EXPECT_NEAR(good.unexplainedReference(), bad.unexplainedReference(), 1e-6);
+}
+
+/// Every difference computed a second time in doubles, one by one.
+TEST(VerifyDominant, VisibleErrorsAreThoseOfTheDefinition) {
+    const auto band = bake();
+    DecodedDominantRows rows = exact(band);
+    for (glm::vec4& texel : rows.direction.texels()) texel = glm::vec4(glm::round(glm::vec3(texel) * 15.0f) / 15.0f, 1);
+    for (glm::vec4& texel : rows.intensity.texels()) texel *= glm::vec4(1.1f, 0.9f, 1, 1);
+    // 8 views of 3 materials: no whole number of lanes a place.
+    const DominantShading shading{{0.1, 0.25, 0.5}, {0.04}, 8, 1};
+    Viewing viewing;
+    viewing.display.nitsPerUnit = 40;
+    const DominantVerifier verifier(description(), shading, lighting::kRec709Luminance, kKey, viewing);
+    double squares = 0, largest = 0;
+    std::int64_t count = 0;
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            if (band.covered.at(x, y) == 0) continue;
+            const glm::dvec3 normal(band.normal.at(x, y));
+            const DominantLightSample seen = verifier.decode(rows, x, y), truth = verifier.reference(band.sh.at(x, y), normal, seen);
+            const auto highlight = [&](const DominantLightSample& light, const glm::dvec3& view, double m) {
+                const glm::dvec3 towards = glm::normalize(light.direction);
+                return std::max(glm::dot(normal, towards), 0.0) *
+                       lighting::cookTorrance(view, towards, normal, m, 0.04, lighting::NormalDistribution::Beckmann,
+                                              lighting::CookTorranceNormalization::Energy) *
+                       light.intensity;
+            };
+            for (int i = 0; i < 8; ++i)
+                for (const double m : shading.m) {
+                    const glm::dvec3 view = lighting::worldFromTangentFrame(normal) * lighting::fibonacciHemisphere(i, 8);
+                    const double apart = lighting::visibleDifference(highlight(truth, view, m), highlight(seen, view, m), viewing.display);
+                    squares += apart * apart;
+                    largest = std::max(largest, apart);
+                    ++count;
+                }
+        }
+    // The last stage also has the maxima between texels.
+    const std::vector<StageError> stages = verifier.verifyRows(rows, band, 0, kHeight).stages();
+    ASSERT_TRUE(stages[0].specular.visible && stages[1].specular.visible);
+    const double rms = std::sqrt(squares / static_cast<double>(count));
+    const VisibleFigures& total = *stages[1].specular.visible;
+    EXPECT_NEAR(total.rms, std::max(rms, stages[0].specular.visible->rms), 1e-3 * rms);
+    EXPECT_GE(total.max, largest * (1 - 1e-3));
+    EXPECT_NEAR(lighting::visibleDifference(total.maxAt.reference, total.maxAt.found, viewing.display), total.max, 1e-2 * total.max);
+    EXPECT_TRUE(total.maxAt.isKnown());
+    EXPECT_FALSE(stages[1].diffuse.visible);
+}
+
+TEST(VerifyDominant, WithoutADisplayThereAreNoVisibleErrors) {
+    const auto band = bake();
+    for (const StageError& stage : verifier().verifyRows(exact(band), band, 0, kHeight).stages()) EXPECT_FALSE(stage.specular.visible);
 }
 
 TEST(DominantStride, KeepsLargeMapsAffordable) {

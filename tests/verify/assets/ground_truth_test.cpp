@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "lighting/brdf.h"
+#include "lighting/display.h"
 #include "lighting/sh.h"
 
 namespace lightcook::verify {
@@ -95,6 +96,27 @@ TEST(GroundTruth, NothingRemainsOfASingleLightSource) {
     const DominantTruth truth = dominantTruth(place);
     EXPECT_NEAR(truth.withRest.at(0.25).errors().model, truth.oneLight.at(0.25).errors().model, 1e-5);
     EXPECT_NEAR(truth.withRest.at(0.25).errors().total, truth.areaSpecular.at(0.25).errors().model, 1e-12) << "no light leaves all";
+}
+
+/// Irradiance is shown as the exit radiance of a white surface, specular light as it is.
+TEST(GroundTruth, VisibleErrorsAreOfLightOnTheDisplay) {
+    const Viewing viewing{{.nitsPerUnit = 30}};
+    const std::array<LightMapTruthPlace, 1> lambert = {LightMapTruthPlace{
+        valueOf(Kind::Lambert, {0, 0, 1}, glm::dvec3(1.3 * std::numbers::pi)), {0, 0, 1}, constantLight(1), constantLight(1.1f)}};
+    const TruthVisible diffuse = lightMapTruth(lambert, lighting::NormalDistribution::Beckmann, viewing).visibleLambert;
+    const auto apart = [&](double a, double b) { return lighting::visibleDifference(glm::dvec3(a), glm::dvec3(b), viewing.display); };
+    EXPECT_NEAR(diffuse.cooking.largest(), apart(1, 1.1), 1e-3);
+    EXPECT_NEAR(diffuse.total.largest(), apart(1.3, 1.1), 1e-3);
+    EXPECT_EQ(lightMapTruth(lambert).visibleLambert.total.sampleCount(), 0);
+
+    const glm::dvec3 normal(0, 0, 1);
+    const DominantLightSample none{normal, glm::dvec3(0)};
+    const std::array<DominantTruthPlace, 1> specular = {
+        DominantTruthPlace{valueOf(Kind::Specular, {0.3, 0, 1}, glm::dvec3(0.7)), normal, {}, none, none, {none, none}}};
+    const TruthVisible whole = dominantTruth(specular, lighting::NormalDistribution::Beckmann, viewing).visibleWithRest;
+    EXPECT_EQ(whole.cooking.largest(), 0);
+    EXPECT_NEAR(whole.total.largest(), apart(0.7, 0), 1e-3);
+    EXPECT_EQ(dominantTruth(specular).visibleWithRest.total.sampleCount(), 0);
 }
 
 /// The three errors against sums by hand, and for a black truth.

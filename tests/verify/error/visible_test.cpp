@@ -100,6 +100,24 @@ TEST(VisibleAccumulator, FiguresAreThoseOfTheSortedSamples) {
     EXPECT_EQ(first.figures().max, figures.max);
 }
 
+TEST(VisibleAccumulator, HistogramCountsOctaves) {
+    std::mt19937 random(3);
+    std::lognormal_distribution<float> distribution(1, 2.5f);
+    std::vector<float> samples(5000);
+    for (float& sample : samples) sample = distribution(random);
+    for (const float edge : {0.0f, 0.125f, 1.0f, 256.0f, 511.9f, 512.0f, 1e9f, std::numeric_limits<float>::max()}) samples.push_back(edge);
+    VisibleAccumulator accumulator;
+    accumulator.add(samples);
+    std::vector<std::int64_t> expected(14);
+    for (const float sample : samples) {
+        std::size_t octave = 0;
+        while (octave < 13 && sample >= std::ldexp(0.125f, static_cast<int>(octave))) ++octave;
+        ++expected[octave];
+    }
+    EXPECT_EQ(accumulator.figures().histogram, expected);
+    EXPECT_TRUE(VisibleAccumulator().figures().histogram.empty());
+}
+
 TEST(VisibleAccumulator, AnExactAssetHasNoError) {
     VisibleAccumulator accumulator;
     EXPECT_EQ(accumulator.figures().max, 0);

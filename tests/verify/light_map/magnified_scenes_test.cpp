@@ -13,12 +13,12 @@
 #include <filesystem>
 #include <glm/geometric.hpp>
 #include <numeric>
-#include <thread>
 
 #include "lighting/brdf.h"
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 #include "tests/verify/cooked_light_map.h"
+#include "tests/verify/on_all_cores.h"
 #include "verify/assets/random.h"
 #include "verify/light_map/layouts.h"
 
@@ -28,21 +28,11 @@ namespace {
 using formats::LightMapLayout;
 using lighting::ShDouble;
 using test::Cooked;
+using test::onAllCores;
 using verify::Random;
 
 constexpr std::size_t kCount = lighting::kShCount, kLanes = 16;
 constexpr double kLowM = 0.1, kHighM = 0.5, kLowF0 = 0.04, kHighF0 = 0.6;
-
-/// Calls body(index) for each of `count` on all cores.
-template <class Body>
-void onAllCores(std::size_t count, Body body) {
-    std::atomic<std::size_t> next{0};
-    std::vector<std::jthread> threads;
-    for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i)
-        threads.emplace_back([&] {
-            for (std::size_t index = next++; index < count; index = next++) body(index);
-        });
-}
 
 ShDouble normalRow(const glm::dvec3& normal) {
     ShDouble row = lighting::evaluateBasis(normal);

@@ -31,10 +31,10 @@ verify::LightMapScore scoreFor(const formats::LightMapStrip& band, const verify:
     return std::move(*score);
 }
 
-/// The bake, encoded by a layout and decoded, with the verifier's errors.
+/// The bake, encoded by a layout and decoded, with the verifier's errors at texel centres.
 struct Coded {
     formats::Image<lighting::ShRgb> decoded;
-    verify::StageError total;
+    verify::CentreFigures figures;
 };
 Coded code(const formats::LightMapStrip& band, formats::LightMapLayout layout) {
     compress::EncodeOptions options;
@@ -51,7 +51,7 @@ Coded code(const formats::LightMapStrip& band, formats::LightMapLayout layout) {
     }
     const verify::CookedLightMap map{std::string(formats::info(layout).name), plan.constants, kWidth, kHeight};
     const auto verifier = verify::LightMapVerifier::create(map, {}, {}, keyOf(band));
-    return {verifier->reconstruct(texels, 0, kHeight), verifier->verifyRows(texels, band, 0, kHeight).stages().back()};
+    return {verifier->reconstruct(texels, 0, kHeight), verifier->verifyRows(texels, band, 0, kHeight).figures().back().atTexels.value()};
 }
 
 TEST(LightMapScore, AgreesWithTheVerifierForOurOwnLayouts) {
@@ -62,10 +62,10 @@ TEST(LightMapScore, AgreesWithTheVerifierForOurOwnLayouts) {
             const auto errors = scoreFor(band).score(band, coded.decoded.view(), 0);
             const auto diffuse = errors.diffuse.figures(), specular = errors.specular.figures();
             EXPECT_GT(diffuse.relRms, 1e-6);
-            EXPECT_DOUBLE_EQ(diffuse.relRms, coded.total.diffuse.relRms);
-            EXPECT_DOUBLE_EQ(specular.relRms, coded.total.specular.relRms);
-            EXPECT_DOUBLE_EQ(diffuse.p99, coded.total.diffuse.p99);
-            EXPECT_DOUBLE_EQ(specular.p99, coded.total.specular.p99);
+            EXPECT_DOUBLE_EQ(diffuse.relRms, coded.figures.diffuse.relRms);
+            EXPECT_DOUBLE_EQ(specular.relRms, coded.figures.specular.relRms);
+            EXPECT_DOUBLE_EQ(diffuse.p99, coded.figures.diffuse.p99);
+            EXPECT_DOUBLE_EQ(specular.p99, coded.figures.specular.p99);
         }
 }
 
@@ -78,10 +78,10 @@ TEST(LightMapScore, AgreesWithTheVerifierForLayoutsThatLackLight) {
         ++lacking;
         const Coded coded = code(band, row.id);
         const auto errors = scoreFor(band).score(band, coded.decoded.view(), 0);
-        EXPECT_DOUBLE_EQ(errors.diffuse.figures().relRms, coded.total.diffuse.relRms) << row.name;
-        EXPECT_DOUBLE_EQ(errors.specular.figures().relRms, coded.total.specular.relRms) << row.name;
-        EXPECT_GT(coded.total.diffuse.relRms, 0.003) << row.name;
-        EXPECT_GT(coded.total.specular.relRms, 0.01) << row.name;
+        EXPECT_DOUBLE_EQ(errors.diffuse.figures().relRms, coded.figures.diffuse.relRms) << row.name;
+        EXPECT_DOUBLE_EQ(errors.specular.figures().relRms, coded.figures.specular.relRms) << row.name;
+        EXPECT_GT(coded.figures.diffuse.relRms, 0.003) << row.name;
+        EXPECT_GT(coded.figures.specular.relRms, 0.01) << row.name;
     }
     EXPECT_EQ(lacking, 4) << "flat, sh4, zh3, luvw-linear";
 }

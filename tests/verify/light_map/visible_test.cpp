@@ -182,20 +182,54 @@ TEST(LightMapKey, OfTheDisplayIsTheDefinition) {
     }
 }
 
-/// The verdict counts the worse of texel centres and places between them.
-TEST(VisibleError, OfTheWholeIsTheLargerOfCentresAndPlacesBetween) {
+/// The verdict is that of the surface; figures of texel centres stand beside it, and the largest error is that of both.
+TEST(VisibleError, OfTheWholeIsThatOfTheSurface) {
     test::Cooked cooked =
         test::cook(synthetic::makeBand(synthetic::Kind::Spikes, kWidth, 0, kHeight), formats::LightMapLayout::Luvw, formats::Target::Bc, 1);
     const auto verifier = LightMapVerifier::create(cooked.map, {}, {}, cooked.key, Viewing{});
     ASSERT_TRUE(verifier.has_value());
-    const auto stages = verifier->verifyRows(cooked.texels, cooked.reference, 0, kHeight).stages();
-    const auto figures = [&](std::size_t fromLast) { return *stages[stages.size() - fromLast].diffuse.visible; };
-    const VisibleFigures total = figures(1), magnified = figures(2), centres = figures(3);
+    const LightMapErrors errors = verifier->verifyRows(cooked.texels, cooked.reference, 0, kHeight);
+    const auto stages = errors.figures();
+    const VisibleFigures total = *stages.back().diffuse.visible, surface = errors.surface.visibleDiffuse.figures(),
+                         centres = *stages[stages.size() - 2].diffuse.visible;
     EXPECT_GT(centres.p99, 0);
-    EXPECT_NE(centres.p99, magnified.p99);
-    EXPECT_EQ(total.p99, std::max(centres.p99, magnified.p99));
-    EXPECT_EQ(total.max, std::max(centres.max, magnified.max));
+    EXPECT_NE(centres.p99, surface.p99);
+    EXPECT_EQ(total.p99, surface.p99);
+    EXPECT_EQ(stages.back().atTexels->diffuse.visible->p99, centres.p99);
+    EXPECT_EQ(total.max, std::max(centres.max, surface.max));
     EXPECT_EQ(total.maxAt.difference, total.max);
+}
+
+/// A trial measures every stage on the surface: the last one has the figures of the verdict.
+TEST(LightMapTrial, MeasuresEveryStageOnTheSurface) {
+    for (const auto layout : {formats::LightMapLayout::Ratio, formats::LightMapLayout::Basis8}) {
+        const test::Cooked cooked =
+            test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight), layout, formats::Target::Bc, 1);
+        LightMapSampling trial;
+        trial.isForTrial = true;
+        trial.bounds = false;
+        const auto tried = cooked.stages({}, trial), verified = cooked.stages();
+        ASSERT_EQ(tried.size(), verified.size());
+        EXPECT_EQ(tried[tried.size() - 2].diffuse.relRms, verified.back().diffuse.relRms);
+        EXPECT_EQ(tried[tried.size() - 2].specular.relRms, verified.back().specular.relRms);
+        EXPECT_GT(tried[0].diffuse.relRms, 0);
+        EXPECT_NE(tried[0].diffuse.relRms, verified[0].diffuse.relRms);
+    }
+}
+
+/// Every covered texel has as many places as another, also at the rims of charts and at the edges of the map.
+TEST(SurfacePlaces, LieEvenlyOnTheFootprintsOfCoveredTexels) {
+    const test::Cooked cooked = test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight), formats::LightMapLayout::Raw,
+                                           formats::Target::Float, 1);
+    std::int64_t covered = 0;
+    for (const std::uint8_t each : cooked.reference.covered.texels()) covered += each != 0;
+    LightMapSampling sampling;
+    sampling.placesPerTexel = 64;
+    sampling.bounds = false;
+    const LightMapErrors errors = cooked.verifier({}, sampling).verifyRows(cooked.texels, cooked.reference, 0, kHeight);
+    const double texels = static_cast<double>(errors.surface.diffuse.sampleCount()) /
+                          static_cast<double>(errors.stages[0].errors.diffuse.sampleCount()) * static_cast<double>(covered) / 64;
+    EXPECT_NEAR(texels, static_cast<double>(covered), 0.01 * static_cast<double>(covered));
 }
 
 }  // namespace

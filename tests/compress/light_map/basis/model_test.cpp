@@ -14,7 +14,6 @@ using compress::BasisShape;
 using compress::BasisTarget;
 using compress::ByChannel;
 using compress::CodeTable;
-using compress::Metric;
 using compress::ResidualTable;
 using synthetic::cost;
 using BasisModelTest = synthetic::BasisTest;
@@ -54,34 +53,55 @@ TEST_F(BasisModelTest, DecodesAsTheShaderDoes) {
 }
 
 TEST_F(BasisModelTest, ResidualTexelsAreALeastSquaresSolution) {
-    compress::ShadingMetric metrics;
     for (int round = 0; round < 300; ++round) {
         const ResidualTable table = randomResidual();
-        const Metric metric = metrics.at(randomNormal());
-        BasisTarget target{{}, {1, 0.3f, 3}, &metric};
+        BasisTarget target{{}, randomCost(round % 2 == 0)};
         for (auto& channel : target.ratio)
             for (float& value : channel) value = uniform(-0.2f, 0.2f);
         const auto costOf = [&](const glm::vec4& texel) {
-            ByChannel taken{};
-            compress::addResidual(table, texel, taken);
-            double sum = 0;
-            for (std::size_t c = 0; c < 3; ++c) {
-                std::array<double, 9> left;
-                for (std::size_t i = 0; i < 9; ++i) left[i] = static_cast<double>(target.ratio[c][i] - taken[c][i]);
-                sum += static_cast<double>(target.weight[c]) * cost(metric, left);
-            }
-            return sum;
+            ByChannel left = target.ratio;
+            compress::subtractResidual(table, texel, left);
+            return cost(target.cost, left);
         };
         const glm::vec4 found = compress::solveResidual(table, target);
         const bool isInside = glm::all(glm::lessThan(glm::abs(found - 0.5f), glm::vec4(0.49f)));
         if (!isInside) continue;
         const double least = costOf(found);
         for (int k = 0; k < 4; ++k)
-            for (const float step : {-0.01f, 0.01f}) {
+            for (const float step : {-0.05f, 0.05f}) {
                 glm::vec4 other = found;
                 other[k] += step;
-                EXPECT_GE(costOf(other), least * (1 - 1e-5));
+                EXPECT_GE(costOf(other), least * (1 - 1e-4));
             }
+    }
+}
+
+TEST_F(BasisModelTest, Coefficient0SuitsTheRatios) {
+    compress::ShadingForm shading(compress::LightMapObjective{}, 1);
+    for (int round = 0; round < 100; ++round) {
+        // Light that the ratios fit exactly: coefficient 0 is its own.
+        compress::HigherByChannel ratios;
+        for (auto& channel : ratios)
+            for (float& value : channel) value = uniform(-0.3f, 0.3f);
+        const glm::vec3 dc(uniform(0.1f, 2), uniform(0.1f, 2), uniform(0.1f, 2));
+        std::array<glm::vec3, 9> light{dc};
+        for (std::size_t i = 0; i < 8; ++i) light[i + 1] = dc * glm::vec3(ratios[0][i], ratios[1][i], ratios[2][i]);
+        const compress::ErrorForm form = shading.at(light, randomNormal()).unpacked();
+        const glm::vec3 exact = compress::solveDc(form, light, ratios);
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(exact[c], dc[c], 2e-3f * dc[c]);
+        // Ratios that are wrong: the found coefficient 0 costs no more than the light's own.
+        for (auto& channel : ratios)
+            for (float& value : channel) value += uniform(-0.1f, 0.1f);
+        const auto costOf = [&](const glm::vec3& stored) {
+            ByChannel error{};
+            for (std::size_t c = 0; c < 3; ++c)
+                for (std::size_t i = 0; i < 9; ++i) {
+                    const float ratio = i == 0 ? 1 : ratios[c][i - 1];
+                    error[c][i] = light[i][static_cast<int>(c)] - stored[static_cast<int>(c)] * ratio;
+                }
+            return cost(compress::RatioCost(form, glm::vec3(1)), error);
+        };
+        EXPECT_LE(costOf(compress::solveDc(form, light, ratios)), costOf(dc));
     }
 }
 

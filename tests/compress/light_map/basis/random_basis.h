@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <optional>
 #include <random>
 
 #include "compress/light_map/basis/model.h"
@@ -29,16 +30,29 @@ protected:
                 for (float& value : channel) value = uniform(-1, 1);
         return table;
     }
+    /// Returns the cost of a texel around a random normal under random light.
+    compress::RatioCost randomCost(bool isVisible) {
+        std::array<glm::vec3, 9> light;
+        for (glm::vec3& value : light) value = 0.2f * glm::vec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+        light[0] = glm::vec3(1, 0.7f, 1.4f);
+        compress::LightMapObjective objective;
+        objective.display.nitsPerUnit = 1;
+        compress::ShadingForm shading(isVisible ? std::optional(objective) : std::nullopt, 1);
+        return {shading.at(light, randomNormal()).unpacked(), light[0]};
+    }
     glm::vec3 randomNormal() { return glm::vec3(lighting::fibonacciSphere(static_cast<int>(random_() % 1000), 1000)); }
 
     std::mt19937 random_{11};
 };
 
-/// Returns e' M e.
-inline double cost(const compress::Metric& metric, const std::array<double, 9>& error) {
+/// Returns e' Q e of an error of ratios.
+inline double cost(const compress::RatioCost& form, const compress::ByChannel& error) {
+    const compress::WeightedRatios weighted = compress::times(form, error);
     double sum = 0;
-    for (std::size_t i = 0; i < 9; ++i)
-        for (std::size_t j = 0; j < 9; ++j) sum += static_cast<double>(metric[i][j]) * error[i] * error[j];
+    for (std::size_t c = 0; c < 3; ++c) {
+        sum += static_cast<double>(weighted.zero[c]) * static_cast<double>(error[c][0]);
+        for (std::size_t i = 0; i < 8; ++i) sum += static_cast<double>(weighted.higher[c][i]) * static_cast<double>(error[c][i + 1]);
+    }
     return sum;
 }
 

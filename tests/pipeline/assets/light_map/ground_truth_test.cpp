@@ -61,6 +61,9 @@ TEST_F(GroundTruthScene, TruncationIsTheBakesAndQuantizationOurs) {
         EXPECT_GT(lambert.at("quantization").get<double>(), 0);
         EXPECT_LT(lambert.at("quantization").get<double>(), 0.01);
         EXPECT_FALSE(truth->contains("area_specular"));
+        const Json& visible = lambert.at("visible");
+        EXPECT_LT(visible.at("quantization").at("p99").get<double>(), 2);
+        EXPECT_EQ(visible.at("total").at("p99").get<double>() > 5, scale > 1) << "a fifth is plain to see";
         EXPECT_EQ(truthOf(outcome, "map_dominant"), nullptr) << "no value of its kind";
     }
 }
@@ -82,6 +85,7 @@ TEST_F(GroundTruthScene, VerifyTellsTheSameAndAChangedTruthAlone) {
     EXPECT_EQ(dominant.at("specular").at("by_m").size(), 2u);
     for (const char* part : {"truncation", "fit", "quantization", "total", "two_lights"})
         EXPECT_GT(dominant.at("specular").at(part).get<double>(), 0) << part;
+    EXPECT_GT(dominant.at("specular").at("visible").at("total").at("rms").get<double>(), 0);
     EXPECT_EQ(cookWith(kHead + specular).actionsRun, 0);
     EXPECT_EQ(cookWith(kHead + specular + "9,9,spec,0.5,0.6,0,0.2,1,0.6,0.5,0.4\n").actionsRun, 2) << "both are verified, none is cooked";
 }

@@ -1,0 +1,105 @@
+#include "compress/light_map/basis/form_regression.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace lightcook::compress {
+
+FormRegression::FormRegression(int features, int firstCoefficient)
+    : features_(features),
+      first_(firstCoefficient),
+      size_(9 - firstCoefficient),
+      matrix_(Eigen::MatrixXf::Zero(pairCount(dimension()), pairCount(features_))),
+      right_(Eigen::MatrixXd::Zero(dimension(), features_)),
+      forms_(pairCount(dimension()), kBatch),
+      products_(pairCount(features_), kBatch) {}
+
+void FormRegression::add(const BasisTarget& target, double weight, const Eigen::VectorXd& features, const Eigen::VectorXd& products) {
+    float* out = forms_.col(waiting_).data();
+    for (std::size_t k = 0; k < RatioCost::kUnknowns; ++k) out = std::copy_n(target.cost.higher[k].begin(), k + 1, out);
+    for (std::size_t c = 0; c < (first_ == 0 ? 3 : 0); ++c) {
+        out = std::ranges::copy(target.cost.zero[c], out).out;
+        out = std::copy_n(target.cost.zeroZero[c].begin(), c + 1, out);
+    }
+    products_.col(waiting_) = (weight * products).cast<float>();
+    ByChannel wanted = target.ratio;
+    if (first_ == 1)
+        for (auto& channel : wanted) channel[0] -= 1;
+    const WeightedRatios pull = times(target.cost, wanted);
+    for (Eigen::Index k = 0; k < dimension(); ++k) {
+        const float value = k < kHigher ? pull.higher[static_cast<std::size_t>(k / 8)][static_cast<std::size_t>(k % 8)]
+                                        : pull.zero[static_cast<std::size_t>(k - kHigher)];
+        right_.row(k) += (weight * static_cast<double>(value)) * features.transpose();
+    }
+    if (++waiting_ == kBatch) flush();
+}
+
+void FormRegression::flush() {
+    matrix_.noalias() += forms_.leftCols(waiting_) * products_.leftCols(waiting_).transpose();
+    waiting_ = 0;
+}
+
+Eigen::MatrixXd FormRegression::normalMatrix() const {
+    const Eigen::Index block = size_ * features_;
+    Eigen::MatrixXd matrix(3 * block, 3 * block);
+    for (Eigen::Index a = 0; a < features_; ++a)
+        for (Eigen::Index b = 0; b < features_; ++b)
+            for (Eigen::Index k = 0; k < dimension(); ++k)
+                for (Eigen::Index l = 0; l < dimension(); ++l)
+                    matrix(placeOf(k, a), placeOf(l, b)) = static_cast<double>(matrix_(pairOf(k, l), pairOf(a, b)));
+    return matrix;
+}
+
+void FormRegression::solve(Eigen::MatrixXd& factors, int steps, double ridge) {
+    flush();
+    const Eigen::Index block = size_ * features_;
+    Eigen::MatrixXd matrix = normalMatrix();
+    std::array<Eigen::LDLT<Eigen::MatrixXd>, 3> inverse;
+    for (Eigen::Index c = 0; c < 3; ++c) {
+        auto own = matrix.block(block * c, block * c, block, block);
+        own.diagonal().array() += ridge * own.trace() / static_cast<double>(block) + 1e-300;
+        inverse[static_cast<std::size_t>(c)].compute(own);
+    }
+    const auto stacked = [&](const Eigen::MatrixXd& byUnknown) {
+        Eigen::VectorXd out(3 * block);
+        for (Eigen::Index a = 0; a < features_; ++a)
+            for (Eigen::Index k = 0; k < dimension(); ++k) out(placeOf(k, a)) = byUnknown(k, a);
+        return out;
+    };
+    const auto preconditioned = [&](const Eigen::VectorXd& v) {
+        Eigen::VectorXd out(v.size());
+        for (Eigen::Index c = 0; c < 3; ++c)
+            out.segment(block * c, block) = inverse[static_cast<std::size_t>(c)].solve(v.segment(block * c, block));
+        return out;
+    };
+    const Eigen::VectorXd start = stacked(factors);
+    // The ridge draws towards the start, so the change has no ridge on its right-hand side.
+    Eigen::VectorXd change = Eigen::VectorXd::Zero(start.size());
+    Eigen::VectorXd left = stacked(right_) - matrix * start;
+    for (Eigen::Index c = 0; c < 3; ++c) {
+        const auto own = matrix.block(block * c, block * c, block, block);
+        const double pull = ridge / (1 + ridge) * own.trace() / static_cast<double>(block);
+        left.segment(block * c, block) += pull * start.segment(block * c, block);
+    }
+    Eigen::VectorXd step = preconditioned(left), direction = step;
+    double gain = left.dot(step);
+    const double enough = 1e-8 * gain;
+    for (int i = 0; i < steps && gain > enough; ++i) {
+        const Eigen::VectorXd turned = matrix * direction;
+        const double length = gain / direction.dot(turned);
+        if (!std::isfinite(length)) break;
+        change += length * direction;
+        left -= length * turned;
+        step = preconditioned(left);
+        const double next = left.dot(step);
+        direction = step + next / gain * direction;
+        gain = next;
+    }
+    if (!change.allFinite()) return;
+    for (Eigen::Index a = 0; a < features_; ++a)
+        for (Eigen::Index k = 0; k < dimension(); ++k) factors(k, a) += change(placeOf(k, a));
+}
+
+}  // namespace lightcook::compress

@@ -1,0 +1,56 @@
+// Dominant lights fitted for the texture filter. A GPU blends the directions and intensities of neighbouring texels, so the light between
+// texels is that of the bake there only if the texels are fitted together.
+//
+// Wanted at a place p (centre of a texel, midpoint of an edge or of a quad of covered texels): the light (d*, c*) that dominantLight()
+// finds in the filtered bake. Seen there: the filtered textures (d, c), d normalised. The fit minimises
+//   sum_p w_p E_p,   E = |c - c*|^2 + 2 (1 - g) c . c*,   g = (1 + a |d - d*|^2)^-2,   w = k / (|c*| + floor)^2.
+// E is the squared difference of two highlights over all views: g is the overlap of microfacet lobes whose half vectors are
+// |d - d*| / 2 apart, exp(-|d - d*|^2 / (8 m^2)) for Beckmann. The rational g has the mean curvature of m = 0.1, 0.25 and 0.5.
+// 1. Lengths. Where the directions of neighbours differ, each gets a length: the square root of its luminance over that of the brightest
+//    neighbour. The filter then weighs the directions of bright texels more; without the root, blocks of texels would have directions of
+//    too many lengths for their encoder. Elsewhere the length is 1. The shader normalises, so that the length has no effect at texel
+//    centres.
+// 2. Unknowns. Texels of quads whose middle is still off by more than `tolerance` are unknown; all others keep their light.
+// 3. Block coordinate descent, a texel at a time in the order of rows, until a sweep gains less than 1 %. Intensities have a closed form.
+//    Directions take a Gauss-Newton step for the tangent of E in |d - d*|^2, an upper bound as E is concave there, and keep their length.
+//    Both moves are kept only if the sum falls and the texel's own centre stays within `mostAtCentre`.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+
+#include "fit/dominant_light.h"
+#include "formats/image.h"
+#include "lighting/sh.h"
+
+namespace lightcook::fit {
+
+struct FilteredLightOptions {
+    DominantLightOptions light;  ///< of the lights at the places
+    double floor = 0;            ///< intensity added to that of each place, so that dark places need no relative precision
+    double tolerance = 0.05;     ///< root of E over (|c*| + floor) above which the middle of a quad is solved
+    double centreWeight = 3;     ///< k of texel centres; it is 1 between texels
+    double mostAtCentre = 0.4;   ///< the same root at the centre of a solved texel, at most
+    double shortest = 0.2;       ///< least length of a direction
+    double turn = 0.05;          ///< distance of unit directions from which lengths begin to matter; from twice as much on they do in full
+    int mostSweeps = 8;
+};
+
+/// Rows of a map, all of one size.
+struct DominantLightRows {
+    formats::ImageView<const lighting::ShRgb> sh;
+    formats::ImageView<const std::uint8_t> covered;
+    formats::ImageView<const glm::vec3> normal;
+    formats::ImageView<glm::vec3> direction, intensity;  ///< in: lights of dominantLight(); out: those for the filter
+    formats::ImageView<std::uint8_t> solved;             ///< out: 1 where the light was unknown, else 0
+};
+
+/// Rows beyond the solved ones that the solution depends on, as far as the map has them.
+inline constexpr int kFilteredLightMargin = 2;
+
+/// Fits the lights of rows [firstRow, firstRow + rowCount) together; of the other rows only lengths change. Directions keep a length of at
+/// most 1, intensities stay at least 0 and at most the largest of the bake around the texel. Finite for every finite input. The result
+/// depends on nothing but the arguments: strips that overlap can be solved on any threads.
+void fitForFilter(const DominantLightRows& rows, int firstRow, int rowCount, const FilteredLightOptions& options);
+
+}  // namespace lightcook::fit

@@ -1,0 +1,164 @@
+#include "formats/bakes/bake_image.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "formats/bakes/bake_reader.h"
+#include "formats/bakes/light_encoding.h"
+#include "formats/environment.h"
+#include "formats/file/file_kind.h"
+#include "formats/image/radiance_file.h"
+
+namespace lightcook::formats {
+namespace {
+
+constexpr std::string_view kColours = "RGB";
+constexpr std::array<std::string_view, 5> kPictureExtensions = {".png", ".tga", ".jpg", ".jpeg", ".bmp"};
+
+std::string lowerExtension(const std::filesystem::path& file) {
+    std::string extension = file.extension().string();
+    std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension;
+}
+
+struct Picture {
+    Image<glm::vec3> colours;
+    Image<float> alpha;  ///< empty: there is none
+};
+
+Result<Picture> readPicture(const std::filesystem::path& file) {
+    if (const auto found = whyNoFile(file))
+        return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected an image", *found));
+    if (auto texels = readRadiancePicture(file)) return Picture{std::move(*texels), {}};
+    const Result<PlainImage> image = readImage(file);
+    if (!image) return tl::make_unexpected(image.error());
+    if (image->channelCount < 3) return failure(ErrorCode::WrongShape, file.string(), "found grey texels, expected R, G and B");
+    const auto& texels = image->texels;
+    Picture picture{Image<glm::vec3>(texels.width(), texels.height()), {}};
+    std::ranges::transform(texels.texels(), picture.colours.texels().begin(), [](const glm::vec4& texel) { return glm::vec3(texel); });
+    if (image->channelCount > 3) {
+        picture.alpha = Image<float>(texels.width(), texels.height());
+        std::ranges::transform(texels.texels(), picture.alpha.texels().begin(), [](const glm::vec4& texel) { return texel.a; });
+    }
+    return picture;
+}
+
+}  // namespace
+
+Result<BakeImage> BakeImage::open(const std::filesystem::path& file) {
+    const std::string extension = lowerExtension(file);
+    if (extension == ".hdr" || extension == ".pic") return openPicture(file);
+    Result<ExrReader> exr = ExrReader::open(file);
+    if (!exr && !whyNoFile(file) && std::ranges::find(kPictureExtensions, extension) != kPictureExtensions.end())
+        return failure(ErrorCode::FormatUnsupported, file.string(),
+                       "found an 8-bit picture, expected OpenEXR or Radiance HDR. Encoded by Unity? Set encoding = \"rgbm\" or \"dldr\"");
+    if (!exr) return tl::make_unexpected(exr.error());
+    BakeImage image(file);
+    image.exr_ = std::move(*exr);
+    return image;
+}
+
+Result<BakeImage> BakeImage::openAny(const std::filesystem::path& file) {
+    return lowerExtension(file) == ".exr" ? open(file) : openPicture(file);
+}
+
+Result<BakeImage> BakeImage::openEncoded(const std::filesystem::path& file, LightEncoding encoding) {
+    const std::string_view name = nameOfConvention(encoding);
+    const std::string extension = lowerExtension(file);
+    if (extension == ".exr" || extension == ".hdr" || extension == ".pic")
+        return failure(ErrorCode::InvalidRequest, file.string(),
+                       fmt::format("found HDR values, expected an 8-bit picture (PNG, TGA): encoding is \"{}\". Remove that key", name));
+    Result<BakeImage> image = openPicture(file);
+    if (!image) return image;
+    const bool hasAlpha = image->alpha_.width() > 0;
+    if (encoding == LightEncoding::Rgbm && !hasAlpha)
+        return failure(ErrorCode::WrongShape, file.string(),
+                       "found no alpha, expected the multiplier of RGBM in it. Double LDR? Set encoding = \"dldr\"");
+    for (int y = 0; y < image->picture_.height(); ++y)
+        for (int x = 0; x < image->picture_.width(); ++x) {
+            glm::vec3& colour = image->picture_.at(x, y);
+            const glm::vec4 stored(colour, hasAlpha ? image->alpha_.at(x, y) : 1);
+            for (int c = 0; c < 4; ++c)
+                if (!(stored[c] >= 0 && stored[c] <= 1))
+                    return failure(ErrorCode::ValueOutOfRange,
+                                   fmt::format("{}, channel {}, texel ({}, {})", file.string(), "RGBA"[c], x, y),
+                                   fmt::format("found {}, expected 0 to 1 under encoding = \"{}\"", stored[c], name));
+            colour = decodedLight(stored, encoding);
+        }
+    image->alpha_ = {};
+    image->pictureInfo_.channels = {"B", "G", "R"};
+    image->isEncoded_ = true;
+    return image;
+}
+
+Result<BakeImage> BakeImage::openPicture(const std::filesystem::path& file) {
+    BakeImage image(file);
+    Result<Picture> picture = readPicture(file);
+    if (!picture) return tl::make_unexpected(picture.error());
+    image.picture_ = std::move(picture->colours);
+    image.alpha_ = std::move(picture->alpha);
+    image.pictureInfo_.width = image.picture_.width();
+    image.pictureInfo_.height = image.picture_.height();
+    if (image.alpha_.width() > 0)
+        image.pictureInfo_.channels = {"A", "B", "G", "R"};
+    else
+        image.pictureInfo_.channels = {"B", "G", "R"};
+    return image;
+}
+
+int BakeImage::tileHeight() const {
+    return info().isTiled ? info().tileHeight : kTileExtent;
+}
+
+Result<void> BakeImage::readRows(int firstRow, int rowCount, std::span<const ExrPlane> planes) const {
+    if (exr_) return exr_->readRows(firstRow, rowCount, planes);
+    for (const ExrPlane& plane : planes) {
+        const bool isAlpha = plane.channel == "A";
+        const int channel = isAlpha ? 0 : static_cast<int>(kColours.find(plane.channel));
+        for (int y = 0; y < rowCount; ++y)
+            for (int x = 0; x < picture_.width(); ++x)
+                plane.texels[x * plane.texelStride + y * plane.rowStride] =
+                    isAlpha ? alpha_.at(x, firstRow + y) : picture_.at(x, firstRow + y)[channel];
+    }
+    return {};
+}
+
+bool isPicture(const ExrInfo& info) {
+    constexpr std::array<std::string_view, 8> kNames = {"R", "G", "B", "A", "coverage.Y", "normal.X", "normal.Y", "normal.Z"};
+    const bool isOther =
+        std::ranges::any_of(info.channels, [&](const std::string& name) { return std::ranges::find(kNames, name) == kNames.end(); });
+    return !isOther && std::ranges::all_of(kColours, [&](char colour) { return info.has(std::string(1, colour)); });
+}
+
+Result<std::vector<BakeImage>> openImages(BakeImage image, std::span<const std::filesystem::path> files) {
+    std::vector<BakeImage> images;
+    const std::filesystem::path own = image.file();
+    if (image.isEncoded() && own != files.front())
+        return failure(ErrorCode::InvalidRequest, image.subject(),
+                       fmt::format("found a direction map, expected the file with the encoded colours: name {} instead",
+                                   files.front().filename().string()));
+    std::optional<BakeImage> open = std::move(image);
+    for (const std::filesystem::path& file : files) {
+        const bool isOpen = open && file == own;
+        Result<BakeImage> opened = isOpen ? Result<BakeImage>(*std::exchange(open, std::nullopt)) : BakeImage::openAny(file);
+        if (!opened) return tl::make_unexpected(opened.error());
+        for (const char colour : kColours)
+            if (!opened->info().has(std::string(1, colour)))
+                return failure(ErrorCode::WrongShape, opened->subject(), fmt::format("found no channel {}, expected R, G and B", colour));
+        images.push_back(std::move(*opened));
+        const ExrInfo &first = images.front().info(), &info = images.back().info();
+        if (info.width != first.width || info.height != first.height)
+            return failure(ErrorCode::WrongShape, images.back().subject(),
+                           fmt::format("found {} x {} texels, expected {} x {} as {} has", info.width, info.height, first.width,
+                                       first.height, images.front().file().filename().string()));
+    }
+    return images;
+}
+
+}  // namespace lightcook::formats

@@ -1,0 +1,29 @@
+// Bake formats godot and godot-radiance: the directional light maps of Godot 4.4 and later (LightmapGI). An EXR picture has four slices a
+// page from top to bottom: L0, and the y, z and x component of L1, packed by colour as p = L1 / (8 L0) + 0.5. Alpha is coverage.
+// Godot's import settings beside it (<file>.import) say how many slices there are; their pages become one map, page below page.
+//
+// The engine shows  E(n) / pi = L0 + n . L1  with  L1 = 8 L0 (p - 0.5), which order 1 of SH holds exactly:
+//   godot            lambda_0 = L0 / 0.282095, lambda_1 = L1 / 0.325735 (Y of bands 0 and 1, times the 1 and 2/3 of the cosine)
+// Godot's coefficients are no projection of radiance: indirect rays, whose density follows the cosine to the normal, count as 1/4 in L0
+// and by their direction in L1. Uniform light X of the upper hemisphere has L0 = X / 4 and L1 = 2/3 X n there, and shows as 0.917 X.
+//   godot-radiance   lambda_0 = 4 sqrt(pi) L0, lambda_1 = (3/4) sqrt(3 pi) L1: exact for that light, approximate for other
+// Source: godotengine/godot, modules/lightmapper_rd/lm_compute.glsl and scene/3d/lightmap_gi.cpp.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "formats/bakes/bake_reader.h"
+
+namespace lightcook::formats {
+
+BakeMatch matchGodot(const std::filesystem::path& file, const ExrInfo& info);
+/// Returns the file of Godot's import settings.
+std::vector<std::filesystem::path> filesBesideGodot(const std::filesystem::path& file);
+/// Opens a picture as the engine shows it. Fails if its height is no multiple of its slices, or if the slices of L1 are no packed ones.
+Result<std::unique_ptr<BakeReader>> openGodot(BakeImage image);
+/// Opens it as radiance.
+Result<std::unique_ptr<BakeReader>> openGodotRadiance(BakeImage image);
+
+}  // namespace lightcook::formats

@@ -1,0 +1,27 @@
+// Channels that are optional in every bake format: coverage.Y (above 0.5 inside a chart) and normal.X, normal.Y, normal.Z (world space).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "formats/bakes/bake_reader.h"
+
+namespace lightcook::formats {
+
+class SurfaceChannels {
+public:
+    /// Fails if the image has only one or two of the channels of the normal.
+    /// coverage  channel that counts as coverage where there is no coverage.Y: "A" of a picture
+    static Result<SurfaceChannels> of(const BakeImage& image, const std::string& coverage = "");
+
+    bool hasCoverage() const { return !coverage_.empty(); }
+    bool hasNormals() const { return hasNormals_; }
+    /// Makes room in a strip of `width` x `rowCount` texels for the channels that exist, and appends them to the planes to read.
+    void prepare(RawStrip& raw, int width, int rowCount, std::vector<ExrPlane>& planes) const;
+
+private:
+    std::string coverage_;
+    bool hasNormals_ = false;
+};
+
+}  // namespace lightcook::formats

@@ -1,0 +1,48 @@
+#include "formats/bakes/unity.h"
+
+#include <algorithm>
+#include <array>
+#include <glm/geometric.hpp>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "formats/bakes/direction_map.h"
+#include "formats/bakes/file_set.h"
+
+namespace lightcook::formats {
+namespace {
+
+constexpr std::array<std::string_view, 2> kUnityEndings = {"_light", "_dir"};
+constexpr float kSmallestWeight = 1e-4f, kLongest = 0.75f;
+
+std::optional<DirectedResponse> responseOf(const glm::vec4& stored) {
+    const glm::vec3 direction = glm::vec3(stored) - 0.5f;
+    if (stored.w <= 0 || glm::length(direction) > kLongest) return std::nullopt;
+    const float weight = std::max(stored.w, kSmallestWeight);
+    return DirectedResponse{0.5f / weight, direction / weight};
+}
+
+}  // namespace
+
+BakeMatch matchUnityDirectional(const std::filesystem::path& file, const ExrInfo& info) {
+    constexpr int kNumbers = 7;
+    const auto files = filesOfMixedSet(file, kUnityEndings);
+    if (files.empty() || !isPicture(info)) return {};
+    return matchFiles(file, files, kNumbers, "unity-directional");
+}
+
+std::vector<std::filesystem::path> filesBesideUnityDirectional(const std::filesystem::path& file) {
+    return filesOfMixedSet(file, kUnityEndings);
+}
+
+Result<std::unique_ptr<BakeReader>> openUnityDirectional(BakeImage image) {
+    const auto files = filesOfMixedSet(image.file(), kUnityEndings);
+    Result<std::vector<BakeImage>> images = openImages(std::move(image), files);
+    if (!images) return tl::make_unexpected(images.error());
+    return openDirectionMap(
+        std::move(*images),
+        {.response = responseOf, .needsAlpha = true, .expected = "a direction within 0.5 of (0.5, 0.5, 0.5), and an alpha above 0"});
+}
+
+}  // namespace lightcook::formats

@@ -1,0 +1,29 @@
+// The words of `info` and `lint` for the format that a light map was recognised as.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "formats/light_map.h"
+#include "pipeline/json/json_fields.h"
+
+namespace lightcook::pipeline {
+
+struct BakeReading {
+    std::string lightMap;  ///< name of the asset; of `info`, empty
+    std::string bake, evidence;
+    std::vector<std::string> assumed, otherReadings;
+};
+template <class Fields, Is<BakeReading> Self>
+void describe(Fields& fields, Self& reading) {
+    fields.required("light_map", reading.lightMap, "name of the light map");
+    fields.required("bake", reading.bake, "bake format that the file was read as");
+    fields.required("evidence", reading.evidence, "what it was recognised by");
+    fields.required("assumed", reading.assumed, "what the file does not say");
+    fields.required("other_readings", reading.otherReadings, "bake formats that the file would fit as well");
+}
+
+/// Returns how an open file was recognised, without the name of the asset.
+BakeReading readingOf(const formats::LightMapReader& map);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,106 @@
+#include "pipeline/assets/light_map/worst_places.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <glm/gtc/type_precision.hpp>
+#include <iterator>
+
+#include "formats/environment.h"
+#include "lighting/display.h"
+#include "pipeline/assets/light_map/lit_row.h"
+#include "pipeline/assets/preview.h"
+#include "pipeline/graph/files.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Result;
+
+constexpr std::size_t kPlaces = 4;
+constexpr int kSide = 24, kGap = 1, kPanels = 3;  ///< [pixels] of a picture: a texel is a pixel
+constexpr float kLeastShown = 0.5f;
+constexpr glm::u8vec3 kOutside(40);  ///< texels outside charts
+
+/// Sets a row of each panel.
+/// left  column of the map that texel 0 of the row is
+void drawRow(const LitRow& lit, const formats::LightMapStrip& reference, int left, int y, double key,
+             formats::Image<glm::u8vec3>& picture) {
+    const int side = (picture.width() - (kPanels - 1) * kGap) / kPanels;
+    for (int x = 0; x < side; ++x) {
+        if (reference.covered.at(left + x, y) == 0) continue;
+        picture.at(x, y) = toneMapped(lit.reference(x), key);
+        picture.at(side + kGap + x, y) = toneMapped(lit.found(x), key);
+        picture.at(2 * (side + kGap) + x, y) = heatOf(lit.visible(x));
+    }
+}
+
+/// Draws the surroundings of a texel, and sets the light there.
+Result<formats::Image<glm::u8vec3>> draw(const WorstTexel& texel, LightMapSource& bake, const CookedLightMapReader& cooked,
+                                         const verify::Viewing& viewing, WorstPlacePicture& place) {
+    const int width = std::min(kSide, bake.width()), height = std::min(kSide, bake.height());
+    const int left = std::clamp(texel.x - width / 2, 0, bake.width() - width),
+              top = std::clamp(texel.y - height / 2, 0, bake.height() - height);
+    const auto reference = bake.rows(top, height);
+    if (!reference) return tl::make_unexpected(reference.error());
+    constexpr int kAligned = 16;
+    const int firstRead = top / kAligned * kAligned;
+    const auto texels = cooked.read(firstRead, top + height - firstRead);
+    if (!texels) return tl::make_unexpected(texels.error());
+    const auto seen = cooked.verifier().reconstruct(*texels, top, height);
+    const double key = lighting::kKeyOfDiffuseWhite * lighting::kDiffuseWhite / viewing.display.nitsPerUnit;
+    formats::Image<glm::u8vec3> picture(kPanels * width + (kPanels - 1) * kGap, height, kOutside);
+    LitRow lit(width, viewing);
+    for (int y = 0; y < height; ++y) {
+        for (int x = left; x < left + width; ++x)
+            if (reference->covered.at(x, y) != 0) lit.set(x - left, reference->sh.at(x, y), seen.at(x, y), reference->normal.at(x, y));
+        lit.compare();
+        drawRow(lit, *reference, left, y, key, picture);
+        if (top + y != texel.y) continue;
+        place.reference = lit.reference(texel.x - left);
+        place.found = lit.found(texel.x - left);
+    }
+    return picture;
+}
+
+}  // namespace
+
+void WorstTexels::merge(const WorstTexels& other) {
+    std::ranges::copy_if(other.texels_, std::back_inserter(texels_), [](const WorstTexel& texel) { return texel.visible >= 0; });
+    std::ranges::sort(texels_, isWorse);
+    if (texels_.size() > kKept) texels_.resize(kKept);
+}
+
+std::vector<WorstTexel> WorstTexels::apart(std::size_t count, int distance) const {
+    std::vector<WorstTexel> chosen;
+    for (const WorstTexel& texel : texels_) {
+        if (chosen.size() == count) break;
+        if (std::ranges::all_of(chosen, [&](const WorstTexel& other) {
+                return std::abs(texel.x - other.x) > distance || std::abs(texel.y - other.y) > distance;
+            }))
+            chosen.push_back(texel);
+    }
+    return chosen;
+}
+
+Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst, LightMapSource& bake, const CookedLightMapReader& cooked,
+                                                        const verify::Viewing& viewing, const ActionContext& context) {
+    std::vector<WorstPlacePicture> places;
+    for (const WorstTexel& texel : worst.apart(kPlaces, kSide)) {
+        if (texel.visible < kLeastShown) break;
+        WorstPlacePicture place;
+        place.file = fmt::format("preview/{}_worst_{}.png", context.action.asset, places.size() + 1);
+        place.texel = {texel.x, texel.y};
+        place.visible = static_cast<double>(texel.visible);
+        const auto picture = draw(texel, bake, cooked, viewing, place);
+        if (!picture) return tl::make_unexpected(picture.error());
+        const auto png = formats::encodePng(picture->view());
+        if (!png) return tl::make_unexpected(png.error());
+        if (auto written = writeFile(context.folder / place.file, *png); !written) return tl::make_unexpected(written.error());
+        places.push_back(std::move(place));
+    }
+    return places;
+}
+
+}  // namespace lightcook::pipeline

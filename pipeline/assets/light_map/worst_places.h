@@ -1,0 +1,57 @@
+// The texels of a light map with the largest visible errors, and pictures of what lies around them.
+#pragma once
+
+#include <vector>
+
+#include "pipeline/assets/light_map/cooked_light_map.h"
+#include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/results.h"
+#include "pipeline/graph/action.h"
+#include "verify/visible.h"
+
+namespace lightcook::pipeline {
+
+struct WorstTexel {
+    int x = 0, y = 0;
+    float visible = -1;  ///< negative: no texel
+};
+
+/// The texel with the largest visible error of each square of 16 x 16, as far as it may be among the worst of the map.
+class WorstTexels {
+public:
+    static constexpr int kSquare = 16;
+
+    WorstTexels() = default;
+    /// Constructs squares for rows [firstRow, firstRow + rowCount), which begin with a row of squares.
+    WorstTexels(int width, int firstRow, int rowCount)
+        : firstRow_(firstRow),
+          across_((width + kSquare - 1) / kSquare),
+          texels_(static_cast<std::size_t>(across_) * static_cast<std::size_t>((rowCount + kSquare - 1) / kSquare)) {}
+    void add(int x, int y, float visible) {
+        const WorstTexel texel{x, y, visible};
+        WorstTexel& worst = texels_[static_cast<std::size_t>((y - firstRow_) / kSquare * across_ + x / kSquare)];
+        if (isWorse(texel, worst)) worst = texel;
+    }
+    /// Merges other rows, in any order. Only for objects made without squares.
+    void merge(const WorstTexels& other);
+    /// Returns at most `count` merged texels, the worst first, each further than `distance` from those before it in x or y.
+    std::vector<WorstTexel> apart(std::size_t count, int distance) const;
+
+private:
+    static constexpr std::size_t kKept = 256;  ///< enough for a few places, each with all squares around it
+    static bool isWorse(const WorstTexel& a, const WorstTexel& b) {
+        if (a.visible != b.visible) return a.visible > b.visible;
+        return a.y != b.y ? a.y < b.y : a.x < b.x;
+    }
+
+    int firstRow_ = 0, across_ = 0;
+    std::vector<WorstTexel> texels_;  ///< [square], or those that were merged
+};
+
+/// Writes pictures of the worst places into the action's folder: 24 x 24 texels of the bake, of the cooked map, and of the visible error
+/// between them, side by side, at the exposure of the display. Errors below half of a just noticeable difference get none.
+formats::Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst, LightMapSource& bake,
+                                                                 const CookedLightMapReader& cooked, const verify::Viewing& viewing,
+                                                                 const ActionContext& context);
+
+}  // namespace lightcook::pipeline

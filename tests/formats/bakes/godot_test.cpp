@@ -1,0 +1,195 @@
+#include "formats/bakes/godot.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <glm/gtc/packing.hpp>
+#include <limits>
+#include <numbers>
+#include <string>
+
+#include "tests/formats/light_map_fixture.h"
+
+namespace lightcook::formats {
+namespace {
+
+using lighting::ShRgb;
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr double kPi = std::numbers::pi;
+
+/// One colour of a texel as the engine bakes it: L0 and the vector L1.
+struct Baked {
+    double first;
+    glm::dvec3 linear;
+};
+using BakedTexel = std::function<Baked(int colour, int x, int y)>;
+
+/// Light of changing strength and direction.
+Baked seededLight(int c, int x, int y) {
+    const auto seed = [&](int i) { return static_cast<double>(seededSh(i, c, x, y)); };
+    const double first = 0.05 + 2 * (seed(0) - 1);
+    return {first, glm::normalize(glm::dvec3(seed(1) + 1.5, seed(2), seed(3))) * first * (1.9 + 2 * seed(4))};
+}
+
+float asHalf(double value) {
+    return glm::unpackHalf1x16(glm::packHalf1x16(static_cast<float>(value)));
+}
+
+/// The picture that the engine saves: slices L0, y, z, x of each page, one below the other. Packs as its shader does.
+ExrRecipe stacked(int width, int sliceHeight, const BakedTexel& texel, int pages = 1) {
+    ExrRecipe recipe;
+    recipe.width = width;
+    recipe.height = 4 * pages * sliceHeight;
+    recipe.isHalf = true;
+    for (int c = 0; c < 3; ++c)
+        recipe.channels[std::string(1, "RGB"[c])] = [=](int x, int y) {
+            const int page = y / (4 * sliceHeight), slice = y / sliceHeight % 4;
+            const Baked baked = texel(c, x, page * sliceHeight + y % sliceHeight);
+            if (slice == 0) return asHalf(baked.first);
+            const double component = slice == 1 ? baked.linear.y : slice == 2 ? baked.linear.z : baked.linear.x;
+            return asHalf(std::clamp(component / (8 * baked.first + 1e-6) + 0.5, 0.0, 1.0));
+        };
+    return recipe;
+}
+
+LightMapDescription named(const std::string& bake) {
+    LightMapDescription description;
+    description.bake = bake;
+    return description;
+}
+
+void writeImport(const std::filesystem::path& file, int slices) {
+    writeContent(file.string() + ".import",
+                 fmt::format("[remap]\n\nimporter=\"2d_array_texture\"\ntype=\"CompressedTexture2DArray\"\n\n[params]"
+                             "\n\nslices/horizontal=1\nslices/vertical={}\n",
+                             slices));
+}
+
+const std::array<glm::dvec3, 4> kNormals = {glm::dvec3(0, 0, 1), glm::dvec3(0, -1, 0), glm::normalize(glm::dvec3(1, 2, -2)),
+                                            glm::normalize(glm::dvec3(-3, 1, 0.5))};
+
+TEST(Godot, ATexelShadesAsTheEngineShowsIt) {
+    constexpr int kWidth = 20, kHeight = 70;
+    const ExrRecipe recipe = stacked(kWidth, kHeight, seededLight);
+    const MapFile map(recipe);
+    const LightMapStrip strip = readAll(map.path, named("godot"));
+    ASSERT_EQ(strip.sh.width(), kWidth);
+    ASSERT_EQ(strip.sh.height(), kHeight);
+    double largest = 0;
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x)
+            for (int c = 0; c < 3; ++c) {
+                // The engine's own decode.
+                const auto& stored = recipe.channels.at(std::string(1, "RGB"[c]));
+                const auto slice = [&](int index) { return static_cast<double>(stored(x, y + index * kHeight)); };
+                for (const glm::dvec3& n : kNormals) {
+                    const double shown =
+                        slice(0) * (1 + 4 * ((2 * slice(1) - 1) * n.y + (2 * slice(2) - 1) * n.z + (2 * slice(3) - 1) * n.x));
+                    largest = std::max(largest, std::abs(exitRadianceOfOrder1(strip.sh.at(x, y), c, n) - shown));
+                }
+                for (std::size_t i = 4; i < 9; ++i) ASSERT_EQ(strip.sh.at(x, y)[i][c], 0);
+            }
+    EXPECT_LT(largest, 1e-5) << "of light up to 4";
+}
+
+TEST(Godot, UniformLightOfTheHemisphereIsReadAsThatLight) {
+    // The engine's sums for radiance 0.6 from the upper hemisphere of n: 1/4 and 2/3 n. Its projection has lambda_0 = sqrt(pi) 0.6 and
+    // lambda_1 = (1/2) sqrt(3 pi) 0.6 n.
+    const glm::dvec3 n = glm::normalize(glm::dvec3(1, -2, 2));
+    const MapFile map(stacked(8, 8, [&](int, int, int) { return Baked{0.6 / 4, 0.6 * 2 / 3 * n}; }));
+    const LightMapStrip strip = readAll(map.path, named("godot-radiance"));
+    const ShRgb& sh = strip.sh.at(3, 5);
+    const double linear = std::sqrt(3 * kPi) / 2 * 0.6;
+    EXPECT_NEAR(sh[0].g, std::sqrt(kPi) * 0.6, 1e-3);
+    EXPECT_NEAR(sh[1].g, linear * n.y, 2e-3);
+    EXPECT_NEAR(sh[2].g, linear * n.z, 2e-3);
+    EXPECT_NEAR(sh[3].g, linear * n.x, 2e-3);
+    // Read as shown it is 0.917, as in the engine.
+    const LightMapStrip shown = readAll(map.path, named("godot"));
+    EXPECT_NEAR(exitRadianceOfOrder1(shown.sh.at(3, 5), 1, n), 0.6 * (0.25 + 2.0 / 3), 2e-3);
+}
+
+TEST(Godot, ImportSettingsNameTheSlicesAndPagesFollowEachOther) {
+    constexpr int kWidth = 12, kHeight = 10, kPages = 3;
+    const MapFile map(stacked(kWidth, kHeight, seededLight, kPages));
+    writeImport(map.path, 4 * kPages);
+    const auto reader = LightMapReader::open(map.path, {});
+    ASSERT_TRUE(reader) << reader.error().line();
+    EXPECT_EQ(reader->bake(), "godot");
+    EXPECT_EQ(reader->recognition().evidence, "slices/vertical=12 in map.exr.import");
+    EXPECT_THAT(reader->recognition().otherReadings, testing::Contains("godot-radiance"));
+    EXPECT_THAT(bakeFilesBeside(map.path, kAutoBake), testing::ElementsAre(map.path.string() + ".import"));
+    const LightMapStrip whole = readAll(map.path);
+    ASSERT_EQ(whole.sh.height(), kHeight * kPages);
+    for (int y = 0; y < kHeight * kPages; ++y)
+        for (int x = 0; x < kWidth; ++x)
+            ASSERT_NEAR(exitRadianceOfOrder1(whole.sh.at(x, y), 1, kNormals[3]),
+                        seededLight(1, x, y).first + glm::dot(seededLight(1, x, y).linear, kNormals[3]), 4e-3 * 4);
+    for (const auto& [first, count] : {std::pair(0, 1), {9, 2}, {5, 20}, {29, 1}}) {
+        const auto strip = reader->read(first, count);
+        ASSERT_TRUE(strip) << strip.error().line();
+        for (int y = 0; y < count; ++y)
+            for (int x = 0; x < kWidth; ++x) ASSERT_EQ(strip->sh.at(x, y), whole.sh.at(x, first + y));
+    }
+}
+
+TEST(Godot, AlphaIsCoverage) {
+    ExrRecipe recipe = stacked(8, 8, seededLight);
+    recipe.channels["A"] = [](int x, int y) { return y < 8 && x < 3 ? 0.0f : 1.0f; };
+    const LightMapStrip strip = readAll(MapFile(recipe).path, named("godot"));
+    for (int x = 0; x < 8; ++x) EXPECT_EQ(strip.covered.at(x, 4), x >= 3);
+}
+
+TEST(Godot, AStackOfSquaresThatNothingNamesIsAChoice) {
+    const MapFile map(stacked(8, 8, seededLight));
+    const Error error = refusal(map.path);
+    EXPECT_EQ(error.code, ErrorCode::WrongShape);
+    EXPECT_THAT(error.line(), AllOf(HasSubstr("could be flat (a picture of 8 x 32 texels) or godot (four slices of 8 x 8 texels)"),
+                                    HasSubstr("bake = \"flat\" or bake = \"godot\" or bake = \"godot-radiance\"")));
+    EXPECT_EQ(readAll(map.path, named("flat")).sh.height(), 32);
+    EXPECT_EQ(readAll(map.path, named("godot")).sh.height(), 8);
+}
+
+TEST(Godot, OtherShapesAndFlatPagesAreRefused) {
+    ExrRecipe recipe = stacked(8, 8, seededLight);
+    recipe.height = 30;
+    EXPECT_THAT(refusal(MapFile(recipe).path, named("godot")).line(), HasSubstr("found a height of 30 texels, expected a multiple of 4"));
+    const MapFile imported(stacked(8, 8, seededLight));
+    writeImport(imported.path, 6);
+    EXPECT_THAT(refusal(imported.path, named("godot")).line(), AllOf(HasSubstr("map.exr.import"), HasSubstr("slices/vertical=6")));
+    writeImport(imported.path, 12);
+    EXPECT_THAT(refusal(imported.path).line(), HasSubstr("found a height of 32 texels, expected a multiple of 12"));
+    // Four pages of dark flat light.
+    ExrRecipe pages = stacked(8, 8, seededLight);
+    for (auto& [name, value] : pages.channels) value = [](int x, int y) { return 0.01f * static_cast<float>(1 + (x + y) % 5); };
+    const MapFile flat(pages);
+    writeImport(flat.path, 4);
+    const Error error = refusal(flat.path);
+    EXPECT_EQ(error.code, ErrorCode::WrongShape);
+    EXPECT_THAT(error.line(), AllOf(HasSubstr("slices 2 to 4 that differ from 0.5 by 0.47 on average"), HasSubstr("bake = \"flat\"")));
+}
+
+TEST(Godot, ValuesThatAreNoLightAndOtherQuantitiesAreRefused) {
+    for (const int row : {4, 12}) {  // of L0, of y
+        ExrRecipe recipe = stacked(8, 8, seededLight);
+        poke(recipe, "B", 3, row, std::numeric_limits<float>::quiet_NaN());
+        const Error error = refusal(MapFile(recipe).path, named("godot"));
+        EXPECT_EQ(error.code, ErrorCode::ValueNotFinite) << error.line();
+        EXPECT_THAT(error.line(), HasSubstr("texel (3, 4)"));
+    }
+    LightMapDescription description = named("godot");
+    description.quantity = ShQuantity::Irradiance;
+    const Error error = refusal(MapFile(stacked(8, 8, seededLight)).path, description);
+    EXPECT_EQ(error.code, ErrorCode::InvalidRequest);
+    EXPECT_THAT(error.line(), HasSubstr("bake format godot implies"));
+}
+
+}  // namespace
+}  // namespace lightcook::formats

@@ -1,0 +1,110 @@
+#include "formats/bakes/light_encoding.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "tests/formats/light_map_fixture.h"
+#include "tests/formats/picture_fixture.h"
+
+namespace lightcook::formats {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr int kSide = 64;
+
+/// Every byte as a colour, with alphas from 0 to 255.
+int byteAt(int channel, int x, int y) {
+    return channel == 3 ? (y * 4 + x / 16) % 256 : (x + 64 * channel + 3 * y) % 256;
+}
+
+/// Light of a texel as Unity's sampler and shader have it, written out with powers: IEC 61966-2-1, then 5^2.2 a^2.2 or 4.59.
+double decoded(LightEncoding encoding, int c, int x, int y) {
+    const double v = byteAt(c, x, y) / 255.0, a = byteAt(3, x, y) / 255.0;
+    const double linear = v > 0.04045 ? std::exp(2.4 * std::log((v + 0.055) / 1.055)) : v / 12.92;
+    return encoding == LightEncoding::Rgbm ? std::pow(5.0 * a, 2.2) * linear : 4.59 * linear;
+}
+
+LightMapDescription encoded(LightEncoding encoding, const std::string& bake = std::string(kAutoBake)) {
+    LightMapDescription description;
+    description.bake = bake;
+    description.encoding = encoding;
+    return description;
+}
+
+TEST(LightEncoding, ATexelIsTheLightThatUnityDecodes) {
+    const TemporaryFolder folder;
+    writePng(folder / "room.png", kSide, kSide, 4, byteAt);
+    for (const LightEncoding encoding : {LightEncoding::Rgbm, LightEncoding::Dldr}) {
+        const LightMapStrip strip = readAll(folder / "room.png", encoded(encoding));
+        ASSERT_EQ(strip.sh.height(), kSide);
+        double largest = 0, brightest = 0;
+        for (int y = 0; y < kSide; ++y)
+            for (int x = 0; x < kSide; ++x) {
+                ASSERT_EQ(strip.covered.at(x, y), 1) << "the alpha of RGBM is no coverage";
+                for (int c = 0; c < 3; ++c) {
+                    const double shown = static_cast<double>(strip.sh.at(x, y)[0][c]) / std::sqrt(4 * std::numbers::pi);
+                    largest = std::max(largest, std::abs(shown - decoded(encoding, c, x, y)));
+                    brightest = std::max(brightest, shown);
+                }
+            }
+        RecordProperty(std::string(nameOfConvention(encoding)), fmt::format("{:.2g}", largest / brightest));
+        EXPECT_LT(largest, 1e-6 * brightest) << nameOfConvention(encoding);
+    }
+}
+
+TEST(LightEncoding, TheColourOfSeveralFilesIsDecodedAndTheDirectionsAreNot) {
+    const TemporaryFolder folder;
+    writePng(folder / "room_L0.png", kSide, kSide, 4, byteAt);
+    writePng(folder / "room_L1.png", kSide, kSide, 3, [](int axis, int, int) { return 64 + 64 * axis; });
+    const auto reader = LightMapReader::open(folder / "room_L0.png", encoded(LightEncoding::Rgbm));
+    ASSERT_TRUE(reader) << reader.error().line();
+    EXPECT_EQ(reader->bake(), "bakery-mono-sh");
+    const LightMapStrip strip = readAll(folder / "room_L0.png", encoded(LightEncoding::Rgbm));
+    // x is coefficient 3; L1 = 4 L0 (t - 0.5), and 0.325735 lambda_1 = L1.
+    const double light = decoded(LightEncoding::Rgbm, 1, 40, 50);
+    EXPECT_NEAR(static_cast<double>(strip.sh.at(40, 50)[3].g) * std::sqrt(1 / (3 * std::numbers::pi)), 4 * light * (64 / 255.0 - 0.5),
+                1e-5 * light);
+    EXPECT_THAT(refusal(folder / "room_L1.png", encoded(LightEncoding::Dldr)).line(),
+                AllOf(HasSubstr("room_L1.png: found a direction map"), HasSubstr("name room_L0.png instead")));
+}
+
+TEST(LightEncoding, AFileThatIsNotEncodedSoIsRefused) {
+    const TemporaryFolder folder;
+    writePng(folder / "room.png", kSide, kSide, 3, byteAt);
+    EXPECT_THAT(refusal(folder / "room.png", encoded(LightEncoding::Rgbm)).line(),
+                AllOf(HasSubstr("room.png: found no alpha, expected the multiplier of RGBM"), HasSubstr("encoding = \"dldr\"")));
+    EXPECT_EQ(readAll(folder / "room.png", encoded(LightEncoding::Dldr)).sh.width(), kSide);
+    EXPECT_THAT(refusal(folder / "room.png").line(),
+                AllOf(HasSubstr("found an 8-bit picture, expected OpenEXR or Radiance HDR"), HasSubstr("encoding = \"rgbm\" or \"dldr\"")));
+    const MapFile map(seededMap(8, 8));
+    const Error error = refusal(map.path, encoded(LightEncoding::Dldr));
+    EXPECT_EQ(error.code, ErrorCode::InvalidRequest);
+    EXPECT_THAT(error.line(), HasSubstr("map.exr: found HDR values, expected an 8-bit picture (PNG, TGA): encoding is \"dldr\""));
+    EXPECT_THAT(refusal(folder / "absent.png").line(), HasSubstr("absent.png"));
+}
+
+TEST(LightEncoding, FormatsWithoutColoursRefuseIt) {
+    const TemporaryFolder folder;
+    writePng(folder / "room.png", 8, 32, 4, byteAt);
+    const Error error = refusal(folder / "room.png", encoded(LightEncoding::Rgbm, "godot"));
+    EXPECT_EQ(error.code, ErrorCode::InvalidRequest);
+    EXPECT_THAT(error.line(), HasSubstr("room.png, encoding: found \"rgbm\" for bake format godot, expected none: it is for flat, "
+                                        "bakery-sh, bakery-mono-sh, unity-directional"));
+}
+
+TEST(LightEncoding, AlphaOfOneAndNoAlphaAreTheSameToDoubleLdr) {
+    EXPECT_EQ(decodedLight({1, 0.5f, 0, 1}, LightEncoding::Dldr), decodedLight({1, 0.5f, 0, 0.25f}, LightEncoding::Dldr));
+    EXPECT_FLOAT_EQ(decodedLight({1, 1, 1, 1}, LightEncoding::Rgbm).r, 34.493242f);
+    EXPECT_EQ(decodedLight({0.5f, 2, -1, 0}, LightEncoding::None), glm::vec3(0.5f, 2, -1)) << "as stored";
+}
+
+}  // namespace
+}  // namespace lightcook::formats

@@ -1,0 +1,157 @@
+#include "formats/bakes/unity.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <glm/geometric.hpp>
+#include <glm/vec4.hpp>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "tests/formats/light_map_fixture.h"
+#include "tests/formats/picture_fixture.h"
+
+namespace lightcook::formats {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr int kWidth = 20, kHeight = 66;
+
+/// The four bytes of a direction: inside the ball of radius 0.5, with an alpha from 0.5 to 0.9.
+int directionByte(int channel, int x, int y) {
+    const double seed = static_cast<double>(seededSh(1 + channel, 0, x, y));
+    return static_cast<int>(std::lround(255 * (channel < 3 ? 0.5 + 0.28 * seed : 0.7 + 0.2 * seed)));
+}
+
+ExrRecipe colours(int width = kWidth, int height = kHeight) {
+    ExrRecipe recipe;
+    recipe.width = width;
+    recipe.height = height;
+    for (int c = 0; c < 3; ++c) recipe.channels[std::string(1, "RGB"[c])] = [c](int x, int y) { return seededSh(0, c, x, y); };
+    return recipe;
+}
+
+/// A bake with the names that Unity gives.
+struct UnityBake {
+    TemporaryFolder folder;
+    std::filesystem::path light = folder / "Lightmap-0_comp_light.exr", direction = folder / "Lightmap-0_comp_dir.png";
+
+    explicit UnityBake(const ExrRecipe& recipe = colours(), const ByteValue& bytes = directionByte, int channelCount = 4) {
+        writeRecipe(light, recipe);
+        writePng(direction, kWidth, kHeight, channelCount, bytes);
+    }
+};
+
+/// The directional light map of Unity's shader, written out: half Lambert over the rebalancing coefficient.
+double shownByUnity(double colour, const glm::dvec4& stored, const glm::dvec3& n) {
+    const double halfLambert = n.x * (stored.x - 0.5) + n.y * (stored.y - 0.5) + n.z * (stored.z - 0.5) + 0.5;
+    return colour * halfLambert / std::max(1e-4, stored.w);
+}
+
+const std::array<glm::dvec3, 4> kNormals = {glm::dvec3(0, 0, 1), glm::dvec3(0, -1, 0), glm::normalize(glm::dvec3(1, 2, -2)),
+                                            glm::normalize(glm::dvec3(-3, 1, 0.5))};
+
+TEST(UnityDirectional, ATexelShadesAsTheShaderOfTheEngineShowsIt) {
+    const UnityBake bake;
+    const LightMapStrip strip = readAll(bake.light);
+    ASSERT_EQ(strip.sh.height(), kHeight);
+    double largest = 0, brightest = 0;
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            for (std::size_t i = 4; i < 9; ++i) ASSERT_EQ(strip.sh.at(x, y)[i], glm::vec3(0));
+            glm::dvec4 stored;
+            for (int channel = 0; channel < 4; ++channel) stored[channel] = directionByte(channel, x, y) / 255.0;
+            for (int c = 0; c < 3; ++c)
+                for (const glm::dvec3& n : kNormals) {
+                    const double shown = shownByUnity(static_cast<double>(seededSh(0, c, x, y)), stored, n);
+                    largest = std::max(largest, std::abs(exitRadianceOfOrder1(strip.sh.at(x, y), c, n) - shown));
+                    brightest = std::max(brightest, shown);
+                }
+        }
+    RecordProperty("deviation", fmt::format("{:.2g}", largest / brightest));
+    EXPECT_LT(largest, 1e-6 * brightest);
+}
+
+TEST(UnityDirectional, TheNamesOfTheFilesSayWhatTheyAre) {
+    const UnityBake bake;
+    const auto reader = LightMapReader::open(bake.light, {});
+    ASSERT_TRUE(reader) << reader.error().line();
+    EXPECT_EQ(reader->bake(), "unity-directional");
+    EXPECT_EQ(reader->recognition().evidence, "the 2 files Lightmap-0_comp_light.exr to Lightmap-0_comp_dir.png");
+    EXPECT_THAT(reader->recognition().otherReadings, testing::ElementsAre("flat"));
+    EXPECT_THAT(std::string(reader->recognition().format->assumes), HasSubstr("left-handed"));
+    EXPECT_THAT(bakeFilesBeside(bake.light, kAutoBake), testing::ElementsAre(bake.direction));
+    EXPECT_THAT(bakeFilesBeside(bake.light, "flat"), testing::IsEmpty());
+    LightMapDescription description;
+    description.bake = "flat";
+    EXPECT_EQ(readAll(bake.light, description).sh.at(3, 3)[1], glm::vec3(0)) << "of the colour alone";
+    std::filesystem::remove(bake.direction);
+    EXPECT_EQ(LightMapReader::open(bake.light, {})->bake(), "flat") << "a light map that is not directional has the same name";
+}
+
+TEST(UnityDirectional, AMapFourTimesAsHighAsWideIsNoStackBesideItsDirections) {
+    const TemporaryFolder folder;
+    writeRecipe(folder / "a_light.exr", colours(8, 32));
+    writePng(folder / "a_dir.png", 8, 32, 4, directionByte);
+    const auto reader = LightMapReader::open(folder / "a_light.exr", {});
+    ASSERT_TRUE(reader) << reader.error().line();
+    EXPECT_EQ(reader->bake(), "unity-directional");
+}
+
+TEST(UnityDirectional, FilesThatDoNotFitAreNamed) {
+    {
+        const UnityBake bake(colours(), directionByte, 3);
+        EXPECT_THAT(refusal(bake.light).line(), AllOf(HasSubstr("Lightmap-0_comp_dir.png: found no alpha"), HasSubstr("Export the map")));
+    }
+    const UnityBake bake(colours(kWidth, kHeight - 2));
+    EXPECT_THAT(refusal(bake.light).line(),
+                AllOf(HasSubstr("Lightmap-0_comp_dir.png"), HasSubstr("found 20 x 66 texels, expected 20 x 64")));
+    std::filesystem::remove(bake.direction);
+    LightMapDescription description;
+    description.bake = "unity-directional";
+    EXPECT_THAT(refusal(bake.light, description).line(),
+                HasSubstr("found 1 of the 2 files of bake format unity-directional, Lightmap-0_comp_dir.exr is missing"));
+    const MapFile other(colours());
+    EXPECT_THAT(refusal(other.path, description).line(),
+                HasSubstr("found no light map of bake format unity-directional, expected files _light and _dir; it holds R, G, B"));
+}
+
+TEST(UnityDirectional, LightWithoutADirectionIsNamed) {
+    const auto without = [](int channel, int x, int y) { return x == 3 && y == 65 ? 0 : directionByte(channel, x, y); };
+    {
+        const UnityBake bake(colours(), without);
+        const Error error = refusal(bake.light);
+        EXPECT_EQ(error.code, ErrorCode::ValueOutOfRange);
+        EXPECT_THAT(error.line(), AllOf(HasSubstr("Lightmap-0_comp_dir.png, texel (3, 65): found (0, 0, 0, 0), expected a direction"),
+                                        HasSubstr("Lightmap-0_comp_light.exr")));
+    }
+    // Black, or outside the charts, a texel needs none.
+    ExrRecipe recipe = colours();
+    for (const char* channel : {"R", "G", "B"}) poke(recipe, channel, 3, 65, 0);
+    EXPECT_EQ(readAll(UnityBake(recipe, without).light).sh.at(3, 65)[0], glm::vec3(0));
+    recipe = colours();
+    recipe.channels["A"] = [](int x, int y) { return x == 3 && y == 65 ? 0.0f : 1.0f; };
+    EXPECT_EQ(readAll(UnityBake(recipe, without).light).covered.at(3, 65), 0);
+}
+
+TEST(UnityDirectional, ValuesThatAreNoLightAreNamed) {
+    for (const auto& [value, code] :
+         {std::pair(std::numeric_limits<float>::quiet_NaN(), ErrorCode::ValueNotFinite), std::pair(-1.0f, ErrorCode::ValueOutOfRange)}) {
+        ExrRecipe recipe = colours();
+        poke(recipe, "G", 3, 4, value);
+        const Error error = refusal(UnityBake(recipe).light);
+        EXPECT_EQ(error.code, code);
+        EXPECT_THAT(error.line(), HasSubstr("channel sh00.G, texel (3, 4)"));
+    }
+}
+
+}  // namespace
+}  // namespace lightcook::formats

@@ -1,0 +1,91 @@
+// A dominant light over a hard shadow: the same bytes at any number of threads, right between texels, and its visible errors.
+#include <gtest/gtest.h>
+#include <tbb/task_arena.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/pipeline/small_scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+/// Light of a hard sun on one side of an edge, and a fiftieth of it from another side beyond. The edge crosses the border of strips.
+glm::vec3 shadowEdge(const glm::dvec3& direction, const glm::dvec2& place) {
+    const bool isLit = place.x < 0.3 + 0.4 * place.y;
+    const glm::dvec3 towards = glm::normalize(isLit ? glm::dvec3(0.7, 0.2, 0.6) : glm::dvec3(-0.6, -0.3, 0.6));
+    return glm::vec3(static_cast<float>((isLit ? 10 : 0.2) * std::pow(std::max(0.0, glm::dot(direction, towards)), 12)));
+}
+
+const Json& dominantOf(const Json& report) {
+    for (const Json& asset : report.at("assets"))
+        if (asset.at("name") == "map_dominant") return asset;
+    throw std::out_of_range("map_dominant");
+}
+
+void writeScene(const SmallScene& scene, const std::string& fit, const std::string& display = "") {
+    formats::writeContent(scene.sceneFile(), "schema = 1\nname = \"small\"\n" + display +
+                                                 "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\ndominant_fit = \"" + fit + "\"\n");
+}
+
+Outcome cookOnly(CookOptions options, int threads) {
+    options.only = "map_dominant";
+    options.force = true;
+    const RunState state;
+    tbb::task_arena arena(threads);
+    return arena.execute([&] { return cookScene(options, state); });
+}
+
+TEST(CookDominant, SolvesAShadowsEdgeTheSameOnAnyNumberOfThreads) {
+    const SmallScene scene(SmallScene::Parts::LightMap, shadowEdge);
+    writeScene(scene, "refined");
+    std::vector<std::string> bytes;
+    for (const int threads : {1, 3}) {
+        const Outcome outcome = cookOnly(scene.options(), threads);
+        ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+        const Json& notes = dominantOf(outcome.report).at("notes");
+        EXPECT_GT(notes.at("solved_with_neighbours").get<int>(), 50);
+        EXPECT_LT(notes.at("solved_with_neighbours").get<int>(), SmallScene::kWidth * SmallScene::kHeight / 3);
+        for (const char* role : {"direction", "residual", "intensity"})
+            bytes.push_back(formats::contentOf(scene / "out" / fmt::format("map_dominant_{}.ktx2", role)));
+    }
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(bytes[i], bytes[i + 3]) << i;
+}
+
+/// The paper's fit takes each texel alone: between the texels of the edge its light points to neither side.
+TEST(CookDominant, ErrsLessBetweenTexelsThanTexelsAlone) {
+    const SmallScene scene(SmallScene::Parts::LightMap, shadowEdge);
+    double magnified[2], visible[2];
+    for (const int i : {0, 1}) {
+        writeScene(scene, i == 0 ? "halo3" : "explained");
+        const Outcome outcome = cookOnly(scene.options(), 2);
+        const Json& stage = dominantOf(outcome.report).at("stages").at(0);
+        EXPECT_EQ(stage.at("name"), "magnified");
+        const Json& specular = stage.at("error").at("specular");
+        magnified[i] = specular.at("rel_rms").get<double>();
+        visible[i] = specular.at("visible").at("rms").get<double>();
+        EXPECT_FALSE(dominantOf(outcome.report).at("stages").at(0).at("error").at("diffuse").contains("visible"));
+    }
+    EXPECT_LT(magnified[1], 0.7 * magnified[0]);
+    EXPECT_LT(visible[1], 0.8 * visible[0]);
+}
+
+/// A display that shows everything darker shows smaller differences.
+TEST(CookDominant, VisibleErrorsAreThoseOfTheScenesDisplay) {
+    const SmallScene scene(SmallScene::Parts::LightMap, shadowEdge);
+    double rms[2];
+    for (const int i : {0, 1}) {
+        writeScene(scene, "explained", i == 0 ? "" : "[display]\nstops = -8\n");
+        const Outcome outcome = cookOnly(scene.options(), 2);
+        ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+        const Json& visible = dominantOf(outcome.report).at("stages").back().at("error").at("specular").at("visible");
+        rms[i] = visible.at("rms").get<double>();
+        EXPECT_GE(visible.at("max").get<double>(), visible.at("p99").get<double>());
+        EXPECT_TRUE(visible.at("max_at").is_object());
+    }
+    EXPECT_GT(rms[0], 0);
+    EXPECT_LT(rms[1], 0.7 * rms[0]);
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

@@ -1,0 +1,89 @@
+#include "pipeline/assets/light_map/worst_places.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <random>
+
+#include "formats/environment.h"
+#include "lighting/display.h"
+#include "pipeline/assets/preview.h"
+#include "pipeline/cook/cook.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+TEST(WorstTexels, AreTheWorstOfTheirSquaresInAnyCut) {
+    constexpr int kWidth = 100, kHeight = 96;
+    std::mt19937 random(4);
+    std::uniform_int_distribution<int> level(0, 500);
+    formats::Image<float> visible(kWidth, kHeight);
+    for (float& value : visible.texels()) value = static_cast<float>(level(random));
+    const auto found = [&](int stripHeight) {
+        WorstTexels whole;
+        for (int first = 0; first < kHeight; first += stripHeight) {
+            WorstTexels strip(kWidth, first, stripHeight);
+            for (int y = first; y < first + stripHeight; ++y)
+                for (int x = 0; x < kWidth; ++x) strip.add(x, y, visible.at(x, y));
+            whole.merge(strip);
+        }
+        return whole.apart(4, 24);
+    };
+    const auto places = found(16);
+    ASSERT_EQ(places.size(), 4u);
+    for (const int stripHeight : {32, 96}) {
+        const auto others = found(stripHeight);
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            EXPECT_EQ(others[i].x, places[i].x);
+            EXPECT_EQ(others[i].y, places[i].y);
+        }
+    }
+    EXPECT_EQ(places.front().visible, *std::ranges::max_element(visible.texels()));
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        EXPECT_EQ(places[i].visible, visible.at(places[i].x, places[i].y));
+        for (std::size_t j = 0; j < i; ++j) {
+            EXPECT_LE(places[i].visible, places[j].visible);
+            EXPECT_TRUE(std::abs(places[i].x - places[j].x) > 24 || std::abs(places[i].y - places[j].y) > 24);
+        }
+    }
+    EXPECT_TRUE(WorstTexels().apart(4, 24).empty());
+}
+
+TEST(WorstPlaces, PicturesShowBakeCookedAndError) {
+    const SmallScene scene{SmallScene::Parts::LightMap};
+    scene.writeSceneFile("light_map_layout = \"basis-3\"\nmax_error = 0.9", "", "");
+    const Outcome outcome = cookScene(scene.options(), RunState());
+    for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+    const Json& asset = outcome.report.at("assets").at(0);
+    const Json& worst = asset.at("preview").at("worst");
+    ASSERT_FALSE(worst.empty());
+    // Without a white of its own, the display shows the map's key, which is its log-average luminance, at 18 % of white.
+    const double key = asset.at("key").get<double>();
+    double before = 1e9;
+    for (const Json& place : worst) {
+        EXPECT_LE(place.at("visible").get<double>(), before);
+        before = place.at("visible").get<double>();
+        const auto picture = formats::readImage(scene / "out" / place.at("file").get<std::string>());
+        ASSERT_TRUE(picture.has_value());
+        const int side = (picture->texels.width() - 2) / 3, height = picture->texels.height();
+        const auto at = [&](const char* axis, int extent, int size) {
+            const int texel = place.at("texel").at(axis[0] == 'x' ? 0 : 1).get<int>();
+            return texel - std::clamp(texel - size / 2, 0, extent - size);
+        };
+        const int x = at("x", asset.at("width").get<int>(), side), y = at("y", asset.at("height").get<int>(), height);
+        const auto expectColour = [&](const glm::vec4& pixel, const glm::u8vec3& wanted) {
+            for (int c = 0; c < 3; ++c) EXPECT_NEAR(255 * pixel[c], static_cast<float>(wanted[c]), 1.01f);
+        };
+        const auto lightOf = [&](const char* which) {
+            const Json& light = place.at(which);
+            return glm::vec3(light[0].get<float>(), light[1].get<float>(), light[2].get<float>());
+        };
+        expectColour(picture->texels.at(x, y), toneMapped(lightOf("reference"), key));
+        expectColour(picture->texels.at(side + 1 + x, y), toneMapped(lightOf("found"), key));
+        expectColour(picture->texels.at(2 * (side + 1) + x, y), heatOf(place.at("visible").get<float>()));
+    }
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

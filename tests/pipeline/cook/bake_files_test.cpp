@@ -1,0 +1,155 @@
+// Bakes of other bakers, cooked as a whole: recognised without a key, and cooked again when any of their files changes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <numbers>
+
+#include "formats/environment.h"
+#include "pipeline/command/info.h"
+#include "pipeline/cook/cook.h"
+#include "pipeline/manifest/manifest.h"
+#include "tests/formats/temporary_folder.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr int kSide = 16;
+
+/// A folder with a scene of one light map.
+class BakeScene {
+public:
+    std::filesystem::path operator/(const std::string& name) const { return folder_ / name; }
+
+    void writeScene(const std::string& file, const std::string& keys = "", const std::string& output = "") const {
+        formats::writeContent(
+            folder_ / "scene.toml",
+            fmt::format("schema = 1\nname = \"bake\"\n\n[output]\n{}\n\n[[light_map]]\nname = \"map\"\nfile = \"{}\"\n{}\n", output, file,
+                        keys));
+    }
+
+    /// Writes a picture; texel  value of a texel (x, y)
+    template <class Texel>
+    void writePicture(const std::string& name, int width, int height, int channelCount, Texel&& texel) const {
+        formats::Image<glm::vec4> image(width, height);
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) image.at(x, y) = texel(x, y);
+        const auto written = formats::writeExr(folder_ / name, image.view(), channelCount);
+        if (!written) throw std::runtime_error(written.error().line());
+    }
+
+    Outcome cook() const {
+        CookOptions options;
+        options.scene = folder_ / "scene.toml";
+        options.output = folder_ / "out";
+        options.cache = folder_ / "cache";
+        options.depfile = folder_ / "out.d";
+        return cookScene(options, state_);
+    }
+
+private:
+    formats::TemporaryFolder folder_;
+    RunState state_;
+};
+
+lighting::ShRgb texelOf(int x, int y) {
+    return shOf(sunAndSky, {(x + 0.5) / kSide, (y + 0.5) / kSide});
+}
+
+TEST(BakeFiles, AllFilesOfASplitBakeAreInputs) {
+    const BakeScene scene;
+    constexpr std::array kNames = {"L0", "L1m1", "L10", "L11", "L2m2", "L2m1", "L20", "L21", "L22"};
+    const auto writeCoefficient = [&](std::size_t i, float scale) {
+        scene.writePicture(fmt::format("room_{}.exr", kNames.at(i)), kSide, kSide, 3,
+                           [&](int x, int y) { return glm::vec4(scale * texelOf(x, y)[i], 1); });
+    };
+    for (std::size_t i = 0; i < kNames.size(); ++i) writeCoefficient(i, 1);
+    scene.writeScene("room_L0.exr");
+    const Outcome first = scene.cook();
+    ASSERT_TRUE(first.errors.empty()) << first.errors.front().line();
+    EXPECT_GT(first.actionsRun, 0);
+    const std::string depfile = formats::contentOf(scene / "out.d");
+    const std::string manifest = formats::contentOf(scene / "out" / kManifestName);
+    for (const char* name : kNames) {
+        EXPECT_THAT(depfile, HasSubstr((scene / fmt::format("room_{}.exr", name)).string()));
+        EXPECT_THAT(manifest, HasSubstr(fmt::format("room_{}.exr", name)));
+    }
+    EXPECT_EQ(scene.cook().actionsRun, 0);
+    writeCoefficient(8, 0.5f);
+    EXPECT_GT(scene.cook().actionsRun, 0) << "the ninth file changed";
+    std::filesystem::remove(scene / "room_L21.exr");
+    const Outcome missing = scene.cook();
+    ASSERT_EQ(missing.errors.size(), 1u);
+    EXPECT_EQ(missing.errors.front().code, formats::ErrorCode::WrongShape);
+    EXPECT_THAT(missing.errors.front().line(), AllOf(HasSubstr("room_L0.exr"), HasSubstr("room_L21.exr is missing")));
+}
+
+TEST(BakeFiles, AFlatMapIsCookedAsOneTextureOfExitRadiance) {
+    const BakeScene scene;
+    scene.writePicture("room.exr", kSide, kSide, 4, [](int x, int y) {
+        return glm::vec4(0.1f + 0.01f * static_cast<float>(x), 0.2f, 0.3f + 0.02f * static_cast<float>(y), x > 0 ? 1.0f : 0.0f);
+    });
+    scene.writeScene("room.exr");
+    const Outcome outcome = scene.cook();
+    ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+    const auto manifest = readManifest(scene / "out");
+    ASSERT_TRUE(manifest) << manifest.error().line();
+    const Json& map = manifest->at("assets")[0];
+    for (const Json& asset : manifest->at("assets")) EXPECT_NE(asset.at("kind"), "dominant") << "no light has a direction";
+    EXPECT_EQ(map.at("layout"), "flat");
+    ASSERT_EQ(map.at("textures").size(), 1u);
+    EXPECT_EQ(map.at("textures")[0].at("format"), "bc6h-uf16");
+}
+
+TEST(BakeFiles, AMapOfGodotIsCookedAndItsImportSettingsAreAnInput) {
+    const BakeScene scene;
+    // Slices L0, y, z, x; L1 has three quarters of the length of L0.
+    scene.writePicture("room.exr", kSide, 4 * kSide, 4, [](int x, int y) {
+        const int slice = y / kSide;
+        const float light = 0.2f + 0.02f * static_cast<float>(x + y % kSide);
+        return slice == 0 ? glm::vec4(light, 0.8f * light, 0.6f * light, 1) : glm::vec4(glm::vec3(slice == 1 ? 0.575f : 0.53f), 1);
+    });
+    scene.writeScene("room.exr");
+    const Outcome ambiguous = scene.cook();
+    ASSERT_EQ(ambiguous.errors.size(), 1u);
+    EXPECT_THAT(ambiguous.errors.front().line(), HasSubstr("bake = \"godot\""));
+    formats::writeContent(scene / "room.exr.import", "importer=\"2d_array_texture\"\nslices/vertical=4\n");
+    const Outcome outcome = scene.cook();
+    ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+    const auto manifest = readManifest(scene / "out");
+    ASSERT_TRUE(manifest) << manifest.error().line();
+    EXPECT_EQ(manifest->at("assets")[0].at("height"), kSide);
+    EXPECT_THAT(formats::contentOf(scene / "out.d"), HasSubstr((scene / "room.exr.import").string()));
+    EXPECT_EQ(scene.cook().actionsRun, 0);
+    formats::writeContent(scene / "room.exr.import", "importer=\"2d_array_texture\"\nslices/vertical=4\n\n");
+    EXPECT_GT(scene.cook().actionsRun, 0);
+}
+
+TEST(BakeFiles, LintAndInfoSayHowAFileWasRecognised) {
+    const BakeScene scene;
+    scene.writePicture("room.exr", kSide, kSide, 3, [](int, int) { return glm::vec4(0.5f); });
+    scene.writeScene("room.exr");
+    LintOptions options;
+    options.scene = scene / "scene.toml";
+    options.cache = scene / "cache";
+    const Outcome outcome = lintScene(options, {});
+    ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+    ASSERT_EQ(outcome.report.at("light_maps").size(), 1u);
+    const Json& reading = outcome.report.at("light_maps")[0];
+    EXPECT_EQ(reading.at("light_map"), "map");
+    EXPECT_EQ(reading.at("bake"), "flat");
+    EXPECT_EQ(reading.at("evidence"), "a picture of 16 x 16 texels");
+    EXPECT_EQ(reading.at("assumed")[1], "every texel is covered");
+    const auto facts = describeFile(scene / "room.exr");
+    ASSERT_TRUE(facts) << facts.error().line();
+    EXPECT_EQ(facts->at("maximum"), 0.5) << "as every picture";
+    EXPECT_EQ(facts->at("as_light_map").at("light_map"), "flat");
+    EXPECT_EQ(facts->at("as_light_map").at("evidence"), reading.at("evidence"));
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

@@ -1,0 +1,52 @@
+// Learned layouts of light maps minimize visible errors by default, and energy if the scene or the command line asks for it.
+#include <gtest/gtest.h>
+
+#include "pipeline/cook/cook.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+class Objective : public testing::Test {
+protected:
+    Outcome cook(const std::string& output) const {
+        scene_.writeSceneFile(output);
+        return cookScene(scene_.options(), RunState());
+    }
+    static const Json& mapOf(const Outcome& outcome) { return outcome.report.at("assets").at(0); }
+    static Json diffuseOf(const Outcome& outcome) { return mapOf(outcome).at("stages").back().at("error").at("diffuse"); }
+
+    SmallScene scene_{SmallScene::Parts::LightMap};
+};
+
+TEST_F(Objective, VisibleErrorsAreSmallerWhereTheyAreMinimized) {
+    const std::string layout = "light_map_layout = \"basis-3\"\nmax_error = 0.9\n";
+    const Json visible = diffuseOf(cook(layout)), energy = diffuseOf(cook(layout + "objective = \"energy\""));
+    EXPECT_LT(visible.at("visible").at("rms").get<double>(), energy.at("visible").at("rms").get<double>());
+    EXPECT_LT(visible.at("visible").at("p99").get<double>(), energy.at("visible").at("p99").get<double>());
+}
+
+TEST_F(Objective, OfTheCommandLineOverridesThatOfTheScene) {
+    scene_.writeSceneFile("light_map_layout = \"basis-3\"\nmax_error = 0.9\nobjective = \"energy\"");
+    CookOptions options = scene_.options();
+    const Json asked = diffuseOf(cookScene(options, RunState()));
+    options.objective = formats::Objective::Visible;
+    const Json overridden = diffuseOf(cookScene(options, RunState()));
+    EXPECT_NE(asked.at("rel_rms"), overridden.at("rel_rms"));
+}
+
+TEST_F(Objective, LayoutsThatAreNotLearnedDoNotDependOnIt) {
+    const Outcome first = cook("light_map_layout = \"ratio\"");
+    const Outcome second = cook("light_map_layout = \"ratio\"\nobjective = \"energy\"");
+    EXPECT_EQ(diffuseOf(first), diffuseOf(second));
+}
+
+TEST_F(Objective, AnUnknownOneIsRefusedByName) {
+    const Outcome outcome = cook("objective = \"seen\"");
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_NE(outcome.errors.front().line().find("'seen'"), std::string::npos) << outcome.errors.front().line();
+    EXPECT_NE(outcome.errors.front().line().find("visible, energy"), std::string::npos) << outcome.errors.front().line();
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

@@ -1,0 +1,108 @@
+// No shading anywhere on a map, rims of charts included, is further from its reference than the bound of visible errors says.
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+#include <chrono>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tests/compress/synthetic_light_map.h"
+#include "tests/verify/visible_sampler.h"
+#include "verify/light_map/visible_metric.h"
+
+namespace lightcook {
+namespace {
+
+using formats::LightMapLayout;
+using synthetic::Kind;
+using test::Cooked;
+using test::SampledPlace;
+using test::ShadingRows;
+using verify::Random;
+
+constexpr int kWidth = 46, kHeight = 38, kBlock = 12;
+
+/// Light of strong colours with hard edges, dark charts and rims.
+formats::LightMapStrip harsh() {
+    formats::LightMapStrip strip = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+    Random random(5);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            const bool isDark = (x / 5 + y / 7) % 3 == 0;
+            const glm::vec3 tint = (x / 9) % 2 == 0 ? glm::vec3(1, 0.1f, 0.02f) : glm::vec3(0.1f, 0.3f, 1);
+            for (glm::vec3& c : strip.sh.at(x, y)) c *= (isDark ? 0.002f : 1.0f) * tint;
+            if (random.next() < 0.05) strip.covered.at(x, y) = 0;
+        }
+    return strip;
+}
+
+std::vector<formats::LightMapStrip> strips() {
+    std::vector<formats::LightMapStrip> out;
+    out.push_back(synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight));
+    out.push_back(synthetic::makeBand(Kind::NegativeBands, kWidth, 0, kHeight));
+    out.push_back(synthetic::makeBand(Kind::Spikes, kWidth, 0, kHeight));
+    out.push_back(harsh());
+    return out;
+}
+
+class VisibleBoundOfLayout : public testing::TestWithParam<LightMapLayout> {};
+TEST_P(VisibleBoundOfLayout, IsNeverExceeded) {
+    static const ShadingRows kDiffuse(2048, false, 1), kSpecular(2048, true, 2);
+    constexpr int kPlaces = 4000;  // of each map, with 32 shadings of each kind
+    std::int64_t shadings = 0, above = 0;
+    std::uint64_t seed = 7;
+    for (formats::LightMapStrip& strip : strips()) {
+        const Cooked cooked = test::cook(std::move(strip), GetParam(), formats::Target::Bc, 1);
+        const verify::Viewing viewing = test::viewingOf(cooked);
+        const test::VisibleSampler sampler(cooked, viewing);
+        const auto verifier = verify::LightMapVerifier::create(cooked.map, test::sampledShading(), {}, cooked.key, viewing);
+        ASSERT_TRUE(verifier.has_value());
+        const auto start = std::chrono::steady_clock::now();
+        constexpr int kAcross = (kWidth + kBlock - 1) / kBlock, kDown = (kHeight + kBlock - 1) / kBlock;
+        std::array<std::array<verify::LightMapVerifier::AreaVisibleBound, kAcross>, kDown> bounds;
+        for (int y = 0; y < kDown; ++y)
+            for (int x = 0; x < kAcross; ++x)
+                bounds[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)] =
+                    verifier->visibleBound(cooked.texels, cooked.reference, {kBlock * x, kBlock * y, kBlock, kBlock});
+        const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        Random random(++seed);
+        double nearestDiffuse = 0, nearestSpecular = 0;
+        for (int i = 0; i < kPlaces; ++i) {
+            const auto [x, y] = sampler.covered[static_cast<std::size_t>(random.next() * static_cast<double>(sampler.covered.size()))];
+            const SampledPlace place = sampler.placeAt(x, y, random);
+            const auto light = sampler.lightAt(place);
+            const auto& bound = bounds[static_cast<std::size_t>(std::max(place.quadY(), 0) / kBlock)]
+                                      [static_cast<std::size_t>(std::max(place.quadX(), 0) / kBlock)];
+            for (int group = 0; group < 2; ++group) {
+                const auto first = static_cast<std::size_t>(random.below(128)) * ShadingRows::kLanes;
+                std::array<float, ShadingRows::kLanes> diffuse, specular;
+                sampler.differences(light, kDiffuse, first, diffuse.data());
+                sampler.differences(light, kSpecular, first, specular.data());
+                for (std::size_t lane = 0; lane < ShadingRows::kLanes; ++lane) {
+                    above += !(static_cast<double>(diffuse[lane]) <= bound.diffuse);
+                    above += !(static_cast<double>(specular[lane]) <= bound.specular);
+                    nearestDiffuse = std::max(nearestDiffuse, static_cast<double>(diffuse[lane]) / bound.diffuse);
+                    nearestSpecular = std::max(nearestSpecular, static_cast<double>(specular[lane]) / bound.specular);
+                }
+                shadings += 2 * static_cast<std::int64_t>(ShadingRows::kLanes);
+            }
+        }
+        fmt::print("{:11} {:.2f} s, nearest {:.2f} and {:.2f} of the bound; {:.1f} {:.1f}\n", formats::info(GetParam()).name, seconds,
+                   nearestDiffuse, nearestSpecular, bounds[1][1].diffuse, bounds[1][1].specular);
+        // A bound far above all errors would always hold.
+        EXPECT_GT(nearestDiffuse, 0.02);
+        EXPECT_GT(nearestSpecular, 0.005);
+    }
+    EXPECT_EQ(above, 0);
+    EXPECT_GE(shadings, 1'000'000);
+}
+INSTANTIATE_TEST_SUITE_P(EveryLayout, VisibleBoundOfLayout, testing::ValuesIn(test::kEveryLayout), [](const auto& tested) {
+    std::string name(formats::info(tested.param).name);
+    std::ranges::replace(name, '-', '_');
+    return name;
+});
+
+}  // namespace
+}  // namespace lightcook

@@ -1,0 +1,107 @@
+// Quads with at least one covered texel: all places where a surface may read a map, rims of charts included. Private to verify/.
+//
+// The filter of a GPU reaches all four cooked texels. The reference is that of the covered ones alone: with bilinear weights w_i over them,
+// R = (sum of w_i r_i) / (sum of w_i).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <glm/vec2.hpp>
+
+#include "verify/light_map/rows.h"
+
+namespace lightcook::verify::lightmap {
+
+template <class Layout>
+struct CoveredQuad {
+    using LayerTexels = typename MapRows<Layout>::LayerTexels;
+    using Row = typename MapRows<Layout>::Row;
+
+    int x = 0, y = 0;                 ///< of texel (0, 0), which may lie one texel outside of the map: texels are repeated there
+    int mapWidth = 0, mapHeight = 0;  ///< [texels]
+    typename MapRows<Layout>::Corners corners;
+    std::array<bool, 4> covered{};
+
+    /// above, below  rows y and y + 1, clamped to the map, from column firstX on
+    CoveredQuad(const MapRows<Layout>& rows, const Row& above, const Row& below, int quadX, int quadY, int firstX = 0)
+        : x(quadX), y(quadY), mapWidth(rows.width()), mapHeight(rows.height()) {
+        for (int corner = 0; corner < 4; ++corner) {
+            const Row& row = corner < 2 ? above : below;
+            const std::size_t at = index(texelX(corner) - firstX), i = index(corner);
+            corners.texels[i] = &row.texels[at];
+            corners.references[i] = &row.reference[at];
+            covered[i] = row.covered[at] != 0;
+        }
+    }
+
+    int coveredCount() const { return covered[0] + covered[1] + covered[2] + covered[3]; }
+    bool isCovered() const { return coveredCount() == 4; }
+    int texelX(int corner) const { return std::clamp(x + corner % 2, 0, mapWidth - 1); }
+    int texelY(int corner) const { return std::clamp(y + corner / 2, 0, mapHeight - 1); }
+    /// Returns true if the corner is a texel of the map and not its repetition beyond the edge.
+    bool isOwn(int corner) const { return texelX(corner) == x + corner % 2 && texelY(corner) == y + corner / 2; }
+    /// Returns true if all four corners are covered texels of the map.
+    bool isInside() const { return isCovered() && isOwn(0) && isOwn(3); }
+    /// Returns true if the quarter nearest to a corner belongs to a covered texel.
+    bool hasQuarter(int corner) const { return covered[index(corner)] && isOwn(corner); }
+
+    /// Returns true if a corner is covered, and no earlier one that is has the same decode.
+    bool isNewDecode(const MapRows<Layout>& rows, int corner) const {
+        if (!covered[index(corner)]) return false;
+        for (int before = 0; before < corner; ++before)
+            if (covered[index(before)] && rows.hasSameDecode(x, y, before, corner)) return false;
+        return true;
+    }
+
+    // Places are fractions of the quad.
+    LayerTexels texelsAt(const glm::vec2& place) const {
+        const auto& t = corners.texels;
+        return blend(blend(*t[0], *t[1], place.x), blend(*t[2], *t[3], place.x), place.y);
+    }
+    /// Returns the filtered reference and the sum of the weights of covered texels.
+    std::pair<LcSh, float> referenceAt(const glm::vec2& p) const {
+        const auto& r = corners.references;
+        if (isCovered()) return {blend(blend(*r[0], *r[1], p.x), blend(*r[2], *r[3], p.x), p.y), 1.0f};
+        std::array<float, 4> weights = {(1 - p.x) * (1 - p.y), p.x * (1 - p.y), (1 - p.x) * p.y, p.x * p.y};
+        for (std::size_t i = 0; i < 4; ++i)
+            if (!covered[i]) weights[i] = 0;
+        const float sum = weights[0] + weights[1] + weights[2] + weights[3];
+        LcSh out{};
+        for (std::size_t i = 0; i < 4; ++i)
+            if (covered[i])
+                for (std::size_t k = 0; k < kCount; ++k) out.c[k] += weights[i] / sum * r[i]->c[k];
+        return {out, sum};
+    }
+    /// Returns a place of the quad in the map [texels]: beyond the edge the light is that at the edge.
+    glm::dvec2 inMap(const glm::dvec2& place) const {
+        return {std::clamp(x + place.x, 0.0, mapWidth - 1.0), std::clamp(y + place.y, 0.0, mapHeight - 1.0)};
+    }
+};
+
+/// Calls work(quad) for the quads with a covered texel that begin in these rows, and those that reach over the edges of the map there.
+template <class Layout, class Work>
+void forEachCoveredQuad(const MapRows<Layout>& rows, int firstRow, int rowCount, Work&& work) {
+    typename MapRows<Layout>::Row above, below;
+    const int first = firstRow == 0 ? -1 : firstRow;
+    for (int y = first; y < firstRow + rowCount; ++y) {
+        if (y == first) rows.load(0, rows.width(), std::max(y, 0), above);
+        rows.load(0, rows.width(), std::min(y + 1, rows.height() - 1), below);
+        for (int x = -1; x < rows.width(); ++x) {
+            const CoveredQuad<Layout> quad(rows, above, below, x, y);
+            if (quad.coveredCount() > 0) work(quad);
+        }
+        std::swap(above, below);
+    }
+}
+
+/// Calls work(quad) for the quad at (x, y).
+template <class Layout, class Work>
+void withCoveredQuad(const MapRows<Layout>& rows, int x, int y, Work&& work) {
+    typename MapRows<Layout>::Row above, below;
+    const int firstX = std::max(x, 0), count = std::min(x + 1, rows.width() - 1) - firstX + 1;
+    rows.load(firstX, count, std::max(y, 0), above);
+    rows.load(firstX, count, std::min(y + 1, rows.height() - 1), below);
+    work(CoveredQuad<Layout>(rows, above, below, x, y, firstX));
+}
+
+}  // namespace lightcook::verify::lightmap

@@ -1,0 +1,272 @@
+// Upper bounds of the visible error everywhere on a map, rims of charts included. Private to verify/.
+//
+// Each covered texel has a quarter of each of the four quads around it: the places nearest to it. A surface there has a normal within the
+// scene's tilt of the texel's own, or, for specular light, the texel's own normal and any view, m and F0. The bound of a map is the maximum
+// over these quarters:
+//   1. coarse bound of every quarter: band lengths of the error (quad_coarse_bound.h), against the darkest reference over all kernels
+//      (CoarseKernels); quarters that may exceed what was sampled are kept
+//   2. the others are searched (visible_search.h), those with the largest coarse bound first, until none may raise the maximum
+// The bound of a quarter depends on that quarter alone, so the maximum does not depend on the order. Ties go to the smaller (y, x).
+#pragma once
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <tuple>
+#include <vector>
+
+#include "lighting/sphere.h"
+#include "verify/light_map/place_light.h"
+#include "verify/light_map/quad_coarse_bound.h"
+#include "verify/light_map/visible_bounding.h"
+
+namespace lightcook::verify::lightmap {
+
+/// One kind of shading of a map: its kernels, the balls that cover them, and the largest bound so far.
+class VisibleKind {
+public:
+    VisibleKind(const VisibleMetric& metric, const VisibleKernels& kernels, double sampled)
+        : metric_(metric), kernels_(kernels), search_(metric, kernels.tree), threshold_(sampled), shaded_(kernels.centres.stride()) {}
+    bool isNone() const { return kernels_.isNone(); }
+    const VisibleBound& largest() const { return largest_; }
+    double threshold() const { return threshold_; }
+
+    /// Returns the darkest light of all kernels, by channel.
+    glm::dvec3 lowest(const Channels& local, const BandLengths& lengths) {
+        glm::dvec3 out(0);
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            kernels_.centres.apply(local[c], shaded_.data());
+            float low = std::numeric_limits<float>::max();
+            for (std::size_t k = 0; k < kernels_.centres.count(); ++k)
+                low = std::min(low, shaded_[k] - kernels_.radii[0][k] * lengths[c] - kernels_.radii[1][k] * lengths[3 + c] -
+                                        kernels_.radii[2][k] * lengths[6 + c]);
+            out[static_cast<int>(c)] = static_cast<double>(low);
+        }
+        return out;
+    }
+    /// Returns the darkest channels of references within `step` of one with these darkest channels.
+    glm::dvec3 lowered(const glm::dvec3& lowest, const BandLengths& step) const {
+        glm::dvec3 low = lowest;
+        for (std::size_t c = 0; c < kChannels; ++c)
+            for (std::size_t l = 0; l < 3; ++l) low[static_cast<int>(c)] -= kernels_.norms[l] * static_cast<double>(step[3 * l + c]);
+        return low;
+    }
+    /// Returns a bound from the lengths of the error, for references with these darkest channels.
+    double coarseBound(const glm::dvec3& low, const BandLengths& error) const {
+        glm::dvec3 off(0);
+        for (std::size_t c = 0; c < kChannels; ++c)
+            for (std::size_t l = 0; l < 3; ++l) off[static_cast<int>(c)] += kernels_.norms[l] * static_cast<double>(error[3 * l + c]);
+        return metric_.coarseBound(low, off);
+    }
+    bool mayExceed(double bound) const { return !(static_cast<double>(kOutward) * bound < threshold_); }
+    /// Searches a quarter.
+    VisibleBound bound(const PlaceRectangle& whole, const LightOver& lightOver) const {
+        return search_.bound(whole, lightOver, threshold_);
+    }
+    void raise(const VisibleBound& found) {
+        const auto order = [](const VisiblePlace& place) { return std::tuple(place.y, place.x); };
+        if (found.bound < threshold_ || found.bound < largest_.bound) return;
+        if (found.bound == largest_.bound && !(order(found.place) < order(largest_.place))) return;
+        largest_ = found;
+        threshold_ = std::max(threshold_, std::nextafter(found.bound, 0.0));
+    }
+
+private:
+    const VisibleMetric& metric_;
+    const VisibleKernels& kernels_;
+    VisibleSearch search_;
+    double threshold_;  ///< bounds below it cannot be the maximum
+    VisibleBound largest_;
+    std::vector<float> shaded_;
+};
+
+/// Bounds over the quads of some rows.
+template <class Layout>
+class VisibleBounds {
+public:
+    using Rows = MapRows<Layout>;
+    using Row = typename Rows::Row;
+    using Quad = CoveredQuad<Layout>;
+
+    /// sampledDiffuse, sampledSpecular  visible errors that were found in these rows: the bounds are at least as large
+    VisibleBounds(const Rows& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator,
+                  const VisibleBounding& bounding, double sampledDiffuse, double sampledSpecular)
+        : rows_(rows),
+          tolerance_(tolerance),
+          coarse_(rows, tolerance, evaluator),
+          kinds_{VisibleKind(bounding.metric, bounding.diffuse, sampledDiffuse),
+                 VisibleKind(bounding.metric, bounding.specular, sampledSpecular)} {}
+
+    /// Bounds the quads that begin in these rows and columns, and those that reach over the edges of the map there.
+    void boundArea(const TexelArea& area) {
+        Measured above, below;
+        const int first = area.y == 0 ? -1 : area.y, last = std::min(area.y + area.height, rows_.height()) - 1;
+        const int firstX = area.x == 0 ? -1 : area.x, lastX = std::min(area.x + area.width, rows_.width()) - 1;
+        for (int y = first; y <= last; ++y) {
+            if (y == first) load(std::max(y, 0), above);
+            load(std::min(y + 1, rows_.height() - 1), below);
+            for (int x = firstX; x <= lastX; ++x) boundQuad(above, below, x, y);
+            std::swap(above, below);
+        }
+        for (std::size_t kind = 0; kind < kinds_.size(); ++kind) search(kind);
+    }
+    const VisibleBound& diffuse() const { return kinds_[0].largest(); }
+    const VisibleBound& specular() const { return kinds_[1].largest(); }
+    /// Returns the bound of a quarter, as boundArea takes the largest of.
+    VisibleBound quarterBound(std::size_t kind, int x, int y, int corner, int decode) {
+        VisibleBound out;
+        withCoveredQuad(rows_, x, y, [&](const Quad& quad) {
+            const glm::dmat3 frame = frameOf(quad, corner);
+            const QuarterLight<Layout> light = lightOf(quad, corner, decode);
+            out = kinds_[kind].bound(light.whole(), [&](const PlaceRectangle& place) { return light.over(place); });
+            VisiblePlace& place = out.place;
+            const glm::dvec2 inMap = quad.inMap({place.x, place.y});
+            place.x = inMap.x;
+            place.y = inMap.y;
+            place.normal = frame * place.normal;
+            place.view = frame * place.view;
+            const auto unit = 1 / static_cast<double>(rows_.perKey());
+            place.reference *= unit;
+            place.found *= unit;
+        });
+        return out;
+    }
+
+private:
+    /// A row with what its coarse bounds need.
+    struct Measured {
+        Row row;
+        std::vector<TexelLengths> lengths;
+        std::vector<std::array<glm::dvec3, 2>> lowest;  ///< [texel][kind]
+    };
+    struct Quarter {
+        int x, y;
+        std::int8_t corner, decode;
+        std::array<float, 2> bound;  ///< [kind], rounded up
+    };
+
+    void load(int y, Measured& out) {
+        rows_.load(0, rows_.width(), y, out.row);
+        coarse_.measure(out.row, y, out.lengths);
+        out.lengths.resize(index(rows_.width()));
+        out.lowest.resize(index(rows_.width()));
+        for (int x = 0; x < rows_.width(); ++x) {
+            if (out.row.covered[index(x)] == 0) continue;
+            const glm::vec3& normal = rows_.normalAt(x, y);
+            if (normal != normal_) {
+                const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(normal));
+                frame_ = {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])};
+                normal_ = normal;
+            }
+            const LcSh& reference = out.row.reference[index(x)];
+            if (!coarse_.isKnown()) out.lengths[index(x)].reference = bandLengths(reference);
+            const Channels local = channelsOf(shaders::lcLocalSh(reference, frame_[0], frame_[1], frame_[2]));
+            for (std::size_t kind = 0; kind < kinds_.size(); ++kind)
+                out.lowest[index(x)][kind] =
+                    kinds_[kind].isNone() ? glm::dvec3(0) : kinds_[kind].lowest(local, out.lengths[index(x)].reference);
+        }
+    }
+    void boundQuad(const Measured& above, const Measured& below, int x, int y) {
+        const Quad quad(rows_, above.row, below.row, x, y);
+        if (quad.coveredCount() == 0) return;
+        std::array<const TexelLengths*, 4> lengths;
+        for (int corner = 0; corner < 4; ++corner)
+            lengths[index(corner)] = &(corner < 2 ? above : below).lengths[index(quad.texelX(corner))];
+        // Differences of the references of covered corners: of each corner from the others.
+        std::array<std::array<BandLengths, 4>, 4> steps{};
+        BandLengths step{};
+        for (std::size_t i = 0; i < 4; ++i)
+            for (std::size_t j = i + 1; j < 4; ++j) {
+                if (!quad.covered[i] || !quad.covered[j]) continue;
+                steps[i][j] = steps[j][i] = bandLengths(difference(*quad.corners.references[i], *quad.corners.references[j]));
+                raise(step, steps[i][j]);
+            }
+        for (int decode = 0; decode < 4; ++decode) {
+            if (!quad.isNewDecode(rows_, decode)) continue;
+            for (const bool isQuick : {true, false})
+                if (!addQuarters(above, below, quad, lengths, steps, step, decode, isQuick)) break;
+        }
+    }
+    static void raise(BandLengths& largest, const BandLengths& lengths) {
+        for (std::size_t lane = 0; lane < kBandLanes; ++lane)
+            largest[lane] = lengths[lane] <= largest[lane] ? largest[lane] : lengths[lane];
+    }
+    /// Appends to quarters_ those whose coarse bound exceeds the largest error known so far. Returns false if none of the quad does.
+    bool addQuarters(const Measured& above, const Measured& below, const Quad& quad, const std::array<const TexelLengths*, 4>& lengths,
+                     const std::array<std::array<BandLengths, 4>, 4>& steps, const BandLengths& step, int decode, bool isQuick) {
+        BandLengths error{};
+        if (coarse_.isKnown())
+            error =
+                coarse_.errorLengths(decodeOf(quad, decode), quad.corners, quad.covered, lengths, step, quad.x, quad.y, decode, isQuick);
+        std::array<std::array<glm::dvec3, 2>, 4> low;
+        std::array<glm::dvec3, 2> darkest = {glm::dvec3(std::numeric_limits<double>::max()),
+                                             glm::dvec3(std::numeric_limits<double>::max())};
+        for (int corner = 0; corner < 4; ++corner) {
+            if (!quad.hasQuarter(corner)) continue;
+            const BandLengths off = farthest(steps[index(corner)], corner, quad.coveredCount());
+            const auto& lowest = (corner < 2 ? above : below).lowest[index(quad.texelX(corner))];
+            for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
+                low[index(corner)][kind] = kinds_[kind].lowered(lowest[kind], off);
+                darkest[kind] = glm::min(darkest[kind], low[index(corner)][kind]);
+            }
+        }
+        // Most quads are done with one bound of all their quarters.
+        const auto mayExceed = [&](std::size_t kind) {
+            return !kinds_[kind].isNone() && kinds_[kind].mayExceed(kinds_[kind].coarseBound(darkest[kind], error));
+        };
+        if (coarse_.isKnown() && !mayExceed(0) && !mayExceed(1)) return false;
+        if (isQuick) return true;
+        for (int corner = 0; corner < 4; ++corner) {
+            if (!quad.hasQuarter(corner)) continue;
+            if (!coarse_.isKnown()) error = lightOf(quad, corner, decode).errorLengths();
+            Quarter quarter{quad.x, quad.y, static_cast<std::int8_t>(corner), static_cast<std::int8_t>(decode), {}};
+            bool isKept = false;
+            for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
+                if (kinds_[kind].isNone()) continue;
+                const double bound = kinds_[kind].coarseBound(low[index(corner)][kind], error);
+                quarter.bound[kind] = kOutward * static_cast<float>(bound);
+                isKept = isKept || kinds_[kind].mayExceed(bound);
+            }
+            if (isKept) quarters_.push_back(quarter);
+        }
+        return true;
+    }
+    /// Returns how far the reference of a quarter is from that of its texel. At the corners of the quarter it is the mean of the texel and
+    /// one neighbour, or of all covered corners; elsewhere it lies between those.
+    /// steps  differences from the texel, 0 for corners that are not covered
+    static BandLengths farthest(const std::array<BandLengths, 4>& steps, int corner, int coveredCount) {
+        const BandLengths &across = steps[index(corner ^ 1)], &down = steps[index(corner ^ 2)], &diagonal = steps[index(corner ^ 3)];
+        BandLengths out{};
+        const float share = kOutward / static_cast<float>(coveredCount);
+        for (std::size_t lane = 0; lane < kBandLanes; ++lane)
+            out[lane] = std::max(
+                {0.5f * kOutward * across[lane], 0.5f * kOutward * down[lane], share * (across[lane] + down[lane] + diagonal[lane])});
+        return out;
+    }
+    decltype(auto) decodeOf(const Quad& quad, int decode) const { return rows_.decodeOf(quad.x, quad.y, decode); }
+    /// Returns the tangent frame of a corner's texel.
+    glm::dmat3 frameOf(const Quad& quad, int corner) const {
+        return lighting::worldFromTangentFrame(glm::dvec3(rows_.normalAt(quad.texelX(corner), quad.texelY(corner))));
+    }
+    QuarterLight<Layout> lightOf(const Quad& quad, int corner, int decode) const {
+        const glm::dmat3 frame = frameOf(quad, corner);
+        return {rows_, tolerance_, quad, corner, decode, {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])}};
+    }
+    void search(std::size_t kind) {
+        std::ranges::stable_sort(quarters_, [&](const Quarter& a, const Quarter& b) { return a.bound[kind] > b.bound[kind]; });
+        for (const Quarter& each : quarters_) {
+            if (kinds_[kind].isNone() || static_cast<double>(each.bound[kind]) < kinds_[kind].threshold()) break;
+            kinds_[kind].raise(quarterBound(kind, each.x, each.y, each.corner, each.decode));
+        }
+    }
+
+    const Rows& rows_;
+    const SamplerTolerance<Layout>& tolerance_;
+    QuadCoarseBound<Layout> coarse_;
+    std::array<VisibleKind, 2> kinds_;
+    std::vector<Quarter> quarters_;
+    glm::vec3 normal_{0};
+    std::array<glm::vec3, 3> frame_{};
+};
+
+}  // namespace lightcook::verify::lightmap

@@ -1,0 +1,30 @@
+#include "verify/light_map/visible_bounding.h"
+
+#include <utility>
+
+namespace lightcook::verify {
+
+VisibleKernels::VisibleKernels(KernelTree kernels, const CoarseKernels& coarse)
+    : tree(std::move(kernels)), norms(coarse.norms), centres(coarse.centres, std::vector<ShadingSample>(coarse.centres.size())) {
+    // The products are sums in floats.
+    constexpr double kRounding = 2e-6;
+    for (std::size_t l = 0; l < radii.size(); ++l) {
+        for (const lighting::ShBands& radius : coarse.radii) radii[l].push_back(static_cast<float>(radius[l] + kRounding * norms[l]));
+        norms[l] *= 1 + kRounding;
+    }
+}
+
+VisibleBounding visibleBounding(const LightMapShading& shading, const Viewing& viewing, double key, double tilt,
+                                const ScannedKernels* scanned) {
+    VisibleBounding out{VisibleMetric(viewing, key), {}, {}};
+    KernelTree diffuse = KernelTree::diffuse(tilt);
+    const CoarseKernels coarse = CoarseKernels::diffuse(diffuse);
+    out.diffuse = VisibleKernels(std::move(diffuse), coarse);
+    if (scanned == nullptr) return out;
+    KernelTree specular = KernelTree::specular(shading, *scanned);
+    const CoarseKernels coarseSpecular = CoarseKernels::specular(specular);
+    out.specular = VisibleKernels(std::move(specular), coarseSpecular);
+    return out;
+}
+
+}  // namespace lightcook::verify

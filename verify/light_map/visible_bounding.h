@@ -1,0 +1,37 @@
+// What bounds the visible errors of a map: the metric, and the kernels of its shading. Private to verify/.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "verify/light_map/kernel_cells.h"
+#include "verify/light_map/shading.h"
+#include "verify/light_map/visible_metric.h"
+
+namespace lightcook::verify {
+
+/// The kernels of one kind of shading, without any if the scene has no such shading.
+struct VisibleKernels {
+    KernelTree tree;
+    lighting::ShBands norms{};                ///< largest length of each band of the coarse kernels
+    ShadingMatrix centres;                    ///< of the coarse kernels
+    std::array<std::vector<float>, 3> radii;  ///< [band][row], rounded up
+
+    VisibleKernels() = default;
+    VisibleKernels(KernelTree kernels, const CoarseKernels& coarse);
+    bool isNone() const { return centres.count() == 0; }
+};
+
+struct VisibleBounding {
+    VisibleMetric metric;  ///< of light in units of the key
+    VisibleKernels diffuse, specular;
+};
+
+/// Returns what bounds visible errors.
+/// key      light of the map for each unit of light that is bounded
+/// tilt     largest angle of a normal from the texel's own [degrees]
+/// scanned  kernels of the scene; null: no specular light
+VisibleBounding visibleBounding(const LightMapShading& shading, const Viewing& viewing, double key, double tilt,
+                                const ScannedKernels* scanned);
+
+}  // namespace lightcook::verify

@@ -1,0 +1,86 @@
+// Upper bound of the visible error of a quarter of a quad under every kernel of a tree, by branch and bound. Private to verify/.
+//
+// A cell is a rectangle of places and a range of kernels (kernel_cells.h). Over the rectangle, error e and reference r are means, with the
+// same weights, of control vectors e_j and r_j. For a sum f = sum_c w_c e_c of channels, kernel K = centre + x T + y A + rest gives
+//   f in hull_j [centre . f_j -+ (|T . f_j| + |A . f_j| + sum_l radius_l |f_j|_l)] -+ slack.
+// From such intervals of r_c, e_c and of L, M, S of both follow those of the codes and of I, T and P (visible_metric.h): once from the
+// codes, and once as one sum of channels with the mean slopes of the curve, to which |slope - mean slope| |difference| is added. Where a
+// channel may be negative its difference is that of the clamped values, an interval of its own: |max(a, 0) - max(b, 0)| <= |a - b|.
+//
+// The search splits the cell with the largest bound: along places, profile or azimuth, whichever widens the bound most. It ends when that
+// bound is at most 1.25 times what is left of it for a single place and kernel, or after a number of cells. The result depends on the
+// quarter alone, unless it is no more than the caller's threshold.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <glm/mat3x3.hpp>
+#include <glm/vec2.hpp>
+#include <memory>
+#include <vector>
+
+#include "verify/light_map/kernel_cells.h"
+#include "verify/light_map/vectors.h"
+#include "verify/light_map/visible_metric.h"
+
+namespace lightcook::verify {
+
+/// A rectangle of places, in fractions of a quad.
+struct PlaceRectangle {
+    glm::vec2 low{0}, size{1};
+    glm::vec2 middle() const { return low + 0.5f * size; }
+};
+
+/// Vectors of light, in lanes, and the largest length of each band by channel.
+class LightVectors {
+public:
+    static constexpr std::size_t kLanes = 4;
+    void add(const std::array<lighting::Sh, 3>& light);
+    std::size_t count() const { return count_; }
+    std::size_t stride() const { return (count_ + kLanes - 1) / kLanes * kLanes; }
+    /// Returns the value of coefficient i of a channel of each vector; the lanes beyond the last vector repeat it.
+    const double* values(std::size_t channel, std::size_t i) const { return values_[channel][i].data(); }
+    double value(std::size_t vector, std::size_t channel, std::size_t i) const { return values_[channel][i][vector]; }
+    const lighting::ShBands& largest(std::size_t channel) const { return largest_[channel]; }
+    static constexpr std::size_t kMost = 28;
+
+private:
+    std::size_t count_ = 0;
+    std::array<std::array<std::array<double, kMost>, lighting::kShCount>, 3> values_;
+    lightmap::ChannelSlack largest_{};
+};
+
+/// Control vectors of light over a rectangle, in the frame of the texel and in units of the key.
+struct CellLight {
+    LightVectors errors, references, found;  ///< found: the sums of both
+    lightmap::ChannelSlack errorSlack{}, referenceSlack{};
+    /// Vectors that may be added to any error, each times a number of its own in [-1, 1].
+    LightVectors deviations;
+    bool isFinite = true;  ///< false: nothing can be proven
+};
+
+/// Light of a place, or the control vectors of a rectangle with a size.
+using LightOver = std::function<CellLight(const PlaceRectangle&)>;
+
+struct VisibleBound {
+    double bound = 0;  ///< Delta E ITP
+    VisiblePlace place;
+};
+
+class VisibleSearch {
+public:
+    VisibleSearch(const VisibleMetric& metric, const KernelTree& tree) : metric_(metric), tree_(tree) {}
+
+    /// Returns a bound for a rectangle of places. `place` has x and y in fractions of the quad, directions in the frame of the texel, and
+    /// light in the units of lightOver.
+    /// threshold  a bound at most this large need not be tight
+    VisibleBound bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold) const;
+    /// Returns the bound of one cell.
+    double cellBound(const CellLight& light, const KernelCell& kernels) const;
+
+private:
+    const VisibleMetric& metric_;
+    const KernelTree& tree_;
+};
+
+}  // namespace lightcook::verify
