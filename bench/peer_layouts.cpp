@@ -169,6 +169,27 @@ PeerMaps ratioLinearBc1(const Bake& bake, int effort) {
     return ratioLinear(bake, effort, PixelFormat::Bc1);
 }
 
+/// Bakery's MonoSH: band 0 in BC6H, and one texture of band 1 over band 0 that the colours share. How the baker joins the colours is not
+/// published: here by luminance, which nowhere leaves the texture's range.
+PeerMaps bakeryMono(const Bake& bake, int effort) {
+    TexelLayout layout;
+    layout.textures.push_back(coefficientTexture(bake, PixelFormat::Bc6hUf16, 0));
+    layout.textures.push_back({PixelFormat::Bc7, HdrMetric::Linear, 1, [](const ShRgb& sh, std::span<const glm::vec4>) {
+                                   const lighting::Sh luminance = lighting::luminance(sh, lighting::kRec709Luminance);
+                                   glm::vec3 unit(0.5f);
+                                   for (int i = 0; i < 3 && luminance[0] > 0; ++i)
+                                       unit[i] += luminance[static_cast<std::size_t>(i) + 1] / (2 * kSqrt3 * luminance[0]);
+                                   return glm::vec4(glm::clamp(unit, 0.0f, 1.0f), 1);
+                               }});
+    layout.load = [range = hdrRange(bake)](std::span<const glm::vec4> texels) {
+        ShRgb sh{};
+        sh[0] = range * glm::vec3(texels[0]);
+        for (int i = 0; i < 3; ++i) sh[static_cast<std::size_t>(i) + 1] = 2 * kSqrt3 * (texels[1][i] - 0.5f) * sh[0];
+        return sh;
+    };
+    return run(layout, bake, effort);
+}
+
 /// Godot 4.4: all four images in BC6H unsigned, band 1 as clamp(L1 / (8 L0 + 1e-6) + 0.5, 0, 1).
 PeerMaps godot(const Bake& bake, int effort) {
     TexelLayout layout;
@@ -426,8 +447,9 @@ Bake readBake(const std::filesystem::path& file) {
 const std::vector<PeerLayout>& peerLayouts() {
     static const std::vector<PeerLayout> layouts = {
         {"unreal", "Unreal, high quality: log L and colour, one direction, 2 DXT5", unreal},
+        {"bakery-mono-sh", "Bakery MonoSH: L0 BC6H, one L1/L0 for the colours in BC7", bakeryMono},
         {"l0-bc6h+l1-bc1", "Frostbite-style: L0 BC6H, 3 L1/L0 BC1", ratioLinearBc1},
-        {"l0-bc6h+l1-bc7", "Frostbite-style: L0 BC6H, 3 L1/L0 BC7", ratioLinearBc7},
+        {"l0-bc6h+l1-bc7", "Frostbite-style, and Bakery SH: L0 BC6H, 3 L1/L0 BC7", ratioLinearBc7},
         {"godot-4.4", "Godot 4.4: L0 and 3 L1/(8 L0), 4 BC6H", godot},
         {"nine-bc6h", "nine coefficients, 9 BC6H, bands 1 and 2 signed", nineBc6h},
         {"halo3-linear-talk", "Halo 3 as shipped: 4 Luvw and dominant intensity, 10 DXT5, coded as the talk says", talkLinear},

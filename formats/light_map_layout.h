@@ -17,10 +17,10 @@
 
 namespace lightcook::formats {
 
-enum class LightMapLayout { Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis3, Basis4, Basis8, Basis12, Basis16, Sh4 };
+enum class LightMapLayout { Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis3, Basis4, Basis8, Basis12, Basis16, Sh4, Godot, MonoSh, Bakery };
 
 /// Layouts of one family share their encoder, their decoder and the shader source light_map_<family>.glsl.
-enum class LightMapFamily { Raw, Flat, Luvw, Ratio, Zh3, Basis, Sh4 };
+enum class LightMapFamily { Raw, Flat, Luvw, Ratio, Zh3, Basis, Sh4, Godot, Bakery };
 
 /// Selects the format of a target that holds the texels of a texture.
 enum class TexelRole {
@@ -67,17 +67,20 @@ struct LightMapLayoutInfo {
         for (const LightMapTextureInfo& texture : textures) taps += texture.layerCount;
         return taps;
     }
+    /// An engine reads the textures by its own formula, which has no constants. No other layout may stand in for this one.
+    constexpr bool isForEngine() const { return family == LightMapFamily::Godot || family == LightMapFamily::Bakery; }
     /// Layers after the code of a learned layout.
     constexpr int residualCount() const { return isLearned() && textures.size() > 2 ? textures[2].layerCount : 0; }
 };
 
 inline constexpr std::array kLightMapFamilies = {
-    LightMapFamilyInfo{LightMapFamily::Raw, "raw"},   LightMapFamilyInfo{LightMapFamily::Flat, "flat"},
-    LightMapFamilyInfo{LightMapFamily::Luvw, "luvw"}, LightMapFamilyInfo{LightMapFamily::Ratio, "ratio"},
-    LightMapFamilyInfo{LightMapFamily::Zh3, "zh3"},   LightMapFamilyInfo{LightMapFamily::Basis, "basis"},
-    LightMapFamilyInfo{LightMapFamily::Sh4, "sh4"},
+    LightMapFamilyInfo{LightMapFamily::Raw, "raw"},       LightMapFamilyInfo{LightMapFamily::Flat, "flat"},
+    LightMapFamilyInfo{LightMapFamily::Luvw, "luvw"},     LightMapFamilyInfo{LightMapFamily::Ratio, "ratio"},
+    LightMapFamilyInfo{LightMapFamily::Zh3, "zh3"},       LightMapFamilyInfo{LightMapFamily::Basis, "basis"},
+    LightMapFamilyInfo{LightMapFamily::Sh4, "sh4"},       LightMapFamilyInfo{LightMapFamily::Godot, "godot"},
+    LightMapFamilyInfo{LightMapFamily::Bakery, "bakery"},
 };
-static_assert(isCompleteTable(kLightMapFamilies, LightMapFamily::Sh4));
+static_assert(isCompleteTable(kLightMapFamilies, LightMapFamily::Bakery));
 
 namespace layout_tables {
 
@@ -90,6 +93,10 @@ inline constexpr std::array kLuvwLinear = {Texture{"luvw_first", 5, TexelRole::L
 inline constexpr std::array kRatio = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"ratio", 8, TexelRole::Ldr}};
 inline constexpr std::array kZh3 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"ratio", 4, TexelRole::Ldr}};
 inline constexpr std::array kSh4 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"ratio", 3, TexelRole::Ldr}};
+inline constexpr std::array kGodot = {Texture{"sh", 4, TexelRole::Hdr}};
+inline constexpr std::array kMonoSh = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"l1", 1, TexelRole::Ldr}};
+inline constexpr std::array kBakery = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"l1x", 1, TexelRole::Ldr},
+                                       Texture{"l1y", 1, TexelRole::Ldr}, Texture{"l1z", 1, TexelRole::Ldr}};
 inline constexpr std::array kBasis3 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::LdrRgb}};
 inline constexpr std::array kBasis4 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::Ldr}};
 template <int kResiduals>
@@ -100,6 +107,7 @@ inline constexpr std::array<std::string_view, 1> kRawStages = {"half"};
 inline constexpr std::array<std::string_view, 1> kFlatStages = {"exit"};
 inline constexpr std::array<std::string_view, 2> kLuvwStages = {"stage 1", "stage 2"};
 inline constexpr std::array<std::string_view, 2> kRatioStages = {"l0", "ratio"};
+inline constexpr std::array<std::string_view, 2> kEngineStages = {"l0", "l1"};
 inline constexpr std::array<std::string_view, 3> kZh3Stages = {"l0", "ratio", "zonal"};
 inline constexpr std::array<std::string_view, 5> kBasisStages = {"l0", "code", "residual 1", "residual 2", "residual 3"};
 
@@ -262,8 +270,47 @@ inline constexpr std::array kLightMapLayouts = {
                        .trialLayout = std::nullopt,
                        .trialStage = "",
                        .lacks = "band 2"},
+    LightMapLayoutInfo{.id = LightMapLayout::Godot,
+                       .name = "godot",
+                       .family = LightMapFamily::Godot,
+                       .caption = "the light maps of Godot 4.4 and later: L0 and L1 by colour, four HDR slices",
+                       .textures = layout_tables::kGodot,
+                       .stages = layout_tables::kEngineStages,
+                       .codeCount = 0,
+                       .isZonal = false,
+                       .decodeDegree = 2,
+                       .decodeOps = 21,
+                       .trialLayout = std::nullopt,
+                       .trialStage = "",
+                       .lacks = "band 2"},
+    LightMapLayoutInfo{.id = LightMapLayout::MonoSh,
+                       .name = "mono-sh",
+                       .family = LightMapFamily::Bakery,
+                       .caption = "the MonoSH light maps of Bakery for Unity: L0, and one L1 that the colours share",
+                       .textures = layout_tables::kMonoSh,
+                       .stages = layout_tables::kEngineStages,
+                       .codeCount = 0,
+                       .isZonal = false,
+                       .decodeDegree = 2,
+                       .decodeOps = 15,
+                       .trialLayout = std::nullopt,
+                       .trialStage = "",
+                       .lacks = "band 2"},
+    LightMapLayoutInfo{.id = LightMapLayout::Bakery,
+                       .name = "bakery",
+                       .family = LightMapFamily::Bakery,
+                       .caption = "the SH light maps of Bakery for Unity: L0, and three maps of L1 by colour",
+                       .textures = layout_tables::kBakery,
+                       .stages = layout_tables::kEngineStages,
+                       .codeCount = 0,
+                       .isZonal = false,
+                       .decodeDegree = 2,
+                       .decodeOps = 21,
+                       .trialLayout = std::nullopt,
+                       .trialStage = "",
+                       .lacks = "band 2"},
 };
-static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::Sh4));
+static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::Bakery));
 
 /// Returns every layout, in the order of the enumeration.
 constexpr std::span<const LightMapLayoutInfo> allLightMapLayouts() {

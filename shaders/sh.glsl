@@ -49,6 +49,19 @@ LC_FUNCTION vec3 lcExitRadianceWrapped(LcSh sh, vec3 n, float wrap) {
     return lcZonal(sh, n, vec3(1.0f, (2.0f - wrap) / 3.0f, 0.25f * (1.0f - wrap) * (1.0f - wrap)));
 }
 
+// Light of bands 0 and 1 under which a white surface shows l0 + x n.x + y n.y + z n.z; band 2 of the result is zero.
+LC_FUNCTION LcSh lcShOfExit(vec3 l0, vec3 y, vec3 z, vec3 x) {
+    LcSh sh;
+    sh.c[0] = 3.54490770f * l0;
+    sh.c[1] = 3.06998012f * y;
+    sh.c[2] = 3.06998012f * z;
+    sh.c[3] = 3.06998012f * x;
+    for (int i = 4; i < 9; ++i) {
+        sh.c[i] = lcGrey(0.0f);
+    }
+    return sh;
+}
+
 // What is left of the light without one directional light: towards, unit, is where it is; intensity is that of its delta.
 LC_FUNCTION LcSh lcWithoutLight(LcSh sh, vec3 towards, vec3 intensity) {
     LcSh r;

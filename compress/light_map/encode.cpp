@@ -42,6 +42,9 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
         case LightMapFamily::Zh3:
         case LightMapFamily::Sh4:
             return rows::encodeRatio(plan, source, options);
+        case LightMapFamily::Godot:
+        case LightMapFamily::Bakery:
+            return rows::encodeEngine(plan, strip, source, options);
         case LightMapFamily::Basis:
             return rows::encodeBasis(plan, strip, source, options);
     }

@@ -22,6 +22,8 @@ void planRatio(LightMapPlan& plan, const LightMapMeasure& measure);
 EncodedLightMapRows encodeLuvw(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
 EncodedLightMapRows encodeRatio(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
 /// strip  the rows that `source` was made of: the normals are read
+EncodedLightMapRows encodeEngine(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
+                                 const EncodeOptions& options);
 EncodedLightMapRows encodeBasis(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
                                 const EncodeOptions& options);
 

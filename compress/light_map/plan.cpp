@@ -109,6 +109,9 @@ LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target
         case LightMapFamily::Sh4:
             rows::planRatio(plan, measure);
             break;
+        case LightMapFamily::Godot:
+        case LightMapFamily::Bakery:
+            break;  // engines have no constants
         case LightMapFamily::Basis:
             assert(false && "a learned layout needs planLearnedLightMap");
             break;

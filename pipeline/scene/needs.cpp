@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "fit/environment_sh.h"
+#include "formats/light_map_layout.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -74,7 +75,10 @@ Needs resolveNeeds(const Scene& scene, const std::vector<const ActionRecord*>& m
 }
 
 std::string lightMapLayoutFor(const Scene& scene, const Needs& needs) {
-    return needs.specular || needs.normalMap ? layoutAsked(scene.output) : "flat";
+    const std::string asked = layoutAsked(scene.output);
+    const auto known = formats::lightMapLayoutFromName(asked);
+    const bool isForEngine = known && formats::info(*known).isForEngine();
+    return needs.specular || needs.normalMap || isForEngine ? asked : "flat";
 }
 
 double largestExponentFor(const Needs& needs, const std::vector<double>& exponents) {

@@ -215,6 +215,20 @@ TEST_F(Command, EachConverterStandsAlone) {
     EXPECT_EQ(run("lut tables.ktx2").code, 2) << "three textures do not fit one file";
 }
 
+/// Engines that read a layout load its files: Godot one DDS file with an array of four slices.
+TEST_F(Command, LayoutsOfEnginesAreFilesThatTheyLoad) {
+    ASSERT_EQ(run("lightmap map.exr room.dds --layout godot --max-error 1").code, 0);
+    EXPECT_THAT(run("info room.dds").out, testing::AllOf(HasSubstr("bc6h-uf16"), HasSubstr("layers: 4")));
+    EXPECT_EQ(run("decode room.dds slice.exr --layer 3").code, 0);
+    const std::map<std::string, std::vector<std::string>> layouts = {{"mono-sh", {"l0", "l1"}}, {"bakery", {"l0", "l1x", "l1y", "l1z"}}};
+    for (const auto& [layout, files] : layouts) {
+        ASSERT_EQ(run(fmt::format("lightmap map.exr {0} --layout {0} --container dds --max-error 1", layout)).code, 0);
+        for (const std::string& file : files) EXPECT_TRUE(std::filesystem::exists(scene_ / layout / ("map_" + file + ".dds"))) << layout;
+        EXPECT_EQ(run(fmt::format("verify {}", layout)).code, 0);
+    }
+    EXPECT_EQ(run("lightmap map.exr tight --layout godot --max-error 0.001").code, 4) << "it lacks band 2";
+}
+
 TEST_F(Command, TablesOfOtherLobesAndSizesAreVerifiedToo) {
     for (const char* options :
          {"--lobe ggx --normalization halo3 --m 0.05,1 --rows 12 --views 10", "--lobe phong --view-axis NoV --views 16",

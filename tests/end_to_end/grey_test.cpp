@@ -127,9 +127,11 @@ TEST_P(GreyTest, ComesOutOfEveryAssetAsItWentIn) {
 INSTANTIATE_TEST_SUITE_P(EveryWay, GreyTest,
                          testing::Values(Variant{"bc", "ratio"}, Variant{"bc", "luvw"}, Variant{"bc", "raw"}, Variant{"astc", "ratio"},
                                          Variant{"bc", "zh3"}, Variant{"bc", "sh4"}, Variant{"astc", "sh4"}, Variant{"astc", "zh3"},
-                                         Variant{"bc", "luvw-linear"}, Variant{"float", "ratio"}, Variant{"float", "raw"},
-                                         Variant{"bc", "basis-3"}, Variant{"bc", "basis-4"}, Variant{"bc", "basis-12"},
-                                         Variant{"astc", "basis-8"}, Variant{"float", "basis-8"}, Variant{"bc", "ratio", "ggx"}),
+                                         Variant{"bc", "luvw-linear"}, Variant{"bc", "godot"}, Variant{"astc", "godot"},
+                                         Variant{"bc", "mono-sh"}, Variant{"bc", "bakery"}, Variant{"astc", "bakery"},
+                                         Variant{"float", "ratio"}, Variant{"float", "raw"}, Variant{"bc", "basis-3"},
+                                         Variant{"bc", "basis-4"}, Variant{"bc", "basis-12"}, Variant{"astc", "basis-8"},
+                                         Variant{"float", "basis-8"}, Variant{"bc", "ratio", "ggx"}),
                          [](const auto& variant) {
                              std::string layout = variant.param.layout;
                              std::ranges::replace(layout, '-', '_');

@@ -134,6 +134,7 @@ constexpr std::array kLightMapCases = {LightMapCase{"bc", "flat"},        LightM
                                        LightMapCase{"bc", "zh3"},         LightMapCase{"bc", "sh4"},      LightMapCase{"bc", "luvw"},
                                        LightMapCase{"bc", "luvw-linear"}, LightMapCase{"bc", "basis-3"},  LightMapCase{"bc", "basis-4"},
                                        LightMapCase{"bc", "basis-8"},     LightMapCase{"bc", "basis-12"}, LightMapCase{"bc", "basis-16"},
+                                       LightMapCase{"bc", "godot"},       LightMapCase{"bc", "mono-sh"},  LightMapCase{"bc", "bakery"},
                                        LightMapCase{"float", "ratio"},    LightMapCase{"float", "luvw"},  LightMapCase{"float", "basis-8"}};
 
 /// One test, because starting a browser is slow.

@@ -63,6 +63,10 @@ public:
             case formats::LightMapFamily::Sh4:
                 return constants({{"range", Kind::Number}, {"scale", Kind::Array}, {"bias", Kind::Array}}) + texels({{"ratio", "ratio"}}) +
                        "t.l0 = " + fetch("l0", "0") + ";\n" + call();
+            case formats::LightMapFamily::Godot:
+                return texels({{"sh", "sh"}}) + callWithoutConstants();
+            case formats::LightMapFamily::Bakery:
+                return texels({}) + eachTexture() + callWithoutConstants();
             case formats::LightMapFamily::Basis:
                 break;
         }
@@ -140,6 +144,14 @@ private:
             "{0}.v[i] = vec3(TABLE(at), TABLE(at + 1), TABLE(at + 2));\n}}\n",
             name, size, first);
     }
+    /// Fetches textures of one layer, each the texel member of its name.
+    std::string eachTexture() const {
+        std::string text;
+        for (const formats::LightMapTextureInfo& texture : info_.textures)
+            text += fmt::format("t.{} = {};\n", texture.name, fetch(std::string(texture.name), "0"));
+        return text;
+    }
+    std::string callWithoutConstants() const { return "LcSh sh = lcLightMap" + shaderName() + "(t);\n"; }
     std::string call() const { return "LcSh sh = lcLightMap" + shaderName() + "(t, k);\n"; }
     static std::string result(const std::string& call) {
         return "LcSh sh;\nfor (int i = 0; i < 9; ++i) sh.c[i] = lcGrey(0.0);\nsh.c[0] = " + call + " / 0.28209479;\n";

@@ -95,9 +95,16 @@ std::string useOf(const std::string& layout) {
                              : layout == "luvw-linear" ? "LuvwLinear"
                              : layout == "zh3"         ? "Zh3"
                              : layout == "sh4"         ? "Sh4"
+                             : layout == "godot"       ? "Godot"
+                             : layout == "mono-sh"     ? "MonoSh"
+                             : layout == "bakery"      ? "Bakery"
                                                        : "Ratio";
-    std::string body = "Lc" + type + "Texels t;\nLc" + type + "Constants k;\n";
     const std::string one = "vec4(0.5, 0.5, 0.5, 1.0)";
+    const bool isForEngine = formats::info(formats::lightMapLayoutFromName(layout).value()).isForEngine();
+    std::string body = "Lc" + type + "Texels t;\n" + (isForEngine ? "" : "Lc" + type + "Constants k;\n");
+    if (layout == "godot") body += "for (int i = 0; i < 4; ++i) { t.sh[i] = " + one + "; }\n";
+    if (layout == "mono-sh") body += "t.l0 = " + one + ";\nt.l1 = " + one + ";\n";
+    if (layout == "bakery") body += "t.l0 = t.l1x = t.l1y = t.l1z = " + one + ";\n";
     if (layout == "raw") body += "for (int i = 0; i < 9; ++i) { t.sh[i] = " + one + "; }\nk.range = 2.0;\n";
     if (layout == "luvw")
         body += "for (int i = 0; i < 9; ++i) { t.first[i] = " + one + "; t.second[i] = " + one +
@@ -113,7 +120,10 @@ std::string useOf(const std::string& layout) {
     if (layout == "ratio" || layout == "sh4")
         body += "t.l0 = " + one + ";\nk.range = 2.0;\nfor (int i = 0; i < " + (layout == "sh4" ? "3" : "8") +
                 "; ++i) { t.ratio[i] = " + one + "; k.scale[i] = 2.0; k.bias[i] = -1.0; }\n";
-    return body + "LcSh sh = lcLightMap" + type + "(t, k);\n" +
+    if (isForEngine)
+        body += "vec3 shown = lc" + type + "ExitRadiance(t, vec3(0.6, 0.0, 0.8));\nt." + (layout == "godot" ? "sh[0]" : "l0") +
+                ".x = shown.x;\n";
+    return body + "LcSh sh = lcLightMap" + type + (isForEngine ? "(t);\n" : "(t, k);\n") +
            "LcFrame f = lcViewFrame(vec3(0.0, 0.0, 1.0), vec3(0.6, 0.0, 0.8));\n"
            "result = lcExitRadiance(lcLocalSh(sh, f.x, f.y, f.z), vec3(0.0, 0.0, 1.0));\n";
 }

@@ -84,6 +84,30 @@ TEST(ShaderSh, LocalCoefficientsAreThoseOfTheTurnedLight) {
     }
 }
 
+/// The formula of the engine, and what the decoded coefficients of radiance show: L0 + n . L1 with L1 written out.
+TEST(ShaderLightMaps, EnginesLayoutsShowWhatTheEngineShows) {
+    Random random;
+    const auto texel = [&](float high) { return glm::vec4(random.number(0, high), random.number(0, high), random.number(0, high), 1); };
+    const auto expectShown = [&](const LcSh& sh, const vec3& shown, const vec3& n) {
+        expectNear(lighting::lambertExitRadiance(toRgb(sh), n, vec3(1)).value, shown, 2e-5f);
+        for (int i = 4; i < 9; ++i) EXPECT_EQ(sh.c[i], vec3(0));
+    };
+    for (int i = 0; i < 200; ++i) {
+        const vec3 n = random.direction();
+        const glm::vec4 first = texel(2), x = texel(1), y = texel(1), z = texel(1);
+        const vec3 l0(first), alongColours = n.x * (vec3(x) - 0.5f) + n.y * (vec3(y) - 0.5f) + n.z * (vec3(z) - 0.5f);
+        const shaders::LcGodotTexels godot{{first, y, z, x}};
+        expectNear(shaders::lcGodotExitRadiance(godot, n), l0 + 8.0f * l0 * alongColours, 1e-5f);
+        expectShown(shaders::lcLightMapGodot(godot), shaders::lcGodotExitRadiance(godot, n), n);
+        const shaders::LcBakeryTexels bakery{first, x, y, z};
+        expectNear(shaders::lcBakeryExitRadiance(bakery, n), l0 + 4.0f * l0 * alongColours, 1e-5f);
+        expectShown(shaders::lcLightMapBakery(bakery), shaders::lcBakeryExitRadiance(bakery, n), n);
+        const shaders::LcMonoShTexels mono{first, x};
+        expectNear(shaders::lcMonoShExitRadiance(mono, n), l0 + 4.0f * l0 * glm::dot(vec3(x) - 0.5f, n), 1e-5f);
+        expectShown(shaders::lcLightMapMonoSh(mono), shaders::lcMonoShExitRadiance(mono, n), n);
+    }
+}
+
 TEST(ShaderSpecular, CookTorranceIsLightings) {
     Random random;
     for (int i = 0; i < 500; ++i) {

@@ -146,6 +146,39 @@ private:
     BandLengths unit_{};  ///< deviation for l0 = 1 and any ratios
 };
 
+/// Engines' layouts: L0 (1, u), degree 2. Texels of u may be of a floating-point format, whose tolerance follows from the quad's own.
+template <EngineLayout Layout>
+class CoarseBounds<Layout> {
+public:
+    CoarseBounds(const Layout&, const std::vector<FormatTolerance>& tolerance) : formats_(tolerance) {
+        static_assert(Layout::kDegree == 2);
+    }
+    bool isKnown() const { return true; }
+    template <class ToleranceAt>
+    CoarseBound bound(const Layout& layout, const Corners<Layout::kLayers>& t, ToleranceAt&& toleranceAt) const {
+        Texels<Layout::kLayers> across, down;
+        Boxes<Layout::kLayers> boxes;
+        for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
+            const auto at = detail::layerAt(t, layer);
+            across[layer] = detail::step(at, 0);
+            down[layer] = detail::step(at, 1);
+            if (formats_.empty()) continue;
+            const glm::vec4 low = glm::min(glm::min(at[0], at[1]), glm::min(at[2], at[3])),
+                            high = glm::max(glm::max(at[0], at[1]), glm::max(at[2], at[3]));
+            boxes[layer] = {0.5f * (low + high), 0.5f * (high - low),
+                            toleranceAt(layer) + formats_[layer].relative * glm::max(glm::abs(low), glm::abs(high))};
+        }
+        shaders::LcSh curvature{};
+        for (std::size_t i = 1; i < 4; ++i)
+            curvature.c[i] = 2 * detail::kCurvature2 * Layout::kSlope *
+                             (glm::vec3(across[0]) * Layout::unit(across, i) + glm::vec3(down[0]) * Layout::unit(down, i));
+        return {detail::lengthsOf(curvature), formats_.empty() ? BandLengths{} : detail::lengthsOf(deviationOf(layout, boxes))};
+    }
+
+private:
+    std::vector<FormatTolerance> formats_;
+};
+
 /// luvw: a0 a1 uvw, degree 3. For zonal layouts the bound is that of bands(), where the zonal coefficient is all of band 2.
 template <LuvwFamily Layout>
 class CoarseBounds<Layout> {

@@ -63,6 +63,25 @@ shaders::LcSh deviationOf(const Layout& layout, const Boxes<Layout::kLayers>& t)
     return out;
 }
 
+/// Engines' layouts: c_0 = first L0, c_i = slope L0 (u_i - 1/2).
+template <EngineLayout Layout>
+shaders::LcSh deviationOf(const Layout&, const Boxes<Layout::kLayers>& t) {
+    Texels<Layout::kLayers> centre, reach, tolerance;
+    for (std::size_t layer = 0; layer < t.size(); ++layer) {
+        centre[layer] = t[layer].centre;
+        tolerance[layer] = t[layer].tolerance;
+        reach[layer] = t[layer].half + t[layer].tolerance;
+    }
+    const glm::vec3 l0 = detail::rgb(t[0].largest()), off = detail::rgb(t[0].tolerance);
+    shaders::LcSh out{};
+    out.c[0] = Layout::kFirst * off;
+    for (std::size_t i = 1; i < 4; ++i) {
+        const glm::vec3 value = glm::abs(Layout::unit(centre, i) - 0.5f) + Layout::unit(reach, i);
+        out.c[i] = Layout::kSlope * (off * value + l0 * Layout::unit(tolerance, i));
+    }
+    return out;
+}
+
 /// luvw: c_i = range_i a0 a1 uvw, where a0, a1 are the alphas and uvw is linear in both colours. For zonal layouts, of bands().
 template <LuvwFamily Layout>
 shaders::LcSh deviationOf(const Layout& layout, const Boxes<Layout::kLayers>& t) {

@@ -39,6 +39,11 @@ std::optional<formats::Error> readConstants(const CookedLightMap& map, AnyLayout
     return readConstant(map, "range", std::span(&layout.k.range, 1));
 }
 
+template <EngineLayout AnyLayout>
+std::optional<formats::Error> readConstants(const CookedLightMap&, AnyLayout&) {
+    return std::nullopt;
+}
+
 template <LuvwFamily Luvw>
 std::optional<formats::Error> readConstants(const CookedLightMap& map, Luvw& layout) {
     std::array<float, 4> neutral{};

@@ -124,6 +124,41 @@ using Ratio = RatioDecode<LightMapLayout::Ratio, shaders::LcRatioTexels, shaders
 
 using Sh4 = RatioDecode<LightMapLayout::Sh4, shaders::LcSh4Texels, shaders::LcSh4Constants, shaders::lcLightMapSh4>;
 
+/// Layouts that engines read by formulas without constants: exit radiance L0, and L1 over it as numbers u in [0, 1]:
+/// c_0 = kFirst L0, c_i = kSlope L0 (u_i - 1/2). The layout's unit(t, i) picks u_i, i = 1 .. 3, from its texels.
+template <class Layout>
+concept EngineLayout = requires {
+    Layout::kSlope;
+};
+
+/// Members of every engine's layout. kExtent is |L1| / L0 at u = 1; kDecode is the shader's decode.
+template <LightMapLayout kId, class ShaderTexels, auto kDecode, int kExtent>
+struct EngineRow : LayoutRow<kId> {
+    using LayerTexels = Texels<LayoutRow<kId>::kLayers>;
+    /// The shader's factors, rounded up.
+    static constexpr float kFirst = 3.544908f, kSlope = 2 * kExtent * 3.069981f;
+
+    shaders::LcSh decode(const LayerTexels& t) const { return kDecode(shaderTexels<ShaderTexels>(t)); }
+    /// Returns the decoded coefficient 0 and the reference's higher coefficients.
+    shaders::LcSh decodeEarly(std::size_t, const LayerTexels& t, const shaders::LcSh& reference) const {
+        shaders::LcSh sh = reference;
+        sh.c[0] = decode(t).c[0];
+        return sh;
+    }
+};
+
+struct Godot : EngineRow<LightMapLayout::Godot, shaders::LcGodotTexels, shaders::lcLightMapGodot, 4> {
+    static glm::vec3 unit(const LayerTexels& t, std::size_t i) { return glm::vec3(t[i]); }
+};
+
+struct MonoSh : EngineRow<LightMapLayout::MonoSh, shaders::LcMonoShTexels, shaders::lcLightMapMonoSh, 2> {
+    static glm::vec3 unit(const LayerTexels& t, std::size_t i) { return glm::vec3(t[1][static_cast<int>(i % 3)]); }
+};
+
+struct Bakery : EngineRow<LightMapLayout::Bakery, shaders::LcBakeryTexels, shaders::lcLightMapBakery, 2> {
+    static glm::vec3 unit(const LayerTexels& t, std::size_t i) { return glm::vec3(t[1 + i % 3]); }
+};
+
 /// Layouts whose band 2 is a zonal lobe about the axis of their filtered band 1. The decode is not a polynomial of the texels, but
 /// decode = lcZonalBand2(bands, axis), where bands() is one of degree kDegree: bands 0 and 1, and the zonal coefficient in c[4].
 template <class Layout>
@@ -210,8 +245,9 @@ struct Basis : LayoutRow<kId> {
 };
 
 /// One alternative for each layout, in the order of the enumeration.
-using Layout = std::variant<Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis<LightMapLayout::Basis3>, Basis<LightMapLayout::Basis4>,
-                            Basis<LightMapLayout::Basis8>, Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>, Sh4>;
+using Layout =
+    std::variant<Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis<LightMapLayout::Basis3>, Basis<LightMapLayout::Basis4>,
+                 Basis<LightMapLayout::Basis8>, Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>, Sh4, Godot, MonoSh, Bakery>;
 
 /// Returns true if the variant has one alternative for each row of the table, in its order.
 template <std::size_t... kIndices>

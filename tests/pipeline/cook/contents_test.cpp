@@ -115,6 +115,8 @@ TEST(Contents, AutoTriesTheFlatLayoutWhereItMayBeEnough) {
 TEST(Contents, ALayoutByNameAndKeepUnusedAreObeyed) {
     const SmallScene fog(SmallScene::Parts::LightMap, growingFog);
     EXPECT_EQ(assetOf(cook(fog, "light_map_layout = \"luvw\"").report, "map").at("layout"), "luvw");
+    for (const char* layout : {"godot", "mono-sh", "bakery"})
+        EXPECT_EQ(assetOf(cook(fog, fmt::format("light_map_layout = \"{}\"", layout)).report, "map").at("layout"), layout);
     const SmallScene dark(SmallScene::Parts::LightMap, black);
     const Json report = cook(dark, "keep_unused = true").report;
     EXPECT_EQ(assetOf(report, "map").at("width"), SmallScene::kWidth);

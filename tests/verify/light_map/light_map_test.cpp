@@ -28,9 +28,9 @@ using synthetic::Kind;
 using test::kEveryLayout;
 constexpr int kWidth = 46, kHeight = 38;
 
-/// Returns true if the layout keeps band 2 as it is: zonal layouts approximate it, sh4 drops it.
+/// Returns true if the layout keeps band 2 as it is: zonal layouts approximate it, sh4 and those of engines drop it.
 bool keepsBand2(LightMapLayout layout) {
-    return !formats::info(layout).isZonal && layout != LightMapLayout::Sh4;
+    return !formats::info(layout).isZonal && layout != LightMapLayout::Sh4 && !formats::info(layout).isForEngine();
 }
 
 using test::Cooked;
@@ -314,8 +314,9 @@ TEST(LightMapVerifier, NoSampledShadingExceedsTheBound) {
     std::normal_distribution<double> normal;
     constexpr int places = 4000, normals = 25;
     for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::NegativeBands, Kind::Night})
-        for (const LightMapLayout layout : {LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio,
-                                            LightMapLayout::Zh3, LightMapLayout::Sh4}) {
+        for (const LightMapLayout layout :
+             {LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio, LightMapLayout::Zh3,
+              LightMapLayout::Sh4, LightMapLayout::Godot, LightMapLayout::MonoSh, LightMapLayout::Bakery}) {
             const Cooked cooked = cook(kind, layout);
             const verify::StageError total = cooked.total();
             const Filtered filtered = filterAt(cooked, places, random);

@@ -449,7 +449,8 @@ INSTANTIATE_TEST_SUITE_P(Scenes, MagnifiedScenesSoak,
                                           testing::Values(LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear,
                                                           LightMapLayout::Ratio, LightMapLayout::Zh3, LightMapLayout::Sh4,
                                                           LightMapLayout::Basis3, LightMapLayout::Basis4, LightMapLayout::Basis8,
-                                                          LightMapLayout::Basis12, LightMapLayout::Basis16)),
+                                                          LightMapLayout::Basis12, LightMapLayout::Basis16, LightMapLayout::Godot,
+                                                          LightMapLayout::MonoSh, LightMapLayout::Bakery)),
                          nameOf);
 
 class TightBoundsSoak : public testing::TestWithParam<SceneAndLayout> {};
@@ -467,7 +468,8 @@ INSTANTIATE_TEST_SUITE_P(Scenes, TightBoundsSoak,
                          testing::Combine(testing::ValuesIn(kScenes),
                                           testing::Values(LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio,
                                                           LightMapLayout::Zh3, LightMapLayout::Sh4, LightMapLayout::Basis3,
-                                                          LightMapLayout::Basis4, LightMapLayout::Basis8, LightMapLayout::Basis16)),
+                                                          LightMapLayout::Basis4, LightMapLayout::Basis8, LightMapLayout::Basis16,
+                                                          LightMapLayout::Godot, LightMapLayout::MonoSh, LightMapLayout::Bakery)),
                          nameOf);
 
 }  // namespace
