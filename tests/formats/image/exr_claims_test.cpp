@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,12 @@ std::string fileOf(const Header& header, std::size_t rest) {
     return file + '\0' + std::string(rest, '\1');
 }
 
+/// Returns the error's line without the memory that was free, which changes between two calls.
+std::string lineOf(const Error& error) {
+    static const std::regex kFreeMemory("the [0-9]+ MiB that are free");
+    return std::regex_replace(error.line(), kFreeMemory, "the memory that is free");
+}
+
 class ExrClaims : public testing::Test {
 protected:
     /// Expects that neither reader of images nor reader of channels takes the file.
@@ -60,10 +67,10 @@ protected:
         if (code != ErrorCode::WrongShape) return;  // else OpenImageIO reports it
         const auto image = readImage(folder_ / "a.exr");
         ASSERT_FALSE(image);
-        EXPECT_EQ(image.error().line(), reader.error().line());
+        EXPECT_EQ(lineOf(image.error()), lineOf(reader.error()));
         const auto gradient = loadGradient(folder_ / "a.exr", {});
         ASSERT_FALSE(gradient);
-        EXPECT_EQ(gradient.error().line(), reader.error().line());
+        EXPECT_EQ(lineOf(gradient.error()), lineOf(reader.error()));
     }
 
     const TemporaryFolder folder_;
