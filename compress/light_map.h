@@ -8,6 +8,7 @@
 //   ratio   lambda_0 = RANGE l0, lambda_i = lambda_0 (SCALE_i ratio_i + BIAS_i)
 //   zh3     as ratio for bands 0 and 1; band 2 = lambda_0 (SCALE_4 ratio_4 + BIAS_4) sqrt(4 pi / 5) Y_2m(axis of band 1)
 //   basis   lambda_i = lambda_0 (P_i(code) + sum_k (residual_k - neutral) R_ki), P quadratic, P and R learned for each cluster of charts
+//   hdr     lambda_0 = RANGE sh_0, lambda_i = RANGE sh_i + BIAS_i lambda_0
 //   luvw-linear: bands 0 and 1 as luvw, and an intensity I from which band 2 = I Y_2m(axis of band 1)
 //
 // Use, for any cut of the map into strips of rows:
@@ -187,9 +188,10 @@ struct LightMapPlan {
     int blockHeight() const;       ///< [texels] strips must be cut at multiples of it
     double bitsPerTexel() const;   ///< of all textures and layers, tables, and the index or the vertex attribute
     std::size_t gpuBytes() const;  ///< the same in bytes
-    /// gpuBytes of a layout that is this one, or this one without the last layers of its residual.
+    /// gpuBytes of a layout that is this one, or this one without its last layers.
     std::size_t gpuBytesAs(formats::LightMapLayout shorter) const;
-    std::size_t tableBytes() const;  ///< of a learned decode's factors, in a constant or storage buffer
+    std::size_t tableBytes() const { return tableBytesAs(layout); }  ///< of a learned decode's factors, in a constant or storage buffer
+    std::size_t tableBytesAs(formats::LightMapLayout shorter) const;
     /// Clusters of the blocks of 4 x 4 texels of a learned layout, row by row.
     std::span<const std::uint8_t> clusterOfBlock() const;
     /// The same as the texture "index": RGBA8, four neighbours of a row of blocks in a texel. Half a bit a texel of the map.

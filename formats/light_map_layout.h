@@ -17,10 +17,28 @@
 
 namespace lightcook::formats {
 
-enum class LightMapLayout { Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis3, Basis4, Basis8, Basis12, Basis16, Sh4, Godot, MonoSh, Bakery };
+enum class LightMapLayout {
+    Raw,
+    Flat,
+    Luvw,
+    LuvwLinear,
+    Ratio,
+    Zh3,
+    Basis3,
+    Basis4,
+    Basis8,
+    Basis12,
+    Basis16,
+    Sh4,
+    Godot,
+    MonoSh,
+    Bakery,
+    Hdr,
+    Hdr2
+};
 
 /// Layouts of one family share their encoder, their decoder and the shader source light_map_<family>.glsl.
-enum class LightMapFamily { Raw, Flat, Luvw, Ratio, Zh3, Basis, Sh4, Godot, Bakery };
+enum class LightMapFamily { Raw, Flat, Luvw, Ratio, Zh3, Basis, Sh4, Godot, Bakery, Hdr };
 
 /// Selects the format of a target that holds the texels of a texture.
 enum class TexelRole {
@@ -69,6 +87,11 @@ struct LightMapLayoutInfo {
     }
     /// An engine reads the textures by its own formula, which has no constants. No other layout may stand in for this one.
     constexpr bool isForEngine() const { return family == LightMapFamily::Godot || family == LightMapFamily::Bakery; }
+    /// Learned constants of one cluster of charts in a buffer of the shader [bytes]: quadratic polynomials of the codes for eight
+    /// coefficients, and four directions of nine coefficients a residual layer, at the 16 bytes that an RGB factor takes.
+    constexpr int clusterTableBytes() const {
+        return isLearned() ? 16 * ((codeCount + 1) * (codeCount + 2) / 2 * 8 + 4 * 9 * residualCount()) : 0;
+    }
     /// Layers after the code of a learned layout.
     constexpr int residualCount() const { return isLearned() && textures.size() > 2 ? textures[2].layerCount : 0; }
 };
@@ -78,9 +101,9 @@ inline constexpr std::array kLightMapFamilies = {
     LightMapFamilyInfo{LightMapFamily::Luvw, "luvw"},     LightMapFamilyInfo{LightMapFamily::Ratio, "ratio"},
     LightMapFamilyInfo{LightMapFamily::Zh3, "zh3"},       LightMapFamilyInfo{LightMapFamily::Basis, "basis"},
     LightMapFamilyInfo{LightMapFamily::Sh4, "sh4"},       LightMapFamilyInfo{LightMapFamily::Godot, "godot"},
-    LightMapFamilyInfo{LightMapFamily::Bakery, "bakery"},
+    LightMapFamilyInfo{LightMapFamily::Bakery, "bakery"}, LightMapFamilyInfo{LightMapFamily::Hdr, "hdr"},
 };
-static_assert(isCompleteTable(kLightMapFamilies, LightMapFamily::Bakery));
+static_assert(isCompleteTable(kLightMapFamilies, LightMapFamily::Hdr));
 
 namespace layout_tables {
 
@@ -97,6 +120,8 @@ inline constexpr std::array kGodot = {Texture{"sh", 4, TexelRole::Hdr}};
 inline constexpr std::array kMonoSh = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"l1", 1, TexelRole::Ldr}};
 inline constexpr std::array kBakery = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"l1x", 1, TexelRole::Ldr},
                                        Texture{"l1y", 1, TexelRole::Ldr}, Texture{"l1z", 1, TexelRole::Ldr}};
+inline constexpr std::array kHdr = {Texture{"sh", 9, TexelRole::Hdr}};
+inline constexpr std::array kHdr2 = {Texture{"sh", 9, TexelRole::Hdr}, Texture{"second", 9, TexelRole::Hdr}};
 inline constexpr std::array kBasis3 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::LdrRgb}};
 inline constexpr std::array kBasis4 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::Ldr}};
 template <int kResiduals>
@@ -309,8 +334,34 @@ inline constexpr std::array kLightMapLayouts = {
                        .trialLayout = std::nullopt,
                        .trialStage = "",
                        .lacks = "band 2"},
+    LightMapLayoutInfo{.id = LightMapLayout::Hdr,
+                       .name = "hdr",
+                       .family = LightMapFamily::Hdr,
+                       .caption = "each coefficient as HDR colour, raised by a multiple of coefficient 0: linear in its texels",
+                       .textures = layout_tables::kHdr,
+                       .stages = std::span(layout_tables::kLuvwStages).first(1),
+                       .codeCount = 0,
+                       .isZonal = false,
+                       .decodeDegree = 1,
+                       .decodeOps = 51,
+                       .trialLayout = LightMapLayout::Hdr2,
+                       .trialStage = "stage 1",
+                       .lacks = ""},
+    LightMapLayoutInfo{.id = LightMapLayout::Hdr2,
+                       .name = "hdr-2",
+                       .family = LightMapFamily::Hdr,
+                       .caption = "hdr and a second texture of what the first one misses",
+                       .textures = layout_tables::kHdr2,
+                       .stages = layout_tables::kLuvwStages,
+                       .codeCount = 0,
+                       .isZonal = false,
+                       .decodeDegree = 1,
+                       .decodeOps = 105,
+                       .trialLayout = LightMapLayout::Hdr2,
+                       .trialStage = "total",
+                       .lacks = ""},
 };
-static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::Bakery));
+static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::Hdr2));
 
 /// Returns every layout, in the order of the enumeration.
 constexpr std::span<const LightMapLayoutInfo> allLightMapLayouts() {
@@ -353,6 +404,16 @@ constexpr PixelFormat formatFor(TexelRole role, const TargetInfo& target) {
             break;
     }
     return target.ldrAlpha;
+}
+
+/// Returns the GPU memory of a texel in a layout's textures, without tables and what names the clusters [bits].
+inline int textureBits(const LightMapLayoutInfo& layout, const TargetInfo& target) {
+    int bits = 0;
+    for (const LightMapTextureInfo& texture : layout.textures) {
+        const PixelFormatInfo& format = info(formatFor(texture.role, target));
+        bits += 8 * texture.layerCount * format.bytesPerBlock / (format.blockWidth * format.blockHeight);
+    }
+    return bits;
 }
 
 }  // namespace lightcook::formats

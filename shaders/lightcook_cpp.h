@@ -41,6 +41,7 @@ using glm::vec4;
 #include "shaders/light_map_sh4.glsl"
 #include "shaders/light_map_godot.glsl"
 #include "shaders/light_map_bakery.glsl"
+#include "shaders/light_map_hdr.glsl"
 #include "shaders/specular.glsl"
 #include "shaders/environment.glsl"
 #include "shaders/rsrm.glsl"

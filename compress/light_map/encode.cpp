@@ -45,6 +45,8 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
         case LightMapFamily::Godot:
         case LightMapFamily::Bakery:
             return rows::encodeEngine(plan, strip, source, options);
+        case LightMapFamily::Hdr:
+            return rows::encodeHdrCoefficients(plan, source, options);
         case LightMapFamily::Basis:
             return rows::encodeBasis(plan, strip, source, options);
     }

@@ -18,9 +18,12 @@ float halfRange(float largest);
 void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure);
 /// Adds the constants of the families ratio and zh3.
 void planRatio(LightMapPlan& plan, const LightMapMeasure& measure);
+/// Adds the constants of family hdr.
+void planHdrCoefficients(LightMapPlan& plan, const LightMapMeasure& measure);
 
 EncodedLightMapRows encodeLuvw(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
 EncodedLightMapRows encodeRatio(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
+EncodedLightMapRows encodeHdrCoefficients(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
 /// strip  the rows that `source` was made of: the normals are read
 EncodedLightMapRows encodeEngine(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
                                  const EncodeOptions& options);

@@ -65,10 +65,6 @@ double LightMapPlan::bitsPerTexel() const {
     return bits;
 }
 
-std::size_t LightMapPlan::tableBytes() const {
-    return basis ? basis->tableBytes() : 0;
-}
-
 std::span<const std::uint8_t> LightMapPlan::clusterOfBlock() const {
     return basis ? std::span<const std::uint8_t>(basis->clusterOfBlock) : std::span<const std::uint8_t>();
 }
@@ -112,6 +108,9 @@ LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target
         case LightMapFamily::Godot:
         case LightMapFamily::Bakery:
             break;  // engines have no constants
+        case LightMapFamily::Hdr:
+            rows::planHdrCoefficients(plan, measure);
+            break;
         case LightMapFamily::Basis:
             assert(false && "a learned layout needs planLearnedLightMap");
             break;

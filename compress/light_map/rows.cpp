@@ -22,8 +22,12 @@ constexpr float kPaddingSignificance = 0x1p-8f, kSecondSignificance = 0x1p-16f;
 constexpr float kFarLight = 8;
 
 /// Above this share of the key, errors count by their ratio; below, by their size. Learned layouts need the smaller one: the same tables
-/// decode all light levels, and errors in dark texels would go unnoticed.
-constexpr float kKnee = 1.0f, kLearnedKnee = 0.1f;
+/// decode all light levels, and errors in dark texels would go unnoticed. So does family hdr, whose dark texels share blocks with lit ones.
+constexpr float kKnee = 1.0f, kSmallKnee = 0.1f;
+
+float kneeOf(const formats::LightMapLayoutInfo& layout) {
+    return layout.isLearned() || layout.family == formats::LightMapFamily::Hdr ? kSmallKnee : kKnee;
+}
 
 /// Writes the values of one texel that layouts store: nine coefficients, or the exit radiance.
 void texelValues(const formats::LightMapStrip& strip, bool isFlat, int x, int y, std::span<glm::vec3> out) {
@@ -84,7 +88,7 @@ Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& strip,
     source.coverage = Image<float>(plan.width, rowCount, 0);
     source.importance = Image<float>(plan.width, rowCount, 0);
     source.owner = Image<glm::ivec2>(plan.width, rowCount, glm::ivec2(-1));
-    const float floor = std::max((formats::info(plan.layout).isLearned() ? kLearnedKnee : kKnee) * static_cast<float>(plan.key), 1e-12f);
+    const float floor = std::max(kneeOf(formats::info(plan.layout)) * static_cast<float>(plan.key), 1e-12f);
     std::array<glm::vec3, lighting::kShCount> texel;
     const auto values = std::span(texel).first(valueCount);
     for (int y = 0; y < rowCount; ++y) {

@@ -67,6 +67,8 @@ public:
                 return texels({{"sh", "sh"}}) + callWithoutConstants();
             case formats::LightMapFamily::Bakery:
                 return texels({}) + eachTexture() + callWithoutConstants();
+            case formats::LightMapFamily::Hdr:
+                return decodeHdr();
             case formats::LightMapFamily::Basis:
                 break;
         }
@@ -118,6 +120,16 @@ private:
         for (const Array& each : arrays)
             text += fmt::format("for (int i = 0; i < {}; ++i) t.{}[i] = {};\n", layerCount(each.role), each.member, fetch(each.role, "i"));
         return text;
+    }
+    std::string decodeHdr() const {
+        const bool hasSecond = layerCount("second") > 0;
+        std::vector<Constant> members = {{"range", Kind::Number}, {"bias", Kind::Array}};
+        std::vector<Array> arrays = {{"sh", "sh"}};
+        if (hasSecond) {
+            members.push_back({"share", Kind::Number});
+            arrays.push_back({"second", "second"});
+        }
+        return constants(members) + texels(arrays) + call();
     }
     /// Returns the decode of a learned layout; place.z is the cluster.
     std::string decodeBasis() const {

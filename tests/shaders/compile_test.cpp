@@ -98,6 +98,8 @@ std::string useOf(const std::string& layout) {
                              : layout == "godot"       ? "Godot"
                              : layout == "mono-sh"     ? "MonoSh"
                              : layout == "bakery"      ? "Bakery"
+                             : layout == "hdr"         ? "Hdr"
+                             : layout == "hdr-2"       ? "Hdr2"
                                                        : "Ratio";
     const std::string one = "vec4(0.5, 0.5, 0.5, 1.0)";
     const bool isForEngine = formats::info(formats::lightMapLayoutFromName(layout).value()).isForEngine();
@@ -106,6 +108,10 @@ std::string useOf(const std::string& layout) {
     if (layout == "mono-sh") body += "t.l0 = " + one + ";\nt.l1 = " + one + ";\n";
     if (layout == "bakery") body += "t.l0 = t.l1x = t.l1y = t.l1z = " + one + ";\n";
     if (layout == "raw") body += "for (int i = 0; i < 9; ++i) { t.sh[i] = " + one + "; }\nk.range = 2.0;\n";
+    if (layout.starts_with("hdr"))
+        body +=
+            "for (int i = 0; i < 9; ++i) { t.sh[i] = " + one + "; }\nk.range = 2.0;\nfor (int i = 0; i < 8; ++i) { k.bias[i] = -1.0; }\n";
+    if (layout == "hdr-2") body += "for (int i = 0; i < 9; ++i) { t.second[i] = " + one + "; }\nk.share = 0.0625;\n";
     if (layout == "luvw")
         body += "for (int i = 0; i < 9; ++i) { t.first[i] = " + one + "; t.second[i] = " + one +
                 "; k.range[i] = 2.0; k.span[i] = 0.25; }\nk.neutral = " + one + ";\nk.root = 1.0;\n";

@@ -46,6 +46,20 @@ inline shaders::LcSh deviationOf(const Flat& layout, const Boxes<1>& t) {
     return out;
 }
 
+/// hdr: v_i = range sh_i or range mix(sh_i, second_i, share), c_i = v_i + bias_i v_0.
+template <HdrFamily Layout>
+shaders::LcSh deviationOf(const Layout& layout, const Boxes<Layout::kLayers>& t) {
+    const auto& k = layout.k;
+    shaders::LcSh out{};
+    for (std::size_t i = 0; i < 9; ++i) {
+        glm::vec3 off = detail::rgb(t[i].tolerance);
+        if constexpr (requires { k.share; }) off = std::abs(1 - k.share) * off + std::abs(k.share) * detail::rgb(t[9 + i].tolerance);
+        out.c[i] = std::abs(k.range) * off;
+        if (i > 0) out.c[i] += std::abs(k.bias[i - 1]) * out.c[0];
+    }
+    return out;
+}
+
 /// Ratios: c_0 = range l0, c_i = range l0 (scale_i ratio_i + bias_i). For zonal layouts, of bands().
 template <RatioFamily Layout>
 shaders::LcSh deviationOf(const Layout& layout, const Boxes<Layout::kLayers>& t) {

@@ -65,6 +65,14 @@ std::optional<formats::Error> readConstants(const CookedLightMap& map, Ratio& la
     return std::nullopt;
 }
 
+template <HdrFamily Hdr>
+std::optional<formats::Error> readConstants(const CookedLightMap& map, Hdr& layout) {
+    if (auto error = readConstant(map, "range", std::span(&layout.k.range, 1))) return error;
+    if (auto error = readConstant(map, "bias", layout.k.bias)) return error;
+    if constexpr (requires { layout.k.share; }) return readConstant(map, "share", std::span(&layout.k.share, 1));
+    return std::nullopt;
+}
+
 /// Reads `count` tables from the constant `name`, whose values are in the order of the shader's struct.
 template <class Table>
 std::optional<formats::Error> readTables(const CookedLightMap& map, const std::string& name, std::size_t count, std::vector<Table>& out) {

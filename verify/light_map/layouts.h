@@ -159,6 +159,27 @@ struct Bakery : EngineRow<LightMapLayout::Bakery, shaders::LcBakeryTexels, shade
     static glm::vec3 unit(const LayerTexels& t, std::size_t i) { return glm::vec3(t[1 + i % 3]); }
 };
 
+/// Layouts that store all coefficients as HDR colours: [sh..., second...].
+template <class Layout>
+concept HdrFamily = formats::info(Layout::kLayout)
+.family == formats::LightMapFamily::Hdr;
+
+struct Hdr : LayoutRow<LightMapLayout::Hdr> {
+    shaders::LcHdrConstants k{};
+
+    shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapHdr(shaderTexels<shaders::LcHdrTexels>(t), k); }
+};
+
+struct Hdr2 : LayoutRow<LightMapLayout::Hdr2> {
+    shaders::LcHdr2Constants k{};
+
+    shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapHdr2(shaderTexels<shaders::LcHdr2Texels>(t), k); }
+    /// Returns the decode of the first texture alone.
+    shaders::LcSh decodeEarly(std::size_t, const Texels<kLayers>& t, const shaders::LcSh&) const {
+        return shaders::lcLightMapHdr2First(shaderTexels<shaders::LcHdr2Texels>(t), k);
+    }
+};
+
 /// Layouts whose band 2 is a zonal lobe about the axis of their filtered band 1. The decode is not a polynomial of the texels, but
 /// decode = lcZonalBand2(bands, axis), where bands() is one of degree kDegree: bands 0 and 1, and the zonal coefficient in c[4].
 template <class Layout>
@@ -245,9 +266,9 @@ struct Basis : LayoutRow<kId> {
 };
 
 /// One alternative for each layout, in the order of the enumeration.
-using Layout =
-    std::variant<Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis<LightMapLayout::Basis3>, Basis<LightMapLayout::Basis4>,
-                 Basis<LightMapLayout::Basis8>, Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>, Sh4, Godot, MonoSh, Bakery>;
+using Layout = std::variant<Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis<LightMapLayout::Basis3>, Basis<LightMapLayout::Basis4>,
+                            Basis<LightMapLayout::Basis8>, Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>, Sh4, Godot,
+                            MonoSh, Bakery, Hdr, Hdr2>;
 
 /// Returns true if the variant has one alternative for each row of the table, in its order.
 template <std::size_t... kIndices>

@@ -67,12 +67,21 @@ void writeConstants(const BasisModel& model, std::map<std::string, std::vector<f
 }  // namespace
 
 std::size_t LightMapPlan::gpuBytesAs(formats::LightMapLayout shorter) const {
-    if (shorter == layout) return gpuBytes();
-    assert(basis && shapeOf(shorter).codeChannels == basis->shape.codeChannels &&
-           shapeOf(shorter).residualLayers <= basis->shape.residualLayers);
+    assert(formats::info(shorter).family == formats::info(layout).family);
+    std::size_t dropped = 0;
+    for (std::size_t i = 0; i < textures.size(); ++i) {
+        const auto kept = formats::info(shorter).textures;
+        const int layers = textures[i].layerCount - (i < kept.size() ? kept[i].layerCount : 0);
+        dropped += static_cast<std::size_t>(layers) * formats::bytesPerImage(textures[i].format, width, height);
+    }
+    return gpuBytes() - dropped - (tableBytes() - tableBytesAs(shorter));
+}
+
+std::size_t LightMapPlan::tableBytesAs(formats::LightMapLayout shorter) const {
+    if (!basis) return 0;
+    assert(shapeOf(shorter).codeChannels == basis->shape.codeChannels);
     const int dropped = basis->shape.residualLayers - shapeOf(shorter).residualLayers;
-    return gpuBytes() - static_cast<std::size_t>(dropped) * (formats::bytesPerImage(textures[2].format, width, height) +
-                                                             basis->clusterCount() * BasisModel::kResidualTableBytes);
+    return basis->tableBytes() - static_cast<std::size_t>(dropped) * basis->clusterCount() * BasisModel::kResidualTableBytes;
 }
 
 int learningBlocks(int effort, int width, int height) {

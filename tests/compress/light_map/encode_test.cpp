@@ -58,6 +58,19 @@ TEST(EncodeLightMap, TexelsOutsideChartsHaveNoEffect) {
     }
 }
 
+/// "auto" takes the error of hdr from the first stage of hdr-2.
+TEST(EncodeLightMap, TheFirstTextureOfHdr2IsHdr) {
+    for (const Kind kind : {Kind::Gradient, Kind::Night, Kind::Spikes}) {
+        const compress::LightMapPlan one = planOf(kind, LightMapLayout::Hdr, Target::Bc),
+                                     two = planOf(kind, LightMapLayout::Hdr2, Target::Bc);
+        EXPECT_EQ(one.constants.at("range"), two.constants.at("range"));
+        EXPECT_EQ(one.constants.at("bias"), two.constants.at("bias"));
+        auto layers = encode(kind, two, kHeight);
+        layers.resize(9);
+        EXPECT_EQ(encode(kind, one, kHeight), layers);
+    }
+}
+
 TEST(EncodeLightMap, ValuesThatDoNotFitAreCounted) {
     compress::EncodeReport fits, ratios;
     encode(Kind::Gradient, planOf(Kind::Gradient, LightMapLayout::Luvw, Target::Bc), kHeight, 0, &fits);

@@ -22,11 +22,19 @@ TEST(LightMapPlan, SizesFollowFromTheLayout) {
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::LuvwLinear, Target::Bc).bitsPerTexel(), 80);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Zh3, Target::Bc).bitsPerTexel(), 40);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Sh4, Target::Bc).bitsPerTexel(), 32);
+    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Hdr, Target::Bc).bitsPerTexel(), 72);
+    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Hdr2, Target::Astc).bitsPerTexel(), 144);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Flat, Target::Bc).bitsPerTexel(), 8);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Raw, Target::Float).bitsPerTexel(), 576);
     const compress::LightMapPlan ratio = planOf(Kind::Gradient, LightMapLayout::Ratio, Target::Bc);
     EXPECT_EQ(ratio.gpuBytes(), 9u * 12 * 10 * 16);
     EXPECT_EQ(ratio.blockHeight(), 4);
+}
+
+TEST(LightMapPlan, BytesOfAShorterLayoutAreThoseOfItsOwnPlan) {
+    for (const Target target : {Target::Bc, Target::Astc, Target::Float})
+        EXPECT_EQ(planOf(Kind::Gradient, LightMapLayout::Hdr2, target).gpuBytesAs(LightMapLayout::Hdr),
+                  planOf(Kind::Gradient, LightMapLayout::Hdr, target).gpuBytes());
 }
 
 TEST(LightMapPlan, HalfRangesUseTheUpperOctavesInAnyUnit) {

@@ -591,6 +591,23 @@ TEST(LightMapVerifier, NightIsCookedAsWellAsDay) {
     }
 }
 
+TEST(LightMapVerifier, ALinearLayoutIsRightBetweenTexelsAtHardEdges) {
+    const auto surfaceError = [](LightMapLayout layout) {
+        formats::LightMapStrip band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth / 2; ++x) {
+                lighting::ShRgb& sh = band.sh.at(x, y);
+                for (glm::vec3& coefficient : sh) coefficient *= 100.0f;
+                for (int i = 1; i < 4; ++i) std::swap(sh[static_cast<std::size_t>(i)], sh[static_cast<std::size_t>(i % 3 + 1)]);
+            }
+        return cook(std::move(band), layout, Target::Float).total().diffuse;
+    };
+    const verify::ErrorFigures hdr = surfaceError(LightMapLayout::Hdr), ratio = surfaceError(LightMapLayout::Ratio);
+    EXPECT_LT(hdr.relRms, 1e-3);
+    EXPECT_GT(ratio.relRms, 5 * hdr.relRms);
+    EXPECT_GT(ratio.p99, 5 * hdr.p99);
+}
+
 TEST(LightMapVerifier, FindsAKnownError) {
     // Every decoded texel is 1 % too bright: all figures are known.
     Cooked cooked = cook(Kind::Grey, LightMapLayout::Raw);

@@ -1,0 +1,96 @@
+// Family hdr: all nine coefficients as HDR colours. Coefficient i is stored as lambda_i - bias_i lambda_0, where bias_i is the least ratio
+// of the two in the map: a value that is not negative, for formats that hold no sign. The decode is linear, so light between texels is the
+// filtered light of the texels, also at hard edges, where the products of other layouts err most.
+//
+// The decoded coefficient 0 is subtracted, so that its error does not enter twice.
+#include <algorithm>
+#include <glm/common.hpp>
+
+#include "compress/light_map/families.h"
+
+namespace lightcook::compress::rows {
+
+namespace {
+
+using formats::Image;
+
+/// How far the bias lies below the least ratio: an error of the decoded coefficient 0 must not make a value negative.
+constexpr float kHeadroom = 1.02f;
+/// Share of the second texture in the decode. It holds errors of the first one over this share, and what it stores is not negative: a
+/// larger share holds larger errors, a smaller one divides its own error by more.
+constexpr float kShare = 1.0f / 8;
+
+class HdrLayers {
+public:
+    HdrLayers(const LightMapPlan& plan, const Source& source, const EncodeOptions& options)
+        : plan_(plan), source_(source), options_(options), range_(constant(plan, "range", 0)) {
+        options_.hdrMetric = HdrMetric::Linear;
+        out_.textures.resize(plan.textures.size());
+    }
+
+    EncodedLightMapRows encode() && {
+        std::vector<Image<glm::vec4>> first;
+        Image<glm::vec4> decoded0;
+        for (std::size_t i = 0; i < source_.values.size(); ++i) {
+            first.push_back(add(0, [&](int x, int y) { return valueOf(i, decoded0, x, y); }));
+            if (i == 0) decoded0 = first[0].copy();
+        }
+        for (std::size_t i = 0; i < source_.values.size() && plan_.textures.size() > 1; ++i) {
+            const float share = constant(plan_, "share", 0);
+            const Image<glm::vec4> second = add(1, [&](int x, int y) {
+                const glm::vec3 reached(first[i].at(x, y));
+                return reached + (valueOf(i, decoded0, x, y) - reached) / share;
+            });
+            for (int y = 0; i == 0 && y < source_.height; ++y)
+                for (int x = 0; x < source_.width; ++x) decoded0.at(x, y) = glm::mix(first[0].at(x, y), second.at(x, y), share);
+        }
+        return std::move(out_);
+    }
+
+private:
+    /// Returns what the texel of coefficient i stores beside a decoded coefficient 0 (over range).
+    glm::vec3 valueOf(std::size_t i, const Image<glm::vec4>& decoded0, int x, int y) const {
+        const glm::vec3 value = source_.values[i].at(x, y) / range_;
+        return i == 0 ? value : value - constant(plan_, "bias", i - 1) * glm::vec3(decoded0.at(x, y));
+    }
+    /// Encodes the next layer of a texture. Returns its decoded texels.
+    template <class ValueAt>
+    Image<glm::vec4> add(std::size_t texture, ValueAt valueAt) {
+        Image<glm::vec4> texels(source_.width, source_.height, glm::vec4(0, 0, 0, 1));
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) {
+                const glm::vec3 value = valueAt(x, y);
+                for (int channel = 0; channel < 3 && texture == 0 && source_.coverage.at(x, y) == 1; ++channel)
+                    out_.report.clampedNegative += value[channel] < 0 ? 1 : 0;
+                texels.at(x, y) = glm::vec4(glm::max(value, glm::vec3(0)), 1);
+            }
+        Layer layer = encodeLayer(plan_.textures[texture].format, texels, source_.importance, options_, true, out_.report);
+        out_.textures[texture].layers.push_back(std::move(layer.bytes));
+        return std::move(layer.decoded);
+    }
+
+    const LightMapPlan& plan_;
+    const Source& source_;
+    EncodeOptions options_;
+    float range_;
+    EncodedLightMapRows out_;
+};
+
+}  // namespace
+
+void planHdrCoefficients(LightMapPlan& plan, const LightMapMeasure& measure) {
+    float largest = measure.maximumAbsolute(0);
+    for (int i = 1; i < lighting::kShCount; ++i) {
+        const float bias = kHeadroom * measure.minimumRatio(i);
+        plan.constants["bias"].push_back(bias);
+        largest = std::max(largest, measure.maximumAbsolute(i) - bias * measure.maximumAbsolute(0));
+    }
+    plan.constants["range"] = {halfRange(largest)};
+    if (plan.textures.size() > 1) plan.constants["share"] = {kShare};
+}
+
+EncodedLightMapRows encodeHdrCoefficients(const LightMapPlan& plan, const Source& source, const EncodeOptions& options) {
+    return HdrLayers(plan, source, options).encode();
+}
+
+}  // namespace lightcook::compress::rows
