@@ -7,6 +7,7 @@
 #include <sstream>
 #include <vector>
 
+#include "formats/light_map_layout.h"
 #include "pipeline/command/terminal.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/manifest/manifest.h"
@@ -136,6 +137,7 @@ std::string generatedPage(const std::string& page) {
 std::vector<ReferencePage> referencePages() {
     return {{"commands.md", commandReference(describeProgram())},
             {"scene-file.md", sceneFileReference()},
+            {"light-map-layouts.md", layoutReference()},
             {"manifest.md", generatedPage(manifestReference())},
             {"report.md", generatedPage(reportReference())}};
 }
@@ -191,6 +193,30 @@ std::string sceneFileReference() {
         for (const SceneKeyInfo& key : section.keys)
             text += fmt::format("| `{}` | {} | {} | {} |\n", key.name, key.type, key.fallback, key.caption);
         if (!section.outro.empty()) text += fmt::format("\n{}", wrapped(section.outro, kMarkdownColumns));
+    }
+    return text;
+}
+
+std::string layoutReference() {
+    std::string text = "# Light-map layouts\n\n" + std::string(kGenerated);
+    text += wrapped(
+        "What each layout costs: GPU memory of a texel, and the decode of one sample. [Layouts](../theory/layouts.md) has the decodes as "
+        "formulas. A fetch is one filtered read of one array layer. Operations are scalar multiply-adds of the decode of all coefficients; "
+        "shading comes on top. Tables are the learned constants of one cluster of charts, in the buffers of the shader; a sample reads "
+        "those of its own cluster. `max_fetches`, `max_decode_ops` and `cost` of the [scene file](scene-file.md#output) use these figures.",
+        kMarkdownColumns);
+    text += "\n| layout | holds | textures (layers) |";
+    for (const formats::TargetInfo& target : formats::allTargets()) text += fmt::format(" `{}` [bits] |", target.name);
+    text += " fetches | operations | tables [bytes a cluster] | cannot show |\n| --- | --- | --- |";
+    for (std::size_t i = 0; i < formats::allTargets().size(); ++i) text += " ---: |";
+    text += " ---: | ---: | ---: | --- |\n";
+    for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) {
+        std::vector<std::string> textures;
+        for (const formats::LightMapTextureInfo& texture : layout.textures)
+            textures.push_back(fmt::format("`{}` ({})", texture.name, texture.layerCount));
+        text += fmt::format("| `{}` | {} | {} |", layout.name, layout.caption, fmt::join(textures, ", "));
+        for (const formats::TargetInfo& target : formats::allTargets()) text += fmt::format(" {} |", formats::textureBits(layout, target));
+        text += fmt::format(" {} | {} | {} | {} |\n", layout.tapCount(), layout.decodeOps, layout.clusterTableBytes(), layout.lacks);
     }
     return text;
 }

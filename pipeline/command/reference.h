@@ -23,6 +23,9 @@ std::string commandReference(const ProgramDoc& program);
 /// Returns docs/reference/scene-file.md, from pipeline/scene/keys.h.
 std::string sceneFileReference();
 
+/// Returns docs/reference/light-map-layouts.md, from formats/light_map_layout.h.
+std::string layoutReference();
+
 /// Returns lightcook.1 in the man macros of troff.
 std::string manPage(const ProgramDoc& program);
 

@@ -55,6 +55,7 @@ Result<void> checkSettings(const OutputSettings& output, const std::filesystem::
                        "found zstd asked for as well, expected --container ktx2: DDS has no supercompression");
     if (output.rdo > 0 && output.target != Target::Bc)
         return failure(ErrorCode::InvalidRequest, "--rdo", "found a target other than bc, expected --target bc: only BC blocks repeat");
+    if (const std::string why = whyNotDecode(output); !why.empty()) return failure(ErrorCode::InvalidRequest, "--layout", why);
     std::error_code code;
     if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))
         return failure(ErrorCode::InvalidRequest, folder.string(), "found a file, expected a folder or nothing");

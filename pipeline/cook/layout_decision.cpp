@@ -58,7 +58,8 @@ LayoutLimits LayoutDecision::limitsOf(const std::string& map) const {
 
 std::map<std::string, std::string> LayoutDecision::choose() const {
     const OutputSettings& output = scene_.output;
-    if (!output.budgetBytes || output.isErrorAsked || output.maxVisible || output.maxVisibleBound) return smallestWithin(candidates_);
+    if (!output.budgetBytes || output.isErrorAsked || output.maxVisible || output.maxVisibleBound)
+        return cheapestWithin(candidates_, 1, output.cost);
     return bestWithin(candidates_, *output.budgetBytes - std::min(otherBytes_, *output.budgetBytes));
 }
 

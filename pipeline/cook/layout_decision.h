@@ -21,7 +21,7 @@ public:
     static formats::Result<LayoutDecision> create(const Scene& scene, const Plan& open, const ExecutionResult& trials,
                                                   const ExecutionResult& materials);
 
-    /// Returns the layout of each map: the smallest within the error, or the best within the budget.
+    /// Returns the layout of each map: the cheapest within the error, or the best within the budget.
     std::map<std::string, std::string> choose() const;
     /// Notes the verified errors. Returns true if a map missed the bound that its trial had kept, since a trial of a part of a map may be
     /// too good: then choose() again.

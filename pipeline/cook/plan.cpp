@@ -154,7 +154,7 @@ private:
                                  "light-map-trial",
                                  entry.name,
                                  toJson(TrialParameters{description, scene_.output.target, textures_, shading_, scene_.display,
-                                                        scene_.output.objective, isFlatTried}),
+                                                        scene_.output.objective, isFlatTried, scene_.output.decode}),
                                  lightMapInputs(entry, true),
                                  {}});
     }

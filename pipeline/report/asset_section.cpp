@@ -322,12 +322,14 @@ Html candidateTable(const Json& asset) {
                         element("th", {{"scope", "row"}}, text(words(member(each, "layout")) + alternatives.roleOf(each))) +
                             numberCell(bytesMarkup(count(member(each, "bytes_gpu")))) +
                             numberCell(text(humanNumber(number(member(each, "bits_per_texel"))))) +
-                            numberCell(figureMarkup(each, "diffuse")) + numberCell(figureMarkup(each, "specular")) +
-                            numberCell(visibleNumber(each, "visible_diffuse")) + numberCell(visibleNumber(each, "visible_specular")));
+                            numberCell(text(humanNumber(number(member(each, "fetches"))))) +
+                            numberCell(text(humanNumber(number(member(each, "decode_ops"))))) + numberCell(figureMarkup(each, "diffuse")) +
+                            numberCell(figureMarkup(each, "specular")) + numberCell(visibleNumber(each, "visible_diffuse")) +
+                            numberCell(visibleNumber(each, "visible_specular")));
     }
-    const Html head = headCell("Candidate") + headCell("GPU", "num") + headCell("Bits per texel", "num") +
-                      headCell("Diffuse rel_rms", "num") + headCell("Specular rel_rms", "num") + headCell("Diffuse visible p99", "num") +
-                      headCell("Specular visible p99", "num");
+    const Html head = headCell("Candidate") + headCell("GPU", "num") + headCell("Bits per texel", "num") + headCell("Fetches", "num") +
+                      headCell("Operations", "num") + headCell("Diffuse rel_rms", "num") + headCell("Specular rel_rms", "num") +
+                      headCell("Diffuse visible p99", "num") + headCell("Specular visible p99", "num");
     return element("div", {{"class", "notes"}},
                    element("h3", word("Layouts tried")) + candidateCurves(asset) + table("candidates", element("tr", head), rows));
 }

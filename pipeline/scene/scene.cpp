@@ -233,6 +233,31 @@ lighting::DisplaySettings readDisplay(TableReader reader) {
     return display;
 }
 
+/// Largest limit on the decode of a layout.
+constexpr std::int64_t kMostDecodeCost = 1000000;
+
+std::optional<int> readLeastOne(TableReader& reader, const char* key) {
+    const auto value = reader.optional<std::int64_t>(key, "a positive integer");
+    if (value && (*value < 1 || *value > kMostDecodeCost))
+        reader.fail(reader.node(key),
+                    fmt::format("found {} for output.{}, expected an integer from 1 to {}", *value, key, kMostDecodeCost));
+    return value ? std::optional(static_cast<int>(*value)) : std::nullopt;
+}
+
+/// Reads what the decode may cost. Fails for limits that no layout keeps, and for a cost that nothing uses.
+void readDecode(TableReader& reader, OutputSettings& output) {
+    output.cost = reader.oneOfRows("cost", formats::allLayoutCosts());
+    output.decode = {readLeastOne(reader, "max_fetches"), readLeastOne(reader, "max_decode_ops")};
+    if (const std::string why = whyNotDecode(output); !why.empty())
+        reader.fail(reader.node(output.decode.maxFetches ? "max_fetches" : "max_decode_ops"), why);
+    const bool isAuto = layoutAsked(output) == kAutoLayout;
+    const bool isErrorLimited = output.isErrorAsked || output.maxVisible || output.maxVisibleBound;
+    if (reader.has("cost") && !(isAuto && (isErrorLimited || !output.budgetBytes)))
+        reader.fail(reader.node("cost"),
+                    fmt::format("found output.cost where {}, expected light_map_layout = \"auto\" with max_error or max_visible",
+                                isAuto ? "a budget chooses the layouts" : "the layout is named"));
+}
+
 OutputSettings readOutput(TableReader reader) {
     OutputSettings output;
     output.target = reader.oneOfRows("target", formats::allTargets());
@@ -254,6 +279,7 @@ OutputSettings readOutput(TableReader reader) {
         output.budgetBytes = *bytes;
     }
     if (reader.has("light_map_layout")) output.lightMapLayout = reader.oneOf("light_map_layout", lightMapLayoutChoices(), "");
+    readDecode(reader, output);
     output.objective = reader.oneOfRows("objective", formats::allObjectives());
     output.container = reader.oneOf("container", {"ktx2", "dds"}, "ktx2") == "dds" ? formats::Container::Dds : formats::Container::Ktx2;
     output.zstd = reader.optional<bool>("zstd", "true or false").value_or(false);
@@ -513,6 +539,27 @@ std::string whyNotRsrm(const GradientEntry& entry, Target target) {
     if (entry.format != "rgba8" && entry.dither)
         return fmt::format("found dither with format \"{}\", expected format \"rgba8\": blocks round a pattern away", entry.format);
     return "";
+}
+
+std::string whyNotDecode(const OutputSettings& output) {
+    const std::string layout = layoutAsked(output);
+    const auto costOf = [](const formats::LightMapLayoutInfo& each) {
+        return fmt::format("{} ({} fetches, {} operations)", each.name, each.tapCount(), each.decodeOps);
+    };
+    if (const auto named = formats::lightMapLayoutFromName(layout))
+        return output.decode.allow(formats::info(*named))
+                   ? ""
+                   : fmt::format(
+                         "found layout {} over the limits on the decode, expected a cheaper one, or \"auto\" with a limit on "
+                         "the error",
+                         costOf(formats::info(*named)));
+    std::string costs;
+    for (const formats::LightMapLayoutInfo& each : formats::allLightMapLayouts()) {
+        if (!each.trialLayout) continue;
+        if (output.decode.allow(each)) return "";
+        costs += (costs.empty() ? "" : ", ") + costOf(each);
+    }
+    return fmt::format("found limits on the decode that no layout keeps, expected those of one of {}", costs);
 }
 
 double converterLimit(const OutputSettings& output) {

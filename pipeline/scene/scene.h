@@ -14,6 +14,7 @@
 #include "formats/color.h"
 #include "formats/error.h"
 #include "formats/gpu_texture.h"
+#include "formats/layout_cost.h"
 #include "formats/light_map.h"
 #include "formats/light_map_objective.h"
 #include "formats/specular_lobe.h"
@@ -46,6 +47,8 @@ struct OutputSettings {
     std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory for the whole scene
     double rdo = 0;  ///< share by which the error may grow so that blocks repeat, 0 .. kLargestRdo; target bc only
     formats::Objective objective = formats::Objective::Visible;  ///< of learned layouts of light maps
+    formats::LayoutCost cost = formats::LayoutCost::Bytes;       ///< of layouts, where "auto" chooses one within an error
+    formats::DecodeLimits decode = {};                           ///< of layouts
     int effort = 5;                                              ///< of block encoders, 0 .. 9
     bool isErrorAsked = false;                                   ///< maxError was given
     bool keepUnused = false;                                     ///< cooks also what no material, surface or shading shows
@@ -60,6 +63,9 @@ inline constexpr double kDefaultMaxVisible = 5;  ///< of layout "auto" where not
 /// Returns the limit on the 99th percentile of visible errors: that of the light map or else that of the output; without either, the
 /// default if the layout is "auto" and neither an error nor a budget is asked for. Empty: no limit.
 std::optional<double> visibleLimit(const OutputSettings& output, const std::optional<double>& ofLightMap);
+
+/// Returns what is wrong with the limits on the decode beside the layout that the settings select, or an empty text.
+std::string whyNotDecode(const OutputSettings& output);
 
 /// Returns the limit of dominant lights, cubemaps, tables and reflection maps: maxConverterError if it is given, else the larger of the
 /// default and maxError.

@@ -4,16 +4,20 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <utility>
 
 namespace lightcook::pipeline {
 namespace {
 
-/// Returns the smallest candidate within maxError, or the one of least error.
-const LightMapCandidate& smallestOf(const std::vector<LightMapCandidate>& candidates, double maxError) {
+using formats::LayoutCost;
+
+/// Returns the cheapest candidate within maxError, or the one of least error.
+const LightMapCandidate& cheapestOf(const std::vector<LightMapCandidate>& candidates, double maxError, LayoutCost cost) {
+    const auto costOf = [&](const LightMapCandidate& each) { return std::pair(cost == LayoutCost::Taps ? each.fetches : 0, each.bytes); };
     const LightMapCandidate* best = &candidates.front();
     for (const LightMapCandidate& each : candidates) {
         const bool fits = each.error <= maxError, bestFits = best->error <= maxError;
-        const bool isBetter = fits && bestFits ? each.bytes < best->bytes : fits != bestFits ? fits : each.error < best->error;
+        const bool isBetter = fits && bestFits ? costOf(each) < costOf(*best) : fits != bestFits ? fits : each.error < best->error;
         if (isBetter) best = &each;
     }
     return *best;
@@ -32,13 +36,14 @@ std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const Layo
     std::vector<LightMapCandidate> candidates;
     for (const TrialCandidate& each : trial.candidates)
         candidates.push_back({each.layout, each.bytesGpu,
-                              limits.partOf(std::max(each.diffuse, each.specular), std::max(each.visibleDiffuse, each.visibleSpecular))});
+                              limits.partOf(std::max(each.diffuse, each.specular), std::max(each.visibleDiffuse, each.visibleSpecular)),
+                              each.fetches});
     return candidates;
 }
 
-std::map<std::string, std::string> smallestWithin(const LightMapCandidates& candidates, double maxError) {
+std::map<std::string, std::string> cheapestWithin(const LightMapCandidates& candidates, double maxError, LayoutCost cost) {
     std::map<std::string, std::string> layouts;
-    for (const auto& [map, each] : candidates) layouts[map] = smallestOf(each, maxError).layout;
+    for (const auto& [map, each] : candidates) layouts[map] = cheapestOf(each, maxError, cost).layout;
     return layouts;
 }
 
@@ -50,11 +55,11 @@ std::map<std::string, std::string> bestWithin(const LightMapCandidates& candidat
         std::uint64_t used = 0;
         bool isHeld = true;
         for (const auto& [map, each] : candidates) {
-            const LightMapCandidate& smallest = smallestOf(each, bound);
+            const LightMapCandidate& smallest = cheapestOf(each, bound, LayoutCost::Bytes);
             used += smallest.bytes;
             isHeld = isHeld && smallest.error <= bound;
         }
-        if (isHeld && used <= bytes) return smallestWithin(candidates, bound);
+        if (isHeld && used <= bytes) return cheapestWithin(candidates, bound);
     }
     std::map<std::string, std::string> layouts;
     for (const auto& [map, each] : candidates) layouts[map] = std::ranges::min_element(each, {}, &LightMapCandidate::bytes)->layout;

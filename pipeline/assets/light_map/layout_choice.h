@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/layout_cost.h"
 #include "pipeline/assets/light_map/trial.h"
 
 namespace lightcook::pipeline {
@@ -21,18 +22,20 @@ struct LayoutLimits {
     double partOf(double error, double visible, double bound = 0) const;
 };
 
-/// A layout's bytes and error for one map.
+/// A layout's bytes, fetches and error for one map.
 struct LightMapCandidate {
     std::string layout;
     std::uint64_t bytes = 0;
     double error = 0;  ///< LayoutLimits::partOf: 1 is just within the limits
+    int fetches = 0;
 };
 /// Candidates by the name of the map.
 using LightMapCandidates = std::map<std::string, std::vector<LightMapCandidate>>;
 std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const LayoutLimits& limits);
 
-/// Returns for each map the smallest layout whose error is at most maxError; where none is, the one of least error.
-std::map<std::string, std::string> smallestWithin(const LightMapCandidates& candidates, double maxError = 1);
+/// Returns for each map the layout of least cost whose error is at most maxError; where none is, the one of least error.
+std::map<std::string, std::string> cheapestWithin(const LightMapCandidates& candidates, double maxError = 1,
+                                                  formats::LayoutCost cost = formats::LayoutCost::Bytes);
 /// Returns the layouts that fit into `bytes` together under the least common bound on the error; where nothing fits, the smallest layouts.
 std::map<std::string, std::string> bestWithin(const LightMapCandidates& candidates, std::uint64_t bytes);
 

@@ -88,7 +88,10 @@ TrialCandidate candidateOf(const formats::LightMapLayoutInfo& layout, const comp
             error.diffuse.relRms,
             error.specular.relRms,
             error.diffuse.visible->p99,
-            error.specular.visible ? error.specular.visible->p99 : 0};
+            error.specular.visible ? error.specular.visible->p99 : 0,
+            layout.tapCount(),
+            layout.decodeOps,
+            plan.tableBytesAs(layout.id)};
 }
 
 }  // namespace
@@ -114,6 +117,7 @@ Result<ActionOutcome> tryLightMap(const ActionContext& context) {
     for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) {
         const bool isFlat = layout.id == formats::LightMapLayout::Flat;
         if (!layout.trialLayout && !(isFlat && parameters->isFlatTried)) continue;
+        if (!parameters->decode.allow(layout)) continue;
         const formats::LightMapLayout whole = layout.trialLayout.value_or(layout.id);
         if (tried != whole) {
             auto planned = planner.plan(std::string(formats::info(whole).name));

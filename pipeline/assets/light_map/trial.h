@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/layout_cost.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/graph/action.h"
 
@@ -17,7 +18,8 @@ struct TrialParameters {
     verify::LightMapShading shading;
     lighting::DisplaySettings display;
     formats::Objective objective = formats::Objective::Visible;
-    bool isFlatTried = false;  ///< band 0 alone may be enough
+    bool isFlatTried = false;           ///< band 0 alone may be enough
+    formats::DecodeLimits decode = {};  ///< layouts over them are not tried
 };
 template <class Fields, Is<TrialParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -28,15 +30,20 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("display", parameters.display, "display that visible errors are judged on");
     fields.required("objective", parameters.objective, "what encoders minimize");
     fields.required("is_flat_tried", parameters.isFlatTried, "true if band 0 alone may be enough");
+    fields.optional("max_fetches", parameters.decode.maxFetches, "limit on the texture fetches of a sample");
+    fields.optional("max_decode_ops", parameters.decode.maxDecodeOps, "limit on the operations of a sample's decode");
 }
 
-/// Size and error of one layout.
+/// Size, cost and error of one layout.
 struct TrialCandidate {
     std::string layout;
     std::uint64_t bytesGpu = 0;
     double bitsPerTexel = 0;
     double diffuse = 0, specular = 0;                ///< rel_rms
     double visibleDiffuse = 0, visibleSpecular = 0;  ///< 99th percentile of visible errors
+    int fetches = 0;                                 ///< texture fetches of a sample
+    int decodeOps = 0;                               ///< scalar multiply-adds of its decode
+    std::uint64_t tableBytes = 0;                    ///< constants of the decode that are learned [bytes]
 };
 template <class Fields, Is<TrialCandidate> Self>
 void describe(Fields& fields, Self& candidate) {
@@ -47,6 +54,9 @@ void describe(Fields& fields, Self& candidate) {
     fields.required("specular", candidate.specular, kFigure, "rel_rms of specular shading");
     fields.required("visible_diffuse", candidate.visibleDiffuse, kFigure, "99th percentile of visible errors of diffuse shading");
     fields.required("visible_specular", candidate.visibleSpecular, kFigure, "99th percentile of visible errors of specular shading");
+    fields.required("fetches", candidate.fetches, "texture fetches of a sample");
+    fields.required("decode_ops", candidate.decodeOps, "scalar multiply-adds of a sample's decode");
+    fields.required("table_bytes", candidate.tableBytes, "learned constants of the decode [bytes]");
 }
 
 struct TrialResult {

@@ -57,7 +57,7 @@ TEST(Allocation, FindsWhatTryingEveryCombinationFinds) {
             if (worth.error <= maxError) fewestBytes = std::min(fewestBytes, worth.bytes);
             if (worth.bytes <= budget) leastError = std::min(leastError, worth.error);
         }
-        const Worth small = worthOf(candidates, smallestWithin(candidates, maxError));
+        const Worth small = worthOf(candidates, cheapestWithin(candidates, maxError));
         if (fewestBytes != ~std::uint64_t{0}) {
             EXPECT_LE(small.error, maxError);
             EXPECT_EQ(small.bytes, fewestBytes);
@@ -77,7 +77,7 @@ TEST(Allocation, ALayoutWithoutAFiniteErrorIsNeverChosen) {
     const std::vector<LightMapCandidate> candidates = candidatesOf(trial, {1, {}});
     EXPECT_EQ(candidates[0].error, HUGE_VAL);
     EXPECT_EQ(candidates[1].error, 0.5);
-    EXPECT_EQ(smallestWithin({{"map", candidates}}, 0.01).at("map"), "large");
+    EXPECT_EQ(cheapestWithin({{"map", candidates}}, 0.01).at("map"), "large");
     EXPECT_EQ(LayoutLimits({0.1, 5}).partOf(0.01, std::nan("")), HUGE_VAL);
 }
 
@@ -85,7 +85,7 @@ TEST(Allocation, ALayoutWithoutAFiniteErrorIsNeverChosen) {
 TEST(Allocation, TheLargerPartOfTheTwoLimitsCounts) {
     const TrialResult trial{
         {{"small", 10, 8, 0.01, 0.005, 9, 2}, {"middle", 20, 16, 0.008, 0.008, 1, 4}, {"large", 40, 32, 0.001, 0.03, 1, 1}}, 1};
-    const auto chosen = [&](const LayoutLimits& limits) { return smallestWithin({{"map", candidatesOf(trial, limits)}}).at("map"); };
+    const auto chosen = [&](const LayoutLimits& limits) { return cheapestWithin({{"map", candidatesOf(trial, limits)}}).at("map"); };
     EXPECT_EQ(chosen({0.02, {}}), "small");
     EXPECT_EQ(chosen({0.02, 5}), "middle");
     EXPECT_EQ(chosen({0.05, 2}), "large");

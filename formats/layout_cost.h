@@ -1,0 +1,44 @@
+// What the choice of light-map layouts counts, and what it may take.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "formats/light_map_layout.h"
+
+namespace lightcook::formats {
+
+/// Of the layouts that keep the limits, the cheapest is chosen.
+enum class LayoutCost { Bytes, Taps };
+
+struct LayoutCostInfo {
+    LayoutCost id;
+    std::string_view name;     ///< as in `[output] cost`
+    std::string_view caption;  ///< for help texts and documents
+};
+
+inline constexpr std::array kLayoutCosts = {
+    LayoutCostInfo{LayoutCost::Bytes, "bytes", "GPU memory"},
+    LayoutCostInfo{LayoutCost::Taps, "taps", "texture fetches of a sample; of layouts with as many, GPU memory"},
+};
+static_assert(isCompleteTable(kLayoutCosts, LayoutCost::Taps));
+
+/// Returns every cost, the default first.
+inline std::span<const LayoutCostInfo> allLayoutCosts() {
+    return kLayoutCosts;
+}
+
+/// Limits on the decode in the shader.
+struct DecodeLimits {
+    std::optional<int> maxFetches;    ///< texture fetches of a sample
+    std::optional<int> maxDecodeOps;  ///< scalar multiply-adds of a sample
+
+    constexpr bool allow(const LightMapLayoutInfo& layout) const {
+        return layout.tapCount() <= maxFetches.value_or(layout.tapCount()) && layout.decodeOps <= maxDecodeOps.value_or(layout.decodeOps);
+    }
+    friend bool operator==(const DecodeLimits&, const DecodeLimits&) = default;
+};
+
+}  // namespace lightcook::formats
