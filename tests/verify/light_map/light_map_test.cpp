@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <numbers>
 #include <random>
 #include <tuple>
 
@@ -107,6 +108,9 @@ TEST(LightMapVerifier, GreyStaysGreyThroughEveryLayoutFromItsBytes) {
     for (const LightMapLayout layout : kEveryLayout)
         for (const Target target : {Target::Bc, Target::Astc, Target::Float}) {
             Cooked cooked = cook(Kind::Grey, layout, target);
+            // Texels of 8 bits have no 1/2: without constants, each component of L1 is off by 2 L0 / 255.
+            const bool hasNoHalf = target == Target::Bc && (layout == LightMapLayout::MonoSh || layout == LightMapLayout::Bakery);
+            const float most = 0.5e-3f + (hasNoHalf ? 0.5f * 2 * std::numbers::sqrt3_v<float> / 255 : 0.0f);
             const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
             for (int y = 0; y < kHeight; ++y)
                 for (int x = 0; x < kWidth; ++x)
@@ -114,10 +118,10 @@ TEST(LightMapVerifier, GreyStaysGreyThroughEveryLayoutFromItsBytes) {
                         const glm::vec3 n(lighting::fibonacciSphere(k, 8));
                         const glm::vec3 exit = lighting::lambertExitRadiance(decoded.at(x, y), n, glm::vec3(1)).value;
                         for (int c = 0; c < 3; ++c)
-                            ASSERT_NEAR(exit[c], 0.5f, 0.5e-3f)
+                            ASSERT_NEAR(exit[c], 0.5f, most)
                                 << cooked.map.layout << " target " << static_cast<int>(target) << " " << x << ", " << y;
                     }
-            EXPECT_LT(cooked.idealTotal().diffuse.maxBound, 1e-3) << cooked.map.layout;
+            EXPECT_LT(cooked.idealTotal().diffuse.maxBound, 2 * most) << cooked.map.layout;
         }
 }
 
@@ -575,14 +579,16 @@ TEST(LightMapVerifier, NightIsCookedAsWellAsDay) {
     // Ranges follow the map: only the unit differs, so the errors must be equal. Scaling by a power of two does not change rounding.
     for (const LightMapLayout layout : kEveryLayout) {
         const std::string_view name = formats::info(layout).name;
+        // Engines have a unit of their own: at night their halves are subnormal.
+        const double rounding = formats::info(layout).isForEngine() ? 0.02 : 1e-6;
         const verify::StageError day = cook(Kind::Gradient, layout).total(), night = cook(Kind::Night, layout).total();
         for (const float scale : {0x1p-17f, 0x1p9f}) {
             formats::LightMapStrip band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
             for (lighting::ShRgb& sh : band.sh.texels())
                 for (glm::vec3& coefficient : sh) coefficient *= scale;
             const verify::StageError scaled = cook(std::move(band), layout, Target::Bc).total();
-            EXPECT_NEAR(scaled.diffuse.relRms, day.diffuse.relRms, 1e-6 * day.diffuse.relRms) << name << ' ' << scale;
-            EXPECT_NEAR(scaled.diffuse.p99, day.diffuse.p99, 1e-6 * day.diffuse.p99) << name << ' ' << scale;
+            EXPECT_NEAR(scaled.diffuse.relRms, day.diffuse.relRms, rounding * day.diffuse.relRms) << name << ' ' << scale;
+            EXPECT_NEAR(scaled.diffuse.p99, day.diffuse.p99, rounding * day.diffuse.p99) << name << ' ' << scale;
         }
         // For learned layouts, another rounding of coefficient 0 leads the fit of this small map to another optimum: 0.22 or 0.30 %.
         const double share = formats::info(layout).isLearned() ? 0.5 : 0.1;
