@@ -40,6 +40,12 @@ Rsrm makeRsrm(const std::vector<glm::vec3>& gradient, const RsrmOptions& options
 /// Returns value / color in [0, 1], without rounding: the input of block encoders. 0 if the channel is black.
 formats::Image<glm::vec3> scaledValues(const Rsrm& map);
 
+/// Returns the power of two that floating-point formats divide a map by: it brings the largest value to [2^14, 2^15), with one octave below
+/// the largest half left to filters and encoders, and 28 octaves down to its smallest normal one. 1 for black.
+float floatRange(const Rsrm& map);
+/// Returns value / floatRange(map): the input of floating-point encoders.
+formats::Image<glm::vec3> floatValues(const Rsrm& map);
+
 /// Returns the first zone whose hue differs from the others', which a single-channel map cannot hold. None if the channels are proportional
 /// to each other within 1e-4 of each one's largest value; a black channel is proportional to any.
 std::optional<std::size_t> firstZoneOfAnotherHue(const std::vector<glm::vec3>& gradient);

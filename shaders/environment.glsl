@@ -1,5 +1,5 @@
 // Environment reflections: a prefiltered cubemap divided by the area specular at its own place, times the area specular of the pixel. The
-// map brings the detail, the light map the energy.
+// map brings the detail, the light map the energy. Or a prefiltered cubemap as it is, which brings both.
 #ifndef LIGHTCOOK_ENVIRONMENT_GLSL
 #define LIGHTCOOK_ENVIRONMENT_GLSL
 
@@ -16,6 +16,11 @@ LC_FUNCTION vec3 lcZonalSpecular(LcSh sh, vec3 reflection, vec3 bands) {
 // stored: filtered texel of the pre-divided cubemap; S: area specular of the pixel (lcZonalSpecular or lcAreaSpecular).
 LC_FUNCTION vec3 lcEnvironment(vec3 stored, vec3 S) {
     return stored * S;
+}
+
+// stored: filtered texel of a prefiltered cubemap that is not divided; range: of its constants. Radiance through the lobe of the mip.
+LC_FUNCTION vec3 lcPrefiltered(vec3 stored, float range) {
+    return range * stored;
 }
 
 #endif

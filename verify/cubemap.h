@@ -1,6 +1,6 @@
-// Verification of cubemaps: of a pre-divided environment cubemap (stored texels times S, as the shipped shader multiplies them) and of an
-// irradiance cubemap, both against brute-force integrals over every texel of the source. Nothing is shared with fit/.
-// docs/theory/lighting.md, "Pre-divided cubemaps", describes the division by S.
+// Verification of cubemaps: of a prefiltered environment cubemap (stored texels, of a pre-divided one times S, as the shipped shader
+// multiplies them) and of an irradiance cubemap, both against brute-force integrals over every texel of the source. Nothing is shared with
+// fit/. docs/theory/lighting.md, "Pre-divided cubemaps", describes the division by S.
 //
 // Use: cubemapSamples -> compareCubemap for each -> cubemapStages. Irradiance: compareIrradiance.
 #pragma once
@@ -21,14 +21,15 @@
 
 namespace lightcook::verify {
 
-/// A pre-divided cubemap as its manifest describes it, decoded. The kernel is D(NoH) c of the lobe with n = v = r.
+/// A prefiltered cubemap as its manifest describes it, decoded. The kernel is D(NoH) c of the lobe with n = v = r.
 struct CookedCubemap {
     struct Mip {
         double m = 0;                                  ///< 0: mean over the texel's footprint
         lighting::ShBands bands{1, 1, 1};              ///< S = sum_i bands_l(i) windowedSh_i Y_i
         std::vector<formats::Image<glm::vec4>> faces;  ///< six, +X -X +Y -Y +Z -Z, of one size
     };
-    float range = 1;  ///< stored values are over it
+    float range = 1;        ///< stored values are over it
+    bool isDivided = true;  ///< by S; otherwise S is 1
     lighting::ShRgb windowedSh{};
     std::vector<Mip> mips;
     lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;

@@ -15,18 +15,25 @@
 
 namespace lightcook::verify {
 
-/// Rounding of the 8-bit codes of a map: it bounds the error at the centre of a texel.
+/// Codes of a map and their rounding, which bounds the error at the centre of a texel. A code is a step of the format there: 1/255 of the
+/// colour, or of floats the distance to the next one.
 enum class RsrmCodes {
-    Rounded,   ///< at most half a code of 255
-    Dithered,  ///< at most one code: each rounding error is carried to the next texel of the row
-    Blocks     ///< no bound: whatever the block format gives
+    Rounded,         ///< of 8 bits: at most half a code
+    Dithered,        ///< of 8 bits: at most one code, since each rounding error is carried to the next texel of the row
+    Blocks,          ///< of 8 bits, no bound: whatever the block format gives
+    HalfBlocks,      ///< of halves, no bound: whatever the block format gives
+    SharedExponent,  ///< 9 bits of mantissa under the exponent of the largest channel: at most kSharedExponentCodes
+    Halves           ///< at most half a code
 };
+/// Largest rounding error of a shared exponent that minimizes the summed square over three channels: nearest rounding at the exponent that
+/// holds the largest channel has 3/4 in all, or 3/2 where that channel is within half a code of the next exponent.
+inline constexpr double kSharedExponentCodes = 1.225;
 
 /// A map as its manifest describes it, decoded.
 struct CookedRsrm {
     glm::vec3 color{0};
     std::vector<double> exponents;     ///< one for each row, >= 1
-    formats::Image<glm::vec4> texels;  ///< as fetched, in [0, 1]
+    formats::Image<glm::vec4> texels;  ///< as fetched; in [0, 1], except for floats
     bool isGrey = false;               ///< one channel, multiplied by every channel of the colour
     RsrmCodes codes = RsrmCodes::Rounded;
     FormatTolerance tolerance;        ///< of samplers, for the map's format; default: ideal samplers
@@ -66,15 +73,18 @@ struct RsrmRow {
 /// Pure, safe on several threads.
 RsrmRow compareRsrmRow(const CookedRsrm& map, const RsrmSource& source, int row, int between = 1);
 
-/// The largest error at a texel centre beyond what RsrmCodes and the source's uncertainty allow, in codes of 255 of the map's colour.
-/// At most 0 for a correct map. Maps in block formats are not checked.
+/// Returns the size of a code of the map at some light, by channel [light].
+glm::dvec3 rsrmCodeSize(const CookedRsrm& map, const glm::dvec3& light);
+
+/// The largest error at a texel centre beyond what RsrmCodes and the source's uncertainty allow, in codes. At most 0 for a correct map.
+/// Maps in block formats are not checked.
 struct RsrmCodeError {
     double codes = 0;
     int row = 0, column = 0;
 };
 RsrmCodeError rsrmCodeError(const CookedRsrm& map, const RsrmSource& source, const std::vector<RsrmRow>& rows);
 
-/// Visibility of banding, over all rows and channels. Codes are those of 255 of the map's colour.
+/// Visibility of banding, over all rows and channels.
 struct RsrmBanding {
     double codeError = 0;  ///< largest error at a texel centre, in codes
     /// Largest step between neighbouring texels beyond the exact step: in codes, and relative to the light there (the larger of the two

@@ -214,6 +214,20 @@ formats::Image<glm::vec3> scaledValues(const Rsrm& map) {
     return scaled;
 }
 
+float floatRange(const Rsrm& map) {
+    constexpr int kLargest = 14, kLeastRange = -120;  // exponents of two
+    const float largest = std::max({map.color.x, map.color.y, map.color.z});
+    return largest > 0 ? std::ldexp(1.0f, std::max(std::ilogb(largest) - kLargest, kLeastRange)) : 1.0f;
+}
+
+formats::Image<glm::vec3> floatValues(const Rsrm& map) {
+    const double range = floatRange(map);
+    formats::Image<glm::vec3> scaled(map.values.width(), map.values.height(), glm::vec3(0));
+    for (std::size_t texel = 0; texel < scaled.texels().size(); ++texel)
+        scaled.texels()[texel] = glm::vec3(map.values.texels()[texel] / range);
+    return scaled;
+}
+
 std::optional<std::size_t> firstZoneOfAnotherHue(const std::vector<glm::vec3>& gradient) {
     constexpr double kTolerance = 1e-4;
     glm::dvec3 largest(0);

@@ -88,11 +88,12 @@ std::vector<std::byte> encodeImage(PixelFormat format, formats::ImageView<const 
 
 std::vector<std::vector<std::byte>> encodeFaces(PixelFormat format, formats::ImageView<const glm::vec3> strip, float range,
                                                 const compress::EncodeOptions& options, compress::EncodeReport& report) {
-    formats::Image<glm::vec4> rgba = toRgba(strip);
-    for (glm::vec4& texel : rgba.texels()) texel /= range;
     std::vector<std::vector<std::byte>> faces;
-    for (int face = 0; face < 6; ++face)
-        faces.push_back(encodeImage(format, rgba.view().rows(face * strip.width, strip.width), {}, options, report));
+    for (int face = 0; face < 6; ++face) {
+        formats::Image<glm::vec4> rgba = toRgba(strip.rows(face * strip.width, strip.width));
+        for (glm::vec4& texel : rgba.texels()) texel /= range;
+        faces.push_back(encodeImage(format, rgba.view(), {}, options, report));
+    }
     return faces;
 }
 

@@ -13,9 +13,13 @@
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
+#include "pipeline/scene/checks.h"
+#include "pipeline/scene/cubemap_layout.h"
 
 namespace lightcook::pipeline {
 namespace {
+
+constexpr int kMostIrradianceSize = 1024;
 
 /// Options of the command line; those that only some filters have are empty unless given.
 struct CommandLine : CubemapOptions {
@@ -23,9 +27,8 @@ struct CommandLine : CubemapOptions {
     JsonOutput json;
     std::string filter = "specular";
     std::optional<double> wrap;
-    std::optional<int> size;
     std::optional<std::string> normalize;
-    const CLI::Option* lobeOption = nullptr;
+    const CLI::Option *lobeOption = nullptr, *layoutOption = nullptr;
 };
 
 /// Returns an error for the first option that was given to a filter which has no use for it.
@@ -39,9 +42,10 @@ formats::Result<void> checkFilterOptions(const CommandLine& options) {
     const std::vector<std::string> textures = {"specular", "irradiance"};
     const OwnedOption owned[] = {
         {.name = "--wrap", .isGiven = options.wrap.has_value(), .filters = {"irradiance", "sh"}},
-        {.name = "--size", .isGiven = options.size.has_value(), .filters = {"irradiance"}},
+        {.name = "--size", .isGiven = options.size.has_value(), .filters = textures},
         {.name = "--normalize", .isGiven = options.normalize.has_value(), .filters = {"sh"}},
         {.name = "--lobe", .isGiven = options.lobeOption->count() > 0, .filters = {"specular"}},
+        {.name = "--layout", .isGiven = options.layoutOption->count() > 0, .filters = {"specular"}},
         {.name = "--sh", .isGiven = !options.sh.empty(), .filters = {"specular"}},
         {.name = "--target", .isGiven = cook.target.has_value(), .filters = textures},
         {.name = "--container", .isGiven = cook.container.has_value(), .filters = textures},
@@ -61,6 +65,9 @@ formats::Result<void> checkFilterOptions(const CommandLine& options) {
 /// Runs --filter irradiance.
 formats::Result<Json> runIrradiance(const CommandLine& options) {
     if (auto checked = checkContainer(options.cook, options.output); !checked) return tl::make_unexpected(checked.error());
+    if (options.size && (*options.size < 1 || *options.size > kMostIrradianceSize))
+        return formats::failure(formats::ErrorCode::InvalidRequest, "--size",
+                                fmt::format("found {}, expected 1 to {}", *options.size, kMostIrradianceSize));
     IrradianceCommand command;
     command.input = options.input;
     command.output = options.output;
@@ -93,7 +100,17 @@ Outcome convertCubemap(const CubemapOptions& options, const RunState& state) {
     Scene scene = sceneFor(options);
     scene.name = assetNameFor(options.input, "cubemap");
     scene.lobe = options.lobe;
-    scene.probes.push_back({scene.name, options.input, options.sh.empty() ? std::nullopt : std::optional(options.sh)});
+    ProbeEntry probe{scene.name, options.input, options.sh.empty() ? std::nullopt : std::optional(options.sh)};
+    if (options.size) {
+        if (auto checked = checkOption("--size", objectionToProbeSize(*options.size)); !checked) return failedOutcome(checked.error());
+        probe.size = *options.size;
+    }
+    if (!options.sh.empty() && options.layout != info(CubemapLayout::PreDivided).name)
+        return failedOutcome({formats::ErrorCode::InvalidRequest, "--sh",
+                              fmt::format("found it with --layout {}, expected --layout {}, which is divided by that SH", options.layout,
+                                          info(CubemapLayout::PreDivided).name)});
+    probe.layout = options.layout;
+    scene.probes.push_back(std::move(probe));
     return convertScene(std::move(scene), "cubemap", options, state);
 }
 
@@ -105,15 +122,22 @@ CommandFunction defineCubemap(CLI::App& app) {
     addRepairOption(app, options->cook.repair);
     options->json.add(app, "the report, or with another --filter what was written,");
     app.add_option("--filter", options->filter,
-                   "specular: prefiltered and pre-divided levels; irradiance: diffuse light, one level in one file; sh: nine coefficients "
+                   "specular: prefiltered levels; irradiance: diffuse light, one level in one file; sh: nine coefficients "
                    "as JSON")
         ->check(CLI::IsMember({"specular", "irradiance", "sh"}))
         ->capture_default_str();
     options->lobeOption = addLobeOption(app, options->lobe, formats::sceneLobes());
-    addFileOption(app, "--sh", options->sh, "For specular: JSON with the environment's SH; default: projected from the image");
+    options->layoutOption =
+        app.add_option("--layout", options->layout, "For specular: divided by the environment's own area specular, or as it is")
+            ->check(CLI::IsMember(formats::namesOf(allCubemapLayouts())))
+            ->capture_default_str();
+    addFileOption(app, "--sh", options->sh, "For specular, pre-divided: JSON with the environment's SH; default: projected from the image");
     app.add_option("--wrap", options->wrap, "For irradiance and sh: wrapped diffuse, energy conserving, 0 (Lambert, the default) to 1")
         ->check(CLI::Range(0.0, 1.0));
-    app.add_option("--size", options->size, "For irradiance: texels of a face's edge; default: 32")->check(CLI::Range(1, 1024));
+    app.add_option("--size", options->size,
+                   fmt::format("Texels of a face's edge. For specular: a power of two, {} to {}; default: {}. For irradiance: 1 to {}; "
+                               "default: {}",
+                               kLeastProbeSize, kMostProbeSize, ProbeEntry{}.size, kMostIrradianceSize, IrradianceCommand{}.size));
     app.add_option("--normalize", options->normalize,
                    "For sh: none (the default), or d3dx: multiply by 16/17, so that a game light of 1 is 1 through nine coefficients")
         ->check(CLI::IsMember({"none", "d3dx"}));

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
 
 #include "pipeline/command/converter.h"
 
@@ -10,9 +12,11 @@ namespace lightcook::pipeline {
 struct CubemapOptions : ConverterOptions {
     lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;  ///< one of formats::sceneLobes()
     std::filesystem::path sh;                                        ///< JSON with the environment's SH; empty: projected from the image
+    std::optional<int> size;                                         ///< of a face [texels]; none: that of a scene's probe
+    std::string layout = ProbeEntry{}.layout;                        ///< a name of allCubemapLayouts()
 };
 
-/// Cooks the prefiltered and pre-divided levels of an environment.
+/// Cooks the prefiltered levels of an environment, pre-divided or plain.
 Outcome convertCubemap(const CubemapOptions& options, const RunState& state);
 
 }  // namespace lightcook::pipeline

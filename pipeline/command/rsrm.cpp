@@ -11,6 +11,7 @@
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
+#include "pipeline/scene/rsrm_format.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -26,14 +27,27 @@ void printAsymmetry(Session& session, const Json& report) {
                              : fmt::format("{:.3g} % of the light's energy is not symmetric around the axis and is lost", 100 * fraction));
 }
 
+/// Refuses options of block encoders beside a format that has no blocks.
+formats::Result<void> checkBlockOptions(const RsrmOptions& options) {
+    const std::string name = options.format.empty() ? std::string(info(RsrmFormat::Rgba8).name) : options.format;
+    const RsrmFormatInfo* const format = rsrmFormatFromName(name);
+    if (format == nullptr || format->hasBlocks()) return {};
+    std::string blocks;
+    for (const RsrmFormatInfo& each : allRsrmFormats())
+        if (each.hasBlocks()) blocks += fmt::format("{}, ", each.name);
+    for (const auto& [option, isGiven] :
+         {std::pair("--effort", options.cook.effort.has_value()), std::pair("--rdo", options.cook.rdo.has_value())})
+        if (isGiven)
+            return formats::failure(formats::ErrorCode::InvalidRequest, option,
+                                    fmt::format("found it with --format {}, whose texels are rounded, expected --format {}or {}", name,
+                                                blocks, kAutoRsrmFormat));
+    return {};
+}
+
 }  // namespace
 
 Outcome convertRsrm(const RsrmOptions& options, const RunState& state) {
-    for (const auto& [name, isGiven] :
-         {std::pair("--effort", options.cook.effort.has_value()), std::pair("--rdo", options.cook.rdo.has_value())})
-        if (isGiven && options.format == "rgba8")
-            return failedOutcome({formats::ErrorCode::InvalidRequest, name,
-                                  "found it with --format rgba8, whose texels are rounded, expected --format bc7 or bc4"});
+    if (auto usable = checkBlockOptions(options); !usable) return failedOutcome(usable.error());
     Scene scene = sceneFor(options);
     GradientEntry entry{assetNameFor(options.input, "rsrm"), options.input};
     scene.name = entry.name;
@@ -79,9 +93,12 @@ CommandFunction defineRsrm(CLI::App& app) {
         ->check(CLI::Range(1, kMostGradientZones))
         ->needs(axis)
         ->capture_default_str();
-    app.add_option("--format", options->format, "Pixel format; bc4 for gradients of one colour, bc7 and bc4 for --target bc only")
-        ->check(CLI::IsMember(kRsrmFormats))
-        ->capture_default_str();
+    app.add_option(
+           "--format", options->format,
+           fmt::format("Pixel format; {} is the smallest that keeps the error limit. Default: {} where it keeps the limit, else as {}. "
+                       "bc4 for gradients of one colour; bc7, bc4 and bc6h for --target bc only",
+                       kAutoRsrmFormat, info(RsrmFormat::Rgba8).name, kAutoRsrmFormat))
+        ->check(CLI::IsMember(rsrmFormatChoices()));
     app.add_flag("--dither", options->dither, "Carry the rounding error to the next texel of the row (rgba8 only)");
     app.footer(R"(With --axis the command prints the fraction of the light's energy that is not symmetric around the
 axis; with --log json as {"asymmetric_energy": 0.7}. If it is large, a reflection map cannot represent

@@ -20,6 +20,8 @@
 #include "pipeline/assets/rsrm/rsrm.h"
 #include "pipeline/assets/source_colors.h"
 #include "pipeline/cook/contents.h"
+#include "pipeline/scene/cubemap_layout.h"
+#include "pipeline/scene/rsrm_format.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -244,34 +246,35 @@ private:
     void planProbe(const ProbeEntry& entry) {
         if (!wanted(entry.name, AssetKind::Cubemap, entry.name)) return;
         if (!needs_.specular) {
-            skip("cubemap '" + entry.name + "'", "no material is specular", cubemapBytes(kCubemapSize, scene_.output.target),
-                 {"cubemap", double{kCubemapSize} * kCubemapSize});
+            skip("cubemap '" + entry.name + "'", "no material is specular", cubemapBytes(entry.size, scene_.output.target),
+                 {"cubemap", static_cast<double>(entry.size) * entry.size});
             return;
         }
         if (needs_.unusedProbes.contains(entry.name)) {
             skip("cubemap '" + entry.name + "'", fmt::format("no place of the meshes has it among the {} nearest probes", kProbesOfAPlace),
-                 cubemapBytes(kCubemapSize, scene_.output.target), {"cubemap", double{kCubemapSize} * kCubemapSize});
+                 cubemapBytes(entry.size, scene_.output.target), {"cubemap", static_cast<double>(entry.size) * entry.size});
             return;
         }
         CubemapParameters parameters{.colors = scene_.colors,
                                      .target = scene_.output.target,
                                      .textures = textures_,
-                                     .size = kCubemapSize,
+                                     .size = entry.size,
+                                     .layout = entry.layout,
                                      .repair = options_.repair,
                                      .lobe = shading_.lobe,
                                      .probeFile = {}};
         Inputs inputs = sourceOfProbe(entry.file);
-        if (entry.sh) {
+        if (entry.sh && cubemapLayoutFromName(entry.layout)->id == CubemapLayout::PreDivided) {
             inputs["sh"] = *entry.sh;
             parameters.probeFile = entry.file.filename().string();
         }
         add(entry.name, AssetKind::Cubemap, parameters, inputs, NoParameters{}, sourceOfProbe(entry.file));
     }
 
-    /// Returns the GPU memory of a reflection map [bytes].
+    /// Returns the GPU memory of a reflection map [bytes]; if the cook chooses the format, that of rgba8.
     static std::uint64_t rsrmBytes(const GradientEntry& entry, std::size_t rows) {
-        const std::size_t blockRows = (rows + 3) / 4;
-        return entry.format == "rgba8" ? rows * kRsrmWidth * 4 : blockRows * (kRsrmWidth / 4) * (entry.format == "bc7" ? 16 : 8);
+        const RsrmFormatInfo* const format = rsrmFormatFromName(entry.format);
+        return formats::bytesPerImage((format != nullptr ? *format : info(RsrmFormat::Rgba8)).pixels, kRsrmWidth, static_cast<int>(rows));
     }
 
     /// Returns the exponents whose rows the materials need, and reports the others as skipped. Empty: nothing is needed.
@@ -309,16 +312,19 @@ private:
         if (exponents.empty()) return;
         if (const std::string why = whyNotRsrm(entry, scene_.output.target); !why.empty() && !mistake_)
             mistake_ = {formats::ErrorCode::InvalidRequest, fmt::format("gradient '{}'", entry.name), why};
-        RsrmParameters parameters{.colors = scene_.colors,
-                                  .exponents = exponents,
-                                  .width = kRsrmWidth,
-                                  .format = entry.format,
-                                  .dither = entry.dither,
-                                  .textures = textures_,
-                                  .repair = options_.repair,
-                                  .axis = entry.axis,
-                                  .zones = {},
-                                  .encoding = {}};
+        RsrmParameters parameters{
+            .colors = scene_.colors,
+            .exponents = exponents,
+            .width = kRsrmWidth,
+            .formats = entry.dither ? std::vector{std::string(info(RsrmFormat::Rgba8).name)}
+                                    : rsrmFormatsToTry(entry.format, scene_.output.target, kRsrmWidth, static_cast<int>(exponents.size())),
+            .limit = converterLimit(scene_.output),
+            .dither = entry.dither,
+            .textures = textures_,
+            .repair = options_.repair,
+            .axis = entry.axis,
+            .zones = {},
+            .encoding = {}};
         if (entry.axis)
             parameters.zones = entry.zones;
         else

@@ -115,6 +115,8 @@ private:
                         constants.is_object() ? constants.value(name, Json()) : Json());
         if (asset.kind == AssetKind::LightMap && metadata.contains("layout"))
             expectEqual(place + ", metadata layout", metadata["layout"], asset.layout);
+        if (asset.kind == AssetKind::Cubemap)
+            expectEqual(place + ", metadata layout", metadata.value("layout", Json()), cubemapTextureLayout(asset.layout));
         const auto check = [&](const char* key, const std::optional<std::string>& expected) {
             if (asset.kind == AssetKind::Lut)
                 expectEqual(fmt::format("{}, metadata {}", place, key), metadata.value(key, Json()),

@@ -204,7 +204,7 @@ Html textureTable(const Json& asset) {
 
 /// Returns the caption of a note.
 std::string noteWords(const std::string& key) {
-    static const std::array<std::pair<const char*, const char*>, 13> kNotes = {
+    static const std::array<std::pair<const char*, const char*>, 14> kNotes = {
         {{"covered_texels", "Texels inside charts"},
          {"beyond_positive_bounds", "Texels whose coefficients no positive light could give"},
          {"repaired_not_finite", "Texels set to zero because a coefficient was not finite"},
@@ -217,6 +217,7 @@ std::string noteWords(const std::string& key) {
          {"clamped_negative", "Negative values clamped to zero, all an unsigned format holds"},
          {"division_clamped", "Values whose division passed the largest float,"},
          {"division_lost", "Values lost under the texture's smallest step,"},
+         {"formats_tried", "Errors of the format"},
          {"window_lambda", "Strength of the window against ringing (lambda)"}}};
     for (const auto& [name, meaning] : kNotes)
         if (key == name) return meaning;

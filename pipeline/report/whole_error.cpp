@@ -125,8 +125,13 @@ public:
             if (row.kind == AssetKind::Lut) tables_.push_back(&row);
             if (row.kind == AssetKind::Cubemap) probes_.push_back(&row);
         }
-        for (const ReportRow* probe : probes_)
-            squaredRatio_ += square(lightOf(*probe, &LightFigures::ratioRms)) / static_cast<double>(probes_.size());
+        for (const ReportRow* probe : probes_) {
+            const double count = static_cast<double>(probes_.size());
+            if (probe->light->specularRms)
+                squaredPlain_ += square(lightOf(*probe, &LightFigures::specularRms)) / count;
+            else
+                squaredRatio_ += square(lightOf(*probe, &LightFigures::ratioRms)) / count;
+        }
     }
 
     std::optional<WholeError> error() const {
@@ -188,14 +193,19 @@ private:
         }
         if (specular != 0) {
             shading.squaredLights[kArea] = square(specular);
-            shading.squaredLights[kEnvironment] = squaredRatio_ * square(specular);
+            shading.squaredLights[kEnvironment] = squaredRatio_ * square(specular) + squaredPlain_;
             // An error of S is visible twice: directly, and in the environment's light R S.
             const double reflected = specular * (1 + std::sqrt(squaredRatio_));
             add(map, kSpecularFigures, "area specular", relRmsOf(map, kSpecularFigures), reflected);
             for (const ReportRow* tables : tables_) add(*tables, kSpecularFigures, "area specular", tablesRelRms(*tables, map), reflected);
-            for (const ReportRow* probe : probes_)
-                add(*probe, kSpecularFigures, "environment", lightOf(*probe, &LightFigures::ratioRelRms),
-                    specular * lightOf(*probe, &LightFigures::ratioRms) / std::sqrt(static_cast<double>(probes_.size())), true);
+            for (const ReportRow* probe : probes_) {
+                // A cubemap that is not divided is seen as it is, whatever the area specular of the pixel.
+                const bool isPlain = probe->light->specularRms.has_value();
+                const double relRms = isPlain ? relRmsOf(*probe, kSpecularFigures) : lightOf(*probe, &LightFigures::ratioRelRms);
+                const double light =
+                    isPlain ? lightOf(*probe, &LightFigures::specularRms) : specular * lightOf(*probe, &LightFigures::ratioRms);
+                add(*probe, kSpecularFigures, "environment", relRms, light / std::sqrt(static_cast<double>(probes_.size())), true);
+            }
         }
         shading.bound();
         return shading;
@@ -244,6 +254,7 @@ private:
     const std::vector<ReportRow>& rows_;
     std::vector<const ReportRow*> lightMaps_, tables_, probes_;
     double squaredRatio_ = 0;  ///< mean square of R over the cubemaps
+    double squaredPlain_ = 0;  ///< the same of the light of those that are not divided
 };
 
 /// Returns the way to reduce the error of a kind of asset, for more memory or time.

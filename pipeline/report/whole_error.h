@@ -4,7 +4,8 @@
 //   diffuse    exit radiance of the light map
 //   area       area specular of the light map, S, through the tables
 //   analytic   highlight of the dominant light
-//   environment  R S: a pre-divided cubemap, R, times the pixel's area specular; a pixel sees one of several cubemaps, each with the same
+//   environment  R S: a pre-divided cubemap, R, times the pixel's area specular, or a prefiltered one as it is, R S being its radiance; a
+//                pixel sees one of several cubemaps, each with the same
 //   probability
 // Each asset's error is its rel_rms times the RMS of the light that it is a part of. docs/theory/error.md explains the sums.
 #pragma once

@@ -54,6 +54,11 @@ Objection objectionToAxis(const std::vector<double>& axis) {
     return ValueError{inBrackets(axis), "a direction [x, y, z] other than zero"};
 }
 
+Objection objectionToProbeSize(std::int64_t size) {
+    if (size >= kLeastProbeSize && size <= kMostProbeSize && (size & (size - 1)) == 0) return std::nullopt;
+    return ValueError{fmt::format("{}", size), fmt::format("a power of two from {} to {}", kLeastProbeSize, kMostProbeSize)};
+}
+
 Objection objectionToMaxVisible(double limit) {
     if (limit > 0 && std::isfinite(limit)) return std::nullopt;
     return ValueError{fmt::format("{}", limit), "a positive number of just noticeable differences: 2 is hard to see, 10 is plain"};

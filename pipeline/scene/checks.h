@@ -1,6 +1,7 @@
 // Checks of single settings that the scene file and the command line share.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -31,6 +32,9 @@ Objection objectionToRange(const std::vector<double>& range, double lowest, doub
 Objection objectionToExponents(const std::vector<double>& exponents);
 /// An axis is a direction [x, y, z] other than zero.
 Objection objectionToAxis(const std::vector<double>& axis);
+/// A face of a cubemap has a power of two of texels, so that each level halves the one above.
+inline constexpr int kLeastProbeSize = 16, kMostProbeSize = 2048;
+Objection objectionToProbeSize(std::int64_t size);
 /// A limit on visible errors is a positive number of just noticeable differences.
 Objection objectionToMaxVisible(double limit);
 /// Settings of the display: a positive exit radiance, an exposure compensation of at most 20 stops, and a black of 0.005 to 100 cd/m^2.

@@ -9,7 +9,10 @@
 #include "formats/light_map_conventions.h"
 #include "formats/target.h"
 #include "formats/vocabulary.h"
+#include "pipeline/scene/checks.h"
+#include "pipeline/scene/cubemap_layout.h"
 #include "pipeline/scene/dominant_fit.h"
+#include "pipeline/scene/rsrm_format.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {
@@ -205,7 +208,10 @@ SceneSectionInfo probeSection() {
                       "([shapes](../guide/from-a-baker-to-a-scene.md#probes)); EXR or Radiance HDR"},
                      {"sh", "path", "projected from the image",
                       "JSON with the probe's own SH, found by the image's file name: "
-                      "`{\"probes\": [{\"file\": \"...\", \"sh\": [[r, g, b], ... nine]}]}`"}},
+                      "`{\"probes\": [{\"file\": \"...\", \"sh\": [[r, g, b], ... nine]}]}`"},
+                     {"size", fmt::format("a power of two, {} to {}", kLeastProbeSize, kMostProbeSize),
+                      fmt::format("{}", ProbeEntry{}.size), "texels along the edge of a face. The levels go down to one texel a face"},
+                     enumeratedKey("layout", allCubemapLayouts(), "what a texel holds")},
             .outro = ""};
 }
 
@@ -227,9 +233,13 @@ SceneSectionInfo gradientSection() {
                   "the file is an environment, averaged around this world direction "
                   "([loss](../theory/lighting.md#radially-symmetric-reflection-maps))"},
                  {"zones", fmt::format("1 to {}", kMostGradientZones), "256", "with `axis`: number of zones of equal solid angle"},
-                 {"format", choices(kRsrmFormats), inQuotes(kRsrmFormats.front()),
-                  "`bc7` and `bc4` under target `bc` alone, a quarter and an eighth of the bytes (rows count in fours); `bc4` for "
-                  "gradients of one colour"},
+                 {"format", choices(rsrmFormatChoices()),
+                  fmt::format("`\"{}\"` where it keeps the error limit, else `\"{}\"`", info(RsrmFormat::Rgba8).name, kAutoRsrmFormat),
+                  fmt::format(
+                      "{}. `{}`: the smallest format of the target that keeps `max_converter_error`, both as `rel_rms` and as `p99` "
+                      "at texel centres. `bc7`, `bc4` and `bc6h` are for target `bc` alone; their rows count in fours. "
+                      "[Which one](../theory/lighting.md#radially-symmetric-reflection-maps) holds a sun",
+                      captions(allRsrmFormats()), kAutoRsrmFormat)},
                  {"dither", kBoolean, "false",
                   "`rgba8`: rounding errors are carried to the next texel of the row, so that slow gradients have no bands"}},
         .outro = ""};

@@ -15,8 +15,10 @@
 #include "formats/read_file.h"
 #include "formats/vocabulary.h"
 #include "pipeline/scene/checks.h"
+#include "pipeline/scene/cubemap_layout.h"
 #include "pipeline/scene/dominant_fit.h"
 #include "pipeline/scene/keys.h"
+#include "pipeline/scene/rsrm_format.h"
 #include "pipeline/scene/toml_nesting.h"
 
 namespace lightcook::pipeline {
@@ -370,6 +372,11 @@ ProbeEntry readProbe(TableReader reader) {
     entry.name = readName(reader);
     entry.file = reader.requiredPath("file");
     entry.sh = reader.optionalPath("sh");
+    if (const auto size = reader.optional<std::int64_t>("size", "a power of two")) {
+        reader.check("size", objectionToProbeSize(*size));
+        entry.size = static_cast<int>(*size);
+    }
+    entry.layout = info(reader.oneOfRows("layout", allCubemapLayouts())).name;
     return entry;
 }
 
@@ -394,7 +401,7 @@ GradientEntry readGradient(TableReader reader) {
         if (!entry.axis) reader.fail(reader.node("zones"), "found gradient.zones without an axis, expected the axis to average around");
         entry.zones = static_cast<int>(*zones);
     }
-    entry.format = reader.oneOf("format", kRsrmFormats, entry.format);
+    if (reader.has("format")) entry.format = reader.oneOf("format", rsrmFormatChoices(), "");
     entry.dither = reader.optional<bool>("dither", "true or false").value_or(false);
     return entry;
 }
@@ -533,11 +540,16 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
 }  // namespace
 
 std::string whyNotRsrm(const GradientEntry& entry, Target target) {
-    if (entry.format != "rgba8" && target != Target::Bc)
-        return fmt::format("found format \"{}\" with target \"{}\", expected target \"bc\" or format \"rgba8\"", entry.format,
-                           formats::info(target).name);
-    if (entry.format != "rgba8" && entry.dither)
-        return fmt::format("found dither with format \"{}\", expected format \"rgba8\": blocks round a pattern away", entry.format);
+    if (const RsrmFormatInfo* format = rsrmFormatFromName(entry.format); format != nullptr && !format->isFor(target)) {
+        std::string possible;
+        for (const RsrmFormatInfo& each : allRsrmFormats())
+            if (each.isFor(target)) possible += fmt::format("{}\"{}\"", possible.empty() ? "" : ", ", each.name);
+        return fmt::format("found format \"{}\" with target \"{}\", expected target \"bc\" or a format of {}", entry.format,
+                           formats::info(target).name, possible);
+    }
+    const std::string_view rgba8 = info(RsrmFormat::Rgba8).name;
+    if (entry.dither && !entry.format.empty() && entry.format != rgba8)
+        return fmt::format("found dither with format \"{}\", expected format \"{}\", whose codes alone are dithered", entry.format, rgba8);
     return "";
 }
 

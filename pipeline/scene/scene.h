@@ -89,10 +89,11 @@ struct ProbeEntry {
     std::string name;
     std::filesystem::path file;
     std::optional<std::filesystem::path> sh;  ///< JSON that holds the probe's SH; projected from the image without it
+    int size = 128;                           ///< of a face [texels]: a power of two, kLeastProbeSize .. kMostProbeSize
+    std::string layout = "pre-divided";       ///< a name of allCubemapLayouts()
 };
-/// Values of `encoding` and `format` of a gradient, and of the options of `rsrm`.
+/// Values of `encoding` of a gradient, and of `rsrm --encoding`.
 inline const std::vector<std::string> kGradientEncodings = {"auto", "linear", "srgb"};
-inline const std::vector<std::string> kRsrmFormats = {"rgba8", "bc7", "bc4"};
 inline constexpr int kMostGradientZones = 4096;
 
 struct GradientEntry {
@@ -102,7 +103,7 @@ struct GradientEntry {
     std::string encoding = "auto";        ///< one of kGradientEncodings; for painted gradients only
     std::optional<glm::dvec3> axis = {};  ///< the file is an environment, averaged around this world direction
     int zones = 256;                      ///< of the average around the axis
-    std::string format = "rgba8";         ///< one of kRsrmFormats
+    std::string format = {};              ///< one of rsrmFormatChoices(); empty: see rsrmFormatsToTry
     bool dither = false;                  ///< rgba8 alone
 };
 /// Returns the reason why the format, or its dithering, is not possible for a target; empty if it is possible.

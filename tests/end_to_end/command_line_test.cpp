@@ -127,7 +127,7 @@ TEST_F(CommandLine, ConvertersKeepABudgetAndRefuseWhatWouldNotAct) {
                       {"--filter sh", "expected --filter specular or irradiance"});
     expectRefused("cubemap probe.exr x.dds --container ktx2", 2, {"--container", "x.dds"});
     expectRefused("cubemap probe.exr x.dds --filter irradiance --container ktx2", 2, {"--container", "x.dds"});
-    expectRefused("rsrm sky.exr x --effort 3", 2, {"--effort", "--format rgba8", "bc7 or bc4"});
+    expectRefused("rsrm sky.exr x --effort 3", 2, {"--effort", "--format rgba8", "bc7, bc4, bc6h, or auto"});
     expectRefused("rsrm sky.exr x --layout raw", 2, {"unknown option '--layout'"});
 }
 

@@ -289,6 +289,11 @@ TEST(ShaderLightMap, RatioOfABlackL0IsBlack) {
     for (const vec3& c : shaders::lcLightMapRatio(texels, constants).c) EXPECT_EQ(c, vec3(0));
 }
 
+TEST(ShaderEnvironment, APlainCubemapIsItsTexelTimesTheRange) {
+    EXPECT_EQ(shaders::lcPrefiltered(vec3(0.5f, 2, 0), 8), vec3(4, 16, 0));
+    EXPECT_EQ(shaders::lcPrefiltered(vec3(0.5f, 2, 0), 8), shaders::lcEnvironment(vec3(4, 16, 0), vec3(1)));
+}
+
 TEST(ShaderRsrm, TexelCentresAndRowsAreWhereTheMapHasThem) {
     const vec3 axis(0, 1, 0);
     constexpr int width = 256;

@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "lighting/cube.h"
 #include "lighting/quadratic.h"
@@ -98,6 +99,16 @@ Range storedRange(const CookedCubemap::Mip& mip, int channel) {
     return range;
 }
 
+/// Returns the exact extrema of S, 1 if the map is not divided. Nothing if S is not finite.
+std::optional<lighting::Extrema> denominatorRange(const CookedCubemap& map, const CookedCubemap::Mip& mip, int channel) {
+    lighting::Extrema range{};
+    range.minimum = range.maximum = 1;
+    if (!map.isDivided) return range;
+    const lighting::ShDouble coefficients = channelOf(map.windowedSh, channel);
+    if (!isFinite(coefficients, mip.bands)) return std::nullopt;
+    return lighting::extremaOnSphere(lighting::sphereQuadratic(coefficients, mip.bands));
+}
+
 /// Returns an upper bound of the local error over every direction, with its mip and channel; `local` is the bound. Sound but loose: the
 /// reference is between the smallest and largest texel of the source, the result between the smallest and largest stored value times the
 /// exact extrema of S. Infinite if S is not positive everywhere.
@@ -113,15 +124,12 @@ ErrorPlace boundOf(const CookedCubemap& map, const CubemapReference& reference, 
                 worst.m = mip.m;
                 worst.local = bound;
             };
-            const lighting::ShDouble coefficients = channelOf(map.windowedSh, channel);
-            if (!isFinite(coefficients, mip.bands)) raise(std::numeric_limits<double>::infinity());
-            if (!std::isfinite(worst.local)) return worst;
-            const lighting::Extrema s = lighting::extremaOnSphere(lighting::sphereQuadratic(coefficients, mip.bands));
-            if (!(s.minimum > 0)) raise(std::numeric_limits<double>::infinity());
+            const std::optional<lighting::Extrema> s = denominatorRange(map, mip, channel);
+            if (!s || !(s->minimum > 0)) raise(std::numeric_limits<double>::infinity());
             if (!std::isfinite(worst.local)) return worst;
             const Range stored = storedRange(mip, channel);
             // 1e-5: rounding of the shader's S in floats.
-            const Range result{map.range * stored.low * s.minimum * (1 - 1e-5), map.range * stored.high * s.maximum * (1 + 1e-5)};
+            const Range result{map.range * stored.low * s->minimum * (1 - 1e-5), map.range * stored.high * s->maximum * (1 + 1e-5)};
             raise(largestLocalError({reference.smallest()[channel], reference.largest()[channel]}, result, key));
         }
     return worst;
@@ -480,6 +488,7 @@ lighting::ShBands kernelBands(double m, NormalDistribution lobe) {
 }
 
 glm::dvec3 shadeCubemap(const CookedCubemap& map, int mip, const glm::vec3& stored, const glm::dvec3& direction) {
+    if (!map.isDivided) return glm::dvec3(shaders::lcPrefiltered(stored, map.range));
     shaders::LcSh sh;
     for (std::size_t i = 0; i < map.windowedSh.size(); ++i) sh.c[i] = map.windowedSh[i];
     const lighting::ShBands& bands = map.mips[static_cast<std::size_t>(mip)].bands;

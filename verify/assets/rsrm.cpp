@@ -20,6 +20,8 @@ constexpr int kRingCount = 256;
 constexpr double kQuadratureError = 2e-4;
 /// Smaller codes count as 0: floats of a shader may flush such light to 0.
 constexpr double kLeastCode = 1e-30;
+/// Of two: the smallest step of halves and of shared exponents.
+constexpr int kLeastStepExponent = -24;
 
 /// Returns the height z of the upper edge of a zone.
 double edgeHeight(std::size_t edge, std::size_t zoneCount) {
@@ -273,17 +275,34 @@ RsrmRow compareRsrmRow(const CookedRsrm& map, const RsrmSource& source, int row,
     return result;
 }
 
+glm::dvec3 rsrmCodeSize(const CookedRsrm& map, const glm::dvec3& light) {
+    const glm::dvec3 color = glm::abs(glm::dvec3(map.color));
+    if (map.codes == RsrmCodes::Rounded || map.codes == RsrmCodes::Dithered || map.codes == RsrmCodes::Blocks) return color / 255.0;
+    const auto stepOf = [](double stored, int bitsBelow) {
+        return std::ldexp(1.0, stored > 0 ? std::max(std::ilogb(stored) - bitsBelow, kLeastStepExponent) : kLeastStepExponent);
+    };
+    glm::dvec3 stored(0), steps(0);
+    for (int channel = 0; channel < 3; ++channel)
+        if (color[channel] > 0) stored[channel] = std::abs(light[channel]) / color[channel];
+    const double largest = std::max({stored.x, stored.y, stored.z});
+    for (int channel = 0; channel < 3; ++channel)
+        steps[channel] = map.codes == RsrmCodes::SharedExponent ? stepOf(largest, 8) : stepOf(stored[channel], 10);
+    return steps * color;
+}
+
 RsrmCodeError rsrmCodeError(const CookedRsrm& map, const RsrmSource& source, const std::vector<RsrmRow>& rows) {
     RsrmCodeError worst{-1, 0, 0};
-    if (map.codes == RsrmCodes::Blocks) return worst;
-    const double allowed = map.codes == RsrmCodes::Dithered ? 1.001 : 0.501;
+    if (map.codes == RsrmCodes::Blocks || map.codes == RsrmCodes::HalfBlocks) return worst;
+    double allowed = map.codes == RsrmCodes::Dithered ? 1.001 : 0.501;
+    if (map.codes == RsrmCodes::SharedExponent) allowed = kSharedExponentCodes + 0.001;
     const glm::dvec3 off = 2.0 * endsOf(source).slack;
     for (std::size_t row = 0; row < rows.size(); ++row) {
         int column = 0;
         for (const RsrmRow::Point& point : rows[row].points) {
             if (!point.isCentre) continue;
+            const glm::dvec3 codes = rsrmCodeSize(map, point.reference);
             for (int channel = 0; channel < 3; ++channel) {
-                const double code = std::abs(static_cast<double>(map.color[channel])) / 255;
+                const double code = codes[channel];
                 const double slack = allowed * code + off[channel] + kLeastCode;
                 const double beyond = (std::abs(point.cooked[channel] - point.reference[channel]) - slack) / std::max(code, kLeastCode);
                 if (beyond > worst.codes) worst = {beyond, static_cast<int>(row), column};
@@ -299,28 +318,28 @@ RsrmBanding rsrmBanding(const CookedRsrm& map, const std::vector<RsrmRow>& rows,
     RsrmBanding banding;
     for (const RsrmRow& row : rows)
         for (int channel = 0; channel < 3; ++channel) {
-            const double code = std::abs(static_cast<double>(map.color[channel])) / 255;
-            if (!(code > kLeastCode)) continue;
-            std::vector<double> errors;
-            double window = 0, referenceBefore = 0, cookedBefore = 0;
+            std::vector<double> errors, codeErrors;
+            double window = 0, referenceBefore = 0, cookedBefore = 0, codeBefore = 0;
             for (const RsrmRow::Point& point : row.points) {
                 if (!point.isCentre) continue;
+                const double code = rsrmCodeSize(map, point.reference)[channel];
+                if (!(code > kLeastCode)) continue;
                 const double reference = point.reference[channel], cooked = point.cooked[channel];
                 errors.push_back(cooked - reference);
-                banding.codeError = std::max(banding.codeError, std::abs(errors.back()) / code);
-                window += errors.back();
+                codeErrors.push_back(errors.back() / code);
+                banding.codeError = std::max(banding.codeError, std::abs(codeErrors.back()));
+                window += codeErrors.back();
                 const std::size_t count = errors.size();
-                if (count > RsrmBanding::kWindow) window -= errors[count - RsrmBanding::kWindow - 1];
-                if (count >= RsrmBanding::kWindow)
-                    banding.bandCodes = std::max(banding.bandCodes, std::abs(window) / RsrmBanding::kWindow / code);
+                if (count > RsrmBanding::kWindow) window -= codeErrors[count - RsrmBanding::kWindow - 1];
+                if (count >= RsrmBanding::kWindow) banding.bandCodes = std::max(banding.bandCodes, std::abs(window) / RsrmBanding::kWindow);
                 if (count > 1) {
                     const double step = std::abs(errors.back() - errors[count - 2]);
-                    banding.stepCodes = std::max(banding.stepCodes, step / code);
+                    banding.stepCodes = std::max(banding.stepCodes, step / std::max(code, codeBefore));
                     const double light = std::max({reference, referenceBefore, cooked, cookedBefore});
                     if (light + key > 0)
                         banding.stepContrast = std::max(banding.stepContrast, step / (light + lighting::kLocalErrorFloor * key));
                 }
-                referenceBefore = reference, cookedBefore = cooked;
+                referenceBefore = reference, cookedBefore = cooked, codeBefore = code;
             }
         }
     return banding;

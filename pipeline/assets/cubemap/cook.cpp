@@ -8,8 +8,10 @@
 
 #include "fit/cubemap.h"
 #include "fit/pre_divide.h"
+#include "formats/vocabulary.h"
 #include "pipeline/assets/source_colors.h"
 #include "pipeline/graph/parallel_for.h"
+#include "pipeline/scene/cubemap_layout.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -17,13 +19,13 @@ namespace {
 using formats::Image;
 using formats::Result;
 
-struct DividedLevels {
+struct Levels {
     std::vector<Image<glm::vec3>> levels;  ///< each has six faces below each other
     std::vector<std::int64_t> clamped;     ///< for each level, values whose quotient is larger than any float
 };
 
-/// Prefilters and divides every level. Rows are spread over the threads.
-DividedLevels filterAndDivide(const fit::CubemapPrefilter& filter, const fit::PreDivide& divide, const ActionContext& context) {
+/// Prefilters every level, and divides it if there is a denominator. Rows are spread over the threads.
+Levels filterLevels(const fit::CubemapPrefilter& filter, const std::optional<fit::PreDivide>& divide, const ActionContext& context) {
     struct Task {
         int mip, face, size, firstRow;
         formats::ImageView<glm::vec3> rows;
@@ -46,10 +48,11 @@ DividedLevels filterAndDivide(const fit::CubemapPrefilter& filter, const fit::Pr
     std::vector<std::atomic<std::int64_t>> clamped(levels.size());
     if (!finished) return {std::move(levels), {}};
     for (int mip = 0; mip < filter.mipCount(); ++mip) filter.keepMean(mip, levels[static_cast<std::size_t>(mip)].view());
+    if (!divide) return {std::move(levels), std::vector<std::int64_t>(levels.size())};
     tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t index) {
         const Task& task = tasks[index];
         clamped[static_cast<std::size_t>(task.mip)] +=
-            fit::preDivideRows(divide, task.mip, task.face, task.size, task.firstRow, task.rows, task.rows);
+            fit::preDivideRows(*divide, task.mip, task.face, task.size, task.firstRow, task.rows, task.rows);
     });
     return {std::move(levels), {clamped.begin(), clamped.end()}};
 }
@@ -63,10 +66,11 @@ std::int64_t lostBelow(const Image<glm::vec3>& level, float range) {
     return lost;
 }
 
-/// Returns, for each level that has any, the number of values whose stored * S differs from the prefiltered value: the quotient was larger
-/// than any float (clamped) or smaller than any half (lost).
-Json divisionNotes(const DividedLevels& divided, float range) {
-    Json notes = {{"division_clamped", Json::object()}, {"division_lost", Json::object()}};
+/// Returns the strength of the window, and for each level that has any, the number of values whose stored * S differs from the prefiltered
+/// value: the quotient was larger than any float (clamped) or smaller than any half (lost). Nothing of a map that is not divided.
+Json divisionNotes(const std::optional<fit::PreDivide>& divide, const Levels& divided, float range) {
+    if (!divide) return Json::object();
+    Json notes = {{"window_lambda", divide->windowLambda}, {"division_clamped", Json::object()}, {"division_lost", Json::object()}};
     for (std::size_t mip = 0; mip < divided.levels.size(); ++mip) {
         const std::string level = fmt::format("level {}", mip);
         if (divided.clamped[mip] > 0) notes["division_clamped"][level] = divided.clamped[mip];
@@ -82,16 +86,17 @@ float brightest(const std::vector<Image<glm::vec3>>& levels) {
     return largest;
 }
 
-CubemapConstants constantsOf(const fit::CubemapPrefilter& filter, const fit::PreDivide& divide, float range,
+CubemapConstants constantsOf(const fit::CubemapPrefilter& filter, const std::optional<fit::PreDivide>& divide, float range,
                              lighting::NormalDistribution lobe) {
     CubemapConstants constants;
     constants.kernel = lobe;
     constants.range = range;
     for (const fit::MipKernel& mip : filter.mips()) constants.mips.push_back({mip.perceptualRoughness, mip.m, mip.bands});
-    constants.windowedSh = divide.windowedSh;
-    constants.window = divide.window;
-    constants.windowLambda = divide.windowLambda;
-    constants.epsilon = divide.epsilon;
+    if (!divide) return constants;
+    constants.windowedSh = divide->windowedSh;
+    constants.window = divide->window;
+    constants.windowLambda = divide->windowLambda;
+    constants.epsilon = divide->epsilon;
     return constants;
 }
 
@@ -102,14 +107,23 @@ Result<lighting::ShRgb> incidentSh(const formats::LoadedEnvironment& loaded, con
     return formats::loadProbeSh(stored->second, parameters.probeFile.value_or(""));
 }
 
-Json notesOf(const formats::LoadedEnvironment& loaded, const compress::EncodeReport& report, const fit::PreDivide& divide,
-             const DividedLevels& divided, float range) {
-    Json notes = {{"repaired_texels", loaded.repairedTexels}, {"clamped_high", report.clampedHigh}, {"window_lambda", divide.windowLambda}};
-    notes.update(divisionNotes(divided, range));
-    return notes;
+/// Returns the denominator of a pre-divided cubemap, nothing for another layout.
+Result<std::optional<fit::PreDivide>> denominatorOf(CubemapLayout layout, const fit::CubemapPrefilter& filter,
+                                                    const formats::LoadedEnvironment& loaded, const CubemapParameters& parameters,
+                                                    const Action& action) {
+    if (layout != CubemapLayout::PreDivided) return std::nullopt;
+    const auto sh = incidentSh(loaded, parameters, action);
+    if (!sh) return tl::make_unexpected(sh.error());
+    std::vector<lighting::ShBands> bands;
+    for (const fit::MipKernel& mip : filter.mips()) bands.push_back(mip.bands);
+    return fit::makePreDivide(*sh, bands, {});
 }
 
 }  // namespace
+
+std::string cubemapTextureLayout(std::string_view layout) {
+    return fmt::format("{}-cubemap", layout);
+}
 
 Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     const auto parameters = parametersOf<CubemapParameters>(context);
@@ -120,39 +134,46 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     read.repair = parameters->repair;
     const auto loaded = formats::loadEnvironment(source, environmentOptions(read, context.action));
     if (!loaded) return tl::make_unexpected(loaded.error());
-    const auto sh = incidentSh(*loaded, *parameters, context.action);
-    if (!sh) return tl::make_unexpected(sh.error());
+    const CubemapLayoutInfo* const layout = cubemapLayoutFromName(parameters->layout);
+    if (layout == nullptr)
+        return formats::failure(
+            formats::ErrorCode::InvalidRequest, context.action.asset,
+            fmt::format("found the layout \"{}\", expected {}", parameters->layout, formats::listOfNames(allCubemapLayouts())));
     fit::CubemapOptions options;
     options.size = parameters->size;
     options.kernel = parameters->lobe == lighting::NormalDistribution::Ggx ? fit::PrefilterKernel::Ggx : fit::PrefilterKernel::Beckmann;
     const auto filter = fit::CubemapPrefilter::create(loaded->environment, options);
     if (!filter) return tl::make_unexpected(filter.error());
-    std::vector<lighting::ShBands> bands;
-    for (const fit::MipKernel& mip : filter->mips()) bands.push_back(mip.bands);
-    const fit::PreDivide divide = fit::makePreDivide(*sh, bands, {});
-    const DividedLevels divided = filterAndDivide(*filter, divide, context);
+    const auto divide = denominatorOf(layout->id, *filter, *loaded, *parameters, context.action);
+    if (!divide) return tl::make_unexpected(divide.error());
+    Levels filtered = filterLevels(*filter, *divide, context);
     if (context.state.interrupted) return interrupted(context);
 
-    const float range = hdrRange(brightest(divided.levels));
+    const float range = hdrRange(brightest(filtered.levels));
     formats::TextureShape shape;
     shape.format = formats::info(parameters->target).hdr;
     shape.width = shape.height = options.size;
     shape.mipCount = filter->mipCount();
     shape.faceCount = 6;
+    const Json divisions = divisionNotes(*divide, filtered, range);
     compress::EncodeReport report;
     std::vector<std::vector<std::byte>> images;
-    for (const Image<glm::vec3>& level : divided.levels)
+    for (Image<glm::vec3>& level : filtered.levels) {
         for (auto& face : encodeFaces(shape.format, level.view(), range, parameters->textures.encodeOptions(), report))
             images.push_back(std::move(face));
-    const Json constants = toJson(constantsOf(*filter, divide, range, parameters->lobe));
+        level = {};  // the largest level is 300 MB
+    }
+    const Json constants = toJson(constantsOf(*filter, *divide, range, parameters->lobe));
     const std::string& name = context.action.asset;
     AssetTextures textures(context, parameters->textures);
-    if (auto written = textures.write({"cubemap", name, shape, {{"layout", "pre-divided-cubemap"}, {"constants", constants}}}, images);
-        !written)
-        return tl::make_unexpected(written.error());
+    const Json facts = {{"layout", cubemapTextureLayout(layout->name)}, {"constants", constants}};
+    if (auto written = textures.write({"cubemap", name, shape, facts}, images); !written) return tl::make_unexpected(written.error());
 
-    CookResult result{makeCookedAsset(name, AssetKind::Cubemap, "pre-divided", options.size, options.size),
-                      std::filesystem::file_size(source), notesOf(*loaded, report, divide, divided, range)};
+    CookResult result{makeCookedAsset(name, AssetKind::Cubemap, std::string(layout->name), options.size, options.size),
+                      std::filesystem::file_size(source),
+                      Json{{"repaired_texels", loaded->repairedTexels}, {"clamped_high", report.clampedHigh}}};
+    result.notes->update(divisions);
+    result.asset.quantity = layout->quantity;
     result.asset.constants = constants;
     result.asset.source = read;
     return textures.finish(std::move(result));

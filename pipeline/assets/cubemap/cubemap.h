@@ -1,7 +1,9 @@
-// Environment probes as pre-divided, prefiltered cubemaps: docs/theory/lighting.md, "Pre-divided cubemaps".
+// Environment probes as prefiltered cubemaps, pre-divided or plain: docs/theory/lighting.md, "Pre-divided cubemaps".
 #pragma once
 
 #include <optional>
+#include <string>
+#include <string_view>
 
 #include "formats/target.h"
 #include "lighting/sh.h"
@@ -11,14 +13,13 @@
 
 namespace lightcook::pipeline {
 
-inline constexpr int kCubemapSize = 128;  ///< of the first mip [texels]: that of the paper
-
 /// Parameters of the cook action. Its inputs are "source" (one file or the first of six) and optionally "sh".
 struct CubemapParameters {
     formats::ColorSpaces colors;
     formats::Target target = formats::Target::Bc;
     TextureSettings textures;
-    int size = kCubemapSize;
+    int size = 0;        ///< of a face at the first mip [texels]
+    std::string layout;  ///< a name of allCubemapLayouts()
     bool repair = false;
     lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
     std::optional<std::string> probeFile;  ///< name by which input "sh" knows the probe
@@ -29,12 +30,14 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("target", parameters.target, "target");
     fields.required("textures", parameters.textures, "settings of the files");
     fields.required("size", parameters.size, "texels along an edge");
+    fields.required("layout", parameters.layout, "layout of the texels");
     fields.required("repair", parameters.repair, "true to replace texels that are not finite");
     fields.required("lobe", parameters.lobe, "microfacet distribution of the prefilter");
     fields.optional("probe_file", parameters.probeFile, "name of the probe in the SH file");
 }
 
-/// Constants of the shader's decode: light = range * texel * S, with S the area specular of `windowed_sh` under the bands of the mip.
+/// Constants of the shader's decode. Pre-divided: light = range * texel * S, with S the area specular of `windowed_sh` under the bands of
+/// the mip. Prefiltered: light = range * texel; without the members from `windowed_sh` on.
 struct CubemapConstants {
     struct Mip {
         double perceptualRoughness = 0, m = 0;
@@ -46,6 +49,8 @@ struct CubemapConstants {
     lighting::ShRgb windowedSh{};
     lighting::ShBands window{1, 1, 1};
     double windowLambda = 0, epsilon = 0;
+
+    bool isDivided() const { return epsilon > 0; }
 };
 template <class Fields, Is<CubemapConstants::Mip> Self>
 void describe(Fields& fields, Self& mip) {
@@ -58,12 +63,14 @@ void describe(Fields& fields, Self& constants) {
     fields.required("range", constants.range, "factor of the stored texels");
     fields.required("kernel", constants.kernel, "microfacet distribution of the prefilter");
     fields.required("mips", constants.mips, "kernel of each mip");
-    fields.required("windowed_sh", constants.windowedSh, "SH of the denominator");
-    fields.required("window", constants.window, "window of the bands that keeps the denominator positive");
-    fields.required("window_lambda", constants.windowLambda, "lambda of that window; 0: none");
-    fields.required("epsilon", constants.epsilon, "least denominator, over its mean");
+    fields.presentIf(constants.isDivided(), "windowed_sh", constants.windowedSh, "SH of the denominator");
+    fields.presentIf(constants.isDivided(), "window", constants.window, "window of the bands that keeps the denominator positive");
+    fields.presentIf(constants.isDivided(), "window_lambda", constants.windowLambda, "lambda of that window; 0: none");
+    fields.presentIf(constants.isDivided(), "epsilon", constants.epsilon, "least denominator, over its mean");
 }
 
+/// Returns the name of a layout in the metadata of its texture.
+std::string cubemapTextureLayout(std::string_view layout);
 /// Cooks a probe.
 formats::Result<ActionOutcome> cookCubemap(const ActionContext& context);
 /// Verifies a cooked cubemap against a brute-force prefilter of its source.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "formats/vocabulary.h"
 #include "lighting/cube.h"
 #include "pipeline/assets/cubemap/cubemap.h"
 #include "pipeline/assets/preview.h"
@@ -12,6 +13,7 @@
 #include "pipeline/assets/verdict.h"
 #include "pipeline/assets/verification.h"
 #include "pipeline/graph/parallel_for.h"
+#include "pipeline/scene/cubemap_layout.h"
 #include "verify/block_errors.h"
 #include "verify/cubemap.h"
 #include "verify/texture_unit.h"
@@ -26,6 +28,15 @@ using formats::Result;
 Result<verify::CookedCubemap> readCubemap(const ActionContext& context, const CookedAsset& asset) {
     const auto constants = fromJson<CubemapConstants>(asset.constants.value_or(Json()), asset.name + ", constants");
     if (!constants) return tl::make_unexpected(constants.error());
+    const CubemapLayoutInfo* const layout = cubemapLayoutFromName(asset.layout);
+    if (layout == nullptr)
+        return failure(ErrorCode::Verification, asset.name + ", layout",
+                       fmt::format("found \"{}\", expected {}", asset.layout, formats::listOfNames(allCubemapLayouts())));
+    const bool isDivided = layout->id == CubemapLayout::PreDivided;
+    if (constants->isDivided() != isDivided)
+        return failure(ErrorCode::Verification, asset.name + ", constants",
+                       fmt::format("found {} denominator, expected {} of the layout \"{}\"", isDivided ? "no" : "a",
+                                   isDivided ? "one" : "none", asset.layout));
     const auto texture = openTexture(context.upstreamFolder, asset, "cubemap");
     if (!texture) return tl::make_unexpected(texture.error());
     const formats::TextureShape& shape = texture->shape();
@@ -35,6 +46,7 @@ Result<verify::CookedCubemap> readCubemap(const ActionContext& context, const Co
             fmt::format("found {} faces and {} mips, expected 6 and {}", shape.faceCount, shape.mipCount, constants->mips.size()));
     verify::CookedCubemap map;
     map.range = constants->range;
+    map.isDivided = isDivided;
     map.windowedSh = constants->windowedSh;
     map.lobe = constants->kernel;
     for (int level = 0; level < shape.mipCount; ++level) {
@@ -68,7 +80,7 @@ public:
         while (row >= sizeOf(mip)) row -= sizeOf(mip++);
         const int size = sizeOf(mip);
         for (int x = 0; x < 6 * size; ++x) {
-            if (!preview_.shows(x, y)) continue;
+            if (!preview_.shows(x, y) && !isCompared(x, row)) continue;
             const int face = x / size;
             const glm::dvec3 direction = lighting::cubeTexelDirection(face, x % size, row, size);
             const verify::CookedCubemap::Mip& level = map_.mips[static_cast<std::size_t>(mip)];
@@ -85,13 +97,18 @@ public:
         int mip, face, x, y;
         glm::dvec3 reference, cooked;
     };
-    /// Returns every shown texel, row by row. Each block of the levels in the picture has some.
+    /// Returns every compared texel, row by row. Each block of the levels in the picture has some.
     const std::vector<std::vector<Compared>>& compared() const { return compared_; }
 
     static constexpr int kShownMips = 3;
 
 private:
     static constexpr int kFootprintPlaces = 8;  ///< enough for a picture
+    /// The picture of a large map leaves out whole blocks: of each, the first texel is compared all the same.
+    bool isCompared(int x, int row) const {
+        constexpr int kSize = verify::BlockErrors::kSize;
+        return preview_.stride() > kSize && x % kSize == 0 && row % kSize == 0;
+    }
     int sizeOf(int mip) const { return map_.mips[static_cast<std::size_t>(mip)].faces[0].width(); }
     static int rowsOf(const verify::CookedCubemap& map) {
         int rows = 0;
@@ -164,17 +181,23 @@ std::vector<verify::Violation> checkCubemapBlocks(const verify::CookedCubemap& m
     return violations;
 }
 
-/// Returns the reflected light over S at texel centres: the map as a pixel sees it whose own area specular replaces that of the probe.
-LightFigures ratioOf(const verify::CookedCubemap& map, const std::vector<verify::CubemapSample>& samples,
+/// Returns the light that a pixel sees at texel centres. Of a divided map: over S, since the pixel's own area specular replaces that of the
+/// probe.
+LightFigures lightOf(const verify::CookedCubemap& map, const std::vector<verify::CubemapSample>& samples,
                      const std::vector<verify::CubemapResult>& results) {
+    LightFigures light;
     verify::ErrorAccumulator ratios;
     for (std::size_t i = 0; i < samples.size(); ++i) {
         if (!samples[i].isTexel) continue;
-        const glm::dvec3 s = verify::shadeCubemap(map, samples[i].mip, glm::vec3(1.0f / map.range), samples[i].direction);
+        const glm::dvec3 s =
+            map.isDivided ? verify::shadeCubemap(map, samples[i].mip, glm::vec3(1.0f / map.range), samples[i].direction) : glm::dvec3(1);
         for (int channel = 0; channel < 3; ++channel)
             ratios.add(results[i].reference[channel] / s[channel], results[i].cooked[channel] / s[channel]);
     }
-    LightFigures light;
+    if (!map.isDivided) {
+        light.specularRms = ratios.referenceRms();
+        return light;
+    }
     light.ratioRms = ratios.referenceRms();
     light.ratioRelRms = ratios.figures().relRms;
     return light;
@@ -224,7 +247,7 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     checkBands(*map, violations);
     VerifyResult result =
         judged(verify::cubemapStages(*map, reference, samples, results, colors->luminanceWeights), *maxError, watch, std::move(violations));
-    result.light = ratioOf(*map, samples, results);
+    result.light = lightOf(*map, samples, results);
     return outcomeWithPreview(std::move(result), picture.preview(), context);
 }
 

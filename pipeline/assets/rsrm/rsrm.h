@@ -20,7 +20,8 @@ struct RsrmParameters {
     formats::ColorSpaces colors;
     std::vector<double> exponents;
     int width = kRsrmWidth;
-    std::string format;  ///< one of kRsrmFormats
+    std::vector<std::string> formats;  ///< see rsrmFormatsToTry
+    double limit = 0;                  ///< error that the choice among several formats keeps
     bool dither = false;
     TextureSettings textures;
     bool repair = false;
@@ -33,7 +34,8 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("colors", parameters.colors, "colour spaces");
     fields.required("exponents", parameters.exponents, "Phong exponents, one a row");
     fields.required("width", parameters.width, "columns");
-    fields.required("format", parameters.format, "rgba8, bc7 or bc4");
+    fields.required("formats", parameters.formats, "formats to try, in order");
+    fields.required("limit", parameters.limit, "largest error of the format that is taken");
     fields.required("dither", parameters.dither, "true to dither the codes");
     fields.required("textures", parameters.textures, "settings of the files");
     fields.required("repair", parameters.repair, "true to replace texels that are not finite");

@@ -115,6 +115,19 @@ TEST(WholeError, TwoPartsByHand) {
     EXPECT_TRUE(whole.at("apart").empty());
 }
 
+TEST(WholeError, APlainCubemapIsSeenWhateverTheAreaSpecular) {
+    const Json plain = asset("room", "cubemap", 0, 0.02, {{"specular_rms", 3}});
+    const Json whole = wholeOf({lightMap("map", 0, 0.1, 4, 0.5), plain});
+    EXPECT_NEAR(at(whole.at("lights"), "environment"), 3, 1e-14);
+    const double area = 0.1 * 0.5, environment = 0.02 * 3, squares = area * area + environment * environment;
+    EXPECT_NEAR(at(whole, "rel_rms"), std::sqrt(squares) / std::sqrt(16 + 0.25 + 9), 1e-15) << "no error of S is reflected";
+    EXPECT_NEAR(at(partOf(whole, "room", "environment"), "share"), environment * environment / squares, 1e-14);
+    // Beside a divided one of R = 2: each is seen by half of the pixels.
+    const Json both = wholeOf({lightMap("map", 0, 0.1, 4, 0.5), plain, probe("hall", 0.04, 2)});
+    EXPECT_NEAR(at(both.at("lights"), "environment"), std::sqrt((9.0 + 1) / 2), 1e-14);
+    EXPECT_NEAR(at(partOf(both, "room", "environment"), "rel_rms"), 0.02, 1e-14);
+}
+
 TEST(WholeError, EveryKindOfLightByHand) {
     const Json whole =
         wholeOf({lightMap("map", 0.02, 0.03, 2, 1), dominant("map_dominant", 0.05, 3), mesh("room_mesh", 0.01, 1.5), probe("left", 0.04, 1),

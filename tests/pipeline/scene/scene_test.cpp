@@ -85,10 +85,19 @@ dominant_fit = "refined-ambient"
 name = "probe0"
 file = "p.exr"
 sh = "p.json"
+[[probe]]
+name = "probe1"
+file = "q.exr"
+size = 1024
+layout = "prefiltered"
 [[gradient]]
 name = "sky"
 file = "g.exr"
 exponents = [1, 4, 16]
+[[gradient]]
+name = "sun"
+file = "s.exr"
+format = "rgb9e5"
 [[material]]
 name = "*"
 normal_map = true
@@ -110,7 +119,13 @@ f0 = [0.04, 0.6]
     EXPECT_EQ(scene->lightMaps[0].mesh, scene->directory / "a.glb");
     EXPECT_EQ(scene->lightMaps[0].dominantFit, "refined-ambient");
     EXPECT_EQ(scene->probes[0].sh, scene->directory / "p.json");
+    EXPECT_EQ(scene->probes[0].size, 128);
+    EXPECT_EQ(scene->probes[0].layout, "pre-divided");
+    EXPECT_EQ(scene->probes[1].size, 1024);
+    EXPECT_EQ(scene->probes[1].layout, "prefiltered");
     EXPECT_EQ(scene->gradients[0].exponents, (std::vector<double>{1, 4, 16}));
+    EXPECT_EQ(scene->gradients[0].format, "");
+    EXPECT_EQ(scene->gradients[1].format, "rgb9e5");
     EXPECT_EQ(scene->materials[0].specular, false);
     EXPECT_EQ(scene->materials[0].m->high, 0.5);
 }
@@ -161,7 +176,12 @@ TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
     expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\naxis = [0, 1, 0]\nzones = 5000\n", "7:", "expected 1 to 4096");
     expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\naxis = [0, 1, 0]\nencoding = \"srgb\"\n",
                   "7:", "painted gradients alone");
-    expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\nformat = \"bc5\"\n", "6:", "rgba8, bc7, bc4");
+    expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\nformat = \"bc5\"\n",
+                  "6:", "rgba8, bc7, bc4, bc6h, rgb9e5, rgba16f, auto");
+    for (const char* size : {"15", "0", "-16", "100", "4096", "8"})
+        expectRefused(kHead + "[[probe]]\nname = \"p\"\nfile = \"p.exr\"\nsize = " + size + "\n",
+                      "6:", "expected a power of two from 16 to 2048");
+    expectRefused(kHead + "[[probe]]\nname = \"p\"\nfile = \"p.exr\"\nlayout = \"plain\"\n", "6:", "pre-divided, prefiltered");
     expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\nexponents = [0.5]\n", "6:", "increasing Phong exponents");
     expectRefused(kHead + "[[probe]]\nname = \"../p\"\nfile = \"p.exr\"\n", "4:", "found the name '../p'");
     expectRefused(kHead + "[[probe]]\nname = \"p\"\nfile = 3\n", "5:", "found the integer 3 for probe.file, expected a path");

@@ -314,6 +314,26 @@ TEST(VerifyCubemap, FindsChangesToAMap) {
     EXPECT_GT(verifyAll(rough, reference)[2].specular.relRms, 0.01);
 }
 
+TEST(VerifyCubemap, APlainMapIsShownAsItIs) {
+    const Environment environment = panorama(32, withSun);
+    const CubemapReference reference(environment);
+    lighting::ShRgb one{};
+    one[0] = glm::vec3(static_cast<float>(1 / lighting::evaluate(lighting::ShDouble{1}, glm::dvec3(0, 0, 1))));
+    CookedCubemap map = ideal(reference, one);  // divided by 1
+    const StageError divided = verifyAll(map, reference)[2];
+    map.isDivided = false;
+    map.windowedSh = {};  // has no effect
+    const auto stages = verifyAll(map, reference);
+    EXPECT_NEAR(stages[2].specular.relRms, divided.specular.relRms, 1e-5);
+    EXPECT_LT(stages[0].specular.relRms, 1e-5);
+    EXPECT_GE(stages[2].specular.maxBound, stages[2].specular.maxSampled);
+    map.isDivided = true;
+    EXPECT_GT(verifyAll(map, reference, {1, 1, 0})[2].specular.relRms, 1e100) << "divided by nothing";
+    map.isDivided = false;
+    map.range *= 1.1f;
+    EXPECT_NEAR(verifyAll(map, reference)[0].specular.relRms, 0.1, 1e-4);
+}
+
 TEST(VerifyCubemap, AnSThatIsNotPositivePassesNoLimit) {
     const Environment environment = panorama(32, smooth);
     const CubemapReference reference(environment);

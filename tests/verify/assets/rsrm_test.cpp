@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <random>
 
@@ -231,6 +232,48 @@ TEST(VerifyRsrm, EachKindOfCodesHasItsOwnLimit) {
     EXPECT_LE(rsrmCodeError(map, {gradient, glm::dvec3(0.01)}, rowsOf(map, gradient)).codes, 0) << "an uncertain gradient";
     map.codes = RsrmCodes::Blocks;
     EXPECT_LE(rsrmCodeError(map, {gradient}, rowsOf(map, gradient)).codes, 0);
+}
+
+/// Rounds each channel to a multiple of a step.
+void roundTo(CookedRsrm& map, const std::function<glm::dvec3(const glm::vec3&)>& stepOf) {
+    for (glm::vec4& texel : map.texels.texels()) {
+        const glm::dvec3 step = stepOf(glm::vec3(texel));
+        for (int channel = 0; channel < 3; ++channel)
+            texel[channel] = static_cast<float>(std::round(static_cast<double>(texel[channel]) / step[channel]) * step[channel]);
+    }
+}
+
+TEST(VerifyRsrm, CodesOfFloatsAreTheirSteps) {
+    const auto gradient = sky(64);
+    const auto exact = [&] {
+        CookedRsrm map = quantized(gradient, 64, {1, 16});
+        for (int y = 0; y < 2; ++y)
+            for (int x = 0; x < 64; ++x) {
+                const double exponent = map.exponents[static_cast<std::size_t>(y)];
+                map.texels.at(x, y) = glm::vec4(convolvePhong(gradient, exponent, 1 - (2.0 * x + 1) / 64), 1);
+            }
+        map.color = glm::vec3(1);
+        return map;
+    };
+    const auto power = [](float value, int bits) { return std::ldexp(1.0, std::ilogb(value) - bits); };
+    CookedRsrm halves = exact();
+    roundTo(halves, [&](const glm::vec3& texel) { return glm::dvec3(power(texel.x, 10), power(texel.y, 10), power(texel.z, 10)); });
+    halves.codes = RsrmCodes::Halves;
+    EXPECT_LE(rsrmCodeError(halves, {gradient}, rowsOf(halves, gradient)).codes, 0);
+    EXPECT_NEAR(rsrmCodeSize(halves, {1.5, 0.75, 30}).x, 0x1p-10, 1e-12);
+    EXPECT_NEAR(rsrmCodeSize(halves, {1.5, 0.75, 30}).z, 0x1p-6, 1e-12);
+    CookedRsrm shared = exact();
+    roundTo(shared, [&](const glm::vec3& texel) { return glm::dvec3(power(std::max({texel.x, texel.y, texel.z}), 8)); });
+    shared.codes = RsrmCodes::SharedExponent;
+    EXPECT_LE(rsrmCodeError(shared, {gradient}, rowsOf(shared, gradient)).codes, 0);
+    EXPECT_NEAR(rsrmCodeSize(shared, {1.5, 0.75, 30}).x, 0x1p-4, 1e-12);
+    shared.codes = RsrmCodes::Halves;
+    EXPECT_GT(rsrmCodeError(shared, {gradient}, rowsOf(shared, gradient)).codes, 0) << "coarser than halves";
+    shared.codes = RsrmCodes::SharedExponent;
+    shared.texels.at(1, 1).z *= 1.03f;
+    const RsrmCodeError off = rsrmCodeError(shared, {gradient}, rowsOf(shared, gradient));
+    EXPECT_GT(off.codes, 0);
+    EXPECT_EQ(off.column, 1);
 }
 
 TEST(VerifyRsrm, AGreyMapIsReadByItsFirstChannel) {

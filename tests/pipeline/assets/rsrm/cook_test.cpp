@@ -1,4 +1,5 @@
 // Gradients from every kind of source, in every format, and at the edges: cooked and verified, or refused by name.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,10 +9,14 @@
 #include <limits>
 
 #include "formats/environment.h"
+#include "formats/gpu_texture.h"
+#include "formats/read_file.h"
 #include "lighting/sphere.h"
 #include "pipeline/command/rsrm.h"
 #include "pipeline/graph/files.h"
 #include "tests/formats/temporary_folder.h"
+#include "verify/rsrm.h"
+#include "verify/texture_unit.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -80,13 +85,121 @@ TEST_F(Rsrm, FormatsThatDoNotFitAreRefused) {
     RsrmOptions wanted = options("warm.exr");
     wanted.format = "bc7";
     wanted.cook.target = Target::Astc;
-    EXPECT_THAT(refusal(wanted), HasSubstr("found format \"bc7\" with target \"astc\""));
+    EXPECT_THAT(refusal(wanted),
+                HasSubstr("found format \"bc7\" with target \"astc\", expected target \"bc\" or a format of \"rgba8\", \"rgb9e5\", "
+                          "\"rgba16f\""));
+    wanted.format = "bc6h";
+    EXPECT_THAT(refusal(wanted), HasSubstr("found format \"bc6h\" with target \"astc\""));
     wanted.cook.target = Target::Bc;
     wanted.dither = true;
-    EXPECT_THAT(refusal(wanted), HasSubstr("found dither with format \"bc7\""));
+    for (const char* format : {"bc7", "rgb9e5", "auto"}) {
+        wanted.format = format;
+        EXPECT_THAT(refusal(wanted), HasSubstr(fmt::format("found dither with format \"{}\", expected format \"rgba8\"", format)));
+    }
+    RsrmOptions effort = options("warm.exr");
+    effort.format = "rgb9e5";
+    effort.cook.effort = 3;
+    EXPECT_THAT(refusal(effort), HasSubstr("--effort: found it with --format rgb9e5, whose texels are rounded, expected --format bc7, bc4, "
+                                           "bc6h, or auto"));
     RsrmOptions grey = options("many.exr");
     grey.format = "bc4";
     EXPECT_THAT(refusal(grey), HasSubstr("zone 0: found a colour of its own, expected one colour"));
+}
+
+constexpr float kSunRadiance = 60000;
+
+/// A sun of 60000 in the first of 256 zones, above a blue sky of 1.
+glm::vec3 sunnySky(int x, int) {
+    return x == 0 ? kSunRadiance * glm::vec3(1, 0.9f, 0.7f) : glm::vec3(0.3f, 0.5f, 1);
+}
+
+TEST_F(Rsrm, ASunAndItsSkyKeepTheirColours) {
+    write("sunny.exr", 256, 1, sunnySky);
+    std::vector<glm::vec3> gradient;
+    for (int x = 0; x < 256; ++x) gradient.push_back(sunnySky(x, 0));
+    // Relative: half a step of halves and the reference's error; a step of 2^-8 of the largest channel, of which red is 0.3 in the sky; a
+    // block that the sun shares with its sky.
+    const std::map<std::string, double> kSteps = {{"rgba16f", 0x1p-11 + 2e-4}, {"rgb9e5", 0x1p-8 / 0.3}, {"bc6h", 0.1}};
+    for (const auto& [format, step] : kSteps) {
+        SCOPED_TRACE(format);
+        RsrmOptions wanted = options("sunny.exr");
+        wanted.format = format;
+        const Json found = asset(wanted);
+        EXPECT_TRUE(found.at("passed"));
+        for (const char* shading : {"diffuse", "specular"}) {
+            const Json& error = found.at("stages").back().at("error").at(shading);
+            EXPECT_LT(error.at("rel_rms"), 0.1);
+            EXPECT_GE(error.at("max_bound"), error.at("max_sampled"));
+            EXPECT_LT(found.at("stages")[0].at("error").at(shading).at("p99"), format == "bc6h" ? 0.2 : 0.02);
+        }
+        const auto texture = formats::TextureReader::open(wanted.output / "sunny.ktx2");
+        ASSERT_TRUE(texture);
+        EXPECT_EQ(formats::info(texture->shape().format).name, format == "bc6h" ? "bc6h-uf16" : format);
+        const auto texels = verify::decodeImage(*texture, {});
+        ASSERT_TRUE(texels);
+        const Json manifest = Json::parse(*formats::readWholeText(wanted.output / "cooked.json", 1 << 20));
+        const Json& color = manifest.at("assets")[0].at("constants").at("color");
+        EXPECT_EQ(color[0], color[1]);
+        EXPECT_EQ(color[0], color[2]) << "one scale, so that hues stay";
+        const int row = 7;  // exponent 16384
+        for (const int column : {0, texels->width() / 2, texels->width() - 1}) {
+            const glm::dvec3 expected = verify::convolvePhong(gradient, 16384, 1 - (2.0 * column + 1) / texels->width());
+            for (int channel = 0; channel < 3; ++channel)
+                EXPECT_NEAR(static_cast<double>(texels->at(column, row)[channel]) * color[0].get<double>() / expected[channel], 1, step)
+                    << column << " " << channel;
+        }
+    }
+}
+
+TEST_F(Rsrm, TheFormatIsTheSmallestThatKeepsTheLimit) {
+    write("sunny.exr", 256, 1, sunnySky);
+    write("warm.exr", 64, 1, warm);
+    const auto formatOf = [&](const RsrmOptions& wanted) { return asset(wanted).at("textures")[0].at("format").get<std::string>(); };
+    const auto bytesOf = [&](const RsrmOptions& wanted) { return *formats::readWholeText(wanted.output / "warm.ktx2", 1 << 20); };
+    RsrmOptions usual = options("warm.exr"), named = options("warm.exr"), smallest = options("warm.exr");
+    named.format = "rgba8";
+    smallest.format = "auto";
+    EXPECT_EQ(formatOf(usual), "rgba8-unorm");
+    EXPECT_EQ(formatOf(named), "rgba8-unorm");
+    EXPECT_EQ(bytesOf(usual), bytesOf(named));
+    EXPECT_EQ(formatOf(smallest), "bc4") << "one colour";
+
+    RsrmOptions sunny = options("sunny.exr");
+    const Json found = asset(sunny);
+    EXPECT_TRUE(found.at("passed"));
+    EXPECT_GT(found.at("notes").at("formats_tried").at("rgba8").at("p99"), 0.1) << "the sky is lost in eight bits";
+    const std::string format = found.at("textures")[0].at("format");
+    EXPECT_TRUE(format == "bc6h-uf16" || format == "rgb9e5") << format;
+    sunny = options("sunny.exr");
+    sunny.cook.target = Target::Astc;
+    EXPECT_EQ(formatOf(sunny), "rgb9e5") << "no blocks of target bc";
+    EXPECT_EQ(found.at("width"), 512) << "256 columns are too few between texels";
+}
+
+TEST_F(Rsrm, SunsOfBadNumbersAreRefusedInEveryFormat) {
+    for (const char* format : {"bc6h", "rgb9e5", "rgba16f", "auto"})
+        for (const float sun : {-1.0f, NAN, INFINITY}) {
+            write("bad.exr", 64, 1, [sun](int x, int) { return glm::vec3(x == 0 ? sun : 1.0f); });
+            RsrmOptions wanted = options("bad.exr");
+            wanted.format = format;
+            EXPECT_THAT(refusal(wanted), HasSubstr("bad.exr, channel R, texel (0, 0): found "));
+            EXPECT_FALSE(std::filesystem::exists(wanted.output / "bad.ktx2"));
+        }
+    std::filesystem::resize_file(folder_ / "bad.exr", std::filesystem::file_size(folder_ / "bad.exr") - 100);
+    EXPECT_THAT(refusal(options("bad.exr")), HasSubstr("bad.exr"));
+}
+
+TEST_F(Rsrm, FloatsHoldTheWholeRangeOfFloats) {
+    for (const float scale : {1e-30f, 1e-6f, 1.0f, 1e30f}) {
+        write("scaled.exr", 64, 1, [scale](int x, int) { return scale * glm::vec3(x == 0 ? 1000.0f : 1.0f, 0, 0.5f); });
+        for (const char* format : {"bc6h", "rgb9e5", "rgba16f"}) {
+            RsrmOptions wanted = options("scaled.exr");
+            wanted.format = format;
+            const Json found = asset(wanted);
+            EXPECT_TRUE(found.at("passed")) << scale << " " << format;
+            EXPECT_LT(found.at("stages")[0].at("error").at("specular").at("rel_rms"), 0.1) << scale << " " << format;
+        }
+    }
 }
 
 TEST_F(Rsrm, PicturesAreSrgbUnlessSaidOtherwise) {
@@ -140,6 +253,7 @@ TEST_F(Rsrm, TheEdgesOfNumbersAreCookedOrRefusedByName) {
         SCOPED_TRACE(name);
         RsrmOptions wanted = options(name);
         wanted.exponents = {256, 4096, 65536};
+        wanted.format = "rgba8";
         const Json found = asset(wanted);
         EXPECT_LT(found.at("measures").at("code_error"), 0.56);
         for (const auto& [figure, value] : found.at("measures").items()) EXPECT_TRUE(std::isfinite(value.get<double>())) << figure;

@@ -1,0 +1,32 @@
+#include "pipeline/scene/cubemap_layout.h"
+
+#include <array>
+
+#include "formats/vocabulary.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+constexpr std::array kLayouts = {
+    CubemapLayoutInfo{CubemapLayout::PreDivided, "pre-divided",
+                      "divided by the probe's own area specular; the shader multiplies by that of the pixel (`lcEnvironment`)",
+                      "prefiltered radiance over its own area specular"},
+    CubemapLayoutInfo{CubemapLayout::Prefiltered, "prefiltered", "prefiltered radiance as it is (`lcPrefiltered`)", "prefiltered radiance"},
+};
+static_assert(formats::isCompleteTable(kLayouts, CubemapLayout::Prefiltered));
+
+}  // namespace
+
+std::span<const CubemapLayoutInfo> allCubemapLayouts() {
+    return kLayouts;
+}
+
+const CubemapLayoutInfo& info(CubemapLayout layout) {
+    return kLayouts.at(static_cast<std::size_t>(layout));
+}
+
+const CubemapLayoutInfo* cubemapLayoutFromName(std::string_view name) {
+    return formats::findByName(allCubemapLayouts(), name);
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,182 @@
+// Probes of every size, pre-divided and plain, with both lobes of a scene: cooked and verified from their files, or refused by name.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+
+#include "formats/environment.h"
+#include "formats/gpu_texture.h"
+#include "lighting/cube.h"
+#include "lighting/sphere.h"
+#include "pipeline/assets/cubemap/cubemap.h"
+#include "pipeline/command/cubemap.h"
+#include "pipeline/report/exit_codes.h"
+#include "shaders/lightcook_cpp.h"
+#include "tests/pipeline/rewritten_manifest.h"
+#include "verify/cubemap.h"
+#include "verify/texture_unit.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Image;
+using testing::HasSubstr;
+
+class CookCubemap : public testing::Test {
+protected:
+    void SetUp() override {
+        Image<glm::vec4> sky(64, 32);
+        for (int y = 0; y < 32; ++y)
+            for (int x = 0; x < 64; ++x) {
+                const glm::dvec3 d = lighting::directionFromEquirectangular({(x + 0.5) / 64, (y + 0.5) / 32});
+                const float sun = d.y > 0.97 ? 40 : 0;
+                sky.at(x, y) = glm::vec4(glm::dvec3(1 + 0.5 * d.x, 1.2 + d.y, 1 + 0.9 * d.z * d.z), 1) + glm::vec4(sun, 0.8f * sun, 0, 0);
+            }
+        ASSERT_TRUE(formats::writeExr(folder_ / "sky.exr", sky.view(), 3));
+    }
+    CubemapOptions options(int size, const std::string& layout = "pre-divided") {
+        CubemapOptions options;
+        options.input = folder_ / "sky.exr";
+        options.output = folder_ / ("out" + std::to_string(++count_));
+        options.cook.cache = folder_ / "cache";
+        options.size = size;
+        options.layout = layout;
+        return options;
+    }
+    Json asset(const CubemapOptions& options) {
+        const Outcome outcome = convertCubemap(options, state_);
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        return outcome.report.is_object() ? outcome.report.at("assets").at(0) : Json();
+    }
+    std::string refusal(const CubemapOptions& options) {
+        const Outcome outcome = convertCubemap(options, state_);
+        EXPECT_FALSE(outcome.errors.empty()) << "expected a refusal";
+        EXPECT_FALSE(std::filesystem::exists(options.output / "cooked.json"));
+        return outcome.errors.empty() ? "" : outcome.errors[0].line();
+    }
+    static Json entryOf(const std::filesystem::path& folder) {
+        return parseJson(formats::contentOf(folder / kManifestName)).at("assets").at(0);
+    }
+    void expectCooked(int size, const std::string& layout) {
+        const CubemapOptions wanted = options(size, layout);
+        const Json found = asset(wanted);
+        ASSERT_TRUE(found.is_object());
+        EXPECT_TRUE(found.at("passed"));
+        EXPECT_EQ(found.at("width"), size);
+        EXPECT_TRUE(found.contains("preview"));
+        const Json& error = found.at("stages").back().at("error").at("specular");
+        EXPECT_LT(error.at("rel_rms"), 0.05);
+        EXPECT_GE(error.at("max_bound"), error.at("max_sampled"));
+        const Json entry = entryOf(wanted.output);
+        EXPECT_EQ(entry.at("layout"), layout);
+        EXPECT_EQ(entry.at("constants").at("mips").size(), static_cast<std::size_t>(std::bit_width(static_cast<unsigned>(size))));
+        EXPECT_EQ(entry.at("textures")[0].at("mips"), entry.at("constants").at("mips").size());
+    }
+
+    formats::TemporaryFolder folder_;
+    RunState state_;
+    int count_ = 0;
+};
+
+TEST_F(CookCubemap, EverySizeHasItsLevelsAndIsVerified) {
+    for (const int size : {16, 32, 512}) expectCooked(size, size == 32 ? "prefiltered" : "pre-divided");
+}
+
+TEST_F(CookCubemap, TheLargestSizeIsVerifiedSoak) {
+    expectCooked(2048, "prefiltered");
+}
+
+TEST_F(CookCubemap, OtherSizesAreRefused) {
+    for (const int size : {-16, 0, 1, 8, 48, 100, 4096})
+        EXPECT_THAT(refusal(options(size)), HasSubstr(fmt::format("--size: found {}, expected a power of two from 16 to 2048", size)));
+}
+
+TEST_F(CookCubemap, APlainMapIsTheRadianceThroughTheLobe) {
+    const auto environment = formats::loadEnvironment(folder_ / "sky.exr", {});
+    ASSERT_TRUE(environment);
+    const verify::CubemapReference reference(environment->environment);
+    for (const auto& [lobe, distribution] : {std::pair(lighting::SpecularLobe::Beckmann, lighting::NormalDistribution::Beckmann),
+                                             std::pair(lighting::SpecularLobe::Ggx, lighting::NormalDistribution::Ggx)}) {
+        CubemapOptions wanted = options(32, "prefiltered");
+        wanted.lobe = lobe;
+        wanted.cook.target = Target::Float;
+        const Json found = asset(wanted);
+        ASSERT_TRUE(found.is_object());
+        EXPECT_TRUE(found.at("passed"));
+        EXPECT_LT(found.at("stages").back().at("error").at("specular").at("rel_rms"), 0.03);
+        EXPECT_FALSE(found.at("notes").contains("window_lambda"));
+        const Json entry = entryOf(wanted.output);
+        EXPECT_EQ(entry.at("quantity"), "prefiltered radiance");
+        for (const char* absent : {"windowed_sh", "window", "window_lambda", "epsilon"})
+            EXPECT_FALSE(entry.at("constants").contains(absent)) << absent;
+        const auto texture = formats::TextureReader::open(wanted.output / "sky.ktx2");
+        ASSERT_TRUE(texture);
+        for (int mip = 1; mip < 6; ++mip) {
+            const double m = entry.at("constants").at("mips").at(static_cast<std::size_t>(mip)).at("m");
+            for (int face = 0; face < 6 && m > 0; ++face) {
+                const auto image = verify::decodeImage(*texture, {mip, 0, face});
+                ASSERT_TRUE(image);
+                const int middle = image->width() / 2;
+                const glm::dvec3 expected =
+                    reference.prefiltered(lighting::cubeTexelDirection(face, middle, middle, image->width()), m, 8, distribution);
+                const glm::vec3 shown =
+                    shaders::lcPrefiltered(glm::vec3(image->at(middle, middle)), entry.at("constants").at("range").get<float>());
+                // The smallest levels are corrected to the mean of the source.
+                for (int channel = 0; channel < 3; ++channel)
+                    EXPECT_NEAR(static_cast<double>(shown[channel]) / expected[channel], 1, mip < 3 ? 0.01 : 0.4) << mip << " " << face;
+            }
+        }
+    }
+}
+
+TEST_F(CookCubemap, ThePlainMapIsThePreDividedOneTimesItsS) {
+    // Of one source, both show the same light in the environment's own place.
+    CubemapOptions plain = options(16, "prefiltered"), divided = options(16);
+    plain.cook.target = divided.cook.target = Target::Float;
+    ASSERT_TRUE(asset(plain).is_object() && asset(divided).is_object());
+    const auto a = formats::TextureReader::open(plain.output / "sky.ktx2"), b = formats::TextureReader::open(divided.output / "sky.ktx2");
+    ASSERT_TRUE(a && b);
+    const Json constants = entryOf(divided.output).at("constants");
+    const auto parsed = fromJson<CubemapConstants>(constants, "constants");
+    ASSERT_TRUE(parsed);
+    EXPECT_TRUE(parsed->isDivided());
+    const float range = entryOf(plain.output).at("constants").at("range");
+    shaders::LcSh sh;
+    for (std::size_t i = 0; i < 9; ++i) sh.c[i] = parsed->windowedSh[i];
+    for (int mip = 0; mip < 4; ++mip) {
+        const auto first = verify::decodeImage(*a, {mip, 0, 2}), second = verify::decodeImage(*b, {mip, 0, 2});
+        ASSERT_TRUE(first && second);
+        const lighting::ShBands& bands = parsed->mips[static_cast<std::size_t>(mip)].bands;
+        for (int x = 0; x < first->width(); ++x) {
+            const glm::vec3 direction(lighting::cubeTexelDirection(2, x, 0, first->width()));
+            const glm::vec3 s = shaders::lcZonalSpecular(sh, direction, glm::vec3(glm::dvec3(bands[0], bands[1], bands[2])));
+            const glm::vec3 whole = shaders::lcPrefiltered(glm::vec3(first->at(x, 0)), range),
+                            product = shaders::lcEnvironment(parsed->range * glm::vec3(second->at(x, 0)), s);
+            for (int channel = 0; channel < 3; ++channel) EXPECT_NEAR(product[channel] / whole[channel], 1, 0.003) << mip << " " << x;
+        }
+    }
+}
+
+TEST_F(CookCubemap, LayoutsThatDoNotFitAreRefused) {
+    CubemapOptions wanted = options(16, "prefiltered");
+    wanted.sh = folder_ / "sky.json";
+    EXPECT_THAT(refusal(wanted), HasSubstr("--sh: found it with --layout prefiltered, expected --layout pre-divided"));
+}
+
+TEST_F(CookCubemap, AManifestWithTheOtherLayoutFails) {
+    for (const auto& [layout, other] : {std::pair("pre-divided", "prefiltered"), std::pair("prefiltered", "pre-divided")}) {
+        const CubemapOptions wanted = options(16, layout);
+        ASSERT_TRUE(asset(wanted).is_object());
+        Json manifest = parseJson(formats::contentOf(wanted.output / kManifestName));
+        manifest["assets"][0]["layout"] = other;
+        writeManifestAndDigests(wanted.output, manifest);
+        const Outcome outcome = verifyCooked({wanted.output, {}, {}}, state_);
+        ASSERT_FALSE(outcome.errors.empty());
+        EXPECT_EQ(exitCode(outcome.errors[0].code), 4);
+    }
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline
