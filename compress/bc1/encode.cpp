@@ -1,9 +1,11 @@
 // BC1, and the colour of BC3: two endpoint colours of 5, 6 and 5 bits, and a palette of four colours on the line between them, or (BC1
 // only) three. The fourth index of the three-colour mode is never used: some readers decode it to black, others to transparent.
 //
-// Blocks of one colour and, at effort 9, of two colours have closed searches here. All others go to the kernel in fit-inl.h.
+// Efforts below 9 go from rows of texels to packed blocks (rows-inl.h). At effort 9 the kernel gets gathered blocks, and blocks of two
+// colours have a closed search here.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include "compress/block/highway_targets.h"
@@ -13,6 +15,7 @@
 #include <hwy/foreach_target.h>
 // Must follow foreach_target: each target compiles its own copy.
 #include "compress/bc1/fit-inl.h"
+#include "compress/bc1/rows-inl.h"
 #include "compress/block/fit_blocks-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -26,6 +29,27 @@ void fitBc1(std::span<const Block* const> blocks, const Bc1Search& search, const
     fitBlocks<D>(blocks, found, [&](const Block* const* lanes, Bc1Result* results) { fit.run(lanes, results); });
 }
 
+template <bool kHasAlpha>
+bool fitColourRows(const TexelRows& rows, const EncodeOptions& options, std::byte* out) {
+    using D = hn::ScalableTag<float>;
+    constexpr std::size_t kWords = kHasAlpha ? 4 : 2, kBytes = 4 * kWords;
+    Bc1Rows<D, kHasAlpha> fit(options);
+    HWY_ALIGN std::uint32_t words[kWords * hn::MaxLanes(D())];
+    bool clamped = false;
+    forEachVector<D>(rows, [&](const auto& texels, const auto* weights, std::size_t count) {
+        clamped |= fit.run(texels, weights, words);
+        std::memcpy(out, words, kBytes * count);
+        out += kBytes * count;
+    });
+    return clamped;
+}
+bool fitBc1Rows(const TexelRows& rows, const EncodeOptions& options, std::byte* out) {
+    return fitColourRows<false>(rows, options, out);
+}
+bool fitBc3Rows(const TexelRows& rows, const EncodeOptions& options, std::byte* out) {
+    return fitColourRows<true>(rows, options, out);
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace lightcook::compress
 HWY_AFTER_NAMESPACE();
@@ -36,6 +60,8 @@ namespace lightcook::compress {
 namespace {
 
 HWY_EXPORT(fitBc1);
+HWY_EXPORT(fitBc1Rows);
+HWY_EXPORT(fitBc3Rows);
 
 constexpr std::array<int, 3> kLargestCode = {31, 63, 31};
 
@@ -60,43 +86,6 @@ void assignSteps(const Block& block, const EncodeOptions& options, const Bc1Resu
         position = position > last ? last : position;
         step[t] = static_cast<int>(position + 0.5f);
     }
-}
-
-/// Encodes a block of one colour. In each channel, searches for the pair of codes whose palette entry one step from the first endpoint
-/// (1/3 or 1/2 of the way) is nearest to the colour.
-Bc1Result fitConstant(const std::array<float, 3>& colour, const EncodeOptions& options, bool mayUseThree) {
-    Bc1Result best;
-    double bestError = INFINITY;
-    for (const bool threeColours : {false, true}) {
-        if (threeColours && !mayUseThree) continue;
-        const double share = threeColours ? 0.5 : 1.0 / 3.0;
-        Bc1Result trial;
-        trial.threeColours = threeColours;
-        double error = 0;
-        for (std::size_t c = 0; c < 3; ++c) {
-            const int largest = kLargestCode[c];
-            const double target = static_cast<double>(colour[c]) * largest;
-            double bestMiss = INFINITY;
-            int spread = 0;
-            for (int a = 0; a <= largest; ++a) {
-                const int b = static_cast<int>(std::clamp((target - (1 - share) * a) / share, 0.0, static_cast<double>(largest)) + 0.5);
-                const double miss = std::abs((1 - share) * a + share * b - target);
-                // Break ties by the smaller distance of the codes: GPUs round the interpolation differently.
-                if (miss < bestMiss - 1e-9 || (miss < bestMiss + 1e-9 && std::abs(a - b) < spread)) {
-                    bestMiss = std::min(miss, bestMiss);
-                    spread = std::abs(a - b);
-                    trial.first[c] = static_cast<std::uint8_t>(a);
-                    trial.second[c] = static_cast<std::uint8_t>(b);
-                }
-            }
-            error += static_cast<double>(options.channelWeights[c]) * bestMiss * bestMiss / (largest * largest);
-        }
-        if (error < bestError) {
-            bestError = error;
-            best = trial;
-        }
-    }
-    return best;
 }
 
 /// Finds the two integer endpoints, 0 .. largest, with the least weighted squared error for two targets at the given shares of the way
@@ -164,15 +153,11 @@ std::uint32_t packed565(const std::array<std::uint8_t, 3>& code) {
 }
 
 /// Packs a block.
-/// constant          puts all texels one step from the first endpoint
 /// orderTellsLayout  BC1: first > second selects four colours, else three. BC3 has four colours whatever the order
-void pack(const Block& block, const EncodeOptions& options, const Bc1Result& found, bool constant, bool orderTellsLayout, std::byte* out) {
+void pack(const Block& block, const EncodeOptions& options, const Bc1Result& found, bool orderTellsLayout, std::byte* out) {
     const int steps = found.threeColours ? 2 : 3;
     std::array<int, kTexelCount> step;
-    if (constant)
-        step.fill(1);
-    else
-        assignSteps(block, options, found, steps, step);
+    assignSteps(block, options, found, steps, step);
     std::uint32_t first = packed565(found.first), second = packed565(found.second);
     // Equal endpoints select three colours as well, but then all indices below 3 are the same colour.
     const bool swap = orderTellsLayout && (found.threeColours ? first > second : first < second);
@@ -189,28 +174,20 @@ void pack(const Block& block, const EncodeOptions& options, const Bc1Result& fou
 }
 
 void encodeColours(std::span<const Block> blocks, const EncodeOptions& options, bool isBc1, std::byte* out, std::size_t stride) {
-    const BlockSorter sorted(blocks, 3);
-    const auto at = [&](const Block* block) { return out + static_cast<std::size_t>(block - blocks.data()) * stride; };
-    const auto run = [&](const std::vector<const Block*>& list, int effort) {
+    const auto run = [&](bool insignificant, int effort) {
+        std::vector<const Block*> list;
+        for (const Block& block : blocks)
+            if (block.insignificant == insignificant) list.push_back(&block);
         std::vector<Bc1Result> found(list.size());
         HWY_DYNAMIC_DISPATCH(fitBc1)(list, bc1SearchOf(effort), options, isBc1, found.data());
         for (std::size_t i = 0; i < list.size(); ++i) {
             TwoColours two;
             if (bc1SearchOf(effort).twoColours && hasTwoColours(*list[i], 3, two)) found[i] = fitTwoColours(*list[i], two, options, isBc1);
-            pack(*list[i], options, found[i], false, isBc1, at(list[i]));
+            pack(*list[i], options, found[i], isBc1, out + static_cast<std::size_t>(list[i] - blocks.data()) * stride);
         }
     };
-    run(sorted.varied, options.effort);
-    run(sorted.insignificant, 0);
-    // Constant blocks come in runs (outside charts): reuse the result of the last colour.
-    std::array<float, 3> colour = {-1, -1, -1};
-    Bc1Result found;
-    for (const auto& [block, texel] : sorted.constant) {
-        const std::array<float, 3> next = {block->channel[0][texel], block->channel[1][texel], block->channel[2][texel]};
-        if (next != colour) found = fitConstant(next, options, isBc1);
-        colour = next;
-        pack(*block, options, found, true, isBc1, at(block));
-    }
+    run(false, options.effort);
+    run(true, 0);
 }
 
 }  // namespace
@@ -218,20 +195,25 @@ void encodeColours(std::span<const Block> blocks, const EncodeOptions& options, 
 const Bc1Search& bc1SearchOf(int effort) {
     // clang-format off
     static constexpr std::array<Bc1Search, 10> kSearches = {{
-        // refits starts passes threeColours diagonals twoColours
-        {       0,     1,     0,      false,    false,     false},  // effort 0
-        {       1,     1,     0,      false,    false,     false},
-        {       2,     1,     0,      false,    false,     false},
-        {       2,     1,     1,      false,    false,     false},
-        {       2,     1,     1,       true,    false,     false},
-        {       2,     1,     3,       true,     true,     false},  // effort 5
-        {       2,     2,     4,       true,     true,     false},
-        {       2,     4,     6,       true,     true,     false},
-        {       2,     6,     8,       true,     true,     false},
-        {       4,     6,    24,       true,     true,      true},  // effort 9
+        // axisSteps starts startsPerDescent refits passes threeColours diagonals twoColours
+        {          2,     1,               1,     0,     0,       false,    false,     false},  // effort 0
+        {          3,     3,               3,     1,     0,       false,    false,     false},
+        {          4,     4,               4,     1,     1,       false,    false,     false},
+        {          4,     6,               6,     2,     1,        true,    false,     false},
+        {          4,     6,               6,     2,     2,        true,    false,     false},
+        {          4,     6,               3,     2,     2,        true,     true,     false},  // effort 5
+        {          4,     6,               2,     2,     4,        true,     true,     false},
+        {          4,     8,               2,     2,     6,        true,     true,     false},
+        {          4,     8,               1,     2,     8,        true,     true,     false},
+        {          4,     8,               1,     2,    24,        true,     true,      true},  // effort 9
     }};
     // clang-format on
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
+}
+
+bool encodeBc1Rows(const TexelRows& rows, bool hasAlpha, const EncodeOptions& options, std::byte* out) {
+    if (hasAlpha) return HWY_DYNAMIC_DISPATCH(fitBc3Rows)(rows, options, out);
+    return HWY_DYNAMIC_DISPATCH(fitBc1Rows)(rows, options, out);
 }
 
 void encodeBc1(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out) {

@@ -7,12 +7,14 @@
 namespace lightcook::compress {
 
 struct Bc1Search {
-    int refits;         ///< least-squares steps from each start
-    int starts;         ///< number of kBc1Starts tried
-    int passes;         ///< maximum number of coordinate-descent passes
-    bool threeColours;  ///< also tries the three-colour mode, in BC1
-    bool diagonals;     ///< descent also moves both endpoints of a channel at once
-    bool twoColours;    ///< blocks of two colours are encoded with the least possible error
+    int axisSteps;         ///< steps of the power iteration for the principal axis
+    int starts;            ///< number of kBc1Starts tried
+    int startsPerDescent;  ///< the best of so many starts is refined
+    int refits;            ///< least-squares steps in refinement
+    int passes;            ///< maximum number of coordinate-descent passes
+    bool threeColours;     ///< also tries the three-colour mode, in BC1
+    bool diagonals;        ///< descent also moves both endpoints of a channel at once
+    bool twoColours;       ///< blocks of two colours are encoded with the least possible error
 };
 
 struct Bc1Result {
@@ -20,8 +22,9 @@ struct Bc1Result {
     bool threeColours = false;
 };
 
-/// Start endpoints: the shares of the range by which the low and the high end are moved inwards.
-inline constexpr std::array<std::array<float, 2>, 6> kBc1Starts = {{{0, 0}, {0.1f, 0.1f}, {0.15f, 0}, {0, 0.15f}, {0.3f, 0}, {0, 0.3f}}};
+/// Starts: the shares of the range on the principal axis by which the low and the high end are moved inwards.
+inline constexpr std::array<std::array<float, 2>, 8> kBc1Starts = {
+    {{0.04f, 0.04f}, {0.15f, 0}, {0, 0.15f}, {-0.2f, -0.2f}, {0.3f, 0}, {0, 0.3f}, {0.15f, 0.15f}, {0, 0}}};
 
 /// Returns the parameters of an effort, 0 .. 9.
 const Bc1Search& bc1SearchOf(int effort);

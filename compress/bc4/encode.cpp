@@ -137,6 +137,19 @@ const Bc4Search& bc4SearchOf(int effort) {
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
 
+const Bc4Search& bc3AlphaSearchOf(int effort) {
+    // clang-format off
+    static constexpr std::array<Bc4Search, 3> kSearches = {{
+        // starts plainStarts nears nearStarts startsPerDescent refits passes reach polishEach sixSteps exhaustive
+        {       2,          0,    0,         0,               2,     0,     0,    0,     false,   false,     false},  // effort 0
+        {       4,          1,    1,         1,               4,     0,     0,    0,     false,    true,     false},
+        {       8,          3,    2,         2,               8,     0,     0,    0,     false,    true,     false},
+    }};
+    // clang-format on
+    const auto row = static_cast<std::size_t>(std::max(effort, 0));
+    return row < kSearches.size() ? kSearches[row] : bc4SearchOf(effort);
+}
+
 namespace {
 
 void encodeChannel(std::span<const Block> blocks, std::size_t channelIndex, int effort, const Bc4Codes& codes, std::byte* out,

@@ -48,7 +48,8 @@ public:
                 const F in = set(kBc4Starts[static_cast<std::size_t>(start)][0]), out = set(kBc4Starts[static_cast<std::size_t>(start)][1]);
                 propose<kSix>(weight, moments, hn::MulAdd(range, in, from), hn::NegMulAdd(range, out, to), proposed);
             }
-            Candidate candidate = {texels_.template errorOf<kSix>(proposed.low, proposed.high), proposed.low, proposed.high};
+            Candidate candidate = proposed;
+            if (isCompared()) candidate.error = texels_.template errorOf<kSix>(proposed.low, proposed.high);
             if (!kSix || search_.polishEach) polish<kSix>(candidate);
             best = Candidate::choose(candidate.error < best.error, candidate, best);
         }
@@ -63,6 +64,11 @@ public:
     }
 
 private:
+    /// Returns false if nothing follows the only group of starts, so that the upper bound of its error is good enough.
+    bool isCompared() const {
+        return search_.sixSteps || search_.refits > 0 || search_.passes > 0 || search_.starts > search_.startsPerDescent;
+    }
+
     /// Keeps a pair where it is valid and better. The eight-value mode needs low < high: equal bytes select the six-value mode.
     template <bool kSix>
     HWY_INLINE M take(F low, F high, F error, Candidate& best) const {

@@ -48,25 +48,33 @@ public:
 
     /// Encodes blocks that are in lanes already.
     /// value, weight  in the range of the format; at least one weight above 0 in each lane
+    /// weightsAreOne  all weights are known to be 1
     /// Returns the low and the high word of each block.
-    void run(const F (&value)[kTexelCount], const F (&weight)[kTexelCount], U& lowWord, U& highWord) {
-        texels_.load(value, weight);
+    void run(const F (&value)[kTexelCount], const F (&weight)[kTexelCount], bool weightsAreOne, U& lowWord, U& highWord) {
+        texels_.load(value, weight, weightsAreOne);
         M isSix;
         const Candidate best = search(isSix);
         Bc4Packer<D>(texels_, best, isSix).pack(lowWord, highWord);
     }
 
 private:
-    Candidate search(M& isSix) const {
+    Candidate search(M& isSix) {
         Candidate eight = texels_.nothing(), six = texels_.nothing();
         const M isConstant = texels_.lowest >= texels_.highest;
-        if (!hn::AllFalse(D(), isConstant)) {
+        const bool someConstant = !hn::AllFalse(D(), isConstant);
+        if (search_.sixSteps || someConstant) texels_.measureExtremes();
+        if (someConstant) {
             fitConstant<false>(isConstant, eight);
             fitConstant<true>(isConstant, six);
         }
+        const Candidate constant = eight;
         const EndSearch ends(search_, texels_);
         ends.template fitBetween<false>(texels_.weight, texels_.all, texels_.lowest, texels_.highest, search_.starts, eight);
-        if (search_.sixSteps) fitSix(ends, eight.error, six);
+        if (!search_.sixSteps) {
+            isSix = hn::And(isConstant, six.error < constant.error);
+            return Candidate::choose(isSix, six, Candidate::choose(isConstant, constant, eight));
+        }
+        fitSix(ends, eight.error, six);
         isSix = six.error < eight.error;
         return Candidate::choose(isSix, six, eight);
     }

@@ -65,21 +65,42 @@ private:
     /// up are the entries between them; in the six-value mode 6 is the smallest and 7 the largest code.
     hn::Vec<DI> indicesFrom(std::size_t first) const {
         const DI di;
-        const F steps = hn::IfThenElse(isSix_, set(5.0f), set(7.0f)), range = best_.high - best_.low;
-        const F scale = steps / hn::Max(range, set(0.5f)), unit = range / steps;
-        auto bits = hn::Zero(di);
+        const bool someSix = !hn::AllFalse(D(), isSix_);
+        const auto steps = someSix ? stepsFrom<true>(first) : stepsFrom<false>(first);
+        const auto field = hn::Set(di, 0x249249), all = hn::Set(di, 0xffffff);
+        const auto isSix = hn::RebindMask(di, isSix_);
+        // Steps count from the low endpoint, which is the second one in the eight-value mode: 7 - k inverts all bits.
+        const auto k = hn::IfThenElse(isSix, steps, hn::Xor(steps, all));
+        const auto k0 = hn::And(k, field), k1 = hn::And(hn::ShiftRight<1>(k), field), k2 = hn::And(hn::ShiftRight<2>(k), field);
+        // The index of step k is k + 1, modulo 8, apart from the ends: 0 and the last one differ in the lowest bit. In the six-value mode
+        // the last one is 5, and 6 and 7 stay: 5 and 7 differ in all bits, 6 in the lowest.
+        const auto isZero = hn::AndNot(hn::Or(k0, hn::Or(k1, k2)), field);
+        const auto isLast = hn::IfThenElse(isSix, hn::And(k2, hn::Or(k0, k1)), hn::And(k0, hn::And(k1, k2)));
+        const auto isOdd = hn::IfThenElseZero(isSix, hn::And(k2, k0));
+        const auto bit0 = hn::Xor(hn::AndNot(k0, field), hn::Or(isZero, isLast));
+        const auto bit1 = hn::Xor(hn::Xor(k0, k1), isOdd), bit2 = hn::Xor(hn::Xor(hn::And(k0, k1), k2), isOdd);
+        return hn::Or(bit0, hn::Or(hn::ShiftLeft<1>(bit1), hn::ShiftLeft<2>(bit2)));
+    }
+
+    /// Returns the steps of the eight texels from `first` on, three bits each; in the six-value mode 6 and 7 are the extremes.
+    template <bool kSomeSix>
+    hn::Vec<DI> stepsFrom(std::size_t first) const {
+        const F steps = kSomeSix ? hn::IfThenElse(isSix_, set(5.0f), set(7.0f)) : set(7.0f), range = best_.high - best_.low;
+        const F scale = steps / hn::Max(range, set(0.5f));
+        // Eight steps make a float below 2^24, which is exact.
+        F sum = set(0.0f);
         for (std::size_t t = first + kTexelCount / 2; t-- > first;) {
             const F above = texels_.value[t] - best_.low;
-            const F step = hn::Round(clamp(above * scale, set(0.0f), steps));
-            const F miss = hn::Abs(hn::NegMulAdd(step, unit, above)), fromLargest = texels_.largest() - texels_.value[t];
-            const F fromFirst = hn::IfThenElse(isSix_, step, steps - step);
-            F index =
-                hn::IfThenElse(fromFirst == set(0.0f), fromFirst, hn::IfThenElse(fromFirst == steps, set(1.0f), fromFirst + set(1.0f)));
-            index = hn::IfThenElse(hn::And(isSix_, texels_.value[t] < miss), set(6.0f), index);
-            index = hn::IfThenElse(hn::And(isSix_, hn::And(fromLargest < miss, fromLargest < texels_.value[t])), set(7.0f), index);
-            bits = hn::Or(hn::ShiftLeft<3>(bits), hn::ConvertTo(di, index));
+            F step = hn::Round(clamp(above * scale, set(0.0f), steps));
+            if constexpr (kSomeSix) {
+                const F miss = hn::Abs(hn::NegMulAdd(step, range / steps, above)), fromLargest = texels_.largest() - texels_.value[t];
+                const M nearZero = hn::And(isSix_, texels_.value[t] < miss);
+                const M nearLargest = hn::And(isSix_, hn::And(fromLargest < miss, fromLargest < texels_.value[t]));
+                step = hn::IfThenElse(nearLargest, set(7.0f), hn::IfThenElse(nearZero, set(6.0f), step));
+            }
+            sum = hn::MulAdd(sum, set(8.0f), step);
         }
-        return bits;
+        return hn::ConvertTo(DI(), sum);
     }
 
     const Bc4Texels<D>& texels_;

@@ -24,7 +24,6 @@ template <class D, int kChannels>
 class Bc4Rows {
     using F = hn::Vec<D>;
     using DU = hn::RebindToUnsigned<D>;
-    static constexpr std::size_t kLanes = hn::MaxLanes(D());
 
 public:
     Bc4Rows(const Bc4Search& search, const Bc4Codes& codes)
@@ -36,7 +35,9 @@ public:
     /// out      two words for each block and channel
     /// Returns true if a value was clamped into the range of the format.
     bool run(const std::array<const float*, 4>& texels, const std::array<const float*, 4>* weights, std::uint32_t* out) {
-        const bool clamped = load(texels);
+        std::array<F*, kChannels> planes;
+        for (std::size_t c = 0; c < kChannels; ++c) planes[c] = value_[c];
+        const bool clamped = loadTexels<D, kChannels>(texels, hn::Set(D(), least_), hn::Set(D(), most_), planes);
         F weight[kTexelCount];
         hn::Mask<D> nothing;
         if (weights)
@@ -44,7 +45,7 @@ public:
         else
             for (F& w : weight) w = hn::Set(D(), 1.0f);
         hn::Vec<DU> word[2 * kChannels];
-        for (int c = 0; c < kChannels; ++c) fit_.run(value_[c], weight, word[2 * c], word[2 * c + 1]);
+        for (int c = 0; c < kChannels; ++c) fit_.run(value_[c], weight, !weights, word[2 * c], word[2 * c + 1]);
         if constexpr (kChannels == 1)
             hn::StoreInterleaved2(word[0], word[1], DU(), out);
         else
@@ -53,28 +54,6 @@ public:
     }
 
 private:
-    bool load(const std::array<const float*, 4>& texels) {
-        const D d;
-        HWY_ALIGN float plane[kChannels][4 * kLanes];
-        const F least = hn::Set(d, least_), most = hn::Set(d, most_);
-        hn::Mask<D> outside = least > most;
-        for (std::size_t y = 0; y < 4; ++y) {
-            for (std::size_t part = 0; part < 4; ++part) {
-                F x[4];
-                hn::LoadInterleaved4(d, texels[y] + part * 4 * hn::Lanes(d), x[0], x[1], x[2], x[3]);
-                for (int c = 0; c < kChannels; ++c) {
-                    outside = hn::Or(outside, hn::Or(x[c]<least, x[c]> most));
-                    hn::Store(hn::Min(hn::Max(x[c], least), most), d, plane[c] + part * hn::Lanes(d));
-                }
-            }
-            for (int c = 0; c < kChannels; ++c) {
-                F* v = value_[c] + 4 * y;
-                hn::LoadInterleaved4(d, plane[c], v[0], v[1], v[2], v[3]);
-            }
-        }
-        return !hn::AllFalse(d, outside);
-    }
-
     Bc4Fit<D> fit_;
     float least_, most_;  ///< range of the format
     F value_[kChannels][kTexelCount];

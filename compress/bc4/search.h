@@ -48,5 +48,7 @@ inline constexpr std::array<float, 4> kBc4Nears = {0.5f, 12, 4, 24};
 
 /// Returns the parameters of an effort, 0 .. 9.
 const Bc4Search& bc4SearchOf(int effort);
+/// The same for the alpha of BC3, 0 .. 8. Colour has most of the error, so at low effort alpha gets less of the time.
+const Bc4Search& bc3AlphaSearchOf(int effort);
 
 }  // namespace lightcook::compress

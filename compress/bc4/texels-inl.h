@@ -48,9 +48,9 @@ public:
 
     F value[kTexelCount], weight[kTexelCount];
     F above[kTexelCount];    ///< value minus lowest
-    F nearEnd[kTexelCount];  ///< distance from the smallest or the largest code, whichever is nearer
+    F nearEnd[kTexelCount];  ///< distance from the smallest or the largest code, whichever is nearer; set by measureExtremes
     F lowest, highest;       ///< range of the significant texels
-    F leastNear;             ///< smallest error of any single texel that takes the smallest or the largest code
+    F leastNear;             ///< smallest error of any single texel that takes the smallest or the largest code; likewise
     Moments all;             ///< of all texels
     bool isUniform;          ///< every weight in every lane is 1
 
@@ -75,15 +75,26 @@ public:
             for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) buffer[lane] = blocks[lane]->significance[t];
             weight[t] = hn::Load(d, buffer);
         }
-        measure();
+        measure(false);
     }
     /// Takes values in the range of the format, and weights, that are in lanes already.
-    void load(const F (&formatValue)[kTexelCount], const F (&texelWeight)[kTexelCount]) {
+    /// weightsAreOne  all weights are known to be 1
+    void load(const F (&formatValue)[kTexelCount], const F (&texelWeight)[kTexelCount], bool weightsAreOne) {
         for (std::size_t t = 0; t < kTexelCount; ++t) {
             value[t] = formatValue[t] * set(codes_.scale) + set(codes_.offset);
             weight[t] = texelWeight[t];
         }
-        measure();
+        measure(weightsAreOne);
+    }
+
+    /// Prepares for the six-value mode.
+    void measureExtremes() {
+        leastNear = set(1e30f);
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            nearEnd[t] = hn::Min(value[t], largest() - value[t]);
+            const F error = weight[t] * nearEnd[t] * nearEnd[t];
+            leastNear = hn::IfThenElse(weight[t] > set(0.0f), hn::Min(leastNear, error), leastNear);
+        }
     }
 
     /// Returns the step of texel t that is nearest to its value, and the distance in miss. Fused operations save instructions.
@@ -102,20 +113,7 @@ public:
     }
 
     /// Returns the moments of the texels under these weights.
-    Moments momentsOf(const F* weights) const {
-        Moments m = {set(1e-30f), set(0.0f), set(0.0f), set(0.0f), set(0.0f)};
-        for (std::size_t t = 0; t < kTexelCount; ++t) {
-            m.total = m.total + weights[t];
-            m.meanV = hn::MulAdd(weights[t], above[t], m.meanV);
-        }
-        m.perTotal = set(1.0f) / m.total;
-        m.meanV = m.meanV * m.perTotal;
-        for (std::size_t t = 0; t < kTexelCount; ++t) {
-            const F v = above[t] - m.meanV;
-            m.vv = hn::MulAdd(weights[t] * v, v, m.vv);
-        }
-        return m;
-    }
+    Moments momentsOf(const F* weights) const { return momentsWith(Weights{weights}); }
 
     /// Assigns each texel its nearest step k between two ends, which need not be codes, and sums k, k^2 and k v, v the value above lowest.
     template <bool kSix>
@@ -130,30 +128,54 @@ private:
     /// Multiplies by the weight of a texel. Most blocks have uniform weights: Ones saves the products and gives the same bits.
     struct Ones {
         HWY_INLINE F times(std::size_t, F x) const { return x; }
+        HWY_INLINE F ifCounts(std::size_t, F yes, F) const { return yes; }
     };
     struct Weights {
         const F* weight;
         HWY_INLINE F times(std::size_t t, F x) const { return weight[t] * x; }
+        HWY_INLINE F ifCounts(std::size_t t, F yes, F no) const { return hn::IfThenElse(weight[t] > set(0.0f), yes, no); }
     };
 
-    void measure() {
+    void measure(bool weightsAreOne) {
+        isUniform = weightsAreOne || hasUnitWeights();
+        if (isUniform)
+            measureWith(Ones{});
+        else
+            measureWith(Weights{weight});
+    }
+
+    bool hasUnitWeights() const {
+        M isOne = weight[0] == set(1.0f);
+        for (std::size_t t = 1; t < kTexelCount; ++t) isOne = hn::And(isOne, weight[t] == set(1.0f));
+        return hn::AllTrue(D(), isOne);
+    }
+
+    template <class W>
+    void measureWith(const W& weights) {
         lowest = largest();
         highest = set(0.0f);
-        leastNear = set(1e30f);
         for (std::size_t t = 0; t < kTexelCount; ++t) {
-            const M counts = weight[t] > set(0.0f);
-            nearEnd[t] = hn::Min(value[t], largest() - value[t]);
-            lowest = hn::IfThenElse(counts, hn::Min(lowest, value[t]), lowest);
-            highest = hn::IfThenElse(counts, hn::Max(highest, value[t]), highest);
-            leastNear = hn::IfThenElse(counts, hn::Min(leastNear, weight[t] * nearEnd[t] * nearEnd[t]), leastNear);
+            lowest = weights.ifCounts(t, hn::Min(lowest, value[t]), lowest);
+            highest = weights.ifCounts(t, hn::Max(highest, value[t]), highest);
         }
-        M isOne = lowest == lowest;
+        for (std::size_t t = 0; t < kTexelCount; ++t) above[t] = value[t] - lowest;
+        all = momentsWith(weights);
+    }
+
+    template <class W>
+    Moments momentsWith(const W& weights) const {
+        Moments m = {set(1e-30f), set(0.0f), set(0.0f), set(0.0f), set(0.0f)};
         for (std::size_t t = 0; t < kTexelCount; ++t) {
-            above[t] = value[t] - lowest;
-            isOne = hn::And(isOne, weight[t] == set(1.0f));
+            m.total = m.total + weights.times(t, set(1.0f));
+            m.meanV = m.meanV + weights.times(t, above[t]);
         }
-        isUniform = hn::AllTrue(D(), isOne);
-        all = momentsOf(weight);
+        m.perTotal = set(1.0f) / m.total;
+        m.meanV = m.meanV * m.perTotal;
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            const F v = above[t] - m.meanV;
+            m.vv = hn::MulAdd(weights.times(t, v), v, m.vv);
+        }
+        return m;
     }
 
     /// Computes distances in steps and scales the sum to codes at the end.

@@ -87,6 +87,9 @@ void encodeBc4(std::span<const Block> blocks, bool isSigned, const EncodeOptions
 /// Encodes one channel of each block as unsigned BC4, 8 bytes every stride bytes: BC4, one half of BC5, or the alpha of BC3.
 void encodeBc4Channel(std::span<const Block> blocks, std::size_t channel, int effort, std::byte* out, std::size_t stride);
 void encodeBc5(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out);
+/// Encodes whole rows of blocks as BC1 or, with alpha, BC3, at any effort but 9, whose searches need whole blocks. Returns true if a value
+/// was clamped into [0, 1].
+bool encodeBc1Rows(const TexelRows& rows, bool hasAlpha, const EncodeOptions& options, std::byte* out);
 /// Encodes whole rows of blocks as BC4 or BC5, at any effort but 9, which is exhaustive. Returns true if a value was clamped into the
 /// range of the format.
 bool encodeBc4Rows(const TexelRows& rows, int channelCount, bool isSigned, int effort, std::byte* out);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "compress/bc1/search.h"
 #include "compress/bc4/search.h"
 #include "compress/bc6h/search.h"
 #include "compress/block/block.h"
@@ -214,6 +215,14 @@ EncodeReport encodeBc4Fast(PixelFormat format, ImageView<const glm::vec4> texels
     return clamp.report();
 }
 
+/// Encodes BC1 and BC3 by the kernel that reads rows: all efforts but the highest.
+EncodeReport encodeBc1Fast(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
+                           const EncodeOptions& options, std::span<std::byte> out) {
+    RangeClamp clamp(format);
+    if (encodeBc1Rows(rowsOf(texels, significance), format == PixelFormat::Bc3, options, out.data())) clamp.count(texels, significance);
+    return clamp.report();
+}
+
 /// Encodes BC6H at low effort: the fast kernel, then the full search for blocks above fastKernelMaxError.
 EncodeReport encodeBc6hFast(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
                             const EncodeOptions& options, std::span<std::byte> out) {
@@ -236,6 +245,7 @@ auto rowEncoderOf(PixelFormat format, int effort) {
     const bool isBc4 = format == PixelFormat::Bc4 || format == PixelFormat::Bc4Snorm;
     const bool isBc5 = format == PixelFormat::Bc5 || format == PixelFormat::Bc5Snorm;
     if ((isBc4 || isBc5) && !bc4SearchOf(effort).exhaustive) return encodeBc4Fast;
+    if ((format == PixelFormat::Bc1 || format == PixelFormat::Bc3) && !bc1SearchOf(effort).twoColours) return encodeBc1Fast;
     return encodeBcRows;
 }
 

@@ -67,6 +67,52 @@ void forEachVector(const TexelRows& rows, const Run& run) {
         }
 }
 
+/// Loads 128 bits of each of a vector's parts: the four floats at from + i * stride, i the index of the part.
+template <class D>
+HWY_INLINE hn::Vec<D> loadParts(D, const float* from, std::size_t stride) {
+    if constexpr (hn::MaxLanes(D()) == 4) {
+        return hn::LoadU(D(), from);
+    } else {
+        const hn::Half<D> half;
+        return hn::Combine(D(), loadParts(half, from + hn::MaxLanes(half) / 4 * stride, stride), loadParts(half, from, stride));
+    }
+}
+
+/// Loads the texels of each block, clamped to [least, most], into planes of sixteen vectors, one for each of the first kChannels channels.
+/// Returns true if a value was outside.
+template <class D, std::size_t kChannels>
+HWY_INLINE bool loadTexels(const std::array<const float*, 4>& rows, hn::Vec<D> least, hn::Vec<D> most,
+                           const std::array<hn::Vec<D>*, kChannels>& planes) {
+    const D d;
+    const hn::Repartition<double, D> pairs;
+    const auto lower = [&](auto a, auto b) {
+        return hn::BitCast(d, hn::InterleaveLower(pairs, hn::BitCast(pairs, a), hn::BitCast(pairs, b)));
+    };
+    const auto upper = [&](auto a, auto b) {
+        return hn::BitCast(d, hn::InterleaveUpper(pairs, hn::BitCast(pairs, a), hn::BitCast(pairs, b)));
+    };
+    auto low = least, high = most;
+    for (std::size_t t = 0; t < kTexelCount; ++t) {
+        // Part i of vector j holds this texel of block 4 i + j: four texels by four channels, which are transposed within the parts.
+        hn::Vec<D> texel[4];
+        for (std::size_t j = 0; j < 4; ++j) texel[j] = loadParts(d, rows[t / 4] + 16 * j + 4 * (t % 4), 64);
+        const auto redGreen01 = hn::InterleaveLower(d, texel[0], texel[1]), redGreen23 = hn::InterleaveLower(d, texel[2], texel[3]);
+        const auto blueAlpha01 = hn::InterleaveUpper(d, texel[0], texel[1]), blueAlpha23 = hn::InterleaveUpper(d, texel[2], texel[3]);
+        planes[0][t] = lower(redGreen01, redGreen23);
+        if constexpr (kChannels > 1) planes[1][t] = upper(redGreen01, redGreen23);
+        if constexpr (kChannels > 2) planes[2][t] = lower(blueAlpha01, blueAlpha23);
+        if constexpr (kChannels > 3) planes[3][t] = upper(blueAlpha01, blueAlpha23);
+        for (const auto* plane : planes) {
+            low = hn::Min(low, plane[t]);
+            high = hn::Max(high, plane[t]);
+        }
+    }
+    if (hn::AllFalse(d, hn::Or(low<least, high> most))) return false;
+    for (auto* plane : planes)
+        for (std::size_t t = 0; t < kTexelCount; ++t) plane[t] = hn::Min(hn::Max(plane[t], least), most);
+    return true;
+}
+
 /// Loads the significance of the texels of each block. Only ratios count; weights far from 1 are scaled by a power of two, so that sums of
 /// squares neither overflow nor underflow. If all weights of a block are 0, they become 1 and `nothing` is set.
 template <class D>

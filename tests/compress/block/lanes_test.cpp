@@ -6,7 +6,9 @@
 #include <hwy/targets.h>
 
 #include "compress/bc1/fit-inl.h"
+#include "compress/bc1/rows-inl.h"
 #include "compress/bc4/fit-inl.h"
+#include "compress/bc4/rows-inl.h"
 #include "compress/bc6h/fit-inl.h"
 #include "compress/bc7/fit-inl.h"
 #include "tests/compress/codec_images.h"
@@ -105,6 +107,46 @@ TEST(Lanes, OneLaneOfBc1AndBc4MatchesAVectorOfThem) {
         EXPECT_EQ(one4[i].low, all4[i].low) << i;
         EXPECT_EQ(one4[i].high, all4[i].high) << i;
         EXPECT_EQ(one4[i].sixSteps, all4[i].sixSteps) << i;
+    }
+}
+
+/// Returns the words of all blocks of an image from a kernel that reads rows.
+template <class D, class Kernel>
+std::vector<std::uint32_t> wordsOf(const TexelRows& rows, std::size_t wordsPerBlock, Kernel kernel) {
+    HWY_ALIGN std::uint32_t words[4 * kernel::hn::MaxLanes(D())];
+    std::vector<std::uint32_t> all;
+    kernel::forEachVector<D>(rows, [&](const auto& texels, const auto* weights, std::size_t count) {
+        kernel.run(texels, weights, words);
+        all.insert(all.end(), words, words + wordsPerBlock * count);
+    });
+    return all;
+}
+
+TEST(Lanes, RowsOfBc1AndBc4GiveTheSameBytesAtEveryWidth) {
+    using FourLanes = kernel::hn::CappedTag<float, 4>;
+    Random random(52);
+    const int width = 150, height = 30;
+    const TexelImage image = imageOf(width, height, [&](int x, int y) {
+        const float base = static_cast<float>(x / 4 * y / 4 % 9) / 9, step = (x / 4 + y / 4) % 3 == 0 ? 0.9f : 0.03f;
+        const auto value = [&] { return base + step * random.unit(); };
+        return (x / 4 + y / 4) % 5 == 0 ? glm::vec4(base) : glm::vec4(value(), value(), value(), value());
+    });
+    formats::Image<float> significance(width, height, 1.0f);
+    for (int y = 8; y < 16; ++y)
+        for (int x = 0; x < width; ++x) significance.at(x, y) = static_cast<float>(random.below(3)) * 0.7f;
+    const TexelRows rows = {
+        &image.view().texels->x, 4 * image.view().rowStride, significance.view().texels, significance.view().rowStride, width, height};
+    for (int level = 0; level < 9; ++level) {
+        const EncodeOptions options = effort(level);
+        EXPECT_EQ((wordsOf<FourLanes>(rows, 2, kernel::Bc1Rows<FourLanes, false>(options))),
+                  (wordsOf<AllLanes>(rows, 2, kernel::Bc1Rows<AllLanes, false>(options))))
+            << level;
+        EXPECT_EQ((wordsOf<FourLanes>(rows, 4, kernel::Bc1Rows<FourLanes, true>(options))),
+                  (wordsOf<AllLanes>(rows, 4, kernel::Bc1Rows<AllLanes, true>(options))))
+            << level;
+        EXPECT_EQ((wordsOf<FourLanes>(rows, 4, kernel::Bc4Rows<FourLanes, 2>(bc4SearchOf(level), kBc4Snorm))),
+                  (wordsOf<AllLanes>(rows, 4, kernel::Bc4Rows<AllLanes, 2>(bc4SearchOf(level), kBc4Snorm))))
+            << level;
     }
 }
 
