@@ -36,7 +36,7 @@ public:
         const DU du;
         const U one = packed565(best_.code[0]), two = packed565(best_.code[1]), odd = hn::Set(du, 0x55555555);
         U first = one, second = two;
-        const U steps = steps_();
+        const U steps = stepsOfTexels();
         U low = hn::And(steps, odd), high = hn::And(hn::ShiftRight<1>(steps), odd);
         const auto isThree = hn::RebindMask(du, isThree_);
         if (orderTellsLayout_) {
@@ -80,7 +80,7 @@ private:
     }
 
     /// Returns the step of each texel from the first endpoint, two bits each.
-    U steps_() const {
+    U stepsOfTexels() const {
         const F last = hn::IfThenElse(isThree_, set(2.0f), set(3.0f));
         const auto places = texels_.placesOf(best_, last);
         // Eight texels make a float below 2^16, which is exact.

@@ -50,7 +50,8 @@ struct Bc1Candidate {
 template <class D>
 struct Bc1Line {
     hn::Vec<D> a, b, c;
-    hn::Vec<D> left;  ///< error of the ideal endpoints
+    hn::Vec<D> slope;  ///< b / c: the best second end moves back by so much as the first one moves
+    hn::Vec<D> left;   ///< error of the ideal endpoints
     hn::Vec<D> ideal[2][3];
 };
 
@@ -143,19 +144,15 @@ public:
     HWY_INLINE Candidate rounded(const Line& line) const {
         Candidate best;
         best.error = line.left;
-        const F slope = line.b / hn::Max(line.c, set(1e-30f));
         for (int c = 0; c < 3; ++c) {
             const F most = set(largestCode(c)), below = hn::Floor(clamp(line.ideal[0][c], zero(), most));
-            F least;
-            for (int i = 0; i < 2; ++i) {
-                const F low = i == 0 ? below : hn::Min(below + set(1.0f), most), x = low - line.ideal[0][c];
-                const F high = hn::Round(clamp(hn::NegMulAdd(slope, x, line.ideal[1][c]), zero(), most));
-                const F error = more(line, x, high - line.ideal[1][c]);
-                const M better = i == 0 ? error == error : error < least;
-                least = i == 0 ? error : hn::Min(error, least);
-                best.code[0][c] = i == 0 ? low : hn::IfThenElse(better, low, best.code[0][c]);
-                best.code[1][c] = i == 0 ? high : hn::IfThenElse(better, high, best.code[1][c]);
-            }
+            const F above = hn::Min(below + set(1.0f), most);
+            F highOfBelow, highOfAbove;
+            const F errorOfBelow = bestSecond(line, below, c, highOfBelow), errorOfAbove = bestSecond(line, above, c, highOfAbove);
+            const M better = errorOfAbove < errorOfBelow;
+            best.code[0][c] = hn::IfThenElse(better, above, below);
+            best.code[1][c] = hn::IfThenElse(better, highOfAbove, highOfBelow);
+            const F least = hn::Min(errorOfAbove, errorOfBelow);
             best.error = hn::MulAdd(set(perSquaredCode(c)), least, best.error);
         }
         return best;
@@ -318,7 +315,15 @@ private:
         line.c = sumKk * set(1 / (kLast * kLast));
         line.b = hn::MulSub(sumK, set(1 / kLast), line.c);
         line.a = total_ - line.b - line.b - line.c;
+        line.slope = line.b / hn::Max(line.c, set(1e-30f));
         return line;
+    }
+
+    /// Finds the best second end for a first end of channel c. Returns what they add to the error, in squared codes.
+    static HWY_INLINE F bestSecond(const Line& line, F first, int c, F& second) {
+        const F x = first - line.ideal[0][c];
+        second = hn::Round(clamp(hn::NegMulAdd(line.slope, x, line.ideal[1][c]), zero(), set(largestCode(c))));
+        return more(line, x, second - line.ideal[1][c]);
     }
 
     static HWY_INLINE F more(const Line& line, F x, F y) {
