@@ -10,6 +10,7 @@
 #define HWY_TARGET_INCLUDE "compress/bc7/encode.cpp"
 #include <hwy/foreach_target.h>
 // Must follow foreach_target: each target compiles its own copy.
+#include "compress/bc7/fast_rows-inl.h"
 #include "compress/bc7/fit-inl.h"
 #include "compress/block/fit_blocks-inl.h"
 
@@ -23,6 +24,11 @@ void fitBc7(std::span<const Block* const> blocks, const Bc7Search& search, const
     fitBlocks<D>(blocks, found, [&](const Block* const* lanes, Bc7Result* results) { fit.run(lanes, results); });
 }
 
+bool fitBc7Rows(const TexelRows& rows, const Bc7FastSearch& search, const EncodeOptions& options, Bc7OneColour* oneColour, std::byte* out,
+                float* errors) {
+    return Bc7FastRows<hn::ScalableTag<float>>(search, options, oneColour).run(rows, out, errors);
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace lightcook::compress
 HWY_AFTER_NAMESPACE();
@@ -33,6 +39,7 @@ namespace lightcook::compress {
 namespace {
 
 HWY_EXPORT(fitBc7);
+HWY_EXPORT(fitBc7Rows);
 
 struct SingleCode {
     std::uint8_t first, second;
@@ -56,11 +63,12 @@ const std::array<SingleCode, 256>& singleCodes() {
     return table;
 }
 
-Bc7Result singleColour(const Block& block, std::size_t texel) {
+/// Encodes one colour, in 0 .. 255.
+Bc7Result singleColour(const std::array<float, 4>& colour) {
     Bc7Result result;
     result.mode = 5;
     for (std::size_t c = 0; c < 4; ++c) {
-        const auto value = static_cast<std::size_t>(block.channel[c][texel] * 255 + 0.5f);
+        const auto value = static_cast<std::size_t>(colour[c] + 0.5f);
         const SingleCode code =
             c < 3 ? singleCodes()[value] : SingleCode{static_cast<std::uint8_t>(value), static_cast<std::uint8_t>(value)};
         result.code[0][c] = code.first;
@@ -68,6 +76,11 @@ Bc7Result singleColour(const Block& block, std::size_t texel) {
     }
     result.index.fill(1);
     return result;
+}
+Bc7Result singleColour(const Block& block, std::size_t texel) {
+    std::array<float, 4> colour;
+    for (std::size_t c = 0; c < 4; ++c) colour[c] = block.channel[c][texel] * 255;
+    return singleColour(colour);
 }
 
 /// Swaps the ends of regions whose anchor index has its highest bit set: that bit is not stored.
@@ -115,7 +128,30 @@ void pack(Bc7Result result, std::byte* out) {
     bits.store(out, 16);
 }
 
+void packOneColour(const std::array<float, 4>& colour, std::byte* out) {
+    pack(singleColour(colour), out);
+}
+
 }  // namespace
+
+const Bc7FastSearch& bc7FastSearchOf(int effort) {
+    // clang-format off
+    static constexpr Bc7FastSearch kSearches[6] = {
+        // refits exactBelow mode5 twoRegionsAbove shapes partitions mode3 fullSearch
+        {       0,         0,false,           1.5f,    32,         1,false,     false},  // effort 0
+        {       1,         0,false,           1.0f,    64,         1, true,     false},
+        {       1,      2.0f, true,           0.5f,    64,         2, true,     false},
+        {       1,      2.0f,false,           0.3f,    64,         2, true,      true},
+        {       1,      2.0f,false,           0.3f,    64,         3, true,      true},
+        {       1,      2.0f,false,           0.3f,    64,         4, true,      true},  // effort 5 and above
+    };
+    // clang-format on
+    return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 5))];
+}
+
+bool encodeBc7Rows(const TexelRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
+    return HWY_DYNAMIC_DISPATCH(fitBc7Rows)(rows, bc7FastSearchOf(options.effort), options, packOneColour, out, errors);
+}
 
 const Bc7Search& bc7SearchOf(int effort) {
     // clang-format off
@@ -136,7 +172,7 @@ const Bc7Search& bc7SearchOf(int effort) {
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
 }
 
-void encodeBc7(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out) {
+void encodeBc7(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out, float* errors) {
     BlockSorter sorted(blocks, 4);
     std::vector<Bc7Result> found(blocks.size());
     const auto run = [&](const std::vector<const Block*>& list, int effort) {
@@ -156,8 +192,10 @@ void encodeBc7(std::span<const Block> blocks, const EncodeOptions& options, std:
     }
     run(sorted.varied, options.effort);
     run(sorted.insignificant, 0);
+    for (const Block* block : sorted.insignificant) found[static_cast<std::size_t>(block - blocks.data())].error = -1;
     for (const Bc7Result& result : found) {
         pack(result, out);
+        *errors++ = result.error;
         out += 16;
     }
 }

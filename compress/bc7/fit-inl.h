@@ -272,6 +272,9 @@ private:
             for (std::size_t lane = 0; lane < lanes; ++lane) assign(found[lane], buffer[lane]);
         };
         const auto byteOf = [](std::int32_t v) { return static_cast<std::uint8_t>(v); };
+        HWY_ALIGN float error[hn::MaxLanes(D())];
+        hn::Store(best_.error, D(), error);
+        for (std::size_t lane = 0; lane < lanes; ++lane) found[lane].error = error[lane];
         each(best_.mode, [](Bc7Result& r, std::int32_t v) { r.mode = v; });
         each(best_.partition, [](Bc7Result& r, std::int32_t v) { r.partition = v; });
         each(best_.rotation, [](Bc7Result& r, std::int32_t v) { r.rotation = v; });

@@ -9,6 +9,7 @@
 #include "compress/bc1/search.h"
 #include "compress/bc4/search.h"
 #include "compress/bc6h/search.h"
+#include "compress/bc7/search.h"
 #include "compress/block/block.h"
 #include "compress/block/decode.h"
 #include "compress/block/rdo.h"
@@ -144,8 +145,6 @@ void encodeBlocks(PixelFormat format, std::span<const Block> blocks, const Encod
             return encodeBc6h(blocks, false, options, out);
         case PixelFormat::Bc6hSf16:
             return encodeBc6h(blocks, true, options, out);
-        case PixelFormat::Bc7:
-            return encodeBc7(blocks, options, out);
         default:
             assert(false && "not a format of 4x4 BC blocks");
     }
@@ -238,6 +237,34 @@ EncodeReport encodeBc6hFast(PixelFormat format, ImageView<const glm::vec4> texel
     return clamp.report();
 }
 
+/// Encodes BC7: the fast kernel, and above low effort the full search as well. The better result of each block is kept: the fast kernel
+/// chooses partitions better, the full search accounts for the rounding of interpolated values.
+EncodeReport encodeBc7Image(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
+                            const EncodeOptions& options, std::span<std::byte> out) {
+    RangeClamp clamp(format);
+    const bool fullSearch = bc7FastSearchOf(options.effort).fullSearch;
+    std::vector<float> errors(fullSearch ? out.size() / 16 : 0);
+    if (encodeBc7Rows(rowsOf(texels, significance), options, out.data(), fullSearch ? errors.data() : nullptr))
+        clamp.count(texels, significance);
+    const float largestWeight = *std::max_element(options.channelWeights.begin(), options.channelWeights.end());
+    const int across = formats::blocksAcross(format, texels.width);
+    std::vector<Block> batch(fullSearch ? kBatch : 0);
+    std::array<std::byte, 16 * kBatch> bytes;
+    std::array<float, kBatch> fullErrors;
+    RangeClamp uncounted(format);
+    for (std::size_t first = 0; first < errors.size(); first += kBatch) {
+        const std::size_t count = std::min<std::size_t>(kBatch, errors.size() - first);
+        for (std::size_t i = 0; i < count; ++i) {
+            const int block = static_cast<int>(first + i);
+            gather(texels, significance, block % across, block / across, uncounted, batch[i]);
+        }
+        encodeBc7({batch.data(), count}, options, bytes.data(), fullErrors.data());
+        for (std::size_t i = 0; i < count; ++i)
+            if (fullErrors[i] <= errors[first + i] * largestWeight) std::copy_n(bytes.data() + 16 * i, 16, out.data() + 16 * (first + i));
+    }
+    return clamp.report();
+}
+
 /// Returns the function that encodes rows of a format: one that reads rows if there is one, else one that gathers blocks.
 auto rowEncoderOf(PixelFormat format, int effort) {
     const bool isBc6h = format == PixelFormat::Bc6hUf16 || format == PixelFormat::Bc6hSf16;
@@ -246,6 +273,7 @@ auto rowEncoderOf(PixelFormat format, int effort) {
     const bool isBc5 = format == PixelFormat::Bc5 || format == PixelFormat::Bc5Snorm;
     if ((isBc4 || isBc5) && !bc4SearchOf(effort).exhaustive) return encodeBc4Fast;
     if ((format == PixelFormat::Bc1 || format == PixelFormat::Bc3) && !bc1SearchOf(effort).twoColours) return encodeBc1Fast;
+    if (format == PixelFormat::Bc7) return encodeBc7Image;
     return encodeBcRows;
 }
 

@@ -10,6 +10,7 @@
 #include "compress/bc4/fit-inl.h"
 #include "compress/bc4/rows-inl.h"
 #include "compress/bc6h/fit-inl.h"
+#include "compress/bc7/fast_rows-inl.h"
 #include "compress/bc7/fit-inl.h"
 #include "tests/compress/codec_images.h"
 
@@ -89,6 +90,43 @@ TEST(Lanes, OneLaneOfBc7MatchesAVectorOfThem) {
             EXPECT_EQ(one[i].index, all[i].index) << i;
         }
     }
+}
+
+/// Returns the bytes and the errors of the fast BC7 kernel. Blocks of one colour become zeros.
+template <class D>
+std::pair<std::vector<std::byte>, std::vector<float>> fastBc7(const TexelRows& rows, int level) {
+    const auto blockCount = static_cast<std::size_t>((rows.width + 3) / 4 * ((rows.height + 3) / 4));
+    const EncodeOptions options;
+    const auto oneColour = [](const std::array<float, 4>&, std::byte* out) { std::fill_n(out, 16, std::byte{0}); };
+    std::vector<std::byte> bytes(16 * blockCount);
+    std::vector<float> errors(blockCount);
+    const Bc7FastSearch& search = bc7FastSearchOf(level);
+    kernel::Bc7FastRows<D>(search, options, oneColour).run(rows, bytes.data(), search.fullSearch ? errors.data() : nullptr);
+    return {bytes, errors};
+}
+
+TEST(Lanes, OneLaneOfTheFastBc7KernelMatchesAVectorOfThem) {
+    // A width that leaves part of a vector, opaque blocks beside others, and weights of 1 given or left out.
+    constexpr int kWidth = 4 * 37 + 2, kHeight = 34;
+    Random random(52);
+    std::vector<float> texels, ones(static_cast<std::size_t>(kWidth * kHeight), 1.0f), weights;
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            const int kind = (x / 4 + y / 4) % 5;
+            for (int c = 0; c < 3; ++c)
+                texels.push_back(kind == 0 ? 0.25f : kind == 1 ? random.unit() : 0.3f + 0.02f * random.unit() * static_cast<float>(x % 4));
+            texels.push_back(kind == 3 ? random.unit() : kind == 4 ? 0.995f : 1.0f);
+            weights.push_back(static_cast<float>(random.below(3)));
+        }
+    for (const float* significance : std::initializer_list<const float*>{nullptr, ones.data(), weights.data()})
+        for (const int level : {0, 1, 2, 3, 6}) {
+            const TexelRows rows{texels.data(), 4 * kWidth, significance, kWidth, kWidth, kHeight};
+            const auto one = fastBc7<OneLane>(rows, level);
+            EXPECT_EQ(one, fastBc7<AllLanes>(rows, level)) << level;
+            if (significance == ones.data()) {
+                EXPECT_EQ(one, fastBc7<AllLanes>({texels.data(), 4 * kWidth, nullptr, kWidth, kWidth, kHeight}, level)) << level;
+            }
+        }
 }
 
 TEST(Lanes, OneLaneOfBc1AndBc4MatchesAVectorOfThem) {

@@ -1,0 +1,188 @@
+// BC7 at low effort: one block in each lane, from rows of texels to packed blocks without gathering blocks.
+//
+// Method. Every mode is fitted in closed form: a line along the principal axis of a region, the indices nearest to it, the least-squares
+// ends for these, and the codes and low bits of least error, all from sums over the texels (fast_lines-inl.h). The error of a candidate
+// follows from the same sums. Candidates, with the counts given by Bc7FastSearch:
+// 1. Mode 6: one line in four channels.
+// 2. Mode 5 with alpha as the separate channel.
+// 3. Modes 1 and 3 (opaque blocks) and 7 (others): two regions, in the partitions of least predicted error (fast_partitions-inl.h), if that
+//    is below the error of the candidates before.
+// Only the best candidate of each lane gets its final indices and is packed. A block of one colour is left to the caller.
+#if defined(LIGHTCOOK_COMPRESS_BC7_FAST_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIGHTCOOK_COMPRESS_BC7_FAST_INL_H_
+#undef LIGHTCOOK_COMPRESS_BC7_FAST_INL_H_
+#else
+#define LIGHTCOOK_COMPRESS_BC7_FAST_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "compress/bc7/fast_block-inl.h"
+#include "compress/bc7/fast_lines-inl.h"
+#include "compress/bc7/fast_partitions-inl.h"
+#include "compress/bc7/fast_regions-inl.h"
+#include "compress/bc7/fast_texels-inl.h"
+#include "compress/bc7/search.h"
+#include "compress/block/block.h"
+#include "compress/block/lanes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace lightcook::compress {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+template <class D>
+class Bc7Fast : Lanes<D> {
+    using typename Lanes<D>::F, typename Lanes<D>::M, typename Lanes<D>::DI, typename Lanes<D>::I;
+    using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::select;
+    using Ends = Bc7FastEnds<D>;
+
+public:
+    Bc7Fast(const Bc7FastSearch& search, const EncodeOptions& options) : search_(search), texels_(options) {}
+
+    /// Encodes Lanes(d) blocks with one region, and writes 16 bytes for each of the first `count`.
+    /// texels, weights  as for Bc7FastTexels::load
+    /// exact            receives the error of each block as decoded, see Bc7FastBlock::finish. May be null
+    /// Returns true if a value was clamped into the range of the format.
+    bool runOneRegion(const std::array<const float*, 4>& texels, const std::array<const float*, 4>* weights, std::size_t count,
+                      std::byte* out, F* exact) {
+        const bool clamped = texels_.load(texels, weights);
+        block_.clear(set(1e30f));
+        productsOfBlock();
+        Bc7FastRegions<D, 1, 4> whole(texels_, kAll, hn::Zero(DI()));
+        whole.start(product_, kIterations);
+        Ends ends[1];
+        const M everywhere = zero() == zero();
+        F error = whole.fit(6, 7, 4, search_.refits, ends);
+        if (search_.exactBelow > 0) {
+            const M fine = error < texels_.total * set(4 * search_.exactBelow * search_.exactBelow);
+            if (!hn::AllFalse(D(), fine)) whole.roundExactly(7, 4, fine, ends[0], error);
+        }
+        block_.template keep<1, 4>(everywhere, zero(), error, 6, hn::Zero(DI()), ends);
+        if (search_.mode5) tryMode5();
+        block_.finish(
+            texels_, count, [&](std::size_t lane) { return out + 16 * lane; }, exact);
+        return clamped;
+    }
+    /// Encodes blocks with two regions, and writes those that are better than with one.
+    /// error  of each block with one region
+    /// out    where each block goes; one for each of the first lanes
+    /// Returns the lanes that are better.
+    M runTwoRegions(const std::array<const float*, 4>& texels, const std::array<const float*, 4>& weights, F error,
+                    std::span<std::byte* const> out, F* exact) {
+        texels_.load(texels, &weights);
+        block_.clear(error);
+        productsOfBlock();
+        tryTwoRegions();
+        HWY_ALIGN float better[hn::MaxLanes(D())];
+        const M isBetter = block_.error < error;
+        if (hn::AllFalse(D(), isBetter)) return isBetter;
+        hn::Store(hn::IfThenElseZero(isBetter, set(1.0f)), D(), better);
+        block_.finish(
+            texels_, out.size(), [&](std::size_t lane) { return better[lane] > 0 ? out[lane] : nullptr; }, exact);
+        return isBetter;
+    }
+    const Bc7FastTexels<D>& texels() const { return texels_; }
+    /// Returns the error of each block, see Bc7FastTexels, without the rounding of interpolated values.
+    F error() const { return block_.error; }
+
+private:
+    static constexpr std::size_t kAll[4] = {0, 1, 2, 3}, kColours[3] = {0, 1, 2};
+
+    static constexpr int kIterations = 2;  ///< of the power iterations
+    static constexpr float kQuantization =
+        1.0f / 144;                               ///< share of the variance along a line that the ranking expects as quantization error
+    static constexpr float kOutsideShare = 0.5f;  ///< share of the variance outside the plane of the ranking that is expected to remain
+
+    static HWY_INLINE constexpr std::size_t at4(std::size_t i, std::size_t j) {
+        return i <= j ? i * 4 - i * (i - 1) / 2 + j - i : at4(j, i);
+    }
+    void productsOfBlock() {
+        F rr = zero(), rg = rr, rb = rr, ra = rr, gg = rr, gb = rr, ga = rr, bb = rr, ba = rr, aa = rr;
+        for (int t = 0; t < kTexelCount; ++t) {
+            const F r = texels_.x[0][t], g = texels_.x[1][t], b = texels_.x[2][t], a = texels_.x[3][t], w = texels_.weight[t];
+            const F wr = w * r, wg = w * g, wb = w * b, wa = w * a;
+            rr = hn::MulAdd(wr, r, rr), rg = hn::MulAdd(wr, g, rg), rb = hn::MulAdd(wr, b, rb), ra = hn::MulAdd(wr, a, ra);
+            gg = hn::MulAdd(wg, g, gg), gb = hn::MulAdd(wg, b, gb), ga = hn::MulAdd(wg, a, ga);
+            bb = hn::MulAdd(wb, b, bb), ba = hn::MulAdd(wb, a, ba), aa = hn::MulAdd(wa, a, aa);
+        }
+        const F all[10] = {rr, rg, rb, ra, gg, gb, ga, bb, ba, aa};
+        for (int i = 0; i < 10; ++i) product_[i] = all[i];
+    }
+
+    /// Fits mode 5 with alpha as the separate channel.
+    void tryMode5() {
+        constexpr Bc7Mode kMode = kBc7Modes[5];
+        const F product[6] = {product_[0], product_[1], product_[2], product_[4], product_[5], product_[7]};
+        Bc7FastRegions<D, 1, 3> colour(texels_, kColours, hn::Zero(DI()));
+        colour.start(product, kIterations);
+        static constexpr std::size_t kAlpha[1] = {3};
+        const F alphaProduct[1] = {product_[9]};
+        Bc7FastRegions<D, 1, 1> alpha(texels_, kAlpha, hn::Zero(DI()));
+        alpha.start(alphaProduct, 0);
+        Ends ends[1], alphaEnds[1];
+        const F error = colour.fit(5, kMode.colourBits, kMode.indexBits, search_.refits, ends) +
+                        alpha.fit(5, kMode.alphaBits, kMode.secondIndexBits, search_.refits, alphaEnds);
+        block_.keepMode5(error, ends, alphaEnds);
+    }
+
+    void tryTwoRegions() {
+        Bc7FastRegions<D, 1, 4> whole(texels_, kAll, hn::Zero(DI()));
+        whole.start(product_, kIterations);
+        // The second axis is the first one of what the first leaves.
+        F rest[10], axis[4];
+        const F first = whole.largestEigenvalue(0);
+        for (std::size_t i = 0; i < 4; ++i)
+            for (std::size_t j = i; j < 4; ++j)
+                rest[at4(i, j)] = hn::NegMulAdd(first * whole.axis(0)[i], whole.axis(0)[j], product_[at4(i, j)]);
+        const F second = Bc7FastLines<D>::template axisOf<4>(rest, kIterations, axis);
+        F p[kTexelCount], q[kTexelCount];
+        for (int t = 0; t < kTexelCount; ++t) {
+            p[t] = whole.position(t);
+            q[t] = texels_.x[0][t] * axis[0];
+            for (std::size_t c = 1; c < 4; ++c) q[t] = hn::MulAdd(texels_.x[c][t], axis[c], q[t]);
+        }
+        partitions_.rank(texels_, p, q, search_.shapes, search_.partitions, kQuantization);
+        const F outside = hn::Max(whole.trace(0) - first - second, zero());
+        const bool anyOpaque = !hn::AllFalse(D(), texels_.opaque), anyAlpha = !hn::AllFalse(D(), texels_.hasAlpha);
+        for (int i = 0; i < search_.partitions; ++i) {
+            const M promising = hn::MulAdd(outside, set(kOutsideShare), partitions_.score[i]) < block_.error;
+            if (hn::AllFalse(D(), hn::AndNot(texels_.constant, promising))) continue;
+            if (anyOpaque) {
+                const F product[6] = {product_[0], product_[1], product_[2], product_[4], product_[5], product_[7]};
+                Bc7FastRegions<D, 2, 3> two(texels_, kColours, partitions_.choice[i]);
+                two.start(product, kIterations);
+                keepTwo(two, 1, hn::And(texels_.opaque, promising), partitions_.choice[i]);
+                if (search_.mode3) keepTwo(two, 3, hn::And(texels_.opaque, promising), partitions_.choice[i]);
+            }
+            if (anyAlpha) {
+                Bc7FastRegions<D, 2, 4> two(texels_, kAll, partitions_.choice[i]);
+                two.start(product_, kIterations);
+                keepTwo(two, 7, hn::And(texels_.hasAlpha, promising), partitions_.choice[i]);
+            }
+        }
+    }
+    template <int kChannels>
+    void keepTwo(const Bc7FastRegions<D, 2, kChannels>& regions, int mode, M allowed, I choice) {
+        const Bc7Mode& m = kBc7Modes[static_cast<std::size_t>(mode)];
+        Ends ends[2];
+        F error = regions.fit(mode, m.colourBits, m.indexBits, search_.refits, ends);
+        if (kChannels == 3) error = error + texels_.opaqueError;
+        block_.template keep<2, kChannels>(allowed, set(255 * texels_.scale[3]), error, mode, choice, ends);
+    }
+
+    const Bc7FastSearch& search_;
+    Bc7FastTexels<D> texels_;
+    Bc7FastPartitions<D> partitions_;
+    Bc7FastBlock<D> block_;
+    F product_[10];  ///< sums of weight times the product of two channels
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace lightcook::compress
+HWY_AFTER_NAMESPACE();
+#endif

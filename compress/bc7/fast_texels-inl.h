@@ -1,0 +1,170 @@
+// BC7, fast kernel: texels of a block in each lane, scaled so that the error is a plain squared distance, and their moments.
+#if defined(LIGHTCOOK_COMPRESS_BC7_FAST_TEXELS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIGHTCOOK_COMPRESS_BC7_FAST_TEXELS_INL_H_
+#undef LIGHTCOOK_COMPRESS_BC7_FAST_TEXELS_INL_H_
+#else
+#define LIGHTCOOK_COMPRESS_BC7_FAST_TEXELS_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "compress/block/block.h"
+#include "compress/block/lanes-inl.h"
+#include "compress/block/texel_rows-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace lightcook::compress {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+template <class D>
+class Bc7FastTexels : Lanes<D> {
+    using typename Lanes<D>::F, typename Lanes<D>::M;
+    using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::clamp, Lanes<D>::select;
+    static constexpr std::size_t kLanes = hn::MaxLanes(D());
+
+public:
+    F x[4][kTexelCount];                   ///< 255 times the value times scale[c], less mean[c]
+    F weight[kTexelCount];                 ///< significance, or 1 throughout an insignificant block
+    F mean[4], total;                      ///< weighted mean of each channel; sum of the weights
+    F opaqueError;                         ///< error of replacing alpha by 1
+    M opaque, hasAlpha;                    ///< lanes that may use modes without alpha, and mode 7; some may use both
+    M constant;                            ///< lanes whose significant texels are all equal
+    M nothing;                             ///< insignificant blocks
+    bool uniform;                          ///< all weights of all lanes are 1
+    std::array<float, 4> scale, perScale;  ///< root of the channel's weight, the largest being 1; its inverse
+
+    explicit Bc7FastTexels(const EncodeOptions& options) {
+        // A channel without weight keeps a small one, so that its ends are still those that fit its texels.
+        constexpr float kLeast = 1.0f / 1024;
+        const float largest = *std::max_element(options.channelWeights.begin(), options.channelWeights.end());
+        for (std::size_t c = 0; c < 4; ++c) {
+            scale[c] = largest > 0 ? std::max(std::sqrt(options.channelWeights[c] / largest), kLeast) : 1.0f;
+            perScale[c] = 1 / scale[c];
+        }
+    }
+
+    /// Loads Lanes(d) blocks and sets all members. Returns true if a value was clamped into [0, 1].
+    /// texels   four rows of 4 Lanes(d) texels of four floats
+    /// weights  four rows of significance, or null for 1 everywhere
+    bool load(const std::array<const float*, 4>& texels, const std::array<const float*, 4>* weights) {
+        const bool clamped = loadValues(texels);
+        uniform = true;
+        nothing = set(1.0f) < zero();
+        for (F& w : weight) w = set(1.0f);
+        if (weights) loadSignificance(*weights);
+        findOpaque();
+        center();
+        return clamped;
+    }
+    /// Returns the value of a texel, in 0 .. 255.
+    F valueOf(std::size_t channel, std::size_t texel) const { return (x[channel][texel] + mean[channel]) * set(perScale[channel]); }
+
+private:
+    /// Loads one texel of each block: the four floats of lane i start at from + 16 i.
+    static HWY_INLINE void loadTexel(const float* from, F& r, F& g, F& b, F& a) {
+        if constexpr (kLanes < 4) {
+            HWY_ALIGN float plane[4][kLanes];
+            for (std::size_t lane = 0; lane < kLanes; ++lane)
+                for (std::size_t c = 0; c < 4; ++c) plane[c][lane] = from[16 * lane + c];
+            const D d;
+            r = hn::Load(d, plane[0]), g = hn::Load(d, plane[1]), b = hn::Load(d, plane[2]), a = hn::Load(d, plane[3]);
+        } else {
+            // Vectors of the texels of blocks i, i + 4, i + 8 ..; then a 4 x 4 transpose within each 128 bits.
+            const hn::RepartitionToWide<D> wide;
+            const F v0 = everyFourth<D>(from), v1 = everyFourth<D>(from + 16), v2 = everyFourth<D>(from + 32),
+                    v3 = everyFourth<D>(from + 48);
+            const auto rg01 = hn::BitCast(wide, hn::InterleaveLower(D(), v0, v1)),
+                       ba01 = hn::BitCast(wide, hn::InterleaveUpper(D(), v0, v1));
+            const auto rg23 = hn::BitCast(wide, hn::InterleaveLower(D(), v2, v3)),
+                       ba23 = hn::BitCast(wide, hn::InterleaveUpper(D(), v2, v3));
+            r = hn::BitCast(D(), hn::InterleaveLower(wide, rg01, rg23));
+            g = hn::BitCast(D(), hn::InterleaveUpper(wide, rg01, rg23));
+            b = hn::BitCast(D(), hn::InterleaveLower(wide, ba01, ba23));
+            a = hn::BitCast(D(), hn::InterleaveUpper(wide, ba01, ba23));
+        }
+    }
+    /// Loads four floats from each of from, from + 64, from + 128 ..
+    template <class E>
+    static HWY_INLINE hn::Vec<E> everyFourth(const float* from) {
+        if constexpr (hn::MaxLanes(E()) == 4) {
+            return hn::LoadU(E(), from);
+        } else {
+            using Half = hn::Half<E>;
+            return hn::Combine(E(), everyFourth<Half>(from + 16 * hn::MaxLanes(Half())), everyFourth<Half>(from));
+        }
+    }
+
+    bool loadValues(const std::array<const float*, 4>& texels) {
+        F lowest = zero(), highest = zero();
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            F v[4];
+            loadTexel(texels[t / 4] + 4 * (t % 4), v[0], v[1], v[2], v[3]);
+            for (std::size_t c = 0; c < 4; ++c) {
+                lowest = hn::Min(lowest, v[c]);
+                highest = hn::Max(highest, v[c]);
+                const float largest = 255 * scale[c];
+                x[c][t] = clamp(v[c] * set(largest), zero(), set(largest));
+            }
+        }
+        return !hn::AllFalse(D(), hn::Or(lowest<zero(), highest> set(1.0f)));
+    }
+    /// Replaces texels of significance 0 by a significant one of their block. All texels of an insignificant block count.
+    void loadSignificance(const std::array<const float*, 4>& rows) {
+        loadWeights<D>(rows, weight, nothing);
+        M ones = zero() == zero(), all = ones;
+        for (const F& w : weight) {
+            ones = hn::And(ones, w == set(1.0f));
+            all = hn::And(all, w > zero());
+        }
+        uniform = hn::AllTrue(D(), ones);
+        if (hn::AllTrue(D(), all)) return;
+        for (F(&channel)[kTexelCount] : x) {
+            F stand = zero();
+            for (int t = 0; t < kTexelCount; ++t) stand = select(weight[t] > zero(), channel[t], stand);
+            for (int t = 0; t < kTexelCount; ++t) channel[t] = select(weight[t] > zero(), channel[t], stand);
+        }
+    }
+
+    void findOpaque() {
+        const F largest = set(255 * scale[3]);
+        opaqueError = total = zero();
+        for (int t = 0; t < kTexelCount; ++t) {
+            const F missing = largest - x[3][t];
+            opaqueError = hn::MulAdd(weight[t] * missing, missing, opaqueError);
+            total = total + weight[t];
+        }
+        // Modes without alpha are worth a try in nearly opaque blocks too.
+        opaque = opaqueError <= total * set(4 * scale[3] * scale[3]);
+        hasAlpha = opaqueError > zero();
+    }
+    void center() {
+        const F share = set(1.0f) / total;
+        constant = zero() == zero();
+        for (std::size_t c = 0; c < 4; ++c) {
+            const F first = x[c][0];
+            F sum = zero(), spread = zero();
+            for (int t = 1; t < kTexelCount; ++t) {
+                x[c][t] = x[c][t] - first;
+                sum = hn::MulAdd(weight[t], x[c][t], sum);
+                spread = hn::Or(spread, x[c][t]);
+            }
+            // Exact for channels of one value, as opaque alpha is.
+            const F middle = sum * share;
+            mean[c] = first + middle;
+            x[c][0] = zero() - middle;
+            for (int t = 1; t < kTexelCount; ++t) x[c][t] = x[c][t] - middle;
+            constant = hn::And(constant, spread == zero());
+        }
+    }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace lightcook::compress
+HWY_AFTER_NAMESPACE();
+#endif
