@@ -20,12 +20,19 @@ constexpr float kHeadroom = 1.02f;
 /// larger share holds larger errors, a smaller one divides its own error by more.
 constexpr float kShare = 1.0f / 8;
 
+/// Importance of a texel, at least: one that is far brighter than the key must not vanish beside dark ones.
+constexpr float kLeastImportance = 1e-6f;
+
 class HdrLayers {
 public:
     HdrLayers(const LightMapPlan& plan, const Source& source, const EncodeOptions& options)
         : plan_(plan), source_(source), options_(options), range_(constant(plan, "range", 0)) {
         options_.hdrMetric = HdrMetric::Linear;
         out_.textures.resize(plan.textures.size());
+        significance_ = Image<float>(source.width, source.height, 0);
+        for (int y = 0; y < source.height; ++y)
+            for (int x = 0; x < source.width; ++x)
+                significance_.at(x, y) = std::max(source.importance.at(x, y), kLeastImportance * source.coverage.at(x, y));
     }
 
     EncodedLightMapRows encode() && {
@@ -64,7 +71,7 @@ private:
                     out_.report.clampedNegative += value[channel] < 0 ? 1 : 0;
                 texels.at(x, y) = glm::vec4(glm::max(value, glm::vec3(0)), 1);
             }
-        Layer layer = encodeLayer(plan_.textures[texture].format, texels, source_.importance, options_, true, out_.report);
+        Layer layer = encodeLayer(plan_.textures[texture].format, texels, significance_, options_, true, out_.report);
         out_.textures[texture].layers.push_back(std::move(layer.bytes));
         return std::move(layer.decoded);
     }
@@ -73,6 +80,7 @@ private:
     const Source& source_;
     EncodeOptions options_;
     float range_;
+    Image<float> significance_;
     EncodedLightMapRows out_;
 };
 
