@@ -150,8 +150,7 @@ private:
         const F outside = hn::Max(whole.trace(0) - first - second, zero());
         const bool anyOpaque = !hn::AllFalse(D(), texels_.opaque), anyAlpha = !hn::AllFalse(D(), texels_.hasAlpha);
         for (int i = 0; i < search_.partitions; ++i) {
-            const M promising =
-                hn::AndNot(texels_.constant, hn::MulAdd(outside, set(kOutsideShare), partitions_.score[i]) < block_.error);
+            const M promising = hn::AndNot(texels_.constant, hn::MulAdd(outside, set(kOutsideShare), partitions_.score[i]) < block_.error);
             if (hn::AllFalse(D(), promising)) continue;
             if (anyOpaque) {
                 const F product[6] = {product_[0], product_[1], product_[2], product_[4], product_[5], product_[7]};
