@@ -323,8 +323,8 @@ Html candidateTable(const Json& asset) {
                         element("th", {{"scope", "row"}}, text(words(member(each, "layout")) + alternatives.roleOf(each))) +
                             numberCell(bytesMarkup(count(member(each, "bytes_gpu")))) +
                             numberCell(text(humanNumber(number(member(each, "bits_per_texel"))))) +
-                            numberCell(text(humanNumber(number(member(each, "fetches"))))) +
-                            numberCell(text(humanNumber(number(member(each, "decode_ops"))))) + numberCell(figureMarkup(each, "diffuse")) +
+                            numberCell(text(groupedCount(count(member(each, "fetches"))))) +
+                            numberCell(text(groupedCount(count(member(each, "decode_ops"))))) + numberCell(figureMarkup(each, "diffuse")) +
                             numberCell(figureMarkup(each, "specular")) + numberCell(visibleNumber(each, "visible_diffuse")) +
                             numberCell(visibleNumber(each, "visible_specular")));
     }
