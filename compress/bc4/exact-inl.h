@@ -126,8 +126,9 @@ private:
         HWY_ALIGN float low[kCount + 64], high[kCount + 64];
         Grid() {
             for (std::size_t i = 0; i < kCount + 64; ++i) {
-                low[i] = static_cast<float>(i % kCount / 4 * kStep);
-                high[i] = static_cast<float>(i % 4 * kStep);
+                const std::size_t row = i % kCount / 4, column = i % 4;
+                low[i] = static_cast<float>(row * kStep);
+                high[i] = static_cast<float>(column * kStep);
             }
         }
     };
