@@ -24,6 +24,7 @@
 #include "compress/block/block.h"
 #include "compress/block/lanes-inl.h"
 #include "compress/block/principal_axis-inl.h"
+#include "compress/block/weights-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
@@ -96,7 +97,7 @@ public:
     /// Prepares the searches. `value` holds colours in [0, 1] before, and colours that count from the origin after.
     /// weightsAreOne  all weights are known to be 1
     void measure(bool weightsAreOne) {
-        isUniform_ = weightsAreOne || hasUnitWeights();
+        isUniform_ = weightsAreOne || areUnitWeights(D(), weight);
         if (isUniform_)
             measureWith(Ones{});
         else
@@ -218,24 +219,10 @@ public:
     }
 
 private:
-    /// Weight of a texel. Most blocks have uniform weights: Ones saves the products and gives the same bits.
-    struct Ones {
-        HWY_INLINE F times(std::size_t, F x) const { return x; }
-        HWY_INLINE F ifCounts(std::size_t, F yes, F) const { return yes; }
-    };
-    struct Weights {
-        const F* weight;
-        HWY_INLINE F times(std::size_t t, F x) const { return weight[t] * x; }
-        HWY_INLINE F ifCounts(std::size_t t, F yes, F no) const { return hn::IfThenElse(weight[t] > zero(), yes, no); }
-    };
+    using Ones = UnitWeights<D>;
+    using Weights = TexelWeights<D>;
 
     float perSquaredCode(int c) const { return channelWeight_[static_cast<std::size_t>(c)] / (largestCode(c) * largestCode(c)); }
-
-    bool hasUnitWeights() const {
-        M isOne = weight[0] == set(1.0f);
-        for (std::size_t t = 1; t < kTexelCount; ++t) isOne = hn::And(isOne, weight[t] == set(1.0f));
-        return hn::AllTrue(D(), isOne);
-    }
 
     template <class W>
     void measureWith(const W& weights) {

@@ -15,6 +15,7 @@
 #include "compress/bc4/search.h"
 #include "compress/block/block.h"
 #include "compress/block/lanes-inl.h"
+#include "compress/block/weights-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
@@ -125,29 +126,15 @@ public:
     }
 
 private:
-    /// Multiplies by the weight of a texel. Most blocks have uniform weights: Ones saves the products and gives the same bits.
-    struct Ones {
-        HWY_INLINE F times(std::size_t, F x) const { return x; }
-        HWY_INLINE F ifCounts(std::size_t, F yes, F) const { return yes; }
-    };
-    struct Weights {
-        const F* weight;
-        HWY_INLINE F times(std::size_t t, F x) const { return weight[t] * x; }
-        HWY_INLINE F ifCounts(std::size_t t, F yes, F no) const { return hn::IfThenElse(weight[t] > set(0.0f), yes, no); }
-    };
+    using Ones = UnitWeights<D>;
+    using Weights = TexelWeights<D>;
 
     void measure(bool weightsAreOne) {
-        isUniform = weightsAreOne || hasUnitWeights();
+        isUniform = weightsAreOne || areUnitWeights(D(), weight);
         if (isUniform)
             measureWith(Ones{});
         else
             measureWith(Weights{weight});
-    }
-
-    bool hasUnitWeights() const {
-        M isOne = weight[0] == set(1.0f);
-        for (std::size_t t = 1; t < kTexelCount; ++t) isOne = hn::And(isOne, weight[t] == set(1.0f));
-        return hn::AllTrue(D(), isOne);
     }
 
     template <class W>

@@ -25,8 +25,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 template <class D>
 class Bc7FastTexels : Lanes<D> {
     using typename Lanes<D>::F, typename Lanes<D>::M;
-    using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::clamp, Lanes<D>::select;
-    static constexpr std::size_t kLanes = hn::MaxLanes(D());
+    using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::select;
 
 public:
     F x[4][kTexelCount];                   ///< 255 times the value times scale[c], less mean[c]
@@ -66,53 +65,11 @@ public:
     F valueOf(std::size_t channel, std::size_t texel) const { return (x[channel][texel] + mean[channel]) * set(perScale[channel]); }
 
 private:
-    /// Loads one texel of each block: the four floats of lane i start at from + 16 i.
-    static HWY_INLINE void loadTexel(const float* from, F& r, F& g, F& b, F& a) {
-        if constexpr (kLanes < 4) {
-            HWY_ALIGN float plane[4][kLanes];
-            for (std::size_t lane = 0; lane < kLanes; ++lane)
-                for (std::size_t c = 0; c < 4; ++c) plane[c][lane] = from[16 * lane + c];
-            const D d;
-            r = hn::Load(d, plane[0]), g = hn::Load(d, plane[1]), b = hn::Load(d, plane[2]), a = hn::Load(d, plane[3]);
-        } else {
-            // Vectors of the texels of blocks i, i + 4, i + 8 ..; then a 4 x 4 transpose within each 128 bits.
-            const hn::RepartitionToWide<D> wide;
-            const F v0 = everyFourth<D>(from), v1 = everyFourth<D>(from + 16), v2 = everyFourth<D>(from + 32),
-                    v3 = everyFourth<D>(from + 48);
-            const auto rg01 = hn::BitCast(wide, hn::InterleaveLower(D(), v0, v1)),
-                       ba01 = hn::BitCast(wide, hn::InterleaveUpper(D(), v0, v1));
-            const auto rg23 = hn::BitCast(wide, hn::InterleaveLower(D(), v2, v3)),
-                       ba23 = hn::BitCast(wide, hn::InterleaveUpper(D(), v2, v3));
-            r = hn::BitCast(D(), hn::InterleaveLower(wide, rg01, rg23));
-            g = hn::BitCast(D(), hn::InterleaveUpper(wide, rg01, rg23));
-            b = hn::BitCast(D(), hn::InterleaveLower(wide, ba01, ba23));
-            a = hn::BitCast(D(), hn::InterleaveUpper(wide, ba01, ba23));
-        }
-    }
-    /// Loads four floats from each of from, from + 64, from + 128 ..
-    template <class E>
-    static HWY_INLINE hn::Vec<E> everyFourth(const float* from) {
-        if constexpr (hn::MaxLanes(E()) == 4) {
-            return hn::LoadU(E(), from);
-        } else {
-            using Half = hn::Half<E>;
-            return hn::Combine(E(), everyFourth<Half>(from + 16 * hn::MaxLanes(Half())), everyFourth<Half>(from));
-        }
-    }
-
     bool loadValues(const std::array<const float*, 4>& texels) {
-        F lowest = zero(), highest = zero();
-        for (std::size_t t = 0; t < kTexelCount; ++t) {
-            F v[4];
-            loadTexel(texels[t / 4] + 4 * (t % 4), v[0], v[1], v[2], v[3]);
-            for (std::size_t c = 0; c < 4; ++c) {
-                lowest = hn::Min(lowest, v[c]);
-                highest = hn::Max(highest, v[c]);
-                const float largest = 255 * scale[c];
-                x[c][t] = clamp(v[c] * set(largest), zero(), set(largest));
-            }
-        }
-        return !hn::AllFalse(D(), hn::Or(lowest<zero(), highest> set(1.0f)));
+        const bool clamped = loadTexels<D, 4>(texels, zero(), set(1.0f), std::array<F*, 4>{x[0], x[1], x[2], x[3]});
+        for (std::size_t c = 0; c < 4; ++c)
+            for (F& value : x[c]) value = value * set(255 * scale[c]);
+        return clamped;
     }
     /// Replaces texels of significance 0 by a significant one of their block. All texels of an insignificant block count.
     void loadSignificance(const std::array<const float*, 4>& rows) {

@@ -78,30 +78,46 @@ HWY_INLINE hn::Vec<D> loadParts(D, const float* from, std::size_t stride) {
     }
 }
 
+/// Loads one texel of each block, the four floats at from + 16 * lane, into the first kChannels channels.
+template <class D, std::size_t kChannels>
+HWY_INLINE void loadTexel(const float* from, std::array<hn::Vec<D>, kChannels>& channel) {
+    const D d;
+    if constexpr (hn::MaxLanes(D()) < 4) {
+        HWY_ALIGN float values[kChannels][hn::MaxLanes(D())];
+        for (std::size_t lane = 0; lane < hn::MaxLanes(d); ++lane)
+            for (std::size_t c = 0; c < kChannels; ++c) values[c][lane] = from[16 * lane + c];
+        for (std::size_t c = 0; c < kChannels; ++c) channel[c] = hn::Load(d, values[c]);
+    } else {
+        const hn::Repartition<double, D> pairs;
+        const auto lower = [&](auto a, auto b) {
+            return hn::BitCast(d, hn::InterleaveLower(pairs, hn::BitCast(pairs, a), hn::BitCast(pairs, b)));
+        };
+        const auto upper = [&](auto a, auto b) {
+            return hn::BitCast(d, hn::InterleaveUpper(pairs, hn::BitCast(pairs, a), hn::BitCast(pairs, b)));
+        };
+        // Part i of vector j holds the texel of block 4 i + j: four texels by four channels, which are transposed within the parts.
+        hn::Vec<D> texel[4];
+        for (std::size_t j = 0; j < 4; ++j) texel[j] = loadParts(d, from + 16 * j, 64);
+        const auto redGreen01 = hn::InterleaveLower(d, texel[0], texel[1]), redGreen23 = hn::InterleaveLower(d, texel[2], texel[3]);
+        const auto blueAlpha01 = hn::InterleaveUpper(d, texel[0], texel[1]), blueAlpha23 = hn::InterleaveUpper(d, texel[2], texel[3]);
+        channel[0] = lower(redGreen01, redGreen23);
+        if constexpr (kChannels > 1) channel[1] = upper(redGreen01, redGreen23);
+        if constexpr (kChannels > 2) channel[2] = lower(blueAlpha01, blueAlpha23);
+        if constexpr (kChannels > 3) channel[3] = upper(blueAlpha01, blueAlpha23);
+    }
+}
+
 /// Loads the texels of each block, clamped to [least, most], into planes of sixteen vectors, one for each of the first kChannels channels.
 /// Returns true if a value was outside.
 template <class D, std::size_t kChannels>
 HWY_INLINE bool loadTexels(const std::array<const float*, 4>& rows, hn::Vec<D> least, hn::Vec<D> most,
                            const std::array<hn::Vec<D>*, kChannels>& planes) {
     const D d;
-    const hn::Repartition<double, D> pairs;
-    const auto lower = [&](auto a, auto b) {
-        return hn::BitCast(d, hn::InterleaveLower(pairs, hn::BitCast(pairs, a), hn::BitCast(pairs, b)));
-    };
-    const auto upper = [&](auto a, auto b) {
-        return hn::BitCast(d, hn::InterleaveUpper(pairs, hn::BitCast(pairs, a), hn::BitCast(pairs, b)));
-    };
     auto low = least, high = most;
     for (std::size_t t = 0; t < kTexelCount; ++t) {
-        // Part i of vector j holds this texel of block 4 i + j: four texels by four channels, which are transposed within the parts.
-        hn::Vec<D> texel[4];
-        for (std::size_t j = 0; j < 4; ++j) texel[j] = loadParts(d, rows[t / 4] + 16 * j + 4 * (t % 4), 64);
-        const auto redGreen01 = hn::InterleaveLower(d, texel[0], texel[1]), redGreen23 = hn::InterleaveLower(d, texel[2], texel[3]);
-        const auto blueAlpha01 = hn::InterleaveUpper(d, texel[0], texel[1]), blueAlpha23 = hn::InterleaveUpper(d, texel[2], texel[3]);
-        planes[0][t] = lower(redGreen01, redGreen23);
-        if constexpr (kChannels > 1) planes[1][t] = upper(redGreen01, redGreen23);
-        if constexpr (kChannels > 2) planes[2][t] = lower(blueAlpha01, blueAlpha23);
-        if constexpr (kChannels > 3) planes[3][t] = upper(blueAlpha01, blueAlpha23);
+        std::array<hn::Vec<D>, kChannels> channel;
+        loadTexel<D>(rows[t / 4] + 4 * (t % 4), channel);
+        for (std::size_t c = 0; c < kChannels; ++c) planes[c][t] = channel[c];
         for (const auto* plane : planes) {
             low = hn::Min(low, plane[t]);
             high = hn::Max(high, plane[t]);

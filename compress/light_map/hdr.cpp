@@ -14,10 +14,10 @@ namespace {
 
 using formats::Image;
 
-/// How far the bias lies below the least ratio: an error of the decoded coefficient 0 must not make a value negative.
+/// The bias lies below the least ratio by this factor, so that an error of the decoded coefficient 0 makes no value negative.
 constexpr float kHeadroom = 1.02f;
-/// Share of the second texture in the decode. It holds errors of the first one over this share, and what it stores is not negative: a
-/// larger share holds larger errors, a smaller one divides its own error by more.
+/// The second texture enters the decode with this share. It stores errors of the first one divided by the share, and no negative values:
+/// a larger share holds larger errors, a smaller one makes less of the texture's own.
 constexpr float kShare = 1.0f / 8;
 
 /// Importance of a texel, at least: one that is far brighter than the key must not vanish beside dark ones.
@@ -36,15 +36,16 @@ public:
     }
 
     EncodedLightMapRows encode() && {
+        const bool hasSecond = plan_.textures.size() > 1;
         std::vector<Image<glm::vec4>> first;
         Image<glm::vec4> decoded0;
         for (std::size_t i = 0; i < source_.values.size(); ++i) {
-            first.push_back(add(0, [&](int x, int y) { return valueOf(i, decoded0, x, y); }));
+            first.push_back(add(0, i == 0 || hasSecond, [&](int x, int y) { return valueOf(i, decoded0, x, y); }));
             if (i == 0) decoded0 = first[0].copy();
         }
-        for (std::size_t i = 0; i < source_.values.size() && plan_.textures.size() > 1; ++i) {
+        for (std::size_t i = 0; i < source_.values.size() && hasSecond; ++i) {
             const float share = constant(plan_, "share", 0);
-            const Image<glm::vec4> second = add(1, [&](int x, int y) {
+            const Image<glm::vec4> second = add(1, i == 0, [&](int x, int y) {
                 const glm::vec3 reached(first[i].at(x, y));
                 return reached + (valueOf(i, decoded0, x, y) - reached) / share;
             });
@@ -60,9 +61,9 @@ private:
         const glm::vec3 value = source_.values[i].at(x, y) / range_;
         return i == 0 ? value : value - constant(plan_, "bias", i - 1) * glm::vec3(decoded0.at(x, y));
     }
-    /// Encodes the next layer of a texture. Returns its decoded texels.
+    /// Encodes the next layer of a texture. Returns its decoded texels if they are wanted.
     template <class ValueAt>
-    Image<glm::vec4> add(std::size_t texture, ValueAt valueAt) {
+    Image<glm::vec4> add(std::size_t texture, bool wantsDecoded, ValueAt valueAt) {
         Image<glm::vec4> texels(source_.width, source_.height, glm::vec4(0, 0, 0, 1));
         for (int y = 0; y < source_.height; ++y)
             for (int x = 0; x < source_.width; ++x) {
@@ -71,7 +72,7 @@ private:
                     out_.report.clampedNegative += value[channel] < 0 ? 1 : 0;
                 texels.at(x, y) = glm::vec4(glm::max(value, glm::vec3(0)), 1);
             }
-        Layer layer = encodeLayer(plan_.textures[texture].format, texels, significance_, options_, true, out_.report);
+        Layer layer = encodeLayer(plan_.textures[texture].format, texels, significance_, options_, wantsDecoded, out_.report);
         out_.textures[texture].layers.push_back(std::move(layer.bytes));
         return std::move(layer.decoded);
     }
