@@ -1,4 +1,4 @@
-// What the choice of light-map layouts counts, and what it may take.
+// Settings of the choice of light-map layouts: the cost that it keeps small, and limits on the decode.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace lightcook::formats {
 
-/// Of the layouts that keep the limits, the cheapest is chosen.
+/// "auto" takes the cheapest of the layouts that keep the limits.
 enum class LayoutCost { Bytes, Taps };
 
 struct LayoutCostInfo {

@@ -20,7 +20,7 @@ constexpr int kRingCount = 256;
 constexpr double kQuadratureError = 2e-4;
 /// Smaller codes count as 0: floats of a shader may flush such light to 0.
 constexpr double kLeastCode = 1e-30;
-/// Of two: the smallest step of halves and of shared exponents.
+/// The smallest step of halves and of shared exponents is two to this power.
 constexpr int kLeastStepExponent = -24;
 
 /// Returns the height z of the upper edge of a zone.

@@ -1,4 +1,4 @@
-// What bounds the visible errors of a map: the metric, and the kernels of its shading. Private to verify/.
+// The metric and the shading kernels that bound the visible errors of a map. Private to verify/.
 #pragma once
 
 #include <array>

@@ -26,7 +26,7 @@ CurvePoint pointAt(double nits) {
 double curve(double nits) {
     return static_cast<double>(perceptualQuantizerOf(static_cast<float>(nits)));
 }
-/// Of the curve in floats: the difference of two codes, and a slope as a part of itself.
+/// The curve in floats errs by this much: in the difference of two codes, and in a slope as a part of itself.
 constexpr double kCurveRounding = 6e-7, kSlopeRounding = 3e-4;
 
 }  // namespace

@@ -17,10 +17,10 @@ using lightmap::ChannelSlack;
 using lightmap::kChannels;
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-/// Of sums of nine products in double.
+/// Sums of nine products in double err by at most this part of their largest value.
 constexpr double kSumRounding = 1e-12;
 
-/// How much each kind of range widens an interval.
+/// Widths that each kind of range adds to an interval.
 struct Spread {
     double places = 0, profile = 0, azimuth = 0;
     void add(double factor, const Spread& other) {

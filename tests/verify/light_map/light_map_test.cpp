@@ -609,7 +609,7 @@ TEST(LightMapVerifier, ALinearLayoutIsRightBetweenTexelsAtHardEdges) {
             }
         return cook(std::move(band), layout, Target::Float).total().diffuse;
     };
-    // What raw has is left at the rims of charts, where the filter reads padded texels.
+    // Raw errs at the rims of charts alone, where the filter reads padded texels.
     const verify::ErrorFigures raw = surfaceError(LightMapLayout::Raw), hdr = surfaceError(LightMapLayout::Hdr),
                                ratio = surfaceError(LightMapLayout::Ratio);
     EXPECT_NEAR(hdr.relRms, raw.relRms, 1e-3 * raw.relRms + 1e-4);

@@ -132,7 +132,7 @@ TEST_F(CookCubemap, APlainMapIsTheRadianceThroughTheLobe) {
 }
 
 TEST_F(CookCubemap, ThePlainMapIsThePreDividedOneTimesItsS) {
-    // Of one source, both show the same light in the environment's own place.
+    // Both are cooked from one source and show the same light at the environment's own place.
     CubemapOptions plain = options(16, "prefiltered"), divided = options(16);
     plain.cook.target = divided.cook.target = Target::Float;
     ASSERT_TRUE(asset(plain).is_object() && asset(divided).is_object());
