@@ -122,12 +122,29 @@ public:
             }
     }
 
+    /// Returns the modes of as many regions from coarse to fine. The first has no deltas, so it holds any lines.
+    template <class Regions>
+    static std::span<const int> modesByPrecision() {
+        static constexpr int kOne[] = {10, 11, 12, 13}, kTwo[] = {9, 1, 6, 7, 8, 5, 0, 2, 3, 4};
+        return Regions::kCount == 1 ? std::span<const int>(kOne) : std::span<const int>(kTwo);
+    }
+
+    /// Returns the modes that lie some places further in modesByPrecision(), around its ends.
+    template <class Regions>
+    static ModeLanes modeBeside(const Regions&, const ModeLanes& mode, int away) {
+        const std::span<const int> order = modesByPrecision<Regions>();
+        const int count = static_cast<int>(order.size());
+        const auto at = [&](int place) { return order[static_cast<std::size_t>((place + count) % count)]; };
+        ModeLanes beside = modeLanes(at(away));
+        for (int place = 1; place < count; ++place)
+            overrideWhere(hn::RebindMask(D(), mode.index == hn::Set(DI(), at(place))), modeLanes(at(place + away)), beside);
+        return beside;
+    }
+
     /// Returns the finest mode whose deltas hold these lines, for each lane.
     template <class Regions>
     static ModeLanes finestMode(const Regions& regions, const Line* lines) {
-        // From coarse to fine. The first mode has no deltas, so it holds any lines.
-        constexpr int kOne[] = {10, 11, 12, 13}, kTwo[] = {9, 1, 6, 7, 8, 5, 0, 2, 3, 4};
-        const std::span<const int> order = Regions::kCount == 1 ? std::span<const int>(kOne) : std::span<const int>(kTwo);
+        const std::span<const int> order = modesByPrecision<Regions>();
         ModeLanes mode = modeLanes(order[0]);
         F code[4][3];
         int codedBits = 0;

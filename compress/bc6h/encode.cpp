@@ -120,17 +120,17 @@ const Bc6hSearch& bc6hSearchOf(int effort) {
     // clang-format off
     // One row for each effort, 0 .. 9.
     static constexpr std::array<Bc6hSearch, 10> kSearches = {{
-        // fastKernelMaxError partitions freeRefits codedRefits descents pairs polished everyMode escalateAbove slopeReach twoColours
-        {                1e9f,         0,         0,          1,       0,false,       0,        0,            0, 1.0f / 16,     false},
-        {              0.025f,         1,         0,          1,       0,false,       0,        0,            0, 1.0f / 16,     false},
-        {              0.008f,         3,         0,          2,       0,false,       0,        1,            0, 1.0f / 16,     false},
-        {                   0,         2,         0,          2,       0,false,       0,        0,       0.008f, 1.0f / 16,     false},
-        {                   0,         3,         0,          2,       0,false,       0,        1,            0, 1.0f / 16,     false},
-        {                   0,         4,         0,          2,       1,false,       0,        1,            0, 1.0f / 16,     false},
-        {                   0,         4,         0,          2,       1,false,       2,        2,            0, 1.0f / 16,     false},
-        {                   0,         4,         0,          2,       2, true,       3,        3,            0, 1.0f / 16,     false},
-        {                   0,         6,         0,          2,       4, true,       6,        6,            0, 1.0f / 16,     false},
-        {                   0,        32,         0,          4,      16, true,      32,       32,            0, 1.0f / 16,      true},
+        // fastKernelMaxError partitions freeRefits codedRefits descents pairs moves polished everyMode otherModes escalateAbove slopeReach tried twoColours
+        {                1e9f,         0,         0,          1,       0, false,    0,       0,        0,         0,            0,  1.0f / 16,    0,     false},
+        {              0.025f,         1,         0,          1,       0, false,    0,       0,        0,         0,            0,  1.0f / 16,    0,     false},
+        {              0.008f,         3,         0,          2,       0, false,    0,       0,        1,         4,            0,  1.0f / 16,    0,     false},
+        {                   0,         2,         0,          2,       0, false,    0,       0,        0,         0,       0.008f,  1.0f / 16,    0,     false},
+        {                   0,         3,         0,          2,       0, false,    0,       0,        1,         4,            0,  1.0f / 16,    0,     false},
+        {                   0,         4,         0,          2,       1,  true,    2,       0,        1,         4,            0,  1.0f / 16,    0,     false},
+        {                   0,         4,         0,          2,       1,  true,    2,       2,        2,         4,            0,  1.0f / 16,    0,     false},
+        {                   0,         4,         0,          2,       2,  true,    4,       3,        3,         4,            0,  1.0f / 16,    0,     false},
+        {                   0,         8,         0,          2,       4,  true,    0,       8,        8,         9,            0,  1.0f / 16,    0,     false},
+        {                   0,        32,         0,          4,      16,  true,    0,      32,       32,         9,            0,  1.0f / 16,    0,      true},
     }};
     // clang-format on
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
@@ -161,7 +161,11 @@ void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOption
             at(list[i]) = results[i];
             if (search.escalateAbove > 0 && results[i].error > errorOf(*list[i], options, search.escalateAbove)) poor.push_back(list[i]);
         }
-        const std::vector<Bc6hResult> deeper = fit(poor, bc6hSearchOf(effort + 1));
+        if (poor.empty()) return;
+        // The deeper search adds to this one.
+        Bc6hSearch deeperSearch = bc6hSearchOf(effort + 1);
+        deeperSearch.triedPartitions = search.partitions;
+        const std::vector<Bc6hResult> deeper = fit(poor, deeperSearch);
         for (std::size_t i = 0; i < poor.size(); ++i)
             if (deeper[i].error < at(poor[i]).error) at(poor[i]) = deeper[i];
     };

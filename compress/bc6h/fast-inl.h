@@ -61,19 +61,13 @@ private:
     /// Estimates the mean squared error [octaves^2]; 0 for insignificant blocks. Returns infinity where the slopes of the metric are not
     /// reliable, and where one colour would have a smaller error.
     F estimateError() const {
-        F error = zero(), oneColour = zero(), range = zero(), darkest = set(Values::kLargest), total = zero();
+        F error = zero(), range = zero(), darkest = set(Values::kLargest), total = zero();
         for (const F& s : texels_.significance) total = total + s;
         for (int c = 0; c < 3; ++c) {
-            F sum = zero(), squares = zero(), weights = set(1e-30f);
             for (int t = 0; t < kTexelCount; ++t) {
                 const F away = hn::NegMulAdd(line_.d[c], line_.index[t] * set(1.0f / 15), texels_.v[c][t] - line_.a[c]);
                 error = hn::MulAdd(texels_.weight[c][t] * away, away, error);
-                const F beside = texels_.v[c][t] - texels_.low[c], weighted = texels_.weight[c][t] * beside;
-                weights = weights + texels_.weight[c][t];
-                sum = sum + weighted;
-                squares = hn::MulAdd(weighted, beside, squares);
             }
-            oneColour = oneColour + hn::NegMulAdd(sum, sum / weights, squares);
             range = hn::Max(range, texels_.high[c] - texels_.low[c]);
             // The magnitude nearest to 0 in the channel, 0 where signs differ. Above effort 0, blocks with negative values count as dark,
             // and go to the full search, which is better by 0.1 dB there.
@@ -83,7 +77,7 @@ private:
         constexpr float kOctave = 1024 * Values::kPerHalf;
         const M dark = hn::And(darkest<set(kDark * kOctave), range> set(kDarkRange * kOctave));
         const float wide = (options_.hdrMetric == HdrMetric::Log ? kWide : kWideElsewhere) * kOctave;
-        const M unreliable = hn::Or(hn::Or(dark, range > set(wide)), hn::And(error > oneColour, range > zero()));
+        const M unreliable = hn::Or(hn::Or(dark, range > set(wide)), hn::And(error > line_.oneColour, range > zero()));
         error = hn::IfThenZeroElse(texels_.nothing, error / (total * set(3 * kOctave * kOctave)));
         return select(unreliable, set(std::numeric_limits<float>::infinity()), error);
     }

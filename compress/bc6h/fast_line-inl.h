@@ -29,9 +29,11 @@ public:
     F a[3], d[3];             ///< the line, in v, from a to a + d
     F position[kTexelCount];  ///< of each texel on the line, in [0, 1]
     F index[kTexelCount];     ///< of each texel, 0 .. 15
+    F oneColour;              ///< weighted squared error of the block in its mean colour
 
     /// Sets the line by two fits: to the projections of the texels onto the principal axis, then to the nearest indices on that line.
     void fit(const Texels& texels) {
+        center(texels);
         start(texels);
         chooseIndices(texels);
         for (int t = 0; t < kTexelCount; ++t) position[t] = index[t] * set(1.0f / 15);
@@ -89,13 +91,7 @@ private:
         F m[6] = {zero(), zero(), zero(), zero(), zero(), zero()};  // covariance: xx xy xz yy yz zz
         for (int t = 0; t < kTexelCount; ++t) {
             const F x = texels.v[0][t] - mean[0], y = texels.v[1][t] - mean[1], z = texels.v[2][t] - mean[2];
-            const F wx = texel[t] * x, wy = texel[t] * y, wz = texel[t] * z;
-            m[0] = hn::MulAdd(wx, x, m[0]);
-            m[1] = hn::MulAdd(wx, y, m[1]);
-            m[2] = hn::MulAdd(wx, z, m[2]);
-            m[3] = hn::MulAdd(wy, y, m[3]);
-            m[4] = hn::MulAdd(wy, z, m[4]);
-            m[5] = hn::MulAdd(wz, z, m[5]);
+            addProducts<D>(texel[t], x, y, z, m);
         }
         constexpr int kRow[6] = {0, 0, 0, 1, 1, 2}, kColumn[6] = {0, 1, 2, 1, 2, 2};
         for (int i = 0; i < 6; ++i) m[i] = m[i] * (scale[kRow[i]] * scale[kColumn[i]]);
@@ -103,36 +99,51 @@ private:
         for (int c = 0; c < 3; ++c) axis[c] = axis[c] * scale[c];
     }
 
-    /// Sets the weighted least-squares line for texels at these positions, channel by channel because each has its own weights.
+    /// Sets the means of the channels, each with its own weights, and the weighted deviations from them.
+    void center(const Texels& texels) {
+        oneColour = zero();
+        for (int c = 0; c < 3; ++c) {
+            F total = set(1e-30f), mean = zero();
+            for (int t = 0; t < kTexelCount; ++t) {
+                total = total + texels.weight[c][t];
+                mean = hn::MulAdd(texels.weight[c][t], texels.v[c][t], mean);
+            }
+            total_[c] = total;
+            share_[c] = set(1.0f) / total;
+            mean_[c] = mean * share_[c];
+            for (int t = 0; t < kTexelCount; ++t) {
+                const F away = texels.v[c][t] - mean_[c];
+                weighted_[c][t] = texels.weight[c][t] * away;
+                oneColour = hn::MulAdd(weighted_[c][t], away, oneColour);
+            }
+        }
+    }
+
+    /// Sets the weighted least-squares line for texels at these positions, channel by channel because each has its own weights. Works on
+    /// deviations from the mean: no cancellation, and a constant block comes out exact.
     void leastSquares(const Texels& texels) {
         for (int c = 0; c < 3; ++c) {
-            // Work on deviations from the mean: no cancellation, and a constant block comes out exact.
-            F total = set(1e-30f), meanK = zero(), meanV = zero();
-            for (int t = 0; t < kTexelCount; ++t) {
-                const F w = texels.weight[c][t];
-                total = total + w;
-                meanK = hn::MulAdd(w, position[t], meanK);
-                meanV = hn::MulAdd(w, texels.v[c][t], meanV);
-            }
-            const F share = set(1.0f) / total;
-            meanK = meanK * share;
-            meanV = meanV * share;
+            F meanK = zero();
+            for (int t = 0; t < kTexelCount; ++t) meanK = hn::MulAdd(texels.weight[c][t], position[t], meanK);
+            meanK = meanK * share_[c];
             F kk = zero(), kv = zero();
             for (int t = 0; t < kTexelCount; ++t) {
                 const F k = position[t] - meanK;
-                const F wk = texels.weight[c][t] * k;
-                kk = hn::MulAdd(wk, k, kk);
-                kv = hn::MulAdd(wk, texels.v[c][t] - meanV, kv);
+                kk = hn::MulAdd(texels.weight[c][t] * k, k, kk);
+                kv = hn::MulAdd(weighted_[c][t], k, kv);
             }
-            const F slope = hn::IfThenElseZero(kk > total * set(1e-12f), kv / hn::Max(kk, set(1e-35f)));
+            const F slope = hn::IfThenElseZero(kk > total_[c] * set(1e-12f), kv / hn::Max(kk, set(1e-35f)));
             // Clamp the ends near the range of the block: ends far outside would only fit rounding errors.
             const F slack = (texels.high[c] - texels.low[c]) * set(0.25f);
             const F least = hn::Max(texels.low[c] - slack, set(Values::kSmallest)),
                     most = hn::Min(texels.high[c] + slack, set(Values::kLargest));
-            a[c] = clamp(hn::NegMulAdd(slope, meanK, meanV), least, most);
-            d[c] = clamp(hn::MulAdd(slope, set(1.0f) - meanK, meanV), least, most) - a[c];
+            a[c] = clamp(hn::NegMulAdd(slope, meanK, mean_[c]), least, most);
+            d[c] = clamp(hn::MulAdd(slope, set(1.0f) - meanK, mean_[c]), least, most) - a[c];
         }
     }
+
+    F total_[3], share_[3], mean_[3];  ///< of a channel: sum of the weights, its inverse, weighted mean of v
+    F weighted_[3][kTexelCount];       ///< v less the mean, times the weight
 };
 
 }  // namespace HWY_NAMESPACE

@@ -50,6 +50,10 @@ public:
     void run(const Block* const* blocks, Bc6hResult* found) {
         lines_.load(blocks);
         clearBest();
+        if (lines_.raiseStart()) {
+            tryRegions(OneRegion(), hn::Zero(DI()), false);
+            lines_.restoreStart();
+        }
         tryRegions(OneRegion(), hn::Zero(DI()), search_.everyMode > 0);
         if (search_.partitions > 0) tryTwoRegions();
         descend();
@@ -58,6 +62,9 @@ public:
     }
 
 private:
+    /// Steps of the first and the second end of a channel.
+    static constexpr int kMoves[8][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, 1}, {-1, 1}, {1, -1}};
+
     struct Candidate {
         F error;
         I mode, partition;
@@ -74,12 +81,13 @@ private:
     }
 
     /// Evaluates codes and keeps them where they beat the best so far. index receives the indices of the texels.
-    template <class Regions>
-    F tryCodes(const Regions& regions, I partition, const ModeLanes& mode, F (*code)[3], Texels& index) {
+    /// Reweigh: std::true_type updates the weights for a refit that follows
+    template <class Regions, class Reweigh>
+    F tryCodes(const Regions& regions, I partition, const ModeLanes& mode, F (*code)[3], Texels& index, Reweigh reweigh) {
         Line whole[2];
         Codes::linesOf(regions, code, mode, whole);
         lines_.chooseIndices(regions, whole, index);
-        const F error = lines_.errorOf(regions, whole, index, std::true_type());
+        const F error = lines_.errorOf(regions, whole, index, reweigh);
         keepWhere<Regions>(error < best_.error, error, partition, mode, code, index);
         return error;
     }
@@ -108,20 +116,22 @@ private:
         F code[4][3];
         Codes::codesOf(regions, lines, mode, code);
         Codes::clampDeltas(regions, mode, code);
-        tryCodes(regions, partition, mode, code, index);
         for (int i = 0; i < search_.codedRefits; ++i) {
+            tryCodes(regions, partition, mode, code, index, std::true_type());
             lines_.refit(regions, index, lines);
             Codes::codesOf(regions, lines, mode, code);
             Codes::clampDeltas(regions, mode, code);
-            tryCodes(regions, partition, mode, code, index);
         }
+        tryCodes(regions, partition, mode, code, index, std::false_type());
         if (!everyMode) return;
         // A finer mode with a clamped delta, or a coarser one whose codes happen to fit better, may win.
-        for (int m = Regions::kCount == 1 ? 10 : 0; m < (Regions::kCount == 1 ? 14 : 10); ++m) {
-            const ModeLanes other = Codes::modeLanes(m);
+        constexpr int kPlaces[] = {1, 2, 3, -1, 4, 5, 6, 7, 8};  // of modesByPrecision(): the finer ones matter most
+        const int count = std::min(search_.otherModes, Regions::kCount == 1 ? 3 : 9);
+        for (int i = 0; i < count; ++i) {
+            const ModeLanes other = Codes::modeBeside(regions, mode, kPlaces[i]);
             Codes::codesOf(regions, lines, other, code);
             Codes::clampDeltas(regions, other, code);
-            tryCodes(regions, partition, other, code, index);
+            tryCodes(regions, partition, other, code, index, std::false_type());
         }
     }
 
@@ -147,6 +157,7 @@ private:
         I kept[Partitions::kMost];
         Partitions::rank(lines_.texels().estimate, lines_.texels().estimateWeight, keep, kept);
         for (int i = 0; i < keep; ++i) {
+            if (i >= search_.everyMode && i < search_.triedPartitions) continue;
             const TwoRegions regions(kept[i]);
             if (i >= search_.polished) {
                 tryRegions(regions, kept[i], i < search_.everyMode);
@@ -196,29 +207,97 @@ private:
         }
     }
 
+    /// Returns true if descent tries only the most promising moves. The model that ranks them is quadratic in v, but the metric bends at 0:
+    /// for light of both signs, the deeper searches try all (up to 0.08 dB on SH bands).
+    bool ranksMoves() const { return search_.moves > 0 && !(kSigned && search_.polished > 0); }
+
     template <class Regions>
     bool descendOnce(const Regions& regions) {
         M mask;
         const ModeLanes mode = bestMode(regions, mask);
         if (hn::AllFalse(D(), mask)) return false;
-        // Steps of the first and the second end of a region.
-        constexpr float kMoves[8][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, 1}, {-1, 1}, {1, -1}};
+        if (ranksMoves()) {  // by the cost of the misses of the best candidate
+            Line whole[2];
+            Codes::linesOf(regions, best_.code, mode, whole);
+            lines_.errorOf(regions, whole, best_.index, std::true_type());
+        }
         bool improved = false;
         for (int r = 0; r < Regions::kCount; ++r)
-            for (int c = 0; c < 3; ++c)
+            for (int c = 0; c < 3; ++c) {
+                if (ranksMoves()) {
+                    improved |= tryBestMoves(regions, mode, mask, r, c);
+                    continue;
+                }
                 for (int move = 0; move < (search_.pairs ? 8 : 4); ++move)
-                    improved |= step(regions, mode, mask, r, c, kMoves[move][0], kMoves[move][1]);
+                    improved |=
+                        step(regions, mode, mask, r, c, set(static_cast<float>(kMoves[move][0])), set(static_cast<float>(kMoves[move][1])));
+            }
         return improved;
+    }
+
+    /// Tries the moves of the ends of a channel that promise most, in each lane its own: those of the least error in a quadratic model.
+    template <class Regions>
+    bool tryBestMoves(const Regions& regions, const ModeLanes& mode, M mask, int r, int c) {
+        constexpr int kMostMoves = 8;
+        F value[2][3];  // of the ends, a step below to a step above
+        Line line;
+        for (int e = 0; e < 2; ++e)
+            for (int i = 0; i < 3; ++i) {
+                const F low = kSigned ? zero() - mode.largestCode : zero();
+                value[e][i] = Codes::valueOf(clamp(best_.code[2 * r + e][c] + set(static_cast<float>(i - 1)), low, mode.largestCode), mode);
+            }
+        for (int other = 0; other < 3; ++other) {
+            line.a[other] = Codes::valueOf(best_.code[2 * r][other], mode);
+            line.d[other] = Codes::valueOf(best_.code[2 * r + 1][other], mode) - line.a[other];
+        }
+        const typename Bc6hLines<D, kSigned>::template ChannelModel<Regions> model(lines_, regions, r, c, line);
+        const F now = model.errorOf(value[0][1], value[1][1]);
+        F score[kMostMoves], first[kMostMoves], second[kMostMoves];
+        for (int i = 0; i < search_.moves; ++i) score[i] = set(1e30f), first[i] = second[i] = zero();
+        for (int move = 0; move < (search_.pairs ? 8 : 4); ++move) {
+            F m0 = set(static_cast<float>(kMoves[move][0])), m1 = set(static_cast<float>(kMoves[move][1]));
+            F change = model.errorOf(value[0][kMoves[move][0] + 1], value[1][kMoves[move][1] + 1]) - now;
+            change = select(deltasFitAfter<Regions>(mode, r, c, m0, m1), change, set(1e30f));
+            for (int i = 0; i < search_.moves; ++i) {  // insertion sort: the displaced entry moves on
+                const M better = change < score[i];
+                const F lost = select(better, score[i], change), lost0 = select(better, first[i], m0),
+                        lost1 = select(better, second[i], m1);
+                score[i] = select(better, change, score[i]);
+                first[i] = select(better, m0, first[i]);
+                second[i] = select(better, m1, second[i]);
+                change = lost, m0 = lost0, m1 = lost1;
+            }
+        }
+        bool improved = false;
+        for (int i = 0; i < search_.moves; ++i) {
+            const M hopeful = hn::And(mask, score[i] < set(1e30f));
+            if (hn::AllFalse(D(), hopeful)) break;
+            improved |= step(regions, mode, mask, r, c, first[i], second[i]);
+        }
+        return improved;
+    }
+
+    /// Returns the lanes in which the mode can store the deltas of channel c after a move of the ends of region r.
+    template <class Regions>
+    M deltasFitAfter(const ModeLanes& mode, int r, int c, F first, F second) const {
+        const F base = r == 0 ? best_.code[0][c] + first : best_.code[0][c];
+        M fits = zero() == zero();
+        for (int e = 1; e < 2 * Regions::kCount; ++e) {
+            const F code = e == 2 * r ? best_.code[e][c] + first : e == 2 * r + 1 ? best_.code[e][c] + second : best_.code[e][c];
+            const F delta = code - base;
+            fits = hn::And(fits, hn::And(delta >= zero() - mode.deltaLimit[c], delta < mode.deltaLimit[c]));
+        }
+        return fits;
     }
 
     /// Moves two codes of the best candidate and keeps the result where it is better. Returns false if no lane improved.
     template <class Regions>
-    bool step(const Regions& regions, const ModeLanes& mode, M mask, int r, int c, float first, float second) {
+    bool step(const Regions& regions, const ModeLanes& mode, M mask, int r, int c, F first, F second) {
         F code[4][3];
         std::memcpy(code, best_.code, sizeof(code));
         const F low = kSigned ? zero() - mode.largestCode : zero();
-        code[2 * r][c] = clamp(code[2 * r][c] + set(first), low, mode.largestCode);
-        code[2 * r + 1][c] = clamp(code[2 * r + 1][c] + set(second), low, mode.largestCode);
+        code[2 * r][c] = clamp(code[2 * r][c] + first, low, mode.largestCode);
+        code[2 * r + 1][c] = clamp(code[2 * r + 1][c] + second, low, mode.largestCode);
         Line whole[2];
         Texels index;
         Codes::linesOf(regions, code, mode, whole);

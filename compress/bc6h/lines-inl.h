@@ -20,6 +20,7 @@
 #include "compress/bc6h/texels-inl.h"
 #include "compress/bc6h/values-inl.h"
 #include "compress/block/lanes-inl.h"
+#include "compress/block/principal_axis-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
@@ -44,6 +45,17 @@ public:
         start_.load(texels_);
     }
     const Bc6hTexels<D, kSigned>& texels() const { return texels_; }
+
+    /// Makes start() fit to the raised weights of blocks of dim light beside black. Returns false if there is none: see Bc6hTexels.
+    bool raiseStart() {
+        if (!texels_.raiseStart()) return false;
+        start_.load(texels_);
+        return true;
+    }
+    void restoreStart() {
+        texels_.restoreStart();
+        start_.load(texels_);
+    }
 
     /// Fits lines along the principal axes, and resets the weights of refits to the slopes of the metric.
     template <class Regions>
@@ -95,22 +107,61 @@ public:
         for (int t = 0; t < kTexelCount; ++t) {
             F a[3], d[3];
             lineAt(regions, lines, t, a, d);
-            const F weight = regions.weightOfIndex(index[t]);
+            const F share = regions.weightOfIndex(index[t]) * set(1.0f / 64);
             for (int c = 0; c < 3; ++c) {
-                const F v = interpolate(a[c], d[c], weight);
+                const F v = interpolate(a[c], d[c], share);
                 const F miss = texels_.values().metric(Values::lightOf(v)) - texels_.value[c][t];
                 const F squared = texels_.errorWeight[c][t] * miss * miss;
                 error = error + squared;
                 if constexpr (Reweigh::value) {
                     constexpr float kNear = Bc6hTexels<D, kSigned>::kNear;
                     const F away = v - texels_.target[c][t];
-                    const F secant = squared * texels_.weightScale / hn::Max(away * away, set(kNear * kNear));
-                    refitWeight_[c][t] = texels_.fitWeight[c][t] * set(0.3f) + secant * set(0.7f);
+                    const F secant = squared * texels_.weightScale * roughInverse<D>(hn::Max(away * away, set(kNear * kNear)));
+                    refitWeight_[c][t] = hn::MulAdd(texels_.fitWeight[c][t], set(0.3f), secant * set(0.7f));
                 }
             }
         }
         return error;
     }
+
+    /// The error of region r as a function of the ends of one channel, to second order in v with the weights of refits, where each texel
+    /// takes its nearest index anew. The other channels add k^2 length - 2 k along to the error of a texel at position k.
+    template <class Regions>
+    class ChannelModel {
+    public:
+        ChannelModel(const Bc6hLines& of, const Regions& regions, int r, int c, const Line& line) : target_(of.texels_.target[c]) {
+            for (int t = 0; t < kTexelCount; ++t) {
+                along_[t] = zero();
+                length_[t] = set(1e-20f);
+                for (int other = 0; other < 3; ++other) {
+                    const F w = regions.inRegion(r, t, of.refitWeight_[other][t]);
+                    if (other == c) {
+                        weight_[t] = w;
+                        continue;
+                    }
+                    const F wd = w * line.d[other];
+                    along_[t] = hn::MulAdd(wd, of.texels_.target[other][t] - line.a[other], along_[t]);
+                    length_[t] = hn::MulAdd(wd, line.d[other], length_[t]);
+                }
+            }
+        }
+        /// Returns the error with these ends of the channel, less a constant.
+        F errorOf(F a, F b) const {
+            const F d = b - a, steps = set(Regions::kSteps), perStep = set(1.0f / Regions::kSteps), two = set(2.0f);
+            F error = zero();
+            for (int t = 0; t < kTexelCount; ++t) {
+                const F x = target_[t] - a, wd = weight_[t] * d;
+                const F along = hn::MulAdd(wd, x, along_[t]), length = hn::MulAdd(wd, d, length_[t]);
+                const F k = hn::Round(clamp(along * roughInverse<D>(length) * steps, zero(), steps)) * perStep;
+                error = hn::MulAdd(weight_[t] * x, x, hn::MulAdd(k, hn::MulSub(k, length, two * along), error));
+            }
+            return error;
+        }
+
+    private:
+        const F* target_;
+        F along_[kTexelCount], length_[kTexelCount], weight_[kTexelCount];
+    };
 
 private:
     /// Computes the least-squares line of each region for texels at these positions, channel by channel because each has its own weights.
@@ -123,8 +174,8 @@ private:
                 for (int t = 0; t < kTexelCount; ++t) {
                     const F w = regions.inRegion(r, t, weight[c][t]);
                     total = total + w;
-                    meanK = meanK + w * position[t];
-                    meanT = meanT + w * texels_.target[c][t];
+                    meanK = hn::MulAdd(w, position[t], meanK);
+                    meanT = hn::MulAdd(w, texels_.target[c][t], meanT);
                 }
                 const F share = set(1.0f) / total;
                 meanK = meanK * share;
@@ -134,13 +185,13 @@ private:
                     const F w = regions.inRegion(r, t, weight[c][t]);
                     const F k = position[t] - meanK;
                     const F wk = w * k;
-                    kk = kk + wk * k;
-                    kt = kt + wk * (texels_.target[c][t] - meanT);
+                    kk = hn::MulAdd(wk, k, kk);
+                    kt = hn::MulAdd(wk, texels_.target[c][t] - meanT, kt);
                 }
                 const M distinct = kk > total * set(1e-12f);
                 const F slope = hn::IfThenElseZero(distinct, kt / hn::Max(kk, set(1e-35f)));
-                const F a = clamp(meanT - slope * meanK, set(Values::kSmallest), set(Values::kLargest));
-                const F b = clamp(meanT + slope * (set(1.0f) - meanK), set(Values::kSmallest), set(Values::kLargest));
+                const F a = clamp(hn::NegMulAdd(slope, meanK, meanT), set(Values::kSmallest), set(Values::kLargest));
+                const F b = clamp(hn::MulAdd(slope, set(1.0f) - meanK, meanT), set(Values::kSmallest), set(Values::kLargest));
                 lines[r].a[c] = a;
                 lines[r].d[c] = b - a;
             }
@@ -151,10 +202,10 @@ private:
         F along = zero(), length = set(1e-20f);
         for (int c = 0; c < 3; ++c) {
             const F wd = texels_.fitWeight[c][t] * d[c];
-            along = along + wd * (texels_.target[c][t] - a[c]);
-            length = length + wd * d[c];
+            along = hn::MulAdd(wd, texels_.target[c][t] - a[c], along);
+            length = hn::MulAdd(wd, d[c], length);
         }
-        return along / length;
+        return along * roughInverse<D>(length);
     }
 
     template <class Regions>
@@ -193,11 +244,8 @@ private:
                     select(regions.anchorAt[i], hn::Min(index[Regions::kAnchors[i]], half), index[Regions::kAnchors[i]]);
     }
 
-    /// Interpolates integer ends as the format does: floor((64 a + w d + 32) / 64), exact in a float.
-    static HWY_INLINE F interpolate(F a, F d, F weight) {
-        const F v = (a * set(64.0f) + d * weight + set(32.0f)) * set(1.0f / 64);
-        return hn::Floor(v);
-    }
+    /// Interpolates integer ends as the format does: floor((64 a + 64 share d + 32) / 64), exact in a float.
+    static HWY_INLINE F interpolate(F a, F d, F share) { return hn::Floor(hn::MulAdd(d, share, a + set(0.5f))); }
 
     Bc6hTexels<D, kSigned> texels_;
     Bc6hStart<D> start_;

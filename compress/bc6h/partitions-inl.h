@@ -12,6 +12,8 @@
 
 #include <hwy/highway.h>
 
+#include <cstddef>
+
 #include "compress/block/block.h"
 #include "compress/block/lanes-inl.h"
 #include "compress/block/partitions.h"
@@ -33,17 +35,24 @@ public:
     /// Writes the `keep` partitions of the smallest estimated error to kept, best first.
     /// texels  three channels of sixteen, around any mean
     static void rank(const Texels* texels, const Texels& weight, int keep, I (&kept)[kMost]) {
-        Moments moment[kTexelCount], total;
-        for (F& v : total.v) v = zero();
-        for (int t = 0; t < kTexelCount; ++t) {
-            const F w = weight[t], x = texels[0][t], y = texels[1][t], z = texels[2][t];
-            const F wx = w * x, wy = w * y, wz = w * z;
-            const F all[10] = {w, wx, wy, wz, wx * x, wx * y, wx * z, wy * y, wy * z, wz * z};
-            for (int i = 0; i < 10; ++i) {
-                moment[t].v[i] = all[i];
-                total.v[i] = total.v[i] + all[i];
+        // Sums over the texels of a row that are in region 1, for each pattern of them.
+        F row[4][16][10];
+        for (int y = 0; y < 4; ++y) {
+            for (int x = 0; x < 4; ++x) {
+                const int t = 4 * y + x;
+                const F w = weight[t], a = texels[0][t], b = texels[1][t], c = texels[2][t];
+                const F wa = w * a, wb = w * b, wc = w * c;
+                const F all[10] = {w, wa, wb, wc, wa * a, wa * b, wa * c, wb * b, wb * c, wc * c};
+                for (int i = 0; i < 10; ++i) row[y][1 << x][i] = all[i];
+            }
+            for (int pattern = 3; pattern < 16; ++pattern) {
+                const int lowest = pattern & -pattern;
+                if (pattern == lowest) continue;
+                for (int i = 0; i < 10; ++i) row[y][pattern][i] = row[y][pattern & ~lowest][i] + row[y][lowest][i];
             }
         }
+        F total[10];
+        for (int i = 0; i < 10; ++i) total[i] = (row[0][15][i] + row[1][15][i]) + (row[2][15][i] + row[3][15][i]);
         F score[kMost];
         for (int i = 0; i < keep; ++i) {
             score[i] = set(1e30f);
@@ -51,13 +60,13 @@ public:
         }
         for (int p = 0; p < kMost; ++p) {
             F first[10], second[10];
-            for (int i = 0; i < 10; ++i) {
-                F sum = zero();
-                for (int t = 0; t < kTexelCount; ++t)
-                    if ((kTwoRegions[static_cast<std::size_t>(p)] >> t) & 1) sum = sum + moment[t].v[i];
-                second[i] = sum;
-                first[i] = total.v[i] - sum;
+            for (F& sum : second) sum = zero();
+            for (int y = 0; y < 4; ++y) {
+                const int pattern = kTwoRegions[static_cast<std::size_t>(p)] >> 4 * y & 15;
+                if (pattern == 0) continue;
+                for (int i = 0; i < 10; ++i) second[i] = second[i] + row[y][pattern][i];
             }
+            for (int i = 0; i < 10; ++i) first[i] = total[i] - second[i];
             F error = estimateError(first, kStepShare) + estimateError(second, kStepShare);
             I candidate = hn::Set(DI(), p);
             for (int i = 0; i < keep; ++i) {  // insertion sort: the displaced entry moves on
@@ -77,16 +86,16 @@ private:
     /// Share of the variance along the axis that remains after quantization to seven steps. Measured; below the 1/49 of uniform texels.
     static constexpr float kStepShare = 1.0f / 200;
 
-    struct Moments {
-        F v[10];  ///< w, wx, wy, wz, wxx, wxy, wxz, wyy, wyz, wzz
-    };
-    /// Estimates the error of texels with these moments on their best line: the variance off the axis, and the given share of the variance
-    /// along it. The largest eigenvalue is approximated by the Frobenius norm, which is exact if one direction dominates.
+    /// Estimates the error of texels with these moments (w, wx, wy, wz, wxx, wxy, wxz, wyy, wyz, wzz) on their best line: the variance off
+    /// the axis, and the given share of the variance along it. The largest eigenvalue is approximated by the Frobenius norm, which is exact
+    /// if one direction dominates.
     static HWY_INLINE F estimateError(const F (&m)[10], float quantizationShare) {
         const F share = set(1.0f) / hn::Max(m[0], set(1e-30f));
-        const F xx = m[4] - m[1] * m[1] * share, xy = m[5] - m[1] * m[2] * share, xz = m[6] - m[1] * m[3] * share;
-        const F yy = m[7] - m[2] * m[2] * share, yz = m[8] - m[2] * m[3] * share, zz = m[9] - m[3] * m[3] * share;
-        const F norm = hn::Sqrt(xx * xx + yy * yy + zz * zz + set(2.0f) * (xy * xy + xz * xz + yz * yz));
+        const F x = m[1] * share, y = m[2] * share, z = m[3] * share;
+        const F xx = hn::NegMulAdd(m[1], x, m[4]), xy = hn::NegMulAdd(m[1], y, m[5]), xz = hn::NegMulAdd(m[1], z, m[6]);
+        const F yy = hn::NegMulAdd(m[2], y, m[7]), yz = hn::NegMulAdd(m[2], z, m[8]), zz = hn::NegMulAdd(m[3], z, m[9]);
+        const F norm = hn::Sqrt(
+            hn::MulAdd(set(2.0f), hn::MulAdd(xy, xy, hn::MulAdd(xz, xz, yz * yz)), hn::MulAdd(xx, xx, hn::MulAdd(yy, yy, zz * zz))));
         return hn::Max(xx + yy + zz - norm, zero()) + norm * set(quantizationShare);
     }
 };

@@ -17,10 +17,13 @@ struct Bc6hSearch {
     int codedRefits;           ///< refits after rounding the ends to codes
     int descents;              ///< maximum number of descent passes from the best candidate
     bool pairs;                ///< descent also moves both ends of a channel at once
+    int moves;                 ///< number of moves of a channel that descent tries, most promising first; 0: all, in fixed order
     int polished;              ///< number of partitions that are descended before they are compared
-    int everyMode;             ///< number of partitions, and one region if above 0, that are tried in all modes, not only the finest
+    int everyMode;             ///< number of partitions, and one region if above 0, that are also tried in other modes than the finest
+    int otherModes;            ///< number of those modes, of 9
     float escalateAbove;       ///< blocks above this RMS error [octaves] also get the search of the next effort; 0 disables it
     float slopeReach;          ///< share of the block's range over which the slope of the metric is taken
+    int triedPartitions;       ///< number of the best partitions that a search before this one tried: skipped beyond everyMode
     bool twoColours;           ///< blocks of two colours are encoded with the least possible error
 };
 

@@ -37,12 +37,12 @@ public:
             total = total + weight_[t];
             for (int c = 0; c < 3; ++c) {
                 share[c] = share[c] + texels.startWeight[c][t];
-                mean[c] = mean[c] + weight_[t] * texels.target[c][t];
+                mean[c] = hn::MulAdd(weight_[t], texels.target[c][t], mean[c]);
             }
         }
         for (int c = 0; c < 3; ++c) {
-            const F scale = hn::Sqrt(share[c] / total);
-            for (int t = 0; t < kTexelCount; ++t) scaled_[c][t] = (texels.target[c][t] - mean[c] / total) * scale;
+            const F scale = hn::Sqrt(share[c] / total), middle = mean[c] / total;
+            for (int t = 0; t < kTexelCount; ++t) scaled_[c][t] = (texels.target[c][t] - middle) * scale;
         }
     }
 
@@ -54,7 +54,7 @@ public:
             findAxis(regions, r, mean, axis);
             F low = set(1e30f), high = set(-1e30f), along[kTexelCount];
             for (int t = 0; t < kTexelCount; ++t) {
-                along[t] = (scaled_[0][t] - mean[0]) * axis[0] + (scaled_[1][t] - mean[1]) * axis[1] + (scaled_[2][t] - mean[2]) * axis[2];
+                along[t] = hn::MulAdd(scaled_[0][t], axis[0], hn::MulAdd(scaled_[1][t], axis[1], scaled_[2][t] * axis[2]));
                 const M counts = regions.inRegion(r, t, significance_[t]) > zero();
                 low = select(counts, hn::Min(low, along[t]), low);
                 high = select(counts, hn::Max(high, along[t]), high);
@@ -75,7 +75,7 @@ private:
         for (int t = 0; t < kTexelCount; ++t) {
             const F w = regions.inRegion(r, t, weight_[t]);
             total = total + w;
-            for (int c = 0; c < 3; ++c) mean[c] = mean[c] + w * scaled_[c][t];
+            for (int c = 0; c < 3; ++c) mean[c] = hn::MulAdd(w, scaled_[c][t], mean[c]);
         }
         const F share = set(1.0f) / total;
         for (int c = 0; c < 3; ++c) mean[c] = mean[c] * share;
@@ -83,13 +83,7 @@ private:
         for (int t = 0; t < kTexelCount; ++t) {
             const F w = regions.inRegion(r, t, weight_[t]);
             const F x = scaled_[0][t] - mean[0], y = scaled_[1][t] - mean[1], z = scaled_[2][t] - mean[2];
-            const F wx = w * x, wy = w * y;
-            m[0] = m[0] + wx * x;
-            m[1] = m[1] + wx * y;
-            m[2] = m[2] + wx * z;
-            m[3] = m[3] + wy * y;
-            m[4] = m[4] + wy * z;
-            m[5] = m[5] + w * z * z;
+            addProducts<D>(w, x, y, z, m);
         }
         principalAxis<D>(m, 4, axis);
     }

@@ -13,10 +13,12 @@
 #include <hwy/highway.h>
 
 #include <cmath>
+#include <cstring>
 
 #include "compress/bc6h/values-inl.h"
 #include "compress/block/block.h"
 #include "compress/block/lanes-inl.h"
+#include "compress/block/principal_axis-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
@@ -51,23 +53,45 @@ public:
     void load(const Block* const* blocks) {
         loadLight(blocks);
         for (int c = 0; c < 3; ++c) {
-            F low = set(1e30f), high = set(-1e30f);
+            low_[c] = set(1e30f), high_[c] = set(-1e30f);
             for (int t = 0; t < kTexelCount; ++t) {
                 const M counts = significance[t] > zero();
                 target[c][t] = Values::vOf(light[c][t]);
                 value[c][t] = values_.metric(light[c][t]);
-                low = select(counts, hn::Min(low, target[c][t]), low);
-                high = select(counts, hn::Max(high, target[c][t]), high);
+                low_[c] = select(counts, hn::Min(low_[c], target[c][t]), low_[c]);
+                high_[c] = select(counts, hn::Max(high_[c], target[c][t]), high_[c]);
             }
-            weigh(c, low, high);
-            weighStart(c, low, high);
+        }
+        for (int c = 0; c < 3; ++c) {
+            weigh(c, low_[c], high_[c]);
+            weighStart(c, low_[c], high_[c]);
         }
         normalizeWeights();
         setEstimate();
     }
 
+    /// Raises startWeight in blocks of dim light beside black, as at the border of a chart: their range is less than an octave of the
+    /// metric, but at black its slope is next to nothing, so that the first line would leave the black texels out. Returns false, and
+    /// changes nothing, if no lane holds such a block.
+    bool raiseStart() {
+        M black = set(1.0f) < zero();
+        for (int t = 0; t < kTexelCount; ++t) {
+            const F largest = hn::Max(hn::Max(hn::Abs(target[0][t]), hn::Abs(target[1][t])), hn::Abs(target[2][t]));
+            black = hn::Or(black, hn::And(significance[t] > zero(), largest < set(kNear)));
+        }
+        const F range = hn::Max(hn::Max(high_[0] - low_[0], high_[1] - low_[1]), high_[2] - low_[2]);
+        black = hn::And(black, range > set(kWide));
+        if (hn::AllFalse(D(), black)) return false;
+        std::memcpy(savedStartWeight_, startWeight, sizeof(startWeight));
+        for (int c = 0; c < 3; ++c) raiseWhere(black, c, low_[c], high_[c], weightScale);
+        return true;
+    }
+    /// Undoes raiseStart().
+    void restoreStart() { std::memcpy(startWeight, savedStartWeight_, sizeof(startWeight)); }
+
 private:
     static constexpr float kOctave = 1.0f;
+    static constexpr float kWide = 8 * 1024 * Values::kPerHalf;  ///< eight octaves [v]
 
     void loadLight(const Block* const* blocks) {
         const D d;
@@ -91,8 +115,8 @@ private:
         for (int t = 0; t < kTexelCount; ++t) {
             const F below = clamp(target[c][t] - reach, set(Values::kSmallest), set(Values::kLargest));
             const F above = clamp(target[c][t] + reach, set(Values::kSmallest), set(Values::kLargest));
-            const F slope =
-                (values_.metric(Values::lightOf(hn::Floor(above))) - values_.metric(Values::lightOf(hn::Floor(below)))) / (above - below);
+            const F rise = values_.metric(Values::lightOf(hn::Floor(above))) - values_.metric(Values::lightOf(hn::Floor(below)));
+            const F slope = rise * roughInverse<D>(above - below);
             F weight = significance[t] * channelWeight;
             if (options_.hdrMetric == HdrMetric::Relative) {
                 const F unit = hn::Abs(light[c][t]) + set(options_.hdrScale);
@@ -107,15 +131,22 @@ private:
     /// holds both, the first line uses the secant to the far end of the block where that is steeper. Elsewhere, and in refits, this
     /// costs 0.1 dB.
     void weighStart(int c, F low, F high) {
-        const F lowest = values_.metric(Values::lightOf(hn::Floor(low))), highest = values_.metric(Values::lightOf(hn::Floor(high)));
+        const F rise = values_.metric(Values::lightOf(hn::Floor(high))) - values_.metric(Values::lightOf(hn::Floor(low)));
         const bool isLog = options_.hdrMetric == HdrMetric::Log;
-        const M both = isLog ? highest - lowest > set(kOctave) : high - low > set(Values::kLargest / 4);
+        for (int t = 0; t < kTexelCount; ++t) startWeight[c][t] = fitWeight[c][t];
+        raiseWhere(isLog ? rise > set(kOctave) : high - low > set(Values::kLargest / 4), c, low, high, set(1.0f));
+    }
+
+    /// Raises startWeight of a channel to that of the secant to the far end of the block, times a scale, where that is more.
+    void raiseWhere(M mask, int c, F low, F high, F scale) {
+        if (hn::AllFalse(D(), mask)) return;
+        const F lowest = values_.metric(Values::lightOf(hn::Floor(low))), highest = values_.metric(Values::lightOf(hn::Floor(high)));
         for (int t = 0; t < kTexelCount; ++t) {
-            const F toLow = (value[c][t] - lowest) / hn::Max(target[c][t] - low, set(kNear));
-            const F toHigh = (highest - value[c][t]) / hn::Max(high - target[c][t], set(kNear));
+            const F toLow = (value[c][t] - lowest) * roughInverse<D>(hn::Max(target[c][t] - low, set(kNear)));
+            const F toHigh = (highest - value[c][t]) * roughInverse<D>(hn::Max(high - target[c][t], set(kNear)));
             const F steepest = hn::Max(toLow, toHigh);
-            const F raised = hn::Max(fitWeight[c][t], errorWeight[c][t] * steepest * steepest);
-            startWeight[c][t] = select(both, raised, fitWeight[c][t]);
+            const F raised = hn::Max(startWeight[c][t], errorWeight[c][t] * scale * steepest * steepest);
+            startWeight[c][t] = select(mask, raised, startWeight[c][t]);
         }
     }
 
@@ -155,6 +186,8 @@ private:
     const Bc6hSearch& search_;
     const EncodeOptions& options_;
     Values values_;
+    F low_[3], high_[3];                  ///< range of the significant texels, in v
+    F savedStartWeight_[3][kTexelCount];  ///< see raiseStart()
 };
 
 }  // namespace HWY_NAMESPACE

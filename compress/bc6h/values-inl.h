@@ -36,8 +36,8 @@ public:
     /// Returns the metric of light x. HdrMetric::Relative uses x itself; its scale is part of the weights.
     HWY_INLINE F metric(F x) const {
         if (!isLog_) return x;
-        if constexpr (!kSigned) return log2(x * set(1.0f / scale_) + set(1.0f));
-        return hn::CopySign(log2(hn::Abs(x) * set(1.0f / scale_) + set(1.0f)), x);
+        if constexpr (!kSigned) return log2(hn::MulAdd(x, set(1.0f / scale_), set(1.0f)));
+        return hn::CopySign(log2(hn::MulAdd(hn::Abs(x), set(1.0f / scale_), set(1.0f))), x);
     }
     /// Returns the light that an interpolated integer v decodes to.
     static HWY_INLINE F lightOf(F v) {
@@ -66,8 +66,8 @@ private:
         const F exponent = hn::ConvertTo(D(), hn::ShiftRight<23>(bits) - hn::Set(DI(), 127));
         const F m = hn::BitCast(D(), hn::Or(hn::And(bits, hn::Set(DI(), 0x7FFFFF)), hn::Set(DI(), 0x3F800000))) - set(1.0f);
         F p = set(kBc6hLog2[4]);
-        for (std::size_t i = 4; i-- > 0;) p = p * m + set(kBc6hLog2[i]);
-        return exponent + m * p;
+        for (std::size_t i = 4; i-- > 0;) p = hn::MulAdd(p, m, set(kBc6hLog2[i]));
+        return hn::MulAdd(m, p, exponent);
     }
 
     float scale_;

@@ -23,6 +23,18 @@ HWY_INLINE hn::Vec<D> roughInverse(hn::Vec<D> x) {
     return better * hn::NegMulAdd(x, better, two);
 }
 
+/// Adds a point to a covariance (xx xy xz yy yz zz): the products of its coordinates around the mean, times its weight.
+template <class D>
+HWY_INLINE void addProducts(hn::Vec<D> weight, hn::Vec<D> x, hn::Vec<D> y, hn::Vec<D> z, hn::Vec<D> (&m)[6]) {
+    const auto wx = weight * x, wy = weight * y, wz = weight * z;
+    m[0] = hn::MulAdd(wx, x, m[0]);
+    m[1] = hn::MulAdd(wx, y, m[1]);
+    m[2] = hn::MulAdd(wx, z, m[2]);
+    m[3] = hn::MulAdd(wy, y, m[3]);
+    m[4] = hn::MulAdd(wy, z, m[4]);
+    m[5] = hn::MulAdd(wz, z, m[5]);
+}
+
 /// Finds the dominant eigenvector of a symmetric matrix (xx xy xz yy yz zz), with the largest component about 1, by power iteration that
 /// starts with the row of the largest diagonal element.
 template <class D>
