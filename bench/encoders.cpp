@@ -1,5 +1,6 @@
 // lightcook_encoder_bench: run time against error of every encoder at every effort, as a table, as CSV and as a page of scatter plots.
-// --table writes the table of quality that tests/quality holds later encoders against.
+// --peers DIR runs the encoders of shared objects beside ours. --table writes the table of quality that tests/quality holds later encoders
+// against.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -10,7 +11,10 @@
 #include <optional>
 #include <stdexcept>
 
+#include "bench/class_pictures.h"
+#include "bench/comparison.h"
 #include "bench/markdown_table.h"
+#include "bench/peer_encoders.h"
 #include "bench/quality_table.h"
 #include "bench/scatter.h"
 #include "bench/timing.h"
@@ -22,7 +26,7 @@ namespace {
 using formats::PixelFormat;
 
 struct Options {
-    std::filesystem::path data = LIGHTCOOK_SHARED_DATA, csv, html, table;
+    std::filesystem::path data = LIGHTCOOK_SHARED_DATA, csv, html, table, peers, json;
     std::vector<std::string> formats = {"bc1",          "bc3",          "bc4",          "bc5",          "bc6h-uf16", "bc6h-sf16", "bc7",
                                         "astc-4x4-hdr", "astc-6x6-hdr", "astc-8x8-hdr", "astc-4x4-ldr", "rgb9e5",    "r11g11b10f"};
     std::vector<int> efforts = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
@@ -254,6 +258,52 @@ void measureAll(const Options& options) {
                       panels));
 }
 
+/// Side of the pictures on which encoders are compared [texels]: the slowest takes seconds for all.
+constexpr int kComparisonSide = 4 * kPictureTile;
+
+std::vector<ClassPicture> classPicturesFor(const Options& options) {
+    std::vector<ClassPicture> pictures;
+    if (!options.own) pictures = sharedClassPictures(options.data, LIGHTCOOK_SOURCE_DIR, kComparisonSide);
+    if (pictures.empty()) pictures = ownClassPictures(LIGHTCOOK_SOURCE_DIR, kComparisonSide);
+    std::erase_if(pictures, [&](const ClassPicture& picture) {
+        return !options.images.empty() && std::none_of(options.images.begin(), options.images.end(), [&](const std::string& part) {
+            return picture.name.find(part) != std::string::npos;
+        });
+    });
+    if (pictures.empty()) throw std::runtime_error("--images: found no picture of such a name, expected one at least");
+    return pictures;
+}
+
+std::vector<std::string> namesOfTableFormats() {
+    std::vector<std::string> names;
+    for (const PixelFormat format : tableFormats()) names.emplace_back(formats::info(format).name);
+    return names;
+}
+
+void compareWithPeers(const Options& options) {
+    const std::vector<PixelFormat> formats_ = formatsOf(options.formats);
+    const auto peers = loadPeerEncoders(options.peers);
+    if (!peers) throw std::runtime_error(peers.error().line());
+    const std::vector<ClassPicture> pictures = classPicturesFor(options);
+    ComparisonOptions comparison;
+    comparison.efforts = options.efforts;
+    comparison.secondsEach = options.seconds;
+    std::vector<Comparison> all;
+    for (const PixelFormat format : formats_) {
+        auto fresh = compareEncoders(format, *peers, pictures, comparison);
+        if (!fresh) throw std::runtime_error(fresh.error().line());
+        for (Comparison& each : *fresh) {
+            printComparison(each);
+            all.push_back(std::move(each));
+        }
+    }
+    if (all.empty())
+        throw std::runtime_error(options.peers.string() +
+                                 ": the peers encode none of these formats for these pictures; name one that they do with --formats");
+    if (!options.html.empty()) write(options.html, comparisonPage(all, pictures));
+    if (!options.json.empty()) write(options.json, comparisonJson(all));
+}
+
 void writeTable(const std::filesystem::path& file) {
     const std::vector<Picture> pictures = ownPictures(LIGHTCOOK_SOURCE_DIR, kTablePictureSize);
     std::vector<QualityRow> rows;
@@ -287,9 +337,12 @@ int main(int argumentCount, char** arguments) {
     app.add_flag("--quick", quick, "0.2 seconds a picture; efforts 0, 1, 3, 5, 7, 9 by default");
     app.add_flag("--own", options.own, "use the pictures of the repository, even if the shared data are present");
     app.add_option("--data", options.data, "folder of the shared data");
-    app.add_option("--csv", options.csv, "write a row for each format, effort and picture to this file");
+    CLI::Option* const peers =
+        app.add_option("--peers", options.peers, "run the encoders of the shared objects in this folder beside ours, on the same pixels");
+    app.add_option("--json", options.json, "with --peers: write all figures to this file")->needs(peers);
+    app.add_option("--csv", options.csv, "write a row for each format, effort and picture to this file")->excludes(peers);
     app.add_option("--html", options.html, "write the scatter plots to this page");
-    app.add_option("--table", options.table, "write only the quality table of tests/quality to this file");
+    app.add_option("--table", options.table, "write only the quality table of tests/quality to this file")->excludes(peers);
     CLI11_PARSE(app, argumentCount, arguments);
     if (quick) {
         if (app.count("--seconds") == 0) options.seconds = 0.2;
@@ -297,7 +350,10 @@ int main(int argumentCount, char** arguments) {
     }
     std::sort(options.efforts.begin(), options.efforts.end());
     try {
-        if (options.table.empty())
+        if (!options.peers.empty() && app.count("--formats") == 0) options.formats = lightcook::bench::namesOfTableFormats();
+        if (!options.peers.empty())
+            lightcook::bench::compareWithPeers(options);
+        else if (options.table.empty())
             lightcook::bench::measureAll(options);
         else
             lightcook::bench::writeTable(options.table);

@@ -105,6 +105,9 @@ std::string markOf(ScatterSeries::Style style, double x, double y) {
             return fmt::format("<circle cx={:.1f} cy={:.1f} r=4.5 />", x, y);
         case ScatterSeries::Style::Part:
             return fmt::format("<circle cx={:.1f} cy={:.1f} r=2.5 />", x, y);
+        case ScatterSeries::Style::Front:
+            return fmt::format("<circle cx={:.1f} cy={:.1f} r=7.5 />", x, y);
+        case ScatterSeries::Style::Peer:
         case ScatterSeries::Style::Quoted:
             return fmt::format("<path d=\"M{:.1f} {:.1f}l6 6l-6 6l-6 -6z\" />", x, y - 6);
         case ScatterSeries::Style::QuotedElsewhere:
@@ -151,16 +154,31 @@ private:
 };
 
 const char* classOf(ScatterSeries::Style style) {
-    return style == ScatterSeries::Style::Main ? "main" : style == ScatterSeries::Style::Part ? "part" : "quoted";
+    switch (style) {
+        case ScatterSeries::Style::Main:
+            return "main";
+        case ScatterSeries::Style::Part:
+            return "part";
+        case ScatterSeries::Style::Peer:
+            return "peer";
+        case ScatterSeries::Style::Front:
+            return "front";
+        case ScatterSeries::Style::Quoted:
+        case ScatterSeries::Style::QuotedElsewhere:
+            break;
+    }
+    return "quoted";
 }
 
 std::string seriesSvg(const Axes& axes, const ScatterSeries& series, std::size_t colour, bool isCrowded, LabelPlaces& labels) {
     std::string line, marks;
     for (const ScatterPoint& point : series.points) {
         const double x = axes.x(std::log10(point.secondsPerMpix)), y = axes.y(point.db);
+        // A front is stepped: until the next point, nothing is better than the one before.
+        if (series.style == ScatterSeries::Style::Front && !line.empty()) line += fmt::format("H{:.1f}", x);
         line += fmt::format("{}{:.1f} {:.1f}", line.empty() ? "M" : "L", x, y);
-        marks += fmt::format("<g><title>{}</title>{}", escaped(point.hint), markOf(series.style, x, y));
-        if (isQuoted(series.style) || (isCrowded && !point.label.empty()))
+        marks += fmt::format("<g>{}{}", point.hint.empty() ? "" : "<title>" + escaped(point.hint) + "</title>", markOf(series.style, x, y));
+        if (isQuoted(series.style) || ((isCrowded || series.style == ScatterSeries::Style::Peer) && !point.label.empty()))
             marks += labels.put(point.label, x, y);
         else if (!point.label.empty())
             marks += fmt::format("<text x={:.1f} y={:.1f} class=\"label mid\">{}</text>", x, y - 9, escaped(point.label));
@@ -204,12 +222,14 @@ section { background: var(--card); border: 1px solid var(--line); border-radius:
 section > svg { width: 100%; height: auto; display: block; }
 svg text { font: 12px system-ui, sans-serif; fill: var(--soft); } svg .mid { text-anchor: middle; } svg .end { text-anchor: end; }
 .grid { stroke: var(--line); stroke-width: 1; } .label { fill: currentColor !important; font-weight: 600; }
-.main > path, .part > path { fill: none; stroke: currentColor; } .main > path { stroke-width: 2; } .part > path { stroke-width: 1.2; opacity: .7; }
+.main > path, .part > path, .peer > path, .front > path { fill: none; stroke: currentColor; }
+.peer > path { stroke-width: 1.5; } .peer g path { fill: currentColor; stroke: var(--card); } svg.peer > path { fill: currentColor; }
+.front > path { stroke-width: 1; stroke-dasharray: 3 4; opacity: .8; } .front circle { fill: none; stroke: currentColor; stroke-width: 1.3; } .main > path { stroke-width: 2; } .part > path { stroke-width: 1.2; opacity: .7; }
 circle { fill: currentColor; stroke: var(--card); stroke-width: 1; }
 .quoted rect, .quoted path { fill: none; stroke: currentColor; stroke-width: 1.5; } .quoted .label { font-weight: 400; }
 .c0 { color: var(--k0); } .c1 { color: var(--k1); } .c2 { color: var(--k2); } .c3 { color: var(--k3); } .c4 { color: var(--k4); } .c5 { color: var(--k5); }
 .legend { margin: 8px 0 0; display: flex; flex-wrap: wrap; gap: 4px 16px; font-size: 13px; color: var(--soft); }
-.legend span { display: inline-flex; align-items: center; gap: 5px; }
+.legend svg { overflow: visible; } .legend span { display: inline-flex; align-items: center; gap: 5px; }
 )";
 
 }  // namespace

@@ -16,6 +16,8 @@ struct ScatterSeries {
     enum class Style {
         Main,            ///< a line with filled points and labels
         Part,            ///< a thin line with small points
+        Peer,            ///< a line with filled diamonds and labels: another encoder, run here
+        Front,           ///< rings around points, joined by a stepped line
         Quoted,          ///< hollow diamonds, no line: figures that somebody else measured on the same pictures
         QuotedElsewhere  ///< hollow squares: measured on other pictures
     };

@@ -1,0 +1,58 @@
+// Pictures for comparisons of encoders, in classes by content: what is good at photographs may be bad at normals.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <glm/vec4.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/image.h"
+#include "formats/pixel_format.h"
+
+namespace lightcook::bench {
+
+enum class PictureClass { Photographs, Panoramas, LightMaps, ShRatios, Normals, Directions };
+
+/// The values of the texels.
+enum class PictureContent {
+    Colour,  ///< [0, 1], opaque: formats of unsigned integers
+    Light,   ///< linear light in halfs: float formats
+    Vectors  ///< [-1, 1]: formats of integers, unsigned ones as (v + 1) / 2, and signed float formats
+};
+
+struct PictureClassInfo {
+    PictureClass pictureClass;
+    std::string_view name;
+    PictureContent content;
+};
+std::span<const PictureClassInfo> allPictureClasses();
+const PictureClassInfo& info(PictureClass pictureClass);
+
+struct ClassPicture {
+    std::string name;
+    PictureClass pictureClass = PictureClass::Photographs;
+    formats::Image<glm::vec4> texels;
+    formats::Image<float> significance;  ///< 1 where the error counts, 0 outside charts: such texels repeat the nearest one that counts
+};
+
+/// Side of the pictures is a multiple of this [texels]: whole blocks of every format.
+inline constexpr int kPictureTile = 48;
+
+/// Returns pictures of every class that need no shared data: parts of examples/cornell and patterns made by formula.
+/// side  [texels], a multiple of kPictureTile
+std::vector<ClassPicture> ownClassPictures(const std::filesystem::path& sources, int side);
+
+/// Returns pictures of the panoramas and light maps of the shared data, and the normals made by formula. Large pictures are reduced to
+/// evenly spread tiles. Empty without shared data.
+std::vector<ClassPicture> sharedClassPictures(const std::filesystem::path& data, const std::filesystem::path& sources, int side);
+
+/// Returns true if a format can hold the content of a class.
+bool suits(PictureContent content, formats::PixelFormat format);
+
+/// Returns the texels as a format encodes them. Integer formats: rounded to bytes, so that encoders that read bytes lose nothing.
+formats::Image<glm::vec4> texelsFor(const ClassPicture& picture, formats::PixelFormat format);
+
+}  // namespace lightcook::bench
