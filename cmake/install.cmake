@@ -1,7 +1,7 @@
 # `cmake --install build/release --prefix DIR` and, through cmake/package.cmake, the Debian packages.
 #   bin/lightcook                    the program; it finds all else relative to itself
 #   lib/lightcook/                   lightcook_images.so, which the program loads when it opens a picture
-#   share/lightcook/                 shader sources, the example scene
+#   share/lightcook/                 shader sources, the examples, the npm package of loaders
 #   share/man, share/bash-completion, share/zsh, share/fish, share/doc/lightcook
 #   include/lightcook/               public headers: #include "compress/encode.h"
 #   lib/liblightcook_*.a, lib/cmake/lightcook   find_package(lightcook) with lightcook::encode, ::shaders and ::verify
@@ -15,9 +15,14 @@ set_target_properties(lightcook PROPERTIES EXPORT_NAME program)
 # Not CMAKE_INSTALL_LIBDIR, which may hold an architecture's name: the program looks in ../lib/lightcook (formats/image/image_module.cpp).
 install(TARGETS lightcook_images LIBRARY DESTINATION lib/lightcook COMPONENT runtime)
 install(DIRECTORY shaders/ DESTINATION ${CMAKE_INSTALL_DATADIR}/lightcook/shaders COMPONENT runtime FILES_MATCHING PATTERN "*.glsl")
-install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/lightcook COMPONENT runtime)
-install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT runtime)
-install(FILES README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT runtime)
+install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/lightcook COMPONENT runtime
+  PATTERN node_modules EXCLUDE PATTERN dist EXCLUDE)
+# The npm package for three.js, Babylon.js and PlayCanvas: examples/web finds it here.
+install(DIRECTORY viewer/loaders DESTINATION ${CMAKE_INSTALL_DATADIR}/lightcook/viewer COMPONENT runtime
+  PATTERN node_modules EXCLUDE)
+# In the folders of the repository, so that links hold.
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT runtime PATTERN "site" EXCLUDE)
+install(FILES README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT runtime)
 # Generated from the command table. They belong to the program, so that building it is enough to install it.
 add_dependencies(lightcook lightcook_shell_files)
 set(generated ${PROJECT_BINARY_DIR}/generated)

@@ -86,7 +86,7 @@ private:
     std::array<float, lighting::kShCount> maximumAbsolute_{}, minimumRatio_{}, maximumRatio_{};
 };
 
-/// Rows beyond the encoded ones that encodeLightMapRows reads to pad texels outside charts.
+/// Rings of texels around charts that are padded.
 inline constexpr int kLightMapPaddingRows = 2;
 
 /// Side of the blocks that charts are told apart by [texels].
@@ -190,8 +190,13 @@ struct LightMapPlan {
     std::size_t gpuBytes() const;  ///< the same in bytes
     /// gpuBytes of a layout that is this one, or this one without its last layers.
     std::size_t gpuBytesAs(formats::LightMapLayout shorter) const;
-    std::size_t tableBytes() const { return tableBytesAs(layout); }  ///< of a learned decode's factors, in a constant or storage buffer
+    std::size_t tableBytes() const { return tableBytesAs(layout); }  ///< of a learned decode's factors: texture "tables"
     std::size_t tableBytesAs(formats::LightMapLayout shorter) const;
+    /// Columns of texture "tables" of a learned layout: factors of a cluster. 0 for other layouts.
+    int tableColumns() const;
+    /// Texture "tables": RGBA16F, a row for each cluster. In it the code's factors [monomial][coefficient 1 to 8], then those of the
+    /// residual [layer][channel][coefficient]; alpha is 0. The constants "code" and "residual" hold the same numbers.
+    std::vector<std::byte> tableTexels() const;
     /// Clusters of the blocks of 4 x 4 texels of a learned layout, row by row.
     std::span<const std::uint8_t> clusterOfBlock() const;
     /// The same as the texture "index": RGBA8, four neighbours of a row of blocks in a texel. Half a bit a texel of the map.
@@ -206,7 +211,7 @@ LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target
 /// blocks    of the whole map; charts: blocks.charts()
 /// samples   of blocks.choose(charts, learningBlocks(...)), filled from the whole map
 /// objective empty: energy
-/// clusters  largest number of bases, 1 to 256; 0: as many as cost an eighth of textures "l0" and "code", at most 64
+/// clusters  largest number of bases, 1 to 256; 0: as many as cost a sixth of textures "l0" and "code", at most 64
 LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height,
                                  const LightMapMeasure& measure, const LightMapBlocks& blocks, const std::vector<int>& charts,
                                  const LightMapSamples& samples, int clusters, const EncodeOptions& options,
@@ -231,12 +236,14 @@ struct EncodedLightMapRows {
 };
 
 /// Encodes the rows [firstRow, firstRow + rowCount) of the map.
-/// strip     holds those rows and kLightMapPaddingRows more on either side where the map has them (asserted); more are allowed. With fewer
-///           the result would depend on the cut
+/// strip     holds those rows and kLightMapContextRows (light_map_context.h) more on either side where the map has them (asserted); more
+/// are
+///           allowed. With fewer the result would depend on the cut
 /// firstRow  a multiple of plan.blockHeight(); so is rowCount, except at the map's end
 /// options   only the effort counts: metric, scale and weights are chosen here
-/// A texel outside charts within two texels of a chart takes the mean of its nearest covered neighbours and weighs 1/256; all others weigh
-/// nothing. The report counts values that do not fit: negative L0 in an unsigned format, and ratios beyond the plan's range.
+/// Texels outside charts that touch one are solved for the filter: filtered light of the surface then shows what the bake shows between its
+/// covered texels. Those one texel further take the mean of their nearest covered neighbours; all others weigh nothing. The report counts
+/// values that do not fit: negative L0 in an unsigned format, and ratios beyond the plan's range.
 EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, int rowCount,
                                        const EncodeOptions& options);
 

@@ -71,6 +71,11 @@ std::span<const BakeFormatInfo> allBakeFormats();
 std::vector<std::string> bakeNames();
 /// Returns the names of the formats that take an encoding.
 std::vector<std::string> encodedBakeNames();
+/// Returns the bake format, sh4 or sh9, of a bake that has an image for each coefficient, or for each colour of a coefficient. Fails for
+/// other names and for coefficients that are missing.
+/// names    "sh00" for a coefficient, "sh00.R" for one colour of it
+/// subject  names the list in errors
+Result<const BakeFormatInfo*> bakeFormatOfFiles(std::span<const std::string> names, const std::string& subject);
 /// Returns the files that are read beside `file` under a value of the scene key `bake`, those that exist, sorted.
 std::vector<std::filesystem::path> bakeFilesBeside(const std::filesystem::path& file, std::string_view bake);
 

@@ -1,10 +1,13 @@
-// Settings of the choice of light-map layouts: the cost that it keeps small, and limits on the decode.
+// Settings of the choice of light-map layouts: the cost that it keeps small, limits on the decode, and the layouts that an engine reads.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "formats/light_map_layout.h"
 
@@ -40,5 +43,18 @@ struct DecodeLimits {
     }
     friend bool operator==(const DecodeLimits&, const DecodeLimits&) = default;
 };
+
+/// Names of the layouts that "auto" may take. Empty: there is no list, and every layout that a trial measures may be taken.
+using LayoutList = std::vector<std::string>;
+
+/// Returns true if the list is empty or has the layout.
+inline bool mayTake(const LayoutList& list, const LightMapLayoutInfo& layout) {
+    return list.empty() || std::ranges::find(list, layout.name) != list.end();
+}
+
+/// Returns true if "auto" may take the layout: the list has it, or without a list some trial measures it.
+inline bool isCandidate(const LayoutList& list, const LightMapLayoutInfo& layout) {
+    return list.empty() ? layout.trialLayout.has_value() : mayTake(list, layout);
+}
 
 }  // namespace lightcook::formats

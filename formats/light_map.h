@@ -6,10 +6,12 @@
 #include <filesystem>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "formats/bake_format.h"
 #include "formats/color.h"
@@ -29,6 +31,10 @@ struct LightMapDescription {
     LightUnits lightUnits = LightUnits::Radiometric;
     LightEncoding encoding = LightEncoding::None;  ///< of the file, which is an 8-bit picture then; for formats that take it
     ColorSpaces colors;
+    /// Names of the images of a bake whose coefficients are images of their own (formats/bakes/coefficient_files.h). Empty: one file has
+    /// all.
+    std::vector<std::string> parts = {};
+    std::map<std::string, std::filesystem::path> partFiles = {};  ///< by these names
     /// A covered texel brighter than this many times its brightest neighbour is a firefly; 0 turns the check off.
     double fireflyLimit = 1000;
     /// Repairs invalid texels and counts them (LightMapRepairs); false refuses the file.
@@ -76,6 +82,7 @@ struct LightMapStrip {
 /// may hold any value.
 class LightMapReader {
 public:
+    /// file  names the map in errors; with description.parts it is the first of their files
     static Result<LightMapReader> open(const std::filesystem::path& file, const LightMapDescription& description);
     LightMapReader(LightMapReader&&) noexcept;
     LightMapReader& operator=(LightMapReader&&) noexcept;

@@ -87,11 +87,13 @@ struct LightMapLayoutInfo {
     }
     /// An engine reads the textures by its own formula, which has no constants. No other layout may stand in for this one.
     constexpr bool isForEngine() const { return family == LightMapFamily::Godot || family == LightMapFamily::Bakery; }
-    /// Learned constants of one cluster of charts in a buffer of the shader [bytes]: quadratic polynomials of the codes for eight
-    /// coefficients, and four directions of nine coefficients a residual layer, at the 16 bytes that an RGB factor takes.
-    constexpr int clusterTableBytes() const {
-        return isLearned() ? 16 * ((codeCount + 1) * (codeCount + 2) / 2 * 8 + 4 * 9 * residualCount()) : 0;
-    }
+    /// RGB factors of one cluster of charts, each a texel of texture "tables" of a learned layout: first quadratic polynomials of the codes
+    /// for eight coefficients, then four directions of nine coefficients for each residual layer.
+    constexpr int codeFactors() const { return isLearned() ? (codeCount + 1) * (codeCount + 2) / 2 * 8 : 0; }
+    static constexpr int kResidualFactors = 4 * 9;
+    constexpr int tableFactors() const { return codeFactors() + kResidualFactors * residualCount(); }
+    /// Size of these factors as texels of RGBA16F [bytes].
+    constexpr int clusterTableBytes() const { return 8 * tableFactors(); }
     /// Layers after the code of a learned layout.
     constexpr int residualCount() const { return isLearned() && textures.size() > 2 ? textures[2].layerCount : 0; }
 };

@@ -3,6 +3,8 @@
 // factors were learned from the map, cluster by cluster of charts; each layer of the residual adds what a linear basis still can, to coefficient 0 too:
 //   lambda_i = l0 (P_i(c) + sum_k (r_k - neutral) R_ki),   P_0 = 1
 // A shader short of fetches may stop after the code, or after any layer of the residual.
+// The factors are half floats in texture "tables", RGBA16F: a row for each cluster; in it first v of LcBasisFirst, then v of the LcBasisResidual of each layer,
+// a texel for each. Fetch them with lcLightMapBasis3From, lcLightMapBasis4From and lcLightMapBasisAddFrom, or copy them into buffers.
 // The cluster is the chart's, the same wherever a filter reaches: the cooked mesh's vertex attribute _LIGHTCOOK_BASIS, handed on flat, or
 // lcBasisCluster of texture "index", fetched without filtering. The manifest has one of the two. The index has one byte for each block of
 // 4 x 4 texels, four neighbours of a row in a texel.
@@ -102,6 +104,47 @@ LC_FUNCTION LcSh lcLightMapBasisAdd(LcSh sh, vec4 l0, vec4 residual, LcBasisResi
     LcSh r;
     for (int i = 0; i < 9; ++i) {
         r.c[i] = sh.c[i] + dc * (x * basis.v[i] + y * basis.v[9 + i] + z * basis.v[18 + i] + w * basis.v[27 + i]);
+    }
+    return r;
+}
+
+// The same decodes with the factors from texture "tables".
+LC_FUNCTION LcSh lcBasisFrom(vec4 l0, LcBasisMonomials m, int monomialCount, LC_TABLES tables, int cluster, float range) {
+    LcSh sh;
+    sh.c[0] = range * lcRgb(l0);
+    for (int i = 0; i < 8; ++i) {
+        vec3 sum = lcRgb(lcTableTexel(tables, i, cluster));
+        for (int j = 1; j < monomialCount; ++j) {
+            sum = sum + m.m[j] * lcRgb(lcTableTexel(tables, 8 * j + i, cluster));
+        }
+        sh.c[i + 1] = sh.c[0] * sum;
+    }
+    return sh;
+}
+
+LC_FUNCTION LcSh lcLightMapBasis3From(vec4 l0, vec4 code, LC_TABLES tables, int cluster, float range) {
+    return lcBasisFrom(l0, lcBasisMonomials(code), 10, tables, cluster, range);
+}
+
+LC_FUNCTION LcSh lcLightMapBasis4From(vec4 l0, vec4 code, LC_TABLES tables, int cluster, float range) {
+    return lcBasisFrom(l0, lcBasisMonomials(code), 15, tables, cluster, range);
+}
+
+// layer: of the residual, from 0; layouts with a residual have four numbers in "code".
+LC_FUNCTION LcSh lcLightMapBasisAddFrom(LcSh sh, vec4 l0, vec4 residual, LC_TABLES tables, int cluster, int layer, float range, float neutral) {
+    int at = 120 + 36 * layer;
+    vec3 dc = range * lcRgb(l0);
+    float x = residual.x - neutral;
+    float y = residual.y - neutral;
+    float z = residual.z - neutral;
+    float w = residual.w - neutral;
+    LcSh r;
+    for (int i = 0; i < 9; ++i) {
+        vec3 a = lcRgb(lcTableTexel(tables, at + i, cluster));
+        vec3 b = lcRgb(lcTableTexel(tables, at + 9 + i, cluster));
+        vec3 c = lcRgb(lcTableTexel(tables, at + 18 + i, cluster));
+        vec3 d = lcRgb(lcTableTexel(tables, at + 27 + i, cluster));
+        r.c[i] = sh.c[i] + dc * (x * a + y * b + z * c + w * d);
     }
     return r;
 }

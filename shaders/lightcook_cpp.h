@@ -27,8 +27,18 @@ using glm::vec2;
 using glm::vec3;
 using glm::vec4;
 
+/// Texture "tables" of a learned layout: rows of `width` texels.
+struct LcTables {
+    const vec4* texels = nullptr;
+    int width = 0;
+};
+inline vec4 lcTableTexel(const LcTables& tables, int column, int row) {
+    return tables.texels[static_cast<long>(row) * tables.width + column];
+}
+
 // Shared functions are inlined: the verifier calls decoders in its innermost loop.
 #define LC_FUNCTION inline
+#define LC_TABLES const LcTables&
 // clang-format off
 #include "shaders/prelude.glsl"
 #include "shaders/sh.glsl"
@@ -47,4 +57,5 @@ using glm::vec4;
 #include "shaders/rsrm.glsl"
 // clang-format on
 #undef LC_FUNCTION
+#undef LC_TABLES
 }  // namespace lightcook::shaders

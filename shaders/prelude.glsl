@@ -20,6 +20,16 @@ precision highp float;
 #ifndef LC_FUNCTION
 #define LC_FUNCTION
 #endif
+// The texture with the tables of a learned layout: its type as a parameter, and one texel of it, not filtered.
+#ifndef LC_TABLES
+#ifdef LIGHTCOOK_HLSL
+#define LC_TABLES Texture2D<float4>
+#define lcTableTexel(tables, column, row) tables.Load(int3(column, row, 0))
+#else
+#define LC_TABLES highp sampler2D
+#define lcTableTexel(tables, column, row) texelFetch(tables, ivec2(column, row), 0)
+#endif
+#endif
 
 LC_FUNCTION vec3 lcRgb(vec4 texel) {
     return vec3(texel.x, texel.y, texel.z);

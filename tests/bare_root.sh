@@ -1,10 +1,12 @@
-# A bare Debian 12 in a folder. Sourced by tests that need a machine on which nothing is installed; those set
+# A bare Debian 12, or another release, in a folder. Sourced by tests that need a machine on which nothing is installed; those set
 #   name    prefix of messages
 #   out     an existing folder for logs
+#   suite   release of Debian (default: bookworm)
 #   keep    true: leave the root in place (its mounts are taken down all the same)
 # Environment: LIGHTCOOK_FRESH_CACHE keeps the bare root and the .deb files between runs (default: /tmp/lightcook-fresh-cache);
 # DEBIAN_MIRROR names another mirror than http://deb.debian.org.
 cache=${LIGHTCOOK_FRESH_CACHE:-/tmp/lightcook-fresh-cache}
+suite=${suite:-bookworm}
 mirror=${DEBIAN_MIRROR:-http://deb.debian.org}
 die() { echo "$name: $*" >&2; exit 1; }
 
@@ -39,18 +41,18 @@ make_root() {
     mkdir -p "$cache/archives/partial"
     root=$(mktemp -d /tmp/lightcook-fresh-root.XXXXXX)
     trap leave_root EXIT
-    if [[ ! -f $cache/bookworm.tar ]]; then
-        debootstrap --variant=minbase bookworm "$root" "$mirror/debian" >"$out/debootstrap.log" 2>&1 ||
+    if [[ ! -f $cache/$suite.tar ]]; then
+        debootstrap --variant=minbase "$suite" "$root" "$mirror/debian" >"$out/debootstrap.log" 2>&1 ||
             die "debootstrap failed: $out/debootstrap.log"
         cat >"$root/etc/apt/sources.list" <<SOURCES
-deb $mirror/debian bookworm main
-deb $mirror/debian bookworm-updates main
-deb $mirror/debian-security bookworm-security main
+deb $mirror/debian $suite main
+deb $mirror/debian $suite-updates main
+deb $mirror/debian-security $suite-security main
 SOURCES
-        tar -C "$root" -cf "$cache/bookworm.tar.part" .
-        mv "$cache/bookworm.tar.part" "$cache/bookworm.tar"
+        tar -C "$root" -cf "$cache/$suite.tar.part" .
+        mv "$cache/$suite.tar.part" "$cache/$suite.tar"
     else
-        tar -C "$root" -xf "$cache/bookworm.tar"
+        tar -C "$root" -xf "$cache/$suite.tar"
     fi
 
     chmod 755 "$root"  # mktemp closes it to everybody but root, also to users inside

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -43,6 +44,10 @@ public:
     explicit CubemapReference(const formats::Environment& environment);
     /// Returns the mean radiance over the sphere, by exact solid angles.
     const glm::dvec3& mean() const { return mean_; }
+    /// Returns the key that a display shows the environment's own light with (docs/theory/visible.md): displayKeyOf the exit radiance of
+    /// white Lambert surfaces that it lights, by its first nine coefficients, for kKeyNormals normals spread evenly over the sphere.
+    double displayKey(const glm::vec3& luminanceWeights) const;
+    static constexpr int kKeyNormals = 256;
     const glm::dvec3& smallest() const { return smallest_; }  ///< texel value, per channel
     const glm::dvec3& largest() const { return largest_; }
     /// Returns radiance through the normalized kernel of a lobe around a unit direction. Texels are weighted by solid angle, and split into
@@ -121,13 +126,19 @@ struct CubemapResult {
 /// Pure and safe on several threads: samples may be worked on in any order.
 CubemapResult compareCubemap(const CookedCubemap& map, const CubemapReference& reference, const CubemapSample& sample);
 
+/// Returns the part of prefiltered light that a surface of F0 1 reflects when it is seen along its normal, as the prefilter assumes: the
+/// directional albedo of the energy-conserving Cook-Torrance lobe. 1 for m below 1e-4.
+double cubemapReflectance(double m, lighting::NormalDistribution lobe);
+
 /// Returns stages "divide" (texel centres), "filter" (between them) and "total" (RMS and percentile of the texels, maxima of both), all
 /// specular. A map whose S is not finite or not positive everywhere (by its exact minimum) gets figures that pass no limit.
 /// results  one for each sample, in their order
+/// viewing  display for visible errors, of the light times cubemapReflectance of its mip; empty: none
 /// Key: luminance of the mean radiance.
 std::vector<StageError> cubemapStages(const CookedCubemap& map, const CubemapReference& reference, std::span<const CubemapSample> samples,
                                       std::span<const CubemapResult> results,
-                                      const glm::vec3& luminanceWeights = lighting::kRec709Luminance);
+                                      const glm::vec3& luminanceWeights = lighting::kRec709Luminance,
+                                      const std::optional<Viewing>& viewing = std::nullopt);
 
 struct IrradianceFigures {
     int texelCount = 0;

@@ -58,8 +58,11 @@ Unexplained unexplainedBy(const lighting::ShRgb& incident, const DominantLightSa
 /// The cooked textures as their manifest describes them: direction = scale * texel + bias, intensity = range * texel.
 struct CookedDominant {
     float directionScale = 1, directionBias = 0, intensityRange = 1;
-    int width = 0, height = 0;  ///< [texels]
+    int width = 0, height = 0;  ///< of the light map [texels]
     DominantFit fit = DominantFit::Closed;
+    int divisor = 1;  ///< of the textures: they have 1 / divisor of the light map's width and height, rounded up
+    int textureWidth() const { return (width + divisor - 1) / divisor; }
+    int textureHeight() const { return (height + divisor - 1) / divisor; }
 };
 
 struct DominantShading {
@@ -74,9 +77,15 @@ int dominantStride(int width, int height);
 
 /// Rows of both textures, decoded by decodeRows.
 struct DecodedDominantRows {
-    int firstRow = 0;
+    int firstRow = 0;  ///< of the textures
     formats::Image<glm::vec4> direction, intensity;
 };
+/// Some rows of a texture.
+struct DominantRowRange {
+    int first = 0, count = 0;
+};
+/// Returns the rows of the textures that linear filters read at places from row `first` to row `last` of the light map.
+DominantRowRange dominantRowsFor(const CookedDominant& map, double first, double last);
 
 /// Errors of highlights at some places.
 struct HighlightErrors {
@@ -118,10 +127,11 @@ public:
     /// viewing  empty: no visible errors
     DominantVerifier(const CookedDominant& map, const DominantShading& shading, const glm::vec3& luminanceWeights, double key,
                      const std::optional<Viewing>& viewing = std::nullopt);
-    /// Returns the light in texel (x, y), as the shader fetches it.
-    DominantLightSample decode(const DecodedDominantRows& texels, int x, int y) const;
-    /// Returns errors of rows [firstRow, firstRow + rowCount) and of the quads that begin in them: texels and strip must also hold the row
-    /// below, if the map has one. Pure; safe on several threads.
+    /// Returns the light at a place of the light map, as the shader fetches it with a linear filter.
+    /// x, y  [texels of the light map] integers are texel centres
+    DominantLightSample decode(const DecodedDominantRows& texels, double x, double y) const;
+    /// Returns errors of rows [firstRow, firstRow + rowCount) of the light map and of the quads that begin in them: the strip must also
+    /// hold the row below, if the map has one, and the textures every row that its filter reads. Pure; safe on several threads.
     DominantErrors verifyRows(const DecodedDominantRows& texels, const formats::LightMapStrip& strip, int firstRow, int rowCount) const;
 
     /// Returns the reference light of a texel.
@@ -130,6 +140,7 @@ public:
 
 private:
     struct Place;
+    DominantLightSample decodeTexel(const DecodedDominantRows& texels, int x, int y) const;
     /// Highlights of a place under every view and material, padded to whole lanes of a DisplayTransform.
     struct Highlights;
     void addTexel(const Place& place, const lighting::ShRgb& incident, Highlights& highlights, DominantErrors& errors) const;

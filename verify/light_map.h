@@ -15,6 +15,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,7 @@
 #include "formats/light_map.h"
 #include "lighting/brdf.h"
 #include "verify/figures.h"
+#include "verify/seams.h"
 
 namespace lightcook::verify {
 
@@ -177,6 +179,20 @@ public:
     ///                 them. The image has N times the width and rows; `texels` must hold the row above and the row below, too
     formats::Image<lighting::ShRgb> reconstruct(const DecodedLightMapRows& texels, int firstRow, int rowCount,
                                                 int placesPerTexel = 1) const;
+
+    /// Returns the number of lights of a place: that of the bake, and that of each stage of the layout.
+    std::size_t lightCount() const;
+    /// Stores the light of a place as a GPU filters it, in units of the key: of the bake between covered texels alone, then of the cooked
+    /// texels after each stage. Returns false, and stores nothing, if no texel that the filter reaches is covered.
+    /// texel  place in the map; integers are texel centres. Texels and reference must hold its row and the row below
+    /// light  lightCount() values
+    bool lightAt(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference, const glm::dvec2& texel,
+                 std::span<lighting::ShRgb> light) const;
+    /// Returns the steps of light between both sides of these places, which are in the order of their edges. Pure; safe to call from
+    /// several threads. Without viewing there are none.
+    SeamErrors seamErrors(std::span<const LitSeamPlace> places) const;
+    /// Returns errors of no places, to merge into.
+    SeamErrors noSeamErrors() const;
 
 private:
     struct State;

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <glm/vec4.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -111,7 +112,11 @@ ErrorPlace lutPlace(const CookedLut& tables, double NoV, double m);
 ///   "quantize"  kernel entries at nodes. Every node is a sample, so the largest sampled error is also the bound.
 ///   "filter"    kernel entries between nodes
 ///   "total"     reflected radiance at and between nodes, for each F0, under constant light and directional lights of the upper hemisphere
+/// viewing  display for visible errors of "total", on which exit radiance 1 is the key: each light is scaled so that a white Lambert
+/// surface
+///          has exit radiance 1 under it; empty: none
 std::vector<StageError> lutStages(const CookedLut& tables, const std::vector<LutSample>& samples, const std::vector<LutResult>& results,
-                                  const std::vector<double>& f0, const LutBounds& bounds);
+                                  const std::vector<double>& f0, const LutBounds& bounds,
+                                  const std::optional<Viewing>& viewing = std::nullopt);
 
 }  // namespace lightcook::verify

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,19 @@ struct MeshShift {
 
 /// Receives every sample of addMeshShiftErrors, named by the first texel (x, y) of its quad. Called concurrently for different rows.
 using MeshShiftSeen = std::function<void(int x, int y, const glm::vec3& reference, const glm::vec3& result)>;
+
+/// Adds the visible errors that `shift` causes, of the samples of addMeshShiftErrors. The light of a pixel also moves with the surface:
+/// positionTexels is the largest distance that positions moved, in texels of the light map, and adds to both of the shift's distances.
+void addMeshShiftVisible(const formats::LightMapStrip& strip, int firstRow, int rowCount, const MeshShift& shift, double positionTexels,
+                         VisiblePairs& errors);
+
+/// Returns the mean number of texels of a light map across a unit of length of a mesh's surface: the root of the area of its triangles in
+/// the map over that of the triangles themselves. 0 without either.
+double texelsPerUnit(std::span<const formats::TriangleMesh* const> meshes, int width, int height);
+
+/// Sets the primitive and the triangle of a place: the first one that the place lies in by light-map UV, or none.
+/// meshes  in the order of the file; width, height: of the light map [texels]
+void findTriangle(std::span<const formats::TriangleMesh* const> meshes, int width, int height, VisiblePlace& place);
 
 /// Adds the errors that `shift` causes in the exit radiance of a white surface, for quads that begin in rows [firstRow, firstRow +
 /// rowCount). Only quads of four covered texels count. The strip also holds the row below.

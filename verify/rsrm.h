@@ -6,6 +6,7 @@
 
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <optional>
 #include <vector>
 
 #include "formats/environment.h"
@@ -109,7 +110,13 @@ RsrmBlend compareRsrmBlend(const CookedRsrm& first, const std::vector<glm::vec3>
 
 /// Returns stages "quantize" (texel centres) and "total" (between them too). The row of exponent 1 is diffuse, the others are specular.
 /// Blending of lobes between rows is the shader's choice and counts as no error. Key: log-average luminance of the references at centres.
+/// viewing  display for visible errors, of the light of a row as it is: a white Lambert surface, or a lobe that reflects all light; empty:
+///          none
 std::vector<StageError> rsrmStages(const CookedRsrm& map, const RsrmSource& source, const std::vector<RsrmRow>& rows,
-                                   const glm::vec3& luminanceWeights);
+                                   const glm::vec3& luminanceWeights, const std::optional<Viewing>& viewing = std::nullopt);
+
+/// Returns the key that a display shows a gradient's light with (docs/theory/visible.md): displayKeyOf the exit radiance of white Lambert
+/// surfaces that it lights, for 64 normals at heights of equal solid angle.
+double rsrmDisplayKey(const std::vector<glm::vec3>& gradient, const glm::vec3& luminanceWeights);
 
 }  // namespace lightcook::verify

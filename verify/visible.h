@@ -18,7 +18,10 @@ namespace lightcook::verify {
 /// The place and the two colours of a largest visible error. Unknown while x is negative.
 struct VisiblePlace {
     double x = -1, y = -1;    ///< [texels] integers are texel centres
-    glm::dvec3 normal{0};     ///< unit shading normal
+    int mip = -1, face = -1;  ///< of a cubemap
+    /// Primitive and triangle of a mesh, counted from 0 in the order of the file. -1: the asset is no mesh.
+    std::int64_t primitive = -1, triangle = -1;
+    glm::dvec3 normal{0};     ///< unit shading normal, or the reflected direction of cubemaps and reflection maps
     glm::dvec3 view{0};       ///< unit, to the viewer; specular light only
     double m = 0, f0 = 0;     ///< specular light only
     glm::dvec3 reference{0};  ///< light of the reference
@@ -72,6 +75,11 @@ private:
 /// reference, found  three planes of `count` values, of DisplayTransform
 void visibleDifferences(const float* reference, const float* found, std::size_t count, float* differences);
 
+/// Returns the key that a display is exposed for: the log-average of max(Y, mean(Y) / 1024) over luminances Y of the exit radiance of white
+/// surfaces, so that black ones do not brighten the picture without limit. 0 where the mean is below kBlackMean.
+double displayKeyOf(std::span<const double> luminances);
+inline constexpr double kDarkestShare = 1.0 / 1024, kBlackMean = 1e-9;
+
 /// Accumulates visible errors. Percentiles come from a histogram of 256 bins an octave (0.2 to 0.4 % wide) with exact counts.
 class VisibleAccumulator {
 public:
@@ -100,6 +108,30 @@ private:
     VisiblePlace maxAt_, boundAt_;
     std::int64_t sampleCount_ = 0;
     std::vector<std::int64_t> histogram_;
+};
+
+/// Measures pairs of colours, one after the other, and keeps the place of the largest difference. Every asset whose samples do not come in
+/// planes is measured by it. Ties go to the first pair.
+class VisiblePairs {
+public:
+    explicit VisiblePairs(const Viewing& viewing) : transform_(viewing, 1) {}
+    /// Adds a pair of lights. A place without colours is enough.
+    void add(const glm::dvec3& reference, const glm::dvec3& found, const VisiblePlace& place);
+    /// Merge strips in a fixed order for reproducible bits. Pairs are measured on the same display.
+    void merge(const VisiblePairs& other);
+    /// Returns nothing without pairs.
+    std::optional<VisibleFigures> figures() const;
+
+private:
+    static constexpr std::size_t kLanes = DisplayTransform::kLanes;
+    using Planes = std::array<float, 3 * kLanes>;
+    /// Measures the pairs that wait for a full batch.
+    void flush();
+
+    DisplayTransform transform_;
+    VisibleAccumulator errors_;
+    std::array<VisiblePlace, kLanes> waiting_;  ///< with their colours
+    std::size_t count_ = 0;
 };
 
 }  // namespace lightcook::verify

@@ -3,6 +3,7 @@
 #include <cassert>
 
 #include "compress/light_map/families.h"
+#include "compress/light_map/rims.h"
 
 namespace lightcook::compress {
 
@@ -28,9 +29,10 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
                                        const EncodeOptions& options) {
     assert(strip.sh.width() == plan.width);
     assert(firstRow % plan.blockHeight() == 0 && (rowCount % plan.blockHeight() == 0 || firstRow + rowCount == plan.height));
-    assert(strip.firstRow <= std::max(0, firstRow - kLightMapPaddingRows));
-    assert(strip.firstRow + strip.sh.height() >= std::min(plan.height, firstRow + rowCount + kLightMapPaddingRows));
+    assert(strip.firstRow <= std::max(0, firstRow - kLightMapContextRows));
+    assert(strip.firstRow + strip.sh.height() >= std::min(plan.height, firstRow + rowCount + kLightMapContextRows));
     rows::Source source = rows::makeSource(plan, strip, firstRow, rowCount);
+    rows::solveRims(plan, strip, firstRow, source);
     rows::dropFarPadding(source, plan.blockHeight());
     switch (formats::info(plan.layout).family) {
         case LightMapFamily::Raw:

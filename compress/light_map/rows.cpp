@@ -78,6 +78,16 @@ void fillBlocks(Image<glm::vec4>& texels, const Image<float>& significance) {
 
 }  // namespace
 
+void weigh(const LightMapPlan& plan, Source& source, int x, int y) {
+    const formats::LightMapLayoutInfo& layout = formats::info(plan.layout);
+    const float floor = std::max(kneeOf(layout) * static_cast<float>(plan.key), 1e-12f);
+    // The exit radiance of the DC alone (lambda_0 Y_0), or the exit radiance itself.
+    const glm::vec3& v = source.values[0].at(x, y);
+    const float exit = (layout.family == formats::LightMapFamily::Flat ? 1.0f : 0.28209479f) * std::max({v.x, v.y, v.z, 0.0f});
+    const float local = floor / (exit + floor);
+    source.importance.at(x, y) = source.coverage.at(x, y) * local * local;
+}
+
 Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, int rowCount) {
     const bool isFlat = formats::info(plan.layout).family == formats::LightMapFamily::Flat;
     const std::size_t valueCount = isFlat ? 1 : lighting::kShCount;
@@ -88,7 +98,6 @@ Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& strip,
     source.coverage = Image<float>(plan.width, rowCount, 0);
     source.importance = Image<float>(plan.width, rowCount, 0);
     source.owner = Image<glm::ivec2>(plan.width, rowCount, glm::ivec2(-1));
-    const float floor = std::max(kneeOf(formats::info(plan.layout)) * static_cast<float>(plan.key), 1e-12f);
     std::array<glm::vec3, lighting::kShCount> texel;
     const auto values = std::span(texel).first(valueCount);
     for (int y = 0; y < rowCount; ++y) {
@@ -107,11 +116,7 @@ Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& strip,
             }
             for (std::size_t i = 0; i < valueCount; ++i) source.values[i].at(x, y) = values[i];
             source.coverage.at(x, y) = coverage;
-            // The exit radiance of the DC alone (lambda_0 Y_0), or the exit radiance itself.
-            const glm::vec3& v = values[0];
-            const float exit = (isFlat ? 1.0f : 0.28209479f) * std::max({v.x, v.y, v.z, 0.0f});
-            const float local = floor / (exit + floor);
-            source.importance.at(x, y) = coverage * local * local;
+            weigh(plan, source, x, y);
         }
     }
     return source;

@@ -12,9 +12,9 @@ namespace lightcook::compress::rows {
 struct Source {
     int width = 0, height = 0;
     std::vector<formats::Image<glm::vec3>> values;  ///< nine coefficients; exit radiance alone for family flat
-    formats::Image<float> coverage;                 ///< 1 inside charts, 1/256 beside them, 1/65536 one texel further, 0 elsewhere
-    formats::Image<float> importance;               ///< weight of a squared absolute error: coverage (knee / (exit radiance + knee))^2
-    formats::Image<glm::ivec2> owner;               ///< texel of the map whose normal counts: itself, or its nearest covered neighbour
+    formats::Image<float> coverage;    ///< 1 inside charts, 1/256 or (solved) 1/16 beside them, 1/65536 one texel further, 0 elsewhere
+    formats::Image<float> importance;  ///< weight of a squared absolute error: coverage (knee / (exit radiance + knee))^2
+    formats::Image<glm::ivec2> owner;  ///< texel of the map whose normal counts: itself, or its nearest covered neighbour
 
     /// Returns the values of a texel over `range`.
     std::array<glm::vec3, lighting::kShCount> lightAt(int x, int y, float range) const {
@@ -23,6 +23,9 @@ struct Source {
         return light;
     }
 };
+/// Sets the importance of a texel from its values and coverage.
+void weigh(const LightMapPlan& plan, Source& source, int x, int y);
+/// Texels outside charts are padded with the mean of their nearest covered neighbours.
 Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, int rowCount);
 
 /// Takes the weight of padded texels two rings from a chart whose light is far from that of the charts and their first ring in the same

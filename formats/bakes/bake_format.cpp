@@ -12,6 +12,7 @@
 #include "formats/bakes/bakery.h"
 #include "formats/bakes/flat.h"
 #include "formats/bakes/godot.h"
+#include "formats/bakes/sh4.h"
 #include "formats/bakes/sh9.h"
 #include "formats/bakes/sh_baker.h"
 #include "formats/bakes/unity.h"
@@ -99,6 +100,14 @@ constexpr std::array kBakeFormats = {
                    .match = matchUnityDirectional,
                    .filesBeside = filesBesideUnityDirectional,
                    .open = openUnityDirectional},
+    BakeFormatInfo{.name = "sh4",
+                   .caption = "12 channels sh00.R to sh03.B: bands 0 and 1 of sh9; band 2 is zero",
+                   .content = kSh4Content,
+                   .assumes = "",
+                   .implied = {},
+                   .match = matchSh4,
+                   .filesBeside = nullptr,
+                   .open = openSh4},
 };
 
 tl::unexpected<Error> wrongShape(const std::filesystem::path& file, std::string detail) {

@@ -4,12 +4,46 @@
 
 #include <algorithm>
 #include <cassert>
+#include <functional>
+#include <memory>
 #include <utility>
 
 #include "formats/bakes/bake_reader.h"
 #include "formats/bakes/canonical.h"
+#include "formats/bakes/coefficient_files.h"
 
 namespace lightcook::formats {
+namespace {
+
+/// A bake whose format is known, and the function that opens its reader.
+struct OpenBake {
+    BakeRecognition recognition;
+    std::function<Result<std::unique_ptr<BakeReader>>()> open;
+};
+
+Result<OpenBake> openFile(const std::filesystem::path& file, const LightMapDescription& description) {
+    const bool isEncoded = description.encoding != LightEncoding::None;
+    Result<BakeImage> opened = isEncoded ? BakeImage::openEncoded(file, description.encoding) : BakeImage::open(file);
+    if (!opened) return tl::make_unexpected(opened.error());
+    const auto image = std::make_shared<BakeImage>(std::move(*opened));
+    Result<BakeRecognition> recognition = findBakeFormat(description.bake, file, image->info());
+    if (!recognition) return tl::make_unexpected(recognition.error());
+    const BakeFormatInfo* const format = recognition->format;
+    return OpenBake{std::move(*recognition), [format, image] { return format->open(std::move(*image)); }};
+}
+
+/// Opens a bake whose images the scene lists.
+Result<OpenBake> openParts(const LightMapDescription& description, const std::string& subject) {
+    const Result<const BakeFormatInfo*> format = bakeFormatOfFiles(description.parts, subject + ", files");
+    if (!format) return tl::make_unexpected(format.error());
+    BakeRecognition recognition;
+    recognition.format = *format;
+    recognition.evidence = fmt::format("the {} images that the scene lists for {}", description.parts.size(), (*format)->content);
+    recognition.isCertain = true;
+    return OpenBake{std::move(recognition), [&description] { return openCoefficientFiles(description.partFiles); }};
+}
+
+}  // namespace
 
 struct LightMapReader::State {
     BakeRecognition recognition;
@@ -70,23 +104,20 @@ const BakeRecognition& LightMapReader::recognition() const {
 Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, const LightMapDescription& description) {
     const std::string subject = file.string();
     if (const auto known = checkBakeName(description.bake, subject); !known) return tl::make_unexpected(known.error());
-    const bool isEncoded = description.encoding != LightEncoding::None;
-    Result<BakeImage> image = isEncoded ? BakeImage::openEncoded(file, description.encoding) : BakeImage::open(file);
-    if (!image) return tl::make_unexpected(image.error());
-    Result<BakeRecognition> recognition = findBakeFormat(description.bake, file, image->info());
-    if (!recognition) return tl::make_unexpected(recognition.error());
-    if (const auto taken = checkEncoding(description.encoding, *recognition->format, subject); !taken)
+    Result<OpenBake> bake = description.parts.empty() ? openFile(file, description) : openParts(description, subject);
+    if (!bake) return tl::make_unexpected(bake.error());
+    if (const auto taken = checkEncoding(description.encoding, *bake->recognition.format, subject); !taken)
         return tl::make_unexpected(taken.error());
-    const Result<LightMapDescription> complete = withImplied(description, *recognition->format, subject);
+    const Result<LightMapDescription> complete = withImplied(description, *bake->recognition.format, subject);
     if (!complete) return tl::make_unexpected(complete.error());
-    Result<std::unique_ptr<BakeReader>> reader = recognition->format->open(std::move(*image));
+    Result<std::unique_ptr<BakeReader>> reader = bake->open();
     if (!reader) return tl::make_unexpected(reader.error());
     if (complete->frame == ShFrame::Tangent && !(*reader)->hasNormals()) {
         return failure(ErrorCode::WrongShape, subject, "found no channels normal.X/Y/Z, expected them because the frame is \"tangent\"");
     }
     const Result<LinearConversion> colors = linearConversion(complete->colors);
     if (!colors) return failure(colors.error().code, fmt::format("{}, {}", subject, colors.error().subject), colors.error().detail);
-    return LightMapReader(std::unique_ptr<State>(new State{std::move(*recognition), std::move(*reader), colors->luminanceWeights,
+    return LightMapReader(std::unique_ptr<State>(new State{std::move(bake->recognition), std::move(*reader), colors->luminanceWeights,
                                                            colors->bt2020FromWorking, Canonicalizer(subject, *complete, *colors)}));
 }
 

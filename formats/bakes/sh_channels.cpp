@@ -46,9 +46,10 @@ BakeMatch matchChannels(const ExrInfo& info, const std::vector<std::string>& wan
                         others, content)};
 }
 
-Result<std::unique_ptr<BakeReader>> openShChannels(std::vector<BakeImage> images, std::vector<ShChannel> channels) {
-    assert(!images.empty() && channels.size() == std::size_t{3} * lighting::kShCount);
-    Result<SurfaceChannels> surface = SurfaceChannels::of(images.front());
+Result<std::unique_ptr<BakeReader>> openShChannels(std::vector<BakeImage> images, std::vector<ShChannel> channels,
+                                                   const std::string& coverage) {
+    assert(!images.empty() && channels.size() <= std::size_t{3} * lighting::kShCount);
+    Result<SurfaceChannels> surface = SurfaceChannels::of(images.front(), coverage);
     if (!surface) return tl::make_unexpected(surface.error());
     return std::make_unique<ShChannelReader>(std::move(images), std::move(channels), std::move(*surface));
 }

@@ -15,6 +15,7 @@ constexpr std::array kTargets = {
                .ldr = PixelFormat::Bc7,
                .ldrRgb = PixelFormat::Bc1,
                .ldrAlpha = PixelFormat::Bc3,
+               .table = PixelFormat::Rgba16Unorm,
                .deviceNeed = "textureCompressionBC (Vulkan), feature level 11_0 (Direct3D)"},
     TargetInfo{.id = Target::Astc,
                .name = "astc",
@@ -23,6 +24,7 @@ constexpr std::array kTargets = {
                .ldr = PixelFormat::Astc4x4Ldr,
                .ldrRgb = PixelFormat::Astc4x4Ldr,
                .ldrAlpha = PixelFormat::Astc4x4Ldr,
+               .table = PixelFormat::Rgba16f,  // 16-bit UNORM is an extension of OpenGL ES and optional in Vulkan
                .deviceNeed = "textureCompressionASTC_LDR and VK_EXT_texture_compression_astc_hdr (Vulkan)"},
     TargetInfo{.id = Target::Float,
                .name = "float",
@@ -31,6 +33,7 @@ constexpr std::array kTargets = {
                .ldr = PixelFormat::Rgba16Unorm,
                .ldrRgb = PixelFormat::Rgba16Unorm,
                .ldrAlpha = PixelFormat::Rgba16Unorm,
+               .table = PixelFormat::Rgba16Unorm,
                .deviceNeed = "filtering of VK_FORMAT_R16G16B16A16_UNORM and _SFLOAT (Vulkan)"},
 };
 static_assert(isCompleteTable(kTargets, Target::Float));

@@ -19,6 +19,8 @@
 #include "formats/image/srgb_curve.h"
 #include "formats/json_structure.h"
 #include "formats/memory.h"
+#include "formats/png.h"
+#include "formats/probe_place.h"
 #include "formats/read_file.h"
 
 namespace lightcook::formats {
@@ -337,6 +339,49 @@ Result<std::optional<glm::dvec3>> loadProbePosition(const std::filesystem::path&
         return failure(ErrorCode::WrongShape, fmt::format("{}, position of {}", json.string(), probeFileName),
                        fmt::format("found {}, expected three finite numbers", oneLine(position->dump())));
     return glm::dvec3((*position)[0].get<double>(), (*position)[1].get<double>(), (*position)[2].get<double>());
+}
+
+Result<ProbePlace> loadProbePlace(const std::filesystem::path& json, const std::string& probeFileName) {
+    const auto position = loadProbePosition(json, probeFileName);
+    if (!position) return tl::make_unexpected(position.error());
+    const auto probe = probeEntry(json, probeFileName);
+    if (!probe) return tl::make_unexpected(probe.error());
+    ProbePlace place{*position, std::nullopt, std::nullopt};
+    const auto refuse = [&](const char* key, const std::string& expected) {
+        return failure(ErrorCode::WrongShape, fmt::format("{}, {} of {}", json.string(), key, probeFileName),
+                       fmt::format("found {}, expected {}", oneLine(probe->at(key).dump()), expected));
+    };
+    const auto isNumber = [](const nlohmann::json& value) { return value.is_number() && std::isfinite(value.get<double>()); };
+    const auto isPlace = [&](const nlohmann::json& value) {
+        return value.is_array() && value.size() == 3 && std::ranges::all_of(value, isNumber);
+    };
+    if (const auto box = probe->find("box"); box != probe->end()) {
+        if (!box->is_array() || box->size() != 2 || !std::ranges::all_of(*box, isPlace))
+            return refuse("box", "its lowest and its highest corner, each three finite numbers");
+        place.box.emplace();
+        for (std::size_t corner = 0; corner < 2; ++corner)
+            for (std::size_t i = 0; i < 3; ++i) (*place.box)[corner][static_cast<glm::length_t>(i)] = (*box)[corner][i].get<double>();
+    }
+    if (const auto radius = probe->find("radius"); radius != probe->end()) {
+        if (!isNumber(*radius)) return refuse("radius", "a positive number");
+        place.radius = radius->get<double>();
+    }
+    if (const std::string expected = objectionToProbePlace(place); !expected.empty())
+        return refuse(place.radius && !(*place.radius > 0) ? "radius" : "box", expected);
+    return place;
+}
+
+std::string objectionToProbePlace(const ProbePlace& place) {
+    if (place.radius && !(*place.radius > 0 && std::isfinite(*place.radius))) return "a positive radius";
+    if (!place.box) return "";
+    for (glm::length_t i = 0; i < 3; ++i)
+        if (!((*place.box)[0][i] < (*place.box)[1][i])) return "a box [lowest corner, highest corner]";
+    return "";
+}
+
+Result<std::vector<std::byte>> encodePng(ImageView<const glm::u8vec4> texels) {
+    const auto module = imageModule();
+    return module ? (*module)->encodeRgbaPng(texels) : tl::make_unexpected(module.error());
 }
 
 Result<void> writeExr(const std::filesystem::path& file, ImageView<const glm::vec4> texels, int channelCount) {

@@ -22,6 +22,7 @@ struct ImageModule {
     /// See environment.h.
     Result<PlainImage> (*readImage)(const std::filesystem::path& file);
     Result<std::vector<std::byte>> (*encodePng)(ImageView<const glm::u8vec3> texels);
+    Result<std::vector<std::byte>> (*encodeRgbaPng)(ImageView<const glm::u8vec4> texels);
 };
 
 /// Loads lightcook_images.so at the first call, from the folder of the running program, else from ../lib/lightcook relative to it. Safe

@@ -137,9 +137,10 @@ Result<PlainImage> loadPlainImage(const std::filesystem::path& file) {
     return plain;
 }
 
-Result<std::vector<std::byte>> makePng(ImageView<const glm::u8vec3> texels) {
+template <class Texel>
+Result<std::vector<std::byte>> makePng(ImageView<const Texel> texels) {
     quietImageIo();
-    const char* const subject = "PNG thumbnail";
+    const char* const subject = "PNG picture";
     if (texels.width < 1 || texels.height < 1) return failure(ErrorCode::WrongShape, subject, "found no texels, expected some");
     const auto fault = [subject](const std::string& library) {
         return failure(ErrorCode::Internal, subject, fmt::format("found \"{}\" while encoding, expected bytes", oneLine(library)));
@@ -149,10 +150,11 @@ Result<std::vector<std::byte>> makePng(ImageView<const glm::u8vec3> texels) {
     const auto output = OIIO::ImageOutput::create("thumbnail.png");
     if (!output) return fault(OIIO::geterror());
     if (!output->set_ioproxy(&sink)) return fault("an encoder that cannot write to memory");
-    const OIIO::ImageSpec spec(texels.width, texels.height, 3, OIIO::TypeDesc::UINT8);
+    OIIO::ImageSpec spec(texels.width, texels.height, Texel::length(), OIIO::TypeDesc::UINT8);
+    spec.attribute("oiio:UnassociatedAlpha", 1);
     if (!output->open("thumbnail.png", spec)) return fault(output->geterror());
-    const auto rowBytes = static_cast<OIIO::stride_t>(texels.rowStride * static_cast<std::ptrdiff_t>(sizeof(glm::u8vec3)));
-    if (!output->write_image(OIIO::TypeDesc::UINT8, texels.texels, sizeof(glm::u8vec3), rowBytes) || !output->close())
+    const auto rowBytes = static_cast<OIIO::stride_t>(texels.rowStride * static_cast<std::ptrdiff_t>(sizeof(Texel)));
+    if (!output->write_image(OIIO::TypeDesc::UINT8, texels.texels, sizeof(Texel), rowBytes) || !output->close())
         return fault(output->geterror());
     const auto bytes = std::as_bytes(std::span(encoded));
     return std::vector<std::byte>(bytes.begin(), bytes.end());
@@ -163,6 +165,7 @@ Result<std::vector<std::byte>> makePng(ImageView<const glm::u8vec3> texels) {
 
 extern "C" [[gnu::visibility("default")]] const lightcook::formats::ImageModule* lightcookImageModule() {
     namespace formats = lightcook::formats;
-    static constexpr formats::ImageModule kModule = {LIGHTCOOK_VERSION, formats::loadRgb, formats::loadPlainImage, formats::makePng};
+    static constexpr formats::ImageModule kModule = {LIGHTCOOK_VERSION, formats::loadRgb, formats::loadPlainImage,
+                                                     formats::makePng<glm::u8vec3>, formats::makePng<glm::u8vec4>};
     return &kModule;
 }

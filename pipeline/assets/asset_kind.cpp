@@ -10,7 +10,9 @@
 #include "pipeline/assets/cubemap/cubemap.h"
 #include "pipeline/assets/cubemap/probe_use.h"
 #include "pipeline/assets/dominant/dominant.h"
+#include "pipeline/assets/gltf/gltf.h"
 #include "pipeline/assets/light_map/content.h"
+#include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/trial.h"
 #include "pipeline/assets/lut/lut.h"
@@ -30,7 +32,7 @@ std::vector<std::string> lightMapEndings() {
         for (const formats::LightMapTextureInfo& texture : layout.textures)
             if (const std::string ending = fmt::format("_{}", texture.name); std::ranges::find(endings, ending) == endings.end())
                 endings.push_back(ending);
-    endings.push_back(fmt::format("_{}", kIndexRole));
+    for (const char* role : {kIndexRole, kTablesRole}) endings.push_back(fmt::format("_{}", role));
     return endings;
 }
 std::vector<std::string> dominantEndings() {
@@ -113,13 +115,15 @@ constexpr std::array kAssetKinds = {
 };
 static_assert(formats::isCompleteTable(kAssetKinds, AssetKind::Mesh));
 
-/// Actions that make no asset: a plan or lint needs their results.
+/// Actions that make no asset: a plan or lint needs their results, or they put assets together.
 struct PlanAction {
     std::string_view kind;
     ActionFunction function;
 };
 constexpr std::array kPlanActions = {PlanAction{"materials", readMaterials},
+                                     PlanAction{"gltf", cookGltf},
                                      PlanAction{"light-map-trial", tryLightMap},
+                                     PlanAction{"joint-trial", tryJointly},
                                      PlanAction{"light-map-content", readLightMapContent},
                                      PlanAction{"probe-use", findUnusedProbes},
                                      PlanAction{"lint-light-map", lintLightMap},

@@ -112,10 +112,11 @@ formats::Result<PreviewFiles> Preview::write(const std::filesystem::path& folder
 }
 
 formats::Result<ActionOutcome> outcomeWithPreview(VerifyResult result, const Preview& preview, const ActionContext& context,
-                                                  std::vector<WorstPlacePicture> worst) {
+                                                  std::vector<WorstPlacePicture> worst, std::vector<RenderedView> seams) {
     auto files = preview.write(context.folder, context.action.asset);
     if (!files) return tl::make_unexpected(files.error());
     files->worst = std::move(worst);
+    files->seams = std::move(seams);
     result.preview = std::move(*files);
     return outcomeWith(result, result.preview->all());
 }

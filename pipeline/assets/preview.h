@@ -56,8 +56,8 @@ private:
 };
 
 /// Writes the preview and returns the outcome of a verify action with its names.
-/// worst  pictures of the worst places, which lie in the action's folder already
+/// worst  pictures of the worst places, which lie in the action's folder already, as do those of seams
 formats::Result<ActionOutcome> outcomeWithPreview(VerifyResult result, const Preview& preview, const ActionContext& context,
-                                                  std::vector<WorstPlacePicture> worst = {});
+                                                  std::vector<WorstPlacePicture> worst = {}, std::vector<RenderedView> seams = {});
 
 }  // namespace lightcook::pipeline

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/assets/seam_figures.h"
 #include "pipeline/assets/verdict.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/json/json_fields.h"
@@ -60,13 +61,28 @@ void describe(Fields& fields, Self& error) {
     fields.required("light_map_uv", error.lightMapUv, kFigure, "largest distance [UV units]");
 }
 
-/// Pictures of an asset, relative to its folder.
+/// A place of a mesh as a camera in front of it sees it, lit by the bake and by the cooked light map.
+struct RenderedView {
+    std::string reference, cooked;
+    glm::dvec3 position{0}, normal{0};  ///< of the place, in the mesh's world
+    double distance = 0;                ///< of the camera [scene units]
+};
+template <class Fields, Is<RenderedView> Self>
+void describe(Fields& fields, Self& view) {
+    fields.required("reference", view.reference, kFileInFolder, "the mesh lit by the bake");
+    fields.required("cooked", view.cooked, kFileInFolder, "the mesh lit by the cooked map");
+    fields.required("position", view.position, "place at the centre of the picture, in the mesh's world");
+    fields.required("normal", view.normal, "normal of the mesh there, along which the camera looks back");
+    fields.required("distance", view.distance, "distance of the camera [scene units]");
+}
+
 /// A picture of the surroundings of a texel: reference, cooked and visible error side by side.
 struct WorstPlacePicture {
     std::string file;
-    std::array<int, 2> texel{};         ///< x and y
-    double visible = 0;                 ///< visible error at the texel's own normal
-    glm::dvec3 reference{0}, found{0};  ///< exit radiance there
+    std::array<int, 2> texel{};             ///< x and y
+    double visible = 0;                     ///< visible error at the texel's own normal
+    glm::dvec3 reference{0}, found{0};      ///< exit radiance there
+    std::optional<RenderedView> view = {};  ///< of a map with a mesh that has the texel
 };
 template <class Fields, Is<WorstPlacePicture> Self>
 void describe(Fields& fields, Self& place) {
@@ -75,17 +91,24 @@ void describe(Fields& fields, Self& place) {
     fields.required("visible", place.visible, kFigure, "visible error at the texel's own normal");
     fields.required("reference", place.reference, kNumberOrNull, "exit radiance of the bake: red, green, blue");
     fields.required("found", place.found, kNumberOrNull, "exit radiance of the cooked asset: red, green, blue");
+    fields.optional("view", place.view, "the mesh around the texel, rendered");
 }
 
+/// Pictures of an asset, relative to its folder.
 struct PreviewFiles {
     std::string reference, cooked, difference;
     std::optional<std::string> anyNormal = {};
     std::vector<WorstPlacePicture> worst = {};  ///< the largest visible error first
+    std::vector<RenderedView> seams = {};       ///< of SeamFigures::worst, in their order
 
     std::vector<std::string> all() const {
         std::vector<std::string> files = {reference, cooked, difference};
         if (anyNormal) files.push_back(*anyNormal);
-        for (const WorstPlacePicture& place : worst) files.push_back(place.file);
+        for (const WorstPlacePicture& place : worst) {
+            files.push_back(place.file);
+            if (place.view) files.insert(files.end(), {place.view->reference, place.view->cooked});
+        }
+        for (const RenderedView& seam : seams) files.insert(files.end(), {seam.reference, seam.cooked});
         return files;
     }
 };
@@ -96,6 +119,7 @@ void describe(Fields& fields, Self& preview) {
     fields.required("difference", preview.difference, kFileInFolder, "local relative error, or visible error");
     fields.optional("any_normal", preview.anyNormal, kFileInFolder, "visible error at the worst normal that a normal map can turn to");
     fields.presentIf(!preview.worst.empty(), "worst", preview.worst, "surroundings of the texels with the largest visible errors");
+    fields.presentIf(!preview.seams.empty(), "seams", preview.seams, "the mesh around the worst seams, in their order");
 }
 
 /// Result of a verify action.
@@ -105,6 +129,7 @@ struct VerifyResult {
     std::optional<LightFigures> light;
     std::optional<MeshErrorFigures> meshError;
     std::optional<PreviewFiles> preview;
+    std::optional<SeamFigures> seams;
     std::optional<Json> measures;     ///< figures of a kind of its own, by name: the report has a caption for each
     std::optional<Json> groundTruth;  ///< see ground_truth.h
 };
@@ -115,6 +140,7 @@ void describe(Fields& fields, Self& result) {
     fields.optional("light", result.light, "light that the errors are a part of");
     fields.optional("mesh_error", result.meshError, "how far quantization moved the vertices");
     fields.optional("preview", result.preview, "pictures");
+    fields.optional("seams", result.seams, "steps of light at edges that charts share");
     fields.optional("measures", result.measures, "further figures of the kind");
     fields.optional("ground_truth", result.groundTruth, "errors against traced light");
 }

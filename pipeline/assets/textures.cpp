@@ -43,6 +43,8 @@ CookedTexture entryOf(const TexturePlan& plan, const std::string& file, std::uin
     entry.role = plan.role;
     entry.file = file;
     entry.format = formats::info(plan.shape.format).name;
+    entry.apiFormats = formats::apiFormats(plan.shape.format);
+    entry.isArray = plan.shape.isArray;
     entry.width = plan.shape.width;
     entry.height = plan.shape.height;
     entry.mips = plan.shape.mipCount;

@@ -40,9 +40,19 @@ bool isFinite(const verify::ErrorFigures& figures) {
 }
 
 VisiblePlaceFields FieldMirror<verify::VisiblePlace>::of(const verify::VisiblePlace& place) {
-    VisiblePlaceFields fields{{place.x, place.y}, place.normal, {}, {}, {}, place.reference, place.found};
-    if (place.view != glm::dvec3(0)) {
-        fields.view = place.view;
+    VisiblePlaceFields fields;
+    fields.texel = {place.x, place.y};
+    fields.normal = place.normal;
+    fields.reference = place.reference;
+    fields.found = place.found;
+    if (place.mip >= 0) fields.mip = place.mip;
+    if (place.face >= 0) fields.face = kFaces.at(static_cast<std::size_t>(place.face));
+    if (place.triangle >= 0) {
+        fields.primitive = place.primitive;
+        fields.triangle = place.triangle;
+    }
+    if (place.view != glm::dvec3(0)) fields.view = place.view;
+    if (fields.view || fields.mip) {
         fields.m = place.m;
         fields.f0 = place.f0;
     }
@@ -52,6 +62,10 @@ VisiblePlaceFields FieldMirror<verify::VisiblePlace>::of(const verify::VisiblePl
 verify::VisiblePlace FieldMirror<verify::VisiblePlace>::from(const VisiblePlaceFields& fields) {
     return {.x = fields.texel[0],
             .y = fields.texel[1],
+            .mip = fields.mip.value_or(-1),
+            .face = indexOf(kFaces, fields.face),
+            .primitive = fields.primitive.value_or(-1),
+            .triangle = fields.triangle.value_or(-1),
             .normal = fields.normal,
             .view = fields.view.value_or(glm::dvec3(0)),
             .m = fields.m.value_or(0),

@@ -18,6 +18,7 @@ struct Verdict {
     double limit = 0;                       ///< on rel_rms of the last stage, diffuse and specular
     std::optional<double> maxVisible;       ///< limit on the 99th percentile of visible errors of the last stage
     std::optional<double> maxVisibleBound;  ///< limit on the proven bound of its visible errors
+    std::optional<double> maxSeam;          ///< limit on the largest step that cooking adds to an edge
     bool passed = false;
     std::vector<verify::Violation> violations;  ///< faults that the figures of the whole asset would average away
 };
@@ -77,6 +78,9 @@ struct FieldMirror<verify::ErrorPlace> {
 
 /// The members of a VisiblePlace that are known, as JSON has them.
 struct VisiblePlaceFields {
+    std::optional<int> mip;
+    std::optional<std::string> face;
+    std::optional<std::int64_t> primitive, triangle;
     std::array<double, 2> texel{};
     glm::dvec3 normal{0};
     std::optional<glm::dvec3> view;
@@ -85,12 +89,16 @@ struct VisiblePlaceFields {
 };
 template <class Fields, Is<VisiblePlaceFields> Self>
 void describe(Fields& fields, Self& place) {
+    fields.optional("mip", place.mip, "mip level of a cubemap");
+    fields.optional("face", place.face, "face of a cubemap: +X, -X, +Y, -Y, +Z or -Z");
+    fields.optional("primitive", place.primitive, "triangle primitive of a mesh, counted from 0 in the order of the file");
+    fields.optional("triangle", place.triangle, "triangle of that primitive, counted from 0");
     fields.required("texel", place.texel, "x and y; fractions lie between texel centres");
-    fields.required("normal", place.normal, "normal of the shading");
+    fields.required("normal", place.normal, "normal of the shading, or the reflected direction of a cubemap or reflection map");
     fields.optional("view", place.view, "direction to the viewer");
     fields.optional("m", place.m, "roughness");
     fields.optional("f0", place.f0, "reflectance at normal incidence");
-    fields.required("reference", place.reference, kNumberOrNull, "light of the bake: red, green, blue");
+    fields.required("reference", place.reference, kNumberOrNull, "light of the source: red, green, blue");
     fields.required("found", place.found, kNumberOrNull, "light of the cooked asset: red, green, blue");
 }
 
@@ -163,6 +171,7 @@ void describe(Fields& fields, Self& verdict) {
         limit.optional("max_visible", verdict.maxVisible, between(0, HUGE_VAL), "largest p99 of visible errors that passes");
         limit.optional("max_visible_bound", verdict.maxVisibleBound, between(0, HUGE_VAL),
                        "largest proven bound of visible errors that passes");
+        limit.optional("max_seam", verdict.maxSeam, between(0, HUGE_VAL), "largest added step at a seam that passes");
     });
     fields.required("passed", verdict.passed, "true if the figures are within the limit and nothing is violated");
     fields.presentIf(!verdict.violations.empty(), "violations", verdict.violations,

@@ -13,6 +13,10 @@ void describe(Fields& fields, Self& limit) {
 
 }  // namespace
 
+verify::Viewing VisibleParameters::viewing(double key, const glm::dmat3& bt2020FromWorking) const {
+    return {display.value_or(lighting::DisplaySettings{}).of(key), bt2020FromWorking};
+}
+
 formats::Result<double> maxErrorOf(const ActionContext& context) {
     const auto limit = parametersOf<LimitParameter>(context);
     if (!limit) return tl::make_unexpected(limit.error());

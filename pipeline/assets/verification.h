@@ -4,6 +4,7 @@
 #include <chrono>
 #include <vector>
 
+#include "pipeline/assets/light_map/shading.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/graph/action.h"
 #include "verify/figures.h"
@@ -19,6 +20,21 @@ public:
 private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
+
+/// Parameters of verifications that judge visible errors. A folder of an older version has neither: the usual display and no limit.
+struct VisibleParameters {
+    std::optional<lighting::DisplaySettings> display;
+    std::optional<double> maxVisible;  ///< limit on their 99th percentile
+
+    /// Returns the display of light with a key.
+    /// bt2020FromWorking  linear BT.2020 from the working primaries
+    verify::Viewing viewing(double key, const glm::dmat3& bt2020FromWorking) const;
+};
+template <class Fields, Is<VisibleParameters> Self>
+void describe(Fields& fields, Self& visible) {
+    fields.optional("display", visible.display, "display that visible errors are judged on");
+    fields.optional("max_visible", visible.maxVisible, "limit on the 99th percentile of visible errors");
+}
 
 /// Returns the limit on rel_rms that the asset is held to: parameter "max_error" of its verify action.
 formats::Result<double> maxErrorOf(const ActionContext& context);

@@ -22,6 +22,7 @@ CommandFunction defineCook(CLI::App& app);
 CommandFunction defineLint(CLI::App& app);
 CommandFunction defineVerify(CLI::App& app);
 CommandFunction defineReport(CLI::App& app);
+CommandFunction defineView(CLI::App& app);
 CommandFunction defineLightmap(CLI::App& app);
 CommandFunction defineDominant(CLI::App& app);
 CommandFunction defineCubemap(CLI::App& app);
@@ -42,6 +43,7 @@ constexpr std::array kCommands = {
     CommandInfo{"lint", "Look for what is implausible in the inputs of a scene, before a cook", defineLint},
     CommandInfo{"verify", "Reopen a cooked scene; measure and bound its errors again from the files", defineVerify},
     CommandInfo{"report", "Print the memory and errors of a cooked scene; compare them with a baseline", defineReport},
+    CommandInfo{"view", "Show a cooked scene in the browser, beside its bake", defineView},
     CommandInfo{"lightmap", "Compress one SH light map", defineLightmap},
     CommandInfo{"dominant", "Fit and compress the dominant light of one SH light map", defineDominant},
     CommandInfo{"cubemap", "Prefilter and pre-divide one environment, or take its diffuse light", defineCubemap},
@@ -99,7 +101,8 @@ ParsedCommandLine parseCommandLine(int argc, const char* const* argv, GlobalOpti
         const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
         if (arguments.empty()) fmt::print("{}\n", app.help());
         // An option after the mistake is not read by then.
-        if (std::ranges::search(arguments, std::vector<std::string>{"--log", "json"}).begin() != arguments.end()) global.log = "json";
+        const std::array<std::string, 2> wanted = {"--log", "json"};
+        if (std::search(arguments.begin(), arguments.end(), wanted.begin(), wanted.end()) != arguments.end()) global.log = "json";
         Terminal(global.terminal()).error(firstMistake(arguments, mistake.what()));
         return {{}, exitCode(formats::ErrorCode::InvalidRequest)};
     }

@@ -8,6 +8,9 @@
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/report/history.h"
+#include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
 
@@ -17,6 +20,7 @@ CommandFunction defineCook(CLI::App& app) {
         OutputOptions output;
         CiOutputs files;
         std::optional<int> samples;
+        std::filesystem::path history;
     };
     const auto options = std::make_shared<Options>();
     CookOptions& cook = options->cook;
@@ -27,11 +31,13 @@ CommandFunction defineCook(CLI::App& app) {
     app.add_option("--only", cook.only, "Cook this asset and those that derive from it; leave the others as they are")->type_name("NAME");
     addFolderOption(app, "--cache", cook.cache, "Cache folder; default: $LIGHTCOOK_CACHE, else the user's cache folder");
     addSamplesOption(app, options->samples);
+    app.add_flag("--gltf", cook.gltf, "Also write each light map with its mesh as glTF (NAME_scene.glb), with the light map bound");
     app.add_flag("--force", cook.force, "Cook everything again");
     app.add_flag("--keep-going", cook.keepGoing, "Cook the other assets after a failure; the exit code is the first failure's");
     addStrictOption(app, cook.strict);
     addRepairOption(app, cook.repair);
     options->files.add(app);
+    addFileOption(app, "--history", options->history, "Append a line with the memory and the errors of the scene (JSON lines)");
     app.footer(R"(An action (to cook or to verify one asset) is identified by a digest of the content of its inputs, its
 parameters and lightcook's own sources. Results of earlier actions are taken from the cache, which
 holds at most 4 GiB and drops the least recently used first. If nothing changed, a cook opens no
@@ -54,9 +60,21 @@ is an object on standard error. --quiet leaves it out. -v prints a line for each
         if (auto applied = options->output.apply(options->cook); !applied) return session.finish(applied);
         if (options->samples) options->cook.samples = *options->samples;
         if (auto ready = options->files.prepare(session); !ready) return session.finish(ready);
+        // A file that is no history is refused before the cook.
+        if (!options->history.empty())
+            if (const auto history = readHistory(options->history); !history) return session.finish(history);
         const Outcome outcome = cookScene(options->cook, session.state);
         printCook(session, outcome);
-        return session.finish(options->files.write(session, "cook", outcome, options->cook.scene, {}));
+        std::vector<formats::Error> errors = options->files.write(session, "cook", outcome, options->cook.scene, {});
+        if (!options->history.empty() && outcome.report.is_object()) {
+            const auto report = fromJson<Report>(outcome.report, kReportName);
+            const auto manifest = loadManifest(outcome.output);
+            if (report)
+                if (const auto history = appendHistory(options->history, {historyLine(*report, manifest ? manifest->target : "")});
+                    !history)
+                    errors.push_back(history.error());
+        }
+        return session.finish(errors);
     };
 }
 

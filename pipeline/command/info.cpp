@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 
+#include "formats/gltf_light_map.h"
 #include "formats/gltf_scene.h"
 #include "formats/light_map.h"
 #include "pipeline/assets/light_map/bake_reading.h"
@@ -100,6 +101,22 @@ Result<Json> describeFolder(const std::filesystem::path& folder) {
     return json;
 }
 
+/// Returns name, layout, size, textures and proof of the light maps that a glTF binds.
+Json briefly(const Json& maps) {
+    Json list = Json::array();
+    for (const Json& map : maps) {
+        if (!map.is_object()) continue;
+        Json facts = Json::object();
+        for (const char* key : {"name", "layout", "width", "height", "bound"})
+            if (map.contains(key)) facts[key] = map[key];
+        if (const Json textures = map.value("textures", Json()); textures.is_array())
+            for (const Json& texture : textures)
+                if (texture.is_object()) facts["textures"].push_back(texture.value("uri", Json()));
+        list.push_back(std::move(facts));
+    }
+    return list;
+}
+
 }  // namespace
 
 Result<Json> describeFile(const std::filesystem::path& file) {
@@ -108,13 +125,19 @@ Result<Json> describeFile(const std::filesystem::path& file) {
     const std::string extension = lowerExtension(file);
     if (isTextureFile(file)) return formats::TextureReader::open(file).map(describeTexture);
     if (extension == ".toml") return readScene(file).map(describeScene);
-    if (extension == ".glb" || extension == ".gltf")
-        return formats::GltfScene::load(file).map([](const formats::GltfScene& scene) {
+    if (extension == ".glb" || extension == ".gltf") {
+        auto facts = formats::GltfScene::load(file).map([](const formats::GltfScene& scene) {
             Json json = {
                 {"vertices", scene.vertexCount()}, {"triangles", scene.triangleCount()}, {"light_map_uvs", scene.hasLightMapUvs()}};
             for (const auto& material : scene.materials()) json["materials"].push_back(material.name);
             return json;
         });
+        if (!facts) return facts;
+        const auto bound = formats::boundLightMaps(file);
+        if (!bound) return tl::make_unexpected(bound.error());
+        if (const Json maps = parseJson(*bound); maps.is_array() && !maps.empty()) (*facts)["light_maps"] = briefly(maps);
+        return facts;
+    }
     if (extension == ".exr" || extension == ".hdr") {
         if (const auto map = formats::LightMapReader::open(file, {})) {
             if (map->recognition().isCertain) return describeLightMap(*map);

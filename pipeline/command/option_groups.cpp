@@ -41,6 +41,11 @@ CLI::Option* addFolderOption(CLI::App& app, const std::string& names, std::files
     return app.add_option(names, folder, description)->type_name(kFolderPlaceholder);
 }
 
+CLI::Option* addFoldersOption(CLI::App& app, const std::string& names, std::vector<std::filesystem::path>& folders,
+                              const std::string& description) {
+    return app.add_option(names, folders, description)->type_name(kFolderPlaceholder);
+}
+
 CLI::Option* addLobeOption(CLI::App& app, lighting::SpecularLobe& lobe, std::span<const formats::SpecularLobeInfo> lobes) {
     return app
         .add_option_function<std::string>(
@@ -136,8 +141,10 @@ void OutputOptions::addFormats(CLI::App& app) {
 }
 
 void OutputOptions::addLayout(CLI::App& app) {
-    app.add_option("--max-visible", maxVisible_,
-                   "Limit on the visible error of light maps, in just noticeable differences that 99 % keep; over it verification fails")
+    app.add_option(
+           "--max-visible", maxVisible_,
+           "Limit on the visible error of light maps and meshes, in just noticeable differences that 99 % keep; over it verification "
+           "fails")
         ->type_name("NUMBER");
     app.add_option("--max-visible-bound", maxVisibleBound_,
                    "Limit on the proven bound of the visible error of light maps, which no place, normal or view exceeds; over it "
@@ -150,18 +157,32 @@ void OutputOptions::addLayout(CLI::App& app) {
         ->check(CLI::IsMember(formats::namesOf(formats::allObjectives())));
 }
 
+namespace {
+void addErrorLimit(CLI::App& app, std::optional<double>& limit) {
+    addFractionOption(app, "--max-error", limit, "Limit on rel_rms of diffuse and of specular; over it verification fails");
+}
+}  // namespace
+
+void OutputOptions::addLimits(CLI::App& app) {
+    addErrorLimit(app, maxError_);
+    app.add_option("--max-visible", maxVisible_,
+                   "Limit on the visible error, in just noticeable differences that 99 % keep; over it verification fails")
+        ->type_name("NUMBER");
+}
+
 void OutputOptions::addFiles(CLI::App& app) {
     addContainer(app);
-    addFractionOption(app, "--max-error", maxError_, "Limit on rel_rms of diffuse and of specular; over it verification fails");
+    addLimits(app);
 }
 
 void OutputOptions::addTextures(CLI::App& app) {
     addFormats(app);
-    addFractionOption(app, "--max-error", maxError_, "Limit on rel_rms of diffuse and of specular; over it verification fails");
+    addLimits(app);
 }
 
 void OutputOptions::addLightMap(CLI::App& app) {
-    addTextures(app);
+    addFormats(app);
+    addErrorLimit(app, maxError_);
     addLayout(app);
 }
 
@@ -172,6 +193,13 @@ void OutputOptions::addScene(CLI::App& app) {
                       "Limit on rel_rms of diffuse and of specular, of light maps and meshes; over it verification fails");
     addFractionOption(app, "--max-converter-error", maxConverterError_,
                       "Limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity");
+    app.add_option("--max-converter-visible", maxConverterVisible_,
+                   "Limit on the visible error of dominant lights, cubemaps, tables and reflection maps; over it verification fails")
+        ->type_name("NUMBER");
+    app.add_option("--max-seam", maxSeam_,
+                   "Limit on the seams that cooking adds where charts of a light map meet on its mesh, in just noticeable differences; "
+                   "over it verification fails")
+        ->type_name("NUMBER");
     addLayout(app);
 }
 
@@ -189,6 +217,12 @@ formats::Result<void> OutputOptions::apply(CookOptions& options) const {
     if (maxVisibleBound_)
         if (auto checked = checkOption("--max-visible-bound", objectionToMaxVisible(*maxVisibleBound_)); !checked) return checked;
     options.maxVisibleBound = maxVisibleBound_;
+    if (maxConverterVisible_)
+        if (auto checked = checkOption("--max-converter-visible", objectionToMaxVisible(*maxConverterVisible_)); !checked) return checked;
+    options.maxConverterVisible = isOneAsset_ ? maxVisible_ : maxConverterVisible_;
+    if (maxSeam_)
+        if (auto checked = checkOption("--max-seam", objectionToMaxVisible(*maxSeam_)); !checked) return checked;
+    options.maxSeam = maxSeam_;
     if (effort_ && options.target == formats::Target::Float)
         return formats::failure(formats::ErrorCode::InvalidRequest, "--effort",
                                 "found it with --target float, whose texels are not encoded, expected --target bc or astc");

@@ -29,6 +29,9 @@ inline constexpr const char* kFractionPlaceholder = "FRACTION";
 
 CLI::Option* addFileOption(CLI::App& app, const std::string& names, std::filesystem::path& file, const std::string& description);
 CLI::Option* addFolderOption(CLI::App& app, const std::string& names, std::filesystem::path& folder, const std::string& description);
+/// Adds an option that takes one or several folders.
+CLI::Option* addFoldersOption(CLI::App& app, const std::string& names, std::vector<std::filesystem::path>& folders,
+                              const std::string& description);
 
 /// Adds an option that takes a fraction: 0.02 or 2%. Refuses others by name, unless 0 < value <= highest; 0 is allowed where
 /// `mayBeZero`.
@@ -64,9 +67,11 @@ private:
     void addFormats(CLI::App& app);
     void addContainer(CLI::App& app);
     void addLayout(CLI::App& app);
+    /// Adds --max-error and --max-visible of a command of one asset, which is no light map.
+    void addLimits(CLI::App& app);
 
     std::string target_, layout_, objective_, container_, budget_;
-    std::optional<double> maxError_, maxConverterError_, maxVisible_, maxVisibleBound_, rdo_;
+    std::optional<double> maxError_, maxConverterError_, maxVisible_, maxVisibleBound_, maxConverterVisible_, maxSeam_, rdo_;
     std::optional<int> effort_;
     bool zstd_ = false, isOneAsset_ = true;
 };

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace lightcook::pipeline {
@@ -14,6 +15,11 @@ std::string percent(double value) {
 /// Returns the 99th percentile of the visible errors; a dash for assets without them.
 std::string visibleWord(const std::optional<double>& p99) {
     return p99 ? fmt::format("{:.2f}", *p99) : "-";
+}
+
+/// Returns the largest step that cooking adds to an edge; a dash where none was measured.
+std::string seamWord(const ReportRow& row) {
+    return row.seams && !row.seams->stages.empty() ? fmt::format("{:.2f}", row.seams->largestAdded()) : "-";
 }
 
 /// Returns the proven bound: of visible errors, or of assets without any the local relative one.
@@ -99,16 +105,16 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
 
 void printReport(Terminal& terminal, const Report& report) {
     terminal.say(terminal.styled(
-        Style::Faint, fmt::format("{:24} {:10} {:20} {:>12} {:>9} {:>10} {:>10} {:>10} {:>8} {:>12}  {}", "asset", "kind", "layout",
-                                  "GPU bytes", "bits/tx", "diffuse", "specular", "p99", "visible", "bound", "verdict")));
+        Style::Faint, fmt::format("{:24} {:10} {:20} {:>12} {:>9} {:>10} {:>10} {:>10} {:>8} {:>12} {:>8}  {}", "asset", "kind", "layout",
+                                  "GPU bytes", "bits/tx", "diffuse", "specular", "p99", "visible", "bound", "seam", "verdict")));
     for (const ReportRow& row : report.assets) {
         const verify::StageError& error = row.verdict.stages.back();
         const bool diffuseIsWorse =
             std::isfinite(error.specular.p99) && std::isfinite(error.diffuse.p99) && error.diffuse.p99 >= error.specular.p99;
         const verify::ErrorFigures& worse = diffuseIsWorse ? error.diffuse : error.specular;
-        terminal.say(fmt::format("{:24} {:10} {:20} {:12} {:9.2f} {} {} {} {:>8} {:>12}  {}", row.name, info(row.kind).name, row.layout,
-                                 row.bytesGpu, row.bitsPerTexel, percent(error.diffuse.relRms), percent(error.specular.relRms),
-                                 percent(worse.p99), visibleWord(visibleP99(error)), boundWord(error, worse),
+        terminal.say(fmt::format("{:24} {:10} {:20} {:12} {:9.2f} {} {} {} {:>8} {:>12} {:>8}  {}", row.name, info(row.kind).name,
+                                 row.layout, row.bytesGpu, row.bitsPerTexel, percent(error.diffuse.relRms), percent(error.specular.relRms),
+                                 percent(worse.p99), visibleWord(visibleP99(error)), boundWord(error, worse), seamWord(row),
                                  verdictWord(terminal, row.verdict.passed)));
     }
     const std::string limit = report.budget.limitBytes ? fmt::format(" of {}", *report.budget.limitBytes) : "";
@@ -117,6 +123,45 @@ void printReport(Terminal& terminal, const Report& report) {
     terminal.say(fmt::format("{} bytes of GPU memory{}, {:.2f} s{}, {:.0f} MiB resident at most", report.budget.usedBytes, limit,
                              report.seconds, runs, static_cast<double>(report.peakRssBytes) / 0x1p20));
     if (report.whole) terminal.say(lineOf(*report.whole));
+}
+
+void printPlatforms(Terminal& terminal, const std::vector<PlatformUse>& platforms) {
+    for (const PlatformUse& platform : platforms) {
+        const auto failed = std::ranges::count_if(platform.checks, [](const BudgetCheck& check) { return !check.passed; });
+        terminal.say(fmt::format("platform {}: {} bytes in {} scene{}, {} of {} limits passed over  {}", platform.name, platform.usedBytes,
+                                 platform.scenes, platform.scenes == 1 ? "" : "s", failed, platform.checks.size(),
+                                 verdictWord(terminal, platform.passed)));
+    }
+}
+
+void printCollection(Terminal& terminal, const CollectionReport& report) {
+    terminal.say(terminal.styled(Style::Faint, fmt::format("{:32} {:6} {:>12} {:>12} {:>10} {:>10} {:>8}  {}", "scene", "target",
+                                                           "GPU bytes", "disk bytes", "diffuse", "specular", "visible", "verdict")));
+    std::size_t failed = 0;
+    for (const SceneSummary& scene : report.scenes) {
+        AssetFigures worst;
+        for (const AssetSummary& asset : scene.assets) {
+            worst.diffuse = std::max(worst.diffuse, asset.figures.diffuse);
+            worst.specular = std::max(worst.specular, asset.figures.specular);
+            if (asset.figures.visible) worst.visible = std::max(worst.visible.value_or(0.0), *asset.figures.visible);
+        }
+        failed += scene.passed ? 0 : 1;
+        terminal.say(fmt::format("{:32} {:6} {:12} {:12} {} {} {:>8}  {}", scene.name, scene.target, scene.budget.usedBytes,
+                                 scene.bytesDisk, percent(worst.diffuse), percent(worst.specular), visibleWord(worst.visible),
+                                 verdictWord(terminal, scene.passed)));
+    }
+    if (report.platforms) printPlatforms(terminal, *report.platforms);
+    if (report.baseline) {
+        const CollectionComparison& baseline = *report.baseline;
+        for (const SceneChange& scene : baseline.scenes)
+            if (scene.change != "same")
+                terminal.say(fmt::format("{:32} {:8} {} -> {} bytes ({:+.2f} %), {} assets", scene.name, scene.change, scene.bytesBefore,
+                                         scene.bytesNow, scene.growthPercent, scene.assets.size()));
+        const auto same = std::ranges::count(baseline.scenes, "same", &SceneChange::change);
+        terminal.say(fmt::format("{} -> {} bytes since {} ({:+.2f} %); {} of {} scenes unchanged", baseline.bytesBefore, baseline.bytesNow,
+                                 baseline.file, baseline.growthPercent, same, baseline.scenes.size()));
+    }
+    terminal.say(fmt::format("{} bytes of GPU memory in {} scenes, {} failed", report.totals.bytesGpu, report.scenes.size(), failed));
 }
 
 void printFindings(Terminal& terminal, const std::vector<Finding>& findings) {

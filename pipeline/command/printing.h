@@ -4,6 +4,7 @@
 #include "pipeline/command/terminal.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/json/json.h"
+#include "pipeline/report/collection.h"
 #include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
@@ -22,6 +23,11 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison);
 
 /// Returns "812 bytes", "1.50 KiB" or "2.25 MiB".
 std::string sizeWords(std::uint64_t bytes);
+
+/// Prints the report of several scenes: one row a scene, the largest first, then budgets, growth and totals.
+void printCollection(Terminal& terminal, const CollectionReport& report);
+/// Prints a line for each platform.
+void printPlatforms(Terminal& terminal, const std::vector<PlatformUse>& platforms);
 
 /// Prints an object as indented lines "key: value".
 void printJson(Terminal& terminal, const Json& json, const std::string& indent = "");

@@ -8,9 +8,12 @@
 #include <vector>
 
 #include "formats/light_map_layout.h"
+#include "pipeline/command/schemas.h"
 #include "pipeline/command/terminal.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/report/budgets.h"
+#include "pipeline/report/collection.h"
 #include "pipeline/report/exit_codes.h"
 #include "pipeline/report/report.h"
 #include "pipeline/scene/keys.h"
@@ -139,7 +142,12 @@ std::vector<ReferencePage> referencePages() {
             {"scene-file.md", sceneFileReference()},
             {"light-map-layouts.md", layoutReference()},
             {"manifest.md", generatedPage(manifestReference())},
-            {"report.md", generatedPage(reportReference())}};
+            {"report.md", generatedPage(reportReference())},
+            {"collection.md", generatedPage(collectionReference())},
+            {"history.md", generatedPage(historyReference())},
+            {"budgets.md", generatedPage(budgetsReference())},
+            {"cooked.schema.json", manifestSchema()},
+            {"report.schema.json", reportSchema()}};
 }
 
 std::string commandReference(const ProgramDoc& program) {
@@ -182,7 +190,7 @@ std::string sceneFileReference() {
         "keys are "
         "refused, with the nearest known key. Every mistake is one line with file, line and column, actual and expected value, and exit "
         "code 2. On the command line, `--target`, `--layout`, `--objective`, `--container`, `--max-error`, `--max-converter-error`, "
-        "`--budget`, "
+        "`--max-visible`, `--max-visible-bound`, `--max-converter-visible`, `--budget`, "
         "`--effort`, `--rdo` and `--zstd` "
         "override keys of `[output]`.",
         kMarkdownColumns);
@@ -202,7 +210,7 @@ std::string layoutReference() {
     text += wrapped(
         "What each layout costs: GPU memory of a texel, and the decode of one sample. [Layouts](../theory/layouts.md) has the decodes as "
         "formulas. A fetch is one filtered read of one array layer. Operations are scalar multiply-adds of the decode of all coefficients; "
-        "shading comes on top. Tables are the learned constants of one cluster of charts, in the buffers of the shader; a sample reads "
+        "shading comes on top. Tables are the learned constants of one cluster of charts, a row of texture `tables`; a sample reads "
         "those of its own cluster. `max_fetches`, `max_decode_ops` and `cost` of the [scene file](scene-file.md#output) use these figures.",
         kMarkdownColumns);
     text += "\n| layout | holds | textures (layers) |";

@@ -1,4 +1,4 @@
-// lightcook report: memory budgets and errors of a cooked scene.
+// lightcook report: memory budgets and errors of cooked scenes, one or several.
 #include <fmt/format.h>
 
 #include <CLI/App.hpp>
@@ -13,6 +13,7 @@
 #include "pipeline/cook/integrity.h"
 #include "pipeline/cook/verdicts.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/report/collection.h"
 #include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
@@ -20,19 +21,23 @@ namespace {
 
 using formats::Error;
 using formats::ErrorCode;
+using formats::failure;
+using formats::Result;
 
 struct ReportOptions {
-    std::filesystem::path folder, html, baseline;
+    std::vector<std::filesystem::path> folders;
+    std::filesystem::path html, baseline, budgets, history;
     std::optional<double> failOver;  ///< [percent]; none: no growth fails
     JsonOutput json;
 };
 
 /// Returns an error if the GPU memory grew by more than is allowed.
-std::vector<Error> errorsOf(const BaselineComparison& comparison) {
-    if (comparison.passed) return {};
-    return {{ErrorCode::OverBudget, comparison.file,
-             fmt::format("found {} bytes of GPU memory, {:.2f} % more than the baseline's {}, expected at most {} % more",
-                         comparison.bytesNow, comparison.growthPercent, comparison.bytesBefore, *comparison.allowedPercent)}};
+template <class Comparison>
+void appendGrowth(const Comparison& comparison, std::vector<Error>& errors) {
+    if (!comparison.passed)
+        errors.push_back({ErrorCode::OverBudget, comparison.file,
+                          fmt::format("found {} bytes of GPU memory, {:.2f} % more than the baseline's {}, expected at most {} % more",
+                                      comparison.bytesNow, comparison.growthPercent, comparison.bytesBefore, *comparison.allowedPercent)});
 }
 
 /// Returns the errors of a cooked folder as its cook or verification found them, and files that were changed since.
@@ -45,56 +50,186 @@ std::vector<Error> verdictOf(const std::filesystem::path& folder, const Report& 
     return errors;
 }
 
-int runReport(const ReportOptions& options, Session& session) {
-    options.json.prepare(session);
-    if (options.html == kStandardOutput) session.terminal.keepOutputForData();
+Result<CookedFolder> readFolder(const std::filesystem::path& folder) {
     std::error_code code;
-    if (!std::filesystem::exists(options.folder / kReportName, code))
-        return options.json.finish(session, {},
-                                   {{ErrorCode::FileUnreadable, (options.folder / kReportName).string(),
-                                     "found no report, expected the output folder of `lightcook cook`"}});
-    auto json = readReport(options.folder / kReportName);
-    if (!json) return options.json.finish(session, json);
-    auto report = loadReport(options.folder / kReportName);
-    if (!report) return options.json.finish(session, {}, {report.error()});
-    std::vector<Error> errors = verdictOf(options.folder, *report);
-    if (!options.baseline.empty()) {
-        const bool isFolder = std::filesystem::is_directory(options.baseline, code);
-        const std::filesystem::path file = isFolder ? options.baseline / kReportName : options.baseline;
-        if (const auto before = loadReport(file)) {
-            report->baseline = compareWithBaseline(*report, *before, file.string(), options.failOver);
-            (*json)["baseline"] = jsonOf(*report->baseline);
-            for (Error& error : errorsOf(*report->baseline)) errors.push_back(std::move(error));
-        } else {
-            errors.push_back(before.error());
-        }
+    if (!std::filesystem::exists(folder / kReportName, code))
+        return failure(ErrorCode::FileUnreadable, (folder / kReportName).string(),
+                       "found no report, expected the output folder of `lightcook cook`");
+    auto json = readReport(folder / kReportName);
+    if (!json) return tl::make_unexpected(json.error());
+    auto report = loadReport(folder / kReportName);
+    if (!report) return tl::make_unexpected(report.error());
+    // Members of this command's own making are no part of a folder.
+    for (const char* made : {"baseline", "platforms"}) json->erase(made);
+    report->baseline.reset();
+    report->platforms.reset();
+    const auto manifest = loadManifest(folder);
+    std::vector<Error> errors = verdictOf(folder, *report);
+    return CookedFolder{folder, std::move(*json), std::move(*report), manifest ? manifest->target : "", std::move(errors)};
+}
+
+/// Reads every folder, and refuses two of one scene and target.
+Result<std::vector<CookedFolder>> readFolders(const std::vector<std::filesystem::path>& folders) {
+    std::vector<CookedFolder> read;
+    std::map<std::pair<std::string, std::string>, std::filesystem::path> seen;
+    for (const std::filesystem::path& folder : folders) {
+        auto cooked = readFolder(folder);
+        if (!cooked) return tl::make_unexpected(cooked.error());
+        const auto [place, isNew] = seen.try_emplace({cooked->report.scene, cooked->target}, folder);
+        if (!isNew)
+            return failure(ErrorCode::InvalidRequest, folder.string(),
+                           fmt::format("found the scene '{}' for target '{}', which {} has too, expected each scene once for a target",
+                                       cooked->report.scene, cooked->target, place->second.string()));
+        read.push_back(std::move(*cooked));
     }
-    if (!options.html.empty())
-        if (auto written = session.write(options.html, renderReportHtml(*json, options.folder)); !written)
+    return read;
+}
+
+/// Holds the scenes against the budgets of platforms.
+Result<std::vector<PlatformUse>> platformsOf(const std::filesystem::path& file, const std::vector<CookedFolder>& folders) {
+    const auto budgets = readBudgets(file);
+    if (!budgets) return tl::make_unexpected(budgets.error());
+    std::vector<SceneMemory> memory;
+    for (const CookedFolder& folder : folders) memory.push_back(memoryOf(folder));
+    return usesOf(*budgets, memory);
+}
+
+Result<std::vector<HistoryLine>> historyOf(const std::filesystem::path& file, const std::vector<CookedFolder>& folders) {
+    if (file.empty()) return std::vector<HistoryLine>();
+    std::vector<HistoryLine> lines;
+    for (const CookedFolder& folder : folders) {
+        HistoryLine line = historyLine(folder.report, folder.target);
+        line.passed = folder.errors.empty();
+        lines.push_back(std::move(line));
+    }
+    return appendHistory(file, lines);
+}
+
+Result<BaselineComparison> comparisonOf(const ReportOptions& options, const CookedFolder& folder) {
+    const auto before = readBaselineScenes(options.baseline);
+    if (!before) return tl::make_unexpected(before.error());
+    std::error_code code;
+    const bool isFolder = std::filesystem::is_directory(options.baseline, code);
+    const std::filesystem::path file = isFolder ? options.baseline / kReportName : options.baseline;
+    // A baseline of one scene may have another name.
+    const auto isSame = [&](const SceneSummary& scene) { return scene.name == folder.report.scene && scene.target == folder.target; };
+    const auto scene = before->size() == 1 ? before->begin() : std::ranges::find_if(*before, isSame);
+    if (scene == before->end())
+        return failure(ErrorCode::FileUnreadable, file.string(),
+                       fmt::format("found {} scenes, none named '{}' for target '{}', expected one of them", before->size(),
+                                   folder.report.scene, folder.target));
+    BaselineComparison comparison = compareWithScene(folder.report, *scene, file.string(), options.failOver);
+    addPictures(comparison.assets, scene->folder.empty() ? file.parent_path().string() : scene->folder, folder.folder.string());
+    return comparison;
+}
+
+int reportOne(const ReportOptions& options, CookedFolder folder, const std::vector<HistoryLine>& history, Session& session) {
+    Report& report = folder.report;
+    std::vector<Error> errors = folder.errors;
+    if (report.platforms) {
+        folder.json["platforms"] = jsonOf(*report.platforms);
+        for (Error& error : errorsOf(*report.platforms, options.budgets.string())) errors.push_back(std::move(error));
+    }
+    if (report.baseline) {
+        folder.json["baseline"] = jsonOf(*report.baseline);
+        appendGrowth(*report.baseline, errors);
+    }
+    if (!options.html.empty()) {
+        std::vector<HistoryLine> own;
+        for (const HistoryLine& line : history)
+            if (line.scene == report.scene && line.target == folder.target) own.push_back(line);
+        if (auto written = session.write(options.html, renderReportHtml(folder.json, folder.folder, own)); !written)
             errors.push_back(written.error());
-    if (auto written = options.json.write(session, *json, errors); !written) errors.push_back(written.error());
+    }
+    if (auto written = options.json.write(session, folder.json, errors); !written) errors.push_back(written.error());
     if (session.terminal.verbosity() != Verbosity::Quiet) {
-        printReport(session.terminal, *report);
-        if (report->baseline) printComparison(session.terminal, *report->baseline);
+        printReport(session.terminal, report);
+        if (report.platforms) printPlatforms(session.terminal, *report.platforms);
+        if (report.baseline) printComparison(session.terminal, *report.baseline);
     }
     return session.finish(errors);
+}
+
+int reportMany(const ReportOptions& options, const std::vector<CookedFolder>& folders, CollectionReport report,
+               const std::vector<HistoryLine>& history, Session& session) {
+    std::vector<Error> errors;
+    for (const CookedFolder& folder : folders)
+        for (const Error& error : folder.errors) errors.push_back({error.code, folder.report.scene + ", " + error.subject, error.detail});
+    if (report.platforms)
+        for (Error& error : errorsOf(*report.platforms, options.budgets.string())) errors.push_back(std::move(error));
+    if (report.baseline) appendGrowth(*report.baseline, errors);
+    report.passed = errors.empty();
+    if (!options.html.empty()) {
+        const std::filesystem::path page = options.html == kStandardOutput ? std::filesystem::path() : options.html;
+        if (auto written = session.write(options.html, renderCollectionHtml(report, page, history)); !written)
+            errors.push_back(written.error());
+    }
+    if (auto written = options.json.write(session, toJson(report), errors); !written) errors.push_back(written.error());
+    if (session.terminal.verbosity() != Verbosity::Quiet) printCollection(session.terminal, report);
+    return session.finish(errors);
+}
+
+int runReport(const ReportOptions& options, Session& session) {
+    options.json.prepare(session);
+    const bool isHtmlOnOutput = options.html == kStandardOutput;
+    if (isHtmlOnOutput && options.json.isStandardOutput())
+        return session.finish(
+            {{ErrorCode::InvalidRequest, "--json, --html", "found - for both, expected one document on standard output"}});
+    if (isHtmlOnOutput) session.terminal.keepOutputForData();
+    // Every input is read before anything is written.
+    auto folders = readFolders(options.folders);
+    if (!folders) return options.json.finish(session, {}, {folders.error()});
+    std::optional<std::vector<PlatformUse>> platforms;
+    if (!options.budgets.empty()) {
+        auto read = platformsOf(options.budgets, *folders);
+        if (!read) return options.json.finish(session, {}, {read.error()});
+        platforms = std::move(*read);
+    }
+    const bool isOne = folders->size() == 1;
+    CollectionReport collection;
+    if (!isOne) {
+        collection = makeCollection(*folders);
+        collection.platforms = platforms;
+    }
+    folders->front().report.platforms = std::move(platforms);
+    if (!options.baseline.empty() && isOne) {
+        auto comparison = comparisonOf(options, folders->front());
+        if (!comparison) return options.json.finish(session, {}, {comparison.error()});
+        folders->front().report.baseline = std::move(*comparison);
+    } else if (!options.baseline.empty()) {
+        const auto before = readBaselineScenes(options.baseline);
+        if (!before) return options.json.finish(session, {}, {before.error()});
+        collection.baseline = compareCollections(collection, *before, options.baseline, options.failOver);
+    }
+    const auto history = historyOf(options.history, *folders);
+    if (!history) return options.json.finish(session, {}, {history.error()});
+    if (isOne) return reportOne(options, std::move(folders->front()), *history, session);
+    return reportMany(options, *folders, std::move(collection), *history, session);
 }
 
 }  // namespace
 
 CommandFunction defineReport(CLI::App& app) {
     const auto options = std::make_shared<ReportOptions>();
-    addFolderOption(app, "folder", options->folder, "Output folder of cook")->required();
+    addFoldersOption(app, "folder", options->folders, "Output folders of cook; several are reported together")->required();
     options->json.add(app, "the report, and with --baseline the comparison,");
     addFileOption(app, "--html", options->html, "Write the report as one self-contained HTML page; - is standard output");
     CLI::Option* baseline =
-        addFileOption(app, "--baseline", options->baseline, "An older report.json, or its folder: compare asset by asset, bytes and error");
+        addFileOption(app, "--baseline", options->baseline,
+                      "An older report (report.json, its folder, or what --json wrote of several scenes): compare asset "
+                      "by asset, bytes and error");
     addPercentOption(app, "--fail-over", options->failOver,
-                     "Growth of the scene's GPU memory over the baseline that is allowed; more ends with code 5. Default: any")
+                     "Growth of the GPU memory of all scenes over the baseline that is allowed; more ends with code 5. Default: any")
         ->needs(baseline);
+    addFileOption(app, "--budgets", options->budgets, "Memory budgets of platforms (TOML); more ends with code 5");
+    addFileOption(app, "--history", options->history, "Append a line for each scene (JSON lines); the page draws the trend");
     app.footer(R"(The exit code is that of the folder: 4 if its verification failed or a file was changed since the cook,
-5 if it needs more GPU memory than the scene's budget or grew by more than --fail-over. Without
---fail-over a comparison is information and fails nothing.)");
+5 if it needs more GPU memory than the scene's budget or a platform's, or grew by more than
+--fail-over. Without --fail-over a comparison is information and fails nothing.
+
+Of several folders there is one page and one JSON: totals by kind, format and target, and a row for
+each scene. The exit code is that of the first failure, in the order of the folders. Each scene may
+be there once for a target.)");
     return [options](Session& session) { return runReport(*options, session); };
 }
 

@@ -29,7 +29,7 @@ bool isLearned(const std::string& layout) {
 Action contentAction(const Scene& scene, const LightMapEntry& entry, const verify::LightMapShading& shading, bool repair) {
     formats::LightMapDescription description = entry.description;
     description.repair = repair;
-    std::map<std::string, std::filesystem::path> inputs = bakeInputs(entry.file, entry.description.bake);
+    std::map<std::string, std::filesystem::path> inputs = bakeInputs(entry.file, entry.description);
     if (!scene.colors.config.empty()) inputs[kColorConfigRole] = scene.colors.config;
     return {"content/" + entry.name,
             "light-map-content",
@@ -127,8 +127,11 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
     const bool isAuto = asked == kAutoLayout, isNamed = !isAuto && !scene.output.lightMapLayout.empty();
     reduction.hasDominant = !content.isBlack && content.errorOfOrder0 != 0.0;
     reduction.isDominantConstant = content.isConstant && content.hasOneNormal;
-    if (content.isConstant && !isLearned(asked)) {
-        if (isAuto) reduction.layout = nameOf(formats::LightMapLayout::Raw);
+    const formats::LayoutList& layouts = layoutsFor(scene.output, entry);
+    const bool isRawTaken = isAuto && formats::mayTake(layouts, formats::info(formats::LightMapLayout::Raw));
+    const bool mayBeLearned = isAuto && !isRawTaken ? std::ranges::any_of(layouts, isLearned) : isLearned(asked);
+    if (content.isConstant && !mayBeLearned) {
+        if (isRawTaken) reduction.layout = nameOf(formats::LightMapLayout::Raw);
         reduction.constantOf = {content.width, content.height};
         reduction.why = fmt::format("all {} covered texels hold the same light: one block of {} x {} texels is enough", content.covered,
                                     kConstantSide, kConstantSide);
@@ -140,9 +143,12 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
         reduction.layout = nameOf(layout);
         reduction.why = fmt::format("without {} the error is {:.2g} %", bands, 100 * error);
     };
-    if (isInvisible(content.errorOfOrder0, scene.output))
+    const auto isEnough = [&](formats::LightMapLayout layout, const std::optional<double>& error) {
+        return isInvisible(error, scene.output) && formats::mayTake(layouts, formats::info(layout));
+    };
+    if (isEnough(formats::LightMapLayout::Flat, content.errorOfOrder0))
         lower(formats::LightMapLayout::Flat, "bands 1 and 2", *content.errorOfOrder0);
-    else if (isInvisible(content.errorOfOrder1, scene.output))
+    else if (isEnough(formats::LightMapLayout::Sh4, content.errorOfOrder1))
         lower(formats::LightMapLayout::Sh4, "band 2", *content.errorOfOrder1);
     return reduction;
 }

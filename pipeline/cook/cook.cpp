@@ -37,6 +37,8 @@ void applyOverrides(const CookOptions& options, OutputSettings& output) {
     if (options.maxError) output.maxError = *options.maxError;
     if (options.maxVisible) output.maxVisible = options.maxVisible;
     if (options.maxVisibleBound) output.maxVisibleBound = options.maxVisibleBound;
+    if (options.maxConverterVisible) output.maxConverterVisible = options.maxConverterVisible;
+    if (options.maxSeam) output.maxSeam = options.maxSeam;
     if (options.maxConverterError) output.maxConverterError = options.maxConverterError;
     output.isErrorAsked = output.isErrorAsked || options.maxError;
     if (options.budgetBytes) output.budgetBytes = *options.budgetBytes;
@@ -46,19 +48,25 @@ void applyOverrides(const CookOptions& options, OutputSettings& output) {
     if (options.zstd) output.zstd = *options.zstd;
     if (options.effort) output.effort = *options.effort;
     if (options.rdo) output.rdo = *options.rdo;
+    output.gltf = output.gltf || options.gltf;
 }
 
 /// Refuses settings that cannot be combined.
-Result<void> checkSettings(const OutputSettings& output, const std::filesystem::path& folder) {
+Result<void> checkSettings(const Scene& scene, const std::filesystem::path& folder) {
+    const OutputSettings& output = scene.output;
     if (output.zstd && output.container == formats::Container::Dds)
         return failure(ErrorCode::InvalidRequest, "--container dds",
                        "found zstd asked for as well, expected --container ktx2: DDS has no supercompression");
     if (output.rdo > 0 && output.target != Target::Bc)
         return failure(ErrorCode::InvalidRequest, "--rdo", "found a target other than bc, expected --target bc: only BC blocks repeat");
     if (const std::string why = whyNotDecode(output); !why.empty()) return failure(ErrorCode::InvalidRequest, "--layout", why);
+    for (const LightMapEntry& entry : scene.lightMaps)
+        if (const std::string why = whyNotLayouts(output, entry); !why.empty()) return failure(ErrorCode::InvalidRequest, "--layout", why);
+    if (const std::string why = whyNotGltf(output); !why.empty()) return failure(ErrorCode::InvalidRequest, "--gltf", why);
     std::error_code code;
     if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))
         return failure(ErrorCode::InvalidRequest, folder.string(), "found a file, expected a folder or nothing");
+    if (const std::string why = whyNotSeams(scene); !why.empty()) return failure(ErrorCode::InvalidRequest, "--max-seam", why);
     return {};
 }
 
@@ -79,14 +87,22 @@ public:
     }
 
 private:
+    /// Forgets the limits on visible errors that assets have of their own, beside one of the command line.
+    void forgetConverterLimits() {
+        for (ProbeEntry& entry : scene_.probes) entry.maxVisible.reset();
+        for (GradientEntry& entry : scene_.gradients) entry.maxVisible.reset();
+        scene_.tables.maxVisible.reset();
+    }
     Result<void> tryRun() {
         applyOverrides(options_, scene_.output);
         for (LightMapEntry& entry : scene_.lightMaps) {
             if (options_.maxVisible) entry.maxVisible.reset();
             if (options_.maxVisibleBound) entry.maxVisibleBound.reset();
+            if (options_.maxSeam) entry.maxSeam.reset();
         }
+        if (options_.maxConverterVisible) forgetConverterLimits();
         outcome_.output = options_.output.empty() ? std::filesystem::path(scene_.name + ".cooked") : options_.output;
-        if (auto checked = checkSettings(scene_.output, outcome_.output); !checked) return checked;
+        if (auto checked = checkSettings(scene_, outcome_.output); !checked) return checked;
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();
         digests_.emplace(cache_.root() / "stamps" / digestOfText(absolute.string()));
         // The staging folder is on the file system of the output, so that finished files are renamed: inside the output, or where the
@@ -176,17 +192,23 @@ private:
             planOptions_.layouts = decision->choose();
             auto plan = planScene(scene_, needs, planOptions_);
             if (!plan) return plan;
-            std::vector<Action> rest;
-            for (const Action& action : plan->actions)
-                if (planOptions_.layouts.contains(lightMapOf(*plan, action.asset)) && !result.records.contains(action.id))
-                    rest.push_back(action);
-            ExecutionResult chosen = execute(rest);
-            const auto refuted = decision->isRefuted(chosen, planOptions_.layouts);
+            ExecutionResult chosen = execute(actionsOf(*plan, result));
+            const auto refuted = decision->isRefuted(*plan, result, chosen);
             if (!refuted) return tl::make_unexpected(refuted.error());
-            if (*refuted) continue;
+            if (*refuted && !isStopped(chosen)) continue;
             result.add(std::move(chosen));
+            notes_ = frontierNotes(*decision);
             return plan;
         }
+    }
+
+    /// Returns the actions of the assets that waited for a layout, less those that ran before.
+    std::vector<Action> actionsOf(const Plan& plan, const ExecutionResult& result) const {
+        std::vector<Action> rest;
+        for (const Action& action : plan.actions)
+            if (planOptions_.layouts.contains(lightMapOf(plan, action.asset)) && !result.records.contains(action.id))
+                rest.push_back(action);
+        return rest;
     }
 
     /// Publishes files and manifest together: an interrupt comes before or after both.
@@ -199,6 +221,7 @@ private:
 
     Result<Report> writeSummaries(const Plan& plan, const ExecutionResult& result) {
         SummaryWriter writer(scene_, outcome_.output, options_.only.has_value(), *digests_);
+        writer.addNotes(notes_);
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
         const RunRecord current{at_, seconds, peakResidentBytes(), outcome_.actionsRun};
         if (outcome_.actionsRun > 0) cache_.storeRun(current);
@@ -260,6 +283,7 @@ private:
     Cache cache_;
     PlanOptions planOptions_;
     std::optional<DigestMemo> digests_;
+    std::map<std::string, Json> notes_;  ///< of a scene with a budget, by light map
     std::filesystem::path staging_;
     Outcome outcome_;
 };

@@ -18,7 +18,7 @@ struct CookOptions {
     std::filesystem::path scene;
     std::filesystem::path output;  ///< empty: "<scene name>.cooked" in the current folder
     std::optional<Target> target;
-    std::optional<double> maxError, maxConverterError, maxVisible, maxVisibleBound;
+    std::optional<double> maxError, maxConverterError, maxVisible, maxVisibleBound, maxConverterVisible, maxSeam;
     std::optional<std::uint64_t> budgetBytes;
     std::optional<std::string> lightMapLayout;
     std::optional<formats::Objective> objective;
@@ -29,6 +29,7 @@ struct CookOptions {
     std::optional<std::filesystem::path> depfile;
     std::optional<std::string> only;      ///< a name: see PlanOptions
     std::optional<std::string> onlyKind;  ///< a kind: see PlanOptions
+    bool gltf = false;                    ///< also the scene as glTF
     bool force = false, keepGoing = false, repair = false;
     bool strict = false;          ///< every finding of lint that the scene does not allow is an error
     std::filesystem::path cache;  ///< empty: defaultCacheFolder()

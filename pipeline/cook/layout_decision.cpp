@@ -1,6 +1,10 @@
 #include "pipeline/cook/layout_decision.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/results.h"
@@ -26,15 +30,24 @@ Result<std::uint64_t> mostMeshBytes(const Scene& scene, const std::vector<std::s
 
 }  // namespace
 
+LayoutLimits limitsOf(const Scene& scene, const std::string& map) {
+    const auto entry = std::ranges::find(scene.lightMaps, map, &LightMapEntry::name);
+    const bool isKnown = entry != scene.lightMaps.end();
+    return {scene.output.maxError, visibleLimit(scene.output, isKnown ? entry->maxVisible : std::nullopt),
+            isKnown && entry->maxVisibleBound ? entry->maxVisibleBound : scene.output.maxVisibleBound,
+            isKnown ? seamLimit(scene.output, *entry) : scene.output.maxSeam};
+}
+
 Result<LayoutDecision> LayoutDecision::create(const Scene& scene, const Plan& open, const ExecutionResult& trials,
                                               const ExecutionResult& materials) {
     LayoutDecision decision(scene);
     for (const std::string& map : open.undecided) {
         const auto record = trials.records.find("trial/" + map);
         if (record == trials.records.end()) continue;
-        const auto trial = fromJson<TrialResult>(record->second.result, record->second.id);
+        const auto trial = trialIn(record->second);
         if (!trial) return tl::make_unexpected(trial.error());
-        decision.candidates_[map] = candidatesOf(*trial, decision.limitsOf(map));
+        decision.candidates_[map] = candidatesOf(trial->trial, limitsOf(scene, map));
+        decision.addChoices(map, *trial);
     }
     const auto meshBytes = mostMeshBytes(scene, open.undecided, materials);
     if (!meshBytes) return tl::make_unexpected(meshBytes.error());
@@ -49,40 +62,139 @@ Result<LayoutDecision> LayoutDecision::create(const Scene& scene, const Plan& op
     return decision;
 }
 
-LayoutLimits LayoutDecision::limitsOf(const std::string& map) const {
-    const auto entry = std::ranges::find(scene_.lightMaps, map, &LightMapEntry::name);
-    const bool isKnown = entry != scene_.lightMaps.end();
-    return {scene_.output.maxError, visibleLimit(scene_.output, isKnown ? entry->maxVisible : std::nullopt),
-            isKnown && entry->maxVisibleBound ? entry->maxVisibleBound : scene_.output.maxVisibleBound};
+bool LayoutDecision::isErrorLimited() const {
+    const auto isLimited = [](const LightMapEntry& entry) { return entry.maxVisible || entry.maxVisibleBound || entry.maxSeam; };
+    return scene_.output.isErrorLimited() || std::ranges::any_of(scene_.lightMaps, isLimited);
 }
 
-std::map<std::string, std::string> LayoutDecision::choose() const {
-    const OutputSettings& output = scene_.output;
-    if (!output.budgetBytes || output.isErrorAsked || output.maxVisible || output.maxVisibleBound)
-        return cheapestWithin(candidates_, 1, output.cost);
-    return bestWithin(candidates_, *output.budgetBytes - std::min(otherBytes_, *output.budgetBytes));
+/// Adds the pairs of a joint trial, less dominant lights over a limit that was asked for or worse than none.
+void LayoutDecision::addChoices(const std::string& map, const JointTrialResult& trial) {
+    const double limit = scene_.output.maxConverterError.value_or(1);
+    for (const WholeCandidate& pair : trial.whole) {
+        const auto lightMap = std::ranges::find(trial.trial.candidates, pair.lightMap, &TrialCandidate::layout);
+        const auto dominant = std::ranges::find(trial.dominants, pair.dominant, &DominantCandidate::layout);
+        const std::uint64_t dominantBytes = dominant == trial.dominants.end() ? 0 : dominant->bytesGpu;
+        if (dominantBytes > 0 && dominant->relRms > limit) continue;
+        choices_[map].push_back({pair.lightMap, pair.dominant, lightMap->bytesGpu + dominantBytes, pair.visible});
+    }
 }
 
-Result<bool> LayoutDecision::isRefuted(const ExecutionResult& chosen, const std::map<std::string, std::string>& layouts) {
+/// Returns the choices that a limit on the error of light maps leaves.
+AllocationChoices LayoutDecision::allowedChoices() const {
+    if (!isErrorLimited()) return choices_;
+    AllocationChoices allowed = choices_;
+    const auto layouts = cheapestWithin(candidates_, 1, scene_.output.cost);
+    for (auto& [map, choices] : allowed) {
+        const std::string& layout = layouts.at(map);
+        std::erase_if(choices, [&](const AllocationChoice& each) { return each.lightMap != layout; });
+    }
+    return allowed;
+}
+
+std::map<std::string, std::string> LayoutDecision::choose() {
+    chosen_ = {};
+    if (choices_.empty()) {
+        chosen_ = cheapestWithin(candidates_, 1, scene_.output.cost);
+        return chosen_;
+    }
+    frontier_ = allocationFrontier(allowedChoices(), otherBytes_);
+    chosenPoint_ = pointWithin(frontier_, *scene_.output.budgetBytes);
+    for (const auto& [map, choice] : frontier_[chosenPoint_].choices) {
+        chosen_[map] = choice.lightMap;
+        if (!choice.dominant.empty()) chosen_[dominantNameOf(map)] = choice.dominant;
+    }
+    return chosen_;
+}
+
+Result<bool> LayoutDecision::isRefuted(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen) {
+    auto lightMap = isLightMapRefuted(chosen);
+    if (!lightMap) return lightMap;
+    if (choices_.empty()) return *lightMap;
+    if (auto noted = noteFailedDominants(chosen); !noted) return tl::make_unexpected(noted.error());
+    if (auto corrected = correctBytes(plan, others, chosen); !corrected) return tl::make_unexpected(corrected.error());
+    const std::map<std::string, std::string> before = chosen_;
+    return choose() != before;
+}
+
+Result<bool> LayoutDecision::isLightMapRefuted(const ExecutionResult& chosen) {
     bool isRefuted = false;
-    for (const auto& [map, layout] : layouts) {
+    for (auto& [map, candidates] : candidates_) {
+        const std::string& layout = chosen_.at(map);
         const auto record = chosen.records.find("verify/" + map);
         if (record == chosen.records.end()) continue;
         const auto verified = fromJson<VerifyResult>(record->second.result, record->second.id);
         if (!verified) return tl::make_unexpected(verified.error());
         const verify::StageError& last = verified->verdict.stages.back();
-        const double found = limitsOf(map).partOf(std::max(last.diffuse.relRms, last.specular.relRms), visibleP99(last).value_or(0),
-                                                  visibleBound(last).value_or(0));
-        LightMapCandidate& candidate = *std::ranges::find(candidates_.at(map), layout, &LightMapCandidate::layout);
+        const double found = limitsOf(scene_, map)
+                                 .partOf(std::max(last.diffuse.relRms, last.specular.relRms), visibleP99(last).value_or(0),
+                                         visibleBound(last).value_or(0), verified->seams ? verified->seams->largestAdded() : 0);
+        LightMapCandidate& candidate = *std::ranges::find(candidates, layout, &LightMapCandidate::layout);
         if (found > 1 && candidate.error <= 1) isRefuted = true;
         candidate.error = found;
     }
     return isRefuted;
 }
 
+/// Notes dominant lights that failed their verification, so that they are chosen last.
+Result<void> LayoutDecision::noteFailedDominants(const ExecutionResult& chosen) {
+    for (auto& [map, choices] : choices_) {
+        const auto record = chosen.records.find("verify/" + dominantNameOf(map));
+        if (record == chosen.records.end()) continue;
+        const auto verified = fromJson<VerifyResult>(record->second.result, record->second.id);
+        if (!verified) return tl::make_unexpected(verified.error());
+        if (verified->verdict.passed) continue;
+        const std::string& layout = chosen_.at(dominantNameOf(map));
+        for (AllocationChoice& choice : choices)
+            if (choice.dominant == layout) choice.visible = std::numeric_limits<double>::infinity();
+    }
+    return {};
+}
+
+/// Replaces the upper bound of the meshes' memory by what they take. The sum shrinks once at most; otherwise a choice that fits could be
+/// taken and refused in turn.
+Result<void> LayoutDecision::correctBytes(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen) {
+    std::uint64_t found = 0;
+    for (const std::string& asset : plan.assets) {
+        const std::string id = "cook/" + asset;
+        const auto& records = chosen.records.contains(id) ? chosen.records : others.records;
+        const auto record = records.find(id);
+        if (record == records.end()) return {};
+        const auto cooked = fromJson<CookResult>(record->second.result, id);
+        if (!cooked) return tl::make_unexpected(cooked.error());
+        found += cooked->asset.totalBytesGpu();
+    }
+    const std::uint64_t expected = frontier_[chosenPoint_].bytes;
+    if (found == expected || (found < expected && !mayShrink_)) return {};
+    if (found < expected) mayShrink_ = false;
+    otherBytes_ = otherBytes_ + found - expected;
+    return {};
+}
+
 const std::string& lightMapOf(const Plan& plan, const std::string& asset) {
     const auto mesh = plan.meshes.find(asset);
     return mesh == plan.meshes.end() ? asset : mesh->second;
+}
+
+std::map<std::string, Json> frontierNotes(const LayoutDecision& decision) {
+    const std::vector<AllocationPoint>& frontier = decision.frontier();
+    std::map<std::string, Json> notes;
+    if (frontier.empty()) return notes;
+    const std::size_t chosen = decision.chosenPoint();
+    const auto pointOf = [&](std::size_t i) -> Json {
+        std::string layouts;
+        for (const auto& [map, choice] : frontier[i].choices)
+            layouts += fmt::format("{}{}: {}{}", layouts.empty() ? "" : "; ", map, choice.lightMap,
+                                   choice.dominant.empty() ? "" : ", dominant light " + choice.dominant);
+        return {{"scene_bytes_gpu", frontier[i].bytes}, {"whole_visible", frontier[i].visible}, {"layouts", layouts}};
+    };
+    Json points = Json::object();
+    for (std::size_t i = 0; i < frontier.size(); ++i) points[fmt::format("{:03}", i + 1)] = pointOf(i);
+    for (const auto& [map, choice] : frontier[chosen].choices) {
+        notes[map] = {{"whole_visible", choice.visible}, {"frontier", points}};
+        if (chosen > 0) notes[map]["step_down"] = pointOf(chosen - 1);
+        if (chosen + 1 < frontier.size()) notes[map]["step_up"] = pointOf(chosen + 1);
+    }
+    return notes;
 }
 
 }  // namespace lightcook::pipeline

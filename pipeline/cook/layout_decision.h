@@ -1,4 +1,5 @@
-// Decides the layouts of light maps whose layout is "auto": by error or by budget, from their trials, and again after verification.
+// Decides the layouts that a scene leaves open: those of light maps by error, or those of light maps and dominant lights together by
+// budget; from their trials, and again after verification.
 #pragma once
 
 #include <cstdint>
@@ -6,12 +7,17 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/layout_choice.h"
+#include "pipeline/cook/allocation.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/executor.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {
+
+/// Returns the limits of a light map; a name that the scene lacks has those of the output.
+LayoutLimits limitsOf(const Scene& scene, const std::string& map);
 
 class LayoutDecision {
 public:
@@ -21,22 +27,43 @@ public:
     static formats::Result<LayoutDecision> create(const Scene& scene, const Plan& open, const ExecutionResult& trials,
                                                   const ExecutionResult& materials);
 
-    /// Returns the layout of each map: the cheapest within the error, or the best within the budget.
-    std::map<std::string, std::string> choose() const;
-    /// Notes the verified errors. Returns true if a map missed the bound that its trial had kept, since a trial of a part of a map may be
-    /// too good: then choose() again.
-    formats::Result<bool> isRefuted(const ExecutionResult& chosen, const std::map<std::string, std::string>& layouts);
+    /// Returns layouts by asset: of each map, and of each dominant light that a budget chooses. They are the cheapest within the error, or
+    /// with a budget the allocation of least error within it. Under both, maps keep the cheapest within the error, and the budget is for
+    /// the dominant lights.
+    std::map<std::string, std::string> choose();
+    /// Notes the verified errors and the bytes of what was chosen. Returns true if choose() would now choose something else: a map missed
+    /// the bound that its trial had kept, since a trial of a part of a map may be too good; or meshes turned out smaller than their upper
+    /// bound.
+    formats::Result<bool> isRefuted(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen);
+
+    /// Returns the frontier of the last choose(), with the point that it chose. Empty without a budget.
+    const std::vector<AllocationPoint>& frontier() const { return frontier_; }
+    std::size_t chosenPoint() const { return chosenPoint_; }
 
 private:
     explicit LayoutDecision(const Scene& scene) : scene_(scene) {}
-    LayoutLimits limitsOf(const std::string& map) const;
+    bool isErrorLimited() const;
+    void addChoices(const std::string& map, const JointTrialResult& trial);
+    AllocationChoices allowedChoices() const;
+    formats::Result<bool> isLightMapRefuted(const ExecutionResult& chosen);
+    formats::Result<void> noteFailedDominants(const ExecutionResult& chosen);
+    formats::Result<void> correctBytes(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen);
 
     const Scene& scene_;
     LightMapCandidates candidates_;
-    std::uint64_t otherBytes_ = 0;  ///< GPU memory of the other assets, meshes at their upper bound
+    AllocationChoices choices_;                  ///< of a scene with a budget
+    std::uint64_t otherBytes_ = 0;               ///< GPU memory of the other assets, meshes at their upper bound
+    bool mayShrink_ = true;                      ///< otherBytes_ was not corrected downwards yet
+    std::map<std::string, std::string> chosen_;  ///< by the last choose(), as are those below
+    std::vector<AllocationPoint> frontier_;
+    std::size_t chosenPoint_ = 0;
 };
 
-/// Returns the light map that a mesh waits for; for another asset its own name.
+/// Returns the light map whose layout an asset waits for; for another asset its own name.
 const std::string& lightMapOf(const Plan& plan, const std::string& asset);
+
+/// Returns notes for the report by light map: the visible error of the whole shading, the frontier, and bytes and error of the next step
+/// down and of the next step up on it. Empty without a budget.
+std::map<std::string, Json> frontierNotes(const LayoutDecision& decision);
 
 }  // namespace lightcook::pipeline

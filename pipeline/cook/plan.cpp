@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <glm/geometric.hpp>
 #include <set>
+#include <type_traits>
 
 #include "formats/environment.h"
 #include "formats/gltf_scene.h"
@@ -12,15 +14,20 @@
 #include "pipeline/assets/cubemap/cubemap.h"
 #include "pipeline/assets/cubemap/probe_use.h"
 #include "pipeline/assets/dominant/dominant.h"
+#include "pipeline/assets/gltf/gltf.h"
 #include "pipeline/assets/light_map/ground_truth.h"
+#include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/trial.h"
 #include "pipeline/assets/lut/lut.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/rsrm/rsrm.h"
 #include "pipeline/assets/source_colors.h"
+#include "pipeline/assets/verification.h"
 #include "pipeline/cook/contents.h"
+#include "pipeline/manifest/manifest.h"
 #include "pipeline/scene/cubemap_layout.h"
+#include "pipeline/scene/dominant_layout.h"
 #include "pipeline/scene/rsrm_format.h"
 
 namespace lightcook::pipeline {
@@ -72,10 +79,8 @@ std::vector<std::string> fileNames(const std::string& asset, AssetKind kind) {
 constexpr int kTableTexelBytes = 24;
 constexpr int kTableRows = 16;
 
-/// Parameters of a verification that has none beside max_error.
-struct NoParameters {};
-template <class Fields, Is<NoParameters> Self>
-void describe(Fields&, Self&) {}
+/// Limit on the error of an asset whose layout a budget chose without another limit.
+constexpr double kMostChosenError = 2;
 
 /// Plans the assets of a scene, kind by kind.
 class Planner {
@@ -88,6 +93,9 @@ public:
     /// Call it once: it moves the plan out.
     formats::Result<Plan> plan() {
         for (const LightMapEntry& entry : scene_.lightMaps) planLightMap(entry);
+        if (scene_.output.gltf && std::ranges::none_of(scene_.lightMaps, [](const auto& entry) { return entry.mesh.has_value(); }))
+            mistake_ = {formats::ErrorCode::InvalidRequest, "--gltf",
+                        "found no light map with a mesh, expected one: add `mesh` to [[light_map]]"};
         for (const ProbeEntry& entry : scene_.probes) planProbe(entry);
         for (const GradientEntry& entry : scene_.gradients) planGradient(entry);
         planTables();
@@ -107,6 +115,12 @@ private:
         return isWanted(options_, asset, kind, parent);
     }
 
+    /// Returns the display of the scene and the limit on visible errors of an asset that is no light map.
+    /// ofAsset  its own limit
+    VisibleParameters visible(const std::optional<double>& ofAsset) const {
+        return {scene_.display, converterVisibleLimit(scene_.output, ofAsset)};
+    }
+
     /// Returns the inputs of an asset with one source: the file, and the colour configuration that it is read with.
     Inputs sourceOf(const std::filesystem::path& file) const {
         Inputs inputs = {{"source", file}};
@@ -115,7 +129,7 @@ private:
     }
 
     Inputs sourceOf(const LightMapEntry& entry) const {
-        Inputs inputs = bakeInputs(entry.file, entry.description.bake);
+        Inputs inputs = bakeInputs(entry.file, entry.description);
         inputs.merge(sourceOf(entry.file));
         return inputs;
     }
@@ -128,35 +142,71 @@ private:
         plan_.assets.push_back(asset);
         plan_.actions.push_back({"cook/" + asset, std::string(info(kind).name), asset, toJson(parameters), std::move(inputs), {}});
         Json verification = toJson(verifyParameters);
-        verification["max_error"] = info(kind).isHeldToMaxError ? scene_.output.maxError : converterLimit(scene_.output);
+        verification["max_error"] = limitOf(asset, kind, parameters);
         plan_.actions.push_back(verifyAction(asset, kind, verifyInputs, std::move(verification)));
+    }
+
+    /// Returns the limit on the error of an asset. Where a budget alone chooses a layout, that is what it allows.
+    template <class Parameters>
+    double limitOf(const std::string& asset, AssetKind kind, const Parameters& parameters) const {
+        const OutputSettings& output = scene_.output;
+        bool isChosen = false;
+        if constexpr (std::is_same_v<Parameters, LightMapParameters>) {
+            const auto entry = std::ranges::find(scene_.lightMaps, asset, &LightMapEntry::name);
+            isChosen = output.budgetBytes && !output.isErrorAsked && lightMapLayoutFor(scene_, needs_, *entry) == kAutoLayout;
+        }
+        if constexpr (std::is_same_v<Parameters, DominantParameters>) isChosen = parameters.layout && !output.maxConverterError;
+        if (isChosen) return kMostChosenError;
+        return info(kind).isHeldToMaxError ? output.maxError : converterLimit(output);
     }
 
     void planLightMap(const LightMapEntry& entry) {
         formats::LightMapDescription description = entry.description;
         description.repair = options_.repair;
-        const LightMapReduction reduction = reductionOf(scene_, needs_, entry, lightMapLayoutFor(scene_, needs_));
+        const LightMapReduction reduction = reductionOf(scene_, needs_, entry, lightMapLayoutFor(scene_, needs_, entry));
         std::string layout = reduction.layout;
-        const bool isDecided = layout != kAutoLayout || options_.layouts.contains(entry.name);
+        const std::optional<JointTrial> joint = jointTrialOf(entry, reduction);
+        const bool isDecided = (layout != kAutoLayout && !joint) || options_.layouts.contains(entry.name);
         if (layout == kAutoLayout && isDecided) layout = options_.layouts.at(entry.name);
         const bool mayBeLearned = !isDecided || hasLearnedBases(layout);
         const bool hasMesh =
             entry.mesh && (scene_.output.draco || mayBeLearned) && wanted(meshAssetName(scene_, entry), AssetKind::Mesh, entry.name);
         // A mesh whose vertices name clusters depends on its light map.
         const bool hasMap = wanted(entry.name, AssetKind::LightMap, entry.name) || (hasMesh && mayBeLearned);
-        if (hasMap && !isDecided) addTrial(entry, description, reduction.isFlatTried);
+        if ((hasMap || joint) && !isDecided) addTrial(entry, description, reduction.isFlatTried, joint);
         if (hasMap && isDecided) addLightMap(entry, description, layout, reduction);
-        planDominant(entry, description, reduction);
+        if (hasMap && isDecided && scene_.output.gltf && entry.mesh) addGltf(entry, description);
+        if (isDecided || !isDominantChosen(joint)) planDominant(entry, description, reduction);
         if (hasMesh && isDecided && (scene_.output.draco || hasLearnedBases(layout))) addMesh(entry, description, layout);
     }
 
-    void addTrial(const LightMapEntry& entry, const formats::LightMapDescription& description, bool isFlatTried) {
+    static bool isDominantChosen(const std::optional<JointTrial>& joint) { return joint && joint->dominant; }
+
+    /// Returns what shares the budget with a light map. Empty: there is no budget, or nothing of the map is left to choose. A dominant
+    /// light that is cooked without its light map was asked for, and is not traded.
+    std::optional<JointTrial> jointTrialOf(const LightMapEntry& entry, const LightMapReduction& reduction) const {
+        if (!scene_.output.budgetBytes || reduction.constantOf) return std::nullopt;
+        if (!isWanted(options_, entry.name, AssetKind::LightMap, entry.name)) return std::nullopt;
+        const bool isLayoutChosen = reduction.layout == kAutoLayout;
+        JointTrial joint;
+        if (reduction.layout != kAutoLayout) joint.layout = reduction.layout;
+        if (needs_.specular && reduction.hasDominant && !reduction.isDominantConstant &&
+            isWanted(options_, dominantNameOf(entry.name), AssetKind::Dominant, entry.name)) {
+            joint.dominant = DominantTrial{entry.dominantFit, formats::namesOf(allDominantLayouts())};
+        }
+        return isLayoutChosen || isDominantChosen(joint) ? std::optional(joint) : std::nullopt;
+    }
+
+    void addTrial(const LightMapEntry& entry, const formats::LightMapDescription& description, bool isFlatTried,
+                  const std::optional<JointTrial>& joint) {
         plan_.undecided.push_back(entry.name);
+        const TrialParameters parameters{description, scene_.output.target, textures_,
+                                         shading_,    scene_.display,       scene_.output.objective,
+                                         isFlatTried, scene_.output.decode, layoutsFor(scene_.output, entry)};
         plan_.actions.push_back({"trial/" + entry.name,
-                                 "light-map-trial",
+                                 joint ? "joint-trial" : "light-map-trial",
                                  entry.name,
-                                 toJson(TrialParameters{description, scene_.output.target, textures_, shading_, scene_.display,
-                                                        scene_.output.objective, isFlatTried, scene_.output.decode}),
+                                 joint ? toJson(JointTrialParameters{parameters, *joint}) : toJson(parameters),
                                  lightMapInputs(entry, true),
                                  {}});
     }
@@ -170,8 +220,9 @@ private:
         add(entry.name, AssetKind::LightMap, LightMapParameters{description, layout, scene_.output.target, textures_, visible},
             lightMapInputs(entry, hasLearnedBases(layout)),
             LightMapVerifyParameters{shading_, options_.samples, scene_.display, visibleLimit(scene_.output, entry.maxVisible),
-                                     entry.maxVisibleBound ? entry.maxVisibleBound : scene_.output.maxVisibleBound},
-            reduction.constantOf ? sourceOf(entry) : tracedInputs(entry));
+                                     entry.maxVisibleBound ? entry.maxVisibleBound : scene_.output.maxVisibleBound,
+                                     seamLimit(scene_.output, entry)},
+            reduction.constantOf ? sourceOf(entry) : viewedInputs(entry));
         const std::string asked = layoutAsked(scene_.output);
         const auto would = imagesOf(asked, scene_.output.target), is = imagesOf(layout, scene_.output.target);
         if (reduction.constantOf)
@@ -196,13 +247,26 @@ private:
             content == needs_.contents.end() ? glm::ivec2(0) : glm::ivec2(content->second.width, content->second.height);
         if (!reduction.hasDominant)
             return skip("dominant light of '" + entry.name + "'", "the light map has no directions", "dominant", entry.name, images, {});
+        const std::string layout = dominantLayoutOf(entry);
+        if (dominantLayoutFromName(layout)->divisor == 0)
+            return skip("dominant light of '" + entry.name + "'", "within the budget its bytes buy more elsewhere", "dominant", entry.name,
+                        images, {});
         if (reduction.isDominantConstant) {
             description.constantOf = size;
             skip("texels of the dominant light of '" + entry.name + "'", "every covered texel has the same light and normal",
                  bytesOf(images, size) - bytesOf(images, {kConstantSide, kConstantSide}), {"dominant", texelsOf(size)});
         }
-        add(dominant, AssetKind::Dominant, DominantParameters{description, entry.dominantFit, scene_.output.target, textures_},
-            sourceOf(entry), SceneView{shading_, scene_.display}, description.constantOf ? sourceOf(entry) : tracedInputs(entry));
+        DominantParameters parameters{description, entry.dominantFit, scene_.output.target, textures_, entry.name, {}};
+        if (layout != allDominantLayouts().front().name && !description.constantOf) parameters.layout = layout;
+        add(dominant, AssetKind::Dominant, parameters, sourceOf(entry),
+            DominantVerifyParameters{{shading_, scene_.display}, visible({}).maxVisible},
+            description.constantOf ? sourceOf(entry) : tracedInputs(entry));
+    }
+
+    /// Returns the layout of a dominant light: the chosen one, else the first.
+    std::string dominantLayoutOf(const LightMapEntry& entry) const {
+        const auto chosen = options_.layouts.find(dominantNameOf(entry.name));
+        return chosen == options_.layouts.end() ? std::string(allDominantLayouts().front().name) : chosen->second;
     }
 
     /// Returns the inputs of a light map. No two learned bases may meet on an island of the mesh, so the mesh is one of them if it exists.
@@ -221,17 +285,48 @@ private:
         return inputs;
     }
 
+    /// Returns the inputs of a light map's verification: traced light, and the mesh for seams and views of the worst places.
+    Inputs viewedInputs(const LightMapEntry& entry) const {
+        Inputs inputs = tracedInputs(entry);
+        std::error_code code;
+        if (entry.mesh && std::filesystem::exists(*entry.mesh, code))
+            inputs.merge(meshInputs(kSurfaceRole, *entry.mesh, formats::GltfFiles::Geometry));
+        return inputs;
+    }
+
     void addMesh(const LightMapEntry& entry, const formats::LightMapDescription& description, const std::string& layout) {
         const std::string asset = meshAssetName(scene_, entry);
         const Inputs inputs = meshInputs(kMeshRole, *entry.mesh);
         Inputs verifyInputs = sourceOf(entry);
         verifyInputs.insert(inputs.begin(), inputs.end());
-        add(asset, AssetKind::Mesh, MeshParameters{description, scene_.output.draco, scene_.output.maxError},
-            scene_.output.draco ? verifyInputs : inputs, NoParameters{}, verifyInputs);
+        add(asset, AssetKind::Mesh, MeshParameters{description, scene_.output.draco, scene_.output.maxError, entry.name},
+            scene_.output.draco ? verifyInputs : inputs, VisibleParameters{scene_.display, visibleLimit(scene_.output, entry.maxVisible)},
+            verifyInputs);
         plan_.meshes[asset] = entry.name;
         if (!hasLearnedBases(layout)) return;
         plan_.actions[plan_.actions.size() - 2].dependencies.push_back("cook/" + entry.name);
         plan_.actions.back().dependencies.push_back("cook/" + entry.name);
+    }
+
+    /// Adds the scene as glTF with a light map bound to it, and with the first probe that the scene uses.
+    void addGltf(const LightMapEntry& entry, const formats::LightMapDescription& description) {
+        if (!fileNames_.insert(gltfNameOf(entry.name)).second && takenName_.empty()) takenName_ = gltfNameOf(entry.name);
+        GltfParameters parameters{description, kShaderName, options_.repair};
+        Inputs inputs = sourceOf(entry);
+        inputs.merge(meshInputs(kMeshRole, *entry.mesh));
+        const auto probe = std::ranges::find_if(scene_.probes, [&](const auto& each) { return !needs_.unusedProbes.contains(each.name); });
+        if (probe != scene_.probes.end()) {
+            parameters.probe = {probe->name, scene_.colors, probe->file.filename().string()};
+            for (const auto& [role, file] : sourceOfProbe(probe->file))
+                if (role != kColorConfigRole) inputs["probe-" + role] = file;
+            if (probe->sh) inputs[kProbeShRole] = *probe->sh;
+        }
+        plan_.actions.push_back({"gltf/" + entry.name,
+                                 "gltf",
+                                 entry.name,
+                                 toJson(parameters),
+                                 std::move(inputs),
+                                 {"cook/" + entry.name, "verify/" + entry.name}});
     }
 
     /// Returns the inputs of a probe: of six files, all that exist.
@@ -262,13 +357,14 @@ private:
                                      .layout = entry.layout,
                                      .repair = options_.repair,
                                      .lobe = shading_.lobe,
-                                     .probeFile = {}};
+                                     .probeFile = {},
+                                     .place = entry.place};
         Inputs inputs = sourceOfProbe(entry.file);
-        if (entry.sh && cubemapLayoutFromName(entry.layout)->id == CubemapLayout::PreDivided) {
+        if (entry.sh) {
             inputs["sh"] = *entry.sh;
             parameters.probeFile = entry.file.filename().string();
         }
-        add(entry.name, AssetKind::Cubemap, parameters, inputs, NoParameters{}, sourceOfProbe(entry.file));
+        add(entry.name, AssetKind::Cubemap, parameters, inputs, visible(entry.maxVisible), sourceOfProbe(entry.file));
     }
 
     /// Returns the GPU memory of a reflection map [bytes]; if the cook chooses the format, that of rgba8.
@@ -324,12 +420,13 @@ private:
             .repair = options_.repair,
             .axis = entry.axis,
             .zones = {},
-            .encoding = {}};
+            .encoding = {},
+            .north = glm::normalize(entry.axis.value_or(info(scene_.up).direction))};
         if (entry.axis)
             parameters.zones = entry.zones;
         else
             parameters.encoding = entry.encoding;
-        add(entry.name, AssetKind::Rsrm, parameters, sourceOf(entry.file), NoParameters{}, sourceOf(entry.file));
+        add(entry.name, AssetKind::Rsrm, parameters, sourceOf(entry.file), visible(entry.maxVisible), sourceOf(entry.file));
     }
 
     void planTables() {
@@ -355,8 +452,9 @@ private:
                           .viewAxis = tables.viewAxis,
                           .roughnessAxis = tables.roughnessAxis,
                           .f0 = {needs_.f0.low, needs_.f0.high},
+                          .format = std::string(formats::info(formats::info(scene_.output.target).table).name),
                           .textures = textures_},
-            {}, LutVerifyParameters{shading_}, {});
+            {}, LutVerifyParameters{shading_, visible(tables.maxVisible)}, {});
     }
 
     void skip(std::string what, std::string why, std::uint64_t bytes, SkippedWork work) {

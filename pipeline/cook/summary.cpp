@@ -5,8 +5,9 @@
 #include <set>
 
 #include "formats/light_map_layout.h"
-#include "pipeline/assets/light_map/trial.h"
+#include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/cook/integrity.h"
+#include "pipeline/cook/layout_decision.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/self_digest.h"
 
@@ -100,9 +101,14 @@ Result<void> SummaryWriter::collect(const Plan& plan, const ExecutionResult& res
             if (!isPlanned(plan, asset.name)) assets_.push_back(asset);
         for (const ReportRow& row : oldReport_->assets)
             if (!isPlanned(plan, row.name)) rows_.push_back(row);
+        for (const GltfFile& gltf : oldManifest_->gltf)
+            if (!isPlanned(plan, gltf.lightMap)) gltf_.push_back(gltf);
     }
-    for (const std::string& name : plan.assets)
+    for (const std::string& name : plan.assets) {
         if (auto added = addAsset(plan, result, name); !added) return added;
+        if (const auto gltf = result.records.find("gltf/" + name); gltf != result.records.end())
+            for (const FileRecord& file : gltf->second.files) gltf_.push_back({file.name, name, file.digest});
+    }
     return {};
 }
 
@@ -115,10 +121,24 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
     auto row = reportRow(*asset, cooked->second, verified->second);
     if (!row) return tl::make_unexpected(row.error());
     if (const auto record = result.records.find("trial/" + name); record != result.records.end()) {
-        auto trial = fromJson<TrialResult>(record->second.result, record->first);
+        auto trial = trialIn(record->second);
         if (!trial) return tl::make_unexpected(trial.error());
-        row->trialCandidates = std::move(trial->candidates);
-        row->trialShare = trial->share;
+        if (const TrialCandidate* excluded = bestExcluded(trial->trial.candidates, row->layout, limitsOf(scene_, name))) {
+            const auto chosen = std::ranges::find(trial->trial.candidates, row->layout, &TrialCandidate::layout);
+            row->betterExcluded =
+                ExcludedLayout{excluded->layout,
+                               static_cast<std::int64_t>(chosen->bytesGpu) - static_cast<std::int64_t>(excluded->bytesGpu),
+                               std::max(chosen->diffuse, chosen->specular),
+                               std::max(excluded->diffuse, excluded->specular),
+                               std::max(chosen->visibleDiffuse, chosen->visibleSpecular),
+                               std::max(excluded->visibleDiffuse, excluded->visibleSpecular)};
+        }
+        row->trialCandidates = std::move(trial->trial.candidates);
+        row->trialShare = trial->trial.share;
+    }
+    if (const auto notes = notes_.find(name); notes != notes_.end()) {
+        if (!row->notes) row->notes = Json::object();
+        row->notes->update(notes->second);
     }
     assets_.push_back(std::move(*asset));
     rows_.push_back(std::move(*row));
@@ -128,7 +148,7 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
 /// Writes manifest and shader, and removes files of an earlier cook.
 Result<void> SummaryWriter::writeManifest() {
     const std::string shader = shaderTextOf(assets_, scene_.lobe);
-    const Manifest manifest = makeManifest(scene_, folder_, assets_, digestOfText(shader));
+    const Manifest manifest = makeManifest(scene_, folder_, assets_, gltf_, digestOfText(shader));
     manifestText_ = withSelfDigest(toJson(manifest));
     if (oldManifest_) removeStale(folder_, *oldManifest_, manifest);
     if (auto written = writeFileIfChanged(folder_ / kShaderName, shader); !written) return written;

@@ -137,11 +137,10 @@ private:
         if (entry == scene_.lightMaps.end()) {
             auto description = descriptionOf(asset);
             if (!description) return tl::make_unexpected(description.error());
-            if (const auto config = sources.find(kColorConfigRole); config != sources.end()) description->colors.config = config->second;
             LightMapEntry added;
             added.name = asset.name;
             added.file = source->second;
-            added.description = std::move(*description);
+            added.description = withFiles(std::move(*description), sources);
             scene_.lightMaps.push_back(std::move(added));
             entry = std::prev(scene_.lightMaps.end());
         }

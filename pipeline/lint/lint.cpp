@@ -28,7 +28,7 @@ Inputs sourceOf(const std::filesystem::path& file, const formats::ColorSpaces& c
 }
 
 Inputs sourceOf(const LightMapEntry& entry) {
-    Inputs inputs = bakeInputs(entry.file, entry.description.bake);
+    Inputs inputs = bakeInputs(entry.file, entry.description);
     inputs.merge(sourceOf(entry.file, entry.description.colors));
     return inputs;
 }

@@ -87,10 +87,23 @@ private:
         if (!code) expectEqual(place + ", bytes_disk", expected, std::uint64_t{bytes});
     }
 
+    /// Returns the size that a texture must have that is fetched texel by texel.
+    glm::ivec2 lookupSize(const CookedAsset& asset, const CookedTexture& texture) {
+        if (texture.role == kIndexRole) return {indexWidth(asset.width), indexHeight(asset.height)};
+        const auto layout = formats::lightMapLayoutFromName(asset.layout);
+        const Json constants = asset.constants.value_or(Json());
+        expectEqual(asset.name + ", constants/tables", constants.is_object() ? constants.value(kTablesRole, Json()) : Json(),
+                    {{"file", texture.file}});
+        const Json clusters = constants.is_object() ? constants.value("clusters", Json()) : Json();
+        const bool isCount =
+            clusters.is_array() && clusters.size() == 1 && clusters[0].is_number() && clusters[0] >= 0 && clusters[0] <= 256;
+        return {layout ? formats::info(*layout).tableFactors() : 0, isCount ? clusters[0].get<int>() : 0};
+    }
+
     void checkTexture(const CookedAsset& asset, const CookedTexture& texture) {
         const std::string place = fmt::format("{}, texture {}", asset.name, texture.role);
-        const bool isIndex = asset.kind == AssetKind::LightMap && texture.role == kIndexRole;
-        const Sampler sampler{isIndex ? "nearest" : std::string(info(asset.kind).filter), "clamp"};
+        const bool isLookup = asset.kind == AssetKind::LightMap && isLookupRole(texture.role);
+        const Sampler sampler{isLookup ? "nearest" : std::string(info(asset.kind).filter), "clamp"};
         expectEqual(place + ", sampler", toJson(texture.sampler), toJson(sampler));
         checkFileSize(texture.file, texture.bytesDisk, place);
         const auto reader = formats::TextureReader::open(folder_ / texture.file);
@@ -98,9 +111,13 @@ private:
             errors_.push_back(reader.error());
             return;
         }
+        if (texture.isArray) expectEqual(place + ", array", *texture.isArray, reader->shape().isArray);
+        if (texture.apiFormats)
+            expectEqual(place + ", api_formats", toJson(*texture.apiFormats), toJson(formats::apiFormats(reader->shape().format)));
         expectEqual(place + ", bytes_gpu", texture.bytesGpu, std::uint64_t{reader->shape().gpuBytes()});
-        expectEqual(place + ", width of its asset", isIndex ? indexWidth(asset.width) : asset.width, texture.width);
-        expectEqual(place + ", height of its asset", isIndex ? indexHeight(asset.height) : asset.height, texture.height);
+        const glm::ivec2 size = isLookup ? lookupSize(asset, texture) : glm::ivec2(asset.width, asset.height);
+        expectEqual(place + ", width of its asset", size.x, texture.width);
+        expectEqual(place + ", height of its asset", size.y, texture.height);
         if (const auto metadata = reader->metadata().find("io.lightcook"); metadata != reader->metadata().end())
             checkMetadata(parseJson(metadata->second), asset, place);
     }

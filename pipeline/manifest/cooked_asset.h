@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "formats/api_formats.h"
 #include "formats/color.h"
+#include "formats/probe_place.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/json/json_fields.h"
 
@@ -35,12 +37,29 @@ void describe(Fields& fields, Self& sampler) {
     fields.required("wrap", sampler.wrap, "clamp");
 }
 
+template <class Fields, Is<formats::ApiFormats> Self>
+void describe(Fields& fields, Self& numbers) {
+    fields.required("vulkan", numbers.vulkan, "VkFormat");
+    fields.optional("dxgi", numbers.dxgi, "DXGI_FORMAT; absent where there is none");
+    fields.required("gl", numbers.gl, "sized internal format of OpenGL and OpenGL ES");
+    fields.optional("metal", numbers.metal, "MTLPixelFormat; absent where there is none");
+}
+
+template <class Fields, Is<formats::ProbePlace> Self>
+void describe(Fields& fields, Self& place) {
+    fields.optional("position", place.position, "world place of the probe");
+    fields.optional("box", place.box, "lowest and highest corner of the room that reflections are corrected for");
+    fields.optional("radius", place.radius, between(0, HUGE_VAL), "radius of the sphere that the probe lights");
+}
+
 struct CookedTexture {
     std::string role;
     std::string file;
     std::string format;
     int width = 0, height = 0;
+    std::optional<formats::ApiFormats> apiFormats;
     int mips = 1, layers = 1, faces = 1;
+    std::optional<bool> isArray;
     std::uint64_t bytesGpu = 0, bytesDisk = 0;
     Sampler sampler;
     std::string digest;  ///< empty until the manifest is put together
@@ -51,10 +70,12 @@ void describe(Fields& fields, Self& texture) {
     fields.required("role", texture.role, "name of the texture in the layout, and in the shader: `l0`");
     fields.required("file", texture.file, kFileInFolder, "KTX2 or DDS file");
     fields.required("format", texture.format, "pixel format, as `encode --format` names it");
+    fields.optional("api_formats", texture.apiFormats, "the format's number in the graphics APIs");
     fields.required("width", texture.width, kSide, "width [texels]");
     fields.required("height", texture.height, kSide, "height [texels]");
     fields.required("mips", texture.mips, kCount, "number of mip levels");
     fields.required("layers", texture.layers, kCount, "number of array layers");
+    fields.optional("array", texture.isArray, "true for an array texture, which a shader samples by layer");
     fields.required("faces", texture.faces, kCount, "6 for a cubemap, else 1");
     fields.required("bytes_gpu", texture.bytesGpu, kBytes, "GPU memory [bytes]");
     fields.required("bytes_disk", texture.bytesDisk, kBytes, "size of the file [bytes]");
@@ -86,7 +107,8 @@ template <class Fields, Is<AssetSource> Self>
 void describe(Fields& fields, Self& source) {
     fields.optional("description", source.description,
                     "conventions of the light map's file: `bake`, `phase`, `frame`, `quantity`, "
-                    "`light_units`, `encoding` of an 8-bit picture, `color_source`, `color_working`, `firefly_limit`, `repair`");
+                    "`light_units`, `encoding` of an 8-bit picture, `files` of a bake of listed images, `color_source`, `color_working`, "
+                    "`firefly_limit`, `repair`");
     fields.optional("colors", source.colors, "colour spaces of an environment or a gradient");
     fields.optional("repair", source.repair, "true if texels that are not finite were replaced");
     fields.optional("encoding", source.encoding, "encoding of a painted gradient: auto, linear or srgb");
@@ -129,6 +151,9 @@ struct CookedAsset {
     std::optional<int> decodeDegree;
     std::optional<bool> dither;
     std::optional<std::string> file;                   ///< of a mesh
+    std::optional<std::string> lightMap;               ///< of a mesh or a dominant light
+    std::optional<formats::ProbePlace> probe;          ///< of a cubemap
+    std::optional<glm::dvec3> axis;                    ///< of a reflection map
     std::optional<std::uint64_t> bytesGpu, bytesDisk;  ///< beside those of the textures
     std::optional<std::uint64_t> vertexBytes;          ///< of a light map whose mesh names its bases; counted there
     std::optional<std::uint64_t> vertices, triangles;
@@ -173,6 +198,9 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("frame", asset.frame, "frame of directions");
     fields.optional("decode_degree", asset.decodeDegree, "degree of the decode as a polynomial of the filtered texels");
     fields.optional("dither", asset.dither, "true if the codes of a reflection map are dithered");
+    fields.optional("light_map", asset.lightMap, "light map that a mesh is lit by, or that a dominant light belongs to");
+    fields.optional("probe", asset.probe, "place of a cubemap's probe, as far as the scene states it");
+    fields.optional("axis", asset.axis, "world direction that the first column of a reflection map looks in; unit");
     fields.optional("file", asset.file, kFileInFolder, "glTF file of a mesh");
     bytes(asset.file.has_value());
     fields.optional("vertex_bytes_gpu", asset.vertexBytes, kBytes,

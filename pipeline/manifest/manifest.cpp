@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "formats/light_map_layout.h"
+#include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/version.h"
 #include "shaders/include.h"
@@ -17,17 +18,17 @@ using formats::Result;
 constexpr double kLargestSampleCount = 1000000;  ///< that the command line takes
 
 /// Parameters of a verification, as far as they have to be in range before an action reads them.
+struct ShadingLimits {
+    bool specular = false;
+    int views = 1, normals = 1;
+    std::vector<double> m, f0;
+};
 struct VerifyLimits {
     double maxError = 0;
     std::optional<int> samples;
-    struct Shading {
-        bool specular = false;
-        int views = 1, normals = 1;
-        std::vector<double> m, f0;
-    };
-    std::optional<Shading> shading;
+    std::optional<ShadingLimits> shading;
 };
-template <class Fields, Is<VerifyLimits::Shading> Self>
+template <class Fields, Is<ShadingLimits> Self>
 void describe(Fields& fields, Self& shading) {
     constexpr FieldRule kUnit = {.low = 0, .high = 1, .leastCount = 1}, kCount = between(1, kLargestCount);
     fields.required("specular", shading.specular, "true if area specular is shaded");
@@ -90,7 +91,7 @@ Result<CookedAsset> manifestAsset(const Action& cook, const Action& verify, cons
 }
 
 Manifest makeManifest(const Scene& scene, const std::filesystem::path& outputFolder, std::vector<CookedAsset> assets,
-                      const std::string& shaderDigest) {
+                      std::vector<GltfFile> gltf, const std::string& shaderDigest) {
     Manifest manifest;
     manifest.scene = scene.name;
     manifest.tool = {kToolName, kToolVersion};
@@ -99,6 +100,8 @@ Manifest makeManifest(const Scene& scene, const std::filesystem::path& outputFol
     manifest.target = formats::info(scene.output.target).name;
     manifest.workingColor = scene.colors.working;
     manifest.lobe = scene.lobe;
+    manifest.up = scene.up;
+    manifest.gltf = std::move(gltf);
     manifest.shader = {kShaderName, shaderDigest};
     manifest.allowances = scene.allowances;
     manifest.assets = std::move(assets);
@@ -143,6 +146,7 @@ std::vector<FileRecord> filesOf(const Manifest& manifest) {
         if (asset.file) files.push_back({*asset.file, asset.digest.value_or(""), 0});
         for (const CookedTexture& texture : asset.textures) files.push_back({texture.file, texture.digest, 0});
     }
+    for (const GltfFile& gltf : manifest.gltf) files.push_back({gltf.file, gltf.digest, 0});
     return files;
 }
 

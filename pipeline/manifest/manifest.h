@@ -35,6 +35,17 @@ void describe(Fields& fields, Self& shader) {
     fields.required("digest", shader.digest, "XXH3-128 of the file");
 }
 
+/// A glTF with a light map bound to its nodes.
+struct GltfFile {
+    std::string file, lightMap, digest;
+};
+template <class Fields, Is<GltfFile> Self>
+void describe(Fields& fields, Self& gltf) {
+    fields.required("file", gltf.file, kFileInFolder, "GLB file");
+    fields.required("light_map", gltf.lightMap, "light map that it binds");
+    fields.required("digest", gltf.digest, "XXH3-128 of the file");
+}
+
 struct Manifest {
     int schema = 1;
     std::string scene;
@@ -44,7 +55,9 @@ struct Manifest {
     std::string target;
     std::string workingColor;
     lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;
+    UpAxis up = UpAxis::Y;
     ShaderFile shader;
+    std::vector<GltfFile> gltf;
     std::vector<Allowance> allowances;
     std::vector<CookedAsset> assets;
 };
@@ -59,7 +72,9 @@ void describe(Fields& fields, Self& manifest) {
     fields.object("color", "colour of the cooked textures",
                   [&](auto& color) { color.required("working", manifest.workingColor, "working colour space"); });
     fields.presentIf(true, "lobe", manifest.lobe, "specular lobe of cubemaps, tables, dominant lights and shader");
+    fields.presentIf(true, "up_axis", manifest.up, "axis of world space that points up");
     fields.required("shader", manifest.shader, "decode and shading, as the verifier ran them");
+    fields.presentIf(!manifest.gltf.empty(), "gltf", manifest.gltf, "the scene as glTF: of `cook --gltf`");
     fields.presentIf(!manifest.allowances.empty(), "allow", manifest.allowances, "warnings of lint that the scene file allows");
     fields.required("assets", manifest.assets, "assets, in the order of the report");
 }
@@ -71,7 +86,7 @@ formats::Result<CookedAsset> manifestAsset(const Action& cook, const Action& ver
                                            const std::filesystem::path& sceneDirectory, DigestMemo& digests);
 
 Manifest makeManifest(const Scene& scene, const std::filesystem::path& outputFolder, std::vector<CookedAsset> assets,
-                      const std::string& shaderDigest);
+                      std::vector<GltfFile> gltf, const std::string& shaderDigest);
 
 /// Reads cooked.json of a folder, and refuses one of another shape: types, ranges, unknown kinds, files outside the folder.
 formats::Result<Manifest> loadManifest(const std::filesystem::path& folder);

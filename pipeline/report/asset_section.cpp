@@ -5,38 +5,25 @@
 #include <algorithm>
 #include <array>
 
+#include "pipeline/assets/asset_kind.h"
+#include "pipeline/report/captions.h"
 #include "pipeline/report/failures.h"
 #include "pipeline/report/layout_curve.h"
 #include "pipeline/report/page_parts.h"
+#include "pipeline/report/picture_figure.h"
+#include "pipeline/report/seam_section.h"
 #include "pipeline/report/visible_histogram.h"
 
 namespace lightcook::pipeline {
 namespace {
 
-/// file  relative to the folder
-/// alt   words for readers who do not see the picture
-Html pictureFigure(const std::filesystem::path& folder, const std::string& file, const std::string& alt, const Html& caption) {
-    constexpr std::uint32_t kSmoothFrom = 256;  // [pixels] smaller pictures are enlarged without smoothing, so that texels can be seen
-    const auto picture = loadPicture(folder, file);
-    Html content;
-    if (picture) {
-        const char* scaling = std::max(picture->width, picture->height) < kSmoothFrom ? "pixels" : "smooth";
-        content = voidElement("img", {{"src", picture->dataUri},
-                                      {"alt", alt},
-                                      {"class", scaling},
-                                      {"width", std::to_string(picture->width)},
-                                      {"height", std::to_string(picture->height)}});
-    } else {
-        content = element("div", {{"class", "missing"}}, text(file.empty() ? "no picture" : "picture missing: " + file));
-    }
-    return element("figure", content + element("figcaption", caption));
-}
-
 Html pictures(const std::filesystem::path& folder, const Json& asset) {
     const Json& preview = member(asset, "preview");
     if (!preview.is_object()) return {};
     const std::string kind = words(member(asset, "kind"));
-    const bool isVisible = member(member(member(lastStage(asset), "error"), "diffuse"), "visible").is_object();
+    // Pictures of other assets show local errors, also beside visible figures.
+    const bool isVisible =
+        kind == info(AssetKind::LightMap).name && member(member(member(lastStage(asset), "error"), "diffuse"), "visible").is_object();
     // This scale shows the colour ramp of preview.cpp.
     const Html ramp = word("0") + element("span", {{"class", "heat"}}, {}) + word(isVisible ? "10 or more" : "10 % or more");
     const char *reference = ": the float bake", *cooked = ": as the shader reads it", *difference = "";
@@ -52,7 +39,8 @@ Html pictures(const std::filesystem::path& folder, const Json& asset) {
                                                   : ": local relative error, the worst under each pixel" + std::string(difference)) +
                                    element("span", {{"class", "scale"}}, ramp);
     const auto figure = [&](const char* role, const Html& caption) {
-        return pictureFigure(folder, words(member(preview, role)), role, caption);
+        return pictureFigure(folder, words(member(preview, role)), role, caption,
+                             role == std::string_view("reference") || role == std::string_view("cooked"));
     };
     Html anyNormal;
     if (preview.contains("any_normal"))
@@ -61,7 +49,7 @@ Html pictures(const std::filesystem::path& folder, const Json& asset) {
                                    element("div", {{"class", "pictures"}},
                                            figure("any_normal", word("The largest over the normals that a normal map can turn to, of "
                                                                      "every texel that the other pictures show; same scale"))));
-    return element("div", {{"class", "pictures"}},
+    return element("div", {{"class", "pictures lit"}},
                    figure("reference", element("b", word("Reference")) + word(reference)) +
                        figure("cooked", element("b", word("Cooked")) + word(cooked)) + figure("difference", differenceCaption)) +
            anyNormal;
@@ -74,9 +62,19 @@ std::string colourWords(const Json& colour) {
     return "(" + out + ")";
 }
 
+/// Returns the two pictures of a place as a camera sees it; empty without a rendered view.
+Html renderedView(const std::filesystem::path& folder, const Json& view, const std::string& where) {
+    if (!view.is_object()) return {};
+    const auto figure = [&](const char* role, const char* name) {
+        return pictureFigure(folder, words(member(view, role)), std::string(name) + ", seen around texel " + where,
+                             element("b", word(name)) + text(", the mesh around texel " + where), true);
+    };
+    return element("div", element("div", {{"class", "pictures lit views"}}, figure("reference", "Bake") + figure("cooked", "Cooked")));
+}
+
 /// Returns pictures of what lies around the texels with the largest visible errors.
 Html worstPlaces(const std::filesystem::path& folder, const Json& asset) {
-    Html figures;
+    Html figures, views;
     for (const Json& place : list(member(asset, "preview"), "worst")) {
         const Json& texel = list(place, "texel");
         const std::string where = texel.size() == 2 ? fmt::format("{}, {}", count(texel[0]), count(texel[1])) : std::string(kDash);
@@ -84,9 +82,17 @@ Html worstPlaces(const std::filesystem::path& folder, const Json& asset) {
                              text(fmt::format(": visible error {}; bake {}, cooked {}", humanNumber(number(member(place, "visible"))),
                                               colourWords(member(place, "reference")), colourWords(member(place, "found"))));
         figures += pictureFigure(folder, words(member(place, "file")), "bake, cooked and visible error around texel " + where, caption);
+        views += renderedView(folder, member(place, "view"), where);
     }
     if (figures.isEmpty()) return {};
-    return element("div", {{"class", "notes"}},
+    if (!views.isEmpty())
+        views = element(
+            "div", {{"class", "notes"}},
+            element("h3", word("The worst places in the scene: the mesh from in front of each, as a white surface under the bake and "
+                               "under the cooked map")) +
+                element("div", {{"class", "columns"}}, views));
+    return views +
+           element("div", {{"class", "notes"}},
                    element("h3", word("Worst places, at the texels' own normals: bake, cooked and visible error, 24 texels across")) +
                        element("div", {{"class", "pictures worst-places"}}, figures));
 }
@@ -104,20 +110,27 @@ Html histogram(const Json& asset) {
                             number(member(member(asset, "limit"), "max_visible")));
 }
 
+/// Returns true if figures have a proven bound of visible errors.
+bool hasVisibleBound(const Json& figures) {
+    return member(member(figures, "visible"), "bound").is_number();
+}
+
 /// Returns the figures of a stage beside rel_rms, with one bound: that of visible errors if there is one.
 std::vector<const char*> figureNames(bool hasVisible) {
     if (hasVisible) return {"p99", "max_sampled"};
     return {"p99", "max_sampled", "max_bound"};
 }
 
-/// Returns the name of a stage, and where its figures are from if the report has those of texel centres beside them.
+/// Returns the caption and the name of a stage. "On the surface" is added where the report has figures of texel centres, too.
 Html stageName(const Json& stage) {
-    return text(words(member(stage, "name")) + (stage.contains("at_texels") ? ", on the surface" : ""));
+    const std::string name = words(member(stage, "name")), caption = stageCaption(name);
+    const Html more = caption == name ? Html() : element("span", {{"class", "sub"}}, text(name));
+    return text(caption + (stage.contains("at_texels") ? ", on the surface" : "")) + more;
 }
 
-Html stageRow(const Json& stage, bool isLast, double limit, bool hasVisible) {
+Html stageRow(const Json& stage, bool isLast, double limit, bool hasVisible, const std::vector<const char*>& shadings) {
     Html cells = element("th", {{"scope", "row"}}, stageName(stage));
-    for (const char* shading : kShadings) {
+    for (const char* shading : shadings) {
         const Json& figures = member(member(stage, "error"), shading);
         cells += isLast ? limitedCell(figures, limit) : numberCell(figureMarkup(figures, "rel_rms"));
         for (const char* name : figureNames(hasVisible)) cells += numberCell(figureMarkup(figures, name));
@@ -128,40 +141,53 @@ Html stageRow(const Json& stage, bool isLast, double limit, bool hasVisible) {
 Html stageTable(const Json& asset) {
     const Json& stages = list(asset, "stages");
     if (stages.empty()) return element("p", {{"class", "soft"}}, word("No stage was measured."));
-    const bool hasVisible = member(member(member(lastStage(asset), "error"), "diffuse"), "visible").is_object();
+    const bool hasVisible = hasVisibleBound(member(member(lastStage(asset), "error"), "diffuse"));
     const char* span = hasVisible ? "3" : "4";
-    const Html groups = headCell("Stage", "", {{"rowspan", "2"}}) + headCell("diffuse", "group", {{"colspan", span}}) +
-                        headCell("specular", "group", {{"colspan", span}}) + headCell("Time", "num", {{"rowspan", "2"}});
+    const std::vector<const char*> shadings = shadingsOf(asset);
+    Html groups = headCell("After the stage", "", {{"rowspan", "2"}});
+    for (const char* shading : shadings) groups += headCell(shading, "group", {{"colspan", span}});
+    groups += headCell("Time", "num", {{"rowspan", "2"}});
     Html names, rows;
-    for (int i = 0; i < 2; ++i) {
+    for (std::size_t i = 0; i < shadings.size(); ++i) {
         names += headCell("rel_rms", "num first") + headCell("p99", "num") + headCell("max sampled", "num");
         if (!hasVisible) names += headCell("bound", "num");
     }
-    for (const Json& stage : stages) rows += stageRow(stage, &stage == &stages.back(), limitOf(asset), hasVisible);
-    return table("stages", element("tr", groups) + element("tr", names), rows);
+    for (const Json& stage : stages) rows += stageRow(stage, &stage == &stages.back(), limitOf(asset), hasVisible, shadings);
+    return table(shadings.size() == 1 ? "stages one" : "stages", element("tr", groups) + element("tr", names), rows);
 }
 
 /// Returns a table of the visible errors of each stage. Empty for assets without them.
 Html visibleTable(const Json& asset) {
     constexpr std::array<std::array<const char*, 2>, 6> kFigures = {
         {{"rms", "rms"}, {"p50", "median"}, {"p99", "p99"}, {"p999", "p99.9"}, {"max", "max"}, {"bound", "bound"}}};
+    const std::vector<const char*> shadings = shadingsOf(asset);
     Html names, rows;
-    for (int i = 0; i < 2; ++i)
+    for (std::size_t i = 0; i < shadings.size(); ++i)
         for (const auto& [key, name] : kFigures) names += headCell(name, key == kFigures[0][0] ? "num first" : "num");
     for (const Json& stage : list(asset, "stages")) {
         const Json& error = member(stage, "error");
         if (!member(member(error, "diffuse"), "visible").is_object() && !member(member(error, "specular"), "visible").is_object()) continue;
         Html cells = element("th", {{"scope", "row"}}, stageName(stage));
-        for (const char* shading : kShadings)
+        for (const char* shading : shadings)
             for (const auto& [key, name] : kFigures) cells += numberCell(visibleMarkup(member(error, shading), key));
         rows += element("tr", {{"class", &stage == &list(asset, "stages").back() ? "last" : ""}}, cells);
     }
     if (rows.isEmpty()) return {};
-    const Html groups = headCell("Visible error", "", {{"rowspan", "2"}}) + headCell("diffuse", "group", {{"colspan", "6"}}) +
-                        headCell("specular", "group", {{"colspan", "6"}});
-    return table("stages visible", element("tr", groups) + element("tr", names), rows) + histogram(asset) +
+    Html groups = headCell("Visible error", "", {{"rowspan", "2"}});
+    for (const char* shading : shadings) groups += headCell(shading, "group", {{"colspan", "6"}});
+    return table(shadings.size() == 1 ? "stages visible one" : "stages visible", element("tr", groups) + element("tr", names), rows) +
+           element("div", {{"class", "curve-frame"}}, histogram(asset)) +
            element("p", {{"class", "soft"}},
                    word("In just noticeable differences (Delta E ITP): 1 is at the threshold of a trained eye, 10 is plain to see."));
+}
+
+/// Returns a row with the place of the largest visible error and both colours. Empty without one.
+Html visibleRow(const char* shading, const Json& visible) {
+    const Json& at = member(visible, "max_at");
+    if (placeWords(at).empty()) return {};
+    return element("tr", element("th", {{"scope", "row"}}, text(fmt::format("{}, largest visible error", shading))) +
+                             numberCell(visibleNumber(visible, "max")) + element("td", text(placeWords(at))) +
+                             numberCell(text(colourWords(member(at, "reference")))) + numberCell(text(colourWords(member(at, "found")))));
 }
 
 /// Returns a table of the places of the worst sample and of the largest bound of the last stage, as far as they are reported.
@@ -175,7 +201,7 @@ Html worstTable(const Json& asset) {
             const Json& at = member(error, key);
             if (placeWords(at).empty()) continue;
             // A stage shows one bound: that of visible errors if it has one.
-            if (std::string(figure) == "max_bound" && member(error, "visible").is_object()) continue;
+            if (std::string(figure) == "max_bound" && hasVisibleBound(error)) continue;
             const auto light = [&](const char* which) {
                 const Json& value = member(at, which);
                 return value.is_number() ? withTitle(humanNumber(number(value)), exactNumber(number(value))) : text(kDash);
@@ -184,10 +210,11 @@ Html worstTable(const Json& asset) {
                                       numberCell(figureMarkup(error, figure)) + element("td", text(placeWords(at))) +
                                       numberCell(light("reference")) + numberCell(light("found")));
         }
+        rows += visibleRow(shading, member(error, "visible"));
     }
     if (rows.isEmpty()) return {};
     const Html head =
-        headCell("Worst") + headCell("Local error", "num") + headCell("Where") + headCell("Light", "num") + headCell("Cooked", "num");
+        headCell("Worst") + headCell("Error", "num") + headCell("Where") + headCell("Light", "num") + headCell("Cooked", "num");
     return table("worst", element("tr", head), rows);
 }
 
@@ -202,30 +229,6 @@ Html textureTable(const Json& asset) {
     return table("textures", element("tr", headCell("Texture") + headCell("Format") + headCell("GPU", "num") + headCell("File")), rows);
 }
 
-/// Returns the caption of a note.
-std::string noteWords(const std::string& key) {
-    static const std::array<std::pair<const char*, const char*>, 14> kNotes = {
-        {{"covered_texels", "Texels inside charts"},
-         {"beyond_positive_bounds", "Texels whose coefficients no positive light could give"},
-         {"repaired_not_finite", "Texels set to zero because a coefficient was not finite"},
-         {"repaired_negative_dc", "Channels set to zero because their mean was negative"},
-         {"repaired_bands", "Bands scaled down to what light of their mean can have"},
-         {"repaired_fireflies", "Stray bright texels that took the mean of their neighbours"},
-         {"repaired_texels", "Texels repaired because they were negative or not finite"},
-         {"negative_after_gamut", "Values negative in the working colour space"},
-         {"clamped_high", "Values clamped to the format's largest"},
-         {"clamped_negative", "Negative values clamped to zero, all an unsigned format holds"},
-         {"division_clamped", "Values whose division passed the largest float,"},
-         {"division_lost", "Values lost under the texture's smallest step,"},
-         {"formats_tried", "Errors of the format"},
-         {"window_lambda", "Strength of the window against ringing (lambda)"}}};
-    for (const auto& [name, meaning] : kNotes)
-        if (key == name) return meaning;
-    std::string spaced = key;
-    std::replace(spaced.begin(), spaced.end(), '_', ' ');
-    return spaced;
-}
-
 Html valueMarkup(const Json& value) {
     if (value.is_number_integer()) return text(groupedCount(count(value)));
     if (value.is_number_float() || value.is_null()) return withTitle(humanNumber(number(value)), exactNumber(number(value)));
@@ -238,9 +241,9 @@ Html entries(const Json& object, const std::string& prefix) {
     if (!object.is_object()) return rows;
     for (const auto& [key, value] : object.items()) {
         if (value.is_object())
-            rows += entries(value, prefix + noteWords(key) + " ");
+            rows += entries(value, prefix + noteCaption(key) + " ");
         else if (!value.is_number() || value.get<double>() != 0)
-            rows += element("div", element("dt", text(prefix + noteWords(key))) + element("dd", valueMarkup(value)));
+            rows += element("div", element("dt", text(prefix + noteCaption(key))) + element("dd", valueMarkup(value)));
     }
     return rows;
 }
@@ -270,6 +273,11 @@ double worseError(const Json& candidate) {
     return std::max(relRms(candidate, "diffuse"), relRms(candidate, "specular"));
 }
 
+/// Returns true if the scene's list of layouts lacks a candidate.
+bool isExcluded(const Json& candidate) {
+    return member(candidate, "excluded").is_boolean();
+}
+
 /// Three of the candidates: the chosen one, the best of the smaller ones, and the smallest of the better ones.
 struct Alternatives {
     const Json *chosen = nullptr, *cheaper = nullptr, *better = nullptr;
@@ -280,6 +288,7 @@ struct Alternatives {
             if (words(member(each, "layout")) == layout) chosen = &each;
         if (chosen == nullptr) return;
         for (const Json& each : candidates) {
+            if (isExcluded(each)) continue;
             if (bytes(&each) < bytes(chosen) && (cheaper == nullptr || worseError(each) < worseError(*cheaper))) cheaper = &each;
             if (worseError(each) < worseError(*chosen) && (better == nullptr || bytes(&each) < bytes(better))) better = &each;
         }
@@ -288,28 +297,36 @@ struct Alternatives {
         return &candidate == chosen    ? " (chosen)"
                : &candidate == cheaper ? " (next cheaper)"
                : &candidate == better  ? " (next better)"
+               : isExcluded(candidate) ? " (not in layouts)"
                                        : "";
     }
 };
 
-Html candidateCurve(const Json& asset, const char* diffuse, const char* specular, double limit, CurveUnit unit) {
+/// cost  member of a candidate: bits_per_texel, decode_ops or fetches
+Html candidateCurve(const Json& asset, CurveUnit unit, CurveCost cost) {
+    const bool isVisible = unit == CurveUnit::Visible;
+    const char* const key = cost == CurveCost::BitsPerTexel ? "bits_per_texel" : cost == CurveCost::Fetches ? "fetches" : "decode_ops";
     std::vector<CurvePoint> points;
     for (const Json& each : list(asset, "trial_candidates"))
-        points.push_back({words(member(each, "layout")), number(member(each, "bits_per_texel")), number(member(each, diffuse)),
-                          number(member(each, specular)), words(member(each, "layout")) == words(member(asset, "layout"))});
-    return errorCurve(points, limit, unit);
+        points.push_back({words(member(each, "layout")), number(member(each, key)),
+                          number(member(each, isVisible ? "visible_diffuse" : "diffuse")),
+                          number(member(each, isVisible ? "visible_specular" : "specular")),
+                          words(member(each, "layout")) == words(member(asset, "layout"))});
+    return errorCurve(points, number(member(member(asset, "limit"), isVisible ? "max_visible" : "value")), unit, cost);
 }
 
-/// Returns error against memory of the layouts that were tried, in both units.
+/// Returns error against memory and run time of the layouts that were tried.
 Html candidateCurves(const Json& asset) {
-    const Json& limit = member(asset, "limit");
     const auto titled = [](const char* title, const Html& curve) {
-        return curve.isEmpty() ? curve : element("div", element("p", {{"class", "soft"}}, word(title)) + curve);
+        return curve.isEmpty()
+                   ? curve
+                   : element("div", element("p", {{"class", "soft"}}, word(title)) + element("div", {{"class", "curve-frame"}}, curve));
     };
-    return element("div", {{"class", "pair"}},
-                   titled("rel_rms", candidateCurve(asset, "diffuse", "specular", number(member(limit, "value")), CurveUnit::RelRms)) +
-                       titled("Visible error, p99", candidateCurve(asset, "visible_diffuse", "visible_specular",
-                                                                   number(member(limit, "max_visible")), CurveUnit::Visible)));
+    return element("div", {{"class", "columns"}},
+                   titled("Error (rel_rms) against memory", candidateCurve(asset, CurveUnit::RelRms, CurveCost::BitsPerTexel)) +
+                       titled("Visible error (p99) against memory", candidateCurve(asset, CurveUnit::Visible, CurveCost::BitsPerTexel)) +
+                       titled("Error against run time: operations", candidateCurve(asset, CurveUnit::RelRms, CurveCost::Operations)) +
+                       titled("Error against run time: fetches", candidateCurve(asset, CurveUnit::RelRms, CurveCost::Fetches)));
 }
 
 /// Returns a table of all layouts that were tried, smallest first.
@@ -377,7 +394,7 @@ Html groundTruth(const Json& asset) {
 Html assetFacts(const Json& asset) {
     const std::string size = sizeWords(asset);
     const double bits = number(member(asset, "bits_per_texel"));
-    Html facts = fact("Kind", swatch(words(member(asset, "kind"))) + text(words(member(asset, "kind")))) +
+    Html facts = fact("Kind", swatch(words(member(asset, "kind"))) + text(kindCaption(words(member(asset, "kind"))))) +
                  fact("Layout", text(words(member(asset, "layout"))));
     if (!size.empty()) facts += fact("Size", text(size));
     if (count(member(asset, "bytes_in")) > 0) facts += fact("Read", bytesMarkup(count(member(asset, "bytes_in"))));
@@ -397,7 +414,7 @@ Html assetSection(const std::filesystem::path& folder, const Json& asset, std::s
     const Html lists = textureTable(asset) + notes(asset);
     return element("section", {{"class", "card asset"}, {"id", assetAnchor(index)}},
                    title + assetFacts(asset) + pictures(folder, asset) + worstPlaces(folder, asset) + stageTable(asset) +
-                       visibleTable(asset) + worstTable(asset) + groundTruth(asset) + candidateTable(asset) +
+                       visibleTable(asset) + seamSection(folder, asset) + worstTable(asset) + groundTruth(asset) + candidateTable(asset) +
                        (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
 }
 

@@ -1,5 +1,6 @@
 #include "pipeline/report/baseline.h"
 
+#include <filesystem>
 #include <map>
 
 #include "pipeline/report/report.h"
@@ -7,13 +8,28 @@
 namespace lightcook::pipeline {
 namespace {
 
-/// Returns the growth in percent: of nothing to something 100.
-double growth(std::uint64_t before, std::uint64_t now) {
+/// Returns the file of an asset's difference picture, or nothing if there is none.
+std::optional<std::string> differencePicture(const std::filesystem::path& folder, const std::string& asset) {
+    const std::filesystem::path file = folder / "preview" / (asset + "_difference.png");
+    std::error_code code;
+    return std::filesystem::is_regular_file(file, code) ? std::optional(file.string()) : std::nullopt;
+}
+
+}  // namespace
+
+double growthPercent(std::uint64_t before, std::uint64_t now) {
     if (before == 0) return now > 0 ? 100.0 : 0.0;
     return 100 * (static_cast<double>(now) - static_cast<double>(before)) / static_cast<double>(before);
 }
 
-}  // namespace
+bool errorGrew(const AssetChange& asset) {
+    constexpr double kShare = 1.001;
+    if (!asset.before || !asset.now) return false;
+    const auto grew = [](double before, double now) { return !(now <= kShare * before); };
+    return grew(asset.before->diffuse, asset.now->diffuse) || grew(asset.before->specular, asset.now->specular) ||
+           (asset.before->visible && asset.now->visible && grew(*asset.before->visible, *asset.now->visible)) ||
+           (asset.before->seam && asset.now->seam && grew(*asset.before->seam, *asset.now->seam));
+}
 
 AssetFigures figuresOf(const ReportRow& row) {
     AssetFigures figures;
@@ -24,33 +40,63 @@ AssetFigures figuresOf(const ReportRow& row) {
     figures.diffuse = row.verdict.stages.back().diffuse.relRms;
     figures.specular = row.verdict.stages.back().specular.relRms;
     figures.visible = visibleP99(row.verdict.stages.back());
+    if (row.seams && !row.seams->stages.empty()) figures.seam = row.seams->largestAdded();
     return figures;
 }
 
-BaselineComparison compareWithBaseline(const Report& now, const Report& before, std::string file, std::optional<double> allowedPercent) {
+std::vector<AssetChange> compareAssets(const std::map<std::string, AssetFigures>& before, const std::map<std::string, AssetFigures>& now) {
     std::map<std::string, AssetChange> changes;
-    for (const ReportRow& row : before.assets) changes[row.name].before = figuresOf(row);
-    for (const ReportRow& row : now.assets) changes[row.name].now = figuresOf(row);
-    BaselineComparison comparison;
-    comparison.file = std::move(file);
-    comparison.bytesBefore = before.budget.usedBytes;
-    comparison.bytesNow = now.budget.usedBytes;
-    comparison.growthPercent = growth(comparison.bytesBefore, comparison.bytesNow);
-    comparison.allowedPercent = allowedPercent;
-    comparison.passed = !allowedPercent || comparison.growthPercent <= *allowedPercent;
+    for (const auto& [name, figures] : before) changes[name].before = figures;
+    for (const auto& [name, figures] : now) changes[name].now = figures;
+    std::vector<AssetChange> sorted;
     for (auto& [name, change] : changes) {
         change.name = name;
         if (!change.before) change.change = "added";
         if (!change.now) change.change = "removed";
         if (change.before && change.now) {
-            // A report of an older version has no visible errors: that is no change of the asset.
+            // A report of an older version has no visible errors and no seams: that is no change of the asset.
             if (!change.before->visible) change.now->visible.reset();
+            if (!change.before->seam) change.now->seam.reset();
             change.change = jsonOf(*change.before) == jsonOf(*change.now) ? "same" : "changed";
-            change.growthPercent = growth(change.before->bytesGpu, change.now->bytesGpu);
+            change.growthPercent = growthPercent(change.before->bytesGpu, change.now->bytesGpu);
         }
-        comparison.assets.push_back(std::move(change));
+        sorted.push_back(std::move(change));
     }
+    return sorted;
+}
+
+void addPictures(std::vector<AssetChange>& assets, const std::string& folderBefore, const std::string& folderNow) {
+    std::error_code code;
+    const bool hasBefore = !folderBefore.empty() && !std::filesystem::equivalent(folderBefore, folderNow, code) && !code;
+    for (AssetChange& asset : assets) {
+        if (!errorGrew(asset)) continue;
+        asset.pictureNow = differencePicture(folderNow, asset.name);
+        if (hasBefore) asset.pictureBefore = differencePicture(folderBefore, asset.name);
+    }
+}
+
+SceneFigures figuresOf(const Report& report) {
+    SceneFigures figures;
+    figures.bytes = report.budget.usedBytes;
+    for (const ReportRow& row : report.assets) figures.assets[row.name] = figuresOf(row);
+    return figures;
+}
+
+BaselineComparison compareFigures(const SceneFigures& now, const SceneFigures& before, std::string file,
+                                  std::optional<double> allowedPercent) {
+    BaselineComparison comparison;
+    comparison.file = std::move(file);
+    comparison.bytesBefore = before.bytes;
+    comparison.bytesNow = now.bytes;
+    comparison.growthPercent = growthPercent(comparison.bytesBefore, comparison.bytesNow);
+    comparison.allowedPercent = allowedPercent;
+    comparison.passed = !allowedPercent || comparison.growthPercent <= *allowedPercent;
+    comparison.assets = compareAssets(before.assets, now.assets);
     return comparison;
+}
+
+BaselineComparison compareWithBaseline(const Report& now, const Report& before, std::string file, std::optional<double> allowedPercent) {
+    return compareFigures(figuresOf(now), figuresOf(before), std::move(file), allowedPercent);
 }
 
 }  // namespace lightcook::pipeline

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@ struct AssetFigures {
     std::string layout;
     double diffuse = 0, specular = 0;  ///< rel_rms of the last stage
     std::optional<double> visible;     ///< visibleP99 of the last stage
+    std::optional<double> seam;        ///< largest step that cooking adds to an edge
     bool passed = false;
 };
 template <class Fields, Is<AssetFigures> Self>
@@ -28,6 +30,7 @@ void describe(Fields& fields, Self& figures) {
     fields.required("diffuse_rel_rms", figures.diffuse, kFigure, "rel_rms of diffuse light");
     fields.required("specular_rel_rms", figures.specular, kFigure, "rel_rms of specular light");
     fields.optional("visible_p99", figures.visible, kFigure, "99th percentile of the visible errors, the larger of diffuse and specular");
+    fields.optional("seam_max", figures.seam, kFigure, "largest step that cooking adds to an edge that charts share");
     fields.required("passed", figures.passed, "true if the asset passed");
 }
 AssetFigures figuresOf(const ReportRow& row);
@@ -37,6 +40,8 @@ struct AssetChange {
     std::string change;  ///< same, changed, added or removed
     std::optional<AssetFigures> before, now;
     std::optional<double> growthPercent;  ///< of the GPU memory, if both have some
+    /// Files of the difference pictures, as the program opens them, if the error grew.
+    std::optional<std::string> pictureBefore = {}, pictureNow = {};
 };
 template <class Fields, Is<AssetChange> Self>
 void describe(Fields& fields, Self& asset) {
@@ -45,7 +50,13 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("before", asset.before, "figures in the baseline");
     fields.optional("now", asset.now, "figures in this report");
     fields.optional("growth_percent", asset.growthPercent, "growth of the GPU memory");
+    fields.optional("picture_before", asset.pictureBefore, "picture of the errors in the baseline, where they grew and its folder has it");
+    fields.optional("picture_now", asset.pictureNow, "picture of the errors now, where they grew");
 }
+/// Returns true if an error of the asset grew by more than a thousandth of itself.
+bool errorGrew(const AssetChange& asset);
+/// Returns the growth in percent: of nothing to something 100.
+double growthPercent(std::uint64_t before, std::uint64_t now);
 
 struct BaselineComparison {
     std::string file;
@@ -65,6 +76,20 @@ void describe(Fields& fields, Self& baseline) {
     fields.required("passed", baseline.passed, "false if the growth is over the allowed one");
     fields.required("assets", baseline.assets, "assets of both reports, by name");
 }
+
+/// Compares assets by name.
+std::vector<AssetChange> compareAssets(const std::map<std::string, AssetFigures>& before, const std::map<std::string, AssetFigures>& now);
+/// Memory and assets of a scene in one report.
+struct SceneFigures {
+    std::uint64_t bytes = 0;
+    std::map<std::string, AssetFigures> assets;
+};
+SceneFigures figuresOf(const Report& report);
+BaselineComparison compareFigures(const SceneFigures& now, const SceneFigures& before, std::string file,
+                                  std::optional<double> allowedPercent);
+/// Sets the difference pictures of the assets whose error grew, as far as there are such files: those of the folders' own previews.
+/// folderBefore, folderNow  cooked folders; empty or the same: no picture of before
+void addPictures(std::vector<AssetChange>& assets, const std::string& folderBefore, const std::string& folderNow);
 
 /// Compares a report with an older one.
 /// file            of the older one, for readers

@@ -16,6 +16,7 @@ namespace lightcook::pipeline {
 namespace {
 
 CiRule ruleOf(const Failure& failure, const Verdict& verdict) {
+    if (failure.seam) return CiRule::Seam;
     if (!failure.shading) return CiRule::LocalError;
     const bool isDiffuse = *failure.shading == "diffuse";
     const auto stage = std::ranges::find(verdict.stages, failure.stage, &verify::StageError::name);

@@ -45,15 +45,22 @@ constexpr std::array kRules = {
                    "layout be chosen (`light_map_layout = \"auto\"`), for tables raise `views` and `rows`, raise `effort`, or raise the "
                    "limit.",
                .isOfAsset = true},
-    CiRuleInfo{.id = CiRule::VisibleError,
-               .name = "visible-error",
-               .title = "VisibleError",
-               .brief = "99 % of the visible errors are within the limit.",
-               .help =
-                   "The light map looks different from its bake: its visible error is over max_visible, or its proven bound over "
-                   "max_visible_bound. Let the layout be chosen "
-                   "(`light_map_layout = \"auto\"`), raise `effort`, raise the limit, or correct `[display]` if the game shows the scene "
-                   "darker.",
+    CiRuleInfo{
+        .id = CiRule::VisibleError,
+        .name = "visible-error",
+        .title = "VisibleError",
+        .brief = "99 % of the visible errors are within the limit.",
+        .help = "The asset looks different from its source: its visible error is over max_visible or max_converter_visible, or its "
+                "proven bound over max_visible_bound. Of a light map, let the layout be chosen "
+                "(`light_map_layout = \"auto\"`); else raise `effort`, raise the limit, or correct `[display]` if the game shows the scene "
+                "darker.",
+        .isOfAsset = true},
+    CiRuleInfo{.id = CiRule::Seam,
+               .name = "seam",
+               .title = "Seam",
+               .brief = "Light steps no further between charts that meet than in the bake, but for the limit.",
+               .help = "Cooking adds a step over max_seam where two charts of the light map meet on its mesh. Let the layout be chosen "
+                       "(`light_map_layout = \"auto\"`), raise `effort`, leave more padding between charts, or raise the limit.",
                .isOfAsset = true},
     CiRuleInfo{.id = CiRule::LocalError,
                .name = "local-error",

@@ -15,6 +15,7 @@ enum class CiRule {
     DiffuseError,
     SpecularError,
     VisibleError,
+    Seam,
     LocalError,
     MemoryBudget,
     Input,

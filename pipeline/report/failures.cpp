@@ -7,14 +7,6 @@
 namespace lightcook::pipeline {
 namespace {
 
-std::string vectorWords(const Json& v) {
-    if (!v.is_array()) return "";
-    std::string words;
-    for (const Json& each : v)
-        words += fmt::format("{}{:.4g}", words.empty() ? "" : ", ", each.is_number() ? each.get<double>() : std::nan(""));
-    return "(" + words + ")";
-}
-
 double finiteOrNan(double value) {
     return std::isfinite(value) ? value : std::nan("");
 }
@@ -107,13 +99,49 @@ void addVisible(const ReportRow& row, const std::string& shading, const verify::
                failures);
 }
 
+/// Appends a failure if the largest step that cooking adds to an edge is over its limit.
+void addSeam(const ReportRow& row, std::vector<Failure>& failures) {
+    if (!row.verdict.maxSeam || !row.seams || row.seams->largestAdded() <= *row.verdict.maxSeam) return;
+    Failure failure;
+    failure.stage = row.seams->stages.back().name;
+    failure.seam = finiteOrNan(row.seams->largestAdded());
+    failure.limit = *row.verdict.maxSeam;
+    failure.detail = fmt::format("found a seam of {:.3g}, expected at most {:.3g}", *failure.seam, *failure.limit);
+    std::string subject = "seams";
+    if (!row.seams->worst.empty()) {
+        const SeamPlace& worst = row.seams->worst.front();
+        failure.shading = worst.shading;
+        failure.seamAt = worst;
+        subject += ", " + worst.shading;
+        failure.detail += "; worst at " + seamWords(worst);
+    }
+    complete(failure, row, subject, {});
+    failures.push_back(std::move(failure));
+}
+
 }  // namespace
+
+std::string vectorWords(const Json& v) {
+    if (!v.is_array()) return "";
+    std::string words;
+    for (const Json& each : v)
+        words += fmt::format("{}{:.4g}", words.empty() ? "" : ", ", each.is_number() ? each.get<double>() : std::nan(""));
+    return "(" + words + ")";
+}
+
+std::string seamWords(const SeamPlace& seam) {
+    const Json place = toJson(seam);
+    const auto sides = [&](const char* key) { return vectorWords(place[key][0]) + " and " + vectorWords(place[key][1]); };
+    std::string words = fmt::format("the edge from {} to {}, {}: a step of {:.3g} where the bake has {:.3g}", vectorWords(place["edge"][0]),
+                                    vectorWords(place["edge"][1]), placeWords(place), seam.cookedStep, seam.bakeStep);
+    return words + fmt::format("; at texels {}: found {}, expected {}", sides("texels"), sides("found"), sides("reference"));
+}
 
 std::string placeWords(const Json& at) {
     std::string words;
     if (!at.is_object()) return words;
     const auto add = [&](const std::string& more) { words += (words.empty() ? "" : ", ") + more; };
-    for (const char* key : {"mip", "face", "texel", "channel", "normal", "view", "m", "f0"}) {
+    for (const char* key : {"mip", "face", "primitive", "triangle", "position", "texel", "channel", "normal", "view", "m", "f0"}) {
         const auto found = at.find(key);
         if (found == at.end()) continue;
         const std::string name = std::string(key) == "f0" ? "F0" : key;
@@ -140,6 +168,7 @@ std::vector<Failure> failuresOf(const ReportRow& row) {
     }
     addVisible(row, "diffuse", row.verdict.stages.back().diffuse, failures);
     addVisible(row, "specular", row.verdict.stages.back().specular, failures);
+    addSeam(row, failures);
     return failures;
 }
 

@@ -10,12 +10,19 @@
 
 namespace lightcook::pipeline {
 
-/// Returns the failures of an asset: its violations, then each stage and kind of shading that is over the limit or not finite.
+/// Returns the failures of an asset: its violations, then each stage and kind of shading that is over the limit or not finite, then its
+/// worst seam if that is over its limit.
 std::vector<Failure> failuresOf(const ReportRow& row);
 
 /// Returns a place of report.json ("sampled_at", "bound_at", "at") as text: "texel (12, 31), green, normal (0, 0, 1)". Leaves out members
 /// that are absent or of another type.
 std::string placeWords(const Json& at);
+
+/// Returns a list of numbers as "(1, 2.5, 3)"; empty for another value.
+std::string vectorWords(const Json& v);
+
+/// Returns the place, the steps and the light of a seam as text.
+std::string seamWords(const SeamPlace& seam);
 
 /// Returns one error of code Verification for each failure, in the same order.
 std::vector<formats::Error> errorsOf(const std::vector<Failure>& failures);

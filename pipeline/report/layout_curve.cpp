@@ -15,17 +15,29 @@ namespace {
 constexpr double kWidth = 640, kHeight = 300, kLeft = 58, kRight = 14, kTop = 12, kBottom = 38;
 constexpr double kLabelHeight = 13, kLetterWidth = 6.4;
 
-Html grid(const Axis& bits, const Axis& error, bool isVisible) {
+const char* captionOf(CurveCost cost) {
+    switch (cost) {
+        case CurveCost::Operations:
+            return "operations of a sample's decode";
+        case CurveCost::Fetches:
+            return "texture fetches of a sample";
+        case CurveCost::BitsPerTexel:
+            break;
+    }
+    return "bits per texel, tables included";
+}
+
+Html grid(const Axis& cost, const Axis& error, bool isVisible, const char* caption) {
     Html out;
     for (const double tick : error.ticks()) {
         out += line("grid", kLeft, error.at(tick), kWidth - kRight, error.at(tick));
         out += label("tick end", kLeft - 7, error.at(tick) + 4, isVisible ? fmt::format("{:g}", tick) : fmt::format("{:g} %", 100 * tick));
     }
-    for (const double tick : bits.ticks()) {
-        out += line("grid", bits.at(tick), kTop, bits.at(tick), kHeight - kBottom);
-        out += label("tick middle", bits.at(tick), kHeight - kBottom + 15, fmt::format("{:g}", tick));
+    for (const double tick : cost.ticks()) {
+        out += line("grid", cost.at(tick), kTop, cost.at(tick), kHeight - kBottom);
+        out += label("tick middle", cost.at(tick), kHeight - kBottom + 15, fmt::format("{:g}", tick));
     }
-    return out + label("tick middle", (kLeft + kWidth - kRight) / 2, kHeight - 4, "bits per texel, tables included");
+    return out + label("tick middle", (kLeft + kWidth - kRight) / 2, kHeight - 4, caption);
 }
 
 /// Places names beside their dots and moves them up or down until none covers another.
@@ -58,20 +70,20 @@ private:
 };
 
 bool canBeDrawn(const CurvePoint& point) {
-    return std::ranges::all_of(std::array{point.bits, point.diffuse, point.specular},
+    return std::ranges::all_of(std::array{point.cost, point.diffuse, point.specular},
                                [](double value) { return std::isfinite(value) && value > 1e-8 && value < 1e8; });
 }
 
 }  // namespace
 
-Html errorCurve(const std::vector<CurvePoint>& points, double limit, CurveUnit unit) {
+Html errorCurve(const std::vector<CurvePoint>& points, double limit, CurveUnit unit, CurveCost cost) {
     std::vector<CurvePoint> drawn;
     std::ranges::copy_if(points, std::back_inserter(drawn), canBeDrawn);
     if (drawn.size() < 2) return {};
-    double leastBits = 1e9, mostBits = 0, leastError = 1e9, mostError = 0;
+    double leastCost = 1e9, mostCost = 0, leastError = 1e9, mostError = 0;
     for (const CurvePoint& point : drawn) {
-        leastBits = std::min(leastBits, point.bits);
-        mostBits = std::max(mostBits, point.bits);
+        leastCost = std::min(leastCost, point.cost);
+        mostCost = std::max(mostCost, point.cost);
         leastError = std::min({leastError, point.diffuse, point.specular});
         mostError = std::max({mostError, point.diffuse, point.specular});
     }
@@ -80,18 +92,18 @@ Html errorCurve(const std::vector<CurvePoint>& points, double limit, CurveUnit u
         leastError = std::min(leastError, limit);
         mostError = std::max(mostError, limit);
     }
-    const Axis bits(kLeft, kWidth - kRight, leastBits, mostBits), error(kHeight - kBottom, kTop, leastError, mostError);
+    const Axis costs(kLeft, kWidth - kRight, leastCost, mostCost), error(kHeight - kBottom, kTop, leastError, mostError);
     const bool isVisible = unit == CurveUnit::Visible;
-    Html drawing = grid(bits, error, isVisible);
+    Html drawing = grid(costs, error, isVisible, captionOf(cost));
     if (hasLimit) {
         drawing += line("limit", kLeft, error.at(limit), kWidth - kRight, error.at(limit));
         drawing += label("tick end limit", kWidth - kRight, error.at(limit) - 4, "limit");
     }
     Labels labels;
     for (const CurvePoint& point : drawn)
-        for (const double value : {point.diffuse, point.specular}) labels.takeMark(bits.at(point.bits), error.at(value));
+        for (const double value : {point.diffuse, point.specular}) labels.takeMark(costs.at(point.cost), error.at(value));
     for (const CurvePoint& point : drawn) {
-        const double x = bits.at(point.bits), diffuse = error.at(point.diffuse), specular = error.at(point.specular);
+        const double x = costs.at(point.cost), diffuse = error.at(point.diffuse), specular = error.at(point.specular);
         drawing += element("g", {{"class", point.isChosen ? "chosen" : "other"}},
                            line("stem", x, diffuse, x, specular) +
                                element("circle", {{"class", "ring"}, {"cx", place(x)}, {"cy", place(specular)}, {"r", "4"}}, {}) +
@@ -102,8 +114,8 @@ Html errorCurve(const std::vector<CurvePoint>& points, double limit, CurveUnit u
                    {{"class", "curve"},
                     {"viewBox", fmt::format("0 0 {} {}", kWidth, kHeight)},
                     {"role", "img"},
-                    {"aria-label", fmt::format("{} of each layout against its bits per texel: dots diffuse, rings specular",
-                                               isVisible ? "Visible error" : "Error")}},
+                    {"aria-label", fmt::format("{} of each layout against {}: dots diffuse, rings specular",
+                                               isVisible ? "Visible error" : "Error", captionOf(cost))}},
                    drawing);
 }
 

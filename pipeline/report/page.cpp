@@ -5,13 +5,19 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/report/advice_section.h"
 #include "pipeline/report/asset_section.h"
 #include "pipeline/report/baseline_section.h"
+#include "pipeline/report/captions.h"
 #include "pipeline/report/failures.h"
 #include "pipeline/report/findings_section.h"
 #include "pipeline/report/html.h"
+#include "pipeline/report/page_frame.h"
 #include "pipeline/report/page_parts.h"
+#include "pipeline/report/platform_section.h"
 #include "pipeline/report/report.h"
+#include "pipeline/report/treemap.h"
+#include "pipeline/report/trend_section.h"
 #include "pipeline/report/whole_section.h"
 
 namespace lightcook::pipeline {
@@ -41,6 +47,25 @@ Html runsMarkup(const Json& runs) {
     return text(names.empty() ? "this run" : names);
 }
 
+/// Returns the verdict in a sentence: assets, the one nearest to its limit, memory.
+std::string verdictSentence(const Json& report) {
+    const Json& assets = list(report, "assets");
+    const auto passedCount = static_cast<std::size_t>(std::count_if(assets.begin(), assets.end(), passed));
+    std::string sentence = passedCount == assets.size() ? "Every asset keeps its limit"
+                                                        : fmt::format("{} of {} assets failed", assets.size() - passedCount, assets.size());
+    const Json* nearest = nullptr;
+    double most = 0;
+    for (const Json& asset : assets)
+        for (const char* shading : kShadings) {
+            const double used = number(member(member(member(lastStage(asset), "error"), shading), "rel_rms")) / limitOf(asset);
+            if (!(used > most)) continue;
+            most = used;
+            nearest = &asset;
+        }
+    if (nearest != nullptr) sentence += fmt::format("; {} uses most of it, {}", words(member(*nearest, "name")), humanPercent(most));
+    return sentence + ". " + budgetSentence(member(report, "budget")) + ".";
+}
+
 Html header(const Json& report) {
     const Json &assets = list(report, "assets"), &tool = member(report, "tool"), &budget = member(report, "budget");
     const auto passedCount = std::count_if(assets.begin(), assets.end(), passed);
@@ -52,6 +77,7 @@ Html header(const Json& report) {
                        fact("Made by", runsMarkup(list(report, "runs"))) +
                        fact("Tool", text(words(member(tool, "name")) + " " + words(member(tool, "version"))));
     return element("header", element("p", {{"class", "eyebrow"}}, word("Cooked lighting")) + element("div", {{"class", "title"}}, title) +
+                                 element("p", {{"class", "lead"}}, text(verdictSentence(report))) +
                                  element("dl", {{"class", "facts"}}, facts));
 }
 
@@ -96,6 +122,11 @@ std::vector<std::string> reasonsOf(const Json& asset) {
             reasons.push_back(fmt::format("the visible error of {} light is up to {:.2f} (proven bound), the limit is {:.3g}{}", shading,
                                           bound, highest, worstAt(member(member(error, "visible"), "bound_at"))));
     }
+    const Json& worstSeam = list(member(asset, "seams"), "worst");
+    const double mostSeam = number(member(member(asset, "limit"), "max_seam"));
+    if (!worstSeam.empty() && !(number(member(worstSeam[0], "added")) <= mostSeam) && std::isfinite(mostSeam))
+        reasons.push_back(fmt::format("cooking adds a {} seam of {:.2f}, the limit is {:.3g}{}", words(member(worstSeam[0], "shading")),
+                                      number(member(worstSeam[0], "added")), mostSeam, worstAt(worstSeam[0])));
     for (const Json& law : list(asset, "violations"))
         reasons.push_back(fmt::format("{}: found {}, expected {}{}", words(member(law, "place")), words(member(law, "found")),
                                       words(member(law, "expected")), worstAt(member(law, "at"))));
@@ -165,7 +196,7 @@ Html shareTable(const char* title, const Json& bytesByName, std::uint64_t used, 
     Html rows;
     for (const Share& share : sharesOf(bytesByName)) {
         const double part = ratio(share.bytes, used);
-        const Html name = (hasSwatches ? swatch(share.name) : Html()) + text(share.name);
+        const Html name = (hasSwatches ? swatch(share.name) : Html()) + text(kindCaption(share.name));
         rows += element("tr", element("td", name) + numberCell(bytesMarkup(share.bytes)) +
                                   numberCell(withTitle(fmt::format("{:.1f} %", 100 * part), exactNumber(part))));
     }
@@ -173,12 +204,33 @@ Html shareTable(const char* title, const Json& bytesByName, std::uint64_t used, 
     return table("shares", element("tr", headCell(title) + headCell("GPU memory", "num") + headCell("Share", "num")), rows);
 }
 
+/// Returns a treemap of the assets, each divided into its textures. Of light maps, texels outside charts stand apart.
+Html assetTreemap(const Json& report) {
+    const Json& assets = list(report, "assets");
+    std::vector<TreemapTile> tiles;
+    for (std::size_t i = 0; i < assets.size(); ++i) {
+        const Json& asset = assets[i];
+        const std::string color = kindColor(words(member(asset, "kind")));
+        TreemapTile tile = {words(member(asset, "name")), kindCaption(words(member(asset, "kind"))), color, "#" + assetAnchor(i),
+                            count(member(asset, "bytes_gpu"))};
+        for (const Json& texture : list(asset, "textures")) {
+            const std::uint64_t bytes = std::min(count(member(texture, "bytes_gpu")), tile.bytes);
+            const std::uint64_t unused = std::min(bytesOutsideCharts(asset, texture), bytes);
+            const std::string name = words(member(texture, "role")) + ", " + words(member(texture, "format"));
+            tile.parts.push_back({name, unused > 0 ? "inside charts" : "", color, "", bytes - unused});
+            if (unused > 0) tile.parts.push_back({"outside charts", name, "var(--track)", "", unused});
+        }
+        tiles.push_back(std::move(tile));
+    }
+    return treemap(std::move(tiles), "GPU memory of each asset and of its textures; the tables below have the figures");
+}
+
 Html memory(const Json& report) {
     const Json& budget = member(report, "budget");
     const std::uint64_t used = count(member(budget, "used_bytes"));
     const Html tables =
         shareTable("By kind", member(budget, "by_kind"), used, true) + shareTable("By format", member(budget, "by_format"), used, false);
-    return card("Memory", budgetBar(budget) + element("div", {{"class", "pair"}}, tables));
+    return card("Memory", budgetBar(budget) + assetTreemap(report) + element("div", {{"class", "pair"}}, tables));
 }
 
 // All assets
@@ -188,26 +240,27 @@ Html limitNote(const Json& asset) {
     return element("span", {{"class", "sub"}}, word("limit ") + percentMarkup(limit));
 }
 
-/// Returns one of the two rows of an asset, for one kind of shading. The first has the cells that both share, over two rows.
-Html assetRow(const Json& asset, std::size_t index, std::size_t shading) {
-    const Json& figures = member(member(lastStage(asset), "error"), kShadings[shading]);
-    const Attributes both = {{"rowspan", "2"}};
+/// Returns a row of an asset, for one kind of shading. The first has the cells that all share.
+/// rowCount  kinds of shading that the asset has
+Html assetRow(const Json& asset, std::size_t index, const char* shading, bool isFirst, std::size_t rowCount) {
+    const Json& figures = member(member(lastStage(asset), "error"), shading);
+    const Attributes both = {{"rowspan", std::to_string(rowCount)}};
     Html cells;
-    if (shading == 0) {
+    if (isFirst) {
         const std::string kind = words(member(asset, "kind")), size = sizeWords(asset);
         const Html name = element("a", {{"href", fmt::format("#{}", assetAnchor(index))}}, text(words(member(asset, "name"))));
-        const std::string facts = kind + (size.empty() ? "" : ", " + size) + ", " + words(member(asset, "layout"));
-        cells += element("th", {{"scope", "rowgroup"}, {"rowspan", "2"}},
+        const std::string facts = kindCaption(kind) + (size.empty() ? "" : ", " + size) + ", " + words(member(asset, "layout"));
+        cells += element("th", {{"scope", "rowgroup"}, {"rowspan", std::to_string(rowCount)}},
                          name + element("span", {{"class", "sub"}}, swatch(kind) + text(facts)));
         const double bits = number(member(asset, "bits_per_texel"));
         cells += numberCell(bytesMarkup(count(member(asset, "bytes_gpu"))), both) +
                  numberCell(bytesMarkup(count(member(asset, "bytes_disk"))), both) +
                  numberCell(withTitle(bits > 0 ? humanNumber(bits) : kDash, exactNumber(bits)), both);
     }
-    cells += element("td", {{"class", "shading"}}, word(kShadings[shading])) + limitedCell(figures, limitOf(asset));
+    cells += element("td", {{"class", "shading"}}, word(shading)) + limitedCell(figures, limitOf(asset));
     for (const char* name : {"p99", "max_sampled"}) cells += numberCell(figureMarkup(figures, name));
     for (const char* name : {"p99", "bound"}) cells += numberCell(visibleMarkup(figures, name));
-    if (shading == 0) cells += element("td", both, verdictChip(passed(asset)) + limitNote(asset));
+    if (isFirst) cells += element("td", both, verdictChip(passed(asset)) + limitNote(asset));
     return element("tr", cells);
 }
 
@@ -219,7 +272,12 @@ Html allAssets(const Json& report) {
                       headCell("Visible p99", "num") + headCell("Visible bound", "num") + headCell("Verdict");
     const Html grid = element("thead", element("tr", head));
     Html bodies;
-    for (std::size_t i = 0; i < assets.size(); ++i) bodies += element("tbody", assetRow(assets[i], i, 0) + assetRow(assets[i], i, 1));
+    for (std::size_t i = 0; i < assets.size(); ++i) {
+        const std::vector<const char*> shadings = shadingsOf(assets[i]);
+        Html rows;
+        for (const char* shading : shadings) rows += assetRow(assets[i], i, shading, shading == shadings.front(), shadings.size());
+        bodies += element("tbody", rows);
+    }
     const Html whole = element("table", {{"class", "assets"}}, grid + bodies);
     return card("Assets", element("div", {{"class", "scroll"}}, whole) +
                               element("p", {{"class", "soft"}},
@@ -267,24 +325,16 @@ Html footnote() {
     return element("footer", element("h2", word("What the figures mean")) + element("dl", terms));
 }
 
-Html pageHead(const Json& report) {
-    const std::string title = words(member(report, "scene")) + (passed(report) ? ": passed" : ": failed");
-    return element("head", voidElement("meta", {{"charset", "utf-8"}}) +
-                               voidElement("meta", {{"name", "viewport"}, {"content", "width=device-width, initial-scale=1"}}) +
-                               voidElement("meta", {{"name", "color-scheme"}, {"content", "light dark"}}) + element("title", text(title)) +
-                               element("style", raw(reportStyle())));
-}
-
 }  // namespace
 
-std::string renderReportHtml(const Json& report, const std::filesystem::path& folder) {
+std::string renderReportHtml(const Json& report, const std::filesystem::path& folder, const std::vector<HistoryLine>& history) {
     const Json& assets = list(report, "assets");
-    Html main = header(report) + failures(report) + findingsSection(report) + baselineSection(member(report, "baseline")) + memory(report) +
+    Html main = header(report) + failures(report) + findingsSection(report) + platformSection(member(report, "platforms")) +
+                baselineSection(member(report, "baseline")) + trendSection(history, true) + memory(report) + adviceSection(report) +
                 wholeSection(member(report, "whole")) + allAssets(report);
     for (std::size_t i = 0; i < assets.size(); ++i) main += assetSection(folder, assets[i], i);
     main += skips(report) + footnote();
-    const Html page = element("html", {{"lang", "en"}}, pageHead(report) + element("body", element("main", main)));
-    return "<!DOCTYPE html>\n" + page.markup() + "\n";
+    return pageText(words(member(report, "scene")) + (passed(report) ? ": passed" : ": failed"), main);
 }
 
 }  // namespace lightcook::pipeline

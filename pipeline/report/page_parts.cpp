@@ -120,6 +120,20 @@ const Json& lastStage(const Json& asset) {
     return stages.empty() ? kNone : stages.back();
 }
 
+std::vector<const char*> shadingsOf(const Json& asset) {
+    std::vector<const char*> shadings;
+    for (const char* shading : kShadings)
+        if (std::ranges::any_of(list(asset, "stages"), [&](const Json& stage) {
+                const Json& figures = member(member(stage, "error"), shading);
+                return std::ranges::any_of(std::array{"rel_rms", "p99", "max_sampled", "max_bound"}, [&](const char* name) {
+                    return figures.is_object() && figures.contains(name) && number(member(figures, name)) != 0;
+                });
+            }))
+            shadings.push_back(shading);
+    if (shadings.empty()) shadings.assign(kShadings.begin(), kShadings.end());
+    return shadings;
+}
+
 double limitOf(const Json& asset) {
     return number(member(member(asset, "limit"), "value"));
 }

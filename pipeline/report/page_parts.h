@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "pipeline/graph/action.h"
 #include "pipeline/report/html.h"
@@ -31,6 +32,8 @@ bool passed(const Json& object);
 
 /// Returns the last stage, or null for an asset without stages.
 const Json& lastStage(const Json& asset);
+/// Returns the kinds of shading that an asset has: those with a figure other than 0 in any stage; both if there is no such figure.
+std::vector<const char*> shadingsOf(const Json& asset);
 /// Returns the limit on rel_rms, or NaN if there is none.
 double limitOf(const Json& asset);
 /// Returns "256 × 256" or "128 × 128 × 6"; empty for an asset without texels.

@@ -59,6 +59,11 @@ h1 + .verdict { font-size: 16px; padding: 3px 14px 4px; }
 .bar i { display: block; flex: 0 1 auto; min-width: 2px; }
 .bar b { position: absolute; top: 0; bottom: 0; right: 0; border-left: 3px solid var(--bad);
   background: repeating-linear-gradient(135deg, var(--bad) 0 2px, transparent 2px 8px); }
+.lead { margin: -4px 0 14px; font-size: 15.5px; max-width: 90ch; }
+.advice { margin: 0; padding-left: 20px; }
+.advice li { margin: 0 0 7px; max-width: 100ch; }
+.views figure { flex: 0 1 300px; }
+.views + .tools, .notes > .tools { margin-top: 10px; }
 .sentence { margin: 6px 0 18px; font-variant-numeric: tabular-nums; }
 .over { color: var(--bad); font-weight: 600; }
 .bar.over { box-shadow: none; }
@@ -74,8 +79,8 @@ tbody tr + tr > *, tbody + tbody > tr:first-child > * { border-top: 1px solid va
 .num { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; }
 thead .num { white-space: normal; }
 tbody th { font-weight: 550; }
-.assets tbody tr:last-child > * { border-top: none; padding-top: 1px; padding-bottom: 9px; }
-.assets tbody tr:first-child > * { padding-top: 9px; }
+.assets tbody tr + tr:last-child > * { border-top: none; padding-top: 1px; padding-bottom: 9px; }
+.assets tbody tr:first-child > * { padding-top: 9px; padding-bottom: 9px; }
 .assets tbody tr + tr > td { padding-left: 10px; padding-right: 10px; }
 .assets tbody th { min-width: 150px; overflow-wrap: anywhere; }
 .assets + p, .scroll + p { margin-top: 12px; font-size: 12.5px; }
@@ -94,6 +99,8 @@ tbody th { font-weight: 550; }
 .stages .first { padding-left: 30px; }
 .stages .last > * { font-weight: 600; }
 .total > * { font-weight: 600; }
+.columns { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 440px), 1fr)); gap: 12px 32px; }
+.columns > * { min-width: 0; }
 .scroll + .pair { margin-top: 22px; }
 .file { color: var(--soft); overflow-wrap: anywhere; }
 
@@ -136,6 +143,45 @@ details figure { max-width: 384px; }
 .worst-places { margin-top: 10px; }
 .worst-places figure { flex-basis: 260px; max-width: 420px; }
 
+.treemap { display: block; width: 100%; margin: 0 0 18px; font-size: 12px; }
+.treemap.narrow { display: none; }
+.treemap rect { stroke: var(--card); stroke-width: 1.5; }
+.treemap .tile { fill-opacity: 0.42; }
+.treemap .part { fill-opacity: 0.5; }
+.treemap .fill { fill-opacity: 0.5; stroke: none; }
+.treemap text { fill: var(--ink); pointer-events: none; }
+.treemap .bytes { fill: var(--ink); opacity: 0.8; font-variant-numeric: tabular-nums; }
+.trend { max-width: none; font-size: 13px; }
+.trends > div { flex: 1 1 420px; }
+.trendline { fill: none; stroke: var(--link); stroke-width: 1.5; }
+.trend .dot { fill: var(--link); }
+.trend .bad { fill: var(--bad); }
+.meter.long { width: 90px; }
+.title.small { margin: 14px 0 2px; }
+h3 { margin: 0 0 6px; font-size: 14px; font-weight: 650; }
+.grown { margin-top: 12px; }
+.grown figure { flex: 1 1 260px; max-width: 384px; }
+.scroll + h3 { margin-top: 16px; }
+.sort { font: inherit; color: inherit; text-align: inherit; background: none; border: 0; padding: 0; cursor: pointer; }
+.sort:hover, .sort:focus-visible { text-decoration: underline; }
+th[aria-sort="descending"] .sort::after { content: " \2193"; }
+th[aria-sort="ascending"] .sort::after { content: " \2191"; }
+.search input { font: inherit; color: inherit; width: min(100%, 320px); padding: 5px 10px; margin: 0 12px 10px 0;
+  border: 1px solid var(--line); border-radius: 7px; background: var(--page); }
+.tools { display: flex; flex-wrap: wrap; align-items: center; gap: 6px 18px; margin: 0 0 10px; color: var(--soft); font-size: 12.5px; }
+.tools input { vertical-align: middle; width: 150px; }
+.tools output { display: inline-block; min-width: 62px; font-variant-numeric: tabular-nums; }
+.tools button, .zoom button { font: inherit; color: var(--ink); padding: 2px 12px; border: 1px solid var(--line); border-radius: 7px;
+  background: var(--page); cursor: pointer; }
+.exposed { filter: url(#exposure); }
+.filters { position: absolute; }
+figure img[tabindex] { cursor: zoom-in; }
+.zoom { max-width: 96vw; max-height: 94vh; padding: 12px; border: 1px solid var(--line); border-radius: 10px; background: var(--card);
+  color: var(--ink); }
+.zoom button { margin: 0 8px 8px 0; }
+.zoom .frame { overflow: auto; max-height: 82vh; }
+.zoom img { display: block; image-rendering: pixelated; max-width: none; }
+
 .notes h3 { margin: 0; padding-bottom: 6px; color: var(--soft); font-size: 12px; font-weight: 400; border-bottom: 1px solid var(--line); }
 .notes dl { margin: 0; }
 .notes dl div { display: flex; justify-content: space-between; gap: 24px; padding: 5px 0; border-top: 1px solid var(--line); }
@@ -167,11 +213,22 @@ footer dd { margin: 0; max-width: 76ch; }
   .stages thead tr + tr > :not(.first) { padding-left: 7px; padding-right: 7px; }
   .assets tbody tr + tr > td { padding-left: 5px; padding-right: 5px; }
 }
+@media screen {
+  .card { content-visibility: auto; contain-intrinsic-size: auto 900px; }
+}
+@media screen and (max-width: 560px) {
+  .treemap.wide { display: none; }
+  .treemap.narrow { display: block; }
+  .curve { min-width: 520px; }
+  .curve-frame { overflow-x: auto; }
+}
 @media (max-width: 560px) {
   footer dl { grid-template-columns: 1fr; }
   footer dd { margin-bottom: 6px; }
 }
 @media print {
+  .tools, .search, dialog, .filters { display: none; }
+  .scenes { font-size: 9.5px; }
   :root { --page: #ffffff; }
   * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
   body, table, .stages, .assets { font-size: 10.5px; }

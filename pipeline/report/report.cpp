@@ -57,6 +57,7 @@ Result<ReportRow> reportRow(const CookedAsset& asset, const ActionRecord& cooked
     row.light = std::move(verification->light);
     row.meshError = verification->meshError;
     row.preview = std::move(verification->preview);
+    row.seams = std::move(verification->seams);
     row.measures = std::move(verification->measures);
     row.groundTruth = std::move(verification->groundTruth);
     if (!row.verdict.passed) row.failures = failuresOf(row);
@@ -92,7 +93,7 @@ Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::ve
             report.budget.byFormat[texture.format] += texture.bytesGpu;
             beside -= std::min(texture.bytesGpu, beside);
         }
-        if (beside > 0) report.budget.byFormat[row.kind == AssetKind::Mesh ? kVertexMemory : kBufferMemory] += beside;
+        if (beside > 0) report.budget.byFormat[kVertexMemory] += beside;
     }
     report.findings = frame.findings;
     const bool isPlausible = std::ranges::none_of(frame.findings, [](const Finding& finding) { return finding.isFailure(); });

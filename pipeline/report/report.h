@@ -13,6 +13,8 @@
 #include "pipeline/lint/finding.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/baseline.h"
+#include "pipeline/report/budgets.h"
+#include "pipeline/report/history.h"
 #include "pipeline/report/report_row.h"
 #include "pipeline/report/whole_error.h"
 #include "pipeline/scene/needs.h"
@@ -22,9 +24,8 @@ namespace lightcook::pipeline {
 inline constexpr const char* kReportName = "report.json";
 inline constexpr const char* kReportHtmlName = "report.html";
 
-/// Names in `by_format` of GPU memory that is no texture: vertices of meshes; constant and storage buffers with the tables of learned
-/// layouts.
-inline constexpr const char *kVertexMemory = "mesh", *kBufferMemory = "buffer";
+/// Name in `by_format` of GPU memory that is no texture: vertices of meshes.
+inline constexpr const char* kVertexMemory = "mesh";
 
 /// Largest and used GPU memory of a scene.
 struct MemoryBudget {
@@ -39,8 +40,7 @@ void describe(Fields& fields, Self& budget) {
     fields.nullable("limit_bytes", budget.limitBytes, kBytes, "budget [bytes], null without one");
     fields.required("used_bytes", budget.usedBytes, kBytes, "GPU memory of all assets");
     fields.required("by_kind", budget.byKind, kBytes, "GPU memory by kind of asset");
-    fields.required("by_format", budget.byFormat, kBytes,
-                    "GPU memory by pixel format; `mesh`: vertices, `buffer`: tables of learned layouts");
+    fields.required("by_format", budget.byFormat, kBytes, "GPU memory by pixel format; `mesh`: vertices");
 }
 
 struct ReportFile {
@@ -65,7 +65,8 @@ struct Report {
     MemoryBudget budget;
     std::vector<Finding> findings;
     std::optional<WholeError> whole;
-    std::optional<BaselineComparison> baseline;  ///< of `report --baseline`
+    std::optional<BaselineComparison> baseline;         ///< of `report --baseline`
+    std::optional<std::vector<PlatformUse>> platforms;  ///< of `report --budgets`
     std::optional<std::vector<ReportFile>> files;
     std::optional<std::string> digest;  ///< of a report that was read
 };
@@ -84,6 +85,7 @@ void describe(Fields& fields, Self& report) {
     fields.presentIf(true, "findings", report.findings, "what lint found in the inputs");
     fields.optional("whole", report.whole, "error of the whole shading of the scene");
     fields.optional("baseline", report.baseline, "comparison with an older report: of `lightcook report --baseline`");
+    fields.optional("platforms", report.platforms, "budgets of platforms: of `lightcook report --budgets`");
     fields.optional("files", report.files, "files that belong to this report");
     fields.optional("digest", report.digest, "XXH3-128 of this file, taken with zeros for the digits of the digest itself");
 }
@@ -112,7 +114,8 @@ formats::Result<Json> readReport(const std::filesystem::path& file);
 std::string reportReference();
 
 /// Returns a self-contained page. Members that are absent or of another type show as a dash. Pictures are read from `folder` and embedded.
-std::string renderReportHtml(const Json& report, const std::filesystem::path& folder);
+/// history  of this scene, for its trend
+std::string renderReportHtml(const Json& report, const std::filesystem::path& folder, const std::vector<HistoryLine>& history = {});
 
 /// Returns the peak resident memory of this process [bytes].
 std::uint64_t peakResidentBytes();

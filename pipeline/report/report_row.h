@@ -35,6 +35,8 @@ struct Failure {
     std::optional<std::string> shading;    ///< of a stage: diffuse or specular
     std::optional<double> relRms, limit;   ///< of a stage
     std::optional<double> visible;         ///< of a stage over its limit on visible errors: the 99th percentile or the proven bound
+    std::optional<double> seam;            ///< of a map over its limit on seams: the largest added step
+    std::optional<SeamPlace> seamAt;       ///< its place
     std::optional<std::string> place;      ///< of a violation
     ErrorPlaceFields at;                   ///< worst sample: `found` is its light, `reference` that of the source
     std::optional<double> allowed;         ///< largest difference there that is within the limit
@@ -48,13 +50,32 @@ void describe(Fields& fields, Self& failure) {
     fields.optional("shading", failure.shading, "diffuse or specular");
     fields.optional("rel_rms", failure.relRms, kNumberOrNull, "rel_rms of the stage");
     fields.optional("visible", failure.visible, kNumberOrNull, "99th percentile of the stage's visible errors, or their proven bound");
-    fields.optional("limit", failure.limit, kNumberOrNull, "limit on rel_rms or, with `visible`, on that");
+    fields.optional("seam", failure.seam, kNumberOrNull, "largest step that cooking adds to an edge");
+    fields.optional("seam_at", failure.seamAt, "place of that step");
+    fields.optional("limit", failure.limit, kNumberOrNull, "limit on rel_rms or, with `visible` or `seam`, on that");
     fields.optional("place", failure.place, "place of a violation");
     describe(fields, failure.at);
     fields.optional("allowed", failure.allowed, kNumberOrNull, "largest difference of light there that is within the limit");
     fields.required("subject", failure.subject, "asset and place");
     fields.required("detail", failure.detail, "what was found and what was expected");
     fields.required("message", failure.message, "the whole line");
+}
+
+/// A layout that the scene's list lacks, and the gain if the list had it.
+struct ExcludedLayout {
+    std::string layout;
+    std::int64_t bytesSaved = 0;          ///< negative if it takes more
+    double relRms = 0, relRmsThen = 0;    ///< of the chosen layout, and of this one: the larger of diffuse and specular
+    double visible = 0, visibleThen = 0;  ///< 99th percentiles, likewise
+};
+template <class Fields, Is<ExcludedLayout> Self>
+void describe(Fields& fields, Self& excluded) {
+    fields.required("layout", excluded.layout, "layout");
+    fields.required("bytes_saved", excluded.bytesSaved, "GPU memory that it saves; negative if it takes more [bytes]");
+    fields.required("rel_rms", excluded.relRms, kFigure, "rel_rms of the chosen layout in its trial");
+    fields.required("rel_rms_then", excluded.relRmsThen, kFigure, "rel_rms of this layout");
+    fields.required("visible", excluded.visible, kFigure, "99th percentile of visible errors of the chosen layout in its trial");
+    fields.required("visible_then", excluded.visibleThen, kFigure, "99th percentile of visible errors of this layout");
 }
 
 struct ReportRow {
@@ -72,10 +93,12 @@ struct ReportRow {
     std::optional<LightFigures> light;
     std::optional<MeshErrorFigures> meshError;
     std::optional<PreviewFiles> preview;
+    std::optional<SeamFigures> seams;
     std::optional<Json> measures, groundTruth;
     std::vector<Failure> failures;  ///< of an asset that did not pass
     std::optional<std::vector<TrialCandidate>> trialCandidates;
     std::optional<double> trialShare;
+    std::optional<ExcludedLayout> betterExcluded;     ///< see bestExcluded()
     std::optional<std::string> cookedAt, verifiedAt;  ///< RunRecord::at
 };
 template <class Fields, Is<ReportRow> Self>
@@ -100,11 +123,13 @@ void describe(Fields& fields, Self& row) {
     fields.optional("light", row.light, "light that the errors are a part of");
     fields.optional("mesh_error", row.meshError, "how far quantization moved the vertices");
     fields.optional("preview", row.preview, "pictures");
+    fields.optional("seams", row.seams, "steps of light at edges that charts share; of a light map");
     fields.optional("measures", row.measures, "further figures of the kind");
     fields.optional("ground_truth", row.groundTruth, "errors against traced light");
     fields.presentIf(!row.verdict.passed, "failures", row.failures, "reasons of an asset that did not pass");
     fields.optional("trial_candidates", row.trialCandidates, "layouts that were tried, the smallest first");
     fields.optional("trial_share", row.trialShare, kFigure, "part of the map that was tried");
+    fields.optional("better_excluded", row.betterExcluded, "layout that the scene's `layouts` lacks and the map would be better off with");
     fields.optional("cooked_at", row.cookedAt, "run that cooked it, whose time is `seconds`; see `runs`");
     fields.optional("verified_at", row.verifiedAt, "run that verified it, whose time is `verify_seconds`");
 }

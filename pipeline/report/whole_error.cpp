@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "pipeline/assets/lut/light_moments.h"
+#include "pipeline/report/captions.h"
 #include "pipeline/report/html.h"
 
 namespace lightcook::pipeline {
@@ -35,6 +36,12 @@ constexpr Figures kDiffuseFigures = &verify::StageError::diffuse, kSpecularFigur
 
 double relRmsOf(const ReportRow& row, Figures figures) {
     return figure((row.verdict.stages.back().*figures).relRms);
+}
+
+/// Returns the RMS of the row's visible errors; NaN without any.
+double visibleRmsOf(const ReportRow& row, Figures figures) {
+    const std::optional<verify::VisibleFigures>& visible = (row.verdict.stages.back().*figures).visible;
+    return visible ? figure(visible->rms) : kNan;
 }
 
 /// Returns a figure of the row's light; NaN without it.
@@ -69,6 +76,7 @@ struct Part {
     Figures figures;
     const char* name;  ///< of the shading, as reported
     double squaredError = 0, squaredLight = 0;
+    double squaredVisible = 0;   ///< NaN without visible errors
     bool isAlternative = false;  ///< a pixel has the error of only one of the alternatives
 };
 
@@ -76,7 +84,7 @@ struct Part {
 struct Shading {
     Lights squaredLights{};
     std::vector<Part> parts;
-    double squaredBound = 0;
+    double squaredBound = 0, squaredVisibleBound = 0;
 
     double squaredLight() const {
         double sum = 0;
@@ -88,30 +96,41 @@ struct Shading {
         for (const Part& part : parts) sum += part.squaredError;
         return sum;
     }
-    /// Upper bound: errors of one pixel add up at worst; of alternatives it has only one.
+    double squaredVisible() const {
+        double sum = 0;
+        for (const Part& part : parts) sum += part.squaredVisible;
+        return sum;
+    }
     void bound() {
+        squaredBound = boundOf(&Part::squaredError);
+        squaredVisibleBound = boundOf(&Part::squaredVisible);
+    }
+    /// Returns an upper bound: errors of one pixel add up at worst; of alternatives it has only one.
+    double boundOf(double Part::*squared) const {
         double sum = 0, alternatives = 0;
         for (const Part& part : parts) {
             if (part.isAlternative)
-                alternatives += part.squaredError;
+                alternatives += part.*squared;
             else
-                sum += std::sqrt(part.squaredError);
+                sum += std::sqrt(part.*squared);
         }
-        squaredBound = square(sum + std::sqrt(alternatives));
+        return square(sum + std::sqrt(alternatives));
     }
     /// Adds the light of a part of all pixels, weighted by its share.
     void add(const Shading& other, double weight) {
         for (std::size_t i = 0; i < squaredLights.size(); ++i) squaredLights[i] += weight * other.squaredLights[i];
         squaredBound += weight * other.squaredBound;
+        squaredVisibleBound += weight * other.squaredVisibleBound;
         for (const Part& part : other.parts) {
             auto mine =
                 std::ranges::find_if(parts, [&](const Part& each) { return each.row == part.row && std::string(each.name) == part.name; });
             if (mine == parts.end()) {
-                parts.push_back({part.row, part.figures, part.name, 0, 0, part.isAlternative});
+                parts.push_back({part.row, part.figures, part.name, 0, 0, 0, part.isAlternative});
                 mine = parts.end() - 1;
             }
             mine->squaredError += weight * part.squaredError;
             mine->squaredLight += weight * part.squaredLight;
+            mine->squaredVisible += weight * part.squaredVisible;
         }
     }
 };
@@ -178,7 +197,9 @@ private:
         Shading shading;
         const auto add = [&](const ReportRow& row, Figures figures, const char* name, double relRms, double light,
                              bool isAlternative = false) {
-            shading.parts.push_back({&row, figures, name, square(relRms * light), square(light), isAlternative});
+            const double share = isAlternative ? 1 / static_cast<double>(probes_.size()) : 1;
+            shading.parts.push_back(
+                {&row, figures, name, square(relRms * light), square(light), share * square(visibleRmsOf(row, figures)), isAlternative});
         };
         const double diffuse = lightOf(map, &LightFigures::diffuseRms), specular = lightOf(map, &LightFigures::specularRms);
         shading.squaredLights[kDiffuse] = square(diffuse);
@@ -229,6 +250,10 @@ private:
         result.relRms = relative(error, light);
         result.relRmsBound = relative(shading.squaredBound, light);
         result.lightRms = std::sqrt(light);
+        if (const double visible = shading.squaredVisible(); std::isfinite(visible) && std::isfinite(shading.squaredVisibleBound)) {
+            result.visibleRms = std::sqrt(visible);
+            result.visibleRmsBound = std::sqrt(shading.squaredVisibleBound);
+        }
         for (std::size_t i = 0; i < result.lights.size(); ++i) result.lights[i] = std::sqrt(shading.squaredLights[i]);
         for (const Part& part : shading.parts) {
             const double share = error == 0 ? 0 : part.squaredError / error;
@@ -285,13 +310,18 @@ std::string adviceOf(const ShadingError& shading) {
         return "A figure is not finite: there is no sum.";
     const ErrorPart& first = shading.parts.front();
     if (first.share == 0) return "There is no error.";
-    return fmt::format("{} of the error ({}) is {} of {} ({}): {}.", first.share > 0.5 ? "Most" : "The largest part",
-                       humanPercent(first.share), first.shading, first.asset, info(first.kind).name, remedyOf(first.kind));
+    // Names of assets stand in quotation marks: one may be called "specular".
+    return fmt::format("{} of the squared error ({}) comes from the {} '{}', in {} light: {}.",
+                       first.share > 0.5 ? "Most" : "The largest part", humanPercent(first.share), kindCaption(info(first.kind).name),
+                       first.asset, first.shading, remedyOf(first.kind));
 }
 
 std::string lineOf(const WholeError& whole) {
-    return fmt::format("whole shading: {} of its light (RMS), at most {}. {}", humanPercent(whole.shading.relRms),
-                       humanPercent(whole.shading.relRmsBound), adviceOf(whole.shading));
+    const ShadingError& shading = whole.shading;
+    const std::string visible =
+        shading.visibleRms ? fmt::format("; visible {:.2f}, at most {:.2f}", *shading.visibleRms, *shading.visibleRmsBound) : "";
+    return fmt::format("whole shading: {} of its light (RMS), at most {}{}. {}", humanPercent(shading.relRms),
+                       humanPercent(shading.relRmsBound), visible, adviceOf(shading));
 }
 
 }  // namespace lightcook::pipeline

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "pipeline/report/captions.h"
 #include "pipeline/report/page_parts.h"
 #include "pipeline/report/whole_error.h"
 
@@ -33,12 +34,15 @@ Html bar(const ShadingError& shading) {
     return element("div", {{"class", "bar"}, {"role", "img"}, {"aria-label", adviceOf(shading)}}, segments);
 }
 
-/// Returns "alone: l0 3.00 %, code 98.0 %".
+/// Returns "each alone: mean light 3.00 %, directions 98.0 %", of the squared error. Errors of stages cancel in part, so that one alone can
+/// be larger than the whole.
 std::string stageWords(const ErrorPart& part) {
     std::string stages;
-    for (const StageShare& stage : part.stages)
-        if (isPositive(stage.share))
-            stages += fmt::format("{}{} {}", stages.empty() ? "alone: " : ", ", stage.name, humanPercent(stage.share));
+    for (const StageShare& stage : part.stages) {
+        if (!isPositive(stage.share)) continue;
+        const std::string share = stage.share <= 1 ? humanPercent(stage.share) : humanNumber(stage.share) + " times";
+        stages += fmt::format("{}{} {}", stages.empty() ? "each alone: " : ", ", stageCaption(stage.name), share);
+    }
     return stages;
 }
 
@@ -51,10 +55,21 @@ Html partRow(const ErrorPart& part, double light) {
 
 Html parts(const ShadingError& shading) {
     Html rows;
-    for (const ErrorPart& part : shading.parts) rows += partRow(part, shading.lightRms);
-    const Html head = headCell("Asset") + headCell("Light") + headCell("Share of the error", "num") +
-                      headCell("rel_rms of its light", "num") + headCell("Its light", "num");
+    for (const ErrorPart& part : shading.parts)
+        if (part.share != 0) rows += partRow(part, shading.lightRms);
+    if (rows.isEmpty()) return {};
+    const Html head = headCell("Asset") + headCell("Light") + headCell("Share of the squared error", "num") +
+                      headCell("rel_rms of its light", "num") + headCell("Its light, of all", "num");
     return table("shares", element("tr", head), rows);
+}
+
+/// Returns what "each alone" means, if the table has it.
+Html stageNote(const ShadingError& shading) {
+    if (std::ranges::none_of(shading.parts, [](const ErrorPart& part) { return part.share != 0 && !stageWords(part).empty(); })) return {};
+    return element(
+        "p", {{"class", "soft"}},
+        word("Each alone: the squared error of the scene if only that stage erred. Errors of stages cancel in part, so one can be "
+             "larger than the sum."));
 }
 
 Html lightMaps(const WholeError& whole) {
@@ -71,7 +86,8 @@ Html lightMaps(const WholeError& whole) {
 Html apart(const WholeError& whole) {
     std::string names;
     for (const ApartError& each : whole.apart)
-        names += fmt::format("{}{} ({}, {})", names.empty() ? "" : ", ", each.asset, info(each.kind).name, humanPercent(each.relRms));
+        names += fmt::format("{}{} ({}, {})", names.empty() ? "" : ", ", each.asset, kindCaption(info(each.kind).name),
+                             humanPercent(each.relRms));
     if (names.empty()) return {};
     return element("p", {{"class", "soft"}}, text("No part of what the light maps' pixels show: " + names + "."));
 }
@@ -90,11 +106,14 @@ WholeError readWhole(const Json& json) {
 Html wholeSection(const Json& json) {
     if (!json.is_object()) return {};
     const WholeError whole = readWhole(json);
-    const Html facts = fact("Error of the whole shading, RMS", percentMarkup(whole.shading.relRms)) +
-                       fact("At most, if all errors went together", percentMarkup(whole.shading.relRmsBound));
-    return card("Whole shading", element("dl", {{"class", "facts whole-facts"}}, facts) + bar(whole.shading) +
-                                     element("p", {{"class", "sentence"}}, text(adviceOf(whole.shading))) + parts(whole.shading) +
-                                     lightMaps(whole) + apart(whole));
+    Html facts = fact("Error of the whole shading, RMS", percentMarkup(whole.shading.relRms)) +
+                 fact("At most, if all errors went together", percentMarkup(whole.shading.relRmsBound));
+    if (whole.shading.visibleRms)
+        facts += fact("Visible error, RMS", text(humanNumber(*whole.shading.visibleRms))) +
+                 fact("At most, if all errors went together", text(humanNumber(whole.shading.visibleRmsBound.value_or(0))));
+    return card("Error of the whole shading", element("dl", {{"class", "facts whole-facts"}}, facts) + bar(whole.shading) +
+                                                  element("p", {{"class", "sentence"}}, text(adviceOf(whole.shading))) +
+                                                  parts(whole.shading) + stageNote(whole.shading) + lightMaps(whole) + apart(whole));
 }
 
 }  // namespace lightcook::pipeline

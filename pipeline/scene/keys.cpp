@@ -14,6 +14,7 @@
 #include "pipeline/scene/dominant_fit.h"
 #include "pipeline/scene/rsrm_format.h"
 #include "pipeline/scene/scene.h"
+#include "pipeline/scene/up_axis.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -66,7 +67,10 @@ SceneSectionInfo rootSection() {
                   "`[{ code = \"code\", reason = \"why\" }]` with `asset = \"name\"` for one light map or probe alone"},
                  {"lobe", choices(formats::sceneLobes()), inQuotes(formats::sceneLobes().front().name),
                   "[specular lobe](../theory/lighting.md#specular-tables) of cubemaps, tables, dominant lights, shader and verification: "
-                  "that of the engine's materials"}},
+                  "that of the engine's materials"},
+                 enumeratedKey("up_axis", allUpAxes(),
+                               "axis of world space that points up: that of painted gradients. It is for the manifest alone; nothing is "
+                               "turned")},
         .outro = ""};
 }
 
@@ -83,21 +87,33 @@ SceneSectionInfo outputSection() {
              {"max_converter_error", "fraction", "0.1, or `max_error` if that is larger",
               "limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity"},
              {"max_visible", "number",
-              "5 where the layout is `\"auto\"` and none of `max_error`, `max_visible_bound` and `budget` is given, else none",
-              "limit on the [visible error](../theory/visible.md) of light maps, in just noticeable differences: 99 % of the samples are "
-              "within it; above it verification fails (exit code 4)"},
+              "5 where the layout is `\"auto\"` and none of `max_error`, `max_visible_bound`, `max_seam` and `budget` is given, else none",
+              "limit on the [visible error](../theory/visible.md) of light maps and meshes, in just noticeable differences: 99 % of the "
+              "samples are within it; above it verification fails (exit code 4)"},
              {"max_visible_bound", "number", "none",
               "limit on the [proven bound](../theory/bounds.md#visible-errors) of the visible error of light maps, in just noticeable "
               "differences: no place, normal or view is above it; else verification fails (exit code 4)"},
+             {"max_seam", "number", "none",
+              "limit on the [seams](../theory/visible.md#seams) that cooking adds where charts of a light map meet on its mesh, in just "
+              "noticeable differences; above it verification fails (exit code 4)"},
+             {"max_converter_visible", "number", "none",
+              "the same limit of dominant lights, cubemaps, tables and reflection maps, each in the "
+              "[light that it adds to a pixel](../theory/visible.md#other-assets)"},
              {"budget", "size", "none",
               "GPU memory of the whole scene: `\"2 MiB\"`, `\"1.5 GB\"`, `\"4096\"` (bytes); more is exit code 5"},
              {"light_map_layout", choices(lightMapLayoutChoices()),
-              "`\"auto\"` where `max_error`, `max_visible`, `max_visible_bound` or `budget` is given, else `\"ratio\"`",
+              "`\"auto\"` where `max_error`, `max_visible`, `max_visible_bound`, `max_seam`, `budget` or `layouts` is given, else "
+              "`\"ratio\"`",
               "see [layouts](../theory/layouts.md)"},
              enumeratedKey("cost", formats::allLayoutCosts(),
                            "what `auto` keeps small where an error limits it; [light-map layouts](light-map-layouts.md) has the costs"),
              {"max_fetches", "integer", "none", "limit on the texture fetches of a light map's sample: `auto` takes no other layout"},
              {"max_decode_ops", "integer", "none", "limit on the multiply-adds of its decode, likewise"},
+             {"layouts", "list", "none: those that a trial measures",
+              "layouts that `auto` may take, which the engine reads: `[\"godot\", \"sh4\"]`. No other one stands in for them, not even a "
+              "smaller one for bands that no shading shows. [From the trial](../guide/into-an-engine.md#layouts-that-the-engine-reads) the "
+              "report says "
+              "what the list costs"},
              enumeratedKey("objective", formats::allObjectives(), "what the learned layouts of light maps minimize"),
              {"container", choices({"ktx2", "dds"}), "`\"ktx2\"`", "container of the textures"},
              {"zstd", kBoolean, "false", "Zstandard supercompression of KTX2 levels"},
@@ -110,6 +126,9 @@ SceneSectionInfo outputSection() {
               "write meshes as Draco inside glTF, with the fewest bits that the limit allows "
               "([meshes](../guide/into-an-engine.md#meshes)). `false`: a mesh is written only under a learned layout, unchanged except for "
               "the added attribute"},
+             {"gltf", kBoolean, "false",
+              "also write each light map with its mesh as glTF, with the light map bound "
+              "([glTF](../guide/into-an-engine.md#the-scene-as-gltf)); as `cook --gltf`"},
              {"keep_unused", kBoolean, "false",
               "cook also what the report would list as skipped for its content: each texel of a map of constant light, bands that no "
               "shading shows, probes that no surface uses, rows of reflection maps that no material reads"}},
@@ -147,10 +166,15 @@ SceneSectionInfo lightMapSection() {
         .intro = "",
         .keys =
             {{"name", "string", "required", "name of the asset and its files: up to 128 letters, digits, `_`, `-` and `.`"},
-             {"file", "path", "required",
+             {"file", "path", "required, or `files`",
               "EXR, tiled or scan-line, half or float; or Radiance HDR; or an 8-bit picture with an `encoding`. Of a bake of several files "
               "any one of them: the others are found "
               "beside it"},
+             {"files", "table of paths", "none",
+              "in place of `file`: one image for each coefficient, `{ sh00 = \"a.exr\", sh01 = \"b.exr\", ... }` to `sh03` or `sh08`, or "
+              "one "
+              "for each colour, `{ sh00 = { R = \"r.exr\", G = \"g.exr\", B = \"b.exr\" }, ... }`. The first may have the channels of "
+              "coverage and normal"},
              {"bake", choices(formats::bakeNames()), inQuotes(formats::kAutoBake), bakes},
              {"layout", "as `bake`", "none", "older name of `bake`; not beside it"},
              conventionKey<formats::ShPhase>("phase", "sign convention"),
@@ -167,8 +191,10 @@ SceneSectionInfo lightMapSection() {
               fmt::format("method of the [dominant light](../theory/lighting.md#dominant-light). {}. `\"closed\"` is an older name of "
                           "`\"halo3\"`",
                           captions(allDominantFits()))},
-             {"max_visible", "number", "that of `[output]`", "limit on the visible error of this light map"},
+             {"max_visible", "number", "that of `[output]`", "limit on the visible error of this light map, and of its mesh"},
              {"max_visible_bound", "number", "that of `[output]`", "limit on the proven bound of the visible error of this light map"},
+             {"layouts", "list", "those of `[output]`", "layouts that `auto` may take for this light map"},
+             {"max_seam", "number", "that of `[output]`", "limit on the added seams of this light map; it needs a `mesh`"},
              {"ground_truth", "path", "none",
               "CSV of light traced at texels of the map, to separate truncation, fit and quantization "
               "([format](../theory/error.md#ground-truth))"},
@@ -194,7 +220,8 @@ SceneSectionInfo tablesSection() {
                       "`halo3`: four times as bright; not for Phong lobes"},
                      {"view_axis", choices(viewAxisNames()), "`\"auto\"`",
                       "quantity along columns; `auto`: the one with the least interpolation error"},
-                     {"roughness_axis", choices(roughnessAxisNames()), "`\"auto\"`", "quantity along rows"}},
+                     {"roughness_axis", choices(roughnessAxisNames()), "`\"auto\"`", "quantity along rows"},
+                     {"max_visible", "number", "`max_converter_visible` of `[output]`", "limit on the visible error of the tables"}},
             .outro = ""};
 }
 
@@ -211,7 +238,13 @@ SceneSectionInfo probeSection() {
                       "`{\"probes\": [{\"file\": \"...\", \"sh\": [[r, g, b], ... nine]}]}`"},
                      {"size", fmt::format("a power of two, {} to {}", kLeastProbeSize, kMostProbeSize),
                       fmt::format("{}", ProbeEntry{}.size), "texels along the edge of a face. The levels go down to one texel a face"},
-                     enumeratedKey("layout", allCubemapLayouts(), "what a texel holds")},
+                     enumeratedKey("layout", allCubemapLayouts(), "what a texel holds"),
+                     {"position", "`[x, y, z]`", "that of the file `sh`", "world place of the probe, for the manifest"},
+                     {"box", "six numbers", "that of the file `sh`",
+                      "room that an engine corrects reflections for: lowest corner, then highest corner. In the JSON `[[x, y, z], [X, Y, "
+                      "Z]]`"},
+                     {"radius", "number", "that of the file `sh`", "radius of the sphere that the probe lights"},
+                     {"max_visible", "number", "`max_converter_visible` of `[output]`", "limit on the visible error of this cubemap"}},
             .outro = ""};
 }
 
@@ -241,7 +274,8 @@ SceneSectionInfo gradientSection() {
                       "[Which one](../theory/lighting.md#radially-symmetric-reflection-maps) holds a sun",
                       captions(allRsrmFormats()), kAutoRsrmFormat)},
                  {"dither", kBoolean, "false",
-                  "`rgba8`: rounding errors are carried to the next texel of the row, so that slow gradients have no bands"}},
+                  "`rgba8`: rounding errors are carried to the next texel of the row, so that slow gradients have no bands"},
+                 {"max_visible", "number", "`max_converter_visible` of `[output]`", "limit on the visible error of this reflection map"}},
         .outro = ""};
 }
 

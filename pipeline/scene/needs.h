@@ -64,8 +64,9 @@ Needs resolveNeeds(const Scene& scene, const std::vector<const ActionRecord*>& m
 /// as sharp as the smoothest material, or the last.
 double largestExponentFor(const Needs& needs, const std::vector<double>& exponents);
 
-/// Returns the layout of light maps: "flat" if neither normal maps nor specular need directions, else the one that the scene asks for.
-std::string lightMapLayoutFor(const Scene& scene, const Needs& needs);
+/// Returns the layout of a light map: "flat" if neither normal maps nor specular need directions and the engine reads it, else the one that
+/// the scene asks for.
+std::string lightMapLayoutFor(const Scene& scene, const Needs& needs, const LightMapEntry& entry);
 
 /// The rows of the 16-row table grid m = 1/16 .. 1 that cover the needed range: first and count.
 struct TableRows {

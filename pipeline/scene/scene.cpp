@@ -41,6 +41,21 @@ std::string listed(const std::vector<std::string>& names) {
     return fmt::format("{}", fmt::join(names, ", "));
 }
 
+std::string costOf(const formats::LightMapLayoutInfo& layout) {
+    return fmt::format("{} ({} fetches, {} operations)", layout.name, layout.tapCount(), layout.decodeOps);
+}
+
+/// Returns what is wrong with limits that no layout of a list keeps, or an empty text.
+std::string whyNoneKeeps(const formats::DecodeLimits& decode, const formats::LayoutList& layouts) {
+    std::string costs;
+    for (const formats::LightMapLayoutInfo& each : formats::allLightMapLayouts()) {
+        if (!formats::isCandidate(layouts, each)) continue;
+        if (decode.allow(each)) return "";
+        costs += (costs.empty() ? "" : ", ") + costOf(each);
+    }
+    return fmt::format("found limits on the decode that no layout keeps, expected those of one of {}", costs);
+}
+
 /// Reads the keys of one table of the file. The constructor refuses keys that the section does not have (keys.h).
 class TableReader {
 public:
@@ -152,6 +167,14 @@ public:
         return node->as_table();
     }
 
+    /// Returns the table that a key holds.
+    const toml::table& requiredTable(const char* key, const char* expected) {
+        requireRow(key);
+        const toml::node& value = node(key);
+        if (!value.is_table()) fail(value, fmt::format("found {} for {}.{}, expected {}", typeName(value), name_, key, expected));
+        return *value.as_table();
+    }
+
     std::vector<const toml::table*> tables(const char* key) {
         std::vector<const toml::table*> found;
         const toml::node* node = table_.get(key);
@@ -246,15 +269,35 @@ std::optional<int> readLeastOne(TableReader& reader, const char* key) {
     return value ? std::optional(static_cast<int>(*value)) : std::nullopt;
 }
 
+/// Reads the layouts that "auto" may take. Fails for an empty list, and for names that are unknown or there twice.
+formats::LayoutList readLayouts(TableReader& reader) {
+    constexpr const char* kExpected = "a list of light-map layouts, such as [\"godot\", \"sh4\"]";
+    formats::LayoutList layouts;
+    const toml::array* array = reader.array("layouts", kExpected);
+    if (array == nullptr) return layouts;
+    if (array->empty()) reader.fail(*array, fmt::format("found an empty list of layouts, expected {}", kExpected));
+    for (const toml::node& element : *array) {
+        const auto name = element.value<std::string>();
+        if (!name) reader.fail(element, fmt::format("found an element of layouts that is no string, expected {}", kExpected));
+        if (!formats::lightMapLayoutFromName(*name))
+            reader.fail(element, fmt::format("found the layout {} in layouts, expected one of: {}; nearest is {}", inQuotes(*name),
+                                             listed(lightMapLayoutNames()), inQuotes(formats::nearestName(*name, lightMapLayoutNames()))));
+        if (std::ranges::find(layouts, *name) != layouts.end())
+            reader.fail(element, fmt::format("found the layout {} twice in layouts, expected it once", inQuotes(*name)));
+        layouts.push_back(*name);
+    }
+    return layouts;
+}
+
 /// Reads what the decode may cost. Fails for limits that no layout keeps, and for a cost that nothing uses.
 void readDecode(TableReader& reader, OutputSettings& output) {
     output.cost = reader.oneOfRows("cost", formats::allLayoutCosts());
     output.decode = {readLeastOne(reader, "max_fetches"), readLeastOne(reader, "max_decode_ops")};
+    output.layouts = readLayouts(reader);
     if (const std::string why = whyNotDecode(output); !why.empty())
-        reader.fail(reader.node(output.decode.maxFetches ? "max_fetches" : "max_decode_ops"), why);
+        reader.fail(reader.node(output.decode.maxFetches ? "max_fetches" : output.decode.maxDecodeOps ? "max_decode_ops" : "layouts"), why);
     const bool isAuto = layoutAsked(output) == kAutoLayout;
-    const bool isErrorLimited = output.isErrorAsked || output.maxVisible || output.maxVisibleBound;
-    if (reader.has("cost") && !(isAuto && (isErrorLimited || !output.budgetBytes)))
+    if (reader.has("cost") && !(isAuto && (output.isErrorLimited() || !output.budgetBytes)))
         reader.fail(reader.node("cost"),
                     fmt::format("found output.cost where {}, expected light_map_layout = \"auto\" with max_error or max_visible",
                                 isAuto ? "a budget chooses the layouts" : "the layout is named"));
@@ -275,6 +318,8 @@ OutputSettings readOutput(TableReader reader) {
     if (reader.has("max_converter_error")) output.maxConverterError = fraction("max_converter_error", kDefaultMaxError);
     output.maxVisible = readMaxVisible(reader);
     output.maxVisibleBound = readMaxVisible(reader, "max_visible_bound");
+    output.maxConverterVisible = readMaxVisible(reader, "max_converter_visible");
+    output.maxSeam = readMaxVisible(reader, "max_seam");
     if (const auto text = reader.optional<std::string>("budget", "a size such as \"2 MiB\"")) {
         const auto bytes = parseByteCount(*text, reader.place("budget"));
         if (!bytes) throw SceneMistake{bytes.error()};
@@ -305,6 +350,8 @@ OutputSettings readOutput(TableReader reader) {
         output.rdo = *rdo;
     }
     output.draco = reader.optional<bool>("draco", "true or false").value_or(true);
+    output.gltf = reader.optional<bool>("gltf", "true or false").value_or(false);
+    if (const std::string why = whyNotGltf(output); !why.empty()) reader.fail(reader.node("gltf"), why);
     output.keepUnused = reader.optional<bool>("keep_unused", "true or false").value_or(false);
     return output;
 }
@@ -339,11 +386,45 @@ std::string readBake(TableReader& reader) {
     return reader.oneOf(isOldName ? "layout" : "bake", formats::bakeNames(), std::string(formats::kAutoBake));
 }
 
+/// Reads the key `files`: paths by "sh00", or by "R", "G" and "B" below it. Returns them by "sh00" or "sh00.R".
+std::map<std::string, std::filesystem::path> readPartFiles(const TableReader& reader, const toml::table& files) {
+    std::map<std::string, std::filesystem::path> paths;
+    const auto add = [&](const std::string& name, const toml::node& node) {
+        const auto text = node.value<std::string>();
+        if (!text) reader.fail(node, fmt::format("found no path for {} in light_map.files, expected a string", inQuotes(name)));
+        paths[name] = reader.resolve(*text);
+    };
+    for (const auto& [key, node] : files) {
+        const std::string name(key.str());
+        const toml::table* const colours = node.as_table();
+        if (colours == nullptr) add(name, node);
+        if (colours != nullptr)
+            for (const auto& [colour, path] : *colours) add(fmt::format("{}.{}", name, std::string_view(colour.str())), path);
+    }
+    return paths;
+}
+
+/// Reads the images of a bake that has one for each coefficient. Returns the path of the first: of coefficient 0, or of its red.
+std::filesystem::path readFiles(TableReader& reader, formats::LightMapDescription& description) {
+    const toml::table& files = reader.requiredTable("files", "a table of paths by coefficient");
+    if (reader.has("file")) reader.fail(reader.node("files"), "found light_map.files beside light_map.file, expected one of them");
+    description.partFiles = readPartFiles(reader, files);
+    for (const auto& [name, path] : description.partFiles) description.parts.push_back(name);
+    const auto format = formats::bakeFormatOfFiles(description.parts, reader.place("files"));
+    if (!format) throw SceneMistake{format.error()};
+    if (description.bake != formats::kAutoBake && description.bake != (*format)->name)
+        reader.fail(reader.node("files"),
+                    fmt::format("found the images of bake format {} beside bake = \"{}\", expected that bake or \"{}\"", (*format)->name,
+                                description.bake, formats::kAutoBake));
+    const auto whole = description.partFiles.find("sh00");
+    return whole != description.partFiles.end() ? whole->second : description.partFiles.at("sh00.R");
+}
+
 LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& colors) {
     LightMapEntry entry;
     entry.name = readName(reader);
-    entry.file = reader.requiredPath("file");
     entry.description.bake = readBake(reader);
+    entry.file = reader.has("files") ? readFiles(reader, entry.description) : reader.requiredPath("file");
     entry.description.phase = reader.oneOfRows("phase", formats::conventions<formats::ShPhase>());
     entry.description.frame = reader.oneOfRows("frame", formats::conventions<formats::ShFrame>());
     entry.description.quantity = reader.oneOfRows("quantity", formats::conventions<formats::ShQuantity>());
@@ -356,7 +437,13 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
     entry.description.colors = colors;
     entry.maxVisible = readMaxVisible(reader);
     entry.maxVisibleBound = readMaxVisible(reader, "max_visible_bound");
+    entry.layouts = readLayouts(reader);
+    entry.maxSeam = readMaxVisible(reader, "max_seam");
     entry.mesh = reader.optionalPath("mesh");
+    if (entry.maxSeam && !entry.mesh)
+        reader.fail(
+            reader.node("max_seam"),
+            fmt::format("found light_map.max_seam without a mesh for '{}', expected mesh = \"FILE\": seams are at its edges", entry.name));
     entry.groundTruth = reader.optionalPath("ground_truth");
     if (reader.has("dominant_fit")) {
         const auto name = reader.optional<std::string>("dominant_fit", "a string");
@@ -377,6 +464,24 @@ ProbeEntry readProbe(TableReader reader) {
         entry.size = static_cast<int>(*size);
     }
     entry.layout = info(reader.oneOfRows("layout", allCubemapLayouts())).name;
+    entry.maxVisible = readMaxVisible(reader);
+    const auto numbers = [&](const char* key, std::size_t count, const char* expected) {
+        auto found = reader.numbers(key, expected);
+        if (found && found->size() != count)
+            reader.fail(reader.node(key), fmt::format("found {} numbers for probe.{}, expected {}", found->size(), key, expected));
+        return found;
+    };
+    const auto three = [](const std::vector<double>& all, std::size_t first) {
+        return glm::dvec3(all[first], all[first + 1], all[first + 2]);
+    };
+    if (const auto found = numbers("position", 3, "a place [x, y, z]")) entry.place.position = three(*found, 0);
+    if (const auto found = numbers("box", 6, "the corners [x, y, z, X, Y, Z], the lowest first"))
+        entry.place.box = std::array{three(*found, 0), three(*found, 3)};
+    entry.place.radius = reader.optional<double>("radius", "a positive number");
+    if (const std::string expected = formats::objectionToProbePlace(entry.place); !expected.empty()) {
+        const char* const key = entry.place.radius && !(*entry.place.radius > 0) ? "radius" : "box";
+        reader.fail(reader.node(key), fmt::format("found another probe.{}, expected {}", key, expected));
+    }
     return entry;
 }
 
@@ -403,6 +508,7 @@ GradientEntry readGradient(TableReader reader) {
     }
     if (reader.has("format")) entry.format = reader.oneOf("format", rsrmFormatChoices(), "");
     entry.dither = reader.optional<bool>("dither", "true or false").value_or(false);
+    entry.maxVisible = readMaxVisible(reader);
     return entry;
 }
 
@@ -455,6 +561,7 @@ TableSettings readTables(TableReader reader, lighting::SpecularLobe sceneLobe) {
     if (reader.has("normalization")) reader.check("normalization", objectionToNormalization(tables.normalization, sceneLobe));
     tables.viewAxis = reader.oneOf("view_axis", viewAxisNames(), tables.viewAxis);
     tables.roughnessAxis = reader.oneOf("roughness_axis", roughnessAxisNames(), tables.roughnessAxis);
+    tables.maxVisible = readMaxVisible(reader);
     return tables;
 }
 
@@ -521,18 +628,26 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     scene.name = readName(reader);
     scene.lobe = reader.oneOfRows("lobe", formats::allSpecularLobes());
     if (reader.has("lobe")) reader.check("lobe", objectionToSceneLobe(scene.lobe));
+    scene.up = reader.oneOfRows("up_axis", allUpAxes());
     if (const toml::table* table = reader.table("output")) scene.output = readOutput({*table, file, "output"});
     if (const toml::table* table = reader.table("color")) scene.colors = readColors({*table, file, "color"});
     if (const toml::table* table = reader.table("display")) scene.display = readDisplay({*table, file, "display"});
     if (const toml::table* table = reader.table("tables")) scene.tables = readTables({*table, file, "tables"}, scene.lobe);
-    for (const toml::table* table : reader.tables("light_map"))
+    for (const toml::table* table : reader.tables("light_map")) {
         scene.lightMaps.push_back(readLightMap({*table, file, "light_map"}, scene.colors));
+        if (const std::string why = whyNotLayouts(scene.output, scene.lightMaps.back()); !why.empty())
+            reader.fail(*table->get("layouts"), why);
+    }
     for (const toml::table* table : reader.tables("probe")) scene.probes.push_back(readProbe({*table, file, "probe"}));
     for (const toml::table* table : reader.tables("gradient")) scene.gradients.push_back(readGradient({*table, file, "gradient"}));
     for (const toml::table* table : reader.tables("material")) scene.materials.push_back(readMaterial({*table, file, "material"}));
     if (const toml::array* allowances = reader.array("allow", "a list of codes"))
         for (const toml::node& node : *allowances) scene.allowances.push_back(readAllowance(reader, node));
     scene.lines = linesOf(root);
+    if (const std::string why = whyNotSeams(scene); !why.empty()) {
+        const TableReader output(*reader.table("output"), file, "output");
+        output.fail(output.node("max_seam"), why);
+    }
     refuseRepeatedNames(scene);
     return scene;
 }
@@ -553,42 +668,67 @@ std::string whyNotRsrm(const GradientEntry& entry, Target target) {
     return "";
 }
 
+std::string whyNotGltf(const OutputSettings& output) {
+    return output.gltf && output.container != formats::Container::Ktx2 ? "found glTF with container dds, expected container ktx2" : "";
+}
+
+std::string whyNotSeams(const Scene& scene) {
+    if (!scene.output.maxSeam) return "";
+    const bool hasMesh = std::ranges::any_of(scene.lightMaps, [](const LightMapEntry& entry) { return entry.mesh.has_value(); });
+    return hasMesh ? ""
+                   : "found a limit on seams where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]: seams are at its "
+                     "edges";
+}
+
 std::string whyNotDecode(const OutputSettings& output) {
-    const std::string layout = layoutAsked(output);
-    const auto costOf = [](const formats::LightMapLayoutInfo& each) {
-        return fmt::format("{} ({} fetches, {} operations)", each.name, each.tapCount(), each.decodeOps);
-    };
-    if (const auto named = formats::lightMapLayoutFromName(layout))
-        return output.decode.allow(formats::info(*named))
-                   ? ""
-                   : fmt::format(
-                         "found layout {} over the limits on the decode, expected a cheaper one, or \"auto\" with a limit on "
-                         "the error",
-                         costOf(formats::info(*named)));
-    std::string costs;
-    for (const formats::LightMapLayoutInfo& each : formats::allLightMapLayouts()) {
-        if (!each.trialLayout) continue;
-        if (output.decode.allow(each)) return "";
-        costs += (costs.empty() ? "" : ", ") + costOf(each);
-    }
-    return fmt::format("found limits on the decode that no layout keeps, expected those of one of {}", costs);
+    const auto named = formats::lightMapLayoutFromName(layoutAsked(output));
+    if (!named) return whyNoneKeeps(output.decode, output.layouts);
+    if (!formats::mayTake(output.layouts, formats::info(*named)))
+        return fmt::format("found layout {} that the list of layouts ({}) lacks, expected one of the list, or \"auto\"",
+                           formats::info(*named).name, listed(output.layouts));
+    if (output.decode.allow(formats::info(*named))) return "";
+    return fmt::format("found layout {} over the limits on the decode, expected a cheaper one, or \"auto\" with a limit on the error",
+                       costOf(formats::info(*named)));
+}
+
+const formats::LayoutList& layoutsFor(const OutputSettings& output, const LightMapEntry& entry) {
+    return entry.layouts.empty() ? output.layouts : entry.layouts;
+}
+
+std::string whyNotLayouts(const OutputSettings& output, const LightMapEntry& entry) {
+    if (entry.layouts.empty()) return "";
+    const std::string asked = layoutAsked(output);
+    if (asked == kAutoLayout) return whyNoneKeeps(output.decode, entry.layouts);
+    if (std::ranges::find(entry.layouts, asked) != entry.layouts.end()) return "";
+    return fmt::format(
+        "found a list of layouts for light map {} without layout {}, which the scene asks for, expected "
+        "light_map_layout = \"auto\" in [output], or that layout in the list",
+        inQuotes(entry.name), asked);
 }
 
 double converterLimit(const OutputSettings& output) {
     return output.maxConverterError.value_or(std::max(output.maxError, kDefaultMaxError));
 }
 
+std::optional<double> converterVisibleLimit(const OutputSettings& output, const std::optional<double>& ofAsset) {
+    return ofAsset ? ofAsset : output.maxConverterVisible;
+}
+
 std::string layoutAsked(const OutputSettings& output) {
     if (!output.lightMapLayout.empty()) return output.lightMapLayout;
-    return output.isErrorAsked || output.maxVisible || output.maxVisibleBound || output.budgetBytes ? kAutoLayout : "ratio";
+    return output.isErrorLimited() || output.budgetBytes || !output.layouts.empty() ? kAutoLayout : "ratio";
 }
 
 std::optional<double> visibleLimit(const OutputSettings& output, const std::optional<double>& ofLightMap) {
     if (ofLightMap) return ofLightMap;
     if (output.maxVisible) return output.maxVisible;
-    const bool isNothingAsked =
-        output.lightMapLayout == kAutoLayout && !output.isErrorAsked && !output.maxVisibleBound && !output.budgetBytes;
+    const bool isNothingAsked = layoutAsked(output) == kAutoLayout && !output.isErrorLimited() && !output.budgetBytes;
     return isNothingAsked ? std::optional(kDefaultMaxVisible) : std::nullopt;
+}
+
+std::optional<double> seamLimit(const OutputSettings& output, const LightMapEntry& entry) {
+    if (entry.maxSeam) return entry.maxSeam;
+    return entry.mesh ? output.maxSeam : std::nullopt;
 }
 
 const std::vector<std::string>& lightMapLayoutNames() {

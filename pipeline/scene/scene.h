@@ -17,11 +17,13 @@
 #include "formats/layout_cost.h"
 #include "formats/light_map.h"
 #include "formats/light_map_objective.h"
+#include "formats/probe_place.h"
 #include "formats/specular_lobe.h"
 #include "formats/target.h"
 #include "lighting/display.h"
 #include "pipeline/lint/checks.h"
 #include "pipeline/scene/scene_lines.h"
+#include "pipeline/scene/up_axis.h"
 
 namespace lightcook::pipeline {
 
@@ -42,19 +44,29 @@ struct OutputSettings {
     double maxError = 0.1;       ///< limit on rel_rms of diffuse and of specular, of the last stage of a light map or mesh
     /// Limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity; see converterLimit.
     std::optional<double> maxConverterError;
-    std::optional<double> maxVisible;          ///< limit on the 99th percentile of visible errors of light maps; see visibleLimit
-    std::optional<double> maxVisibleBound;     ///< limit on the proven bound of visible errors of light maps
+    std::optional<double> maxVisible;       ///< limit on the 99th percentile of visible errors of light maps; see visibleLimit
+    std::optional<double> maxVisibleBound;  ///< limit on the proven bound of visible errors of light maps
+    std::optional<double> maxSeam;          ///< limit on the largest step that cooking adds to an edge of light maps
+    /// Limit on the 99th percentile of visible errors of dominant lights, cubemaps, tables and reflection maps; see converterVisibleLimit.
+    std::optional<double> maxConverterVisible;
+    /// Returns true if a limit on the error of light maps is given.
+    bool isErrorLimited() const { return isErrorAsked || maxVisible || maxVisibleBound || maxSeam; }
     std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory for the whole scene
     double rdo = 0;  ///< share by which the error may grow so that blocks repeat, 0 .. kLargestRdo; target bc only
     formats::Objective objective = formats::Objective::Visible;  ///< of learned layouts of light maps
     formats::LayoutCost cost = formats::LayoutCost::Bytes;       ///< of layouts, where "auto" chooses one within an error
     formats::DecodeLimits decode = {};                           ///< of layouts
+    formats::LayoutList layouts = {};                            ///< that "auto" may take
     int effort = 5;                                              ///< of block encoders, 0 .. 9
     bool isErrorAsked = false;                                   ///< maxError was given
     bool keepUnused = false;                                     ///< cooks also what no material, surface or shading shows
     bool zstd = false;
     bool draco = true;  ///< meshes as Draco inside glTF
+    bool gltf = false;  ///< also writes the scene as glTF with its light maps bound
 };
+
+/// Returns what is wrong with glTF beside the other settings, or an empty text.
+std::string whyNotGltf(const OutputSettings& output);
 
 inline constexpr double kLargestRdo = 1;
 inline constexpr double kDefaultMaxError = 0.1;
@@ -64,15 +76,19 @@ inline constexpr double kDefaultMaxVisible = 5;  ///< of layout "auto" where not
 /// default if the layout is "auto" and neither an error nor a budget is asked for. Empty: no limit.
 std::optional<double> visibleLimit(const OutputSettings& output, const std::optional<double>& ofLightMap);
 
-/// Returns what is wrong with the limits on the decode beside the layout that the settings select, or an empty text.
+/// Returns what is wrong with the limits on the decode and the list of layouts beside the layout that the settings select, or an empty
+/// text.
 std::string whyNotDecode(const OutputSettings& output);
 
 /// Returns the limit of dominant lights, cubemaps, tables and reflection maps: maxConverterError if it is given, else the larger of the
 /// default and maxError.
 double converterLimit(const OutputSettings& output);
 
-/// Returns the layout that the settings select: the named one; else "auto" if an error, a visible error or a budget is given, else
-/// "ratio".
+/// Returns the limit on the visible errors of one of them: its own, or else that of the output. Empty: no limit.
+std::optional<double> converterVisibleLimit(const OutputSettings& output, const std::optional<double>& ofAsset);
+
+/// Returns the layout that the settings select: the named one; else "auto" if an error, a visible error, a budget or a list of layouts is
+/// given, else "ratio".
 std::string layoutAsked(const OutputSettings& output);
 
 struct LightMapEntry {
@@ -83,14 +99,25 @@ struct LightMapEntry {
     std::string dominantFit = "explained";             ///< a name of allDominantFits()
     std::optional<double> maxVisible;                  ///< overrides that of the output
     std::optional<double> maxVisibleBound;             ///< overrides that of the output
+    std::optional<double> maxSeam;                     ///< overrides that of the output
     std::optional<std::filesystem::path> groundTruth;  ///< traced light at texels of the map (formats::readShadingValues)
+    formats::LayoutList layouts = {};                  ///< that "auto" may take; empty: those of the output
 };
+
+/// Returns the layouts that "auto" may take for a light map: its own list, or else that of the output.
+const formats::LayoutList& layoutsFor(const OutputSettings& output, const LightMapEntry& entry);
+
+/// Returns what is wrong with the list of a light map beside the settings of the output, or an empty text.
+std::string whyNotLayouts(const OutputSettings& output, const LightMapEntry& entry);
+
 struct ProbeEntry {
     std::string name;
     std::filesystem::path file;
     std::optional<std::filesystem::path> sh;  ///< JSON that holds the probe's SH; projected from the image without it
     int size = 128;                           ///< of a face [texels]: a power of two, kLeastProbeSize .. kMostProbeSize
     std::string layout = "pre-divided";       ///< a name of allCubemapLayouts()
+    formats::ProbePlace place = {};           ///< goes before that of the file `sh`
+    std::optional<double> maxVisible = {};    ///< overrides maxConverterVisible of the output
 };
 /// Values of `encoding` of a gradient, and of `rsrm --encoding`.
 inline const std::vector<std::string> kGradientEncodings = {"auto", "linear", "srgb"};
@@ -100,11 +127,12 @@ struct GradientEntry {
     std::string name;
     std::filesystem::path file;
     std::vector<double> exponents = {1, 4, 16, 64, 256, 1024, 4096, 16384};
-    std::string encoding = "auto";        ///< one of kGradientEncodings; for painted gradients only
-    std::optional<glm::dvec3> axis = {};  ///< the file is an environment, averaged around this world direction
-    int zones = 256;                      ///< of the average around the axis
-    std::string format = {};              ///< one of rsrmFormatChoices(); empty: see rsrmFormatsToTry
-    bool dither = false;                  ///< rgba8 alone
+    std::string encoding = "auto";          ///< one of kGradientEncodings; for painted gradients only
+    std::optional<glm::dvec3> axis = {};    ///< the file is an environment, averaged around this world direction
+    int zones = 256;                        ///< of the average around the axis
+    std::string format = {};                ///< one of rsrmFormatChoices(); empty: see rsrmFormatsToTry
+    bool dither = false;                    ///< rgba8 alone
+    std::optional<double> maxVisible = {};  ///< overrides maxConverterVisible of the output
 };
 /// Returns the reason why the format, or its dithering, is not possible for a target; empty if it is possible.
 std::string whyNotRsrm(const GradientEntry& entry, Target target);
@@ -124,6 +152,7 @@ struct TableSettings {
     std::optional<int> roughnessCount;     ///< over exactly the range of m; else those of the 16 rows 1/16 to 1 that it needs
     std::string normalization = "energy";  ///< or halo3, four times as bright
     std::string viewAxis = "auto", roughnessAxis = "auto";  ///< fit::viewMappings(), fit::roughnessMappings()
+    std::optional<double> maxVisible = {};                  ///< overrides maxConverterVisible of the output
 };
 inline const std::vector<std::string> kNormalizationNames = {"energy", "halo3"};
 inline constexpr int kMostTableNodes = 1024;  ///< columns, or rows
@@ -149,7 +178,15 @@ struct Scene {
     /// all.
     lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;
     std::vector<Allowance> allowances;  ///< key `allow`
+    UpAxis up = UpAxis::Y;              ///< of world space: the axis of painted gradients
 };
+
+/// Returns the limit on the largest step that cooking adds to an edge: that of the light map or else, if it has a mesh, that of the output.
+/// Empty: no limit.
+std::optional<double> seamLimit(const OutputSettings& output, const LightMapEntry& entry);
+
+/// Returns what is wrong with a limit on seams for all light maps, or an empty text.
+std::string whyNotSeams(const Scene& scene);
 
 /// Reads a scene file. Unknown keys are refused with the nearest known one. Errors name file, line and column, found and expected.
 formats::Result<Scene> readScene(const std::filesystem::path& file);

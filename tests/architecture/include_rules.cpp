@@ -60,6 +60,7 @@ const std::vector<Library> kLibraries = {
     {"oneapi/", {"pipeline"}},
     {"toml++/", {"pipeline"}},
     {"CLI/", {"pipeline"}},
+    {"httplib.h", {"pipeline"}},
     {"xxhash.h", {"pipeline"}},
     {"nlohmann/", {"formats", "pipeline"}},
     {"tl/", {"formats", "compress", "fit", "verify", "pipeline"}},

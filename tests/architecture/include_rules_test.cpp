@@ -97,6 +97,7 @@ TEST(IncludeRules, ALibraryAwayFromItsHomeIsFound) {
         {"tbb/parallel_for.h", {"pipeline"}},
         {"toml++/toml.h", {"pipeline"}},
         {"CLI/CLI.hpp", {"pipeline"}},
+        {"httplib.h", {"pipeline"}},
         {"nlohmann/json.hpp", {"formats", "pipeline"}},
         {"thread", {"pipeline"}},
         {"glm/vec3.hpp", modules()},

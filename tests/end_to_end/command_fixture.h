@@ -22,8 +22,8 @@ protected:
     };
 
     Ended run(const std::string& arguments, const std::filesystem::path& program = LIGHTCOOK_PROGRAM) const {
-        const std::string command = fmt::format("cd '{0}' && LIGHTCOOK_CACHE='{0}/cache' '{1}' {2} >'{0}/stdout' 2>'{0}/stderr' </dev/null",
-                                                (scene_ / "").string(), program.string(), arguments);
+        const std::string command = fmt::format("cd '{0}' && LIGHTCOOK_CACHE='{1}' '{2}' {3} >'{0}/stdout' 2>'{0}/stderr' </dev/null",
+                                                (scene_ / "").string(), cache_.string(), program.string(), arguments);
         const int status = std::system(command.c_str());
         return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, formats::contentOf(scene_ / "stdout"), formats::contentOf(scene_ / "stderr")};
     }
@@ -40,7 +40,11 @@ protected:
             EXPECT_THAT(entry.path().filename().string(), testing::Not(testing::StartsWith(".")));
     }
 
+    /// Gives the test an empty cache of its own. Tests that count cached actions need one.
+    void startWithoutCache() { cache_ = scene_ / "cache"; }
+
     SmallScene scene_{SmallScene::Parts::All};
+    std::filesystem::path cache_ = LIGHTCOOK_TEST_CACHE;  ///< the same scene is cooked by many tests
 };
 
 }  // namespace lightcook::pipeline

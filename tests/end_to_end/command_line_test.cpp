@@ -2,6 +2,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "pipeline/view/bundle.h"
 #include "tests/end_to_end/command_fixture.h"
 
 namespace lightcook::pipeline {
@@ -19,8 +20,8 @@ protected:
     /// Runs the program in a pseudo-terminal and returns everything that it shows.
     std::string onTerminal(const std::string& arguments, const std::string& environment = "") const {
         const std::string command = fmt::format(
-            "cd '{0}' && {1} TERM=xterm LIGHTCOOK_CACHE='{0}/cache' script -qec \"'{2}' {3}\" '{0}/typescript' >/dev/null 2>&1 </dev/null",
-            (scene_ / "").string(), environment, LIGHTCOOK_PROGRAM, arguments);
+            "cd '{0}' && {1} TERM=xterm LIGHTCOOK_CACHE='{2}' script -qec \"'{3}' {4}\" '{0}/typescript' >/dev/null 2>&1 </dev/null",
+            (scene_ / "").string(), environment, cache_.string(), LIGHTCOOK_PROGRAM, arguments);
         EXPECT_NE(std::system(command.c_str()), -1);
         return contentOf(scene_ / "typescript");
     }
@@ -44,21 +45,22 @@ TEST_F(CommandLine, HelpIsThereInEveryWay) {
 TEST_F(CommandLine, EveryCommandHasJsonOnStandardOutput) {
     ASSERT_EQ(run("cook scene.toml -o out").code, 0);
     ASSERT_EQ(run("encode probe.exr probe.ktx2 --format bc6h-uf16").code, 0);
-    const std::vector<std::pair<std::string, std::string>> commands = {{"cook scene.toml -o out", "assets"},
-                                                                       {"verify out", "assets"},
-                                                                       {"report out", "budget"},
-                                                                       {"lightmap map.exr lm", "assets"},
-                                                                       {"dominant map.exr dom --report", "explanation"},
-                                                                       {"cubemap probe.exr cube", "assets"},
-                                                                       {"cubemap probe.exr sh.json --filter sh", "sh"},
-                                                                       {"lut tables --m 0.3,0.6", "assets"},
-                                                                       {"rsrm sky.exr refl --exponents 1,8", "assets"},
-                                                                       {"encode probe.exr p.ktx2 --format bc6h-uf16", "bytes"},
-                                                                       {"decode probe.ktx2 back.exr", "channels"},
-                                                                       {"reconstruct out map map_back.exr", "light_map"},
-                                                                       {"compare out out", "assets"},
-                                                                       {"info probe.ktx2", "format"},
-                                                                       {"help cook", "commands"}};
+    std::vector<std::pair<std::string, std::string>> commands = {{"cook scene.toml -o out", "assets"},
+                                                                 {"verify out", "assets"},
+                                                                 {"report out", "budget"},
+                                                                 {"lightmap map.exr lm", "assets"},
+                                                                 {"dominant map.exr dom --report", "explanation"},
+                                                                 {"cubemap probe.exr cube", "assets"},
+                                                                 {"cubemap probe.exr sh.json --filter sh", "sh"},
+                                                                 {"lut tables --m 0.3,0.6", "assets"},
+                                                                 {"rsrm sky.exr refl --exponents 1,8", "assets"},
+                                                                 {"encode probe.exr p.ktx2 --format bc6h-uf16", "bytes"},
+                                                                 {"decode probe.ktx2 back.exr", "channels"},
+                                                                 {"reconstruct out map map_back.exr", "light_map"},
+                                                                 {"compare out out", "assets"},
+                                                                 {"info probe.ktx2", "format"},
+                                                                 {"help cook", "commands"}};
+    if (!viewerBundle().empty()) commands.emplace_back("view out --export page", "folder");
     for (const auto& [command, key] : commands) {
         SCOPED_TRACE(command);
         const Ended ended = run(command + " --json -");
@@ -100,8 +102,9 @@ TEST_F(CommandLine, DecodeWritesNoExrUnderAnotherName) {
 }
 
 TEST_F(CommandLine, ALimitThatIsGivenIsTheLimitOfTheAsset) {
+    scene_.writeSceneFile("light_map_layout = \"ratio\"");  // all layouts would be tried
     for (const char* command : {"cubemap probe.exr a", "lut b --m 0.3,0.6", "rsrm sky.exr c --exponents 1,8", "dominant map.exr d",
-                                "cubemap probe.exr e.ktx2 --filter irradiance", "lightmap map.exr f"}) {
+                                "cubemap probe.exr e.ktx2 --filter irradiance", "lightmap map.exr f --layout ratio"}) {
         SCOPED_TRACE(command);
         const Ended failed = run(std::string(command) + " --max-error 0.00001%");
         EXPECT_EQ(failed.code, 4) << failed.out;
@@ -114,7 +117,7 @@ TEST_F(CommandLine, ALimitThatIsGivenIsTheLimitOfTheAsset) {
 
 TEST_F(CommandLine, ConvertersKeepABudgetAndRefuseWhatWouldNotAct) {
     for (const char* command : {"cubemap probe.exr a", "lut b --m 0.3,0.6", "rsrm sky.exr c --exponents 1,8", "dominant map.exr d",
-                                "cubemap probe.exr e.ktx2 --filter irradiance", "lightmap map.exr f"}) {
+                                "cubemap probe.exr e.ktx2 --filter irradiance", "lightmap map.exr f --layout ratio"}) {
         SCOPED_TRACE(command);
         const Ended over = run(std::string(command) + " --budget 16");
         EXPECT_EQ(over.code, 5) << over.out;
@@ -170,6 +173,7 @@ TEST_F(CommandLine, ABaselineIsComparedAndFailsOnlyWhereAsked) {
 }
 
 TEST_F(CommandLine, VerboseNamesEachActionAndQuietNothing) {
+    startWithoutCache();
     const Ended verbose = run("-v cook scene.toml -o out");
     EXPECT_THAT(verbose.err, AllOf(HasSubstr("lightcook: cook/map: "), HasSubstr("lightcook: verify/probe: ")));
     EXPECT_THAT(run("cook scene.toml -o out -v").err, HasSubstr("cook/map: from the cache ("));
@@ -185,6 +189,7 @@ TEST_F(CommandLine, VerboseNamesEachActionAndQuietNothing) {
 
 TEST_F(CommandLine, TerminalsGetColourAndOneLineOfProgress) {
     if (!hasScript()) GTEST_SKIP() << "no script (util-linux) for a pseudo-terminal";
+    startWithoutCache();
     const std::string cook = onTerminal("cook scene.toml -o out");
     EXPECT_THAT(cook, AllOf(HasSubstr("\r\x1b[K["), HasSubstr(" %  "), testing::ContainsRegex("[0-9]+/[0-9]+ ")));
     EXPECT_THAT(cook, HasSubstr("\x1b[32mpassed\x1b[0m: 5 assets"));

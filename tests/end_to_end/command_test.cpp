@@ -15,6 +15,7 @@ using testing::HasSubstr;
 using testing::StartsWith;
 
 TEST_F(Command, CookIsOneLineOnAPipeAndVerifyAndReportAreTables) {
+    startWithoutCache();
     const Ended cook = run("cook scene.toml -o out");
     EXPECT_EQ(cook.code, 0) << cook.err;
     EXPECT_EQ(std::count(cook.out.begin(), cook.out.end(), '\n'), 1) << cook.out;
@@ -250,9 +251,10 @@ TEST_F(Command, TablesOfOtherLobesAndSizesAreVerifiedToo) {
 }
 
 TEST_F(Command, ARefinedFitIsTheSameBytesOnAnyNumberOfThreads) {
+    startWithoutCache();
     std::map<std::string, std::string> first;
     for (const char* threads : {"1", "3"}) {
-        std::filesystem::remove_all(scene_ / "cache");
+        std::filesystem::remove_all(cache_);
         ASSERT_EQ(run(fmt::format("-j {} dominant map.exr dom --fit refined-ambient", threads)).code, 0);
         std::map<std::string, std::string> contents;
         for (const auto& entry : std::filesystem::directory_iterator(scene_ / "dom"))

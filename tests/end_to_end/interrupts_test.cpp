@@ -48,6 +48,7 @@ const BusyCommand kBusyCommands[] = {
     {"compare", {"large.ktx2", "large.ktx2"}},
     {"info", {"large.exr"}},
     {"demo", {"-o", "out"}},
+    {"view", {"cooked", "--port", "0"}},
     {"help", {"cook"}},
 };
 

@@ -124,6 +124,19 @@ void cookGradient(const ExampleCopy& scene) {
     scene.run("lightcook cook scene.toml -o out");
 }
 
+/// Cooks the gradient to two folders.
+void cookTwice(const ExampleCopy& scene) {
+    cookGradient(scene);
+    scene.run("lightcook cook scene.toml -o copy");
+}
+
+/// Cooks the gradient, and writes the budgets of one platform.
+/// limits  lines of its table
+void cookWithBudgets(const ExampleCopy& scene, const std::string& limits) {
+    cookGradient(scene);
+    writeContent(scene / "budgets.toml", "schema = 1\n\n[[platform]]\nname = \"handheld\"\n" + limits + "\n");
+}
+
 constexpr const char* kLint = "lightcook lint scene.toml --strict";
 
 const std::vector<Mistake>& allMistakes() {
@@ -184,6 +197,18 @@ const std::vector<Mistake>& allMistakes() {
          [](const ExampleCopy& scene) { scene.append("scene.toml", "\n[tables]\nlobe = \"ggx\"\n"); }},
         {"a layout without the light that materials need", "lightcook cook scene.toml",
          [](const ExampleCopy& scene) { scene.replaceInScene("# light_map_layout = \"auto\"", "light_map_layout = \"flat\""); }},
+        {"a layout that there is not in a list of layouts", "lightcook cook scene.toml",
+         [](const ExampleCopy& scene) { scene.replaceInScene("# light_map_layout = \"auto\"", "layouts = [\"godod\"]"); }},
+        {"a named layout that the list of layouts lacks", "lightcook cook scene.toml --layout ratio",
+         [](const ExampleCopy& scene) { scene.replaceInScene("# light_map_layout = \"auto\"", "layouts = [\"godot\"]"); }},
+        {"an image of a coefficient is missing from the list", "lightcook cook scene.toml",
+         [](const ExampleCopy& scene) {
+             scene.replaceInScene("file = \"cornell_lightmap.exr\"", "files = { sh00 = \"a.exr\", sh01 = \"b.exr\", sh03 = \"c.exr\" }");
+         }},
+        {"images of coefficients beside one file", "lightcook cook scene.toml",
+         [](const ExampleCopy& scene) {
+             scene.replaceInScene("file = \"cornell_lightmap.exr\"", "file = \"cornell_lightmap.exr\"\nfiles = { sh00 = \"a.exr\" }");
+         }},
         {"Zstandard in a DDS file", "lightcook cook scene.toml --container dds --zstd", nothing},
         // Inputs
         {"the light map is missing", "lightcook cook scene.toml",
@@ -249,6 +274,10 @@ const std::vector<Mistake>& allMistakes() {
          "lightcook lightmap cornell_lightmap.exr out --layout basis-3 --max-visible-bound 1", nothing},
         {"an objective that does not exist", "lightcook cook scene.toml --objective seen", nothing},
         {"a limit on visible errors that is no number", "lightcook cook scene.toml --max-visible 0", nothing},
+        {"the same limit for other assets that is no number", "lightcook cook scene.toml --max-converter-visible 0", nothing},
+        {"a limit on seams that is no number", "lightcook cook scene.toml --max-seam 0", nothing},
+        {"a limit on seams where no light map has a mesh", "lightcook cook scene.toml --max-seam 2",
+         [](const ExampleCopy& scene) { scene.replaceInScene("mesh = \"cornell.glb\"", ""); }},
         {"a limit that no texture can keep", "lightcook cubemap cornell_probe0.exr out --max-error 0.001%", nothing},
         {"a report on a folder that failed", "lightcook report out",
          [](const ExampleCopy& scene) {
@@ -262,6 +291,30 @@ const std::vector<Mistake>& allMistakes() {
              scene.replaceInScene("[1, 16]", "[1, 4, 16]");
              scene.run("lightcook cook scene.toml -o out");
          }},
+        // Reports
+        {"a report on a folder that is missing", "lightcook report out other", cookGradient},
+        {"a report on a folder that is no cooked one", "lightcook report out .", cookGradient},
+        {"one scene twice in a report", "lightcook report out copy", cookTwice},
+        {"a page and JSON on standard output", "lightcook report out --json - --html -", cookGradient},
+        {"a key of a budgets file is misspelt", "lightcook report out --budgets budgets.toml",
+         [](const ExampleCopy& scene) { cookWithBudgets(scene, "totl = \"1 MiB\""); }},
+        {"an asset kind that there is not in a budgets file", "lightcook report out --budgets budgets.toml",
+         [](const ExampleCopy& scene) { cookWithBudgets(scene, "kinds = { lightmap = \"1 MiB\" }"); }},
+        {"a platform without a limit", "lightcook report out --budgets budgets.toml",
+         [](const ExampleCopy& scene) { cookWithBudgets(scene, ""); }},
+        {"a budgets file that is missing", "lightcook report out --budgets budgets.toml", cookGradient},
+        {"more bytes than a platform allows", "lightcook report out --budgets budgets.toml",
+         [](const ExampleCopy& scene) { cookWithBudgets(scene, "scene = \"1 KiB\""); }},
+        {"more bytes in all scenes than a platform allows", "lightcook report out copy --budgets budgets.toml",
+         [](const ExampleCopy& scene) {
+             cookWithBudgets(scene, "total = \"3 KiB\"");
+             scene.replaceInScene("\"cornell\"", "\"second\"");
+             scene.run("lightcook cook scene.toml -o copy");
+         }},
+        {"a history that is another file", "lightcook report out --history scene.toml", cookGradient},
+        {"a cook with a history that is another file", "lightcook cook scene.toml -o out --history scene.toml",
+         [](const ExampleCopy& scene) { scene.keepGradient(); }},
+        {"a baseline that is no report", "lightcook report out --baseline scene.toml", cookGradient},
         // Bakes of several files, and of 8 bits
         {"an 8-bit light map without an encoding", "lightcook lightmap room.png out",
          [](const ExampleCopy& scene) { writeGreyPng(scene, "room.png", 4); }},

@@ -319,13 +319,6 @@ const std::vector<Fault>& basisFaults() {
              for (const char* role : {"l0", "code", "residual"})
                  moveTexels(c, role, [](int x, int y, int, int) { return glm::ivec2(x, std::max(y - 1, 0)); });
          }},
-        {"every cluster the next one", "lightmap", Digests::Rewritten, 4, "rel_rms",
-         [](CookedCopy& c) {
-             const int count = c.constants().at("clusters")[0].get<int>();
-             changeClusters(c, [&](std::vector<int>& clusters) {
-                 for (int& cluster : clusters) cluster = (cluster + 1) % count;
-             });
-         }},
         {"the index one block off", "lightmap", Digests::Rewritten, 4, "found",
          [](CookedCopy& c) {
              changeClusters(c, [](std::vector<int>& clusters) { std::rotate(clusters.begin(), clusters.begin() + 1, clusters.end()); });
@@ -336,26 +329,47 @@ const std::vector<Fault>& basisFaults() {
          [](CookedCopy& c) { c.constants()["index_runs"][0] = 255; }},
         {"the tables of two clusters swapped", "lightmap", Digests::Rewritten, 4, "found",
          [](CookedCopy& c) {
-             Json& code = c.constants()["code"];
-             const std::size_t size = code.size() / static_cast<std::size_t>(c.constants().at("clusters")[0].get<int>());
-             for (std::size_t i = 0; i < size; ++i) std::swap(code[i], code[size + i]);
+             moveTexels(c, "tables", [](int x, int y, int, int) { return glm::ivec2(x, x < 120 && y < 2 ? 1 - y : y); });
+         }},
+        {"the residual's tables negated", "lightmap", Digests::Rewritten, 4, "without it",
+         [](CookedCopy& c) {
+             c.edit("tables", [](std::vector<TexelImage>& images) {
+                 for (int y = 0; y < images[0].height(); ++y)
+                     for (int x = 120; x < images[0].width(); ++x) images[0].at(x, y) *= -1.0f;
+             });
+         }},
+        {"tables of another width", "lightmap", Digests::Rewritten, 4, "tables", [](CookedCopy& c) { swapFiles(c, "tables", "l0"); }},
+        {"a constant that names another file of tables", "lightmap", Digests::Rewritten, 4, "constants/tables",
+         [](CookedCopy& c) { c.constants()["tables"]["file"] = "lightmap_l0.ktx2"; }},
+        {"a texture that is no array by the manifest", "lightmap", Digests::Rewritten, 4, "array",
+         [](CookedCopy& c) { c.texture("l0")["array"] = true; }},
+        {"a format of another number", "lightmap", Digests::Rewritten, 4, "api_formats",
+         [](CookedCopy& c) { c.texture("l0")["api_formats"]["metal"] = 150; }},
+        {"a neutral code a quarter too small", "lightmap", Digests::Rewritten, 4, "found",
+         [](CookedCopy& c) { multiply(c.constants()["neutral"], 0.75); }},
+    };
+    return kFaults;
+}
+
+/// Faults of every texel, whose verification takes the longest.
+const std::vector<Fault>& wholeBasisFaults() {
+    static const std::vector<Fault> kFaults = {
+        {"every cluster the next one", "lightmap", Digests::Rewritten, 4, "rel_rms",
+         [](CookedCopy& c) {
+             const int count = c.constants().at("clusters")[0].get<int>();
+             changeClusters(c, [&](std::vector<int>& clusters) {
+                 for (int& cluster : clusters) cluster = (cluster + 1) % count;
+             });
          }},
         {"the table by coefficients instead of monomials", "lightmap", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) {
-             const Json before = c.constants().at("code");
-             constexpr std::size_t kMonomials = 15, kCoefficients = 8, kSize = 3 * kMonomials * kCoefficients;
-             for (std::size_t i = 0; i < before.size(); ++i) {
-                 const std::size_t table = i / kSize, channel = i % 3, monomial = i % kSize / 3 / kCoefficients,
-                                   coefficient = i / 3 % kCoefficients;
-                 c.constants()["code"][table * kSize + 3 * (coefficient * kMonomials + monomial) + channel] = before[i];
-             }
+             constexpr int kMonomials = 15, kCoefficients = 8;
+             moveTexels(c, "tables", [](int x, int y, int, int) {
+                 return x < kMonomials * kCoefficients ? glm::ivec2(x % kMonomials * kCoefficients + x / kMonomials, y) : glm::ivec2(x, y);
+             });
          }},
         {"code and residual swapped", "lightmap", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) { swapFiles(c, "code", "residual"); }},
-        {"the residual's tables negated", "lightmap", Digests::Rewritten, 4, "without it",
-         [](CookedCopy& c) { multiply(c.constants()["residual"], -1); }},
-        {"a neutral code a quarter too small", "lightmap", Digests::Rewritten, 4, "found",
-         [](CookedCopy& c) { multiply(c.constants()["neutral"], 0.75); }},
     };
     return kFaults;
 }
@@ -626,6 +640,10 @@ const std::filesystem::path kShippedScene = std::filesystem::path(LIGHTCOOK_SOUR
 
 TEST(Mutation, OfAMeshIsCaught) {
     expectCaught(Cooked(kShippedScene, "ratio", "mesh"), meshFaults());
+}
+
+TEST(MutationSoak, OfEveryTexelOfALearnedLightMapIsCaught) {
+    expectCaught(Cooked(kShippedScene, "basis-8"), wholeBasisFaults());
 }
 
 TEST(Mutation, OfTheSceneThatShipsIsCaught) {

@@ -29,6 +29,14 @@ mkdir "$work/home" "$work/elsewhere"
 cd "$work/elsewhere"
 "$work/build/consumer" texture.ktx2
 
+# The example in OpenGL, where its own libraries are there.
+if [[ -f /usr/include/EGL/egl.h && -f /usr/include/GL/glcorearb.h && -f /usr/include/png.h ]]; then
+    "$cmake" -S "$prefix/share/lightcook/examples/opengl" -B "$work/opengl" -G Ninja -DCMAKE_PREFIX_PATH="$prefix" >"$work/opengl.log" 2>&1 &&
+        "$cmake" --build "$work/opengl" >>"$work/opengl.log" 2>&1 || { cat "$work/opengl.log"; die "the installed examples/opengl does not build"; }
+fi
+[[ ! -e $prefix/share/lightcook/examples/web/node_modules && -s $prefix/share/lightcook/viewer/loaders/babylon.js ]] ||
+    die "the npm package is not installed as it should be"
+
 run=(env -i HOME="$work/home" PATH=/usr/bin:/bin LANG=C.UTF-8 "$prefix/bin/lightcook")
 "${run[@]}" demo -o "$work/demo" >"$work/demo.log" 2>&1 || { cat "$work/demo.log"; die "the installed 'lightcook demo' failed"; }
 [[ -s $work/demo/cooked.json && -s $work/demo/report.html ]] || die "the installed 'lightcook demo' left no manifest or report"

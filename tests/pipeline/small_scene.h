@@ -50,7 +50,7 @@ inline lighting::ShRgb shOf(const LightField& light, const glm::dvec2& place) {
 
 class SmallScene {
 public:
-    static constexpr int kWidth = 40, kHeight = 72;  ///< more than one band, and no whole number of them
+    static constexpr int kWidth = 12, kHeight = 72;  ///< more than one band, and no whole number of them
 
     /// The light map alone (with what derives from it), or a probe and a gradient too: their brute-force verification takes seconds.
     enum class Parts { LightMap, All };

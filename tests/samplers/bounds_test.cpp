@@ -90,12 +90,12 @@ struct Verified {
     Verified(const CookedScene& scene, const Json& asset, const std::filesystem::path& bake)
         : reference(valueOf(valueOf(formats::LightMapReader::open(bake, {})).read(0, asset.at("height").get<int>()))) {
         map.layout = asset.at("layout").get<std::string>();
-        map.constants = asset.at("constants").get<std::map<std::string, std::vector<float>>>();
+        map.constants = scene.constants(asset);
         map.width = asset.at("width").get<int>();
         map.height = asset.at("height").get<int>();
         map.clusterOfBlock = scene.clusters(asset);
         for (const Json& texture : asset.at("textures")) {
-            if (texture.at("role") == pipeline::kIndexRole) continue;
+            if (pipeline::isLookupRole(texture.at("role").get<std::string>())) continue;
             map.formats.push_back(*formats::pixelFormatFromName(texture.at("format").get<std::string>()));
             texels.textures.push_back(scene.decoded(asset, texture.at("role")));
             texels.spans.emplace_back();
@@ -159,12 +159,12 @@ void CertifiedBounds::expectInside(const CookedScene& scene, const std::string& 
     ASSERT_FALSE(cooked.quads.empty());
     int unit = 0;
     for (const Json& texture : asset.at("textures"))
-        if (texture.at("role") != pipeline::kIndexRole) {
+        if (!pipeline::isLookupRole(texture.at("role").get<std::string>())) {
             ASSERT_TRUE(gl_->upload(unit++, scene.ktx2(texture)));
         }
 
     const Surfaces surfaces(random_);
-    const LayoutGlsl glsl(asset);
+    const LayoutGlsl glsl(asset, scene.constants(asset));
     std::vector<float> table = glsl.tables();
     const std::size_t firstSurface = table.size();
     table.insert(table.end(), surfaces.table.begin(), surfaces.table.end());

@@ -63,6 +63,10 @@ public:
         return images;
     }
 
+    /// Returns the constants of a light map, with those that a texture holds.
+    pipeline::LightMapConstants constants(const pipeline::Json& asset) const {
+        return valueOf(pipeline::constantsOf(folder(), valueOf(pipeline::fromJson<pipeline::CookedAsset>(asset, "manifest"))));
+    }
     /// Returns the clusters of a light map whose texture names them.
     std::vector<std::uint8_t> clusters(const pipeline::Json& asset) const {
         return valueOf(pipeline::clustersOfBlocks(folder(), valueOf(pipeline::fromJson<pipeline::CookedAsset>(asset, "manifest"))));

@@ -7,9 +7,11 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "formats/light_map_layout.h"
+#include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/manifest/manifest.h"
 
@@ -29,11 +31,12 @@ inline std::string glslVector(const std::vector<float>& values, std::size_t firs
 /// Generates the body of a shader that decodes one place of a map into `LcSh sh`.
 class LayoutGlsl {
 public:
-    explicit LayoutGlsl(const pipeline::Json& asset)
+    /// constants  those of the asset (pipeline::constantsOf)
+    LayoutGlsl(const pipeline::Json& asset, pipeline::LightMapConstants constants)
         : info_(formats::info(formats::lightMapLayoutFromName(asset.at("layout").get<std::string>()).value())),
-          constants_(asset.at("constants").get<std::map<std::string, std::vector<float>>>()) {
+          constants_(std::move(constants)) {
         for (const pipeline::Json& texture : asset.at("textures"))
-            if (texture.at("role") != pipeline::kIndexRole) units_.push_back(texture.at("role").get<std::string>());
+            if (!pipeline::isLookupRole(texture.at("role").get<std::string>())) units_.push_back(texture.at("role").get<std::string>());
     }
     std::string samplers() const {
         std::string text;
@@ -170,7 +173,7 @@ private:
     }
 
     const formats::LightMapLayoutInfo& info_;
-    std::map<std::string, std::vector<float>> constants_;
+    pipeline::LightMapConstants constants_;
     std::vector<std::string> units_;
 };
 

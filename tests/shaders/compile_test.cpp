@@ -38,6 +38,12 @@ std::string fragmentShader(Dialect dialect, const std::string& shared, const std
     return "#define LIGHTCOOK_HLSL\n" + shared + "float4 main() : SV_Target {\nvec3 result;\n" + body + "return float4(result, 1.0);\n}\n";
 }
 
+/// Returns the declaration of a texture with the tables of a learned layout.
+std::string tablesDeclaration(Dialect dialect) {
+    if (dialect == Dialect::Hlsl) return "Texture2D<float4> tables : register(t0);\n";
+    return dialect == Dialect::Glsl450 ? "layout(binding = 0) uniform sampler2D tables;\n" : "uniform highp sampler2D tables;\n";
+}
+
 class Compile : public testing::TestWithParam<Dialect> {
 protected:
     void SetUp() override {
@@ -149,6 +155,16 @@ TEST_P(Compile, TheIncludeOfEveryLayoutDecodesAndShades) {
         const std::vector<std::string> layouts = {layout};
         EXPECT_EQ(errors(shaders::shaderInclude(formats::lightMapFamilies(layouts)), useOf(layout)), "") << layout;
     }
+}
+
+TEST_P(Compile, LearnedLayoutsDecodeFromTheTextureOfTheirTables) {
+    const std::vector<std::string> families = {"basis"};
+    const std::string shared = shaders::shaderInclude(families) + tablesDeclaration(GetParam());
+    for (const char* count : {"3", "4"})
+        EXPECT_EQ(errors(shared, "vec4 one = vec4(0.5, 0.5, 0.5, 1.0);\nLcSh sh = lcLightMapBasis" + std::string(count) +
+                                     "From(one, one, tables, 7, 2.0);\nsh = lcLightMapBasisAddFrom(sh, one, one, tables, 7, 1, 2.0, "
+                                     "0.5);\nresult = lcExitRadiance(sh, vec3(0.0, 0.0, 1.0));\n"),
+                  "");
 }
 
 TEST_P(Compile, TheIncludeOfAllLayoutsMayBeIncludedTwice) {

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include "lighting/area_specular.h"
 #include "lighting/brdf.h"
@@ -81,6 +82,39 @@ TEST(ShaderSh, LocalCoefficientsAreThoseOfTheTurnedLight) {
         for (std::size_t k = 0; k < expected.size(); ++k) expectNear(local.c[k], expected[k], 3e-6f);
         const vec3 n = random.direction();
         expectNear(shaders::lcRadiance(local, n), shaders::lcRadiance(sh, glm::mat3(world) * n), 1e-5f);
+    }
+}
+
+/// The same sums in the same order: bit for bit what the tables in buffers give.
+TEST(ShaderLightMaps, LearnedTablesFromTheTextureDecodeAsThoseOfBuffers) {
+    constexpr int kClusters = 3, kLayers = 2, kColumns = 120 + 36 * kLayers, kCluster = 1;
+    Random random;
+    std::vector<glm::vec4> texels(static_cast<std::size_t>(kClusters * kColumns));
+    for (glm::vec4& texel : texels) texel = glm::vec4(random.number(-1, 1), random.number(-1, 1), random.number(-1, 1), 0);
+    const shaders::LcTables tables{texels.data(), kColumns};
+    const glm::vec4* const row = texels.data() + kCluster * kColumns;
+    shaders::LcBasisFirst3 first3{};
+    shaders::LcBasisFirst4 first4{};
+    for (int i = 0; i < 80; ++i) first3.v[i] = vec3(row[i]);
+    for (int i = 0; i < 120; ++i) first4.v[i] = vec3(row[i]);
+    const auto expectSame = [](const LcSh& a, const LcSh& b) {
+        for (int i = 0; i < 9; ++i) EXPECT_EQ(a.c[i], b.c[i]) << i;
+    };
+    for (int i = 0; i < 100; ++i) {
+        const auto texel = [&] { return glm::vec4(random.number(0, 1), random.number(0, 1), random.number(0, 1), random.number(0, 1)); };
+        const glm::vec4 l0 = texel(), code = texel();
+        expectSame(shaders::lcLightMapBasis3From(l0, code, tables, kCluster, 3.0f), shaders::lcLightMapBasis3(l0, code, first3, 3.0f));
+        LcSh fetched = shaders::lcLightMapBasis4From(l0, code, tables, kCluster, 3.0f),
+             buffered = shaders::lcLightMapBasis4(l0, code, first4, 3.0f);
+        expectSame(fetched, buffered);
+        for (int layer = 0; layer < kLayers; ++layer) {
+            shaders::LcBasisResidual residual{};
+            for (int k = 0; k < 36; ++k) residual.v[k] = vec3(row[120 + 36 * layer + k]);
+            const glm::vec4 stored = texel();
+            fetched = shaders::lcLightMapBasisAddFrom(fetched, l0, stored, tables, kCluster, layer, 3.0f, 0.5f);
+            buffered = shaders::lcLightMapBasisAdd(buffered, l0, stored, residual, 3.0f, 0.5f);
+            expectSame(fetched, buffered);
+        }
     }
 }
 

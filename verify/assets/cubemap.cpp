@@ -12,6 +12,7 @@
 #include <numbers>
 #include <optional>
 
+#include "lighting/area_specular.h"
 #include "lighting/cube.h"
 #include "lighting/quadratic.h"
 #include "lighting/radiometry.h"
@@ -224,6 +225,21 @@ CubemapReference::CubemapReference(const Environment& environment)
         for (int top = face; top < face + faceHeight; top += kTileSize)
             for (int left = 0; left < width; left += kTileSize)
                 addTile(left, top, std::min(kTileSize, width - left), std::min(kTileSize, face + faceHeight - top));
+}
+
+double CubemapReference::displayKey(const glm::vec3& luminanceWeights) const {
+    lighting::ShDouble luminance{};
+    for (int y = 0; y < environment_.texels.height(); ++y)
+        for (int x = 0; x < environment_.texels.width(); ++x) {
+            const double weighted = solidAngleOf(x, y) * glm::dot(glm::dvec3(environment_.texels.at(x, y)), glm::dvec3(luminanceWeights));
+            const lighting::ShDouble basis = lighting::evaluateBasis(directionOf(x, y));
+            for (std::size_t i = 0; i < basis.size(); ++i) luminance[i] += weighted * basis[i];
+        }
+    for (std::size_t i = 0; i < luminance.size(); ++i)
+        luminance[i] *= lighting::kExitRadianceBands[static_cast<std::size_t>(lighting::kShBand[i])];
+    std::vector<double> exits;
+    for (int i = 0; i < kKeyNormals; ++i) exits.push_back(lighting::evaluate(luminance, lighting::fibonacciSphere(i, kKeyNormals)));
+    return displayKeyOf(exits);
 }
 
 glm::dvec3 CubemapReference::directionOf(int x, int y) const {
@@ -508,21 +524,61 @@ CubemapResult compareCubemap(const CookedCubemap& map, const CubemapReference& r
     return result;
 }
 
+double cubemapReflectance(double m, NormalDistribution lobe) {
+    constexpr double kLeastM = 1e-4;
+    if (m < kLeastM) return 1;
+    const auto kind = lobe == NormalDistribution::Ggx ? lighting::SpecularLobe::Ggx : lighting::SpecularLobe::Beckmann;
+    // Light of radiance 1 from everywhere has the coefficient sqrt(4 pi) alone.
+    return lighting::areaSpecular(1, m, kind, lighting::CookTorranceNormalization::Energy).c[0] * std::sqrt(4 * std::numbers::pi);
+}
+
+namespace {
+
+/// The errors of cubemapStages at some kind of sample.
+struct CubemapErrors {
+    ErrorAccumulator energy;
+    std::optional<VisiblePairs> visible;
+
+    CubemapErrors(double key, const std::optional<Viewing>& viewing) : energy(key) {
+        if (viewing) visible.emplace(*viewing);
+    }
+    ErrorFigures figures() const {
+        ErrorFigures figures = energy.figures();
+        if (visible) figures.visible = visible->figures();
+        return figures;
+    }
+};
+
+/// Adds the light of a sample as a pixel shows it: reflected off a surface of F0 1.
+void addVisible(const CookedCubemap& map, const CubemapSample& sample, const CubemapResult& result, double reflectance,
+                VisiblePairs& errors) {
+    const ErrorPlace at = placeOf(map, sample, 0);
+    errors.add(reflectance * result.reference, reflectance * result.cooked,
+               {.x = at.x, .y = at.y, .mip = at.mip, .face = at.face, .normal = at.normal, .m = at.m, .f0 = 1});
+}
+
+}  // namespace
+
 std::vector<StageError> cubemapStages(const CookedCubemap& map, const CubemapReference& reference, std::span<const CubemapSample> samples,
-                                      std::span<const CubemapResult> results, const glm::vec3& luminanceWeights) {
+                                      std::span<const CubemapResult> results, const glm::vec3& luminanceWeights,
+                                      const std::optional<Viewing>& viewing) {
     assert(samples.size() == results.size());
     const double key = glm::dot(reference.mean(), glm::dvec3(luminanceWeights));
-    ErrorAccumulator divide(key), filter(key);
-    for (std::size_t i = 0; i < samples.size(); ++i)
+    CubemapErrors divide(key, viewing), filter(key, viewing);
+    std::vector<double> reflectances;
+    for (const CookedCubemap::Mip& mip : map.mips) reflectances.push_back(cubemapReflectance(mip.m, map.lobe));
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        CubemapErrors& errors = samples[i].isTexel ? divide : filter;
         for (int channel = 0; channel < 3; ++channel)
-            (samples[i].isTexel ? divide : filter).add(results[i].reference[channel], results[i].cooked[channel], [&] {
-                return placeOf(map, samples[i], channel);
-            });
+            errors.energy.add(results[i].reference[channel], results[i].cooked[channel], [&] { return placeOf(map, samples[i], channel); });
+        if (errors.visible)
+            addVisible(map, samples[i], results[i], reflectances[static_cast<std::size_t>(samples[i].mip)], *errors.visible);
+    }
     const ErrorPlace bound = boundOf(map, reference, key);
-    divide.addBound(bound.local, bound);
-    filter.addBound(bound.local, bound);
+    divide.energy.addBound(bound.local, bound);
+    filter.energy.addBound(bound.local, bound);
     // Samples may miss the direction in which S is not positive.
-    if (!std::isfinite(bound.local)) divide.add(0, bound.local, [&] { return bound; });
+    if (!std::isfinite(bound.local)) divide.energy.add(0, bound.local, [&] { return bound; });
     std::vector<StageError> stages = {
         {"divide", {}, divide.figures(), 0}, {"filter", {}, filter.figures(), 0}, {"total", {}, divide.figures(), 0}};
     takeLarger(stages[2].specular, stages[1].specular);

@@ -160,9 +160,31 @@ DominantVerifier::DominantVerifier(const CookedDominant& map, const DominantShad
     if (viewing) display_.emplace(*viewing, 1);
 }
 
-DominantLightSample DominantVerifier::decode(const DecodedDominantRows& texels, int x, int y) const {
+DominantRowRange dominantRowsFor(const CookedDominant& map, double first, double last) {
+    const auto rowOf = [&](double place) { return static_cast<int>(std::floor((place + 0.5) / map.divisor - 0.5)); };
+    const int top = std::clamp(rowOf(first), 0, map.textureHeight() - 1), bottom = std::clamp(rowOf(last) + 1, 0, map.textureHeight() - 1);
+    return {top, bottom - top + 1};
+}
+
+DominantLightSample DominantVerifier::decodeTexel(const DecodedDominantRows& texels, int x, int y) const {
     const glm::vec3 direction(texels.direction.at(x, y - texels.firstRow)), intensity(texels.intensity.at(x, y - texels.firstRow));
     return {glm::dvec3(map_.directionScale * direction + map_.directionBias), glm::dvec3(map_.intensityRange * intensity)};
+}
+
+DominantLightSample DominantVerifier::decode(const DecodedDominantRows& texels, double x, double y) const {
+    const auto texelOf = [&](double place, int count) { return std::clamp((place + 0.5) / map_.divisor - 0.5, 0.0, count - 1.0); };
+    const double u = texelOf(x, map_.textureWidth()), v = texelOf(y, map_.textureHeight());
+    const int left = static_cast<int>(u), top = static_cast<int>(v);
+    const double right = u - left, below = v - top;
+    DominantLightSample sum;
+    for (int corner = 0; corner < 4; ++corner) {
+        const double weight = (corner % 2 == 0 ? 1 - right : right) * (corner / 2 == 0 ? 1 - below : below);
+        if (weight == 0) continue;
+        const DominantLightSample texel = decodeTexel(texels, left + corner % 2, top + corner / 2);
+        sum.direction += weight * texel.direction;
+        sum.intensity += weight * texel.intensity;
+    }
+    return sum;
 }
 
 void DominantVerifier::shade(const Place& place, Highlights& highlights, HighlightErrors& errors) const {
@@ -259,14 +281,12 @@ DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, c
             Place middle;
             middle.x = x + 0.5;
             middle.y = y + 0.5;
+            middle.seen = decode(texels, middle.x, middle.y);
             middle.normal = glm::dvec3(0);
             lighting::ShRgb sh{};
             for (int corner = 0; corner < 4; ++corner) {
                 const int cornerX = x + corner % 2, cornerY = y + corner / 2;
-                const DominantLightSample seen = decode(texels, cornerX, cornerY);
                 middle.normal += normalAt(cornerX, cornerY);
-                middle.seen.direction += 0.25 * seen.direction;
-                middle.seen.intensity += 0.25 * seen.intensity;
                 for (std::size_t i = 0; i < sh.size(); ++i) sh[i] += 0.25f * shAt(cornerX, cornerY)[i];
             }
             const double length = glm::length(middle.normal);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "lighting/radiometry.h"
 #include "lighting/sh.h"
 #include "lighting/sphere.h"
 #include "shaders/lightcook_cpp.h"
@@ -60,11 +61,33 @@ double shadedByShader(const SpecularKernelEntries& k, const lighting::ShDouble& 
     return shaders::lcAreaSpecular(sh, kernelOf(k), glm::vec3(static_cast<float>(f0))).x;
 }
 
+/// Returns the exit radiance of a white Lambert surface under a light, whose normal is +Z.
+double exitRadianceOf(const lighting::ShDouble& light) {
+    const lighting::ShDouble basis = lighting::evaluateBasis(glm::dvec3(0, 0, 1));
+    double sum = 0;
+    for (std::size_t i = 0; i < light.size(); ++i)
+        sum += lighting::kExitRadianceBands[static_cast<std::size_t>(lighting::kShBand[i])] * light[i] * basis[i];
+    return sum;
+}
+
 struct Pair {
     double reference, cooked;
     std::size_t sample = 0;
     double f0 = 0;
+    double exitRadiance = 1;  ///< of a white surface under the same light
 };
+
+/// Returns the visible errors of shaded pairs, each under its light at the key.
+std::optional<VisibleFigures> visibleOf(const CookedLut& tables, const std::vector<LutSample>& samples, const std::vector<Pair>& pairs,
+                                        const Viewing& viewing) {
+    VisiblePairs errors(viewing);
+    for (const Pair& pair : pairs) {
+        const ErrorPlace at = lutPlace(tables, samples[pair.sample].NoV, samples[pair.sample].m);
+        errors.add(glm::dvec3(pair.reference / pair.exitRadiance), glm::dvec3(pair.cooked / pair.exitRadiance),
+                   {.x = at.x, .y = at.y, .normal = at.normal, .view = at.view, .m = at.m, .f0 = pair.f0});
+    }
+    return errors.figures();
+}
 
 ErrorFigures figuresOf(const CookedLut& tables, const std::vector<LutSample>& samples, const std::vector<Pair>& pairs, double key) {
     ErrorAccumulator errors(key);
@@ -225,7 +248,7 @@ LutKeys lutKeys(const std::vector<LutSample>& samples, const std::vector<LutResu
 }
 
 std::vector<StageError> lutStages(const CookedLut& tables, const std::vector<LutSample>& samples, const std::vector<LutResult>& results,
-                                  const std::vector<double>& f0, const LutBounds& bounds) {
+                                  const std::vector<double>& f0, const LutBounds& bounds, const std::optional<Viewing>& viewing) {
     assert(samples.size() == results.size());
     const LutKeys keys = lutKeys(samples, results, f0);
     const std::vector<SpecularKernelEntries> shadings = lutShadings(f0);
@@ -234,10 +257,13 @@ std::vector<StageError> lutStages(const CookedLut& tables, const std::vector<Lut
         for (std::size_t k = 0; k < results[i].reference.size(); ++k)
             (samples[i].isNode ? nodes : between).push_back({results[i].reference[k], results[i].cooked[k], i});
         std::size_t shading = 0;
-        for (int light = 0; light <= kLightCount; ++light)
+        for (int index = 0; index <= kLightCount; ++index) {
+            const lighting::ShDouble light = lightOf(index);
+            const double exitRadiance = exitRadianceOf(light);
             for (const double f : f0)
-                shaded.push_back(
-                    {reflected(results[i].reference, shadings[shading++]), shadedByShader(results[i].cooked, lightOf(light), f), i, f});
+                shaded.push_back({reflected(results[i].reference, shadings[shading++]), shadedByShader(results[i].cooked, light, f), i, f,
+                                  exitRadiance});
+        }
     }
     const auto stage = [&](const char* name, const std::vector<Pair>& pairs, double key) {
         return StageError{name, {}, figuresOf(tables, samples, pairs, key), 0};
@@ -251,6 +277,7 @@ std::vector<StageError> lutStages(const CookedLut& tables, const std::vector<Lut
     bound(stages[0].specular, stages[0].specular.maxSampled, stages[0].specular.sampledAt);
     bound(stages[1].specular, bounds.filter, bounds.filterAt);
     bound(stages[2].specular, bounds.total, bounds.totalAt);
+    if (viewing) stages[2].specular.visible = visibleOf(tables, samples, shaded, *viewing);
     return stages;
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 #include <numbers>
 
 #include "lighting/radiometry.h"
@@ -90,13 +91,47 @@ void forEachQuad(const formats::LightMapStrip& strip, int firstRow, int rowCount
     }
 }
 
+/// Calls visit(normal, result) for the centre of a quad, moved by the whole shift into each of four directions, its normal turned about
+/// two axes.
+template <class Visit>
+void forEachShifted(const Quad& quad, const glm::dvec3& normal, const MeshShift& shift, Visit visit) {
+    const double s = std::min(shift.uTexels, 0.5), t = std::min(shift.vTexels, 0.5);
+    const glm::dmat3 frame = lighting::worldFromTangentFrame(normal);
+    for (int corner = 0; corner < 4; ++corner) {
+        const double signS = corner % 2 == 0 ? -1 : 1, signT = corner < 2 ? -1 : 1;
+        const glm::dvec3 turned =
+            glm::normalize(normal + std::tan(shift.normalRadians) * (signS * frame[0] + signT * frame[1]) / std::numbers::sqrt2);
+        visit(turned, exitRadiance(quad.at(0.5 + signS * s, 0.5 + signT * t), glm::vec3(turned)));
+    }
+}
+
+/// Returns the signed double area of a triangle in the plane.
+double doubleArea(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) {
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
+
+/// A triangle primitive of which positions and light-map UVs are known.
+struct LitMesh {
+    const formats::TriangleMesh* mesh;
+    const formats::MeshAttribute *position, *lightMapUv;
+
+    explicit LitMesh(const formats::TriangleMesh* of) : mesh(of), position(of->find("POSITION")), lightMapUv(of->find("TEXCOORD_1")) {}
+    explicit operator bool() const { return position != nullptr && lightMapUv != nullptr; }
+    glm::dvec3 positionOf(std::size_t corner) const { return position->at(mesh->indices[corner]); }
+    glm::dvec2 uvOf(std::size_t corner) const { return lightMapUv->at(mesh->indices[corner]); }
+    /// Returns true if a UV lies in the triangle or on its rim.
+    bool isInside(std::size_t triangle, const glm::dvec2& uv) const {
+        const glm::dvec2 a = uvOf(3 * triangle), b = uvOf(3 * triangle + 1), c = uvOf(3 * triangle + 2);
+        const double first = doubleArea(a, b, uv), second = doubleArea(b, c, uv), third = doubleArea(c, a, uv);
+        return doubleArea(a, b, c) != 0 && ((first >= 0 && second >= 0 && third >= 0) || (first <= 0 && second <= 0 && third <= 0));
+    }
+};
+
 }  // namespace
 
 void addMeshShiftErrors(const formats::LightMapStrip& strip, int firstRow, int rowCount, const MeshShift& shift, double key,
                         ErrorAccumulator& errors, const MeshShiftSeen& seen) {
-    const double s = std::min(shift.uTexels, 0.5), t = std::min(shift.vTexels, 0.5);
     forEachQuad(strip, firstRow, rowCount, [&](int x, int y, const Quad& quad, const glm::dvec3& normal) {
-        const glm::dmat3 frame = lighting::worldFromTangentFrame(normal);
         const glm::vec3 reference = exitRadiance(quad.at(0.5, 0.5), glm::vec3(normal));
         const auto at = [&](int channel, const glm::dvec3& direction) {
             ErrorPlace place;
@@ -106,22 +141,58 @@ void addMeshShiftErrors(const formats::LightMapStrip& strip, int firstRow, int r
             place.normal = direction;
             return place;
         };
-        for (int corner = 0; corner < 4; ++corner) {
-            const double signS = corner % 2 == 0 ? -1 : 1, signT = corner < 2 ? -1 : 1;
-            const glm::dvec3 turned =
-                glm::normalize(normal + std::tan(shift.normalRadians) * (signS * frame[0] + signT * frame[1]) / std::numbers::sqrt2);
-            const glm::vec3 result = exitRadiance(quad.at(0.5 + signS * s, 0.5 + signT * t), glm::vec3(turned));
+        forEachShifted(quad, normal, shift, [&](const glm::dvec3& turned, const glm::vec3& result) {
             if (seen) seen(x, y, reference, result);
             for (int channel = 0; channel < 3; ++channel)
                 errors.add(static_cast<double>(reference[channel]), static_cast<double>(result[channel]),
                            [&] { return at(channel, turned); });
-        }
+        });
         for (int channel = 0; channel < 3; ++channel) {
             ErrorPlace place = at(channel, normal);
             place.local = boundOf(quad, channel, shift, key);
             errors.addBound(place.local, place);
         }
     });
+}
+
+void addMeshShiftVisible(const formats::LightMapStrip& strip, int firstRow, int rowCount, const MeshShift& shift, double positionTexels,
+                         VisiblePairs& errors) {
+    const MeshShift seen{shift.uTexels + positionTexels, shift.vTexels + positionTexels, shift.normalRadians};
+    forEachQuad(strip, firstRow, rowCount, [&](int x, int y, const Quad& quad, const glm::dvec3& normal) {
+        const glm::dvec3 reference(exitRadiance(quad.at(0.5, 0.5), glm::vec3(normal)));
+        forEachShifted(quad, normal, seen, [&](const glm::dvec3& turned, const glm::vec3& result) {
+            errors.add(reference, glm::dvec3(result), {.x = x + 0.5, .y = y + 0.5, .normal = turned});
+        });
+    });
+}
+
+double texelsPerUnit(std::span<const formats::TriangleMesh* const> meshes, int width, int height) {
+    const glm::dvec2 size(width, height);
+    double texels = 0, surface = 0;
+    for (const formats::TriangleMesh* mesh : meshes) {
+        const LitMesh lit(mesh);
+        if (!lit) continue;
+        for (std::size_t corner = 0; corner + 2 < mesh->indices.size(); corner += 3) {
+            texels += std::abs(doubleArea(size * lit.uvOf(corner), size * lit.uvOf(corner + 1), size * lit.uvOf(corner + 2)));
+            const glm::dvec3 first = lit.positionOf(corner);
+            surface += glm::length(glm::cross(lit.positionOf(corner + 1) - first, lit.positionOf(corner + 2) - first));
+        }
+    }
+    return surface > 0 ? std::sqrt(texels / surface) : 0;
+}
+
+void findTriangle(std::span<const formats::TriangleMesh* const> meshes, int width, int height, VisiblePlace& place) {
+    const glm::dvec2 uv((place.x + 0.5) / width, (place.y + 0.5) / height);
+    for (std::size_t primitive = 0; primitive < meshes.size(); ++primitive) {
+        const LitMesh lit(meshes[primitive]);
+        if (!lit) continue;
+        for (std::size_t triangle = 0; triangle < lit.mesh->triangleCount(); ++triangle) {
+            if (!lit.isInside(triangle, uv)) continue;
+            place.primitive = static_cast<std::int64_t>(primitive);
+            place.triangle = static_cast<std::int64_t>(triangle);
+            return;
+        }
+    }
 }
 
 void MeshShiftBound::add(const formats::LightMapStrip& strip, int firstRow, int rowCount) {

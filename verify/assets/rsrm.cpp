@@ -193,8 +193,22 @@ ErrorPlace boundBetween(const RsrmRow::Point& a, const RsrmRow::Point& b, double
     return worst;
 }
 
+/// Errors of some points of a map.
+struct PointErrors {
+    ErrorAccumulator energy;
+    std::optional<VisiblePairs> visible;
+
+    PointErrors(double key, const std::optional<Viewing>& viewing) : energy(key) {
+        if (viewing) visible.emplace(*viewing);
+    }
+    ErrorFigures figures() const {
+        ErrorFigures figures = energy.figures();
+        if (visible) figures.visible = visible->figures();
+        return figures;
+    }
+};
 struct RowErrors {
-    ErrorAccumulator quantize, total;
+    PointErrors quantize, total;
 };
 
 /// Returns the place of z in a row of `width` texels.
@@ -207,6 +221,13 @@ ErrorPlace placeOf(double z, int width, int row, int channel) {
     return place;
 }
 
+/// Adds the colours of a point, as a pixel shows them.
+void addVisible(const RsrmRow::Point& point, const ErrorPlace& at, RowErrors& errors) {
+    const VisiblePlace place{.x = at.x, .y = at.y, .normal = at.normal};
+    for (PointErrors* each : {&errors.total, &errors.quantize})
+        if (each->visible && (point.isCentre || each == &errors.total)) each->visible->add(point.reference, point.cooked, place);
+}
+
 void addRow(const RsrmRow& row, int index, double exponent, const Ends& ends, double key, RowErrors& errors) {
     std::vector<const RsrmRow::Point*> centres;
     const int width = static_cast<int>(std::ranges::count_if(row.points, &RsrmRow::Point::isCentre));
@@ -216,23 +237,24 @@ void addRow(const RsrmRow& row, int index, double exponent, const Ends& ends, do
         return place;
     };
     for (const RsrmRow::Point& point : row.points) {
+        addVisible(point, placeOf(point.z, width, index, 0), errors);
         for (int channel = 0; channel < 3; ++channel) {
             const double reference = point.reference[channel], cooked = point.cooked[channel];
             const auto here = [&] { return placeOf(point.z, width, index, channel); };
-            errors.total.add(reference, cooked, here);
+            errors.total.energy.add(reference, cooked, here);
             if (!point.isCentre) continue;
-            errors.quantize.add(reference, cooked, here);
+            errors.quantize.energy.add(reference, cooked, here);
             // Every texel is a sample, so the bound adds only the error of the reference.
             const double slack = ends.slack[channel];
             const double scale = std::max(reference - slack, 0.0) + lighting::kLocalErrorFloor * key, error = std::abs(cooked - reference);
             const double bound = error == 0 ? 0 : (error + slack) / scale;
-            errors.quantize.addBound(bound, at(point.z, channel, bound));
+            errors.quantize.energy.addBound(bound, at(point.z, channel, bound));
         }
         if (point.isCentre) centres.push_back(&point);
     }
     const auto addBetween = [&](const RsrmRow::Point& a, const RsrmRow::Point& b, double arc, double z) {
         const ErrorPlace bound = boundBetween(a, b, arc, exponent, ends, key);
-        errors.total.addBound(bound.local, at(z, bound.channel, bound.local));
+        errors.total.energy.addBound(bound.local, at(z, bound.channel, bound.local));
     };
     const auto angle = [](const RsrmRow::Point& point) { return std::acos(point.z); };
     for (std::size_t i = 0; i + 1 < centres.size(); ++i)
@@ -379,14 +401,23 @@ RsrmBlend compareRsrmBlend(const CookedRsrm& first, const std::vector<glm::vec3>
 }
 
 std::vector<StageError> rsrmStages(const CookedRsrm& map, const RsrmSource& source, const std::vector<RsrmRow>& rows,
-                                   const glm::vec3& luminanceWeights) {
+                                   const glm::vec3& luminanceWeights, const std::optional<Viewing>& viewing) {
     const double key = logAverage(rows, luminanceWeights);
     const Ends ends = endsOf(source);
-    RowErrors diffuse{ErrorAccumulator(key), ErrorAccumulator(key)}, specular{ErrorAccumulator(key), ErrorAccumulator(key)};
+    const PointErrors none(key, viewing);
+    RowErrors diffuse{none, none}, specular{none, none};
     for (std::size_t row = 0; row < rows.size(); ++row)
         addRow(rows[row], static_cast<int>(row), map.exponents[row], ends, key, map.exponents[row] == 1 ? diffuse : specular);
     return {{"quantize", diffuse.quantize.figures(), specular.quantize.figures(), 0},
             {"total", diffuse.total.figures(), specular.total.figures(), 0}};
+}
+
+double rsrmDisplayKey(const std::vector<glm::vec3>& gradient, const glm::vec3& luminanceWeights) {
+    constexpr int kHeights = 64;
+    std::vector<double> luminances;
+    for (int i = 0; i < kHeights; ++i)
+        luminances.push_back(glm::dot(convolvePhong(gradient, 1, 1 - (2.0 * i + 1) / kHeights), glm::dvec3(luminanceWeights)));
+    return displayKeyOf(luminances);
 }
 
 }  // namespace lightcook::verify

@@ -153,4 +153,59 @@ VisibleFigures VisibleAccumulator::figures() const {
     return figures;
 }
 
+double displayKeyOf(std::span<const double> luminances) {
+    if (luminances.empty()) return 0;
+    const auto count = static_cast<double>(luminances.size());
+    double sum = 0, logSum = 0;
+    for (const double luminance : luminances) sum += luminance;
+    if (!(sum / count >= kBlackMean)) return 0;
+    for (const double luminance : luminances) logSum += std::log(std::max(luminance, kDarkestShare * sum / count));
+    return std::exp(logSum / count);
+}
+
+void VisiblePairs::add(const glm::dvec3& reference, const glm::dvec3& found, const VisiblePlace& place) {
+    VisiblePlace& pair = waiting_[count_++];
+    pair = place;
+    pair.reference = reference;
+    pair.found = found;
+    if (count_ == kLanes) flush();
+}
+
+void VisiblePairs::flush() {
+    if (count_ == 0) return;
+    Planes reference{}, found{}, shownReference{}, shownFound{};
+    for (std::size_t i = 0; i < count_; ++i)
+        for (std::size_t channel = 0; channel < 3; ++channel) {
+            reference[channel * kLanes + i] = static_cast<float>(waiting_[i].reference[static_cast<int>(channel)]);
+            found[channel * kLanes + i] = static_cast<float>(waiting_[i].found[static_cast<int>(channel)]);
+        }
+    transform_.apply(reference.data(), kLanes, shownReference.data());
+    transform_.apply(found.data(), kLanes, shownFound.data());
+    std::array<float, kLanes> differences{};
+    visibleDifferences(shownReference.data(), shownFound.data(), kLanes, differences.data());
+    const auto measured = std::span<const float>(differences).first(count_);
+    count_ = 0;
+    const double before = errors_.largest();
+    errors_.add(measured);
+    if (!(errors_.largest() > before)) return;
+    const auto largest = std::ranges::max_element(measured);
+    VisiblePlace place = waiting_[static_cast<std::size_t>(largest - measured.begin())];
+    place.difference = static_cast<double>(*largest);
+    errors_.setMaxAt(place);
+}
+
+void VisiblePairs::merge(const VisiblePairs& other) {
+    flush();
+    VisiblePairs rest = other;
+    rest.flush();
+    errors_.merge(rest.errors_);
+}
+
+std::optional<VisibleFigures> VisiblePairs::figures() const {
+    VisiblePairs whole = *this;
+    whole.flush();
+    if (whole.errors_.sampleCount() == 0) return std::nullopt;
+    return whole.errors_.figures();
+}
+
 }  // namespace lightcook::verify

@@ -9,10 +9,7 @@
 
 #include "lighting/radiometry.h"
 #include "verify/light_map/bound.h"
-#include "verify/light_map/bound_evaluator.h"
-#include "verify/light_map/layouts.h"
-#include "verify/light_map/shading.h"
-#include "verify/light_map/verified_rows.h"
+#include "verify/light_map/light_map_state.h"
 
 namespace lightcook::verify {
 
@@ -69,11 +66,10 @@ double LightMapKey::displayKey() const {
     double mean = 0;
     for (const Bin& bin : bins_)
         if (bin.texels > 0) mean += static_cast<double>(bin.texels) / static_cast<double>(texels) * std::exp(meanLog(bin));
-    constexpr double kDarkest = 1.0 / 1024, kBlack = 1e-9;
-    if (mean < kBlack) return 0;
+    if (mean < kBlackMean) return 0;
     double logSum = 0;
     for (const Bin& bin : bins_)
-        if (bin.texels > 0) logSum += static_cast<double>(bin.texels) * std::max(meanLog(bin), std::log(kDarkest * mean));
+        if (bin.texels > 0) logSum += static_cast<double>(bin.texels) * std::max(meanLog(bin), std::log(kDarkestShare * mean));
     return std::exp(logSum / static_cast<double>(texels));
 }
 
@@ -126,20 +122,6 @@ std::vector<StageError> LightMapErrors::figures() const {
     out.push_back(std::move(total));
     return out;
 }
-
-struct LightMapVerifier::State {
-    CookedLightMap map;
-    LightMapShading shading;
-    LightMapSampling sampling;
-    float perKey = 1;  ///< light in units of the key
-    layouts::Layout layout;
-    std::vector<TextureNeed> textures;
-    ShadingSetup setup;
-
-    lightmap::RowInputs inputs(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference) const {
-        return {map, sampling, setup, perKey, texels, reference};
-    }
-};
 
 formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap& map, const LightMapShading& shading,
                                                            const LightMapSampling& sampling, double key,

@@ -1,5 +1,6 @@
 #include "verify/light_map/visible_search.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -165,7 +166,8 @@ public:
         dark_[2] = dark_[0] & dark_[1];
     }
 
-    Bounded run() const {
+    /// threshold  a bound below it need not be tight
+    Bounded run(double threshold) const {
         Intervals references, found, differences, codes;
         std::array<Spread, 3> spreads;
         for (std::size_t k = 0; k < 3; ++k) {
@@ -179,6 +181,8 @@ public:
         }
         for (std::size_t k = 0; k < 3; ++k)
             codes[k] = VisibleMetric::codes(references[k], found[k], differences[k], VisibleMetric::slopes(references[k], found[k]));
+        const double fromCodes = bounded(VisibleMetric::largest(codes));
+        if (fromCodes < threshold) return {fromCodes, {}};
         std::array<Interval, 3> shares = {Interval{1, 1}};
         for (std::size_t k = 1; k < 3; ++k) shares[k] = slopeShare(k, references, found);
         // Where luminances are clamped, secants have no such ratio.
@@ -273,9 +277,13 @@ private:
             out.spread.add(largest / luminance.low, spreads[0]);
             squares += largest * largest;
         }
-        out.bound = std::min(std::sqrt(squares), VisibleMetric::largest(codes)) * (1 + 1e-9) + kVisibleRounding;
-        if (!(out.bound < kInfinite)) out.bound = kInfinite;
+        out.bound = bounded(std::min(std::sqrt(squares), VisibleMetric::largest(codes)));
         return out;
+    }
+    /// Returns a difference with the rounding of sums and of the curve added; infinite for NaN.
+    static double bounded(double difference) {
+        const double bound = difference * (1 + 1e-9) + kVisibleRounding;
+        return bound < kInfinite ? bound : kInfinite;
     }
 
     const VisibleMetric& metric_;
@@ -308,12 +316,13 @@ public:
         : metric_(metric), tree_(tree), lightOver_(lightOver) {}
 
     VisibleBound run(const PlaceRectangle& whole, double threshold) {
-        constexpr int kMostCells = 24;
+        threshold_ = threshold;
         addPlace(whole, 0);
+        const int mostCells = mostCellsOf(places_.front()->light.errors.count());
         add(Cell{});
         for (;;) {
             const Cell top = cells_.top();
-            if (top.bound < threshold || order_ >= kMostCells || !(top.bound < kInfinite) || (order_ >= nextTest_ && isSettled(top)))
+            if (top.bound < threshold || order_ >= mostCells || !(top.bound < kInfinite) || (order_ >= nextTest_ && isSettled(top)))
                 return resultOf(top);
             if (order_ >= nextTest_) nextTest_ = order_ + kBetweenTests;
             cells_.pop();
@@ -325,14 +334,23 @@ public:
 private:
     static constexpr int kPlaceDepth = 4, kBetweenTests = 20;
     static constexpr double kSettled = 1.25, kNarrowest = 0.02;
+    /// Cells of at most this half width of azimuth try both ways before they cut places or kernels; wider ones go by the spread, since one
+    /// cut alone shows too little there [rad].
+    static constexpr double kTrialHalf = 0.3;
 
+    /// Returns how many cells a quarter may have. One with few control vectors comes from a decode of low degree: its cells cost less, and
+    /// few of its quarters need them all.
+    static int mostCellsOf(std::size_t controls) {
+        constexpr std::size_t kFewest = 24, kMost = 384, kWork = 24 * 16 * 16;
+        return static_cast<int>(std::clamp(kWork / (controls * controls), kFewest, kMost));
+    }
     void addPlace(const PlaceRectangle& rectangle, int depth) {
         places_.push_back(std::make_unique<PlaceNode>(PlaceNode{rectangle, lightOver_(rectangle), depth}));
     }
     void add(Cell cell) {
         const KernelCell kernels = tree_.cell(cell.range, cell.azimuth, cell.half);
         const CellLight& light = places_[static_cast<std::size_t>(cell.place)]->light;
-        const Bounded bounded = light.isFinite ? CellBound(metric_, light, kernels).run() : Bounded{kInfinite, {}};
+        const Bounded bounded = light.isFinite ? CellBound(metric_, light, kernels).run(threshold_) : Bounded{kInfinite, {}};
         // A part is never worse than the whole.
         cell.bound = cell.order == 0 && order_ == 0 ? bounded.bound : std::min(cell.bound, bounded.bound);
         cell.spread = bounded.spread;
@@ -352,13 +370,14 @@ private:
     }
     bool isSettled(const Cell& cell) const {
         return cell.half <= KernelTree::kNarrow &&
-               cell.bound <= kSettled * CellBound(metric_, middleLight(cell), middleOf(cell)).run().bound;
+               cell.bound <= kSettled * CellBound(metric_, middleLight(cell), middleOf(cell)).run(0).bound;
     }
     bool split(const Cell& cell) {
         PlaceNode& place = *places_[static_cast<std::size_t>(cell.place)];
         const ProfileRange& range = tree_.range(cell.range);
-        const double places = place.depth < kPlaceDepth ? cell.spread.places : -1, profile = range.isLeaf() ? -1 : cell.spread.profile,
-                     azimuth = cell.half > kNarrowest ? cell.spread.azimuth : -1;
+        double places = place.depth < kPlaceDepth ? cell.spread.places : -1;
+        const double profile = range.isLeaf() ? -1 : cell.spread.profile, azimuth = cell.half > kNarrowest ? cell.spread.azimuth : -1;
+        if (places >= 0 && place.light.isFinite && cell.half < kTrialHalf) places = isWidenedByPlaces(cell) ? kInfinite : -1;
         if (std::max({places, profile, azimuth}) < 0) return false;
         if (places >= profile && places >= azimuth)
             splitPlace(cell);
@@ -371,6 +390,13 @@ private:
         else
             splitAzimuth(cell);
         return true;
+    }
+    /// Returns true if the middle of the cell's places under all of its kernels has a lower bound than its middle kernel at all of its
+    /// places.
+    bool isWidenedByPlaces(const Cell& cell) const {
+        const CellLight& light = places_[static_cast<std::size_t>(cell.place)]->light;
+        const KernelCell kernels = tree_.cell(cell.range, cell.azimuth, cell.half);
+        return CellBound(metric_, middleLight(cell), kernels).run(0).bound < CellBound(metric_, light, middleOf(cell)).run(0).bound;
     }
     void splitPlace(const Cell& cell) {
         const auto at = static_cast<std::size_t>(cell.place);
@@ -426,6 +452,7 @@ private:
     std::vector<std::unique_ptr<PlaceNode>> places_;
     std::priority_queue<Cell> cells_;
     int order_ = 0, nextTest_ = 0;
+    double threshold_ = 0;  ///< bounds below it need not be tight
 };
 
 }  // namespace
@@ -446,7 +473,7 @@ VisibleBound VisibleSearch::bound(const PlaceRectangle& whole, const LightOver& 
 }
 
 double VisibleSearch::cellBound(const CellLight& light, const KernelCell& kernels) const {
-    return CellBound(metric_, light, kernels).run().bound;
+    return CellBound(metric_, light, kernels).run(0).bound;
 }
 
 }  // namespace lightcook::verify

@@ -7,9 +7,10 @@
 // codes, and once as one sum of channels with the mean slopes of the curve, to which |slope - mean slope| |difference| is added. Where a
 // channel may be negative its difference is that of the clamped values, an interval of its own: |max(a, 0) - max(b, 0)| <= |a - b|.
 //
-// The search splits the cell with the largest bound: along places, profile or azimuth, whichever widens the bound most. It ends when that
-// bound is at most 1.25 times what is left of it for a single place and kernel, or after a number of cells. The result depends on the
-// quarter alone, unless it is no more than the caller's threshold.
+// The search splits the cell with the largest bound: along places, profile or azimuth, whichever widens the bound most. Narrow cells try
+// places and kernels one at a time. The search ends when the largest bound is at most 1.25 times the bound of that cell's middle place and
+// kernel alone, or after 24 to 384 cells; a decode of low degree may have more of them. The result depends on the quarter alone, unless
+// it is no more than the caller's threshold.
 #pragma once
 
 #include <array>

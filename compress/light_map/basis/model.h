@@ -51,10 +51,10 @@ struct BasisModel {
     std::size_t clusterAt(int x, int y) const {
         return clusterOfBlock[static_cast<std::size_t>(y / 4) * static_cast<std::size_t>(blocksAcross) + static_cast<std::size_t>(x / 4)];
     }
-    /// GPU memory of an RGB factor in a constant or storage buffer: arrays of vec3 have a stride of 16 bytes (std140 and std430).
-    static constexpr std::size_t kFactorBytes = 16;
+    /// GPU memory of an RGB factor: a texel of RGBA16F. Halves hold the factors exactly: they are fitted as such.
+    static constexpr std::size_t kFactorBytes = 8;
     static constexpr std::size_t kResidualTableBytes = kFactorBytes * 4 * 9;  ///< of one layer and cluster
-    std::size_t tableBytes() const;                                           ///< of all bases, as they lie in these buffers
+    std::size_t tableBytes() const;                                           ///< of all bases
 };
 
 /// The cost of an error of ratios: the form of a texel's shading, each channel times the decoded coefficient 0. Whole registers for the

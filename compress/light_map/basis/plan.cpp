@@ -4,6 +4,7 @@
 
 #include "compress/light_map/basis/fit.h"
 #include "compress/light_map/families.h"
+#include "compress/texel/half.h"
 
 namespace lightcook::compress {
 
@@ -11,9 +12,8 @@ namespace {
 
 constexpr std::size_t kCount = lighting::kShCount;
 constexpr int kMaxClusters = 64;
-/// The code tables of all clusters take at most 1 / kTableShare of the bytes of l0 and code: a third in buffers of 16 bytes a factor, an
-/// eighth packed to 16-bit floats, which hold them exactly.
-constexpr std::size_t kTableShare = 3;
+/// The code tables of all clusters take at most 1 / kTableShare of the bytes of l0 and code.
+constexpr std::size_t kTableShare = 6;
 
 BasisShape shapeOf(formats::LightMapLayout layout) {
     const formats::LightMapLayoutInfo& row = formats::info(layout);
@@ -82,6 +82,27 @@ std::size_t LightMapPlan::tableBytesAs(formats::LightMapLayout shorter) const {
     assert(shapeOf(shorter).codeChannels == basis->shape.codeChannels);
     const int dropped = basis->shape.residualLayers - shapeOf(shorter).residualLayers;
     return basis->tableBytes() - static_cast<std::size_t>(dropped) * basis->clusterCount() * BasisModel::kResidualTableBytes;
+}
+
+int LightMapPlan::tableColumns() const {
+    return basis ? static_cast<int>(basis->tableBytes() / basis->clusterCount() / BasisModel::kFactorBytes) : 0;
+}
+
+std::vector<std::byte> LightMapPlan::tableTexels() const {
+    std::vector<std::uint16_t> halves;
+    const auto addFactor = [&](const auto& byChannel, std::size_t i) {
+        for (std::size_t c = 0; c < 3; ++c) halves.push_back(halfFromFloat(byChannel[c][i]));
+        halves.push_back(0);
+    };
+    for (std::size_t cluster = 0; basis && cluster < basis->clusterCount(); ++cluster) {
+        for (std::size_t m = 0; m < static_cast<std::size_t>(basis->shape.monomialCount()); ++m)
+            for (std::size_t i = 0; i < 8; ++i) addFactor(basis->code[cluster][m], i);
+        for (const auto& layer : basis->residual)
+            for (const ByChannel& channel : layer[cluster])
+                for (std::size_t i = 0; i < kCount; ++i) addFactor(channel, i);
+    }
+    const auto bytes = std::as_bytes(std::span(halves));
+    return {bytes.begin(), bytes.end()};
 }
 
 int learningBlocks(int effort, int width, int height) {

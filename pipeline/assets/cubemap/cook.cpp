@@ -119,6 +119,19 @@ Result<std::optional<fit::PreDivide>> denominatorOf(CubemapLayout layout, const 
     return fit::makePreDivide(*sh, bands, {});
 }
 
+/// Returns the place of a probe: of the parameters, else of the file of its SH.
+Result<formats::ProbePlace> placeOf(const CubemapParameters& parameters, const Action& action) {
+    formats::ProbePlace place = parameters.place;
+    const auto stored = action.inputs.find("sh");
+    if (stored == action.inputs.end()) return place;
+    auto given = formats::loadProbePlace(stored->second, parameters.probeFile.value_or(""));
+    if (!given) return given;
+    if (!place.position) place.position = given->position;
+    if (!place.box) place.box = given->box;
+    if (!place.radius) place.radius = given->radius;
+    return place;
+}
+
 }  // namespace
 
 std::string cubemapTextureLayout(std::string_view layout) {
@@ -142,6 +155,8 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     fit::CubemapOptions options;
     options.size = parameters->size;
     options.kernel = parameters->lobe == lighting::NormalDistribution::Ggx ? fit::PrefilterKernel::Ggx : fit::PrefilterKernel::Beckmann;
+    const auto place = placeOf(*parameters, context.action);
+    if (!place) return tl::make_unexpected(place.error());
     const auto filter = fit::CubemapPrefilter::create(loaded->environment, options);
     if (!filter) return tl::make_unexpected(filter.error());
     const auto divide = denominatorOf(layout->id, *filter, *loaded, *parameters, context.action);
@@ -175,6 +190,7 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     result.notes->update(divisions);
     result.asset.quantity = layout->quantity;
     result.asset.constants = constants;
+    if (place->isKnown()) result.asset.probe = *place;
     result.asset.source = read;
     return textures.finish(std::move(result));
 }

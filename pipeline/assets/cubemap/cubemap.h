@@ -23,6 +23,7 @@ struct CubemapParameters {
     bool repair = false;
     lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
     std::optional<std::string> probeFile;  ///< name by which input "sh" knows the probe
+    formats::ProbePlace place = {};        ///< goes before that of input "sh"
 };
 template <class Fields, Is<CubemapParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -34,6 +35,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("repair", parameters.repair, "true to replace texels that are not finite");
     fields.required("lobe", parameters.lobe, "microfacet distribution of the prefilter");
     fields.optional("probe_file", parameters.probeFile, "name of the probe in the SH file");
+    fields.presentIf(parameters.place.isKnown(), "place", parameters.place, "place of the probe");
 }
 
 /// Constants of the shader's decode. Pre-divided: light = range * texel * S, with S the area specular of `windowed_sh` under the bands of

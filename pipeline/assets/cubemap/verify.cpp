@@ -223,6 +223,8 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     if (!asset) return tl::make_unexpected(asset.error());
     const auto maxError = maxErrorOf(context);
     if (!maxError) return tl::make_unexpected(maxError.error());
+    const auto visible = parametersOf<VisibleParameters>(context);
+    if (!visible) return tl::make_unexpected(visible.error());
     const formats::EnvironmentOptions options = environmentOptions(asset->source, context.action);
     const auto source = formats::loadEnvironment(context.action.inputs.at("source"), options);
     if (!source) return tl::make_unexpected(source.error());
@@ -243,10 +245,11 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
             picture.fillRow(static_cast<int>(index - samples.size()));
     });
     if (!finished) return interrupted(context);
+    const verify::Viewing viewing = visible->viewing(reference.displayKey(colors->luminanceWeights), colors->bt2020FromWorking);
     std::vector<verify::Violation> violations = checkCubemapBlocks(*map, picture, samples, results, *maxError);
     checkBands(*map, violations);
-    VerifyResult result =
-        judged(verify::cubemapStages(*map, reference, samples, results, colors->luminanceWeights), *maxError, watch, std::move(violations));
+    VerifyResult result = judged(verify::cubemapStages(*map, reference, samples, results, colors->luminanceWeights, viewing), *maxError,
+                                 watch, std::move(violations), visible->maxVisible);
     result.light = lightOf(*map, samples, results);
     return outcomeWithPreview(std::move(result), picture.preview(), context);
 }

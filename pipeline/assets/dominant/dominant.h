@@ -2,6 +2,7 @@
 // "Dominant light".
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,8 @@ struct DominantParameters {
     std::string fit;  ///< a name of allDominantFits()
     formats::Target target = formats::Target::Bc;
     TextureSettings textures;
+    std::optional<std::string> lightMap = {};
+    std::optional<std::string> layout = {};  ///< a name of allDominantLayouts() with textures; absent: the first
 };
 template <class Fields, Is<DominantParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -27,6 +30,8 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("fit", parameters.fit, "fit of the light");
     fields.required("target", parameters.target, "target");
     fields.required("textures", parameters.textures, "settings of the files");
+    fields.optional("light_map", parameters.lightMap, "name of the light map");
+    fields.optional("layout", parameters.layout, "size and number of the textures; absent: all, as large as the light map");
 }
 
 /// Constants of the shader's decode: direction = direction_scale * stored + direction_bias, where stored is the texel of "direction", to
@@ -45,6 +50,20 @@ void describe(Fields& fields, Self& constants) {
     fields.required("residual_centre", constants.residualCentre, "stored value of a zero residual");
     fields.required("intensity_range", constants.intensityRange, "factor of the stored intensity");
 }
+
+/// Parameters of the verify action.
+struct DominantVerifyParameters {
+    SceneView view;
+    std::optional<double> maxVisible = {};  ///< limit on the 99th percentile of visible errors
+};
+template <class Fields, Is<DominantVerifyParameters> Self>
+void describe(Fields& fields, Self& parameters) {
+    describe(fields, parameters.view);
+    fields.optional("max_visible", parameters.maxVisible, "limit on the 99th percentile of visible errors");
+}
+
+/// Adds a decoded residual to decoded directions: then they are as the shader's lcDominantStored has them.
+void addResidual(formats::Image<glm::vec4>& directions, const formats::Image<glm::vec4>& residual, const DominantConstants& constants);
 
 /// Returns the formats of the textures of a target.
 std::vector<formats::PixelFormat> dominantFormats(formats::Target target);

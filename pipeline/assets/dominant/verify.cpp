@@ -6,12 +6,14 @@
 #include <optional>
 
 #include "pipeline/assets/dominant/dominant.h"
+#include "pipeline/assets/dominant/reduced_strip.h"
 #include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/survey.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/assets/verification.h"
 #include "pipeline/graph/parallel_for.h"
 #include "pipeline/scene/dominant_fit.h"
+#include "pipeline/scene/dominant_layout.h"
 #include "shaders/lightcook_cpp.h"
 #include "verify/block_errors.h"
 #include "verify/dominant.h"
@@ -84,7 +86,21 @@ void addLight(const verify::DominantLightSample& truth, const verify::DominantLi
 struct DominantTextures {
     formats::TextureReader direction, intensity;
     std::optional<formats::TextureReader> residual;
+    int divisor = 1;  ///< of the light map's width and height
 };
+
+/// Returns the divisor that gives the textures their size, or what is wrong with it.
+tl::expected<int, std::string> divisorOf(const DominantTextures& textures, const LightMapSource& bake) {
+    const glm::ivec2 whole(bake.width(), bake.height());
+    const auto sizeOf = [](const formats::TextureReader& texture) { return glm::ivec2(texture.shape().width, texture.shape().height); };
+    const glm::ivec2 found = sizeOf(textures.direction);
+    const bool areAlike = sizeOf(textures.intensity) == found && (!textures.residual || sizeOf(*textures.residual) == found);
+    for (const DominantLayoutInfo& layout : allDominantLayouts())
+        if (layout.divisor > 0 && areAlike && reducedSize(whole, layout.divisor) == found) return layout.divisor;
+    return tl::make_unexpected(
+        fmt::format("found textures of {} x {} texels, expected {} x {} as the source, or a half or a quarter of that", found.x, found.y,
+                    whole.x, whole.y));
+}
 
 Result<DominantTextures> openTextures(const ActionContext& context, const CookedAsset& asset, const DominantConstants& constants,
                                       const LightMapSource& bake) {
@@ -98,37 +114,40 @@ Result<DominantTextures> openTextures(const ActionContext& context, const Cooked
         if (!residual) return tl::make_unexpected(residual.error());
         textures.residual = std::move(*residual);
     }
-    for (const formats::TextureReader* texture :
-         {&textures.direction, &textures.intensity, textures.residual ? &*textures.residual : &textures.direction})
-        if (texture->shape().width != bake.width() || texture->shape().height != bake.height())
-            return failure(ErrorCode::Verification, context.action.asset,
-                           fmt::format("found textures of {} x {} texels, expected {} x {} as the source", texture->shape().width,
-                                       texture->shape().height, bake.width(), bake.height()));
+    const auto divisor = divisorOf(textures, bake);
+    if (!divisor) return failure(ErrorCode::Verification, context.action.asset, divisor.error());
+    textures.divisor = *divisor;
     return textures;
 }
 
 /// Some rows of the textures, decoded.
 struct DecodedRows {
-    verify::DecodedDominantRows rows;       ///< as the shader reads them, with the residual
-    std::vector<glm::vec4> firstDirection;  ///< stored direction without the residual
+    verify::DecodedDominantRows rows;    ///< as the shader reads them, with the residual
+    verify::DecodedDominantRows coarse;  ///< without the residual
 };
 
-Result<DecodedRows> decodeRows(const DominantTextures& textures, const DominantConstants& constants, int firstRow, int rowCount) {
-    auto directions = readRows(textures.direction, firstRow, rowCount);
+/// Decodes every row that filters read at the rows [firstRow, firstRow + rowCount] of the light map.
+Result<DecodedRows> decodeRows(const DominantTextures& textures, const DominantConstants& constants, const verify::CookedDominant& map,
+                               int firstRow, int rowCount) {
+    const verify::DominantRowRange needed = verify::dominantRowsFor(map, firstRow, firstRow + rowCount);
+    const int blockHeight = formats::info(textures.direction.shape().format).blockHeight;
+    const int first = needed.first / blockHeight * blockHeight, count = needed.first + needed.count - first;
+    auto directions = readRows(textures.direction, first, count);
     if (!directions) return tl::make_unexpected(directions.error());
-    std::vector<glm::vec4> firstDirection(directions->texels().begin(), directions->texels().end());
-    if (textures.residual) {
-        const auto residual = readRows(*textures.residual, firstRow, rowCount);
-        if (!residual) return tl::make_unexpected(residual.error());
-        for (std::size_t i = 0; i < residual->texels().size(); ++i)
-            directions->texels()[i] =
-                glm::vec4(shaders::lcDominantStored(glm::vec3(directions->texels()[i]), glm::vec3(residual->texels()[i]),
-                                                    constants.residualScale, constants.residualCentre),
-                          1.0f);
-    }
-    auto intensities = readRows(textures.intensity, firstRow, rowCount);
+    auto intensities = readRows(textures.intensity, first, count);
     if (!intensities) return tl::make_unexpected(intensities.error());
-    return DecodedRows{{firstRow, std::move(*directions), std::move(*intensities)}, std::move(firstDirection)};
+    const auto copyOf = [](const Image<glm::vec4>& image) {
+        Image<glm::vec4> copy(image.width(), image.height());
+        std::ranges::copy(image.texels(), copy.texels().begin());
+        return copy;
+    };
+    verify::DecodedDominantRows coarse{first, copyOf(*directions), copyOf(*intensities)};
+    if (textures.residual) {
+        const auto residual = readRows(*textures.residual, first, count);
+        if (!residual) return tl::make_unexpected(residual.error());
+        addResidual(*directions, *residual, constants);
+    }
+    return DecodedRows{{first, std::move(*directions), std::move(*intensities)}, std::move(coarse)};
 }
 
 /// Errors of some strips.
@@ -177,7 +196,7 @@ private:
         DominantPart part{verify::DominantErrors(key_), verify::BlockErrors(bake_.width(), rowCount, firstRow), {}, {}};
         const auto reference = bake_.stripWithMargin(index, 0, 1);
         if (!reference) return tl::make_unexpected(reference.error());
-        const auto cooked = decodeRows(textures_, constants_, firstRow, rowCount + 1);
+        const auto cooked = decodeRows(textures_, constants_, map_, firstRow, rowCount);
         if (!cooked) return tl::make_unexpected(cooked.error());
         for (int y = 0; y < rowCount; ++y)
             for (int x = 0; x < map_.width; ++x)
@@ -200,8 +219,7 @@ private:
         const auto seen = verifier_.decode(cooked.rows, x, firstRow + y);
         const auto truth = verifier_.reference(reference.sh.at(x, y), glm::dvec3(normal), seen);
         addLight(truth, seen, x, firstRow + y, part.blocks);
-        const glm::vec3 stored(cooked.firstDirection[static_cast<std::size_t>(y * map_.width + x)]);
-        part.gain.add(truth.direction, map_.directionScale * stored + map_.directionBias, seen.direction);
+        part.gain.add(truth.direction, verifier_.decode(cooked.coarse, x, firstRow + y).direction, seen.direction);
         const glm::vec3 lit = litBy(glm::vec3(truth.direction), glm::vec3(truth.intensity), normal);
         const glm::vec3 litAsSeen = litBy(glm::vec3(seen.direction), glm::vec3(seen.intensity), normal);
         preview_.set(x, firstRow + y, lit, litAsSeen);
@@ -240,13 +258,20 @@ std::vector<verify::Violation> violationsOf(const DominantPart& whole, bool hasR
 
 }  // namespace
 
+void addResidual(Image<glm::vec4>& directions, const Image<glm::vec4>& residual, const DominantConstants& constants) {
+    for (std::size_t i = 0; i < residual.texels().size(); ++i)
+        directions.texels()[i] = glm::vec4(shaders::lcDominantStored(glm::vec3(directions.texels()[i]), glm::vec3(residual.texels()[i]),
+                                                                     constants.residualScale, constants.residualCentre),
+                                           1.0f);
+}
+
 Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     const Stopwatch watch;
     const auto asset = upstreamAsset(context);
     if (!asset) return tl::make_unexpected(asset.error());
     const auto maxError = maxErrorOf(context);
     if (!maxError) return tl::make_unexpected(maxError.error());
-    const auto parameters = parametersOf<SceneView>(context);
+    const auto parameters = parametersOf<DominantVerifyParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
     const auto constants = fromJson<DominantConstants>(asset->constants.value_or(Json()), asset->name + ", constants");
     if (!constants) return tl::make_unexpected(constants.error());
@@ -266,17 +291,19 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     const auto fit = dominantFitOf(asset->name, asset->fit.value_or("halo3"));
     if (!fit) return tl::make_unexpected(fit.error());
     const verify::CookedDominant map{
-        constants->directionScale, constants->directionBias, constants->intensityRange, bake.width(), bake.height(), (*fit)->verified};
-    const verify::LightMapShading& materials = parameters->shading;
+        constants->directionScale, constants->directionBias, constants->intensityRange, bake.width(), bake.height(),
+        (*fit)->verified,          textures->divisor};
+    const verify::LightMapShading& materials = parameters->view.shading;
     const verify::DominantShading shading{materials.m, materials.f0, materials.viewCount, verify::dominantStride(map.width, map.height),
                                           materials.lobe};
-    const verify::Viewing viewing{parameters->display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
+    const verify::Viewing viewing{parameters->view.display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
     DominantComparison comparison(bake, *textures, *constants, map, shading, *groundTruth, key, viewing);
     const auto whole = comparison.compare(context);
     if (!whole) return tl::make_unexpected(whole.error());
 
     const verify::DominantErrors& errors = whole->errors;
-    VerifyResult result = judged(errors.stages(), *maxError, watch, violationsOf(*whole, textures->residual.has_value(), *maxError, bake));
+    VerifyResult result = judged(errors.stages(), *maxError, watch, violationsOf(*whole, textures->residual.has_value(), *maxError, bake),
+                                 parameters->maxVisible);
     result.key = key;
     result.light.emplace().specularRms = errors.referenceRms();
     if (!whole->truthPlaces.empty()) result.groundTruth = toJson(verify::dominantTruth(whole->truthPlaces, materials.lobe, viewing));

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "compress/light_map.h"
+#include "compress/light_map_context.h"
 #include "formats/chart_clusters.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/planner.h"
@@ -13,7 +14,7 @@ namespace {
 
 using formats::Result;
 
-/// Larger constants, such as learned tables, lie in the manifest alone.
+/// Larger constants lie in the manifest alone.
 constexpr std::size_t kLargestMetadataConstant = 16;
 
 /// The index of a learned layout is a texture unless a mesh names the clusters.
@@ -21,12 +22,17 @@ bool hasIndexTexture(const compress::LightMapPlan& plan) {
     return plan.indexBytes() > 0 && plan.vertexBytes == 0;
 }
 
+/// Returns false for constants that are textures.
+bool isInManifest(const compress::LightMapPlan& plan, const std::string& constant) {
+    if (constant == kIndexRuns) return !hasIndexTexture(plan);
+    return plan.tableBytes() == 0 || (constant != "code" && constant != "residual");
+}
+
 /// Returns what a loader needs to decode a texture without the manifest, except for learned tables.
 Json factsOf(const compress::LightMapPlan& plan, const compress::LightMapTexture& texture) {
     Json facts = {{"layout", std::string(formats::info(plan.layout).name)}, {"role", texture.name}, {"constants", Json::object()}};
     for (const auto& [name, values] : plan.constants)
-        if (values.size() <= kLargestMetadataConstant && !(name == "index_runs" && hasIndexTexture(plan)))
-            facts["constants"][name] = values;
+        if (values.size() <= kLargestMetadataConstant && isInManifest(plan, name)) facts["constants"][name] = values;
     return facts;
 }
 
@@ -57,11 +63,23 @@ Result<void> writeIndex(const ActionContext& context, const compress::LightMapPl
         {plan.indexTexels()});
 }
 
+/// Writes the tables of a learned layout: a row for each cluster.
+Result<void> writeTables(const ActionContext& context, const compress::LightMapPlan& plan, AssetTextures& textures) {
+    if (plan.tableBytes() == 0) return {};
+    formats::TextureShape shape;
+    shape.format = formats::PixelFormat::Rgba16f;
+    shape.width = plan.tableColumns();
+    shape.height = static_cast<int>(plan.tableBytes()) / (plan.tableColumns() * formats::info(shape.format).bytesPerBlock);
+    return textures.write(
+        {kTablesRole, fmt::format("{}_{}", context.action.asset, kTablesRole), shape, factsOf(plan, {kTablesRole}), "nearest"},
+        {plan.tableTexels()});
+}
+
 Result<compress::EncodeReport> encodeStrips(LightMapSource& source, const compress::LightMapPlan& plan,
                                             const compress::EncodeOptions& options, AssetTextures& textures, const ActionContext& context) {
     using Report = compress::EncodeReport;
     const auto encodeStrip = [&](int index) -> Result<Report> {
-        const auto strip = source.stripWithMargin(index, compress::kLightMapPaddingRows, compress::kLightMapPaddingRows);
+        const auto strip = source.stripWithMargin(index, compress::kLightMapContextRows, compress::kLightMapContextRows);
         if (!strip) return tl::make_unexpected(strip.error());
         const int firstRow = source.stripFirstRow(index);
         const auto rows = compress::encodeLightMapRows(plan, *strip, firstRow, source.stripRows(index), options);
@@ -82,18 +100,17 @@ Result<compress::EncodeReport> encodeStrips(LightMapSource& source, const compre
     return total;
 }
 
-CookedAsset manifestEntry(const std::string& name, const compress::LightMapPlan& plan, const formats::LightMapDescription& description) {
+CookedAsset manifestEntry(const std::string& name, const compress::LightMapPlan& plan, const LightMapParameters& parameters) {
     CookedAsset asset = makeCookedAsset(name, AssetKind::LightMap, std::string(formats::info(plan.layout).name), plan.width, plan.height);
     asset.bitsPerTexel = plan.bitsPerTexel();
     asset.decodeDegree = formats::info(plan.layout).decodeDegree;
-    asset.constants = Json(plan.constants);
-    if (hasIndexTexture(plan)) asset.constants->erase(kIndexRuns);
+    asset.constants = Json::object();
+    for (const auto& [constant, values] : plan.constants)
+        if (isInManifest(plan, constant)) (*asset.constants)[constant] = values;
+    if (plan.tableBytes() > 0)
+        (*asset.constants)[kTablesRole] = {{"file", fmt::format("{}_{}{}", name, kTablesRole, parameters.textures.extension())}};
     if (plan.vertexBytes > 0) asset.vertexBytes = plan.vertexBytes;
-    asset.source.description = toJson(description);
-    if (plan.tableBytes() > 0) {
-        asset.bytesGpu = plan.tableBytes();
-        asset.bytesDisk = 0;  // the tables lie in the manifest
-    }
+    asset.source.description = toJson(parameters.description);
     return asset;
 }
 
@@ -125,8 +142,9 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     const auto report = encodeStrips(**source, *plan, parameters->textures.encodeOptions(), *textures, context);
     if (!report) return tl::make_unexpected(report.error());
     if (auto written = writeIndex(context, *plan, *textures); !written) return tl::make_unexpected(written.error());
+    if (auto written = writeTables(context, *plan, *textures); !written) return tl::make_unexpected(written.error());
     return textures->finish(
-        {manifestEntry(context.action.asset, *plan, parameters->description), bakeBytes(context.action), notesOf(*measured, *report)});
+        {manifestEntry(context.action.asset, *plan, *parameters), bakeBytes(context.action), notesOf(*measured, *report)});
 }
 
 }  // namespace lightcook::pipeline

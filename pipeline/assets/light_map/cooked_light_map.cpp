@@ -43,14 +43,44 @@ Result<std::vector<std::uint8_t>> clustersOfBlocks(const std::filesystem::path& 
     return clusters;
 }
 
-Result<CookedLightMapReader> CookedLightMapReader::open(const std::filesystem::path& folder, const CookedAsset& asset,
-                                                        const verify::LightMapShading& shading, const verify::LightMapSampling& sampling,
-                                                        double key, const std::optional<verify::Viewing>& viewing) {
-    auto constants = checkedJson(asset.constants.value_or(Json()), asset.name + ", constants", [](const JsonPlace& root) {
-        std::map<std::string, std::vector<float>> values;
+Result<LightMapConstants> constantsOf(const std::filesystem::path& folder, const CookedAsset& asset) {
+    Json inManifest = asset.constants.value_or(Json());
+    if (inManifest.is_object()) inManifest.erase(kTablesRole);
+    auto constants = checkedJson(inManifest, asset.name + ", constants", [](const JsonPlace& root) {
+        LightMapConstants values;
         readValue(root, values, {});
         return values;
     });
+    const auto layout = formats::lightMapLayoutFromName(asset.layout);
+    if (!constants || !layout || !formats::info(*layout).isLearned()) return constants;
+    const auto texture = openTexture(folder, asset, kTablesRole);
+    if (!texture) return tl::make_unexpected(texture.error());
+    const formats::TextureShape& shape = texture->shape();
+    const formats::LightMapLayoutInfo& row = formats::info(*layout);
+    if (shape.width != row.tableFactors() || shape.format != formats::PixelFormat::Rgba16f)
+        return failure(ErrorCode::Verification, fmt::format("{}, texture {}", asset.name, kTablesRole),
+                       fmt::format("found {} columns of {}, expected {} of rgba16f: the factors of a cluster of {}", shape.width,
+                                   formats::info(shape.format).name, row.tableFactors(), asset.layout));
+    const auto image = verify::decodeImage(*texture, {});
+    if (!image) return tl::make_unexpected(image.error());
+    const auto append = [&](std::vector<float>& values, int firstColumn, int columns) {
+        for (int y = 0; y < image->height(); ++y)
+            for (int x = firstColumn; x < firstColumn + columns; ++x)
+                for (int c = 0; c < 3; ++c) values.push_back(image->at(x, y)[c]);
+    };
+    std::vector<float>&code = (*constants)["code"], &residual = (*constants)["residual"];
+    code.clear();
+    residual.clear();
+    append(code, 0, row.codeFactors());
+    for (int layer = 0; layer < row.residualCount(); ++layer)
+        append(residual, row.codeFactors() + layer * row.kResidualFactors, row.kResidualFactors);
+    return constants;
+}
+
+Result<CookedLightMapReader> CookedLightMapReader::open(const std::filesystem::path& folder, const CookedAsset& asset,
+                                                        const verify::LightMapShading& shading, const verify::LightMapSampling& sampling,
+                                                        double key, const std::optional<verify::Viewing>& viewing) {
+    auto constants = constantsOf(folder, asset);
     if (!constants) return tl::make_unexpected(constants.error());
     verify::CookedLightMap map;
     map.layout = asset.layout;

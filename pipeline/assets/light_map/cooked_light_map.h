@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "formats/gpu_texture.h"
@@ -33,5 +35,10 @@ private:
 /// Returns the clusters of the blocks of a learned layout, row by row, from its texture "index", as the shader decodes it. Empty for other
 /// layouts, and where a mesh names the clusters.
 formats::Result<std::vector<std::uint8_t>> clustersOfBlocks(const std::filesystem::path& folder, const CookedAsset& asset);
+
+/// Constants of a light map's decode, as compress::LightMapPlan::constants.
+using LightMapConstants = std::map<std::string, std::vector<float>>;
+/// Returns those of the manifest, and the factors "code" and "residual" of a learned layout from its texture "tables".
+formats::Result<LightMapConstants> constantsOf(const std::filesystem::path& folder, const CookedAsset& asset);
 
 }  // namespace lightcook::pipeline

@@ -3,13 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
 #include <utility>
 
 namespace lightcook::pipeline {
 namespace {
 
 using formats::LayoutCost;
+
+/// Returns the larger error of a candidate as a part of its limit.
+double partOf(const TrialCandidate& candidate, const LayoutLimits& limits) {
+    return limits.partOf(std::max(candidate.diffuse, candidate.specular), std::max(candidate.visibleDiffuse, candidate.visibleSpecular));
+}
 
 /// Returns the cheapest candidate within maxError, or the one of least error.
 const LightMapCandidate& cheapestOf(const std::vector<LightMapCandidate>& candidates, double maxError, LayoutCost cost) {
@@ -25,44 +29,38 @@ const LightMapCandidate& cheapestOf(const std::vector<LightMapCandidate>& candid
 
 }  // namespace
 
-double LayoutLimits::partOf(double error, double visible, double bound) const {
-    const double largest =
-        std::max({error / maxError, maxVisible ? visible / *maxVisible : 0, maxVisibleBound ? bound / *maxVisibleBound : 0});
-    const bool areFinite = std::isfinite(error) && std::isfinite(visible) && std::isfinite(bound);
+double LayoutLimits::partOf(double error, double visible, double bound, double seam) const {
+    const double largest = std::max({error / maxError, maxVisible ? visible / *maxVisible : 0,
+                                     maxVisibleBound ? bound / *maxVisibleBound : 0, maxSeam ? seam / *maxSeam : 0});
+    const bool areFinite = std::isfinite(error) && std::isfinite(visible) && std::isfinite(bound) && std::isfinite(seam);
     return areFinite ? largest : std::numeric_limits<double>::infinity();
 }
 
 std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const LayoutLimits& limits) {
     std::vector<LightMapCandidate> candidates;
     for (const TrialCandidate& each : trial.candidates)
-        candidates.push_back({each.layout, each.bytesGpu,
-                              limits.partOf(std::max(each.diffuse, each.specular), std::max(each.visibleDiffuse, each.visibleSpecular)),
-                              each.fetches});
+        if (!each.isExcluded) candidates.push_back({each.layout, each.bytesGpu, partOf(each, limits), each.fetches});
     return candidates;
+}
+
+const TrialCandidate* bestExcluded(const std::vector<TrialCandidate>& candidates, const std::string& chosen, const LayoutLimits& limits) {
+    const auto taken = std::ranges::find(candidates, chosen, &TrialCandidate::layout);
+    if (taken == candidates.end()) return nullptr;
+    const double error = partOf(*taken, limits);
+    const TrialCandidate *smallest = nullptr, *best = nullptr;
+    for (const TrialCandidate& each : candidates) {
+        if (!each.isExcluded) continue;
+        const double part = partOf(each, limits);
+        if (part <= 1 && (error > 1 || each.bytesGpu < taken->bytesGpu) && (smallest == nullptr || each.bytesGpu < smallest->bytesGpu))
+            smallest = &each;
+        if (part < error && each.bytesGpu <= taken->bytesGpu && (best == nullptr || part < partOf(*best, limits))) best = &each;
+    }
+    return smallest != nullptr ? smallest : best;
 }
 
 std::map<std::string, std::string> cheapestWithin(const LightMapCandidates& candidates, double maxError, LayoutCost cost) {
     std::map<std::string, std::string> layouts;
     for (const auto& [map, each] : candidates) layouts[map] = cheapestOf(each, maxError, cost).layout;
-    return layouts;
-}
-
-std::map<std::string, std::string> bestWithin(const LightMapCandidates& candidates, std::uint64_t bytes) {
-    std::set<double> bounds;
-    for (const auto& [map, each] : candidates)
-        for (const LightMapCandidate& candidate : each) bounds.insert(candidate.error);
-    for (const double bound : bounds) {
-        std::uint64_t used = 0;
-        bool isHeld = true;
-        for (const auto& [map, each] : candidates) {
-            const LightMapCandidate& smallest = cheapestOf(each, bound, LayoutCost::Bytes);
-            used += smallest.bytes;
-            isHeld = isHeld && smallest.error <= bound;
-        }
-        if (isHeld && used <= bytes) return cheapestWithin(candidates, bound);
-    }
-    std::map<std::string, std::string> layouts;
-    for (const auto& [map, each] : candidates) layouts[map] = std::ranges::min_element(each, {}, &LightMapCandidate::bytes)->layout;
     return layouts;
 }
 

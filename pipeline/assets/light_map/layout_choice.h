@@ -16,10 +16,11 @@ struct LayoutLimits {
     double maxError = 0;                                   ///< on rel_rms
     std::optional<double> maxVisible;                      ///< on the 99th percentile of visible errors
     std::optional<double> maxVisibleBound = std::nullopt;  ///< on their proven bound
+    std::optional<double> maxSeam = std::nullopt;          ///< on the largest step that cooking adds to an edge
 
     /// Returns the largest of the errors, each as a part of its limit. Infinite where one is not finite, so that it is never chosen.
-    /// bound  of visible errors; 0 where it is not known yet: a trial has none, and verification refutes a layout that breaks the limit
-    double partOf(double error, double visible, double bound = 0) const;
+    /// bound, seam  0 where they are not known yet: a trial has none, and verification refutes a layout that breaks the limit
+    double partOf(double error, double visible, double bound = 0, double seam = 0) const;
 };
 
 /// A layout's bytes, fetches and error for one map.
@@ -31,12 +32,16 @@ struct LightMapCandidate {
 };
 /// Candidates by the name of the map.
 using LightMapCandidates = std::map<std::string, std::vector<LightMapCandidate>>;
+/// Returns the candidates that the scene's list of layouts has.
 std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const LayoutLimits& limits);
+
+/// Returns the layout that the map would be better off with if the scene's list of layouts had it: the smallest that keeps the limits where
+/// the chosen one misses them or takes more memory; else the one of least error that is no larger and has less error than the chosen one.
+/// Null if none is, as far as the trial measured them.
+const TrialCandidate* bestExcluded(const std::vector<TrialCandidate>& candidates, const std::string& chosen, const LayoutLimits& limits);
 
 /// Returns for each map the layout of least cost whose error is at most maxError; where none is, the one of least error.
 std::map<std::string, std::string> cheapestWithin(const LightMapCandidates& candidates, double maxError = 1,
                                                   formats::LayoutCost cost = formats::LayoutCost::Bytes);
-/// Returns the layouts that fit into `bytes` together under the least common bound on the error; where nothing fits, the smallest layouts.
-std::map<std::string, std::string> bestWithin(const LightMapCandidates& candidates, std::uint64_t bytes);
 
 }  // namespace lightcook::pipeline

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <optional>
+#include <string_view>
 
 #include "compress/light_map.h"
+#include "formats/light_map_layout.h"
 #include "formats/target.h"
 #include "pipeline/assets/light_map/shading.h"
 #include "pipeline/assets/light_map/source.h"
@@ -20,6 +22,14 @@ inline int indexWidth(int mapWidth) {
 }
 inline int indexHeight(int mapHeight) {
     return (mapHeight + 3) / 4;
+}
+
+/// Texture of a learned layout with the factors of its decode: RGBA16F, a row for each cluster (shaders/light_map_basis.glsl). The constant
+/// of this name holds its file.
+inline constexpr const char* kTablesRole = "tables";
+/// Returns true for the textures of a light map that are fetched texel by texel, and are not as large as the map.
+inline bool isLookupRole(std::string_view role) {
+    return role == kIndexRole || role == kTablesRole;
 }
 
 /// Returns the objective of a map.
@@ -43,13 +53,14 @@ void describe(Fields& fields, Self& parameters) {
     fields.optional("visible", parameters.visible, "scene and display of objective visible; absent: objective energy");
 }
 
-/// Parameters of the verify action, beside max_error. Its inputs are "source" and optionally traced light.
+/// Parameters of the verify action, beside max_error. Its inputs are "source" and optionally "mesh" and traced light.
 struct LightMapVerifyParameters {
     verify::LightMapShading shading;
     int samples = 1;  ///< random places on the surface of each texel
     lighting::DisplaySettings display;
     std::optional<double> maxVisible;       ///< limit on the 99th percentile of visible errors
     std::optional<double> maxVisibleBound;  ///< limit on their proven bound
+    std::optional<double> maxSeam;          ///< limit on the largest step that cooking adds to an edge
 };
 template <class Fields, Is<LightMapVerifyParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -58,6 +69,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("display", parameters.display, "display that visible errors are judged on");
     fields.optional("max_visible", parameters.maxVisible, "limit on the 99th percentile of visible errors");
     fields.optional("max_visible_bound", parameters.maxVisibleBound, "limit on the proven bound of visible errors");
+    fields.optional("max_seam", parameters.maxSeam, "limit on the largest step that cooking adds to an edge");
 }
 
 formats::Result<ActionOutcome> cookLightMap(const ActionContext& context);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "formats/fireflies.h"
 #include "pipeline/assets/light_map/constant_light.h"
@@ -17,6 +18,11 @@ using formats::Result;
 const std::string kSourceRole = "source";
 constexpr std::size_t kBytesPerTexel = sizeof(lighting::ShRgb) + sizeof(std::uint8_t) + sizeof(glm::vec3);
 
+/// Returns the role of a file that is read beside the source.
+std::string roleOfPart(std::string_view name) {
+    return fmt::format("{}-{}", kSourceRole, name);
+}
+
 template <class T>
 void copyRows(formats::ImageView<const T> source, int sourceRow, formats::ImageView<T> out, int outRow, int count) {
     for (int y = 0; y < count; ++y) std::copy_n(source.row(sourceRow + y), source.width, out.row(outRow + y));
@@ -25,8 +31,9 @@ void copyRows(formats::ImageView<const T> source, int sourceRow, formats::ImageV
 }  // namespace
 
 Result<LightMapSource*> LightMapSources::open(const std::filesystem::path& file, const formats::LightMapDescription& description) {
-    const std::string key =
+    std::string key =
         std::filesystem::absolute(file).lexically_normal().string() + toJson(description).dump() + description.colors.config.string();
+    for (const auto& [name, part] : description.partFiles) key += fmt::format("\n{} {}", name, part.string());
     const std::lock_guard lock(mutex_);
     if (const auto known = sources_.find(key); known != sources_.end()) return known->second.get();
     auto reader = formats::LightMapReader::open(file, description);
@@ -155,23 +162,36 @@ Result<formats::LightMapDescription> descriptionOf(const CookedAsset& asset) {
     return fromJson<formats::LightMapDescription>(asset.source.description.value_or(Json()), asset.name + ", source/description");
 }
 
-std::map<std::string, std::filesystem::path> bakeInputs(const std::filesystem::path& file, std::string_view bake) {
+std::map<std::string, std::filesystem::path> bakeInputs(const std::filesystem::path& file,
+                                                        const formats::LightMapDescription& description) {
     std::map<std::string, std::filesystem::path> inputs = {{kSourceRole, file}};
-    for (const std::filesystem::path& beside : formats::bakeFilesBeside(file, bake))
-        inputs[fmt::format("{}-{}", kSourceRole, beside.filename().string())] = beside;
+    for (const auto& [name, part] : description.partFiles) inputs[roleOfPart(name)] = part;
+    if (!description.parts.empty()) return inputs;
+    for (const std::filesystem::path& beside : formats::bakeFilesBeside(file, description.bake))
+        inputs[roleOfPart(beside.filename().string())] = beside;
     return inputs;
 }
 
+formats::LightMapDescription withFiles(formats::LightMapDescription description,
+                                       const std::map<std::string, std::filesystem::path>& inputs) {
+    if (const auto config = inputs.find(kColorConfigRole); config != inputs.end()) description.colors.config = config->second;
+    for (const std::string& name : description.parts)
+        if (const auto part = inputs.find(roleOfPart(name)); part != inputs.end()) description.partFiles[name] = part->second;
+    return description;
+}
+
 std::uint64_t bakeBytes(const Action& action) {
-    std::uint64_t bytes = 0;
+    std::set<std::filesystem::path> files;  // the first image of a list has two roles
     for (const auto& [role, path] : action.inputs)
-        if (role.starts_with(kSourceRole)) bytes += std::filesystem::file_size(path);
+        if (role.starts_with(kSourceRole)) files.insert(path);
+    std::uint64_t bytes = 0;
+    for (const std::filesystem::path& file : files) bytes += std::filesystem::file_size(file);
     return bytes;
 }
 
 Result<LightMapSource*> openLightMap(const ActionContext& context, formats::LightMapDescription description) {
-    description.colors = withConfig(description.colors, context.action);
-    return context.shared.get<LightMapSources>().open(context.action.inputs.at(kSourceRole), description);
+    return context.shared.get<LightMapSources>().open(context.action.inputs.at(kSourceRole),
+                                                      withFiles(std::move(description), context.action.inputs));
 }
 
 }  // namespace lightcook::pipeline

@@ -137,6 +137,8 @@ void describe(Fields& fields, Self& description) {
     fields.required("light_units", description.lightUnits, "radiometric or game");
     fields.presentIf(description.encoding != formats::LightEncoding::None, "encoding", description.encoding,
                      "encoding of the colours of an 8-bit picture");
+    fields.presentIf(!description.parts.empty(), "files", description.parts,
+                     "names of the images of a bake that has one for each coefficient, `sh00`, or for each colour, `sh00.R`");
     fields.required("color_source", description.colors.source, "colour space of the file");
     fields.required("color_working", description.colors.working, "colour space of the cooked textures");
     fields.required("firefly_limit", description.fireflyLimit, "brightness over the neighbours at which a texel is a firefly; 0: none is");
@@ -146,8 +148,12 @@ void describe(Fields& fields, Self& description) {
 
 /// Returns how the light map of a cooked asset is read.
 formats::Result<formats::LightMapDescription> descriptionOf(const CookedAsset& asset);
-/// Returns the inputs of an action that opens a light map: "source", and "source-" with its name each file that is read beside it.
-std::map<std::string, std::filesystem::path> bakeInputs(const std::filesystem::path& file, std::string_view bake);
+/// Returns the inputs of an action that opens a light map: "source", and "source-" with its name each file that is read beside it: the
+/// images that the description lists, or those that the bake format finds.
+std::map<std::string, std::filesystem::path> bakeInputs(const std::filesystem::path& file, const formats::LightMapDescription& description);
+/// Returns the description with the files among the inputs of an action: the configuration of colours, and the images that it lists.
+formats::LightMapDescription withFiles(formats::LightMapDescription description,
+                                       const std::map<std::string, std::filesystem::path>& inputs);
 /// Returns the size of these inputs [bytes].
 std::uint64_t bakeBytes(const Action& action);
 /// Opens the action's input "source". It stays open as long as the cook.

@@ -4,11 +4,15 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 
 #include "compress/light_map.h"
+#include "compress/light_map_context.h"
 #include "formats/light_map_layout.h"
+#include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/planner.h"
 #include "pipeline/assets/light_map/survey.h"
+#include "pipeline/assets/light_map/whole_trial.h"
 #include "pipeline/graph/parallel_for.h"
 #include "verify/light_map.h"
 #include "verify/texture_unit.h"
@@ -20,6 +24,35 @@ using formats::Result;
 
 /// Maps of more texels are tried on a part.
 constexpr std::int64_t kTrialTexels = std::int64_t{1} << 20;
+/// Layouts that the scene's list lacks are measured on maps of at most this many texels.
+constexpr std::int64_t kExcludedTexels = std::int64_t{1} << 18;
+
+formats::LightMapLayout trialOf(const formats::LightMapLayoutInfo& layout) {
+    return layout.trialLayout.value_or(layout.id);
+}
+
+/// A layout to measure.
+struct Trial {
+    const formats::LightMapLayoutInfo* layout;
+    bool isExcluded;
+};
+
+/// Returns the layouts to measure, in the order of the table. A joint trial may name the only one.
+std::vector<Trial> trialsOf(const TrialParameters& parameters, const std::optional<JointTrial>& joint, std::int64_t texels) {
+    if (joint && joint->layout) return {{&formats::info(*formats::lightMapLayoutFromName(*joint->layout)), false}};
+    std::vector<Trial> trials;
+    std::set<formats::LightMapLayout> measured;
+    for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) {
+        const bool isUsual = layout.trialLayout || (layout.id == formats::LightMapLayout::Flat && parameters.isFlatTried);
+        const bool isTaken = parameters.layouts.empty() ? isUsual : formats::mayTake(parameters.layouts, layout);
+        if (!parameters.decode.allow(layout) || !(isTaken || isUsual)) continue;
+        trials.push_back({&layout, !isTaken});
+        if (isTaken) measured.insert(trialOf(layout));
+    }
+    if (texels > kExcludedTexels)
+        std::erase_if(trials, [&](const Trial& each) { return each.isExcluded && !measured.contains(trialOf(*each.layout)); });
+    return trials;
+}
 
 /// Returns every n-th strip, from the middle of the first n on.
 std::vector<int> trialStrips(const LightMapSource& source) {
@@ -45,34 +78,123 @@ verify::DecodedLightMapRows decodedRows(const compress::LightMapPlan& plan, cons
     return out;
 }
 
+/// Layouts that are measured on one plan: the planned one, or it without its last layers.
+struct LayoutGroup {
+    formats::LightMapLayout planned;
+    std::vector<Trial> layouts;
+};
+
+/// Returns the layouts to measure, by the plan that they share.
+/// joint  empty for a trial of the light map alone
+std::vector<LayoutGroup> layoutGroups(const TrialParameters& parameters, const std::optional<JointTrial>& joint, std::int64_t texels) {
+    std::vector<LayoutGroup> groups;
+    for (const Trial& trial : trialsOf(parameters, joint, texels)) {
+        const formats::LightMapLayout planned = trialOf(*trial.layout);
+        if (groups.empty() || groups.back().planned != planned) groups.push_back({planned, {}});
+        groups.back().layouts.push_back(trial);
+    }
+    return groups;
+}
+
+/// Returns a plan as a layout without its last layers sees it.
+verify::CookedLightMap cookedAs(const formats::LightMapLayoutInfo& layout, const compress::LightMapPlan& plan) {
+    verify::CookedLightMap map{std::string(layout.name), plan.constants, plan.width, plan.height};
+    const int planned = formats::info(plan.layout).residualCount();
+    const auto residual = map.constants.find("residual");
+    if (residual == map.constants.end() || layout.id == plan.layout || planned == 0) return map;
+    residual->second.resize(residual->second.size() / static_cast<std::size_t>(planned) * static_cast<std::size_t>(layout.residualCount()));
+    return map;
+}
+
+/// Removes the layers that a shorter layout does not have.
+void shorten(verify::DecodedLightMapRows& rows, const formats::LightMapLayoutInfo& layout) {
+    rows.textures.resize(layout.textures.size());
+    for (std::size_t i = 0; i < rows.textures.size(); ++i) rows.textures[i].resize(static_cast<std::size_t>(layout.textures[i].layerCount));
+}
+
+/// Shades the places of a joint trial under every layout of a group.
+class GroupShader {
+public:
+    static Result<GroupShader> create(const LayoutGroup& group, const compress::LightMapPlan& plan, const verify::LightMapShading& shading,
+                                      const WholeTrial* trial) {
+        GroupShader shader(group, trial);
+        if (trial == nullptr) return shader;
+        verify::LightMapSampling sampling;
+        sampling.placesPerTexel = 0;
+        sampling.bounds = false;
+        for (const Trial& each : group.layouts) {
+            auto verifier = verify::LightMapVerifier::create(cookedAs(*each.layout, plan), shading, sampling, plan.key);
+            if (!verifier) return tl::make_unexpected(verifier.error());
+            shader.verifiers_.push_back(std::move(*verifier));
+        }
+        return shader;
+    }
+    /// Returns the samples of a strip by layout; nothing without a trial.
+    std::vector<std::vector<float>> shade(verify::DecodedLightMapRows rows, const formats::LightMapStrip& texels, int strip) const {
+        std::vector<std::vector<float>> samples(verifiers_.size());
+        for (std::size_t i = verifiers_.size(); i-- > 0;) {  // the longest last in the table
+            shorten(rows, *group_->layouts[i].layout);
+            samples[i] = trial_->shadeLightMap(verifiers_[i], rows, texels, strip);
+        }
+        return samples;
+    }
+
+private:
+    GroupShader(const LayoutGroup& group, const WholeTrial* trial) : group_(&group), trial_(trial) {}
+    const LayoutGroup* group_;
+    const WholeTrial* trial_;
+    std::vector<verify::LightMapVerifier> verifiers_;
+};
+
+/// Errors of every stage of a plan, and the light of its layouts.
+struct TriedPlan {
+    std::vector<verify::StageError> stages;
+    std::vector<std::vector<float>> samples;  ///< [layout of the group]
+};
+struct TriedStrip {
+    verify::LightMapErrors errors;
+    std::vector<std::vector<float>> samples;
+};
+
 /// Returns the errors of every stage of a plan on the surface of some strips.
-Result<std::vector<verify::StageError>> tryPlan(LightMapSource& source, const compress::LightMapPlan& plan, const std::vector<int>& strips,
-                                                const compress::EncodeOptions& options, const verify::LightMapShading& shading,
-                                                const verify::Viewing& viewing, const ActionContext& context) {
+Result<TriedPlan> tryPlan(LightMapSource& source, const compress::LightMapPlan& plan, const std::vector<int>& strips,
+                          const TrialParameters& parameters, const verify::Viewing& viewing, const GroupShader& shader,
+                          const ActionContext& context) {
     const std::string layout(formats::info(plan.layout).name);
+    const compress::EncodeOptions options = parameters.textures.encodeOptions();
     verify::LightMapSampling sampling;
     sampling.isForTrial = true;
     sampling.bounds = false;
-    const auto verifier =
-        verify::LightMapVerifier::create({layout, plan.constants, plan.width, plan.height}, shading, sampling, plan.key, viewing);
+    const auto verifier = verify::LightMapVerifier::create({layout, plan.constants, plan.width, plan.height}, parameters.shading, sampling,
+                                                           plan.key, viewing);
     if (!verifier) return tl::make_unexpected(verifier.error());
     verify::LightMapErrors errors = verifier->noErrors();
-    const auto verified = foldInOrder<verify::LightMapErrors>(
+    TriedPlan tried;
+    const auto verified = foldInOrder<TriedStrip>(
         static_cast<int>(strips.size()), context, fmt::format("try {} on {}", layout, context.action.asset),
-        [&](int index) -> Result<verify::LightMapErrors> {
+        [&](int index) -> Result<TriedStrip> {
             const int strip = strips[static_cast<std::size_t>(index)], firstRow = source.stripFirstRow(strip),
                       rowCount = source.stripRows(strip);
             // Places below the last row are filtered from the next one too.
             const int encodedRows = std::min(rowCount + plan.blockHeight(), plan.height - firstRow);
             const auto texels =
-                source.stripWithMargin(strip, compress::kLightMapPaddingRows, compress::kLightMapPaddingRows + encodedRows - rowCount);
+                source.stripWithMargin(strip, compress::kLightMapContextRows, compress::kLightMapContextRows + encodedRows - rowCount);
             if (!texels) return tl::make_unexpected(texels.error());
             const auto rows = compress::encodeLightMapRows(plan, *texels, firstRow, encodedRows, options);
-            return verifier->verifyRows(decodedRows(plan, rows, firstRow, encodedRows), *texels, firstRow, rowCount);
+            verify::DecodedLightMapRows decoded = decodedRows(plan, rows, firstRow, encodedRows);
+            TriedStrip result{verifier->verifyRows(decoded, *texels, firstRow, rowCount), {}};
+            result.samples = shader.shade(std::move(decoded), *texels, strip);
+            return result;
         },
-        [&](const verify::LightMapErrors& part) { errors.merge(part); });
+        [&](const TriedStrip& part) {
+            errors.merge(part.errors);
+            tried.samples.resize(part.samples.size());
+            for (std::size_t i = 0; i < part.samples.size(); ++i)
+                tried.samples[i].insert(tried.samples[i].end(), part.samples[i].begin(), part.samples[i].end());
+        });
     if (!verified) return tl::make_unexpected(verified.error());
-    return errors.figures();
+    tried.stages = errors.figures();
+    return tried;
 }
 
 /// Returns the candidate of a layout from the trial of the layout that it is a part of: basis-4, -8 and -12 have the bits of basis-16
@@ -94,45 +216,85 @@ TrialCandidate candidateOf(const formats::LightMapLayoutInfo& layout, const comp
             plan.tableBytesAs(layout.id)};
 }
 
+/// Shades the reference and the dominant lights of a joint trial. Empty for a trial of the light map alone.
+Result<std::optional<WholeTrial>> startJointTrial(LightMapSource& source, const std::vector<int>& strips, const TrialParameters& parameters,
+                                                  const std::optional<JointTrial>& joint, const verify::Viewing& viewing,
+                                                  const ActionContext& context) {
+    if (!joint) return std::optional<WholeTrial>();
+    auto trial = WholeTrial::create(source, strips, parameters.shading, viewing);
+    if (!trial) return tl::make_unexpected(trial.error());
+    const std::optional<DominantTrial>& dominant = joint->dominant;
+    const DominantParameters dominantParameters{parameters.description, dominant ? dominant->fit : "", parameters.target,
+                                                parameters.textures};
+    if (auto tried = trial->tryDominants(dominant, dominantParameters, context); !tried) return tl::make_unexpected(tried.error());
+    return std::optional(std::move(*trial));
+}
+
+/// Tries the layouts of a light map, with `joint` those of its dominant light too.
+Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std::optional<JointTrial>& joint,
+                                    const ActionContext& context) {
+    const auto source = openLightMap(context, parameters.description);
+    if (!source) return tl::make_unexpected(source.error());
+    const auto measured = measureLightMap(**source, context);
+    if (!measured) return tl::make_unexpected(measured.error());
+    const verify::Viewing viewing{parameters.display.of(measured->key.displayKey()), (*source)->bt2020FromWorking()};
+    std::optional<compress::LightMapObjective> objective;
+    if (parameters.objective == formats::Objective::Visible)
+        objective = objectiveFor({parameters.shading, parameters.display}, measured->key.displayKey(), (*source)->bt2020FromWorking());
+    LightMapPlanner planner(**source, parameters.target, parameters.textures, measured->measure, objective, context);
+    const std::vector<int> strips = trialStrips(**source);
+    auto whole = startJointTrial(**source, strips, parameters, joint, viewing, context);
+    if (!whole) return tl::make_unexpected(whole.error());
+    JointTrialResult result;
+    const std::vector<LayoutGroup> groups =
+        layoutGroups(parameters, joint, static_cast<std::int64_t>((*source)->width()) * (*source)->height());
+    for (const LayoutGroup& group : groups) {
+        const auto plan = planner.plan(std::string(formats::info(group.planned).name));
+        if (!plan) return tl::make_unexpected(plan.error());
+        const auto shader = GroupShader::create(group, *plan, parameters.shading, *whole ? &**whole : nullptr);
+        if (!shader) return tl::make_unexpected(shader.error());
+        auto tried = tryPlan(**source, *plan, strips, parameters, viewing, *shader, context);
+        if (!tried) return tl::make_unexpected(tried.error());
+        for (std::size_t i = 0; i < group.layouts.size(); ++i) {
+            const auto& [layout, isExcluded] = group.layouts[i];
+            result.trial.candidates.push_back(candidateOf(*layout, *plan, tried->stages));
+            result.trial.candidates.back().isExcluded = isExcluded;
+            if (*whole && !isExcluded) (*whole)->add(std::string(layout->name), std::move(tried->samples[i]));
+        }
+    }
+    if (*whole) {
+        result.dominants = (*whole)->dominants();
+        result.whole = (*whole)->pairs(context);
+    }
+    if (context.state.interrupted) return interrupted(context);
+    std::ranges::stable_sort(result.trial.candidates, {}, &TrialCandidate::bytesGpu);
+    result.trial.share = static_cast<double>(strips.size()) / (*source)->stripCount();
+    return result;
+}
+
 }  // namespace
 
 Result<ActionOutcome> tryLightMap(const ActionContext& context) {
     const auto parameters = parametersOf<TrialParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto source = openLightMap(context, parameters->description);
-    if (!source) return tl::make_unexpected(source.error());
-    const auto measured = measureLightMap(**source, context);
-    if (!measured) return tl::make_unexpected(measured.error());
-    const verify::Viewing viewing{parameters->display.of(measured->key.displayKey()), (*source)->bt2020FromWorking()};
-    std::optional<compress::LightMapObjective> objective;
-    if (parameters->objective == formats::Objective::Visible)
-        objective = objectiveFor({parameters->shading, parameters->display}, measured->key.displayKey(), (*source)->bt2020FromWorking());
-    LightMapPlanner planner(**source, parameters->target, parameters->textures, measured->measure, objective, context);
-    const std::vector<int> strips = trialStrips(**source);
-    const compress::EncodeOptions options = parameters->textures.encodeOptions();
-    TrialResult result;
-    std::optional<compress::LightMapPlan> plan;
-    std::optional<formats::LightMapLayout> tried;
-    std::vector<verify::StageError> stages;
-    for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) {
-        const bool isFlat = layout.id == formats::LightMapLayout::Flat;
-        if (!layout.trialLayout && !(isFlat && parameters->isFlatTried)) continue;
-        if (!parameters->decode.allow(layout)) continue;
-        const formats::LightMapLayout whole = layout.trialLayout.value_or(layout.id);
-        if (tried != whole) {
-            auto planned = planner.plan(std::string(formats::info(whole).name));
-            if (!planned) return tl::make_unexpected(planned.error());
-            plan = std::move(*planned);
-            tried = whole;
-            auto errors = tryPlan(**source, *plan, strips, options, parameters->shading, viewing, context);
-            if (!errors) return tl::make_unexpected(errors.error());
-            stages = std::move(*errors);
-        }
-        result.candidates.push_back(candidateOf(layout, *plan, stages));
-    }
-    std::ranges::stable_sort(result.candidates, {}, &TrialCandidate::bytesGpu);
-    result.share = static_cast<double>(strips.size()) / (*source)->stripCount();
-    return outcomeWith(result);
+    const auto result = tryLayouts(*parameters, std::nullopt, context);
+    if (!result) return tl::make_unexpected(result.error());
+    return outcomeWith(result->trial);
+}
+
+Result<ActionOutcome> tryJointly(const ActionContext& context) {
+    const auto parameters = parametersOf<JointTrialParameters>(context);
+    if (!parameters) return tl::make_unexpected(parameters.error());
+    const auto result = tryLayouts(parameters->trial, parameters->joint, context);
+    if (!result) return tl::make_unexpected(result.error());
+    return outcomeWith(*result);
+}
+
+Result<JointTrialResult> trialIn(const ActionRecord& record) {
+    if (record.result.contains("whole")) return fromJson<JointTrialResult>(record.result, record.id);
+    auto trial = fromJson<TrialResult>(record.result, record.id);
+    if (!trial) return tl::make_unexpected(trial.error());
+    return JointTrialResult{std::move(*trial), {}, {}};
 }
 
 }  // namespace lightcook::pipeline

@@ -20,6 +20,7 @@ struct TrialParameters {
     formats::Objective objective = formats::Objective::Visible;
     bool isFlatTried = false;           ///< band 0 alone may be enough
     formats::DecodeLimits decode = {};  ///< layouts over them are not tried
+    formats::LayoutList layouts = {};   ///< that "auto" may take
 };
 template <class Fields, Is<TrialParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -32,6 +33,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("is_flat_tried", parameters.isFlatTried, "true if band 0 alone may be enough");
     fields.optional("max_fetches", parameters.decode.maxFetches, "limit on the texture fetches of a sample");
     fields.optional("max_decode_ops", parameters.decode.maxDecodeOps, "limit on the operations of a sample's decode");
+    fields.presentIf(!parameters.layouts.empty(), "layouts", parameters.layouts, "layouts that may be chosen");
 }
 
 /// Size, cost and error of one layout.
@@ -44,6 +46,7 @@ struct TrialCandidate {
     int fetches = 0;                                 ///< texture fetches of a sample
     int decodeOps = 0;                               ///< scalar multiply-adds of its decode
     std::uint64_t tableBytes = 0;                    ///< constants of the decode that are learned [bytes]
+    bool isExcluded = false;                         ///< the scene's list of layouts lacks it: measured for comparison alone
 };
 template <class Fields, Is<TrialCandidate> Self>
 void describe(Fields& fields, Self& candidate) {
@@ -57,6 +60,7 @@ void describe(Fields& fields, Self& candidate) {
     fields.required("fetches", candidate.fetches, "texture fetches of a sample");
     fields.required("decode_ops", candidate.decodeOps, "scalar multiply-adds of a sample's decode");
     fields.required("table_bytes", candidate.tableBytes, "learned constants of the decode [bytes]");
+    fields.presentIf(candidate.isExcluded, "excluded", candidate.isExcluded, "true if the scene's list of layouts lacks it");
 }
 
 struct TrialResult {
@@ -69,7 +73,9 @@ void describe(Fields& fields, Self& result) {
     fields.required("share", result.share, "part of the map that was tried");
 }
 
-/// Encodes the map, or evenly spread strips of a large one, under every layout that "auto" may take, and shades its texel centres.
+/// Encodes the map, or evenly spread strips of a large one, under every layout that "auto" may take, and shades its texel centres. Where
+/// the scene lists layouts, the others are measured too if that is cheap: on small maps, and where the trial of a listed one has them as
+/// stages.
 formats::Result<ActionOutcome> tryLightMap(const ActionContext& context);
 
 }  // namespace lightcook::pipeline

@@ -11,9 +11,11 @@
 #include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/lit_row.h"
+#include "pipeline/assets/light_map/seams.h"
 #include "pipeline/assets/light_map/survey.h"
 #include "pipeline/assets/light_map/worst_places.h"
 #include "pipeline/assets/lut/light_moments.h"
+#include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/assets/verification.h"
 #include "pipeline/graph/parallel_for.h"
@@ -190,6 +192,26 @@ Result<std::vector<verify::Violation>> violationsOf(const LightMapPart& whole, c
     return violations;
 }
 
+/// Returns the map's mesh; none without one, or where it cannot be read: the mesh's own actions refuse it.
+std::optional<formats::GltfScene> meshOf(const ActionContext& context) {
+    const auto mesh = context.action.inputs.find(kSurfaceRole);
+    if (mesh == context.action.inputs.end()) return std::nullopt;
+    auto scene = formats::GltfScene::load(mesh->second);
+    return scene ? std::optional(std::move(*scene)) : std::nullopt;
+}
+
+/// Holds a result to the limit on seams.
+void holdToSeamLimit(VerifyResult& result, const std::optional<double>& maxSeam) {
+    Verdict& verdict = result.verdict;
+    verdict.maxSeam = maxSeam;
+    if (!maxSeam) return;
+    if (result.seams->isUnmeasured()) {
+        verdict.violations.push_back({"seams", *result.seams->note, "a mesh with light-map UVs: max_seam limits the steps at its edges"});
+        verdict.passed = false;
+    }
+    verdict.passed = verdict.passed && result.seams->largestAdded() <= *maxSeam;
+}
+
 /// Adds a violation to a map over its limit whose layout lacks light that the materials need.
 void checkLayout(const std::string& name, const verify::LightMapShading& shading, const verify::StageError& total, double maxError,
                  std::vector<verify::Violation>& violations) {
@@ -250,9 +272,17 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     result.key = key;
     result.light = lightOf(bake, whole.errors, key, whole.light);
     if (!truth->isEmpty()) result.groundTruth = toJson(verify::lightMapTruth(whole.truthPlaces, parameters->shading.lobe, viewing));
-    auto pictures = writeWorstPlaces(whole.worst, bake, *cooked, viewing, context);
+    const auto mesh = meshOf(context);
+    const auto triangles = mesh ? litTriangles(*mesh) : std::vector<MeshTriangle>();
+    auto pictures = writeWorstPlaces(whole.worst, bake, *cooked, viewing, triangles, context);
     if (!pictures) return tl::make_unexpected(pictures.error());
-    return outcomeWithPreview(std::move(result), preview, context, std::move(*pictures));
+    auto seams = measureSeams(mesh ? &*mesh : nullptr, bake, *cooked, context);
+    if (!seams) return tl::make_unexpected(seams.error());
+    result.seams = std::move(*seams);
+    holdToSeamLimit(result, parameters->maxSeam);
+    auto seamViews = writeSeamViews(*result.seams, triangles, bake, *cooked, viewing, context);
+    if (!seamViews) return tl::make_unexpected(seamViews.error());
+    return outcomeWithPreview(std::move(result), preview, context, std::move(*pictures), std::move(*seamViews));
 }
 
 }  // namespace lightcook::pipeline

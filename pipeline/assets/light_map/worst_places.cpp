@@ -10,6 +10,7 @@
 #include "formats/environment.h"
 #include "lighting/display.h"
 #include "pipeline/assets/light_map/lit_row.h"
+#include "pipeline/assets/light_map/rendered_view.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/graph/files.h"
 
@@ -20,8 +21,7 @@ using formats::Result;
 
 constexpr std::size_t kPlaces = 4;
 constexpr int kSide = 24, kGap = 1, kPanels = 3;  ///< [pixels] of a picture: a texel is a pixel
-constexpr float kLeastShown = 0.5f;
-constexpr glm::u8vec3 kOutside(40);  ///< texels outside charts
+constexpr glm::u8vec3 kOutside(40);               ///< texels outside charts
 
 /// Sets a row of each panel.
 /// left  column of the map that texel 0 of the row is
@@ -49,7 +49,7 @@ Result<formats::Image<glm::u8vec3>> draw(const WorstTexel& texel, LightMapSource
     const auto texels = cooked.read(firstRead, top + height - firstRead);
     if (!texels) return tl::make_unexpected(texels.error());
     const auto seen = cooked.verifier().reconstruct(*texels, top, height);
-    const double key = lighting::kKeyOfDiffuseWhite * lighting::kDiffuseWhite / viewing.display.nitsPerUnit;
+    const double key = shownKey(viewing);
     formats::Image<glm::u8vec3> picture(kPanels * width + (kPanels - 1) * kGap, height, kOutside);
     LitRow lit(width, viewing);
     for (int y = 0; y < height; ++y) {
@@ -65,6 +65,10 @@ Result<formats::Image<glm::u8vec3>> draw(const WorstTexel& texel, LightMapSource
 }
 
 }  // namespace
+
+double shownKey(const verify::Viewing& viewing) {
+    return lighting::kKeyOfDiffuseWhite * lighting::kDiffuseWhite / viewing.display.nitsPerUnit;
+}
 
 void WorstTexels::merge(const WorstTexels& other) {
     std::ranges::copy_if(other.texels_, std::back_inserter(texels_), [](const WorstTexel& texel) { return texel.visible >= 0; });
@@ -85,7 +89,8 @@ std::vector<WorstTexel> WorstTexels::apart(std::size_t count, int distance) cons
 }
 
 Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst, LightMapSource& bake, const CookedLightMapReader& cooked,
-                                                        const verify::Viewing& viewing, const ActionContext& context) {
+                                                        const verify::Viewing& viewing, std::span<const MeshTriangle> triangles,
+                                                        const ActionContext& context) {
     std::vector<WorstPlacePicture> places;
     for (const WorstTexel& texel : worst.apart(kPlaces, kSide)) {
         if (texel.visible < kLeastShown) break;
@@ -98,6 +103,12 @@ Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst
         const auto png = formats::encodePng(picture->view());
         if (!png) return tl::make_unexpected(png.error());
         if (auto written = writeFile(context.folder / place.file, *png); !written) return tl::make_unexpected(written.error());
+        if (!triangles.empty()) {
+            auto view = writeRenderedView(triangles, {texel.x, texel.y}, bake, cooked, shownKey(viewing), context,
+                                          fmt::format("{}_view_{}", context.action.asset, places.size() + 1));
+            if (!view) return tl::make_unexpected(view.error());
+            place.view = std::move(*view);
+        }
         places.push_back(std::move(place));
     }
     return places;

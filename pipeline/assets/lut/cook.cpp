@@ -1,6 +1,8 @@
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <glm/common.hpp>
 
 #include "fit/specular_tables.h"
 #include "pipeline/assets/lut/lut.h"
@@ -43,7 +45,20 @@ fit::SpecularTables integrate(const fit::SpecularTableOptions& options) {
     return fit::assembleSpecularTables(options, rows);
 }
 
+/// Returns the stored values of a texture in its format.
+std::vector<std::byte> texelsOf(const fit::SpecularTexture& texture, formats::PixelFormat format, const TextureSettings& settings) {
+    if (format == formats::PixelFormat::Rgba16Unorm) return bytesOf(texture.stored);
+    formats::Image<glm::vec4> texels = texture.values.copy();
+    for (glm::vec4& texel : texels.texels()) texel = glm::clamp((texel - texture.bias) / texture.scale, 0.0f, 1.0f);
+    compress::EncodeReport report;
+    return encodeImage(format, texels.view(), {}, settings.encodeOptions(), report);
+}
+
 }  // namespace
+
+bool isLutFormat(formats::PixelFormat format) {
+    return format == formats::PixelFormat::Rgba16Unorm || format == formats::PixelFormat::Rgba16f;
+}
 
 std::optional<lighting::CookTorranceNormalization> normalizationOf(const std::string& name) {
     if (name == "halo3") return lighting::CookTorranceNormalization::Halo3;
@@ -66,7 +81,11 @@ Result<ActionOutcome> cookLut(const ActionContext& context) {
         constants.bias[i] = parts[i]->bias;
     }
     formats::TextureShape shape;
-    shape.format = formats::PixelFormat::Rgba16Unorm;
+    const auto format = formats::pixelFormatFromName(parameters->format);
+    if (!format || !isLutFormat(*format))
+        return formats::failure(formats::ErrorCode::InvalidRequest, context.action.asset,
+                                fmt::format("found the format \"{}\", expected rgba16-unorm or rgba16f", parameters->format));
+    shape.format = *format;
     shape.width = options->viewCount;
     shape.height = options->roughnessCount;
     const std::string& name = context.action.asset;
@@ -81,7 +100,9 @@ Result<ActionOutcome> cookLut(const ActionContext& context) {
     AssetTextures textures(context, parameters->textures);
     for (std::size_t i = 0; i < parts.size(); ++i) {
         const std::string role = kLutRoles[i];
-        if (auto written = textures.write({role, name + "_" + role, shape, facts}, {bytesOf(parts[i]->stored)}); !written)
+        if (auto written = textures.write({role, fmt::format("{}_{}", name, role), shape, facts},
+                                          {texelsOf(*parts[i], shape.format, parameters->textures)});
+            !written)
             return tl::make_unexpected(written.error());
     }
     return textures.finish(std::move(result));

@@ -8,6 +8,7 @@
 #include "lighting/area_specular.h"
 #include "pipeline/assets/light_map/shading.h"
 #include "pipeline/assets/textures.h"
+#include "pipeline/assets/verification.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/json/json_fields.h"
 
@@ -24,6 +25,7 @@ struct LutParameters {
     double minimumM = 0, maximumM = 1;
     std::string viewAxis, roughnessAxis;  ///< a mapping of fit/specular_tables.h, or "auto"
     std::array<double, 2> f0{};           ///< range that "auto" chooses for
+    std::string format = "rgba16-unorm";  ///< of the target (formats::TargetInfo::table): rgba16-unorm or rgba16f
     TextureSettings textures;
 };
 template <class Fields, Is<LutParameters> Self>
@@ -37,6 +39,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("view_axis", parameters.viewAxis, "mapping of NoV to columns");
     fields.required("roughness_axis", parameters.roughnessAxis, "mapping of m to rows");
     fields.required("f0", parameters.f0, "range of F0 that mappings are chosen for");
+    fields.required("format", parameters.format, "pixel format: rgba16-unorm or rgba16f");
     fields.required("textures", parameters.textures, "settings of the files");
 }
 
@@ -74,16 +77,20 @@ void describe(Fields& fields, Self& constants) {
 /// Parameters of the verify action.
 struct LutVerifyParameters {
     std::optional<verify::LightMapShading> shading;  ///< of the scene's light maps: for the error of the whole scene
+    VisibleParameters visible = {};
 };
 template <class Fields, Is<LutVerifyParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     fields.optional("shading", parameters.shading, "materials that light maps are shaded with");
+    describe(fields, parameters.visible);
 }
 
 formats::Result<ActionOutcome> cookLut(const ActionContext& context);
 /// Verifies cooked tables against numerical integration, with a certified bound between texels.
 formats::Result<ActionOutcome> verifyLut(const ActionContext& context);
 
+/// Returns true for the formats that tables are stored in.
+bool isLutFormat(formats::PixelFormat format);
 /// Returns the normalization of a name: energy or halo3.
 std::optional<lighting::CookTorranceNormalization> normalizationOf(const std::string& name);
 

@@ -28,8 +28,9 @@ using formats::Result;
 /// F0 of the surfaces that the tables shade: both ends of the range, a dielectric and a metal.
 const std::vector<double> kTableF0 = {0.0, 0.04, 0.6, 1.0};
 constexpr int kRandomTableSamples = 800;
-/// Largest error of a texel, in steps of 16 bits: half a step of rounding, and the fetch in single precision.
-constexpr double kTableSteps = 0.75;
+/// Largest error of a texel, in steps of 16 bits: half a step of rounding, and the fetch in single precision. Halves in [1/2, 1] are 2^-11
+/// apart, 32 steps.
+constexpr double kTableSteps = 0.75, kHalfTableSteps = 16.25;
 
 verify::LutAxis axisOf(const LutConstants::Axis& axis) {
     return {axis.count, axis.minimum, axis.maximum, static_cast<float>(axis.scale), static_cast<float>(axis.offset), axis.factors};
@@ -64,6 +65,10 @@ Result<verify::CookedLut> readTables(const ActionContext& context, const CookedA
     for (std::size_t i = 0; i < kLutRoles.size(); ++i) {
         const auto texture = openTexture(context.upstreamFolder, asset, kLutRoles[i]);
         if (!texture) return tl::make_unexpected(texture.error());
+        if (!isLutFormat(texture->shape().format))
+            return failure(
+                ErrorCode::Verification, fmt::format("{}, texture {}", context.action.asset, kLutRoles[i]),
+                fmt::format("found texels of {}, expected rgba16-unorm or rgba16f", formats::info(texture->shape().format).name));
         auto image = verify::decodeImage(*texture, {});
         if (!image) return tl::make_unexpected(image.error());
         if (image->width() != tables.view.count || image->height() != tables.roughness.count)
@@ -77,14 +82,16 @@ Result<verify::CookedLut> readTables(const ActionContext& context, const CookedA
     return tables;
 }
 
-/// Checks that no texel is farther from its kernel than rounding to 16 bits explains.
-std::vector<verify::Violation> checkSteps(const verify::CookedLut& tables, const std::vector<verify::LutSample>& samples,
-                                          const std::vector<verify::LutResult>& results) {
+/// Checks that no texel is farther from its kernel than rounding to the format of the textures explains.
+std::vector<verify::Violation> checkSteps(const CookedAsset& asset, const verify::CookedLut& tables,
+                                          const std::vector<verify::LutSample>& samples, const std::vector<verify::LutResult>& results) {
+    const auto isHalf = [](const CookedTexture& texture) { return texture.format == formats::info(formats::PixelFormat::Rgba16f).name; };
+    const double allowed = std::ranges::any_of(asset.textures, isHalf) ? kHalfTableSteps : kTableSteps;
     const verify::LutStepError worst = verify::lutStepError(tables, samples, results);
-    if (!(worst.steps > kTableSteps)) return {};
+    if (!(worst.steps > allowed)) return {};
     return {{fmt::format("texture {}, channel {}, texel of NoV {:.4g} and m {:.4g}", kLutRoles[worst.entry / 4], worst.entry % 4, worst.NoV,
                          worst.m),
-             fmt::format("an error of {:.4g} steps of 16 bits", worst.steps), fmt::format("at most {}", kTableSteps),
+             fmt::format("an error of {:.4g} steps of 16 bits", worst.steps), fmt::format("at most {}", allowed),
              verify::lutPlace(tables, worst.NoV, worst.m)}};
 }
 
@@ -156,6 +163,13 @@ LightFigures momentsOf(const verify::CookedLut& tables, const verify::LightMapSh
     return light;
 }
 
+/// Returns the display on which exit radiance 1 is the key. Tables are shaded by lights of that strength, whatever a scene's light is: an
+/// exit radiance that the scene shows as white says nothing about them.
+verify::Viewing viewingAtKey(VisibleParameters visible) {
+    if (visible.display) visible.display->white.reset();
+    return visible.viewing(1, lighting::bt2020FromRec709());
+}
+
 }  // namespace
 
 Result<ActionOutcome> verifyLut(const ActionContext& context) {
@@ -178,8 +192,9 @@ Result<ActionOutcome> verifyLut(const ActionContext& context) {
     if (!bound) return interrupted(context);
     const auto preview = drawTables(*tables, keys.shaded, context);
     if (!preview) return interrupted(context);
-    VerifyResult result =
-        judged(verify::lutStages(*tables, samples, results, kTableF0, *bound), *maxError, watch, checkSteps(*tables, samples, results));
+    const verify::Viewing viewing = viewingAtKey(parameters->visible);
+    VerifyResult result = judged(verify::lutStages(*tables, samples, results, kTableF0, *bound, viewing), *maxError, watch,
+                                 checkSteps(*asset, *tables, samples, results), parameters->visible.maxVisible);
     if (parameters->shading) result.light = momentsOf(*tables, *parameters->shading);
     return outcomeWithPreview(std::move(result), *preview, context);
 }

@@ -87,6 +87,7 @@ CookedAsset manifestEntry(const ActionContext& context, const MeshParameters& pa
                           const formats::MeshSize& size, const formats::DracoOptions& bits, bool hasClusters) {
     CookedAsset asset = makeCookedAsset(context.action.asset, AssetKind::Mesh, parameters.draco ? "glb-draco" : "glb", 0, 0);
     asset.file = file;
+    asset.lightMap = parameters.lightMap;
     asset.bytesGpu = size.vertexCount * ((parameters.draco ? kLightMapUvBytes : kFloatUvBytes) + (hasClusters ? kBasisBytes : 0));
     asset.bytesDisk = size.fileBytesOut;
     asset.vertices = size.vertexCount;

@@ -14,6 +14,8 @@ namespace lightcook::pipeline {
 
 /// Input of an action that reads a mesh.
 inline constexpr const char* kMeshRole = "mesh";
+/// Input of a light map's verification: the mesh, whose edges may show seams.
+inline constexpr const char* kSurfaceRole = "surface";
 /// GPU memory of a vertex for the index of its basis [bytes], with the padding of glTF.
 inline constexpr std::uint64_t kBasisBytes = 4;
 
@@ -23,12 +25,14 @@ struct MeshParameters {
     formats::LightMapDescription description;
     bool draco = true;
     double maxError = 0;  ///< of the light map: a mesh may use a part of it
+    std::optional<std::string> lightMap = {};
 };
 template <class Fields, Is<MeshParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     fields.required("description", parameters.description, "conventions of the light map");
     fields.required("draco", parameters.draco, "true for Draco compression");
     fields.required("max_error", parameters.maxError, "limit of the light map");
+    fields.optional("light_map", parameters.lightMap, "name of the light map");
 }
 
 /// Needs of one material of a mesh.

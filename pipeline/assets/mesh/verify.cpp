@@ -77,23 +77,51 @@ std::vector<verify::Violation> violationsOf(const formats::MeshError& moved, con
     return violations;
 }
 
-/// Returns the shading errors of a mesh whose vertices moved by `shift`, and draws them over the light map.
-Result<verify::ErrorAccumulator> shadingErrors(LightMapSource& bake, const verify::MeshShift& shift, double key,
-                                               const ActionContext& context, Preview& preview) {
-    using verify::ErrorAccumulator;
-    const auto compareStrip = [&](int index) -> Result<ErrorAccumulator> {
+/// The distances by which vertices of a mesh moved; `positionTexels` in texels of its light map.
+struct MovedMesh {
+    verify::MeshShift shift;
+    double positionTexels = 0;
+};
+
+/// Shading errors of some strips.
+struct MeshShadingErrors {
+    verify::ErrorAccumulator energy;
+    verify::VisiblePairs visible;
+
+    MeshShadingErrors(double key, const verify::Viewing& viewing) : energy(key), visible(viewing) {}
+    void merge(const MeshShadingErrors& other) {
+        energy.merge(other.energy);
+        visible.merge(other.visible);
+    }
+};
+
+/// Returns the shading errors of a mesh whose vertices moved, and draws them over the light map.
+Result<MeshShadingErrors> shadingErrors(LightMapSource& bake, const MovedMesh& moved, double key, const verify::Viewing& viewing,
+                                        const ActionContext& context, Preview& preview) {
+    const auto compareStrip = [&](int index) -> Result<MeshShadingErrors> {
         const auto strip = bake.stripWithMargin(index, 0, 1);
         if (!strip) return tl::make_unexpected(strip.error());
-        ErrorAccumulator part(key);
-        verify::addMeshShiftErrors(*strip, bake.stripFirstRow(index), bake.stripRows(index), shift, key, part,
+        MeshShadingErrors part(key, viewing);
+        const int firstRow = bake.stripFirstRow(index), rowCount = bake.stripRows(index);
+        verify::addMeshShiftErrors(*strip, firstRow, rowCount, moved.shift, key, part.energy,
                                    [&](int x, int y, const glm::vec3& lit, const glm::vec3& seen) { preview.set(x, y, lit, seen); });
+        verify::addMeshShiftVisible(*strip, firstRow, rowCount, moved.shift, moved.positionTexels, part.visible);
         return part;
     };
-    ErrorAccumulator errors(key);
-    const auto compared = foldInOrder<ErrorAccumulator>(bake.stripCount(), context, "verify " + context.action.asset, compareStrip,
-                                                        [&](const ErrorAccumulator& part) { errors.merge(part); });
+    MeshShadingErrors errors(key, viewing);
+    const auto compared = foldInOrder<MeshShadingErrors>(bake.stripCount(), context, "verify " + context.action.asset, compareStrip,
+                                                         [&](const MeshShadingErrors& part) { errors.merge(part); });
     if (!compared) return tl::make_unexpected(compared.error());
     return errors;
+}
+
+/// Returns the figures of a mesh. The place of the largest visible error names the triangle of the source.
+verify::ErrorFigures figuresOf(const MeshShadingErrors& errors, const std::vector<const formats::TriangleMesh*>& meshes, int width,
+                               int height) {
+    verify::ErrorFigures figures = errors.energy.figures();
+    figures.visible = errors.visible.figures();
+    if (figures.visible && figures.visible->maxAt.isKnown()) verify::findTriangle(meshes, width, height, figures.visible->maxAt);
+    return figures;
 }
 
 }  // namespace
@@ -103,6 +131,8 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     if (!asset) return tl::make_unexpected(asset.error());
     const auto maxError = maxErrorOf(context);
     if (!maxError) return tl::make_unexpected(maxError.error());
+    const auto visible = parametersOf<VisibleParameters>(context);
+    if (!visible) return tl::make_unexpected(visible.error());
     const auto source = formats::GltfScene::load(context.action.inputs.at(kMeshRole));
     if (!source) return tl::make_unexpected(source.error());
     const auto cooked = formats::GltfScene::load(context.upstreamFolder / asset->file.value_or(""));
@@ -119,17 +149,21 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     const auto surveyed = surveyKey(bake, context);
     if (!surveyed) return tl::make_unexpected(surveyed.error());
     const double key = surveyed->key();
+    const auto meshes = source->triangleMeshes();
     const verify::MeshShift shift{moved->lightMapUv * bake.width(), moved->lightMapUv * bake.height(), moved->normalRadians};
+    const double positionTexels = moved->position * verify::texelsPerUnit(meshes, bake.width(), bake.height());
+    const verify::Viewing viewing = visible->viewing(surveyed->displayKey(), bake.bt2020FromWorking());
     Preview preview(bake.width(), bake.height(), key);
-    const auto errors = shadingErrors(bake, shift, key, context, preview);
+    const auto errors = shadingErrors(bake, {shift, positionTexels}, key, viewing, context, preview);
     if (!errors) return tl::make_unexpected(errors.error());
 
     verify::StageError stage;
     stage.name = "quantize";
-    stage.diffuse = errors->figures();
+    stage.diffuse = figuresOf(*errors, meshes, bake.width(), bake.height());
     VerifyResult result;
-    result.verdict = makeVerdict({stage}, *maxError, violationsOf(*moved, shift, asset->quantization.value_or(MeshQuantization{})));
-    result.light.emplace().diffuseRms = errors->referenceRms();
+    result.verdict =
+        makeVerdict({stage}, *maxError, violationsOf(*moved, shift, asset->quantization.value_or(MeshQuantization{})), visible->maxVisible);
+    result.light.emplace().diffuseRms = errors->energy.referenceRms();
     result.meshError = {moved->position, moved->normalRadians, moved->lightMapUv};
     return outcomeWithPreview(std::move(result), preview, context);
 }

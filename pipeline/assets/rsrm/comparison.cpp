@@ -85,13 +85,13 @@ verify::CookedRsrm decodedRsrm(const RsrmFormatInfo& format, bool isDithered, co
 
 std::optional<RsrmComparison> compareRsrm(const verify::CookedRsrm& map, const verify::RsrmSource& source,
                                           const glm::vec3& luminanceWeights, double maxError, const ActionContext& context,
-                                          const std::string& what) {
+                                          const std::string& what, const std::optional<verify::Viewing>& viewing) {
     RsrmComparison comparison;
     comparison.rows.resize(map.exponents.size());
     if (!forEachIndex(comparison.rows.size(), context, what,
                       [&](std::size_t row) { comparison.rows[row] = verify::compareRsrmRow(map, source, static_cast<int>(row)); }))
         return std::nullopt;
-    comparison.stages = verify::rsrmStages(map, source, comparison.rows, luminanceWeights);
+    comparison.stages = verify::rsrmStages(map, source, comparison.rows, luminanceWeights, viewing);
     comparison.violations = violationsOf(map, source, comparison.rows, maxError);
     return comparison;
 }

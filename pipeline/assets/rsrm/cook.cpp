@@ -235,6 +235,7 @@ Result<ActionOutcome> cookRsrm(const ActionContext& context) {
     if (source.axis) (*result.notes)["repaired_texels"] = gradient->repairedTexels;
     result.asset.dither = options->dither;
     result.asset.constants = constants;
+    result.asset.axis = parameters->north;
     result.asset.source = source;
     return textures.finish(std::move(result));
 }

@@ -25,9 +25,10 @@ struct RsrmParameters {
     bool dither = false;
     TextureSettings textures;
     bool repair = false;
-    std::optional<glm::dvec3> axis;       ///< of an environment, which is averaged around it
-    std::optional<int> zones;             ///< of that average
-    std::optional<std::string> encoding;  ///< of a painted gradient
+    std::optional<glm::dvec3> axis;        ///< of an environment, which is averaged around it
+    std::optional<int> zones;              ///< of that average
+    std::optional<std::string> encoding;   ///< of a painted gradient
+    std::optional<glm::dvec3> north = {};  ///< world direction of the first column
 };
 template <class Fields, Is<RsrmParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -42,6 +43,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.optional("axis", parameters.axis, "axis that the environment is averaged around");
     fields.optional("zones", parameters.zones, "zones of that average");
     fields.optional("encoding", parameters.encoding, "encoding of a painted gradient");
+    fields.optional("north", parameters.north, "world direction of the first column");
 }
 
 /// Constants of the shader's decode: light = color * texel.

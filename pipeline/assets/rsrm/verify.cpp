@@ -106,6 +106,8 @@ Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
     if (!asset) return tl::make_unexpected(asset.error());
     const auto maxError = maxErrorOf(context);
     if (!maxError) return tl::make_unexpected(maxError.error());
+    const auto visible = parametersOf<VisibleParameters>(context);
+    if (!visible) return tl::make_unexpected(visible.error());
     const auto verified = loadVerified(context, asset->source);
     if (!verified) return tl::make_unexpected(verified.error());
     const verify::RsrmSource& source = verified->source;
@@ -115,10 +117,11 @@ Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
     const auto map = readMap(context, *asset);
     if (!map) return tl::make_unexpected(map.error());
 
-    auto comparison = compareRsrm(*map, source, luminanceWeights, *maxError, context, "verify " + context.action.asset);
+    const verify::Viewing viewing = visible->viewing(verify::rsrmDisplayKey(source.gradient, luminanceWeights), colors->bt2020FromWorking);
+    auto comparison = compareRsrm(*map, source, luminanceWeights, *maxError, context, "verify " + context.action.asset, viewing);
     if (!comparison) return interrupted(context);
     const std::vector<verify::RsrmRow>& rows = comparison->rows;
-    VerifyResult result = judged(std::move(comparison->stages), *maxError, watch, std::move(comparison->violations));
+    VerifyResult result = judged(std::move(comparison->stages), *maxError, watch, std::move(comparison->violations), visible->maxVisible);
     const verify::RsrmBanding banding = verify::rsrmBanding(*map, rows, luminanceWeights);
     result.measures = {{"code_error", banding.codeError},
                        {"step_codes", banding.stepCodes},

@@ -1,4 +1,5 @@
 #include "compress/light_map.h"
+#include "compress/light_map_context.h"
 
 #include <gtest/gtest.h>
 
@@ -24,7 +25,7 @@ std::vector<std::vector<std::byte>> encode(Kind kind, const compress::LightMapPl
     for (int row = 0; row < kHeight; row += stripRows) {
         const int count = std::min(stripRows, kHeight - row);
         const formats::LightMapStrip band =
-            synthetic::makeBandWithContext(kind, kWidth, kHeight, row, count, compress::kLightMapPaddingRows, outside);
+            synthetic::makeBandWithContext(kind, kWidth, kHeight, row, count, compress::kLightMapContextRows, outside);
         const compress::EncodedLightMapRows rows = compress::encodeLightMapRows(plan, band, row, count, fast());
         if (report != nullptr) report->add(rows.report);
         std::size_t next = 0;

@@ -26,10 +26,12 @@ public:
     std::filesystem::path operator/(const std::string& name) const { return folder_ / name; }
 
     void writeScene(const std::string& file, const std::string& keys = "", const std::string& output = "") const {
+        writeMapKeys(fmt::format("file = \"{}\"\n{}", file, keys), output);
+    }
+    void writeMapKeys(const std::string& keys, const std::string& output = "") const {
         formats::writeContent(
             folder_ / "scene.toml",
-            fmt::format("schema = 1\nname = \"bake\"\n\n[output]\n{}\n\n[[light_map]]\nname = \"map\"\nfile = \"{}\"\n{}\n", output, file,
-                        keys));
+            fmt::format("schema = 1\nname = \"bake\"\n\n[output]\n{}\n\n[[light_map]]\nname = \"map\"\n{}\n", output, keys));
     }
 
     /// Writes a picture; texel  value of a texel (x, y)
@@ -86,6 +88,46 @@ TEST(BakeFiles, AllFilesOfASplitBakeAreInputs) {
     ASSERT_EQ(missing.errors.size(), 1u);
     EXPECT_EQ(missing.errors.front().code, formats::ErrorCode::WrongShape);
     EXPECT_THAT(missing.errors.front().line(), AllOf(HasSubstr("room_L0.exr"), HasSubstr("room_L21.exr is missing")));
+}
+
+TEST(BakeFiles, ListedImagesAreInputsAndAreReadAgainForVerification) {
+    const BakeScene scene;
+    const auto writeCoefficient = [&](std::size_t i, float scale) {
+        scene.writePicture(fmt::format("c{}.exr", i), kSide, kSide, 3,
+                           [&](int x, int y) { return glm::vec4(scale * texelOf(x, y)[i], 1); });
+    };
+    for (std::size_t i = 0; i < 4; ++i) writeCoefficient(i, 1);
+    scene.writeMapKeys("files = { sh00 = \"c0.exr\", sh01 = \"c1.exr\", sh02 = \"c2.exr\", sh03 = \"c3.exr\" }");
+    const Outcome first = scene.cook();
+    ASSERT_TRUE(first.errors.empty()) << first.errors.front().line();
+    const Json& row = first.report.at("assets").at(0);
+    EXPECT_EQ(row.at("layout"), "sh4") << "nothing has band 2";
+    std::uintmax_t bytes = 0;
+    for (std::size_t i = 0; i < 4; ++i) bytes += std::filesystem::file_size(scene / fmt::format("c{}.exr", i));
+    EXPECT_EQ(row.at("bytes_in").get<std::uintmax_t>(), bytes);
+    EXPECT_THAT(formats::contentOf(scene / "out.d"), HasSubstr((scene / "c3.exr").string()));
+    VerifyOptions verify;
+    verify.folder = scene / "out";
+    const Outcome verified = verifyCooked(verify, {});
+    EXPECT_TRUE(verified.errors.empty()) << verified.errors.front().line();
+    const auto errorsOf = [](const Json& stages) {
+        Json errors = Json::array();
+        for (const Json& stage : stages) errors.push_back(stage.at("error"));
+        return errors;
+    };
+    EXPECT_EQ(errorsOf(verified.report.at("assets").at(0).at("stages")), errorsOf(row.at("stages")));
+    EXPECT_EQ(scene.cook().actionsRun, 0);
+    writeCoefficient(3, 0.5f);
+    EXPECT_GT(scene.cook().actionsRun, 0);
+    LintOptions lint;
+    lint.scene = scene / "scene.toml";
+    lint.cache = scene / "cache";
+    EXPECT_EQ(lintScene(lint, {}).report.at("light_maps")[0].at("evidence"), "the 4 images that the scene lists for sh00.R .. sh03.B");
+    std::filesystem::remove(scene / "c2.exr");
+    const Outcome missing = scene.cook();
+    ASSERT_FALSE(missing.errors.empty());
+    EXPECT_EQ(missing.errors.front().code, formats::ErrorCode::FileUnreadable);
+    EXPECT_THAT(missing.errors.front().line(), HasSubstr("c2.exr"));
 }
 
 TEST(BakeFiles, AFlatMapIsCookedAsOneTextureOfExitRadiance) {

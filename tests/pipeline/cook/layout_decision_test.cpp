@@ -1,4 +1,4 @@
-// Layouts chosen by an error or a budget.
+// Layouts chosen by an error. allocation_test.cpp has those that a budget chooses.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -54,31 +54,6 @@ TEST(CookScene, AnErrorThatNoLayoutKeepsFailsWithTheBestOne) {
     ASSERT_FALSE(outcome.errors.empty());
     EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::Verification);
     EXPECT_EQ(rowOf(outcome, "map").at("layout"), "raw");
-}
-
-TEST(CookScene, ANamedBudgetGetsTheLeastErrorThatFitsIt) {
-    const SmallScene scene(Parts::LightMap);
-    scene.writeSceneFile("light_map_layout = \"raw\"");
-    const Outcome raw = cook(scene.options());
-    const std::uint64_t others =
-        raw.report.at("budget").at("used_bytes").get<std::uint64_t>() - rowOf(raw, "map").at("bytes_gpu").get<std::uint64_t>();
-    for (const std::uint64_t forMap : {8000u, 14000u, 30000u, 60000u}) {
-        scene.writeSceneFile(fmt::format("budget = \"{}\"", others + forMap));
-        const Outcome outcome = cook(scene.options());
-        ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
-        const Json& row = rowOf(outcome, "map");
-        EXPECT_LE(row.at("bytes_gpu").get<std::uint64_t>(), forMap);
-        double least = 1e30, chosen = 1e30;
-        for (const Json& candidate : row.at("trial_candidates")) {
-            if (candidate.at("bytes_gpu").get<std::uint64_t>() <= forMap) least = std::min(least, errorOf(candidate));
-            if (candidate.at("layout") == row.at("layout")) chosen = errorOf(candidate);
-        }
-        EXPECT_EQ(chosen, least) << forMap;
-    }
-    scene.writeSceneFile(fmt::format("budget = \"{}\"", others + 100));
-    const Outcome tight = cook(scene.options());
-    ASSERT_FALSE(tight.errors.empty());
-    EXPECT_EQ(tight.errors.back().code, formats::ErrorCode::OverBudget);
 }
 
 TEST(CookScene, ANamedLayoutIsNotTried) {

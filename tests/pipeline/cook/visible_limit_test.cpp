@@ -106,6 +106,60 @@ TEST_F(VisibleLimit, IsJudgedOnTheDisplayOfTheScene) {
     EXPECT_LT(white, 0.1 * usual);
 }
 
+/// Cooks of the scene with a probe and a gradient, of one kind of asset each.
+class VisibleLimitOfOthers : public testing::Test {
+protected:
+    Outcome cook(const std::string& kind, const std::string& output) const {
+        scene_.writeSceneFile(output);
+        CookOptions options = scene_.options();
+        options.onlyKind = kind;
+        return cookScene(options, RunState());
+    }
+    static const Json& specularOf(const Outcome& outcome) {
+        return outcome.report.at("assets").at(0).at("stages").back().at("error").at("specular").at("visible");
+    }
+
+    SmallScene scene_{SmallScene::Parts::All};
+};
+
+TEST_F(VisibleLimitOfOthers, FailsEachKindAndNamesThePlaceAndBothColours) {
+    for (const auto& [kind, place] : {std::pair("cubemap", "worst at mip "), std::pair("rsrm", "worst at texel ("),
+                                      std::pair("lut", "worst at texel ("), std::pair("dominant", "worst at texel (")}) {
+        const Outcome outcome = cook(kind, "light_map_layout = \"ratio\"\nmax_converter_visible = 0.0001");
+        ASSERT_FALSE(outcome.errors.empty()) << kind;
+        EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
+        const std::string line = outcome.errors.back().line();
+        EXPECT_THAT(line, AllOf(HasSubstr("found a visible error of "), HasSubstr("(p99), expected at most 0.0001; "), HasSubstr(place),
+                                HasSubstr(": found ("), HasSubstr("expected ("), HasSubstr("a difference of ")))
+            << kind;
+        EXPECT_EQ(line.find(", face ") != std::string::npos, kind == std::string("cubemap")) << line;
+        EXPECT_EQ(outcome.report.at("assets").at(0).at("limit").at("max_visible"), 0.0001) << kind;
+        EXPECT_GT(specularOf(outcome).at("p99").get<double>(), 0.0001) << kind;
+        EXPECT_FALSE(specularOf(outcome).contains("bound")) << kind;
+        EXPECT_THAT(formats::contentOf(scene_ / "out" / "report.html"), HasSubstr("largest visible error")) << kind;
+    }
+}
+
+TEST_F(VisibleLimitOfOthers, OfAnAssetOverridesThatOfTheOutputAndTheCommandLineBoth) {
+    scene_.writeSceneFile("max_converter_visible = 50");
+    std::string text = formats::contentOf(scene_.sceneFile());
+    text.replace(text.find("file = \"sky.exr\""), 0, "max_visible = 40\n");
+    formats::writeContent(scene_.sceneFile(), text);
+    CookOptions options = scene_.options();
+    options.onlyKind = "rsrm";
+    const auto limit = [&] { return cookScene(options, RunState()).report.at("assets").at(0).at("limit").at("max_visible"); };
+    EXPECT_EQ(limit(), 40.0);
+    options.maxConverterVisible = 30;
+    EXPECT_EQ(limit(), 30.0);
+}
+
+TEST_F(VisibleLimitOfOthers, IsJudgedOnTheDisplayOfTheScene) {
+    const double usual = specularOf(cook("rsrm", "")).at("rms").get<double>(),
+                 dark = specularOf(cook("rsrm", "[display]\nstops = -8")).at("rms").get<double>();
+    EXPECT_GT(usual, 0.01);
+    EXPECT_LT(dark, usual);
+}
+
 TEST_F(VisibleLimit, SettingsOutOfRangeAreRefusedByName) {
     const auto lineOf = [&](const std::string& output) {
         const Outcome outcome = cook(output);
@@ -115,6 +169,7 @@ TEST_F(VisibleLimit, SettingsOutOfRangeAreRefusedByName) {
     };
     EXPECT_THAT(lineOf("max_visible = 0"), HasSubstr("found 0 for output.max_visible, expected a positive number of just noticeable"));
     EXPECT_THAT(lineOf("max_visible = \"2%\""), HasSubstr("for output.max_visible"));
+    EXPECT_THAT(lineOf("max_converter_visible = -1"), HasSubstr("found -1 for output.max_converter_visible, expected a positive number"));
     EXPECT_THAT(lineOf("max_visible = 2\n[display]\nblack = 0"), HasSubstr("found 0 for display.black, expected a luminance from 0.005"));
     EXPECT_THAT(lineOf("max_visible = 2\n[display]\nwhite = -1"),
                 HasSubstr("found -1 for display.white, expected a positive exit radiance"));

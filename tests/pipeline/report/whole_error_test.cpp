@@ -115,6 +115,23 @@ TEST(WholeError, TwoPartsByHand) {
     EXPECT_TRUE(whole.at("apart").empty());
 }
 
+TEST(WholeError, VisibleErrorsAddUpAsSquaresAndAtMostAsTheyAre) {
+    const auto withVisible = [](Json row, const char* shading, double rms) {
+        row["stages"].back()["error"][shading]["visible"] = {{"rms", rms}, {"p50", 0.1},  {"p95", 0.1},
+                                                             {"p99", 0.1}, {"p999", 0.1}, {"max", 1.0}};
+        return row;
+    };
+    const Json map = withVisible(lightMap("a", 0.01, 0, 1, 0), "diffuse", 3),
+               light = withVisible(dominant("a_dominant", 0.1, 1), "specular", 4);
+    const Json whole = wholeOf({map, light});
+    EXPECT_NEAR(whole.at("visible_rms").get<double>(), 5, 1e-12);
+    EXPECT_NEAR(whole.at("visible_rms_bound").get<double>(), 7, 1e-12);
+    const Json probes = wholeOf({withVisible(withVisible(lightMap("a", 0.01, 0.01, 1, 1), "diffuse", 0), "specular", 0),
+                                 withVisible(probe("p", 0.1, 1), "specular", 2), withVisible(probe("q", 0.1, 1), "specular", 6)});
+    EXPECT_NEAR(probes.at("visible_rms").get<double>(), std::sqrt((4.0 + 36) / 2), 1e-12) << "a pixel sees one of them";
+    EXPECT_FALSE(wholeOf({map, dominant("a_dominant", 0.1, 1)}).contains("visible_rms")) << "a part without visible errors";
+}
+
 TEST(WholeError, APlainCubemapIsSeenWhateverTheAreaSpecular) {
     const Json plain = asset("room", "cubemap", 0, 0.02, {{"specular_rms", 3}});
     const Json whole = wholeOf({lightMap("map", 0, 0.1, 4, 0.5), plain});
@@ -150,7 +167,7 @@ TEST(WholeError, EveryKindOfLightByHand) {
     EXPECT_EQ(at(whole.at("apart").at(0), "rel_rms"), 0.006);
     // Largest first, and the sentence names it.
     EXPECT_EQ(whole.at("parts").at(0).at("asset"), "map_dominant");
-    EXPECT_THAT(adviceOf(readWhole(whole).shading), HasSubstr("analytic specular of map_dominant"));
+    EXPECT_THAT(adviceOf(readWhole(whole).shading), HasSubstr("the dominant light 'map_dominant', in analytic specular light"));
 }
 
 TEST(WholeError, TwiceAnErrorIsFourTimesItsSquare) {
@@ -364,14 +381,14 @@ TEST(WholeError, AReportIsReadWithAndWithoutIt) {
 TEST(WholeError, ThePageTellsWhatToBuy) {
     Json report = reportOf({lightMap("<b>", 0.01, 0.02, 4, 1), lightMap("b", 0.03, 0.02, 4, 1), tables(0.01)});
     const std::string page = renderReportHtml(report, ".");
-    EXPECT_THAT(page, HasSubstr("Whole shading"));
+    EXPECT_THAT(page, HasSubstr("Error of the whole shading"));
     EXPECT_THAT(page, HasSubstr("Of the texels"));
-    EXPECT_THAT(page, HasSubstr("of the error ("));
+    EXPECT_THAT(page, HasSubstr("of the squared error ("));
     EXPECT_EQ(page.find("<b>"), std::string::npos);
     report["whole"]["parts"] = "text";
     EXPECT_THAT(renderReportHtml(report, "."), HasSubstr("there is no sum"));
     report.erase("whole");
-    EXPECT_EQ(renderReportHtml(report, ".").find("Whole shading"), std::string::npos);
+    EXPECT_EQ(renderReportHtml(report, ".").find("Error of the whole shading"), std::string::npos);
 }
 
 TEST(WholeError, OfACookedSceneLiesBetweenItsLargestPartAndTheirSum) {

@@ -138,6 +138,24 @@ TEST(ReadScene, ALightMapMayBeEncoded) {
     expectRefused(map + "encoding = \"rgbd\"\n", "6:12", "found 'rgbd' for light_map.encoding, expected one of: none, rgbm, dldr");
 }
 
+TEST(ReadScene, ALightMapMayListItsImages) {
+    const std::string map = kHead + "[[light_map]]\nname = \"a\"\n";
+    const std::string rest = "sh01 = \"1.exr\", sh02 = \"2.exr\", sh03 = \"3.exr\" }\n";
+    const auto scene = sceneFromText(map + "files = { sh00 = { R = \"r.exr\", G = \"g.exr\", B = \"b.exr\" }, " + rest);
+    ASSERT_TRUE(scene) << scene.error().line();
+    const LightMapEntry& entry = scene->lightMaps[0];
+    EXPECT_EQ(entry.description.parts, (std::vector<std::string>{"sh00.B", "sh00.G", "sh00.R", "sh01", "sh02", "sh03"}));
+    EXPECT_EQ(entry.description.partFiles.at("sh02"), scene->directory / "2.exr");
+    EXPECT_EQ(entry.file, scene->directory / "r.exr");
+    expectRefused(map + "files = { " + rest, "5:", "found no sh00, expected sh00 to sh03");
+    expectRefused(map + "files = { sh00 = 3, " + rest, "5:18", "found no path for 'sh00'");
+    expectRefused(map + "files = { sh00 = { X = \"x.exr\" }, " + rest, "5:", "found 'sh00.X'");
+    expectRefused(map + "files = \"a.exr\"\n", "5:9", "expected a table");
+    expectRefused(map + "file = \"a.exr\"\nfiles = { sh00 = \"0.exr\", " + rest, "6:9", "beside light_map.file");
+    expectRefused(map + "bake = \"sh9\"\nfiles = { sh00 = \"0.exr\", " + rest, "6:9", "images of bake format sh4 beside bake = \"sh9\"");
+    EXPECT_TRUE(sceneFromText(map + "bake = \"sh4\"\nfiles = { sh00 = \"0.exr\", " + rest));
+}
+
 TEST(ReadScene, TheBakeFormatHasAnOlderName) {
     const std::string map = kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\n";
     EXPECT_EQ(sceneFromText(map)->lightMaps[0].description.bake, "auto");

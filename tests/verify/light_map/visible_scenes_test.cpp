@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <numeric>
 
 #include "tests/verify/on_all_cores.h"
 #include "tests/verify/visible_sampler.h"
@@ -243,10 +245,12 @@ TEST_P(TightVisibleBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {
     std::vector<verify::TexelArea> blocks = map.blocks();
     constexpr std::size_t kMost = 16;
     const std::size_t step = (blocks.size() + kMost - 1) / kMost, count = blocks.size() / step;
-    std::vector<double> diffuse(count), specular(count);
+    std::vector<double> diffuse(count), specular(count), seconds(count);
     onAllCores(count, [&](std::size_t i) {
         const verify::TexelArea& area = blocks[i * step];
+        const auto start = std::chrono::steady_clock::now();
         const auto bound = map.bound(area);
+        seconds[i] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         const double worstDiffuse = BlockSearch(map, area, false).run(), worstSpecular = BlockSearch(map, area, true).run();
         diffuse[i] = bound.diffuse / worstDiffuse;
         specular[i] = bound.specular / worstSpecular;
@@ -256,15 +260,16 @@ TEST_P(TightVisibleBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {
         EXPECT_GE(diffuse[i], 1);
         EXPECT_GE(specular[i], 1);
     });
-    fmt::print("tight {:8} {:11} {} blocks: diffuse {:.2f}, specular {:.2f}\n", scene, formats::info(layout).name, count, medianOf(diffuse),
-               medianOf(specular));
+    fmt::print("tight {:8} {:11} {} blocks: diffuse {:.2f}, specular {:.2f}, {:.2f} s\n", scene, formats::info(layout).name, count,
+               medianOf(diffuse), medianOf(specular), std::accumulate(seconds.begin(), seconds.end(), 0.0));
     // Those of docs/lab/experiments.md, and a little.
     EXPECT_LE(medianOf(diffuse), 18);
     EXPECT_LE(medianOf(specular), 18);
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, TightVisibleBoundsSoak,
                          testing::Combine(testing::Values("cornell", "interior"),
-                                          testing::Values(LightMapLayout::Luvw, LightMapLayout::Ratio, LightMapLayout::Basis4)),
+                                          testing::Values(LightMapLayout::Luvw, LightMapLayout::Ratio, LightMapLayout::Basis4,
+                                                          LightMapLayout::Raw, LightMapLayout::Hdr2)),
                          nameOf);
 
 }  // namespace

@@ -124,6 +124,12 @@ protected:
             if (each.at("name") == name) return each;
         return nullptr;
     }
+    /// A texture of an asset; null without it.
+    static Json textureOf(const Json& asset, const std::string& role) {
+        for (const Json& each : asset.at("textures"))
+            if (each.at("role") == role) return each;
+        return nullptr;
+    }
     formats::ClusterMap clusterMap() const {
         const Json constants = asset("map").at("constants");
         if (!constants.contains("index_runs")) return indexTexture();
@@ -189,15 +195,20 @@ TEST_F(TwoSquares, WhoseVerticesBearTheClusterNeedNoIndexInMemory) {
         writeScene("light_map_layout = \"basis-8\"", hasMesh);
         expectCooksAndVerifies();
         const Json map = asset("map");
-        // Arrays of vec3 in a buffer: 16 bytes each.
-        const std::size_t factors = (map.at("constants").at("code").size() + map.at("constants").at("residual").size()) / 3;
-        EXPECT_EQ(map.at("bytes_gpu").get<std::size_t>(), 16 * factors);
+        const Json tables = textureOf(map, "tables");
+        const std::size_t bytes = tables.at("bytes_gpu").get<std::size_t>();
+        EXPECT_EQ(tables.at("width"), 120 + 36) << "15 monomials of 8 coefficients, 4 channels of 9";
+        EXPECT_EQ(tables.at("height"), map.at("constants").at("clusters")[0]);
+        EXPECT_EQ(tables.at("format"), "rgba16f");
+        EXPECT_EQ(tables.at("sampler").at("filter"), "nearest");
+        EXPECT_EQ(map.at("constants").at("tables"), Json({{"file", tables.at("file")}}));
+        EXPECT_FALSE(map.contains("bytes_gpu")) << "beside its textures";
+        for (const char* gone : {"code", "residual"}) EXPECT_FALSE(map.at("constants").contains(gone));
         EXPECT_EQ(map.at("constants").contains("index_runs"), hasMesh);
-        EXPECT_EQ(map.at("textures").size(), hasMesh ? 3u : 4u);
+        EXPECT_EQ(map.at("textures").size(), hasMesh ? 4u : 5u);
         EXPECT_EQ(map.value("vertex_bytes_gpu", std::size_t{0}), hasMesh ? attribute : 0);
         const double names = static_cast<double>(hasMesh ? attribute : index);
-        EXPECT_NEAR(map.at("bits_per_texel").get<double>(), 24 + 8 * (16.0 * static_cast<double>(factors) + names) / (kWidth * kHeight),
-                    1e-9);
+        EXPECT_NEAR(map.at("bits_per_texel").get<double>(), 24 + 8 * (static_cast<double>(bytes) + names) / (kWidth * kHeight), 1e-9);
     }
 }
 
@@ -210,7 +221,7 @@ TEST_F(TwoSquares, OfManyVerticesAreNamedByTheSmallerIndexTexture) {
     EXPECT_GT(4 * mesh.at("vertices").get<std::size_t>(), std::size_t{kWidth / 4 * (kHeight / 4)});
     EXPECT_FALSE(mesh.contains("basis"));
     EXPECT_FALSE(map.at("constants").contains("index_runs"));
-    const Json& index = map.at("textures").back();
+    const Json index = textureOf(map, "index");
     EXPECT_EQ(index.at("role"), "index");
     EXPECT_EQ(index.at("format"), "rgba8-unorm");
     EXPECT_EQ(index.at("sampler").at("filter"), "nearest");
@@ -270,6 +281,23 @@ TEST_F(TwoSquares, BitsAreTheLeastThatKeepATenthOfTheLimit) {
         }
     }
     EXPECT_GT(bitsBefore, 0);
+}
+
+TEST_F(TwoSquares, AVisibleErrorAboveTheLimitNamesTheTriangleAndBothColours) {
+    writeMesh(Neck::Absent);
+    writeScene("light_map_layout = \"raw\"\nmax_error = 0.3\nmax_visible = 0.0001");
+    const Outcome outcome = cook("room_mesh");
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::Verification);
+    EXPECT_THAT(outcome.errors.front().line(),
+                testing::AllOf(HasSubstr("room_mesh, stage quantize, diffuse: found a visible error of "),
+                               HasSubstr("worst at primitive 0, triangle "), HasSubstr("): found ("), HasSubstr("a difference of ")));
+    const Json& visible = outcome.report.at("assets").at(0).at("stages").at(0).at("error").at("diffuse").at("visible");
+    const auto triangle = visible.at("max_at").at("triangle").get<int>();
+    EXPECT_GE(triangle, 0);
+    EXPECT_LT(triangle, 8);
+    // The left square has the first four triangles.
+    EXPECT_EQ(triangle < 4, visible.at("max_at").at("texel").at(0).get<double>() < kWidth / 2);
 }
 
 TEST_F(TwoSquares, EveryVertexBearsTheClusterOfItsSquareInDracoAndPlain) {
@@ -364,7 +392,7 @@ TEST_F(TwoSquares, TheMeshIsAnInputOfTheLightMapOnlyWhereBasesAreLearned) {
     };
     writeScene("light_map_layout = \"ratio\"");
     expectCooksAndVerifies();
-    EXPECT_EQ(again(Neck::Present), 3) << "its materials, itself, its verification";
+    EXPECT_EQ(again(Neck::Present), 4) << "its materials, itself, its verification, and that of the light map, which draws the mesh";
     writeScene("light_map_layout = \"basis-4\"");
     expectCooksAndVerifies();
     EXPECT_EQ(again(Neck::Absent), 4) << "itself, the light map, and their verifications: its materials are known by now";

@@ -1,0 +1,256 @@
+#include "compress/light_map/rims.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <limits>
+
+#include "formats/padding.h"
+#include "lighting/radiometry.h"
+
+namespace lightcook::compress::rows {
+
+namespace {
+
+using formats::Image;
+using formats::LightMapFamily;
+
+/// Sweeps over the unknowns. Each reaches two rows, and the equations of a texel one more on either side. Layouts that divide by
+/// coefficient 0 have sweeps for coefficient 0, then as many for the ratios.
+constexpr int kSweeps = 4, kSweepsOfProducts = 2;
+static_assert(kLightMapContextRows >= 2 * kSweeps + 2 && kLightMapContextRows >= 2 * (2 * kSweepsOfProducts + 1));
+
+/// Share of the key that is added to light in the weight of a place.
+constexpr float kFloor = 0.05f;
+/// Weight of the mean of the covered neighbours, over that of the places.
+constexpr float kRegularization = 1e-3f;
+/// Coefficient 0 of layouts that divide by it is at least this share of the mean of the covered neighbours.
+constexpr float kLeastShare = 0x1p-8f;
+
+/// Weight of solved texels for the encoder, over that of covered ones: the integral of (w_k)^2 over the places beyond a straight rim, over
+/// that around a covered texel. Layouts that divide by coefficient 0 lose more between texels elsewhere. Their weight is half of that of
+/// padding: at 1/256 the lamp of the interior loses levels of its block to the padding.
+constexpr float kSolvedCoverage = 1.0f / 16, kDividedCoverage = 1.0f / 512;
+
+/// Gauss points of [0, 1/2].
+constexpr std::array<float, 2> kPlaces = {0.10566243f, 0.39433757f};
+
+/// Ratios to coefficient 0 that a layout holds.
+struct RatioRange {
+    float low = -std::numeric_limits<float>::infinity(), high = std::numeric_limits<float>::infinity();
+};
+
+class Rims {
+public:
+    Rims(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, Source& source)
+        : plan_(plan),
+          strip_(strip),
+          source_(source),
+          sourceRow_(firstRow - strip.firstRow),
+          family_(formats::info(plan.layout).family),
+          count_(source.values.size()),
+          dividesByFirst_(family_ != LightMapFamily::Raw && family_ != LightMapFamily::Flat && family_ != LightMapFamily::Hdr),
+          floor_(std::max(kFloor * static_cast<float>(plan.key), 1e-12f)) {
+        top_ = std::max(0, sourceRow_ - kLightMapContextRows);
+        rows_ = std::min(strip.sh.height(), sourceRow_ + source.height + kLightMapContextRows) - top_;
+    }
+
+    void solve() {
+        findUnknowns();
+        if (unknowns_.empty()) return;
+        setRanges();
+        solveValues(0, dividesByFirst_ ? 1 : count_, false);
+        if (dividesByFirst_) solveValues(1, count_, true);
+        store();
+    }
+
+private:
+    /// An uncovered texel beside a covered one. The row of its normal equation: by 3 x 3 neighbours, itself in the middle.
+    struct Unknown {
+        int x, y;
+        std::array<glm::vec3, 9> row;
+    };
+
+    bool isCovered(int x, int y) const { return strip_.covered.at(x, top_ + y) != 0; }
+    void findUnknowns() {
+        const auto covered = strip_.covered.view();
+        index_ = Image<int>(plan_.width, rows_, -1);
+        for (int y = 0; y < rows_; ++y)
+            for (int x = 0; x < plan_.width; ++x) {
+                if (isCovered(x, y) || formats::visitNearestCovered(covered, x, top_ + y, 1, [](int, int) {}) == 0) continue;
+                index_.at(x, y) = static_cast<int>(unknowns_.size());
+                unknowns_.push_back({x, y, {}});
+            }
+    }
+    void setRanges() {
+        ranges_.assign(count_, {});
+        for (std::size_t i = 1; i < count_; ++i) {
+            if (family_ == LightMapFamily::Hdr) {
+                ranges_[i].low = constant(plan_, "bias", i - 1);
+            } else if (family_ != LightMapFamily::Raw) {
+                const float largest = 1.25f * std::sqrt(2.0f * static_cast<float>(lighting::kShBand[i]) + 1);
+                ranges_[i] = {-largest, largest};
+            }
+        }
+    }
+
+    /// Returns value i of a covered texel: a coefficient, or its ratio to coefficient 0.
+    glm::vec3 valueAt(std::size_t i, int x, int y, bool isRatio) const {
+        const lighting::ShRgb& sh = strip_.sh.at(x, top_ + y);
+        if (family_ == LightMapFamily::Flat)
+            return lighting::evaluate(lighting::convolve(sh, lighting::kExitRadianceBands), strip_.normal.at(x, top_ + y));
+        if (!isRatio) return sh[i];
+        glm::vec3 ratio(0);
+        for (int c = 0; c < 3; ++c)
+            if (sh[0][c] > 0) ratio[c] = std::clamp(sh[i][c] / sh[0][c], ranges_[i].low, ranges_[i].high);
+        return ratio;
+    }
+    glm::vec3& at(std::vector<glm::vec3>& all, std::size_t unknown, std::size_t i) const { return all[unknown * count_ + i]; }
+
+    /// Sets values [first, end) of the unknowns to the means of their covered neighbours, then solves them.
+    void solveValues(std::size_t first, std::size_t end, bool isRatio) {
+        if (values_.empty()) values_.resize(unknowns_.size() * count_);
+        start_.assign(unknowns_.size() * count_, glm::vec3(0));
+        for (std::size_t u = 0; u < unknowns_.size(); ++u) {
+            const int count =
+                formats::visitNearestCovered(strip_.covered.view(), unknowns_[u].x, top_ + unknowns_[u].y, 1, [&](int x, int y) {
+                    for (std::size_t i = first; i < end; ++i) at(start_, u, i) += valueAt(i, x, y - top_, isRatio);
+                });
+            for (std::size_t i = first; i < end; ++i) at(values_, u, i) = at(start_, u, i) /= static_cast<float>(count);
+            unknowns_[u].row.fill(glm::vec3(0));
+        }
+        wanted_.assign(unknowns_.size() * count_, glm::vec3(0));
+        for (int y = 0; y + 1 < rows_; ++y)
+            for (int x = 0; x + 1 < plan_.width; ++x) addQuad(x, y, first, end, isRatio);
+        for (int sweep = 0; sweep < (dividesByFirst_ ? kSweepsOfProducts : kSweeps); ++sweep)
+            for (int colour = 0; colour < 4; ++colour)
+                for (std::size_t u = 0; u < unknowns_.size(); ++u)
+                    if (unknowns_[u].x % 2 == colour % 2 && (strip_.firstRow + top_ + unknowns_[u].y) % 2 == colour / 2)
+                        update(u, first, end, isRatio);
+    }
+
+    /// Adds the places of the quad whose top left texel is (x, y) to the equations.
+    void addQuad(int x, int y, std::size_t first, std::size_t end, bool isRatio) {
+        std::array<bool, 4> covered{};
+        std::array<int, 4> unknown{};
+        int coveredCount = 0;
+        for (int k = 0; k < 4; ++k) {
+            covered[index(k)] = isCovered(x + k % 2, y + k / 2);
+            unknown[index(k)] = index_.at(x + k % 2, y + k / 2);
+            coveredCount += covered[index(k)] ? 1 : 0;
+        }
+        if (coveredCount == 0 || coveredCount == 4) return;
+        std::array<glm::vec3, 4> dc;  // coefficient 0, or the exit radiance
+        for (int k = 0; k < 4; ++k)
+            dc[index(k)] = covered[index(k)] ? valueAt(0, x + k % 2, y + k / 2, false)
+                           : isRatio         ? at(values_, static_cast<std::size_t>(unknown[index(k)]), 0)
+                                             : glm::vec3(0);
+        std::array<std::array<glm::vec3, 4>, 4> form{}, from{};
+        for (int corner = 0; corner < 4; ++corner) {
+            if (!covered[index(corner)]) continue;
+            for (int place = 0; place < 4; ++place) {
+                const float px = corner % 2 == 0 ? kPlaces[index(place % 2)] : 1 - kPlaces[index(place % 2)];
+                const float py = corner / 2 == 0 ? kPlaces[index(place / 2)] : 1 - kPlaces[index(place / 2)];
+                const std::array<float, 4> weights = {(1 - px) * (1 - py), px * (1 - py), (1 - px) * py, px * py};
+                float sum = 0;
+                glm::vec3 reference(0), filtered(0);
+                for (std::size_t k = 0; k < 4; ++k) {
+                    filtered += weights[k] * dc[k];
+                    if (!covered[k]) continue;
+                    sum += weights[k];
+                    reference += weights[k] * dc[k];
+                }
+                const float exit = exitOf(reference / sum) + floor_;
+                const glm::vec3 length = isRatio ? filtered : glm::vec3(1);
+                const glm::vec3 slope = length / exit;
+                for (std::size_t u = 0; u < 4; ++u) {
+                    if (covered[u]) continue;
+                    for (std::size_t k = 0; k < 4; ++k) {
+                        const glm::vec3 both = weights[u] * weights[k] / exit * slope;
+                        if (covered[k])
+                            from[u][k] += both * ((isRatio ? dc[k] : glm::vec3(1)) / sum - length);
+                        else
+                            form[u][k] += both * length;
+                    }
+                }
+            }
+        }
+        for (int u = 0; u < 4; ++u) {
+            if (covered[index(u)]) continue;
+            const auto to = static_cast<std::size_t>(unknown[index(u)]);
+            for (int k = 0; k < 4; ++k) {
+                if (covered[index(k)]) {
+                    for (std::size_t i = first; i < end; ++i)
+                        at(wanted_, to, i) += from[index(u)][index(k)] * valueAt(i, x + k % 2, y + k / 2, isRatio);
+                } else {
+                    const int step = 3 * (k / 2 - u / 2 + 1) + k % 2 - u % 2 + 1;
+                    unknowns_[to].row[index(step)] += form[index(u)][index(k)];
+                }
+            }
+        }
+    }
+    float exitOf(const glm::vec3& v) const {
+        return (family_ == LightMapFamily::Flat ? 1.0f : 0.28209479f) * std::max({v.x, v.y, v.z, 0.0f});
+    }
+
+    /// Solves one unknown for its neighbours, on what the layout holds.
+    void update(std::size_t u, std::size_t first, std::size_t end, bool isRatio) {
+        const Unknown& unknown = unknowns_[u];
+        const glm::vec3 diagonal = unknown.row[4];
+        std::array<glm::vec3, lighting::kShCount> rest;
+        for (std::size_t i = first; i < end; ++i) rest[i] = at(wanted_, u, i) + kRegularization * diagonal * at(start_, u, i);
+        for (int step = 0; step < 9; ++step) {
+            const glm::vec3& factor = unknown.row[index(step)];
+            if (step == 4 || factor == glm::vec3(0)) continue;
+            const auto neighbour = static_cast<std::size_t>(index_.at(unknown.x + step % 3 - 1, unknown.y + step / 3 - 1));
+            for (std::size_t i = first; i < end; ++i) rest[i] -= factor * at(values_, neighbour, i);
+        }
+        for (std::size_t i = first; i < end; ++i)
+            for (int c = 0; c < 3; ++c) {
+                if (!(diagonal[c] > 0)) continue;
+                float value = rest[i][c] / ((1 + kRegularization) * diagonal[c]);
+                const float dc = isRatio ? 1 : at(values_, u, 0)[c];
+                if (i > 0) {
+                    if (family_ != LightMapFamily::Raw) value = std::clamp(value, ranges_[i].low * dc, ranges_[i].high * dc);
+                } else if (family_ != LightMapFamily::Raw) {
+                    value = std::max(value, kLeastShare * at(start_, u, 0)[c]);
+                }
+                at(values_, u, i)[c] = value;
+            }
+    }
+
+    void store() {
+        for (std::size_t u = 0; u < unknowns_.size(); ++u) {
+            const int x = unknowns_[u].x, y = unknowns_[u].y + top_ - sourceRow_;
+            if (y < 0 || y >= source_.height) continue;
+            for (std::size_t i = 0; i < count_; ++i)
+                source_.values[i].at(x, y) = at(values_, u, i) * (dividesByFirst_ && i > 0 ? at(values_, u, 0) : glm::vec3(1));
+            source_.coverage.at(x, y) = dividesByFirst_ ? kDividedCoverage : kSolvedCoverage;
+            weigh(plan_, source_, x, y);
+        }
+    }
+
+    static std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+    const LightMapPlan& plan_;
+    const formats::LightMapStrip& strip_;
+    Source& source_;
+    int sourceRow_;           ///< first row of the source in the strip
+    int top_ = 0, rows_ = 0;  ///< rows of the strip that are looked at; rows below count from there
+    LightMapFamily family_;
+    std::size_t count_;    ///< of values: coefficients, or 1
+    bool dividesByFirst_;  ///< the layout filters coefficient 0 and ratios to it
+    float floor_;
+    Image<int> index_;  ///< of the unknown; -1
+    std::vector<Unknown> unknowns_;
+    std::vector<RatioRange> ranges_;
+    std::vector<glm::vec3> values_, start_, wanted_;  ///< [unknown][value]
+};
+
+}  // namespace
+
+void solveRims(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, Source& source) {
+    Rims(plan, strip, firstRow, source).solve();
+}
+
+}  // namespace lightcook::compress::rows

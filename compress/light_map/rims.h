@@ -1,0 +1,28 @@
+// Padding solved for the filter: values of the texels beside charts with which filtered texels show what the bake shows between its covered
+// texels alone. Private to compress/.
+//
+// A filter reads texels outside charts on the surface, up to half a texel beyond the outermost centres. At a place p with bilinear weights
+// w_k the reference is R(p) = (sum over covered k of w_k v_k) / W(p), W(p) the sum of their weights, and the result is the sum over all
+// four texels. The uncovered ones are free: they minimise the sum over places of
+//   g(p)^2 |sum_k w_k v_k - R(p)|^2
+// with g(p) = 1 / (exit radiance of R + a share of the key): a viewer sees about the logarithm of light. Places are four Gauss points of
+// the quarter of each quad that belongs to a covered texel, so that the sum is an integral over the footprints of covered texels.
+//
+// Layouts that divide by coefficient 0 filter two factors: l(p) q(p). Coefficient 0 is solved first, as above. With l(p) known, ratios q
+// are linear unknowns again, with weights (g l)^2 in each channel.
+//
+// The normal equations join a texel to its eight neighbours. They are solved by Gauss-Seidel in four colours, projected on what the layout
+// holds. A sweep reaches two rows, so that few rows beyond the encoded ones decide them, whatever the cut of the map.
+#pragma once
+
+#include "compress/light_map/rows.h"
+#include "compress/light_map_context.h"
+
+namespace lightcook::compress::rows {
+
+/// Solves the covered texels' uncovered neighbours in `source`.
+/// strip     as for encodeLightMapRows
+/// firstRow  of `source` in the map
+void solveRims(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, Source& source);
+
+}  // namespace lightcook::compress::rows

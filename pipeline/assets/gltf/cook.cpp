@@ -1,0 +1,132 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "formats/environment.h"
+#include "formats/gltf_scene.h"
+#include "pipeline/assets/gltf/gltf.h"
+#include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/results.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Result;
+
+/// Returns the proven and the measured errors of the whole map, from its verification.
+Result<Json> boundOf(const ActionRecord& verification) {
+    const auto result = fromJson<VerifyResult>(verification.result, verification.id);
+    if (!result) return tl::make_unexpected(result.error());
+    Json bound = {{"passed", result->verdict.passed}};
+    if (result->verdict.stages.empty()) return bound;
+    const verify::StageError& total = result->verdict.stages.back();
+    const auto add = [&](const char* key, const verify::ErrorFigures& figures) {
+        bound[key] = {{"rel_rms", jsonOf(figures.relRms)}, {"max_bound", jsonOf(figures.maxBound)}};
+        if (figures.visible && figures.visible->bound) bound[key]["visible_bound"] = jsonOf(*figures.visible->bound);
+    };
+    add("diffuse", total.diffuse);
+    add("specular", total.specular);
+    return bound;
+}
+
+/// Returns the element of the extension's `maps`.
+Result<Json> descriptionOf(const CookedAsset& asset, const GltfParameters& parameters, const ActionRecord& verification) {
+    const auto layout = formats::lightMapLayoutFromName(asset.layout);
+    if (!layout)
+        return formats::failure(formats::ErrorCode::Verification, asset.name,
+                                fmt::format("found the layout \"{}\", expected a known one", asset.layout));
+    Json textures = Json::array();
+    for (const CookedTexture& texture : asset.textures)
+        textures.push_back({{"role", texture.role},
+                            {"uri", texture.file},
+                            {"mimeType", "image/ktx2"},
+                            {"array", texture.isArray.value_or(false)},
+                            {"sampler", toJson(texture.sampler)}});
+    Json constants = asset.constants.value_or(Json::object());
+    constants.erase(kIndexRuns);  // the vertices name the clusters
+    auto bound = boundOf(verification);
+    if (!bound) return tl::make_unexpected(bound.error());
+    Json map = {{"version", 1},
+                {"name", asset.name},
+                {"layout", asset.layout},
+                {"width", asset.width},
+                {"height", asset.height},
+                {"quantity", asset.quantity.value_or("")},
+                {"units", asset.units.value_or("")},
+                {"phase", asset.phase.value_or("")},
+                {"frame", asset.frame.value_or("")},
+                {"color", parameters.description.colors.working},
+                {"textures", std::move(textures)},
+                {"constants", std::move(constants)},
+                {"shader", {{"uri", parameters.shader}, {"functions", decodeFunctions(formats::info(*layout))}}},
+                {"bound", std::move(*bound)}};
+    if (hasClustersInMesh(asset)) map["basis"] = {{"attribute", formats::kBasisAttribute}};
+    return map;
+}
+
+}  // namespace
+
+std::string gltfNameOf(const std::string& lightMap) {
+    return lightMap + "_scene";
+}
+
+std::vector<std::string> decodeFunctions(const formats::LightMapLayoutInfo& layout) {
+    if (layout.isLearned()) {
+        std::vector<std::string> functions = {fmt::format("lcLightMapBasis{}From", layout.codeCount)};
+        if (layout.residualCount() > 0) functions.emplace_back("lcLightMapBasisAddFrom");
+        return functions;
+    }
+    std::string name = "lcLightMap";
+    bool isFirst = true;
+    for (const char c : layout.name) {
+        if (c != '-') name += isFirst ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
+        isFirst = c == '-';
+    }
+    return {name};
+}
+
+Result<ActionOutcome> cookGltf(const ActionContext& context) {
+    const auto parameters = parametersOf<GltfParameters>(context);
+    if (!parameters) return tl::make_unexpected(parameters.error());
+    const auto asset = upstreamAsset(context);
+    if (!asset) return tl::make_unexpected(asset.error());
+    const auto& mesh = context.action.inputs.at(kMeshRole);
+    const auto scene = formats::GltfScene::load(mesh);
+    if (!scene) return tl::make_unexpected(scene.error());
+    if (!scene->hasLightMapUvs())
+        return formats::failure(formats::ErrorCode::WrongShape, mesh.string(),
+                                "found a primitive without TEXCOORD_1, expected light-map UVs on every primitive");
+    std::optional<formats::ClusterMap> clusters;
+    if (hasClustersInMesh(*asset)) {
+        auto map = clusterMapOf(*asset);
+        if (!map) return tl::make_unexpected(map.error());
+        clusters = std::move(*map);
+    }
+    const auto description = descriptionOf(*asset, *parameters, *context.upstream.at(1));
+    if (!description) return tl::make_unexpected(description.error());
+    const auto source = openLightMap(context, parameters->description);
+    if (!source) return tl::make_unexpected(source.error());
+    const auto picture = flatPictureOf(**source, context);
+    if (!picture) return tl::make_unexpected(picture.error());
+    auto png = formats::encodePng(picture->texels.view());
+    if (!png) return tl::make_unexpected(png.error());
+    formats::GltfLightMap lightMap{asset->name, description->dump(), std::move(*png), picture->intensity, {}};
+    if (parameters->probe) {
+        auto environment = environmentOf(*parameters->probe, parameters->repair, context);
+        if (!environment) return tl::make_unexpected(environment.error());
+        lightMap.environment = std::move(*environment);
+    }
+    const std::string file = gltfNameOf(asset->name) + ".glb";
+    const std::filesystem::path plain = context.folder / (file + ".plain.glb");
+    if (const auto written = scene->writePlain(plain, clusters ? &*clusters : nullptr); !written)
+        return tl::make_unexpected(written.error());
+    const auto bytes = formats::bindLightMap(plain, context.folder / file, lightMap);
+    std::error_code code;
+    std::filesystem::remove(plain, code);
+    if (!bytes) return tl::make_unexpected(bytes.error());
+    return ActionOutcome{{{"bytes", *bytes}}, {file}};
+}
+
+}  // namespace lightcook::pipeline

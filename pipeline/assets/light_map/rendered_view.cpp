@@ -1,0 +1,142 @@
+#include "pipeline/assets/light_map/rendered_view.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/type_precision.hpp>
+#include <map>
+
+#include "formats/environment.h"
+#include "lighting/radiometry.h"
+#include "pipeline/assets/preview.h"
+#include "pipeline/graph/files.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Result;
+
+constexpr int kSide = 192;                         ///< [pixels]
+constexpr double kRadiusTexels = 20;               ///< half of the picture's side at the place
+constexpr glm::u8vec3 kOutside(40);                ///< no surface, or texels outside charts
+constexpr int kNear = 24;                          ///< [rows] around the texel, whose places are the finer ones
+constexpr int kFinePlaces = 4, kCoarsePlaces = 2;  ///< places a texel at which the cooked map is decoded
+
+/// A pixel and the place of the map that it shows.
+struct LitPixel {
+    int x = 0, y = 0;
+    glm::dvec2 at{0};  ///< [texels], (0.5, 0.5) is the centre of the first
+};
+
+/// Decodes places of the cooked map, in rows of texels that come in increasing order.
+class CookedPlaces {
+public:
+    explicit CookedPlaces(const CookedLightMapReader& cooked) : cooked_(cooked) {}
+
+    /// Returns the places of a row of texels: `places` x `places` of each.
+    Result<formats::Image<lighting::ShRgb>> row(int row, int places) {
+        constexpr int kAligned = 16;
+        const int first = std::max(0, row / kAligned * kAligned - kAligned);
+        if (!texels_ || texels_->firstRow != first) {
+            auto read = cooked_.read(first, std::min(3 * kAligned, cooked_.height() - first));
+            if (!read) return tl::make_unexpected(read.error());
+            texels_ = std::move(*read);
+        }
+        return cooked_.verifier().reconstruct(*texels_, row, 1, places);
+    }
+
+private:
+    const CookedLightMapReader& cooked_;
+    std::optional<verify::DecodedLightMapRows> texels_;
+};
+
+/// The bake at a place: filtered between covered texels.
+struct BakedPlace {
+    lighting::ShRgb sh{};
+    glm::vec3 normal{0};
+    bool isCovered = false;
+};
+BakedPlace bakedAt(const formats::LightMapStrip& strip, const glm::dvec2& at) {
+    BakedPlace place;
+    const glm::dvec2 corner = at - 0.5;
+    const glm::ivec2 first(static_cast<int>(std::floor(corner.x)), static_cast<int>(std::floor(corner.y)));
+    const glm::dvec2 part = corner - glm::dvec2(first);
+    float sum = 0;
+    for (int i = 0; i < 4; ++i) {
+        const int dx = i % 2, dy = i / 2;
+        const int x = std::clamp(first.x + dx, 0, strip.sh.width() - 1),
+                  y = std::clamp(first.y + dy - strip.firstRow, 0, strip.sh.height() - 1);
+        const auto weight = static_cast<float>((dx == 1 ? part.x : 1 - part.x) * (dy == 1 ? part.y : 1 - part.y));
+        if (weight <= 0 || strip.covered.at(x, y) == 0) continue;
+        sum += weight;
+        for (std::size_t k = 0; k < place.sh.size(); ++k) place.sh[k] += weight * strip.sh.at(x, y)[k];
+        place.normal += weight * strip.normal.at(x, y);
+    }
+    const float length = glm::length(place.normal);
+    if (!(sum > 0) || !(length > 0)) return place;
+    for (auto& coefficient : place.sh) coefficient /= sum;
+    place.normal /= length;
+    place.isCovered = true;
+    return place;
+}
+
+/// Returns the pixels that show a place of the map, by their rows of texels.
+std::map<int, std::vector<LitPixel>> pixelsByRow(const formats::Image<glm::dvec2>& uvs, const glm::ivec2& size) {
+    std::map<int, std::vector<LitPixel>> rows;
+    for (int y = 0; y < uvs.height(); ++y)
+        for (int x = 0; x < uvs.width(); ++x) {
+            const glm::dvec2 at = uvs.at(x, y) * glm::dvec2(size);
+            if (!(at.x >= 0 && at.y >= 0 && at.x < size.x && at.y < size.y)) continue;
+            rows[static_cast<int>(at.y)].push_back({x, y, at});
+        }
+    return rows;
+}
+
+Result<void> writePng(const formats::Image<glm::u8vec3>& picture, const std::filesystem::path& file) {
+    const auto png = formats::encodePng(picture.view());
+    if (!png) return tl::make_unexpected(png.error());
+    return writeFile(file, *png);
+}
+
+}  // namespace
+
+Result<std::optional<RenderedView>> writeRenderedView(std::span<const MeshTriangle> triangles, const glm::ivec2& texel,
+                                                      LightMapSource& bake, const CookedLightMapReader& cooked, double key,
+                                                      const ActionContext& context, const std::string& name) {
+    const glm::ivec2 size(bake.width(), bake.height());
+    const auto place = placeAt(triangles, (glm::dvec2(texel) + 0.5) / glm::dvec2(size), glm::dvec2(size));
+    if (!place) return std::optional<RenderedView>();
+    RenderedView view;
+    const MeshCamera camera = cameraInFrontOf(triangles, *place, kRadiusTexels * place->texelSide, view.distance);
+    formats::Image<glm::u8vec3> reference(kSide, kSide, kOutside), found(kSide, kSide, kOutside);
+    CookedPlaces places(cooked);
+    for (const auto& [row, pixels] : pixelsByRow(rasterized(triangles, camera, kSide), size)) {
+        const int first = std::max(0, row - 1);
+        const auto baked = bake.rows(first, std::min(row + 2, size.y) - first);
+        if (!baked) return tl::make_unexpected(baked.error());
+        const int count = std::abs(row - texel.y) <= kNear ? kFinePlaces : kCoarsePlaces;
+        const auto decoded = places.row(row, count);
+        if (!decoded) return tl::make_unexpected(decoded.error());
+        for (const LitPixel& pixel : pixels) {
+            const BakedPlace lit = bakedAt(*baked, pixel.at);
+            if (!lit.isCovered) continue;
+            const int x = std::min(static_cast<int>(pixel.at.x * count), decoded->width() - 1),
+                      y = std::clamp(static_cast<int>((pixel.at.y - row) * count), 0, decoded->height() - 1);
+            const auto shown = [&](const lighting::ShRgb& sh) {
+                return toneMapped(lighting::lambertExitRadiance(sh, lit.normal, glm::vec3(1)).value, key);
+            };
+            reference.at(pixel.x, pixel.y) = shown(lit.sh);
+            found.at(pixel.x, pixel.y) = shown(decoded->at(x, y));
+        }
+    }
+    view.reference = "preview/" + name + "_bake.png";
+    view.cooked = "preview/" + name + "_cooked.png";
+    view.position = place->position;
+    view.normal = place->normal;
+    if (auto written = writePng(reference, context.folder / view.reference); !written) return tl::make_unexpected(written.error());
+    if (auto written = writePng(found, context.folder / view.cooked); !written) return tl::make_unexpected(written.error());
+    return std::optional(std::move(view));
+}
+
+}  // namespace lightcook::pipeline

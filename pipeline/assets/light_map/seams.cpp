@@ -1,0 +1,274 @@
+#include "pipeline/assets/light_map/seams.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <limits>
+#include <utility>
+
+#include "pipeline/assets/light_map/rendered_view.h"
+#include "pipeline/assets/light_map/worst_places.h"
+#include "pipeline/graph/parallel_for.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Result;
+using verify::SeamStep;
+
+constexpr std::size_t kBatchBytes = std::size_t{48} << 20;
+constexpr std::size_t kPlacesOfTask = 1024;
+constexpr std::size_t kWorst = 4;
+constexpr double kApartTexels = 24;
+
+/// A place of an edge. Side s of place i has the lights [(2 i + s) lightCount, ...).
+struct Place {
+    std::uint32_t edge = 0;
+    double along = 0;
+    std::array<bool, 2> isLit{};
+};
+
+/// Places of consecutive edges, and the light on both sides of each.
+class Batch {
+public:
+    Batch(const verify::SplitEdges& edges, const glm::dvec2& size, std::size_t lightCount)
+        : edges_(edges), size_(size), lightCount_(lightCount) {}
+
+    /// Takes places from the next edges, as many as the memory of a batch holds. Returns false after the last edge.
+    bool next() {
+        places_.clear();
+        const std::size_t most = std::max<std::size_t>(kBatchBytes / (2 * lightCount_ * sizeof(lighting::ShRgb)), 1);
+        for (; edge_ < edges_.edges.size() && places_.size() < most; place_ = 0, ++edge_) {
+            const int count = edges_.edges[edge_].placeCount(size_);
+            for (; place_ < count && places_.size() < most; ++place_)
+                places_.push_back({static_cast<std::uint32_t>(edge_), static_cast<double>(place_) / (count - 1), {}});
+            if (place_ < count) break;
+        }
+        lights_.resize(2 * lightCount_ * places_.size());
+        return !places_.empty();
+    }
+    const std::vector<Place>& places() const { return places_; }
+    glm::dvec2 texelOf(std::size_t place, std::size_t side) const {
+        return edges_.edges[places_[place].edge].texelAt(side, places_[place].along, size_);
+    }
+    std::span<lighting::ShRgb> lightOf(std::size_t place, std::size_t side) {
+        return std::span(lights_).subspan((2 * place + side) * lightCount_, lightCount_);
+    }
+    void setLit(std::size_t place, std::size_t side, bool isLit) { places_[place].isLit[side] = isLit; }
+    /// Returns the places [first, last) that both sides light.
+    std::vector<verify::LitSeamPlace> lit(std::size_t first, std::size_t last) {
+        std::vector<verify::LitSeamPlace> out;
+        for (std::size_t i = first; i < last; ++i) {
+            const Place& place = places_[i];
+            if (!place.isLit[0] || !place.isLit[1]) continue;
+            out.push_back({place.edge,
+                           place.along,
+                           edges_.edges[place.edge].normalAt(place.along),
+                           {texelOf(i, 0), texelOf(i, 1)},
+                           {lightOf(i, 0), lightOf(i, 1)}});
+        }
+        return out;
+    }
+
+private:
+    const verify::SplitEdges& edges_;
+    glm::dvec2 size_;
+    std::size_t lightCount_;
+    std::size_t edge_ = 0;
+    int place_ = 0;
+    std::vector<Place> places_;
+    std::vector<lighting::ShRgb> lights_;
+};
+
+/// One side of a place.
+struct PlaceSide {
+    std::size_t place, side;
+};
+
+/// Lights both sides of all places of a batch, each in the strip of its row.
+Result<void> light(Batch& batch, LightMapSource& bake, const CookedLightMapReader& cooked, const ActionContext& context) {
+    std::vector<std::vector<PlaceSide>> sides(static_cast<std::size_t>(bake.stripCount()));
+    for (std::size_t place = 0; place < batch.places().size(); ++place)
+        for (std::size_t side = 0; side < 2; ++side) {
+            const int row = std::max(0, static_cast<int>(std::floor(batch.texelOf(place, side).y)));
+            sides[static_cast<std::size_t>(row / bake.stripRows(0))].push_back({place, side});
+        }
+    std::vector<int> strips;
+    for (int strip = 0; strip < bake.stripCount(); ++strip)
+        if (!sides[static_cast<std::size_t>(strip)].empty()) strips.push_back(strip);
+    const auto lightStrip = [&](int index) -> Result<int> {
+        const int strip = strips[static_cast<std::size_t>(index)];
+        const auto reference = bake.stripWithMargin(strip, 0, 1);
+        if (!reference) return tl::make_unexpected(reference.error());
+        const auto texels = cooked.read(bake.stripFirstRow(strip), bake.stripRows(strip) + 1);
+        if (!texels) return tl::make_unexpected(texels.error());
+        for (const auto& [place, side] : sides[static_cast<std::size_t>(strip)])
+            batch.setLit(place, side,
+                         cooked.verifier().lightAt(*texels, *reference, batch.texelOf(place, side), batch.lightOf(place, side)));
+        return strip;
+    };
+    return foldInOrder<int>(static_cast<int>(strips.size()), context, "light the seams of " + context.action.asset, lightStrip, [](int) {});
+}
+
+/// Errors of some places.
+struct SeamPart {
+    verify::SeamErrors errors;
+    std::size_t dark = 0;
+};
+
+Result<void> measure(Batch& batch, const CookedLightMapReader& cooked, const ActionContext& context, verify::SeamErrors& errors,
+                     SeamFigures& figures) {
+    const std::size_t count = batch.places().size();
+    const auto tasks = static_cast<int>((count + kPlacesOfTask - 1) / kPlacesOfTask);
+    const auto work = [&](int task) -> Result<SeamPart> {
+        const std::size_t first = static_cast<std::size_t>(task) * kPlacesOfTask, last = std::min(first + kPlacesOfTask, count);
+        const auto lit = batch.lit(first, last);
+        return SeamPart{cooked.verifier().seamErrors(lit), last - first - lit.size()};
+    };
+    return foldInOrder<SeamPart>(tasks, context, "measure the seams of " + context.action.asset, work, [&](const SeamPart& part) {
+        errors.merge(part.errors);
+        figures.darkPlaces += static_cast<std::int64_t>(part.dark);
+    });
+}
+
+verify::SplitEdges splitEdgesOf(const formats::GltfScene& scene, const glm::dvec2& size) {
+    verify::SeamFinder finder(size);
+    for (const formats::GltfScene::Placed& placed : scene.placedMeshes()) {
+        const formats::MeshAttribute *positions = placed.mesh->find("POSITION"), *uvs = placed.mesh->find("TEXCOORD_1"),
+                                     *normals = placed.mesh->find("NORMAL");
+        if (positions == nullptr || uvs == nullptr) continue;
+        const glm::dmat3 normalMatrix = glm::transpose(glm::inverse(glm::dmat3(placed.worldFromMesh)));
+        for (std::size_t triangle = 0; triangle < placed.mesh->triangleCount(); ++triangle) {
+            verify::SurfaceTriangle made{};
+            for (std::size_t corner = 0; corner < 3; ++corner) {
+                const std::uint32_t vertex = placed.mesh->indices[3 * triangle + corner];
+                made.position[corner] = glm::dvec3(placed.worldFromMesh * glm::dvec4(positions->at(vertex), 1));
+                made.uv[corner] = glm::dvec2(uvs->at(vertex));
+                if (normals != nullptr) made.normal[corner] = glm::vec3(glm::normalize(normalMatrix * normals->at(vertex)));
+            }
+            finder.add(made);
+        }
+    }
+    return std::move(finder).finish();
+}
+
+StepFigures figuresOf(const verify::VisibleAccumulator& steps) {
+    const verify::VisibleFigures figures = steps.figures();
+    return {figures.p99, figures.max};
+}
+
+std::optional<StepFigures> figuresIfAny(const verify::VisibleAccumulator& steps) {
+    return steps.sampleCount() > 0 ? std::optional(figuresOf(steps)) : std::nullopt;
+}
+
+SeamSteps figuresOf(const verify::SeamErrors::Kind& kind) {
+    return {figuresOf(kind.added), figuresOf(kind.cooked)};
+}
+
+SeamPlace placeOf(const SeamStep& step, const verify::SplitEdges& edges) {
+    const verify::SplitEdge& edge = edges.edges[step.edge];
+    const bool isSpecular = step.view != glm::dvec3(0);
+    SeamPlace place;
+    place.shading = isSpecular ? "specular" : "diffuse";
+    place.added = step.added;
+    place.bakeStep = step.bakeStep;
+    place.cookedStep = step.cookedStep;
+    place.position = edge.positionAt(step.along);
+    place.edge = edge.position;
+    for (std::size_t side = 0; side < 2; ++side) place.texels[side] = {step.texel[side].x, step.texel[side].y};
+    place.normal = step.normal;
+    if (isSpecular) {
+        place.view = step.view;
+        place.m = step.m;
+        place.f0 = step.f0;
+    }
+    place.reference = step.bake;
+    place.found = step.cooked;
+    return place;
+}
+
+/// Returns the largest added steps of both kinds of shading, each at an edge of its own and away from those before it.
+std::vector<SeamPlace> worstOf(const verify::SeamErrors& errors, const verify::SplitEdges& edges) {
+    std::vector<SeamStep> all = errors.worstDiffuse, chosen;
+    all.insert(all.end(), errors.worstSpecular.begin(), errors.worstSpecular.end());
+    std::ranges::stable_sort(all, std::ranges::greater(), &SeamStep::added);
+    const auto isApart = [](const SeamStep& a, const SeamStep& b) {
+        return a.edge != b.edge && glm::distance(a.texel[0], b.texel[0]) > kApartTexels &&
+               glm::distance(a.texel[0], b.texel[1]) > kApartTexels;
+    };
+    std::vector<SeamPlace> places;
+    for (const SeamStep& step : all) {
+        if (places.size() == kWorst || !(step.added > 0)) break;
+        if (!std::ranges::all_of(chosen, [&](const SeamStep& other) { return isApart(step, other); })) continue;
+        chosen.push_back(step);
+        places.push_back(placeOf(step, edges));
+    }
+    return places;
+}
+
+void fill(SeamFigures& figures, const verify::SeamErrors& errors, const verify::SplitEdges& edges) {
+    for (const verify::SeamErrors::Stage& stage : errors.stages) {
+        SeamStage& made = figures.stages.emplace_back(SeamStage{stage.name, figuresOf(stage.diffuse), {}});
+        if (stage.specular.cooked.sampleCount() > 0) made.specular = figuresOf(stage.specular);
+    }
+    figures.bakeDiffuse = figuresIfAny(errors.bakeDiffuse);
+    figures.bakeSpecular = figuresIfAny(errors.bakeSpecular);
+    for (const SeamStep* step : {&errors.worstBakeDiffuse, &errors.worstBakeSpecular})
+        if (step->isKnown()) figures.worstOfBake.push_back(placeOf(*step, edges));
+    figures.worst = worstOf(errors, edges);
+}
+
+/// Returns why a mesh has no figures; empty if it has edges to measure.
+std::string whyNot(const formats::GltfScene* scene, const verify::SplitEdges& edges) {
+    if (scene == nullptr) return "the light map has no mesh whose edges could be looked at";
+    const bool isAnyMapped = std::ranges::any_of(
+        scene->placedMeshes(), [](const formats::GltfScene::Placed& placed) { return placed.mesh->find("TEXCOORD_1") != nullptr; });
+    if (!isAnyMapped) return "the mesh has no light-map UVs (TEXCOORD_1)";
+    return edges.edges.empty() ? "no edge of the mesh is shared by two charts" : "";
+}
+
+}  // namespace
+
+Result<SeamFigures> measureSeams(const formats::GltfScene* scene, LightMapSource& bake, const CookedLightMapReader& cooked,
+                                 const ActionContext& context) {
+    const glm::dvec2 size(bake.width(), bake.height());
+    SeamFigures figures;
+    const verify::SplitEdges edges = scene != nullptr ? splitEdgesOf(*scene, size) : verify::SplitEdges();
+    figures.edges = static_cast<std::int64_t>(edges.edges.size());
+    figures.joinedEdges = edges.joined;
+    figures.hardEdges = edges.hard;
+    figures.openEdges = edges.open;
+    verify::SeamErrors errors = cooked.verifier().noSeamErrors();
+    Batch batch(edges, size, cooked.verifier().lightCount());
+    while (batch.next()) {
+        if (auto lit = light(batch, bake, cooked, context); !lit) return tl::make_unexpected(lit.error());
+        if (auto measured = measure(batch, cooked, context, errors, figures); !measured) return tl::make_unexpected(measured.error());
+        figures.places += static_cast<std::int64_t>(batch.places().size());
+    }
+    figures.places -= figures.darkPlaces;
+    if (const std::string why = whyNot(scene, edges); !why.empty()) figures.note = why;
+    if (figures.places > 0) fill(figures, errors, edges);
+    return figures;
+}
+
+Result<std::vector<RenderedView>> writeSeamViews(const SeamFigures& seams, std::span<const MeshTriangle> triangles, LightMapSource& bake,
+                                                 const CookedLightMapReader& cooked, const verify::Viewing& viewing,
+                                                 const ActionContext& context) {
+    std::vector<RenderedView> views;
+    for (const SeamPlace& place : seams.worst) {
+        if (place.added < kLeastShown) break;
+        const glm::ivec2 texel(static_cast<int>(std::clamp(std::round(place.texels[0][0]), 0.0, bake.width() - 1.0)),
+                               static_cast<int>(std::clamp(std::round(place.texels[0][1]), 0.0, bake.height() - 1.0)));
+        auto view = writeRenderedView(triangles, texel, bake, cooked, shownKey(viewing), context,
+                                      fmt::format("{}_seam_{}", context.action.asset, views.size() + 1));
+        if (!view) return tl::make_unexpected(view.error());
+        if (!*view) break;
+        views.push_back(std::move(**view));
+    }
+    return views;
+}
+
+}  // namespace lightcook::pipeline

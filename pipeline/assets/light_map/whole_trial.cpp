@@ -1,0 +1,235 @@
+#include "pipeline/assets/light_map/whole_trial.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/graph/parallel_for.h"
+#include "verify/texture_unit.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Result;
+
+/// Places of a trial at most, about: with eight views and six materials their 99th percentile is that of a hundred thousand samples.
+constexpr double kPlaces = 2500;
+/// Rows at the ends of a strip that have no places: the filter of a texture of a quarter of the map's size reads two rows of the map more.
+constexpr int kFilterRows = 2;
+
+/// Returns the step between places along both axes. It is odd, so that places fall on every texel of a block.
+int placeStep(const LightMapSource& source) {
+    const double texels = static_cast<double>(source.width()) * source.height();
+    return static_cast<int>(std::ceil(std::sqrt(texels / kPlaces))) | 1;
+}
+
+void append(std::vector<float>& all, const std::vector<float>& more) {
+    all.insert(all.end(), more.begin(), more.end());
+}
+
+std::vector<float> sumOf(const std::vector<float>& a, const std::vector<float>& b) {
+    std::vector<float> sum = a;
+    for (std::size_t i = 0; i < b.size(); ++i) sum[i] += b[i];
+    return sum;
+}
+
+/// Returns the RMS difference of two lights over the RMS of the first; no light counts as zeros.
+double relRmsOf(const std::vector<float>& reference, const std::vector<float>& found) {
+    double squares = 0, error = 0;
+    for (std::size_t i = 0; i < reference.size(); ++i) {
+        const double truth = static_cast<double>(reference[i]), off = truth - (found.empty() ? 0.0 : static_cast<double>(found[i]));
+        squares += truth * truth;
+        error += off * off;
+    }
+    return error == 0 ? 0 : std::sqrt(error / squares);
+}
+
+formats::Image<glm::vec4> decoded(formats::PixelFormat format, const std::vector<std::byte>& bytes, const DominantEncoder& encoder,
+                                  const EncodedDominantRows& rows) {
+    formats::Image<glm::vec4> image(encoder.size().x, rows.rowCount);
+    verify::decodeRows(format, bytes, image.view());
+    return image;
+}
+
+/// Decodes encoded rows with the verifier's own decoders, with or without the residual.
+verify::DecodedDominantRows decodedRows(const DominantEncoder& encoder, const EncodedDominantRows& rows, bool hasResidual) {
+    verify::DecodedDominantRows out{rows.firstRow, decoded(encoder.formats().direction, rows.direction, encoder, rows),
+                                    decoded(encoder.formats().intensity, rows.intensity, encoder, rows)};
+    if (hasResidual && encoder.hasResidual())
+        addResidual(out.direction, decoded(encoder.formats().direction, rows.residual, encoder, rows), encoder.constants());
+    return out;
+}
+
+/// Returns the first layout of each set that gives the same textures: a target without residuals has half as many.
+std::vector<const DominantLayoutInfo*> distinctLayouts(const std::vector<std::string>& names, formats::Target target) {
+    std::vector<const DominantLayoutInfo*> layouts;
+    for (const DominantLayoutInfo& layout : allDominantLayouts()) {
+        if (std::ranges::find(names, layout.name) == names.end()) continue;
+        const auto isSame = [&](const DominantLayoutInfo* other) { return other->divisor == layout.divisor; };
+        if (!dominantFormatsOf(target).hasResidual && std::ranges::any_of(layouts, isSame)) continue;
+        layouts.push_back(&layout);
+    }
+    return layouts;
+}
+
+}  // namespace
+
+WholeTrial::WholeTrial(LightMapSource& source, std::vector<int> strips, verify::WholeShader shader, const verify::Viewing& viewing)
+    : source_(&source), strips_(std::move(strips)), shader_(std::move(shader)), viewing_(viewing), step_(placeStep(source)) {}
+
+Result<WholeTrial> WholeTrial::create(LightMapSource& source, const std::vector<int>& strips, const verify::LightMapShading& shading,
+                                      const verify::Viewing& viewing) {
+    auto shader = verify::WholeShader::create(shading);
+    if (!shader) return tl::make_unexpected(shader.error());
+    return WholeTrial(source, strips, std::move(*shader), viewing);
+}
+
+/// Returns the covered places of a strip, row by row.
+std::vector<WholeTrial::Place> WholeTrial::placesOf(const formats::LightMapStrip& texels, int strip) const {
+    const int first = source_->stripFirstRow(strip), end = first + source_->stripRows(strip);
+    const int firstPlace = first == 0 ? 0 : first + kFilterRows, endPlace = end == source_->height() ? end : end - kFilterRows;
+    std::vector<Place> places;
+    for (int y = firstPlace; y < endPlace; ++y)
+        for (int x = step_ / 2; y % step_ == step_ / 2 && x < source_->width(); x += step_)
+            if (texels.covered.at(x, y - texels.firstRow) != 0) places.push_back({x, y, y - texels.firstRow});
+    return places;
+}
+
+std::vector<float> WholeTrial::shadeLightMap(const verify::LightMapVerifier& verifier, const verify::DecodedLightMapRows& rows,
+                                             const formats::LightMapStrip& texels, int strip) const {
+    const std::vector<Place> places = placesOf(texels, strip);
+    std::vector<float> samples(places.size() * 3 * shader_.stride());
+    formats::Image<lighting::ShRgb> row;
+    int rowOf = -1;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const Place& place = places[i];
+        if (place.y != rowOf) row = verifier.reconstruct(rows, place.y, 1);
+        rowOf = place.y;
+        shader_.shadeLightMap(row.at(place.x, 0), texels.normal.at(place.x, place.stripRow),
+                              std::span(samples).subspan(i * 3 * shader_.stride(), 3 * shader_.stride()));
+    }
+    return samples;
+}
+
+/// Shades the places of a strip by the bake and, with a fit, by its light.
+Result<WholeTrial::LitStrip> WholeTrial::shadeBake(int strip, const std::optional<verify::DominantFit>& fit) const {
+    const auto texels = source_->stripWithMargin(strip, 0, 0);
+    if (!texels) return tl::make_unexpected(texels.error());
+    const std::vector<Place> places = placesOf(*texels, strip);
+    const std::size_t count = 3 * shader_.stride();
+    LitStrip lit{std::vector<float>(places.size() * count), std::vector<float>(fit ? places.size() * count : 0), {}};
+    verify::CookedDominant map;
+    map.fit = fit.value_or(map.fit);
+    const verify::DominantVerifier verifier(map, {}, source_->luminanceWeights(), 0);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const lighting::ShRgb& sh = texels->sh.at(places[i].x, places[i].stripRow);
+        const glm::vec3 normal = texels->normal.at(places[i].x, places[i].stripRow);
+        shader_.shadeLightMap(sh, normal, std::span(lit.bake).subspan(i * count, count));
+        if (!fit) continue;
+        const verify::DominantLightSample towardsNormal{glm::dvec3(normal), glm::dvec3(0)};  // decides between equally good lights
+        shader_.shadeDominant(verifier.reference(sh, glm::dvec3(normal), towardsNormal), normal,
+                              std::span(lit.light).subspan(i * count, count));
+    }
+    return lit;
+}
+
+/// Shades the places of a strip by the dominant layouts of one size.
+Result<WholeTrial::LitStrip> WholeTrial::shadeStrip(int strip, const DominantEncoder& encoder,
+                                                    const std::vector<const DominantLayoutInfo*>& layouts, verify::DominantFit fit) const {
+    const auto texels = source_->stripWithMargin(strip, 0, 0);
+    if (!texels) return tl::make_unexpected(texels.error());
+    const auto rows = encoder.encode(strip);
+    if (!rows) return tl::make_unexpected(rows.error());
+    const std::vector<Place> places = placesOf(*texels, strip);
+    const std::size_t count = 3 * shader_.stride();
+    const DominantConstants& k = encoder.constants();
+    const verify::CookedDominant map{k.directionScale,        k.directionBias, k.intensityRange, source_->width(), source_->height(), fit,
+                                     layouts.front()->divisor};
+    const verify::DominantVerifier verifier(map, {}, source_->luminanceWeights(), 0);
+    LitStrip lit;
+    for (const DominantLayoutInfo* layout : layouts) {
+        const verify::DecodedDominantRows decoded = decodedRows(encoder, *rows, layout->hasResidual);
+        std::vector<float>& samples = lit.dominants.emplace_back(places.size() * count);
+        for (std::size_t i = 0; i < places.size(); ++i)
+            shader_.shadeDominant(verifier.decode(decoded, places[i].x, places[i].y), texels->normal.at(places[i].x, places[i].stripRow),
+                                  std::span(samples).subspan(i * count, count));
+    }
+    return lit;
+}
+
+Result<void> WholeTrial::shadeReference(const std::optional<verify::DominantFit>& fit, const ActionContext& context) {
+    const auto shaded = foldInOrder<LitStrip>(
+        static_cast<int>(strips_.size()), context, fmt::format("shade {}", context.action.asset),
+        [&](int index) { return shadeBake(strips_[static_cast<std::size_t>(index)], fit); },
+        [&](const LitStrip& strip) {
+            append(bake_, strip.bake);
+            append(light_, strip.light);
+        });
+    if (shaded) reference_ = sumOf(bake_, light_);
+    return shaded;
+}
+
+Result<void> WholeTrial::tryDivisor(const DominantEncoder& encoder, const std::vector<const DominantLayoutInfo*>& layouts,
+                                    verify::DominantFit fit, const ActionContext& context) {
+    std::vector<std::vector<float>> samples(layouts.size());
+    const auto shaded = foldInOrder<LitStrip>(
+        static_cast<int>(strips_.size()), context, fmt::format("try dominant light {} of {}", layouts.front()->name, context.action.asset),
+        [&](int index) { return shadeStrip(strips_[static_cast<std::size_t>(index)], encoder, layouts, fit); },
+        [&](const LitStrip& strip) {
+            for (std::size_t i = 0; i < layouts.size(); ++i) append(samples[i], strip.dominants[i]);
+        });
+    if (!shaded) return shaded;
+    for (std::size_t i = 0; i < layouts.size(); ++i)
+        addDominant(layouts[i]->name, encoder.gpuBytes(layouts[i]->hasResidual), std::move(samples[i]));
+    return {};
+}
+
+void WholeTrial::addDominant(std::string_view layout, std::uint64_t bytes, std::vector<float> samples) {
+    dominants_.push_back({std::string(layout), bytes, relRmsOf(light_, samples)});
+    lights_.push_back({std::string(layout), std::move(samples)});
+}
+
+Result<void> WholeTrial::tryDominants(const std::optional<DominantTrial>& dominant, const DominantParameters& parameters,
+                                      const ActionContext& context) {
+    if (!dominant) return shadeReference({}, context);
+    const auto fit = dominantFitOf(context.action.asset, dominant->fit);
+    if (!fit) return tl::make_unexpected(fit.error());
+    if (auto shaded = shadeReference((*fit)->verified, context); !shaded) return shaded;
+    std::vector<const DominantLayoutInfo*> layouts = distinctLayouts(dominant->layouts, parameters.target);
+    const auto none = std::ranges::find(layouts, 0, &DominantLayoutInfo::divisor);
+    if (none != layouts.end()) {
+        addDominant((*none)->name, 0, {});
+        layouts.erase(none);
+        if (visibleOf(bake_, {}) < kUnseenDominant) return {};
+    }
+    for (auto first = layouts.begin(); first != layouts.end();) {
+        const auto end = std::find_if(first, layouts.end(), [&](const auto* each) { return each->divisor != (*first)->divisor; });
+        const auto encoder = DominantEncoder::create(*source_, parameters, **first, context);
+        if (!encoder) return tl::make_unexpected(encoder.error());
+        if (auto tried = tryDivisor(*encoder, {first, end}, (*fit)->verified, context); !tried) return tried;
+        first = end;
+    }
+    return {};
+}
+
+double WholeTrial::visibleOf(const std::vector<float>& a, const std::vector<float>& b) const {
+    return verify::visibleErrorsOfSum(reference_, a, b, shader_.sampleCount(), shader_.stride(), viewing_).p99;
+}
+
+std::vector<WholeCandidate> WholeTrial::pairs(const ActionContext& context) const {
+    static const Lit kNoLight{};
+    std::vector<std::pair<const Lit*, const Lit*>> combinations;
+    for (const Lit& map : lightMaps_) {
+        if (lights_.empty()) combinations.emplace_back(&map, &kNoLight);
+        for (const Lit& light : lights_) combinations.emplace_back(&map, &light);
+    }
+    std::vector<WholeCandidate> pairs(combinations.size());
+    forEachIndex(combinations.size(), context, fmt::format("compare layouts of {}", context.action.asset), [&](std::size_t i) {
+        const auto& [map, light] = combinations[i];
+        pairs[i] = {map->layout, light->layout, visibleOf(map->samples, light->samples)};
+    });
+    return pairs;
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,42 @@
+// Allocation of a scene's memory among all its light maps and dominant lights together, by what each byte buys in the visible error of the
+// whole shading.
+//
+// Method: each light map has measured choices, pairs of layouts of the map and of its dominant light (assets/light_map/whole_trial.h). The
+// error of a scene is the largest 99th percentile of its maps, so under an error E every map takes its smallest choice within E, and no
+// other allocation of at most that error is smaller. The frontier has one point for each E that any choice has, less the points that cost
+// more without a smaller error: it is exact, not only a hull. A budget selects the last point that fits, so the error never grows with the
+// budget.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace lightcook::pipeline {
+
+/// A pair of layouts for one light map.
+struct AllocationChoice {
+    std::string lightMap, dominant;  ///< layouts; dominant: empty where the map has none
+    std::uint64_t bytes = 0;         ///< of both
+    double visible = 0;              ///< 99th percentile of visible errors of the whole shading
+};
+/// Choices by the name of the light map; none is empty.
+using AllocationChoices = std::map<std::string, std::vector<AllocationChoice>>;
+
+/// A scene under one choice for each light map.
+struct AllocationPoint {
+    std::uint64_t bytes = 0;  ///< of the whole scene
+    double visible = 0;       ///< of the worst light map
+    std::map<std::string, AllocationChoice> choices;
+};
+
+/// Returns the allocations that no other beats in bytes and error, the smallest first: bytes grow, errors fall.
+/// otherBytes  GPU memory of everything that has no choice
+std::vector<AllocationPoint> allocationFrontier(const AllocationChoices& choices, std::uint64_t otherBytes);
+
+/// Returns the index of the last point within a budget; 0, the smallest, where none is.
+std::size_t pointWithin(const std::vector<AllocationPoint>& frontier, std::uint64_t budgetBytes);
+
+}  // namespace lightcook::pipeline

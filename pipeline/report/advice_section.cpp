@@ -1,0 +1,180 @@
+#include "pipeline/report/advice_section.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "formats/pixel_format.h"
+#include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/report/captions.h"
+#include "pipeline/report/page_parts.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+/// An asset, its share of the memory, and its share of the squared error of the whole shading.
+struct AssetShare {
+    const Json* asset;
+    std::uint64_t bytes;
+    double memory, error;  ///< error: negative if the asset is no part of the whole shading
+};
+
+std::vector<AssetShare> sharesOf(const Json& report) {
+    const auto used = static_cast<double>(count(member(member(report, "budget"), "used_bytes")));
+    std::vector<AssetShare> shares;
+    for (const Json& asset : list(report, "assets")) {
+        const std::uint64_t bytes = count(member(asset, "bytes_gpu"));
+        AssetShare share = {&asset, bytes, used > 0 ? static_cast<double>(bytes) / used : 0, -1};
+        for (const Json& part : list(member(report, "whole"), "parts"))
+            if (member(part, "asset") == member(asset, "name")) share.error = std::max(0.0, share.error) + number(member(part, "share"));
+        shares.push_back(share);
+    }
+    return shares;
+}
+
+std::string nameOf(const Json& asset) {
+    return fmt::format("{} '{}'", kindCaption(words(member(asset, "kind"))), words(member(asset, "name")));
+}
+
+double worseOf(const Json& candidate) {
+    return std::max(number(member(candidate, "diffuse")), number(member(candidate, "specular")));
+}
+
+/// Adds the asset that takes most memory for its error, and the one that makes most error for its memory.
+void addProportions(const std::vector<AssetShare>& shares, std::vector<std::string>& advice) {
+    constexpr double kLeastDifference = 0.1;
+    const AssetShare *heavy = nullptr, *faulty = nullptr;
+    for (const AssetShare& share : shares) {
+        if (!(share.error >= 0)) continue;
+        if (heavy == nullptr || share.memory - share.error > heavy->memory - heavy->error) heavy = &share;
+        if (faulty == nullptr || share.error - share.memory > faulty->error - faulty->memory) faulty = &share;
+    }
+    const auto figures = [](const AssetShare& share) {
+        return fmt::format("{} ({}): {} of the memory, {} of the squared error of the whole shading", nameOf(*share.asset),
+                           humanBytes(share.bytes), humanPercent(share.memory), humanPercent(share.error));
+    };
+    if (heavy != nullptr && heavy->memory - heavy->error > kLeastDifference)
+        advice.push_back(fmt::format("{}. Look here first to save memory.", figures(*heavy)));
+    if (faulty != nullptr && faulty->error - faulty->memory > kLeastDifference)
+        advice.push_back(fmt::format("{}. Look here first to reduce the error.", figures(*faulty)));
+}
+
+/// Adds the layouts beside the chosen one: the best of the smaller ones, the smallest of the better ones, and for a map over its limit
+/// the smallest that keeps it.
+void addLayouts(const Json& asset, std::vector<std::string>& advice) {
+    const Json& candidates = list(asset, "trial_candidates");
+    const Json *chosen = nullptr, *cheaper = nullptr, *better = nullptr, *kept = nullptr;
+    const auto bytes = [](const Json* candidate) { return count(member(*candidate, "bytes_gpu")); };
+    for (const Json& each : candidates)
+        if (words(member(each, "layout")) == words(member(asset, "layout"))) chosen = &each;
+    if (chosen == nullptr) return;
+    const double limit = limitOf(asset);
+    for (const Json& each : candidates) {
+        if (member(each, "excluded").is_boolean()) continue;
+        if (bytes(&each) < bytes(chosen) && (cheaper == nullptr || worseOf(each) < worseOf(*cheaper))) cheaper = &each;
+        if (worseOf(each) < worseOf(*chosen) && (better == nullptr || bytes(&each) < bytes(better))) better = &each;
+        if (worseOf(each) <= limit && (kept == nullptr || bytes(&each) < bytes(kept))) kept = &each;
+    }
+    const double share = number(member(asset, "trial_share"));
+    const std::string where = share < 1 ? fmt::format("measured on {} of the map", humanPercent(share)) : "measured";
+    const auto cost = [](const Json& candidate) {
+        return fmt::format("{} fetches and {} operations a sample", groupedCount(count(member(candidate, "fetches"))),
+                           groupedCount(count(member(candidate, "decode_ops"))));
+    };
+    if (cheaper != nullptr)
+        advice.push_back(
+            fmt::format("{}: layout {} in place of {} saves {}; the error (rel_rms, {}) goes from {} to {}{}. {} in place of {}.",
+                        nameOf(asset), words(member(*cheaper, "layout")), words(member(*chosen, "layout")),
+                        humanBytes(bytes(chosen) - bytes(cheaper)), where, humanPercent(worseOf(*chosen)), humanPercent(worseOf(*cheaper)),
+                        worseOf(*cheaper) > limit ? ", over the limit of " + humanPercent(limit) : "", cost(*cheaper), cost(*chosen)));
+    if (better != nullptr && bytes(better) >= bytes(chosen))
+        advice.push_back(fmt::format("{}: layout {} costs {} more; the error (rel_rms, {}) goes from {} to {}. {}.", nameOf(asset),
+                                     words(member(*better, "layout")), humanBytes(bytes(better) - bytes(chosen)), where,
+                                     humanPercent(worseOf(*chosen)), humanPercent(worseOf(*better)), cost(*better)));
+    if (!passed(asset) && kept != nullptr && kept != chosen)
+        advice.push_back(fmt::format("{} failed: the smallest layout that kept the limit of {} when it was tried is {}, {}.", nameOf(asset),
+                                     humanPercent(limit), words(member(*kept, "layout")), humanBytes(bytes(kept))));
+}
+
+/// Adds the layout that the scene's list lacks and the map would be better off with.
+void addExcluded(const Json& asset, std::vector<std::string>& advice) {
+    const Json& excluded = member(asset, "better_excluded");
+    if (!excluded.is_object()) return;
+    const double bytes = number(member(excluded, "bytes_saved"));
+    const std::string memory = fmt::format("{} {}", bytes < 0 ? "costs" : "saves", humanBytes(static_cast<std::uint64_t>(std::abs(bytes))));
+    advice.push_back(
+        fmt::format("{}: with layout {} in the scene's layouts it {}{}; the error (rel_rms, in the trial) goes from {} to {}, "
+                    "the visible error (p99) from {} to {}.",
+                    nameOf(asset), words(member(excluded, "layout")), memory, bytes < 0 ? " more" : "",
+                    humanPercent(number(member(excluded, "rel_rms"))), humanPercent(number(member(excluded, "rel_rms_then"))),
+                    humanNumber(number(member(excluded, "visible"))), humanNumber(number(member(excluded, "visible_then")))));
+}
+
+/// Adds the texels of a light map that no chart uses.
+void addUnusedTexels(const Json& asset, std::vector<std::string>& advice) {
+    constexpr double kLeastShare = 0.1;
+    std::uint64_t bytes = 0;
+    std::uint64_t unused = 0;
+    for (const Json& texture : list(asset, "textures")) {
+        bytes += count(member(texture, "bytes_gpu"));
+        unused += bytesOutsideCharts(asset, texture);
+    }
+    if (bytes == 0 || static_cast<double>(unused) < kLeastShare * static_cast<double>(bytes)) return;
+    advice.push_back(
+        fmt::format("{}: texels outside charts take {} of its textures: {}. A tighter packing of the light-map UVs "
+                    "saves up to that.",
+                    nameOf(asset), humanPercent(static_cast<double>(unused) / static_cast<double>(bytes)), humanBytes(unused)));
+}
+
+/// Adds what the largest level of a cubemap takes.
+void addCubemapLevel(const Json& asset, std::vector<std::string>& advice) {
+    const Json& textures = list(asset, "textures");
+    const auto width = static_cast<int>(count(member(asset, "width")));
+    if (words(member(asset, "kind")) != "cubemap" || textures.size() != 1 || width < 32) return;
+    const auto format = formats::pixelFormatFromName(words(member(textures[0], "format")));
+    if (!format) return;
+    const std::uint64_t level = 6 * formats::bytesPerImage(*format, width, width);
+    if (level >= count(member(asset, "bytes_gpu"))) return;
+    advice.push_back(
+        fmt::format("{}: size = {} in place of {} saves {}, its largest level. The error of that was not measured: cook it, and "
+                    "compare with `report --baseline`.",
+                    nameOf(asset), width / 2, width, humanBytes(level)));
+}
+
+}  // namespace
+
+std::uint64_t bytesOutsideCharts(const Json& asset, const Json& texture) {
+    const double covered = number(member(member(asset, "notes"), "covered_texels"));
+    const double texels = number(member(asset, "width")) * number(member(asset, "height"));
+    if (words(member(asset, "kind")) != "light-map" || !(covered >= 0) || !(texels > 0) || covered >= texels) return 0;
+    if (words(member(texture, "role")) == kTablesRole) return 0;
+    return static_cast<std::uint64_t>(static_cast<double>(count(member(texture, "bytes_gpu"))) * (1 - covered / texels));
+}
+
+std::vector<std::string> adviceOf(const Json& report) {
+    std::vector<std::string> advice;
+    std::vector<AssetShare> shares = sharesOf(report);
+    addProportions(shares, advice);
+    std::ranges::stable_sort(shares, [](const AssetShare& a, const AssetShare& b) { return a.bytes > b.bytes; });
+    for (const AssetShare& share : shares) {
+        addLayouts(*share.asset, advice);
+        addExcluded(*share.asset, advice);
+        addUnusedTexels(*share.asset, advice);
+        addCubemapLevel(*share.asset, advice);
+    }
+    for (std::string& sentence : advice)
+        if (!sentence.empty()) sentence[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence[0])));
+    return advice;
+}
+
+Html adviceSection(const Json& report) {
+    const std::vector<std::string> advice = adviceOf(report);
+    if (advice.empty()) return {};
+    Html lines;
+    for (const std::string& sentence : advice) lines += element("li", text(sentence));
+    return card("What limits what", element("ul", {{"class", "advice"}}, lines));
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,20 @@
+// Plain words for the names that report.json has: stages, kinds, shadings, notes.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace lightcook::pipeline {
+
+/// Returns the caption of a stage: "filtering between texels" for "magnified". A name without a row is returned as it is.
+std::string stageCaption(std::string_view name);
+bool hasStageCaption(std::string_view name);
+
+/// Returns "light map" for "light-map". A name without a row is returned as it is.
+std::string kindCaption(std::string_view kind);
+
+/// Returns the caption of a note or measure. A key without a row is returned with spaces for underscores.
+std::string noteCaption(std::string_view key);
+bool hasNoteCaption(std::string_view key);
+
+}  // namespace lightcook::pipeline

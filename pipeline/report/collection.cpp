@@ -1,0 +1,166 @@
+#include "pipeline/report/collection.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "pipeline/graph/files.h"
+#include "pipeline/graph/version.h"
+#include "pipeline/manifest/manifest.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Result;
+
+SceneSummary summaryOf(const Report& report) {
+    SceneSummary scene;
+    scene.name = report.scene;
+    scene.passed = report.passed;
+    scene.seconds = report.seconds;
+    scene.budget = report.budget;
+    if (report.whole) scene.wholeError = report.whole->shading.relRms;
+    for (const ReportRow& row : report.assets) {
+        scene.bytesDisk += row.bytesDisk;
+        scene.assets.push_back({row.name, row.kind, row.verdict.limit, pipeline::figuresOf(row)});
+    }
+    for (const Skip& skip : report.skipped) scene.bytesSaved += skip.bytesSaved;
+    scene.findingCount =
+        static_cast<int>(std::ranges::count_if(report.findings, [](const Finding& finding) { return !finding.allowed.has_value(); }));
+    return scene;
+}
+
+SceneFigures figuresOf(const SceneSummary& scene) {
+    SceneFigures figures;
+    figures.bytes = scene.budget.usedBytes;
+    for (const AssetSummary& asset : scene.assets) figures.assets[asset.name] = asset.figures;
+    return figures;
+}
+
+using SceneKey = std::pair<std::string, std::string>;  ///< name and target
+
+SceneChange changeOf(const SceneSummary* before, const SceneSummary* now, const std::filesystem::path& baselineFolder) {
+    SceneChange change;
+    change.name = now != nullptr ? now->name : before->name;
+    change.target = now != nullptr ? now->target : before->target;
+    change.bytesBefore = before != nullptr ? before->budget.usedBytes : 0;
+    change.bytesNow = now != nullptr ? now->budget.usedBytes : 0;
+    change.growthPercent = growthPercent(change.bytesBefore, change.bytesNow);
+    change.assets = compareAssets(before != nullptr ? figuresOf(*before).assets : std::map<std::string, AssetFigures>(),
+                                  now != nullptr ? figuresOf(*now).assets : std::map<std::string, AssetFigures>());
+    std::erase_if(change.assets, [](const AssetChange& asset) { return asset.change == "same"; });
+    if (before != nullptr && now != nullptr)
+        addPictures(change.assets, before->folder.empty() ? baselineFolder.string() : before->folder, now->folder);
+    change.change = before == nullptr ? "added" : now == nullptr ? "removed" : change.assets.empty() ? "same" : "changed";
+    return change;
+}
+
+}  // namespace
+
+SceneMemory memoryOf(const CookedFolder& folder) {
+    const MemoryBudget& budget = folder.report.budget;
+    return {folder.report.scene, folder.target, budget.usedBytes, budget.byKind, budget.byFormat};
+}
+
+SceneSummary summaryOf(const CookedFolder& folder) {
+    SceneSummary scene = summaryOf(folder.report);
+    scene.target = folder.target;
+    scene.folder = folder.folder.string();
+    scene.passed = folder.errors.empty();
+    for (const formats::Error& error : folder.errors) scene.errors.push_back(error.line());
+    return scene;
+}
+
+CollectionReport makeCollection(const std::vector<CookedFolder>& folders) {
+    CollectionReport report;
+    report.tool = {kToolName, kToolVersion};
+    report.passed = true;
+    for (const CookedFolder& folder : folders) {
+        SceneSummary scene = summaryOf(folder);
+        report.passed = report.passed && scene.passed;
+        report.totals.bytesGpu += scene.budget.usedBytes;
+        report.totals.bytesDisk += scene.bytesDisk;
+        report.totals.bytesSaved += scene.bytesSaved;
+        report.totals.byTarget[scene.target] += scene.budget.usedBytes;
+        for (const auto& [kind, bytes] : scene.budget.byKind) report.totals.byKind[kind] += bytes;
+        for (const auto& [format, bytes] : scene.budget.byFormat) report.totals.byFormat[format] += bytes;
+        report.scenes.push_back(std::move(scene));
+    }
+    std::ranges::sort(report.scenes, [](const SceneSummary& a, const SceneSummary& b) {
+        if (a.budget.usedBytes != b.budget.usedBytes) return a.budget.usedBytes > b.budget.usedBytes;
+        return SceneKey(a.name, a.target) < SceneKey(b.name, b.target);
+    });
+    return report;
+}
+
+Result<std::vector<SceneSummary>> readBaselineScenes(const std::filesystem::path& file) {
+    std::error_code code;
+    const std::filesystem::path named = std::filesystem::is_directory(file, code) ? file / kReportName : file;
+    const auto text = readFile(named);
+    if (!text) return tl::make_unexpected(text.error());
+    const Json json = parseJson(*text);
+    if (!json.is_object() || !json.contains("scenes") || !json.contains("totals")) {
+        const auto report = loadReport(named);
+        if (!report) return tl::make_unexpected(report.error());
+        SceneSummary scene = summaryOf(*report);
+        if (const auto manifest = loadManifest(named.parent_path())) scene.target = manifest->target;
+        return std::vector{std::move(scene)};
+    }
+    auto collection = fromJson<CollectionReport>(json, named.string());
+    if (!collection) return tl::make_unexpected(collection.error());
+    return std::move(collection->scenes);
+}
+
+BaselineComparison compareWithScene(const Report& now, const SceneSummary& before, std::string file, std::optional<double> allowedPercent) {
+    return compareFigures(pipeline::figuresOf(now), figuresOf(before), std::move(file), allowedPercent);
+}
+
+CollectionComparison compareCollections(const CollectionReport& now, const std::vector<SceneSummary>& before,
+                                        const std::filesystem::path& file, std::optional<double> allowedPercent) {
+    std::error_code code;
+    const std::filesystem::path folder = std::filesystem::is_directory(file, code) ? file : file.parent_path();
+    std::map<SceneKey, std::pair<const SceneSummary*, const SceneSummary*>> pairs;
+    CollectionComparison comparison;
+    comparison.file = file.string();
+    for (const SceneSummary& scene : now.scenes) pairs[{scene.name, scene.target}].second = &scene;
+    for (const SceneSummary& scene : before) {
+        // A single report.json without its manifest does not say its target.
+        auto same = pairs.find({scene.name, scene.target});
+        if (same == pairs.end() && scene.target.empty())
+            same = std::ranges::find_if(pairs, [&](const auto& pair) { return pair.first.first == scene.name; });
+        (same == pairs.end() ? pairs[{scene.name, scene.target}] : same->second).first = &scene;
+    }
+    for (const auto& [key, scenes] : pairs) {
+        SceneChange change = changeOf(scenes.first, scenes.second, folder);
+        comparison.bytesBefore += change.bytesBefore;
+        comparison.bytesNow += change.bytesNow;
+        comparison.scenes.push_back(std::move(change));
+    }
+    // The largest growth stands first.
+    std::ranges::stable_sort(comparison.scenes, [](const SceneChange& a, const SceneChange& b) {
+        const auto growth = [](const SceneChange& scene) {
+            return static_cast<std::int64_t>(scene.bytesNow) - static_cast<std::int64_t>(scene.bytesBefore);
+        };
+        if ((a.change == "same") != (b.change == "same")) return b.change == "same";
+        return growth(a) > growth(b);
+    });
+    comparison.growthPercent = growthPercent(comparison.bytesBefore, comparison.bytesNow);
+    comparison.allowedPercent = allowedPercent;
+    comparison.passed = !allowedPercent || comparison.growthPercent <= *allowedPercent;
+    return comparison;
+}
+
+std::string collectionReference() {
+    return "# Report of several scenes\n\n`lightcook report DIR DIR... --json F` writes one report of several cooked folders. `[]` stands "
+           "for each element of a list, `.*` for each member of an object whose keys are names. Figures that are not finite are "
+           "`null`.\n\n" +
+           markdownTable(fieldRows<CollectionReport>());
+}
+
+std::string historyReference() {
+    return "# History\n\n`lightcook report DIR... --history F` and `lightcook cook --history F` append a line of JSON for each scene, and "
+           "the page of a report draws the trend. A line that equals the last one of its scene and target is not written again.\n\n" +
+           markdownTable(fieldRows<HistoryLine>());
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,127 @@
+#include "pipeline/report/history.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <sstream>
+
+#include "pipeline/graph/files.h"
+#include "pipeline/graph/version.h"
+#include "pipeline/json/json.h"
+#include "pipeline/report/report.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::Result;
+
+/// An open file that is locked against other programs until it is closed.
+class LockedFile {
+public:
+    explicit LockedFile(const std::filesystem::path& file)
+        : descriptor_(::open(file.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0644)) {
+        if (descriptor_ >= 0) ::flock(descriptor_, LOCK_EX);
+    }
+    LockedFile(const LockedFile&) = delete;
+    LockedFile& operator=(const LockedFile&) = delete;
+    ~LockedFile() {
+        if (descriptor_ >= 0) ::close(descriptor_);
+    }
+
+    bool isOpen() const { return descriptor_ >= 0; }
+    /// Appends a text whole, or cuts the file to its old length and returns false.
+    bool append(const std::string& text) const {
+        struct stat before {};
+        if (::fstat(descriptor_, &before) != 0) return false;
+        const ssize_t written = ::write(descriptor_, text.data(), text.size());
+        if (written == static_cast<ssize_t>(text.size()) && ::fsync(descriptor_) == 0) return true;
+        const int cause = errno;
+        if (::ftruncate(descriptor_, before.st_size) != 0) errno = cause;
+        return false;
+    }
+
+private:
+    int descriptor_;
+};
+
+Result<std::vector<HistoryLine>> linesOf(const std::string& text, const std::filesystem::path& file) {
+    std::vector<HistoryLine> lines;
+    std::istringstream stream(text);
+    std::string each;
+    for (std::size_t number = 1; std::getline(stream, each); ++number) {
+        const std::string place = fmt::format("{}:{}", file.string(), number);
+        const Json json = parseJson(each);
+        if (json.is_discarded() || !json.is_object() || !json.contains("lightcook") || (stream.eof() && !text.ends_with('\n')))
+            return failure(ErrorCode::FileUnreadable, place,
+                           "found no line of a history, expected what --history writes; name another file, or remove this line");
+        auto line = fromJson<HistoryLine>(json, place);
+        if (!line) return tl::make_unexpected(line.error());
+        lines.push_back(std::move(*line));
+    }
+    return lines;
+}
+
+}  // namespace
+
+HistoryLine historyLine(const Report& report, std::string target) {
+    HistoryLine line;
+    line.lightcook = kToolVersion;
+    line.at = report.runs.empty() ? timeNow() : report.runs.back().at;
+    line.scene = report.scene;
+    line.target = std::move(target);
+    line.passed = report.passed;
+    line.bytesGpu = report.budget.usedBytes;
+    line.byKind = report.budget.byKind;
+    for (const ReportRow& row : report.assets) {
+        const AssetFigures figures = figuresOf(row);
+        line.diffuse = std::max(line.diffuse, figures.diffuse);
+        line.specular = std::max(line.specular, figures.specular);
+        if (figures.visible) line.visible = std::max(line.visible.value_or(0.0), *figures.visible);
+    }
+    return line;
+}
+
+Result<std::vector<HistoryLine>> readHistory(const std::filesystem::path& file) {
+    std::error_code code;
+    if (!std::filesystem::exists(file, code)) return std::vector<HistoryLine>();
+    const auto text = readFile(file);
+    if (!text) return tl::make_unexpected(text.error());
+    return linesOf(*text, file);
+}
+
+Result<std::vector<HistoryLine>> appendHistory(const std::filesystem::path& file, const std::vector<HistoryLine>& lines) {
+    std::error_code code;
+    if (std::filesystem::is_directory(file, code))
+        return failure(ErrorCode::InvalidRequest, file.string(), "found a folder, expected the name of a history file");
+    // Read before the file is opened for writing: a wrong file is not touched.
+    if (auto present = readHistory(file); !present) return present;
+    if (auto made = makeFolder(file.parent_path()); !made) return tl::make_unexpected(made.error());
+    const LockedFile locked(file);
+    if (!locked.isOpen())
+        return failure(ErrorCode::Internal, file.string(),
+                       fmt::format("found '{}', expected to append to this file", std::strerror(errno)));
+    auto history = readHistory(file);
+    if (!history) return history;
+    std::string text;
+    for (const HistoryLine& line : lines) {
+        const auto isOfScene = [&](const HistoryLine& each) { return each.scene == line.scene && each.target == line.target; };
+        const auto last = std::find_if(history->rbegin(), history->rend(), isOfScene);
+        if (last != history->rend() && jsonOf(*last) == jsonOf(line)) continue;
+        text += toJson(line).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+        history->push_back(line);
+    }
+    if (!text.empty() && !locked.append(text))
+        return failure(ErrorCode::Internal, file.string(),
+                       fmt::format("found '{}', expected to append to this file", std::strerror(errno)));
+    return history;
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,15 @@
+// The part of an asset's section that shows its seams: steps of light at edges that charts share.
+#pragma once
+
+#include <filesystem>
+
+#include "pipeline/graph/action.h"
+#include "pipeline/report/html.h"
+
+namespace lightcook::pipeline {
+
+/// Returns tables of the seams of an asset and pictures of the worst; empty for an asset without them.
+/// folder  of the report, which has the pictures
+Html seamSection(const std::filesystem::path& folder, const Json& asset);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,175 @@
+#include "pipeline/view/scene_data.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/packing.hpp>
+#include <span>
+
+#include "formats/gpu_texture.h"
+#include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/light_map/survey.h"
+#include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/results.h"
+#include "pipeline/assets/source_colors.h"
+#include "pipeline/cook/integrity.h"
+#include "pipeline/cook/plan.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::Result;
+
+/// Half floats reach 65504. What a filter adds up of several texels stays below.
+constexpr float kLargestReference = 32768;
+constexpr int kLayers = 9;
+
+/// Returns the power of two that brings every coefficient of a bake to kLargestReference at most. It is at most 1.
+Result<float> referenceScale(LightMapSource& bake) {
+    float largest = 0;
+    for (int index = 0; index < bake.chunkCount(); ++index) {
+        const auto chunk = bake.chunk(index);
+        if (!chunk) return tl::make_unexpected(chunk.error());
+        const formats::Image<lighting::ShRgb>& sh = (*chunk)->sh;
+        for (int y = 0; y < sh.height(); ++y)
+            for (int x = 0; x < sh.width(); ++x)
+                for (const glm::vec3& coefficient : sh.at(x, y))
+                    for (int channel = 0; channel < 3; ++channel) largest = std::max(largest, std::abs(coefficient[channel]));
+    }
+    if (largest <= kLargestReference) return 1;
+    return std::exp2(-std::ceil(std::log2(largest / kLargestReference)));
+}
+
+/// Writes a bake as the texture that ViewedLightMap::reference describes.
+Result<void> writeReference(LightMapSource& bake, float scale, const std::filesystem::path& file, const RunState& state) {
+    formats::TextureShape shape;
+    shape.width = bake.width();
+    shape.height = bake.height();
+    shape.layerCount = kLayers;
+    shape.isArray = true;
+    auto writer = formats::TextureWriter::create(file, shape, {});
+    if (!writer) return tl::make_unexpected(writer.error());
+    std::vector<std::uint64_t> texels;
+    for (int index = 0; index < bake.chunkCount(); ++index) {
+        if (state.interrupted) return failure(ErrorCode::Interrupted, "view", "interrupted");
+        const auto chunk = bake.chunk(index);
+        if (!chunk) return tl::make_unexpected(chunk.error());
+        const formats::LightMapStrip& strip = **chunk;
+        for (int layer = 0; layer < kLayers; ++layer) {
+            texels.clear();
+            for (int y = 0; y < strip.sh.height(); ++y)
+                for (int x = 0; x < strip.sh.width(); ++x) {
+                    const bool isCovered = strip.covered.at(x, y) != 0;
+                    const glm::vec3 light = isCovered ? scale * strip.sh.at(x, y)[static_cast<std::size_t>(layer)] : glm::vec3(0);
+                    texels.push_back(glm::packHalf4x16(glm::vec4(light, isCovered && layer == 0 ? 1 : 0)));
+                }
+            auto written = writer->writeBlockRows({0, layer, 0}, index * kChunkRows, std::as_bytes(std::span(texels)));
+            if (!written) return written;
+        }
+    }
+    return writer->commit();
+}
+
+/// Returns the places of a light map's largest visible errors: those that the report shows, and the worst sample of each kind of light.
+std::vector<ViewedPlace> worstPlaces(const ReportRow& row) {
+    std::vector<ViewedPlace> places;
+    if (row.verdict.stages.empty()) return places;
+    const verify::StageError& last = row.verdict.stages.back();
+    const auto add = [&](const char* what, const verify::ErrorFigures& figures) {
+        if (!figures.visible || !figures.visible->maxAt.isKnown()) return;
+        const verify::VisiblePlace& at = figures.visible->maxAt;
+        places.push_back({what, last.name, {at.x, at.y}, figures.visible->max});
+    };
+    add("diffuse", last.diffuse);
+    add("specular", last.specular);
+    if (row.preview)
+        for (const WorstPlacePicture& place : row.preview->worst)
+            places.push_back({"diffuse", "texel centres", {double(place.texel[0]), double(place.texel[1])}, place.visible});
+    std::ranges::stable_sort(places, std::ranges::greater{}, &ViewedPlace::visible);
+    return places;
+}
+
+/// Returns the mesh that a light map lights.
+std::optional<std::string> meshOf(const Manifest& manifest, const std::string& lightMap) {
+    for (const CookedAsset& asset : manifest.assets)
+        if (asset.kind == AssetKind::Mesh && asset.lightMap == lightMap) return asset.name;
+    return std::nullopt;
+}
+
+/// Describes light maps and writes their bakes.
+class References {
+public:
+    References(std::filesystem::path cooked, std::filesystem::path sceneDirectory, std::filesystem::path folder, const RunState& state)
+        : cooked_(std::move(cooked)), sceneDirectory_(std::move(sceneDirectory)), folder_(std::move(folder)), state_(state) {}
+
+    /// Adds the bake of a light map to its description.
+    Result<void> add(const CookedAsset& asset, ViewedLightMap& map) {
+        const auto sources = unchangedSources(asset, sceneDirectory_);
+        if (!sources) return tl::make_unexpected(sources.error());
+        auto description = descriptionOf(asset);
+        if (!description) return tl::make_unexpected(description.error());
+        if (const auto config = sources->find(kColorConfigRole); config != sources->end()) description->colors.config = config->second;
+        const Action action = verifyAction(asset.name, asset.kind, *sources, asset.verify.value_or(Json::object()));
+        const ActionContext context{action, folder_, cooked_, {}, shared_, state_};
+        const auto parameters = parametersOf<LightMapVerifyParameters>(context);
+        if (!parameters) return tl::make_unexpected(parameters.error());
+        map.shading = ViewedShading{parameters->shading.normalMapTilt, {}, {}};
+        map.shading->m.assign(parameters->shading.m.begin(), parameters->shading.m.end());
+        map.shading->f0.assign(parameters->shading.f0.begin(), parameters->shading.f0.end());
+        const auto bake = openLightMap(context, *description);
+        if (!bake) return tl::make_unexpected(bake.error());
+        if (std::int64_t{(*bake)->width()} * (*bake)->height() > kMostReferenceTexels)
+            return failure(ErrorCode::ValueOutOfRange, action.inputs.at("source").string(),
+                           fmt::format("found {} x {} texels, the page takes bakes of up to {} texels", (*bake)->width(), (*bake)->height(),
+                                       kMostReferenceTexels));
+        const auto key = surveyKey(**bake, context);
+        if (!key) return tl::make_unexpected(key.error());
+        const lighting::Display display = parameters->display.of(key->displayKey());
+        const auto scale = referenceScale(**bake);
+        if (!scale) return tl::make_unexpected(scale.error());
+        const std::string name = fmt::format("{}.reference.ktx2", asset.name);
+        if (auto written = writeReference(**bake, *scale, folder_ / name, state_); !written) return written;
+        map.display = ViewedDisplay{display.nitsPerUnit, display.black};
+        map.referenceScale = double(*scale);
+        map.reference = fmt::format("{}/{}", kViewerFolder, name);
+        return {};
+    }
+
+private:
+    std::filesystem::path cooked_, sceneDirectory_, folder_;
+    const RunState& state_;
+    SharedObjects shared_;
+};
+
+}  // namespace
+
+Result<ViewedScene> describeForView(const Manifest& manifest, const std::optional<Report>& report, const std::filesystem::path& cooked,
+                                    const std::filesystem::path& sceneDirectory, const std::filesystem::path& folder,
+                                    const RunState& state) {
+    ViewedScene scene;
+    scene.scene = manifest.scene;
+    scene.tool = manifest.tool;
+    References references(cooked, sceneDirectory, folder, state);
+    for (const CookedAsset& asset : manifest.assets) {
+        if (asset.kind != AssetKind::LightMap) continue;
+        ViewedLightMap map;
+        map.name = asset.name;
+        map.mesh = meshOf(manifest, asset.name);
+        if (auto added = references.add(asset, map); !added) {
+            if (added.error().code == ErrorCode::Interrupted || added.error().code == ErrorCode::Internal)
+                return tl::make_unexpected(added.error());
+            map.referenceMissing = added.error().line();
+        }
+        if (report)
+            if (const auto row = std::ranges::find(report->assets, asset.name, &ReportRow::name); row != report->assets.end())
+                map.worst = worstPlaces(*row);
+        scene.lightMaps.push_back(std::move(map));
+    }
+    return scene;
+}
+
+}  // namespace lightcook::pipeline

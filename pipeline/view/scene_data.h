@@ -1,0 +1,110 @@
+// viewer/scene.json and the float bakes: what the page of `lightcook view` needs beside the cooked folder. viewer/README.md describes
+// both.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/error.h"
+#include "pipeline/graph/action.h"
+#include "pipeline/json/json_fields.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/report/report.h"
+
+namespace lightcook::pipeline {
+
+/// Display that the page shows a light map on: lighting::Display.
+struct ViewedDisplay {
+    double nits = 0;   ///< luminance of a white with exit radiance 1 [cd/m^2]
+    double black = 0;  ///< luminance of black [cd/m^2]
+};
+template <class Fields, Is<ViewedDisplay> Self>
+void describe(Fields& fields, Self& display) {
+    fields.required("nits", display.nits, "luminance of a white with exit radiance 1 [cd/m^2]");
+    fields.required("black", display.black, "luminance of black, which is added to all light [cd/m^2]");
+}
+
+/// Materials that the errors of a light map were measured for.
+struct ViewedShading {
+    double normalMapTilt = 0;
+    std::vector<double> m, f0;
+};
+template <class Fields, Is<ViewedShading> Self>
+void describe(Fields& fields, Self& shading) {
+    fields.required("normal_map_tilt", shading.normalMapTilt, "largest angle of a normal map's normal from the surface's [degrees]");
+    fields.required("m", shading.m, "Beckmann roughness");
+    fields.required("f0", shading.f0, "reflectance at normal incidence");
+}
+
+/// A place with a large visible error.
+struct ViewedPlace {
+    std::string what;   ///< "diffuse" or "specular"
+    std::string stage;  ///< of the report
+    std::array<double, 2> texel{};
+    double visible = 0;
+};
+template <class Fields, Is<ViewedPlace> Self>
+void describe(Fields& fields, Self& place) {
+    fields.required("what", place.what, "light that errs: diffuse or specular");
+    fields.required("stage", place.stage, "stage of the report");
+    fields.required("texel", place.texel, "column and row; integers are texel centres");
+    fields.required("visible", place.visible, "visible error (Delta E ITP)");
+}
+
+/// A light map of the scene.
+struct ViewedLightMap {
+    std::string name;
+    std::optional<std::string> reference;         ///< file with the float bake
+    std::optional<std::string> referenceMissing;  ///< why there is none
+    double referenceScale = 1;
+    std::optional<std::string> mesh;  ///< asset of the mesh that it lies on
+    std::optional<ViewedDisplay> display;
+    std::optional<ViewedShading> shading;
+    std::vector<ViewedPlace> worst;
+};
+template <class Fields, Is<ViewedLightMap> Self>
+void describe(Fields& fields, Self& map) {
+    fields.required("name", map.name, "name of the light map");
+    fields.optional("reference", map.reference,
+                    "KTX2 file with the float bake: RGBA16F, nine layers, layer k the SH coefficient k times `reference_scale`; alpha of "
+                    "layer 0 is the coverage, and uncovered texels are 0");
+    fields.optional("reference_missing", map.referenceMissing, "why there is no `reference`");
+    fields.required("reference_scale", map.referenceScale, "power of two that keeps the coefficients in the range of half floats");
+    fields.optional("mesh", map.mesh, "mesh asset that the map lies on");
+    fields.optional("display", map.display, "display that visible errors are judged on; absent without `reference`");
+    fields.optional("shading", map.shading, "materials that the errors were measured for");
+    fields.required("worst", map.worst, "places with the largest visible errors, the worst first");
+}
+
+struct ViewedScene {
+    int schema = 1;
+    std::string scene;
+    Tool tool;
+    std::vector<ViewedLightMap> lightMaps;
+};
+template <class Fields, Is<ViewedScene> Self>
+void describe(Fields& fields, Self& scene) {
+    fields.required("schema", scene.schema, between(1, 1), "version of this form");
+    fields.required("scene", scene.scene, "name of the scene");
+    fields.required("tool", scene.tool, "program that cooked the scene");
+    fields.required("light_maps", scene.lightMaps, "light maps, in the order of the manifest");
+}
+
+/// Largest number of texels of a bake that is written for the page: 300 MB as half floats.
+inline constexpr std::int64_t kMostReferenceTexels = std::int64_t{2048} * 2048;
+
+/// Folder of the files below on the page's site.
+inline constexpr const char* kViewerFolder = "viewer";
+
+/// Describes the scene, and writes the bake of each light map into `folder`. A bake that is absent, has changed or is too large is left out
+/// by name: the cooked scene is shown without it.
+/// cooked          cooked folder
+/// sceneDirectory  folder that the manifest's sources are relative to
+formats::Result<ViewedScene> describeForView(const Manifest& manifest, const std::optional<Report>& report,
+                                             const std::filesystem::path& cooked, const std::filesystem::path& sceneDirectory,
+                                             const std::filesystem::path& folder, const RunState& state);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,144 @@
+#include "pipeline/view/site.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "formats/temporaries.h"
+#include "pipeline/cook/integrity.h"
+#include "pipeline/graph/files.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/report/report.h"
+#include "pipeline/view/scene_data.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::Result;
+namespace fs = std::filesystem;
+
+constexpr const char* kCookedFolder = "cooked";
+constexpr const char* kIndexName = "index.html";
+const std::string kSceneDataName = fmt::format("{}/scene.json", kViewerFolder);
+
+struct MediaType {
+    std::string_view extension, type;
+};
+constexpr MediaType kMediaTypes[] = {
+    {".html", "text/html; charset=utf-8"},
+    {".js", "text/javascript; charset=utf-8"},
+    {".mjs", "text/javascript; charset=utf-8"},
+    {".css", "text/css; charset=utf-8"},
+    {".json", "application/json"},
+    {".wasm", "application/wasm"},
+    {".svg", "image/svg+xml"},
+    {".png", "image/png"},
+    {".ktx2", "image/ktx2"},
+    {".dds", "image/vnd-ms.dds"},
+    {".glb", "model/gltf-binary"},
+    {".gltf", "model/gltf+json"},
+    {".glsl", "text/plain; charset=utf-8"},
+    {".txt", "text/plain; charset=utf-8"},
+};
+
+/// Returns true if a file lies inside a folder once symbolic links are followed.
+bool liesInside(const fs::path& file, const fs::path& folder) {
+    std::error_code code;
+    const fs::path inner = fs::canonical(file, code), outer = fs::canonical(folder, code);
+    if (code) return false;
+    return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
+}
+
+/// Fails unless an export may be written to a folder.
+Result<void> checkExportPlace(const fs::path& folder) {
+    std::error_code code;
+    if (!fs::exists(folder, code)) return {};
+    if (!fs::is_directory(folder, code))
+        return failure(ErrorCode::InvalidRequest, folder.string(), "found a file, expected a folder or none");
+    if (fs::is_empty(folder, code) || fs::exists(folder / kSceneDataName, code)) return {};
+    return failure(ErrorCode::InvalidRequest, folder.string(),
+                   "found a folder with other files, expected none, an empty one, or an earlier export of view");
+}
+
+Result<void> writeSiteFile(const SiteFile& file, const fs::path& place) {
+    if (const auto* source = std::get_if<fs::path>(&file.content)) return copyFile(*source, place);
+    return writeFile(place, std::holds_alternative<std::string>(file.content) ? std::string_view(std::get<std::string>(file.content))
+                                                                              : std::get<std::string_view>(file.content));
+}
+
+}  // namespace
+
+std::string_view mediaTypeOf(std::string_view name) {
+    for (const MediaType& row : kMediaTypes)
+        if (name.ends_with(row.extension)) return row.type;
+    return "application/octet-stream";
+}
+
+Result<void> Site::addCooked(const fs::path& folder, const std::string& name) {
+    const fs::path file = folder / name;
+    if (!liesInside(file, folder))
+        return failure(ErrorCode::FileUnreadable, file.string(), "found a symbolic link out of the folder, expected a file in it");
+    files_[fmt::format("{}/{}", kCookedFolder, name)] = {fs::absolute(file), mediaTypeOf(name)};
+    return {};
+}
+
+Result<Site> Site::open(const SiteOptions& options, const RunState& state) {
+    if (options.page.empty())
+        return failure(ErrorCode::InvalidRequest, "view",
+                       "this build has no viewer; build it with -DLIGHTCOOK_VIEWER=ON, which needs Node");
+    const auto manifest = loadManifest(options.folder);
+    if (!manifest) return tl::make_unexpected(manifest.error());
+    if (const auto errors = checkDigests(options.folder, *manifest); !errors.empty()) return tl::make_unexpected(errors.front());
+    auto scratch = formats::TemporaryFolder::create();
+    if (!scratch) return tl::make_unexpected(scratch.error());
+    Site site(std::move(*scratch));
+    site.scene_ = manifest->scene;
+    for (const BundledFile& file : options.page) site.files_[std::string(file.path)] = {file.bytes, mediaTypeOf(file.path)};
+    std::vector<std::string> names = {kManifestName};
+    for (const FileRecord& file : filesOf(*manifest)) names.push_back(file.name);
+    std::optional<Report> report;
+    if (auto loaded = loadReport(options.folder / kReportName)) {
+        report = std::move(*loaded);
+        names.push_back(kReportName);
+        for (const ReportFile& file : report->files.value_or(std::vector<ReportFile>())) names.push_back(file.file);
+    }
+    for (const std::string& name : names)
+        if (auto added = site.addCooked(options.folder, name); !added) return tl::make_unexpected(added.error());
+    const fs::path sources = options.sources.empty() ? options.folder / manifest->sceneDirectory : options.sources;
+    const auto data = describeForView(*manifest, report, options.folder, sources, site.scratch_.path(), state);
+    if (!data) return tl::make_unexpected(data.error());
+    for (const ViewedLightMap& map : data->lightMaps) {
+        if (map.reference)
+            site.files_[*map.reference] = {site.scratch_ / fs::path(*map.reference).filename(), mediaTypeOf(*map.reference)};
+        else
+            site.notes_.push_back(fmt::format("{} is shown without its bake: {}", map.name, map.referenceMissing.value_or("")));
+    }
+    site.files_[kSceneDataName] = {toJson(*data).dump(1) + "\n", mediaTypeOf(kSceneDataName)};
+    return site;
+}
+
+Result<void> exportSite(const Site& site, const fs::path& folder, const RunState& state) {
+    if (auto allowed = checkExportPlace(folder); !allowed) return allowed;
+    const fs::path parent = fs::absolute(folder).parent_path();
+    if (auto made = makeFolder(parent); !made) return made;
+    auto staging = formats::TemporaryFolder::create(parent);
+    if (!staging) return tl::make_unexpected(staging.error());
+    const fs::path fresh = *staging / "new", old = *staging / "old";
+    for (const auto& [path, file] : site.files()) {
+        if (state.interrupted) return failure(ErrorCode::Interrupted, "view", "interrupted");
+        if (auto written = writeSiteFile(file, fresh / path); !written) return written;
+    }
+    const auto outputs = formats::OutputTransaction::begin();
+    if (!outputs) return tl::make_unexpected(outputs.error());
+    std::error_code code;
+    if (fs::exists(folder, code)) fs::rename(folder, old, code);
+    if (!code) fs::rename(fresh, folder, code);
+    if (code) return failure(ErrorCode::Internal, folder.string(), fmt::format("could not be written: {}", code.message()));
+    return {};
+}
+
+}  // namespace lightcook::pipeline

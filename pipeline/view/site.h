@@ -1,0 +1,61 @@
+// A site lists the files of the viewer: the page itself, the cooked folder, and data made for the page. The same list is served on
+// loopback (view/server.h) or written into a folder that any web server shows.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "formats/error.h"
+#include "formats/temporary_folder.h"
+#include "pipeline/graph/action.h"
+#include "pipeline/view/bundle.h"
+
+namespace lightcook::pipeline {
+
+/// A file of the site.
+struct SiteFile {
+    std::variant<std::string_view, std::string, std::filesystem::path> content;  ///< bytes of the program, text, or a file
+    std::string_view mediaType;
+};
+
+struct SiteOptions {
+    std::filesystem::path folder;   ///< cooked folder
+    std::filesystem::path sources;  ///< the scene's folder; empty: as the manifest says
+    std::span<const BundledFile> page = viewerBundle();
+};
+
+/// Every file that the page may ask for, by its path relative to the page: "index.html", "cooked/cooked.json", "viewer/scene.json". Nothing
+/// else is ever read for a request.
+class Site {
+public:
+    /// Checks the digests of the cooked folder, and prepares the bakes in a temporary folder. Refuses symbolic links that lead out of the
+    /// cooked folder.
+    static formats::Result<Site> open(const SiteOptions& options, const RunState& state);
+
+    const std::map<std::string, SiteFile>& files() const { return files_; }
+    const std::string& scene() const { return scene_; }
+    /// Lines for people: light maps that are shown without their bake, and why.
+    const std::vector<std::string>& notes() const { return notes_; }
+
+private:
+    explicit Site(formats::TemporaryFolder scratch) : scratch_(std::move(scratch)) {}
+    formats::Result<void> addCooked(const std::filesystem::path& folder, const std::string& name);
+
+    formats::TemporaryFolder scratch_;
+    std::map<std::string, SiteFile> files_;
+    std::string scene_;
+    std::vector<std::string> notes_;
+};
+
+/// Writes every file of a site into a folder, which appears whole. The folder may not exist yet, be empty, or hold an earlier export, which
+/// is replaced.
+formats::Result<void> exportSite(const Site& site, const std::filesystem::path& folder, const RunState& state);
+
+/// Returns the media type of a file name by its extension.
+std::string_view mediaTypeOf(std::string_view name);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,342 @@
+// These tests check what an engine reads: manifest and report keep their JSON schemas after every kind of cook; the glTF passes Khronos'
+// validator and agrees with the source mesh and the bake.
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <numbers>
+
+#include "formats/environment.h"
+#include "formats/gltf_light_map.h"
+#include "formats/gltf_scene.h"
+#include "formats/gpu_texture.h"
+#include "formats/light_map_layout.h"
+#include "lighting/radiometry.h"
+#include "pipeline/assets/gltf/gltf.h"
+#include "pipeline/command/schemas.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/report/report.h"
+#include "tests/end_to_end/command_fixture.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using testing::HasSubstr;
+
+const std::filesystem::path kSource = LIGHTCOOK_SOURCE_DIR;
+
+int runShell(const std::string& command) {
+    const int status = std::system(command.c_str());
+    return status == -1 || !WIFEXITED(status) ? -1 : WEXITSTATUS(status);
+}
+
+bool hasJsonSchema() {
+    return runShell("python3 -c 'import jsonschema; jsonschema.Draft202012Validator' >/dev/null 2>&1") == 0;
+}
+
+/// Validates a document by a JSON schema and returns the messages, one a line. Empty: the document is valid.
+std::string objections(const std::filesystem::path& document, const std::string& schema) {
+    const formats::TemporaryFolder folder;
+    formats::writeContent(folder / "schema.json", schema);
+    formats::writeContent(folder / "check.py",
+                          "import json, jsonschema, sys\n"
+                          "schema, document = (json.load(open(name)) for name in sys.argv[1:])\n"
+                          "jsonschema.Draft202012Validator.check_schema(schema)\n"
+                          "for error in jsonschema.Draft202012Validator(schema).iter_errors(document):\n"
+                          "    print('/'.join(map(str, error.absolute_path)), error.message[:300])\n");
+    const std::string messages = (folder / "messages").string();
+    const int code = runShell(fmt::format("python3 '{}' '{}' '{}' >'{}' 2>&1", (folder / "check.py").string(),
+                                          (folder / "schema.json").string(), document.string(), messages));
+    return code == 0 ? formats::contentOf(messages) : fmt::format("code {}: {}", code, formats::contentOf(messages));
+}
+
+void expectKeepSchemas(const std::filesystem::path& folder) {
+    EXPECT_EQ(objections(folder / kManifestName, manifestSchema()), "");
+    EXPECT_EQ(objections(folder / kReportName, reportSchema()), "");
+}
+
+/// The scene that ships with the program, cooked.
+class ShippedScene : public testing::Test {
+protected:
+    Outcome cook(const std::string& layout, bool gltf, formats::Target target = formats::Target::Bc) const {
+        CookOptions options;
+        options.scene = kSource / "examples/cornell/scene.toml";
+        options.output = out();
+        options.cache = LIGHTCOOK_TEST_CACHE;
+        options.lightMapLayout = layout;
+        options.maxError = 1;
+        if (target != formats::Target::Float) options.effort = 0;
+        options.samples = 0;
+        options.target = target;
+        options.gltf = gltf;
+        const RunState state;
+        Outcome outcome = cookScene(options, state);
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        return outcome;
+    }
+    std::filesystem::path out() const { return folder_ / "out"; }
+    static Json asset(const Json& manifest, const std::string& name) {
+        for (const Json& each : manifest.at("assets"))
+            if (each.at("name") == name) return each;
+        return nullptr;
+    }
+    /// Returns the JSON of a GLB.
+    static Json glbJson(const std::filesystem::path& file) {
+        const std::string glb = formats::contentOf(file);
+        std::uint32_t length = 0;
+        std::memcpy(&length, glb.data() + 12, 4);
+        return parseJson(glb.substr(20, length));
+    }
+    /// Returns the bytes of an image of a GLB.
+    static std::string imageOf(const std::filesystem::path& file, const Json& document, std::size_t image) {
+        const std::string glb = formats::contentOf(file);
+        std::uint32_t length = 0;
+        std::memcpy(&length, glb.data() + 12, 4);
+        const Json& view = document["bufferViews"][document["images"][image]["bufferView"].get<std::size_t>()];
+        return glb.substr(28 + length + view.value("byteOffset", std::size_t{0}), view["byteLength"].get<std::size_t>());
+    }
+
+    const formats::TemporaryFolder folder_;
+};
+
+TEST_F(ShippedScene, KeepsTheSchemasUnderEveryTarget) {
+    if (!hasJsonSchema()) GTEST_SKIP() << "python3-jsonschema is not installed";
+    for (const auto& [target, layout] : {std::pair(formats::Target::Bc, "basis-8"), std::pair(formats::Target::Astc, "basis-8"),
+                                         std::pair(formats::Target::Float, "luvw")}) {
+        SCOPED_TRACE(layout);
+        cook(layout, true, target);
+        expectKeepSchemas(out());
+    }
+}
+
+TEST_F(ShippedScene, NamesWhatBelongsTogether) {
+    cook("basis-8", false, formats::Target::Astc);
+    const auto manifest = readManifest(out());
+    ASSERT_TRUE(manifest);
+    EXPECT_EQ(manifest->at("up_axis"), "y");
+    EXPECT_EQ(manifest->at("lobe"), "beckmann");
+    EXPECT_FALSE(manifest->contains("gltf"));
+    EXPECT_EQ(asset(*manifest, "cornell_mesh").at("light_map"), "lightmap");
+    EXPECT_EQ(asset(*manifest, "lightmap_dominant").at("light_map"), "lightmap");
+    EXPECT_EQ(asset(*manifest, "sky").at("axis"), Json({0.0, 1.0, 0.0}));
+    const Json place = asset(*manifest, "probe0").at("probe");
+    EXPECT_NEAR(place.at("position")[2].get<double>(), 4.34567928314209, 1e-12) << "from the file of its SH";
+    EXPECT_FALSE(place.contains("radius"));
+    for (const Json& texture : asset(*manifest, "specular").at("textures")) {
+        EXPECT_EQ(texture.at("format"), "rgba16f") << "no 16-bit UNORM where ASTC is";
+        EXPECT_EQ(texture.at("api_formats"), Json({{"vulkan", 97}, {"dxgi", 10}, {"gl", 0x881A}, {"metal", 115}}));
+        EXPECT_EQ(texture.at("array"), false);
+    }
+    const RunState state;
+    for (const formats::Error& error : verifyCooked({out(), {}, {}}, state).errors) ADD_FAILURE() << error.line();
+}
+
+TEST_F(ShippedScene, IsGltfThatTheValidatorAccepts) {
+    cook("basis-8", true);
+    const std::filesystem::path checker = kSource / "tests/formats/gltf_validator", file = out() / "lightmap_scene.glb";
+    ASSERT_TRUE(std::filesystem::exists(file));
+    if (!std::filesystem::exists(checker / "node_modules/gltf-validator") || runShell("node --version >/dev/null 2>&1") != 0)
+        GTEST_SKIP() << "node or tests/formats/gltf_validator/node_modules is not there: run ./dev setup (npm ci)";
+    const std::string answer = (folder_ / "answer").string();
+    ASSERT_EQ(runShell(fmt::format("cd '{}' && node check.mjs '{}' >'{}'", checker.string(), file.string(), answer)), 0);
+    const Json report = parseJson(formats::contentOf(answer))[0];
+    EXPECT_EQ(report.at("errors"), 0) << report.at("messages");
+    EXPECT_EQ(report.at("warnings"), 0) << report.at("messages");
+    for (const char* extension : {"LIGHTCOOK_light_map", "MOZ_lightmap", "EXT_lights_image_based"})
+        EXPECT_THAT(report.at("extensions").get<std::vector<std::string>>(), testing::Contains(extension));
+    // A validator that accepts everything says nothing.
+    std::string broken = formats::contentOf(file);
+    broken.replace(broken.find("\"VEC3\""), 6, "\"VEC2\"");
+    formats::writeContent(out() / "broken.glb", broken);
+    ASSERT_EQ(runShell(fmt::format("cd '{}' && node check.mjs '{}' >'{}'", checker.string(), (out() / "broken.glb").string(), answer)), 0);
+    EXPECT_GT(parseJson(formats::contentOf(answer))[0].at("errors").get<int>(), 0);
+}
+
+TEST_F(ShippedScene, AsGltfKeepsTheMeshAndBindsTheLightMap) {
+    cook("basis-8", true);
+    const std::filesystem::path file = out() / "lightmap_scene.glb", source = kSource / "examples/cornell/cornell.glb";
+    const auto bound = formats::GltfScene::load(file), original = formats::GltfScene::load(source);
+    ASSERT_TRUE(bound && original);
+    EXPECT_EQ(bound->vertexCount(), original->vertexCount());
+    const auto before = original->triangleMeshes(), after = bound->triangleMeshes();
+    ASSERT_EQ(before.size(), after.size());
+    for (std::size_t i = 0; i < before.size(); ++i)
+        for (const char* semantic : {"POSITION", "NORMAL", "TEXCOORD_0", "TEXCOORD_1"}) {
+            const auto *expected = before[i]->find(semantic), *found = after[i]->find(semantic);
+            ASSERT_EQ(expected == nullptr, found == nullptr) << semantic;
+            for (std::size_t vertex = 0; expected != nullptr && vertex < expected->vertexCount(); ++vertex)
+                ASSERT_EQ(expected->at(vertex), found->at(vertex)) << semantic;
+        }
+    const Json json = glbJson(file), sourceJson = glbJson(source), manifest = readManifest(out()).value();
+    ASSERT_EQ(json.at("materials").size(), sourceJson.at("materials").size());
+    for (std::size_t i = 0; i < json.at("materials").size(); ++i) {
+        Json material = json["materials"][i];
+        const Json fallback = material.at("extensions").at("MOZ_lightmap");
+        EXPECT_EQ(fallback.at("texCoord"), 1);
+        material["extensions"].erase("MOZ_lightmap");
+        if (material["extensions"].empty()) material.erase("extensions");
+        EXPECT_EQ(material, sourceJson["materials"][i]);
+    }
+    for (const Json& node : json.at("nodes"))
+        EXPECT_EQ(node.contains("mesh"), node.contains("extensions") && node["extensions"].contains(formats::kLightMapExtension));
+    const Json map = parseJson(formats::boundLightMaps(file).value()).at(0), entry = asset(manifest, "lightmap");
+    EXPECT_EQ(map.at("layout"), "basis-8");
+    EXPECT_EQ(map.at("basis").at("attribute"), formats::kBasisAttribute);
+    EXPECT_EQ(map.at("constants").at("range"), entry.at("constants").at("range"));
+    ASSERT_EQ(map.at("textures").size(), entry.at("textures").size());
+    for (const Json& texture : map.at("textures")) EXPECT_TRUE(formats::TextureReader::open(out() / texture.at("uri").get<std::string>()));
+    const std::string shader = formats::contentOf(out() / map.at("shader").at("uri").get<std::string>());
+    for (const Json& function : map.at("shader").at("functions")) EXPECT_THAT(shader, HasSubstr(" " + function.get<std::string>() + "("));
+    const auto report = loadReport(out() / kReportName);
+    ASSERT_TRUE(report);
+    for (const ReportRow& row : report->assets)
+        if (row.name == "lightmap") {
+            EXPECT_EQ(map.at("bound").at("diffuse").at("rel_rms"), row.verdict.stages.back().diffuse.relRms);
+        }
+    EXPECT_EQ(manifest.at("gltf").at(0).at("file"), "lightmap_scene.glb");
+
+    // Again: nothing to do. Without --gltf the file goes.
+    EXPECT_EQ(cook("basis-8", true).actionsRun, 0);
+    cook("basis-8", false);
+    EXPECT_FALSE(std::filesystem::exists(file));
+}
+
+/// The flat picture times its intensity is the irradiance of the bake at the texels' own normals.
+TEST_F(ShippedScene, AsGltfShowsTheIrradianceToOtherViewers) {
+    cook("ratio", true);
+    const std::filesystem::path file = out() / "lightmap_scene.glb";
+    const Json json = glbJson(file);
+    const Json fallback = json["materials"][0]["extensions"]["MOZ_lightmap"];
+    const std::size_t image = json["textures"][fallback.at("index").get<std::size_t>()]["source"].get<std::size_t>();
+    formats::writeContent(folder_ / "flat.png", imageOf(file, json, image));
+    const auto flat = formats::readImage(folder_ / "flat.png");
+    ASSERT_TRUE(flat) << flat.error().line();
+    const auto bake = formats::LightMapReader::open(kSource / "examples/cornell/cornell_lightmap.exr", {});
+    ASSERT_TRUE(bake);
+    const auto strip = bake->read(0, bake->height());
+    ASSERT_TRUE(strip);
+    ASSERT_EQ(flat->texels.width(), bake->width());
+    const double intensity = fallback.at("intensity").get<double>();
+    std::int64_t covered = 0, beyond = 0;
+    for (int y = 0; y < bake->height(); ++y)
+        for (int x = 0; x < bake->width(); ++x) {
+            if (strip->covered.at(x, y) == 0) continue;
+            ++covered;
+            const glm::vec3 exit = lighting::lambertExitRadiance(strip->sh.at(x, y), strip->normal.at(x, y), glm::vec3(1)).value;
+            for (int c = 0; c < 3; ++c) {
+                const double expected = std::max(0.0, std::numbers::pi * static_cast<double>(exit[c])),
+                             found = intensity * static_cast<double>(flat->texels.at(x, y)[c]);
+                if (!(std::abs(found - expected) <= 0.5001 / 255 * intensity)) ++beyond;
+            }
+        }
+    EXPECT_GT(covered, 1000);
+    EXPECT_LE(static_cast<double>(beyond), 0.002 * 3 * static_cast<double>(covered)) << "all but the brightest are half a step off";
+    // The irradiance of the probe: coefficient 0 of its SH times pi, from the file.
+    const Json light = json.at("extensions").at("EXT_lights_image_based").at("lights").at(0);
+    EXPECT_NEAR(light.at("irradianceCoefficients")[0][0].get<double>(), std::numbers::pi * 1.1859477766584803, 1e-5);
+    EXPECT_EQ(light.at("irradianceCoefficients").size(), 9u);
+    ASSERT_EQ(light.at("specularImages").size(), 3u);
+    formats::writeContent(folder_ / "face.png", imageOf(file, json, light.at("specularImages")[0][3].get<std::size_t>()));
+    const auto face = formats::readImage(folder_ / "face.png");
+    ASSERT_TRUE(face);
+    EXPECT_EQ(face->texels.width(), 64);
+    EXPECT_EQ(face->channelCount, 4) << "RGBD";
+    EXPECT_EQ(json.at("scenes")[0].at("extensions").at("EXT_lights_image_based").at("light"), 0);
+}
+
+/// Both containers, a scene without a mesh, and each converter alone.
+class Engines : public Command {
+protected:
+    void expectLayoutKeepsSchemas(const formats::LightMapLayoutInfo& layout) const {
+        SCOPED_TRACE(layout.name);
+        const std::string container = layout.isForEngine() ? " --container dds" : "";
+        ASSERT_EQ(run(fmt::format("cook scene.toml -o out --effort 0 --max-error 9 --layout {}{}", layout.name, container)).code, 0);
+        expectKeepSchemas(scene_ / "out");
+    }
+};
+using EnginesSoak = Engines;
+
+TEST_F(Engines, ManifestAndReportKeepTheirSchemasForEachKindOfLayout) {
+    if (!hasJsonSchema()) GTEST_SKIP() << "python3-jsonschema is not installed";
+    for (const char* name : {"raw", "luvw", "godot"}) expectLayoutKeepsSchemas(formats::info(*formats::lightMapLayoutFromName(name)));
+}
+
+TEST_F(EnginesSoak, ManifestAndReportKeepTheirSchemasForEveryLayout) {
+    if (!hasJsonSchema()) GTEST_SKIP() << "python3-jsonschema is not installed";
+    for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) expectLayoutKeepsSchemas(layout);
+}
+
+TEST_F(Engines, ManifestAndReportKeepTheirSchemasForEveryConverter) {
+    if (!hasJsonSchema()) GTEST_SKIP() << "python3-jsonschema is not installed";
+    for (const char* arguments : {"lightmap map.exr out --max-error 1", "dominant map.exr out --max-error 9", "cubemap probe.exr out",
+                                  "cubemap probe.exr out --layout prefiltered --max-error 1", "lut out",
+                                  "lut out --lobe phong --max-error 1", "rsrm sky.exr out --max-error 1"}) {
+        SCOPED_TRACE(arguments);
+        std::filesystem::remove_all(scene_ / "out");
+        const Ended ended = run(arguments);
+        ASSERT_EQ(ended.code, 0) << ended.err;
+        expectKeepSchemas(scene_ / "out");
+    }
+}
+
+TEST_F(Engines, SchemasRefuseWhatTheProgramDoesNotWrite) {
+    if (!hasJsonSchema()) GTEST_SKIP() << "python3-jsonschema is not installed";
+    ASSERT_EQ(run("cook scene.toml -o out --effort 0").code, 0);
+    const Json manifest = readManifest(scene_ / "out").value();
+    const auto refuses = [&](const std::function<void(Json&)>& change) {
+        Json changed = manifest;
+        change(changed);
+        formats::writeContent(scene_ / "changed.json", changed.dump());
+        return !objections(scene_ / "changed.json", manifestSchema()).empty();
+    };
+    EXPECT_FALSE(refuses([](Json&) {}));
+    EXPECT_TRUE(refuses([](Json& json) { json["up_axis"] = "w"; }));
+    EXPECT_TRUE(refuses([](Json& json) { json.erase("shader"); }));
+    EXPECT_TRUE(refuses([](Json& json) { json["assets"][0]["unknown"] = 1; }));
+    EXPECT_TRUE(refuses([](Json& json) { json["assets"][0]["layout"] = "basis-5"; }));
+    EXPECT_TRUE(refuses([](Json& json) { json["assets"][0]["constants"]["range"] = "8"; }));
+    EXPECT_TRUE(refuses([](Json& json) { json["assets"][0]["textures"][0]["format"] = "bc9"; }));
+    EXPECT_TRUE(refuses([](Json& json) { json["assets"][0]["textures"][0]["width"] = 0; }));
+}
+
+TEST_F(Engines, GltfNeedsAMeshAndKtx2) {
+    expectRefused("cook scene.toml -o out --gltf", 2, {"--gltf", "no light map with a mesh", "add `mesh`"});
+    expectRefused("cook scene.toml -o out --gltf --container dds", 2, {"--gltf", "expected container ktx2"});
+    scene_.writeSceneFile("gltf = true\ncontainer = \"dds\"");
+    expectRefused("cook scene.toml -o out", 2, {"scene.toml:5", "expected container ktx2"});
+}
+
+TEST_F(Engines, AProbeMayStateItsPlaceInTheSceneFile) {
+    std::string scene = formats::contentOf(scene_.sceneFile());
+    const std::string before = "[[probe]]\n";
+    scene.replace(scene.find(before), before.size(), before + "position = [1, 2.5, -3]\nbox = [0, 0, -4, 2, 3, 4]\nradius = 5\n");
+    scene.insert(scene.find("[output]"), "up_axis = \"z\"\n");
+    formats::writeContent(scene_.sceneFile(), scene);
+    const Ended ended = run("cook scene.toml -o out --effort 0");
+    ASSERT_EQ(ended.code, 0) << ended.err;
+    const Json manifest = readManifest(scene_ / "out").value();
+    EXPECT_EQ(manifest.at("up_axis"), "z");
+    for (const Json& asset : manifest.at("assets")) {
+        if (asset.at("kind") == "cubemap") {
+            EXPECT_EQ(asset.at("probe"),
+                      Json({{"position", {1.0, 2.5, -3.0}}, {"box", {{0.0, 0.0, -4.0}, {2.0, 3.0, 4.0}}}, {"radius", 5.0}}));
+        }
+        if (asset.at("kind") == "rsrm") {
+            EXPECT_EQ(asset.at("axis"), Json({0.0, 0.0, 1.0}));
+        }
+    }
+    for (const auto& [line, expected] : {std::pair("radius = 0", "positive radius"), std::pair("box = [0, 0, 0, 1, 1, 0]", "lowest corner"),
+                                         std::pair("box = [0, 0, 0]", "corners"), std::pair("position = [1, 2]", "a place")}) {
+        std::string bad = scene;
+        bad.replace(bad.find("position = [1, 2.5, -3]\nbox = [0, 0, -4, 2, 3, 4]\nradius = 5\n"),
+                    std::string("position = [1, 2.5, -3]\nbox = [0, 0, -4, 2, 3, 4]\nradius = 5\n").size(), std::string(line) + "\n");
+        formats::writeContent(scene_.sceneFile(), bad);
+        const Ended refused = run("cook scene.toml -o other");
+        EXPECT_EQ(refused.code, 2) << line;
+        EXPECT_THAT(refused.err, HasSubstr(expected)) << line;
+    }
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

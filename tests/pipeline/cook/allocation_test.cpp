@@ -1,0 +1,192 @@
+// Memory shared out among light maps and dominant lights together.
+#include "pipeline/cook/allocation.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "pipeline/cook/cook.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using Parts = SmallScene::Parts;
+
+AllocationChoices randomChoices(std::mt19937& random, int maps) {
+    AllocationChoices choices;
+    for (int map = 0; map < maps; ++map)
+        for (int i = 0; i < 6; ++i)
+            choices["map" + std::to_string(map)].push_back(
+                {"layout" + std::to_string(i), "full", 100 + random() % 1000, static_cast<double>(1 + random() % 40)});
+    return choices;
+}
+
+struct Worth {
+    std::uint64_t bytes = 0;
+    double visible = 0;
+};
+/// Every combination of choices.
+std::vector<Worth> allWorths(const AllocationChoices& choices, std::uint64_t otherBytes) {
+    std::vector<Worth> worths = {{otherBytes, 0}};
+    for (const auto& [map, each] : choices) {
+        std::vector<Worth> longer;
+        for (const Worth& worth : worths)
+            for (const AllocationChoice& choice : each)
+                longer.push_back({worth.bytes + choice.bytes, std::max(worth.visible, choice.visible)});
+        worths = std::move(longer);
+    }
+    return worths;
+}
+
+TEST(Allocation, FindsWhatTryingEveryCombinationFinds) {
+    std::mt19937 random(5);
+    for (int round = 0; round < 200; ++round) {
+        const AllocationChoices choices = randomChoices(random, 1 + static_cast<int>(random() % 4));
+        const std::vector<Worth> all = allWorths(choices, 50);
+        const std::vector<AllocationPoint> frontier = allocationFrontier(choices, 50);
+        const std::uint64_t budget = 300 + random() % 4000;
+        double least = HUGE_VAL;
+        for (const Worth& worth : all)
+            if (worth.bytes <= budget) least = std::min(least, worth.visible);
+        const AllocationPoint& found = frontier[pointWithin(frontier, budget)];
+        if (std::isfinite(least)) {
+            EXPECT_LE(found.bytes, budget);
+            EXPECT_EQ(found.visible, least);
+        } else {
+            EXPECT_EQ(found.bytes, std::ranges::min_element(all, {}, &Worth::bytes)->bytes);
+        }
+    }
+}
+
+TEST(Allocation, BytesGrowAndErrorsFallAlongTheFrontier) {
+    std::mt19937 random(6);
+    for (int round = 0; round < 100; ++round) {
+        const std::vector<AllocationPoint> frontier = allocationFrontier(randomChoices(random, 3), 0);
+        ASSERT_FALSE(frontier.empty());
+        for (std::size_t i = 1; i < frontier.size(); ++i) {
+            EXPECT_GT(frontier[i].bytes, frontier[i - 1].bytes);
+            EXPECT_LT(frontier[i].visible, frontier[i - 1].visible);
+        }
+    }
+}
+
+TEST(Allocation, AChoiceWithoutAFiniteErrorIsTheLastResort) {
+    const AllocationChoices choices = {{"map", {{"small", "", 10, HUGE_VAL}, {"large", "", 100, 3}}}};
+    const std::vector<AllocationPoint> frontier = allocationFrontier(choices, 0);
+    EXPECT_EQ(frontier[pointWithin(frontier, 100)].choices.at("map").lightMap, "large");
+    EXPECT_EQ(frontier[pointWithin(frontier, 50)].choices.at("map").lightMap, "small");
+}
+
+class BudgetedScene {
+public:
+    explicit BudgetedScene(std::filesystem::path sceneFile, std::filesystem::path folder)
+        : sceneFile_(std::move(sceneFile)), folder_(std::move(folder)) {}
+    Outcome cook(std::uint64_t budget, const std::string& output = "out") const {
+        CookOptions options;
+        options.scene = sceneFile_;
+        options.output = folder_ / output;
+        options.cache = folder_ / "cache";
+        options.budgetBytes = budget;
+        const RunState state;
+        return cookScene(options, state);
+    }
+
+private:
+    std::filesystem::path sceneFile_, folder_;
+};
+
+std::uint64_t usedBytes(const Outcome& outcome) {
+    return outcome.report.at("budget").at("used_bytes").get<std::uint64_t>();
+}
+const Json& mapRow(const Outcome& outcome, const std::string& map) {
+    for (const Json& row : outcome.report.at("assets"))
+        if (row.at("name") == map) return row;
+    throw std::runtime_error("no row " + map);
+}
+const Json& notesOf(const Outcome& outcome, const std::string& map) {
+    return mapRow(outcome, map).at("notes");
+}
+std::uint64_t bytesOf(const Json& point) {
+    return point.at("scene_bytes_gpu").get<std::uint64_t>();
+}
+
+/// Returns the visible error of a cook, after checks that hold for every cook within its budget.
+double expectWithin(const Outcome& outcome, const std::string& map, std::uint64_t budget) {
+    EXPECT_TRUE(outcome.errors.empty()) << (outcome.errors.empty() ? "" : outcome.errors.front().line());
+    EXPECT_LE(usedBytes(outcome), budget);
+    const Json& notes = notesOf(outcome, map);
+    if (notes.contains("step_up")) {
+        EXPECT_GT(bytesOf(notes.at("step_up")), budget) << "the next step would fit";
+    }
+    if (notes.contains("step_down")) {
+        EXPECT_LT(bytesOf(notes.at("step_down")), usedBytes(outcome));
+    }
+    bool isOnFrontier = false;
+    for (const Json& point : notes.at("frontier")) isOnFrontier |= bytesOf(point) == usedBytes(outcome);
+    EXPECT_TRUE(isOnFrontier) << "the frontier has the bytes that were cooked";
+    return notes.at("whole_visible").get<double>();
+}
+
+bool hasAsset(const Outcome& outcome, const std::string& name) {
+    return std::ranges::any_of(outcome.report.at("assets"), [&](const Json& row) { return row.at("name") == name; });
+}
+
+/// The example scene: the error never grows with the budget, a small one is met by trading the dominant light, and one that nothing meets
+/// is refused with the least bytes.
+TEST(CookSceneSoak, ABudgetIsSharedOutOverTheExampleScene) {
+    const formats::TemporaryFolder folder;
+    std::filesystem::copy(std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell", folder / "scene",
+                          std::filesystem::copy_options::recursive);
+    std::string text = formats::contentOf(folder / "scene" / "scene.toml");
+    text.replace(text.find("max_error = 0.02"), 16, "");
+    formats::writeContent(folder / "scene" / "scene.toml", text);
+    const BudgetedScene scene(folder / "scene" / "scene.toml", folder / "cooked");
+
+    const Outcome refused = scene.cook(1000);
+    ASSERT_EQ(refused.errors.size(), 1u);
+    EXPECT_EQ(refused.errors.front().code, formats::ErrorCode::OverBudget);
+    const Json& notes = notesOf(refused, "lightmap");
+    EXPECT_FALSE(notes.contains("step_down")) << "the least that is possible";
+    EXPECT_NE(refused.errors.front().line().find(fmt::format("found {} bytes", usedBytes(refused))), std::string::npos);
+    EXPECT_FALSE(hasAsset(refused, "lightmap_dominant"));
+
+    std::vector<std::uint64_t> budgets;
+    for (const Json& point : notes.at("frontier")) budgets.push_back(bytesOf(point));
+    EXPECT_EQ(budgets.front(), usedBytes(refused));
+    double before = HUGE_VAL;
+    for (const std::size_t index : {std::size_t{1}, budgets.size() / 2, budgets.size() - 1}) {
+        const double visible = expectWithin(scene.cook(budgets[index]), "lightmap", budgets[index]);
+        EXPECT_LT(visible, before);
+        before = visible;
+    }
+    EXPECT_EQ(scene.cook(budgets.back()).actionsRun, 0) << "trials and cooks are kept";
+}
+
+TEST(CookScene, ALightMapLayoutThatTheSceneNamesIsKept) {
+    const SmallScene scene(Parts::LightMap);
+    scene.writeSceneFile("light_map_layout = \"luvw\"");
+    const Outcome outcome = BudgetedScene(scene.sceneFile(), scene / "cooked").cook(1 << 20);
+    ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+    EXPECT_EQ(mapRow(outcome, "map").at("layout"), "luvw");
+    const Json& frontier = notesOf(outcome, "map").at("frontier");
+    EXPECT_GT(frontier.size(), 2u) << "the dominant light is left to the program";
+    for (const Json& point : frontier) EXPECT_TRUE(point.at("layouts").get<std::string>().starts_with("map: luvw,"));
+}
+
+/// A limit on the error decides the light map as without a budget, and the budget is for the dominant light.
+TEST(CookScene, ALimitOnTheErrorKeepsTheLightMapsLayout) {
+    const SmallScene scene(Parts::LightMap);
+    const BudgetedScene budgeted(scene.sceneFile(), scene / "cooked");
+    scene.writeSceneFile("max_error = 0.01");
+    const Outcome outcome = budgeted.cook(1 << 20);
+    ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+    const Json& frontier = notesOf(outcome, "map").at("frontier");
+    EXPECT_GT(frontier.size(), 2u);
+    const std::string start = "map: " + mapRow(outcome, "map").at("layout").get<std::string>() + ",";
+    for (const Json& point : frontier) EXPECT_TRUE(point.at("layouts").get<std::string>().starts_with(start));
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

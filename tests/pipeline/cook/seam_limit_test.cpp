@@ -1,0 +1,172 @@
+// Seams of light maps: figures in the report, and the limit on what cooking adds to them.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "pipeline/cook/cook.h"
+#include "pipeline/report/ci_checks.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::ErrorCode;
+using testing::AllOf;
+using testing::HasSubstr;
+
+/// Writes a wall of two quads, each a mesh of its own with another half of the map, which meet at x = 2. The second mesh has its origin
+/// elsewhere, and its node takes it to its place.
+/// uvs  name of the attribute with the light-map UVs
+void writeTwoMeshes(const std::filesystem::path& folder, const std::string& uvs) {
+    std::string bytes;
+    const auto add = [&](const auto& values) { bytes.append(reinterpret_cast<const char*>(values.data()), sizeof(values)); };
+    add(std::array<float, 12>{0, 7, 0, 0, 0, 0, 2, 0, 0, 2, 7, 0});
+    add(std::array<float, 12>{1, 6, 5, 1, -1, 5, 3, -1, 5, 3, 6, 5});
+    add(std::array<float, 8>{0.05f, 0, 0.05f, 1, 0.45f, 1, 0.45f, 0});
+    add(std::array<float, 8>{0.55f, 0, 0.55f, 1, 0.95f, 1, 0.95f, 0});
+    add(std::array<std::uint16_t, 6>{0, 1, 2, 0, 2, 3});
+    formats::writeContent(folder / "walls.bin", bytes);
+    formats::writeContent(folder / "walls.gltf",
+                          fmt::format(R"({{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0, 1]}}],
+"nodes": [{{"mesh": 0}}, {{"mesh": 1, "translation": [1, 1, -5]}}],
+"meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, "{0}": 2}}, "indices": 4}}]}},
+  {{"primitives": [{{"attributes": {{"POSITION": 1, "{0}": 3}}, "indices": 4}}]}}],
+"buffers": [{{"uri": "walls.bin", "byteLength": 172}}],
+"bufferViews": [{{"buffer": 0, "byteOffset": 0, "byteLength": 48}}, {{"buffer": 0, "byteOffset": 48, "byteLength": 48}},
+  {{"buffer": 0, "byteOffset": 96, "byteLength": 32}}, {{"buffer": 0, "byteOffset": 128, "byteLength": 32}},
+  {{"buffer": 0, "byteOffset": 160, "byteLength": 12}}],
+"accessors": [{{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [2, 7, 0]}},
+  {{"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC3", "min": [1, -1, 5], "max": [3, 6, 5]}},
+  {{"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC2"}}, {{"bufferView": 3, "componentType": 5126, "count": 4, "type": "VEC2"}},
+  {{"bufferView": 4, "componentType": 5123, "count": 6, "type": "SCALAR"}}]}})",
+                                      uvs));
+}
+
+class SeamLimit : public testing::Test {
+protected:
+    /// entry  lines of [[light_map]] beside its mesh
+    Outcome cook(const std::string& output, const std::string& entry = "", const std::string& uvs = "TEXCOORD_1") {
+        scene_.writeSceneFile(output + "\ndraco = false");
+        writeTwoMeshes(scene_ / "", uvs);
+        addToMap("mesh = \"walls.gltf\"\n" + entry);
+        return cookScene(options_, RunState());
+    }
+    void addToMap(const std::string& lines) {
+        std::string text = formats::contentOf(scene_.sceneFile());
+        text.insert(text.find("file = \"map.exr\""), lines);
+        formats::writeContent(scene_.sceneFile(), text);
+    }
+    std::string mistakeOf(const std::string& output) {
+        scene_.writeSceneFile(output);
+        const Outcome outcome = cookScene(options_, RunState());
+        EXPECT_EQ(outcome.errors.size(), 1u);
+        return outcome.errors.empty() ? "" : outcome.errors.front().line();
+    }
+    static const Json& mapOf(const Outcome& outcome) { return outcome.report.at("assets").at(0); }
+    static double addedOf(const Json& map) {
+        const Json& last = map.at("seams").at("stages").back();
+        return std::max(last.at("diffuse").at("added").at("max").get<double>(), last.at("specular").at("added").at("max").get<double>());
+    }
+
+    SmallScene scene_{SmallScene::Parts::LightMap};
+    CookOptions options_ = scene_.options();
+};
+
+TEST_F(SeamLimit, TheReportHasTheSeamOfTwoMeshes) {
+    const Outcome outcome = cook("light_map_layout = \"ratio\"");
+    for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+    const Json& seams = mapOf(outcome).at("seams");
+    EXPECT_EQ(seams.at("edges"), 1);
+    EXPECT_EQ(seams.at("joined_edges"), 2);
+    EXPECT_EQ(seams.at("open_edges"), 6);
+    EXPECT_EQ(seams.at("places"), 73);
+    EXPECT_FALSE(seams.contains("note"));
+    ASSERT_EQ(seams.at("stages").size(), 2u);
+    // The bake is not the same on both sides; the layout keeps that step but for little.
+    const double ofBake = seams.at("bake_diffuse").at("max").get<double>();
+    EXPECT_GT(ofBake, 5);
+    EXPECT_LT(addedOf(mapOf(outcome)), 0.5 * ofBake);
+    const Json& worst = seams.at("worst").at(0);
+    EXPECT_EQ(worst.at("added").get<double>(), addedOf(mapOf(outcome)));
+    EXPECT_EQ(worst.at("position").at(0), 2.0);
+    EXPECT_NEAR(worst.at("texels").at(0).at(0).get<double>(), 0.45 * SmallScene::kWidth - 0.5, 1e-4);
+    EXPECT_NEAR(worst.at("texels").at(1).at(0).get<double>(), 0.55 * SmallScene::kWidth - 0.5, 1e-4);
+    EXPECT_EQ(worst.at("texels").at(0).at(1), worst.at("texels").at(1).at(1));
+    // No step is larger than what the visible errors of both sides allow.
+    const Json& error = mapOf(outcome).at("stages").back().at("error");
+    for (const char* shading : {"diffuse", "specular"})
+        EXPECT_LE(seams.at("stages").back().at(shading).at("added").at("max").get<double>(),
+                  2 * error.at(shading).at("visible").at("bound").get<double>());
+    EXPECT_THAT(formats::contentOf(scene_ / "out" / "report.html"),
+                AllOf(HasSubstr("73 places of 1 edges that two charts share"), HasSubstr("seen around the seam")));
+}
+
+TEST_F(SeamLimit, FailsAMapThatIsOverItAndNamesTheEdge) {
+    const Outcome outcome = cook("light_map_layout = \"ratio\"\nmax_seam = 0.01");
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
+    EXPECT_THAT(
+        outcome.errors.front().line(),
+        AllOf(HasSubstr("map, seams, "), HasSubstr("found a seam of "), HasSubstr("expected at most 0.01; worst at the edge from (2, "),
+              HasSubstr("normal ("), HasSubstr("a step of "), HasSubstr("at texels ("), HasSubstr("): found ("), HasSubstr("expected (")));
+    const Json& map = mapOf(outcome);
+    EXPECT_FALSE(map.at("passed").get<bool>());
+    EXPECT_EQ(map.at("limit").at("max_seam"), 0.01);
+    EXPECT_EQ(map.at("failures").at(0).at("seam").get<double>(), addedOf(map));
+    EXPECT_EQ(map.at("failures").at(0).at("seam_at"), map.at("seams").at("worst").at(0));
+    EXPECT_THAT(formats::contentOf(scene_ / "out" / "report.html"), HasSubstr("cooking adds a "));
+    // JUnit and SARIF have it as a check of its own.
+    const CiRun run = ciRun({"cook", scene_ / "out", scene_.sceneFile(), {}, outcome.report, outcome.errors});
+    for (const CiSuite& suite : run.suites)
+        for (const CiCheck& check : suite.checks)
+            EXPECT_EQ(check.findings.size(), suite.name == "map" && check.rule == CiRule::Seam ? 1u : 0u);
+    // The folder is held to the limit again from its bytes.
+    const Outcome verified = verifyCooked({scene_ / "out", {}, {}}, RunState());
+    ASSERT_EQ(verified.errors.size(), 1u);
+    EXPECT_EQ(verified.errors.front().line(), outcome.errors.front().line());
+}
+
+TEST_F(SeamLimit, OneOfTheLightMapOrTheCommandLineReplacesThatOfTheScene) {
+    EXPECT_TRUE(cook("light_map_layout = \"ratio\"\nmax_seam = 0.01", "max_seam = 50\n").errors.empty());
+    options_.maxSeam = 0.02;
+    const Outcome outcome = cookScene(options_, RunState());
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(mapOf(outcome).at("limit").at("max_seam"), 0.02);
+}
+
+TEST_F(SeamLimit, TheLayoutIsChosenToKeepIt) {
+    const Outcome loose = cook("max_seam = 50"), tight = cook("max_seam = 0.5");
+    for (const Outcome* outcome : {&loose, &tight})
+        for (const formats::Error& error : outcome->errors) ADD_FAILURE() << error.line();
+    EXPECT_LE(addedOf(mapOf(tight)), 0.5);
+    EXPECT_GT(addedOf(mapOf(loose)), 0.5);
+    EXPECT_LT(mapOf(loose).at("bytes_gpu").get<int>(), mapOf(tight).at("bytes_gpu").get<int>());
+}
+
+TEST_F(SeamLimit, SeamsThatCannotBeMeasuredHaveANote) {
+    const Outcome unmapped = cook("light_map_layout = \"ratio\"", "", "TEXCOORD_0");
+    EXPECT_THAT(mapOf(unmapped).at("seams").at("note"), "the mesh has no light-map UVs (TEXCOORD_1)");
+    EXPECT_TRUE(mapOf(unmapped).at("passed").get<bool>());
+    EXPECT_THAT(formats::contentOf(scene_ / "out" / "report.html"), HasSubstr("Not measured: the mesh has no light-map UVs"));
+    const Outcome limited = cook("light_map_layout = \"ratio\"\nmax_seam = 1", "", "TEXCOORD_0");
+    ASSERT_EQ(limited.errors.size(), 1u);
+    EXPECT_THAT(limited.errors.front().line(), HasSubstr("seams: found the mesh has no light-map UVs"));
+    scene_.writeSceneFile("light_map_layout = \"ratio\"");
+    const Outcome alone = cookScene(options_, RunState());
+    EXPECT_THAT(mapOf(alone).at("seams").at("note"), HasSubstr("no mesh"));
+}
+
+TEST_F(SeamLimit, MistakesAreNamed) {
+    EXPECT_THAT(mistakeOf("max_seam = 0"), HasSubstr("found 0 for output.max_seam, expected a positive number of just noticeable"));
+    EXPECT_THAT(mistakeOf("max_seam = 1"), HasSubstr("found a limit on seams where no light map has a mesh, expected mesh = \"FILE\""));
+    scene_.writeSceneFile("");
+    addToMap("max_seam = 1\n");
+    const Outcome outcome = cookScene(options_, RunState());
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_THAT(outcome.errors.front().line(), HasSubstr("found light_map.max_seam without a mesh for 'map', expected mesh = \"FILE\""));
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

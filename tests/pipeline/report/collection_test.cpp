@@ -1,0 +1,238 @@
+// Reports of several scenes: totals, budgets of platforms, comparison, history, and the page.
+#include "pipeline/report/collection.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include "pipeline/graph/files.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+ReportRow rowOf(const std::string& name, AssetKind kind, std::uint64_t bytes, double error) {
+    ReportRow row;
+    row.name = name;
+    row.kind = kind;
+    row.layout = "ratio";
+    row.bytesGpu = bytes;
+    row.bytesDisk = bytes / 2;
+    row.verdict.limit = 0.02;
+    verify::StageError stage;
+    stage.name = "total";
+    stage.diffuse.relRms = stage.specular.relRms = error;
+    row.verdict.stages = {stage};
+    row.verdict.passed = error <= row.verdict.limit;
+    return row;
+}
+
+CookedFolder folderOf(const std::string& scene, const std::string& target, std::vector<ReportRow> rows) {
+    CookedFolder folder;
+    folder.folder = "cooked/" + scene;
+    folder.target = target;
+    folder.report = makeReport({scene, 1.5, 0, std::nullopt, {{"2026-11-01T10:00:00.000Z", 1.5, 1, 1}}}, std::move(rows), {});
+    if (!folder.report.passed) folder.errors.push_back({formats::ErrorCode::Verification, scene, "failed"});
+    return folder;
+}
+
+std::vector<CookedFolder> twoScenes() {
+    std::vector<CookedFolder> folders;
+    folders.push_back(folderOf("hall", "bc", {rowOf("map", AssetKind::LightMap, 1000, 0.01)}));
+    folders.push_back(
+        folderOf("roof", "astc", {rowOf("map", AssetKind::LightMap, 3000, 0.01), rowOf("probe", AssetKind::Cubemap, 500, 0.015)}));
+    return folders;
+}
+
+class InFolder : public testing::Test {
+protected:
+    void SetUp() override {
+        auto made = TemporaryFolder::create(fs::temp_directory_path());
+        ASSERT_TRUE(made.has_value());
+        folder_.emplace(std::move(*made));
+    }
+    fs::path write(const std::string& name, const std::string& text) const {
+        EXPECT_TRUE(writeFile(folder_->path() / name, text));
+        return folder_->path() / name;
+    }
+    std::optional<TemporaryFolder> folder_;
+};
+using Budgets = InFolder;
+using History = InFolder;
+using CollectionBaseline = InFolder;
+
+TEST(Collection, AddsUpScenesTheLargestFirst) {
+    const CollectionReport report = makeCollection(twoScenes());
+    ASSERT_EQ(report.scenes.size(), 2u);
+    EXPECT_EQ(report.scenes[0].name, "roof");
+    EXPECT_EQ(report.totals.bytesGpu, 4500u);
+    EXPECT_EQ(report.totals.bytesDisk, 2250u);
+    EXPECT_EQ(report.totals.byKind.at("light-map"), 4000u);
+    EXPECT_EQ(report.totals.byTarget.at("bc"), 1000u);
+    EXPECT_TRUE(report.passed);
+    EXPECT_DOUBLE_EQ(report.scenes[0].assets[1].figures.diffuse, 0.015);
+    const auto read = fromJson<CollectionReport>(toJson(report), "report.json");
+    ASSERT_TRUE(read) << read.error().line();
+    EXPECT_EQ(toJson(*read), toJson(report));
+}
+
+TEST(Collection, FailsWithAScene) {
+    std::vector<CookedFolder> folders = twoScenes();
+    folders.push_back(folderOf("cellar", "bc", {rowOf("map", AssetKind::LightMap, 10, 0.5)}));
+    const CollectionReport report = makeCollection(folders);
+    EXPECT_FALSE(report.passed);
+    EXPECT_FALSE(report.scenes.back().passed);
+    EXPECT_THAT(report.scenes.back().errors, ElementsAre("cellar: failed"));
+    EXPECT_THAT(renderCollectionHtml(report, "", {}), HasSubstr("What failed"));
+}
+
+TEST(Collection, ComparesByNameAndTarget) {
+    const CollectionReport before = makeCollection(twoScenes());
+    std::vector<CookedFolder> folders = twoScenes();
+    folders[0] = folderOf("hall", "bc", {rowOf("map", AssetKind::LightMap, 1500, 0.012)});
+    folders[1] = folderOf("roof", "bc", {rowOf("map", AssetKind::LightMap, 3000, 0.01)});
+    const CollectionComparison comparison = compareCollections(makeCollection(folders), before.scenes, "old.json", 5.0);
+    EXPECT_EQ(comparison.bytesBefore, 4500u);
+    EXPECT_EQ(comparison.bytesNow, 4500u);
+    EXPECT_TRUE(comparison.passed);
+    ASSERT_EQ(comparison.scenes.size(), 3u) << "another target is another scene";
+    EXPECT_EQ(comparison.scenes[0].change, "added");
+    EXPECT_EQ(comparison.scenes[1].name, "hall");
+    EXPECT_NEAR(comparison.scenes[1].growthPercent, 50, 1e-9);
+    ASSERT_EQ(comparison.scenes[1].assets.size(), 1u);
+    EXPECT_TRUE(errorGrew(comparison.scenes[1].assets[0]));
+    EXPECT_EQ(comparison.scenes[2].change, "removed");
+    EXPECT_FALSE(compareCollections(makeCollection(folders), {before.scenes[1]}, "old.json", 5.0).passed);
+}
+
+TEST_F(CollectionBaseline, IsReadBackFromJson) {
+    const CollectionReport report = makeCollection(twoScenes());
+    const auto scenes = readBaselineScenes(write("old.json", textOf(toJson(report))));
+    ASSERT_TRUE(scenes) << scenes.error().line();
+    EXPECT_EQ(compareCollections(report, *scenes, "old.json", std::nullopt).scenes[0].change, "same");
+    const auto other = readBaselineScenes(write("other.json", "{\"scenes\": 3, \"totals\": 4}"));
+    ASSERT_FALSE(other);
+    EXPECT_THAT(other.error().line(), HasSubstr("other.json"));
+}
+
+TEST(Collection, PageNeedsNothingFromOutsideAndLinksToScenes) {
+    CollectionReport report = makeCollection(twoScenes());
+    report.scenes[0].name = "<roof>";
+    report.scenes[0].folder = "cooked/roof 100%";
+    const std::string page = renderCollectionHtml(report, "cooked/all.html", {});
+    for (const char* outside : {"<link", "http:", "https:", "@import", "src=\"h"}) EXPECT_THAT(page, Not(HasSubstr(outside)));
+    EXPECT_THAT(page, HasSubstr("&lt;roof&gt;"));
+    EXPECT_THAT(page, Not(HasSubstr("<roof>")));
+    EXPECT_THAT(page, HasSubstr("href=\"roof%20100%25/report.html\""));
+    EXPECT_THAT(renderCollectionHtml(report, "", {}), Not(HasSubstr("report.html")));
+}
+
+TEST(Collection, PageOfManyScenesStaysSmall) {
+    std::vector<CookedFolder> folders;
+    for (int i = 0; i < 500; ++i)
+        folders.push_back(folderOf(fmt::format("scene{}", i), "bc", {rowOf("map", AssetKind::LightMap, 1000, 0.01)}));
+    EXPECT_LT(renderCollectionHtml(makeCollection(folders), "all.html", {}).size(), std::size_t{2} << 20);
+}
+
+constexpr const char* kBudgetsText = R"(schema = 1
+[[platform]]
+name = "desktop"
+target = "bc"
+scene = "2 KiB"
+[[platform]]
+name = "handheld"
+total = "4 KiB"
+scene = "1 KiB"
+scenes = { roof = "8 KiB" }
+kinds = { light-map = "2000", cubemap = "500" }
+)";
+
+TEST_F(Budgets, HoldScenesOfTheirTarget) {
+    const auto budgets = readBudgets(write("budgets.toml", kBudgetsText));
+    ASSERT_TRUE(budgets) << budgets.error().line();
+    std::vector<SceneMemory> memory;
+    for (const CookedFolder& folder : twoScenes()) memory.push_back(memoryOf(folder));
+    const std::vector<PlatformUse> uses = usesOf(*budgets, memory);
+    ASSERT_EQ(uses.size(), 2u);
+    EXPECT_TRUE(uses[0].passed);
+    EXPECT_EQ(uses[0].usedBytes, 1000u);
+    EXPECT_EQ(uses[0].scenes, 1);
+    EXPECT_FALSE(uses[1].passed);
+    ASSERT_EQ(uses[1].checks.size(), 6u);
+    EXPECT_EQ(uses[1].checks[0].limit, "total");
+    EXPECT_FALSE(uses[1].checks[0].passed) << "4500 of 4096";
+    EXPECT_EQ(uses[1].checks[3].limitBytes, 8192u) << "the scene's own limit";
+    const auto errors = errorsOf(uses, "budgets.toml");
+    ASSERT_EQ(errors.size(), 2u);
+    EXPECT_EQ(errors[0].code, formats::ErrorCode::OverBudget);
+    EXPECT_EQ(errors[0].line(), "budgets.toml, platform handheld, all scenes: found 4500 bytes of GPU memory, expected at most 4096");
+    EXPECT_EQ(errors[1].line(),
+              "budgets.toml, platform handheld, scene roof, light-map: found 3000 bytes of GPU memory, expected at most 2000");
+}
+
+TEST_F(Budgets, MistakesNamePlaceAndNearestName) {
+    const auto lineOf = [&](const std::string& text) {
+        const auto budgets = readBudgets(write("budgets.toml", text));
+        return budgets ? std::string("read") : budgets.error().detail;
+    };
+    EXPECT_THAT(lineOf("schema = 1\n[[platfrom]]\n"),
+                HasSubstr("unknown key 'platfrom' in the file, expected one of its keys; nearest is 'platform'"));
+    EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\ntotl = \"1\"\n"), HasSubstr("nearest is 'total'"));
+    EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\nkinds = { lightmap = \"1\" }\n"), HasSubstr("nearest is 'light-map'"));
+    EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\nformats = { bc6 = \"1\" }\n"), HasSubstr("unknown key 'bc6'"));
+    EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\ntarget = \"bcc\"\ntotal = \"1\"\n"),
+                HasSubstr("expected bc, astc or float"));
+    EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\n"), HasSubstr("found no limit for platform 'a'"));
+    EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\ntotal = 3\n"), HasSubstr("found no string for platform.total"));
+    EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\ntotal = \"3 MB\"\n[[platform]]\nname = \"a\"\ntotal = \"1\"\n"),
+                HasSubstr("found a second platform 'a'"));
+    EXPECT_THAT(lineOf("schema = 2\n"), HasSubstr("expected schema = 1"));
+    EXPECT_THAT(lineOf("schema = 1\n"), HasSubstr("expected tables [[platform]]"));
+    EXPECT_THAT(lineOf("schema = [\n"), HasSubstr("syntax error"));
+}
+
+TEST_F(History, AppendsALineOnceForAReport) {
+    const fs::path file = folder_->path() / "history.jsonl";
+    std::vector<CookedFolder> folders = twoScenes();
+    const std::vector<HistoryLine> lines = {historyLine(folders[0].report, "bc"), historyLine(folders[1].report, "astc")};
+    ASSERT_TRUE(appendHistory(file, lines));
+    auto history = appendHistory(file, lines);
+    ASSERT_TRUE(history) << history.error().line();
+    EXPECT_EQ(history->size(), 2u) << "the same report counts once";
+    folders[0] = folderOf("hall", "bc", {rowOf("map", AssetKind::LightMap, 1500, 0.012)});
+    history = appendHistory(file, {historyLine(folders[0].report, "bc")});
+    ASSERT_TRUE(history);
+    ASSERT_EQ(history->size(), 3u);
+    EXPECT_EQ(history->back().bytesGpu, 1500u);
+    EXPECT_DOUBLE_EQ(history->back().diffuse, 0.012);
+    const auto read = readHistory(file);
+    ASSERT_TRUE(read);
+    EXPECT_EQ(read->size(), 3u);
+    const std::string page = renderCollectionHtml(makeCollection(folders), "", *history);
+    EXPECT_THAT(page, HasSubstr("Over time"));
+    EXPECT_THAT(page, HasSubstr("polyline"));
+    EXPECT_THAT(renderCollectionHtml(makeCollection(folders), "", {}), Not(HasSubstr("Over time")));
+}
+
+TEST_F(History, AnotherFileIsRefusedAndLeftAlone) {
+    const std::vector<HistoryLine> lines = {historyLine(twoScenes()[0].report, "bc")};
+    for (const std::string text : {"{\"scene\": 1}\n", "notes of mine\n", "\n", "{\"lightcook\": \"0.1\"}\n"}) {
+        const fs::path file = write("history.jsonl", text);
+        const auto appended = appendHistory(file, lines);
+        ASSERT_FALSE(appended) << text;
+        EXPECT_EQ(appended.error().code, formats::ErrorCode::FileUnreadable);
+        EXPECT_THAT(appended.error().line(), HasSubstr("history.jsonl:1"));
+        EXPECT_EQ(*readFile(file), text);
+    }
+    const fs::path good = folder_->path() / "good.jsonl";
+    ASSERT_TRUE(appendHistory(good, lines));
+    const std::string text = *readFile(good);
+    write("good.jsonl", text.substr(0, text.size() - 1));
+    EXPECT_FALSE(appendHistory(good, lines)) << "a line without its end was cut off";
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

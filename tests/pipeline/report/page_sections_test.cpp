@@ -1,0 +1,135 @@
+// Sections and parts of report.html: treemap, captions, advice, rendered views, script.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <numeric>
+
+#include "formats/light_map_layout.h"
+#include "pipeline/report/advice_section.h"
+#include "pipeline/report/captions.h"
+#include "pipeline/report/page_frame.h"
+#include "pipeline/report/page_parts.h"
+#include "pipeline/report/report.h"
+#include "pipeline/report/treemap.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(Treemap, AreasAreAsTheValuesAndFillTheWhole) {
+    const TreemapArea whole = {10, 20, 600, 400};
+    for (const std::vector<double>& values :
+         {std::vector<double>{6, 6, 4, 3, 2, 2, 1}, std::vector<double>{1}, std::vector<double>{1e9, 1, 1}}) {
+        const auto areas = squarified(whole, values);
+        const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+        for (std::size_t i = 0; i < areas.size(); ++i) {
+            const TreemapArea& area = areas[i];
+            EXPECT_NEAR(area.width * area.height, values[i] / sum * whole.width * whole.height, 1e-6 * whole.width * whole.height);
+            EXPECT_GE(area.x, whole.x - 1e-4);
+            EXPECT_LE(area.x + area.width, whole.x + whole.width + 1e-4);
+            EXPECT_LE(area.y + area.height, whole.y + whole.height + 1e-4);
+            for (std::size_t j = 0; j < i; ++j) {
+                const double across = std::min(area.x + area.width, areas[j].x + areas[j].width) - std::max(area.x, areas[j].x);
+                const double down = std::min(area.y + area.height, areas[j].y + areas[j].height) - std::max(area.y, areas[j].y);
+                EXPECT_TRUE(across < 1e-4 || down < 1e-4) << i << " covers part of " << j;
+            }
+        }
+    }
+}
+
+TEST(Treemap, ExampleOfThePaper) {
+    // Bruls, Huizing and van Wijk 2000, figure 4: 6, 6, 4, 3, 2, 2, 1 in 6 x 4. The first strip holds both sixes, 3 wide and 2 high each.
+    const auto areas = squarified({0, 0, 6, 4}, {6, 6, 4, 3, 2, 2, 1});
+    EXPECT_NEAR(areas[0].width, 3, 1e-9);
+    EXPECT_NEAR(areas[0].height, 2, 1e-9);
+    EXPECT_NEAR(areas[1].y, 2, 1e-9);
+    EXPECT_NEAR(areas[2].x, 3, 1e-9);
+    EXPECT_NEAR(areas[2].height, 7.0 / 3, 1e-9);
+}
+
+TEST(Treemap, ZeroBytesAndEmptyListsDrawNothing) {
+    EXPECT_TRUE(treemap({}, "x").isEmpty());
+    EXPECT_TRUE(treemap({{"a", "", "red", "", 0}}, "x").isEmpty());
+    const std::string drawn = treemap({{"a<b", "", "red", "#x", 100}, {"c", "", "red", "", 0}}, "x").markup();
+    EXPECT_THAT(drawn, HasSubstr("a&lt;b"));
+    EXPECT_THAT(drawn, Not(HasSubstr(">c<")));
+}
+
+TEST(Captions, EveryStageAndKindHasWords) {
+    for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts())
+        for (const std::string_view stage : layout.stages) EXPECT_TRUE(hasStageCaption(stage)) << stage;
+    for (const AssetKindInfo& kind : allAssetKinds()) EXPECT_FALSE(kindCaption(kind.name).empty());
+    EXPECT_EQ(kindCaption("light-map"), "light map");
+    EXPECT_EQ(stageCaption("no such stage"), "no such stage");
+    EXPECT_EQ(noteCaption("a_new_note"), "a new note");
+}
+
+Json candidate(const char* layout, std::uint64_t bytes, double error) {
+    return {{"layout", layout},      {"bytes_gpu", bytes}, {"diffuse", error},
+            {"specular", error / 2}, {"fetches", 2},       {"decode_ops", bytes / 100}};
+}
+
+Json twoAssets() {
+    const Json map = {{"name", "hall"},
+                      {"kind", "light-map"},
+                      {"layout", "basis-4"},
+                      {"width", 100},
+                      {"height", 100},
+                      {"bytes_gpu", 10240},
+                      {"passed", true},
+                      {"limit", {{"value", 0.02}}},
+                      {"textures", Json::array({{{"role", "l0"}, {"bytes_gpu", 8192}}})},
+                      {"notes", {{"covered_texels", 7500}}},
+                      {"trial_share", 0.25},
+                      {"trial_candidates", Json::array({candidate("basis-3", 8192, 0.03), candidate("basis-4", 10240, 0.015),
+                                                        candidate("ratio", 40960, 0.005)})}};
+    const Json light = {{"name", "hall_dominant"}, {"kind", "dominant"}, {"bytes_gpu", 30720}, {"passed", true}};
+    return {{"assets", Json::array({map, light})},
+            {"budget", {{"used_bytes", 40960}}},
+            {"whole",
+             {{"parts", Json::array({{{"asset", "hall"}, {"share", 0.6}},
+                                     {{"asset", "hall"}, {"share", 0.3}},
+                                     {{"asset", "hall_dominant"}, {"share", 0.1}}})}}}};
+}
+
+TEST(Advice, NamesBytesAndErrorsThatWereMeasured) {
+    const std::vector<std::string> advice = adviceOf(twoAssets());
+    ASSERT_EQ(advice.size(), 5u);
+    EXPECT_EQ(advice[0],
+              "Dominant light 'hall_dominant' (30.0 KiB): 75.0 % of the memory, 10.0 % of the squared error of the whole shading. Look "
+              "here first to save memory.");
+    EXPECT_THAT(advice[1], HasSubstr("Look here first to reduce the error"));
+    EXPECT_THAT(advice[2],
+                HasSubstr("layout basis-3 in place of basis-4 saves 2.00 KiB; the error (rel_rms, measured on 25.0 % of the map) goes "
+                          "from 1.50 % to 3.00 %, over the limit of 2.00 %"));
+    EXPECT_THAT(advice[3], HasSubstr("layout ratio costs 30.0 KiB more"));
+    EXPECT_THAT(advice[4], HasSubstr("texels outside charts take 25.0 % of its textures: 2.00 KiB"));
+}
+
+TEST(Advice, SaysNothingWithoutFigures) {
+    EXPECT_TRUE(adviceOf(Json::object()).empty());
+    EXPECT_TRUE(adviceOf({{"assets", 3}, {"budget", "x"}}).empty());
+    EXPECT_TRUE(adviceSection({{"assets", Json::array({{{"name", "a"}}})}}).isEmpty());
+}
+
+TEST(Shadings, RowsOfZerosAreLeftOut) {
+    const Json zero = {{"rel_rms", 0.0}, {"p99", 0.0}, {"max_sampled", 0.0}}, some = {{"rel_rms", 0.0}, {"p99", 0.0}, {"max_sampled", 0.1}};
+    const auto assetOf = [](const Json& diffuse, const Json& specular) {
+        return Json{{"stages", Json::array({{{"name", "total"}, {"error", {{"diffuse", diffuse}, {"specular", specular}}}}})}};
+    };
+    EXPECT_THAT(shadingsOf(assetOf(zero, some)), ElementsAre(testing::StrEq("specular")));
+    EXPECT_THAT(shadingsOf(assetOf(some, zero)), ElementsAre(testing::StrEq("diffuse")));
+    EXPECT_EQ(shadingsOf(assetOf(zero, zero)).size(), 2u);
+    EXPECT_EQ(shadingsOf(assetOf({{"rel_rms", nullptr}}, zero)).size(), 1u) << "not finite is not zero";
+}
+
+TEST(Script, FetchesNothing) {
+    const std::string script(reportScript());
+    for (const char* outside : {"fetch", "XMLHttpRequest", "import", "http", "eval", "<"}) EXPECT_THAT(script, Not(HasSubstr(outside)));
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

@@ -1,0 +1,146 @@
+#include "pipeline/view/site.h"
+
+#include <gmock/gmock.h>
+
+#include <glm/gtc/packing.hpp>
+
+#include "formats/gpu_texture.h"
+#include "pipeline/json/json.h"
+#include "tests/pipeline/view/cooked_site.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using formats::ErrorCode;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Key;
+using testing::Not;
+
+Json sceneDataOf(const Site& site) {
+    return Json::parse(std::get<std::string>(site.files().at("viewer/scene.json").content));
+}
+
+TEST_F(CookedSite, HasThePageTheCookedFilesAndTheBakes) {
+    const auto site = open();
+    ASSERT_TRUE(site.has_value()) << site.error().line();
+    EXPECT_TRUE(site->notes().empty());
+    for (const char* path : {"index.html", "assets/page.js", "cooked/cooked.json", "cooked/report.json", "cooked/report.html",
+                             "cooked/lightcook.glsl", "viewer/scene.json", "viewer/map.reference.ktx2"})
+        EXPECT_THAT(site->files(), Contains(Key(path)));
+    EXPECT_EQ(site->files().at("assets/page.js").mediaType, "text/javascript; charset=utf-8");
+    EXPECT_EQ(mediaTypeOf("unknown.xyz"), "application/octet-stream");
+    const Json data = sceneDataOf(*site);
+    EXPECT_EQ(data.at("scene"), "small");
+    const Json& map = data.at("light_maps").at(0);
+    EXPECT_EQ(map.at("name"), "map");
+    EXPECT_GT(map.at("display").at("nits"), 0);
+    EXPECT_EQ(map.at("display").at("black"), 0.5);
+    ASSERT_FALSE(map.at("worst").empty());
+    for (std::size_t i = 1; i < map.at("worst").size(); ++i)
+        EXPECT_GE(map.at("worst")[i - 1].at("visible"), map.at("worst")[i].at("visible"));
+}
+
+TEST_F(CookedSite, BakeIsThatOfTheFileInHalfFloats) {
+    const auto site = open();
+    ASSERT_TRUE(site.has_value()) << site.error().line();
+    const double scale = sceneDataOf(*site).at("light_maps").at(0).at("reference_scale");
+    const auto bake = formats::LightMapReader::open(scene_ / "map.exr", {});
+    ASSERT_TRUE(bake.has_value());
+    const auto rows = bake->read(0, bake->height());
+    ASSERT_TRUE(rows.has_value());
+    const auto texture = formats::TextureReader::open(std::get<fs::path>(site->files().at("viewer/map.reference.ktx2").content));
+    ASSERT_TRUE(texture.has_value()) << texture.error().line();
+    ASSERT_EQ(texture->shape().layerCount, 9);
+    for (int layer = 0; layer < 9; ++layer) {
+        const auto bytes = texture->readImage({0, layer, 0});
+        ASSERT_TRUE(bytes.has_value());
+        for (int y = 0; y < bake->height(); ++y)
+            for (int x = 0; x < bake->width(); ++x) {
+                std::uint64_t packed = 0;
+                std::memcpy(&packed, bytes->data() + 8 * (static_cast<std::size_t>(y) * bake->width() + x), 8);
+                const glm::vec4 found = glm::unpackHalf4x16(packed);
+                const bool isCovered = rows->covered.at(x, y) != 0;
+                EXPECT_EQ(found.a, layer == 0 && isCovered ? 1 : 0);
+                for (int channel = 0; channel < 3; ++channel) {
+                    const double expected = isCovered ? scale * rows->sh.at(x, y)[std::size_t(layer)][channel] : 0;
+                    ASSERT_NEAR(found[channel], expected, std::abs(expected) / 1024 + 1e-7) << layer << " at " << x << ", " << y;
+                }
+            }
+    }
+}
+
+TEST_F(CookedSite, LightBeyondHalfFloatsIsScaled) {
+    SmallScene bright(SmallScene::Parts::LightMap,
+                      [](const glm::dvec3& direction, const glm::dvec2& place) { return 1e6f * sunAndSky(direction, place); });
+    bright.writeSceneFile("target = \"float\"\nlight_map_layout = \"raw\"");
+    ASSERT_TRUE(cookScene(bright.options(), state_).errors.empty());
+    const auto site = Site::open({bright / "out", {}, kPage}, state_);
+    ASSERT_TRUE(site.has_value()) << site.error().line();
+    const double scale = sceneDataOf(*site).at("light_maps").at(0).at("reference_scale");
+    EXPECT_LT(scale, 1);
+    EXPECT_EQ(std::exp2(std::round(std::log2(scale))), scale) << "a power of two";
+}
+
+TEST_F(CookedSite, ShowsASceneWhoseBakeIsGoneAndSaysSo) {
+    fs::remove(scene_ / "map.exr");
+    const auto site = open();
+    ASSERT_TRUE(site.has_value()) << site.error().line();
+    ASSERT_EQ(site->notes().size(), 1u);
+    EXPECT_THAT(site->notes()[0], HasSubstr("map.exr"));
+    EXPECT_THAT(site->files(), Not(Contains(Key("viewer/map.reference.ktx2"))));
+    const Json map = sceneDataOf(*site).at("light_maps").at(0);
+    EXPECT_FALSE(map.contains("reference"));
+    EXPECT_THAT(map.at("reference_missing").get<std::string>(), HasSubstr("map.exr"));
+}
+
+TEST_F(CookedSite, RefusesWhatIsNoCookedFolder) {
+    const auto none = Site::open({scene_ / "nowhere", {}, kPage}, state_);
+    ASSERT_FALSE(none.has_value());
+    EXPECT_THAT(none.error().line(), HasSubstr("nowhere"));
+    const auto withoutPage = Site::open({folder(), {}, {}}, state_);
+    ASSERT_FALSE(withoutPage.has_value());
+    EXPECT_EQ(withoutPage.error().code, ErrorCode::InvalidRequest);
+    EXPECT_THAT(withoutPage.error().line(), HasSubstr("LIGHTCOOK_VIEWER"));
+}
+
+TEST_F(CookedSite, RefusesAChangedFileAndALinkOutOfTheFolder) {
+    const fs::path shader = folder() / "lightcook.glsl";
+    fs::rename(shader, scene_ / "outside.glsl");
+    fs::create_symlink(scene_ / "outside.glsl", shader);
+    const auto linked = open();
+    ASSERT_FALSE(linked.has_value());
+    EXPECT_EQ(linked.error().code, ErrorCode::FileUnreadable);
+    EXPECT_THAT(linked.error().line(), HasSubstr("symbolic link out of the folder"));
+    fs::remove(shader);
+    formats::writeContent(shader, "// changed\n");
+    const auto changed = open();
+    ASSERT_FALSE(changed.has_value());
+    EXPECT_EQ(changed.error().code, ErrorCode::Verification);
+    EXPECT_THAT(changed.error().line(), HasSubstr("lightcook.glsl"));
+}
+
+TEST_F(CookedSite, IsExportedWholeAndReplacesAnEarlierExport) {
+    const auto site = open();
+    ASSERT_TRUE(site.has_value()) << site.error().line();
+    const fs::path page = scene_ / "page";
+    ASSERT_TRUE(exportSite(*site, page, state_).has_value());
+    for (const auto& [path, file] : site->files()) EXPECT_TRUE(fs::is_regular_file(page / path)) << path;
+    EXPECT_EQ(formats::contentOf(page / "index.html"), kPage[0].bytes);
+    EXPECT_EQ(formats::contentOf(page / "cooked/cooked.json"), formats::contentOf(folder() / "cooked.json"));
+    formats::writeContent(page / "cooked/stale.ktx2", "left by an older scene");
+    ASSERT_TRUE(exportSite(*site, page, state_).has_value());
+    EXPECT_FALSE(fs::exists(page / "cooked/stale.ktx2"));
+
+    fs::create_directory(scene_ / "mine");
+    formats::writeContent(scene_ / "mine/notes.txt", "not an export");
+    const auto refused = exportSite(*site, scene_ / "mine", state_);
+    ASSERT_FALSE(refused.has_value());
+    EXPECT_EQ(refused.error().code, ErrorCode::InvalidRequest);
+    EXPECT_EQ(formats::contentOf(scene_ / "mine/notes.txt"), "not an export");
+    EXPECT_FALSE(exportSite(*site, scene_ / "mine/notes.txt", state_).has_value());
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline

@@ -1,0 +1,137 @@
+// The sum of light map and dominant light against the shader's own lcWholeSpecular.
+#include "verify/whole_shading.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/geometric.hpp>
+#include <random>
+
+#include "lighting/brdf.h"
+#include "lighting/sphere.h"
+#include "shaders/lightcook_cpp.h"
+
+namespace lightcook::verify {
+namespace {
+
+shaders::LcSpecularKernel kernelOf(double NoV, double m) {
+    const lighting::AreaSpecularKernel kernel =
+        lighting::integrateAreaSpecular(NoV, m, lighting::NormalDistribution::Beckmann, lighting::CookTorranceNormalization::Energy, 512);
+    const auto four = [](const lighting::ShDouble& c) { return glm::vec4(glm::dvec4(c[0], c[2], c[3], c[6])); };
+    shaders::LcSpecularKernel out;
+    out.c0236 = four(kernel.c);
+    out.d0236 = four(kernel.d);
+    out.cd78 = glm::vec4(glm::dvec4(kernel.c[7], kernel.c[8], kernel.d[7], kernel.d[8]));
+    return out;
+}
+
+lighting::ShRgb randomLight(std::mt19937& random) {
+    std::uniform_real_distribution<float> any(-1, 1);
+    lighting::ShRgb sh;
+    for (auto& c : sh) c = glm::vec3(any(random), any(random), any(random));
+    sh[0] = glm::vec3(3);
+    return sh;
+}
+
+/// White diffuse light and lcWholeSpecular, view by view, with kernels of their own integral.
+TEST(WholeShader, LightMapAndDominantLightAddUpToTheShadersLight) {
+    LightMapShading shading;
+    shading.viewCount = 4;
+    const WholeShader shader = WholeShader::create(shading).value();
+    const std::size_t stride = shader.stride();
+    std::mt19937 random(9);
+    std::uniform_real_distribution<double> any(-1, 1);
+    for (int round = 0; round < 5; ++round) {
+        const lighting::ShRgb sh = randomLight(random);
+        const glm::vec3 normal(glm::normalize(glm::dvec3(any(random), any(random), any(random))));
+        const DominantLightSample light{glm::dvec3(normal) + 0.4 * glm::dvec3(any(random), any(random), any(random)), {2, 1, 0.5}};
+        std::vector<float> map(3 * stride), dominant(3 * stride);
+        shader.shadeLightMap(sh, normal, map);
+        shader.shadeDominant(light, normal, dominant);
+        shaders::LcSh lit;
+        for (std::size_t i = 0; i < sh.size(); ++i) lit.c[i] = sh[i];
+        const glm::vec3 diffuse = shaders::lcExitRadiance(lit, normal);
+        std::size_t k = 0;
+        for (int i = 0; i < shading.viewCount; ++i) {
+            const glm::dvec3 local = lighting::fibonacciHemisphere(i, shading.viewCount);
+            const glm::vec3 view(lighting::worldFromTangentFrame(glm::dvec3(normal)) * local);
+            for (const double m : shading.m)
+                for (const double f0 : shading.f0) {
+                    const glm::vec3 expected =
+                        diffuse + shaders::lcWholeSpecular(view, lit, glm::vec3(light.direction), glm::vec3(light.intensity), normal,
+                                                           static_cast<float>(m), glm::vec3(static_cast<float>(f0)), kernelOf(local.z, m));
+                    for (std::size_t channel = 0; channel < 3; ++channel) {
+                        const float truth = expected[static_cast<int>(channel)];
+                        EXPECT_NEAR(map[channel * stride + k] + dominant[channel * stride + k], truth, 2e-4f * (1 + std::abs(truth)));
+                    }
+                    ++k;
+                }
+        }
+        EXPECT_EQ(k, shader.sampleCount());
+    }
+}
+
+TEST(WholeShader, AMatteSceneShowsDiffuseLightAlone) {
+    LightMapShading shading;
+    shading.specular = false;
+    const WholeShader shader = WholeShader::create(shading).value();
+    std::mt19937 random(4);
+    const lighting::ShRgb sh = randomLight(random);
+    std::vector<float> map(3 * shader.stride()), dominant(3 * shader.stride(), 1.0f);
+    shader.shadeLightMap(sh, {0, 0, 1}, map);
+    shader.shadeDominant({{0, 0, 1}, {5, 5, 5}}, {0, 0, 1}, dominant);
+    shaders::LcSh lit;
+    for (std::size_t i = 0; i < sh.size(); ++i) lit.c[i] = sh[i];
+    EXPECT_EQ(shader.sampleCount(), 1u);
+    EXPECT_FLOAT_EQ(map[0], shaders::lcExitRadiance(lit, {0, 0, 1}).x);
+    for (const float each : dominant) EXPECT_EQ(each, 0.0f);
+}
+
+TEST(WholeShader, VisibleErrorsOfASumAreThoseOfEachSample) {
+    constexpr std::size_t kStride = DisplayTransform::kLanes;
+    std::mt19937 random(2);
+    std::uniform_real_distribution<float> any(0, 2);
+    std::vector<float> reference(6 * kStride), a(6 * kStride), b(6 * kStride);
+    for (std::vector<float>* each : {&reference, &a, &b})
+        for (float& value : *each) value = any(random);
+    const Viewing viewing;
+    double largest = 0;
+    for (std::size_t place = 0; place < 2; ++place)
+        for (std::size_t k = 0; k < kStride; ++k) {
+            glm::dvec3 truth, found;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const std::size_t at = (3 * place + c) * kStride + k;
+                truth[static_cast<int>(c)] = static_cast<double>(reference[at]);
+                found[static_cast<int>(c)] = static_cast<double>(a[at] + b[at]);
+            }
+            largest = std::max(largest, lighting::visibleDifference(truth, found, viewing.display, viewing.bt2020FromWorking));
+        }
+    EXPECT_NEAR(visibleErrorsOfSum(reference, a, b, kStride, kStride, viewing).max, largest, 1e-3 * largest);
+    EXPECT_EQ(visibleErrorsOfSum(reference, reference, {}, kStride, kStride, viewing).max, 0);
+}
+
+/// Textures of half the size are fetched as a GPU fetches them at the light map's texel centres: 1/4 and 3/4 between their own.
+TEST(DominantVerifier, SmallerTexturesAreFilteredAtThePlacesOfTheLightMap) {
+    CookedDominant map;
+    map.width = 8;
+    map.height = 6;
+    map.divisor = 2;
+    const DominantVerifier verifier(map, {}, lighting::kRec709Luminance, 1);
+    DecodedDominantRows rows{0, formats::Image<glm::vec4>(4, 3), formats::Image<glm::vec4>(4, 3)};
+    for (int y = 0; y < 3; ++y)
+        for (int x = 0; x < 4; ++x) {
+            rows.direction.at(x, y) = glm::vec4(x, y, 1, 1);
+            rows.intensity.at(x, y) = glm::vec4(static_cast<float>(x * y));
+        }
+    const DominantLightSample inside = verifier.decode(rows, 3, 2);  // (1.25, 0.75) in the textures
+    EXPECT_DOUBLE_EQ(inside.direction.x, 1.25);
+    EXPECT_DOUBLE_EQ(inside.direction.y, 0.75);
+    EXPECT_DOUBLE_EQ(inside.intensity.x, 1.25 * 0.75);
+    EXPECT_DOUBLE_EQ(verifier.decode(rows, 0, 0).direction.x, 0) << "clamped at the edge";
+    EXPECT_DOUBLE_EQ(verifier.decode(rows, 2.5, 2.5).direction.x, 1) << "the middle of a quad is a texel centre";
+    const DominantRowRange range = dominantRowsFor(map, 2, 4);
+    EXPECT_EQ(range.first, 0);
+    EXPECT_EQ(range.count, 3);
+}
+
+}  // namespace
+}  // namespace lightcook::verify

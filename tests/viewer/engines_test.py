@@ -1,0 +1,199 @@
+"""A cooked scene in three.js, Babylon.js, PlayCanvas and plain OpenGL (examples/), pixel by pixel against shading on the CPU:
+engines_test.py LIGHTCOOK SUITE [OPENGL_EXAMPLE]
+
+Each suite is one test of ctest. Exit code 77: skipped, with the reason on a line of its own."""
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import unittest
+
+from viewer_test import LIGHTCOOK, ROOT, Folder, decoded_textures, np, run, skip
+import lighting
+from raster import Camera, rasterize
+
+WEB = ROOT / 'examples' / 'web'
+OPENGL = pathlib.Path(sys.argv[3] if len(sys.argv) > 3 else 'absent')
+ENGINES = ('three', 'babylon', 'playcanvas')
+COMPRESSED = ['EXT_texture_compression_bptc', 'EXT_texture_compression_rgtc', 'WEBGL_compressed_texture_s3tc', 'EXT_texture_norm16']
+
+if not (WEB / 'node_modules' / 'playcanvas').is_dir():
+    skip('the npm packages of examples/web are missing: run ./dev setup')
+
+
+class Scene(Folder):
+    """A scene that is cooked with each of `layouts`, drawn by `camera`."""
+    layouts = ('hdr',)
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.site = cls.folder / 'site'
+        run('node', WEB / 'build.mjs', cls.site)
+        cls.url = cls.serve(cls.site)
+        cls.references = {}
+        for layout in cls.layouts:
+            cls.cook(layout, 'ktx2')
+
+    @classmethod
+    def cook(cls, layout, container):
+        """Cooks diffuse light into a folder beside the pages. Returns its name."""
+        name, scene = f'{layout}.{container}', cls.folder / f'{layout}.{container}.toml'
+        # The error is not what is tested: it is that of the bytes, which the verifier reads as well.
+        scene.write_text(f'''schema = 1
+name = "scene"
+[output]
+container = "{container}"
+light_map_layout = "{layout}"
+max_error = 1
+effort = 1
+gltf = {str(container == "ktx2").lower()}
+[[light_map]]
+name = "lightmap"
+file = {json.dumps(str(cls.bake))}
+mesh = {json.dumps(str(cls.mesh))}
+[[material]]
+name = "*"
+normal_map = true
+specular = false
+''')
+        run(LIGHTCOOK, 'cook', scene, '-o', cls.site / name, '--cache', cls.folder / 'cache')
+        return name
+
+    def reference(self, name, mesh):
+        """Rows and columns of the pixels that show the scene, and their colours [0, 255], shaded on the CPU."""
+        if (name, mesh) not in self.references:
+            cooked, parts = self.site / name, self.folder / 'mesh.json'
+            run('node', ROOT / 'tests' / 'viewer' / 'mesh.mjs', cooked / mesh, parts)
+            surfaces = rasterize(json.loads(parts.read_text()), self.camera)
+            light = np.maximum(lighting.exit_radiance(self.coefficients(cooked, surfaces), surfaces.normal), 0)
+            self.references[name, mesh] = surfaces.at, lighting.shown(light, 203)
+        return self.references[name, mesh]
+
+    def coefficients(self, cooked, surfaces):
+        asset = next(asset for asset in json.loads((cooked / 'cooked.json').read_text())['assets'] if asset['kind'] == 'light-map')
+        exr = self.folder / 'decoded.exr'
+        if asset['layout'].startswith('basis'):
+            self.assertGreater(len(np.unique(surfaces.cluster)), 1)
+            return lighting.learned_sh(asset['constants'], decoded_textures(cooked, asset, exr), surfaces.uv, surfaces.cluster)
+        # The decode of "hdr" is linear, so that filtered coefficients are the coefficients of filtered texels.
+        run(LIGHTCOOK, 'reconstruct', cooked, 'lightmap', exr)
+        return lighting.bilinear(lighting.sh_of(lighting.read_exr(exr)), *surfaces.uv)
+
+    def mesh_of(self, name):
+        return next(path.name for path in (self.site / name).glob('*_mesh.glb'))
+
+    def draw(self, browser, engine, name, glb=''):
+        """The picture that a page draws. Fails if the page logs an error or a warning."""
+        c = self.camera
+        query = f'cooked={name}/{glb}&eye={",".join(map(str, c.eye))}&target={",".join(map(str, c.target))}&fov={c.fov}&antialias=0'
+        browser.open(f'{self.url}{engine}.html?{query}')
+        picture = self.picture(browser.evaluate('lightcook.picture()'))
+        self.assertEqual(browser.problems(), [], engine)
+        return picture
+
+    def check(self, picture, name, mesh, what):
+        at, expected = self.reference(name, mesh)
+        self.assertEqual(picture.shape[1::-1], self.camera.size, what)
+        self.assertGreater(len(at[0]), 0.3 * picture.shape[0] * picture.shape[1], what)
+        self.assert_shown(picture[at], expected, what)
+
+    def check_engine(self, browser, engine, name, glb=''):
+        with self.subTest(engine=engine, name=name, glb=glb):
+            self.check(self.draw(browser, engine, name, glb), name, glb or self.mesh_of(name), engine)
+
+    def new_browser(self):
+        width, height = self.camera.size
+        browser = self.browse(width=width, height=height)
+        browser.resize(width, height)
+        return browser
+
+    def draw_opengl(self, name, okay=(0,)):
+        """Runs the OpenGL example on Mesa's software rasterizer. Returns what it wrote to stderr; the picture is opengl.png."""
+        if not OPENGL.is_file():
+            self.skipTest('examples/opengl was not built (Debian: libegl-dev, libgl-dev, libpng-dev)')
+        c = self.camera
+        options = [('--size', *c.size), ('--eye', *c.eye), ('--target', *c.target), ('--fov', c.fov)]
+        done = subprocess.run([str(OPENGL), str(self.site / name), str(self.folder / 'opengl.png'), *(str(part) for option in options for part in option)],
+                              env={**os.environ, 'LIBGL_ALWAYS_SOFTWARE': '1'}, capture_output=True, text=True)
+        if 'libgl1-mesa-dri' in done.stderr:
+            self.skipTest(done.stderr.strip())
+        self.assertIn(done.returncode, okay, done.stderr)
+        return done.stderr
+
+    def check_opengl(self, name):
+        self.draw_opengl(name)
+        self.check(lighting.read_picture(self.folder / 'opengl.png'), name, self.mesh_of(name), f'OpenGL, {name}')
+
+
+class Engines(Scene):
+    """The scene that ships with lightcook."""
+    layouts = ('hdr', 'basis-4')
+    bake, mesh = (ROOT / 'examples' / 'cornell' / file for file in ('cornell_lightmap.exr', 'cornell.glb'))
+    camera = Camera((3.1, 3.3, 13.2), (2.7, 2.7, 2.75), 34, (240, 180))
+
+    def test_engines_draw_as_the_verifier_shades(self):
+        """Between them, the pictures cover Draco and plain meshes, manifest and glTF, and clusters in the mesh. viewer_test.py draws every
+        layout, and the shader text is shared."""
+        browser = self.new_browser()
+        self.check_engine(browser, 'three', 'hdr.ktx2', 'lightmap_scene.glb')
+        self.check_engine(browser, 'babylon', 'hdr.ktx2')
+        self.check_engine(browser, 'playcanvas', 'hdr.ktx2', 'lightmap_scene.glb')
+        self.check_refusals(browser)
+        # Formats that the browser lacks are decoded to halves and 8 bits.
+        browser.without_extensions(COMPRESSED)
+        for engine in ('babylon', 'playcanvas'):
+            self.check_engine(browser, engine, 'basis-4.ktx2')
+
+    def check_refusals(self, browser):
+        """What is wrong with a file is one sentence on the page."""
+        broken = self.site / 'broken'
+        shutil.copytree(self.site / 'hdr.ktx2', broken)
+        (broken / 'lightmap_sh.ktx2').write_bytes((broken / 'lightmap_sh.ktx2').read_bytes()[:100])
+        with self.assertRaisesRegex(RuntimeError, 'lightmap_sh.ktx2'):
+            self.draw(browser, 'playcanvas', 'broken')
+        with self.assertRaisesRegex(RuntimeError, 'LIGHTCOOK_light_map'):
+            self.draw(browser, 'babylon', 'hdr.ktx2', self.mesh_of('hdr.ktx2'))
+
+    def test_opengl_draws_as_the_verifier_shades(self):
+        for name in ('hdr.ktx2', 'basis-4.ktx2', self.cook('hdr', 'dds')):
+            with self.subTest(name=name):
+                self.check_opengl(name)
+
+    def test_opengl_refuses_a_folder_without_a_manifest(self):
+        message = self.draw_opengl('absent', okay=(1,))
+        self.assertRegex(message, r'^lightcook_opengl: .*cooked\.json: cannot be read\n$')
+        self.assertFalse((self.folder / 'absent.png').exists())
+
+
+class TypesSoak(unittest.TestCase):
+    """Ten seconds for the declarations of two engines."""
+
+    def test_the_loaders_have_no_errors_of_types(self):
+        run('node', ROOT / 'viewer' / 'node_modules' / 'typescript' / 'bin' / 'tsc', '--project', ROOT / 'viewer' / 'tsconfig.engines.json')
+
+
+class OutdoorSoak(Scene):
+    """A large scene of the shared data."""
+    bake, mesh = (ROOT.parent / 'shared' / 'data' / 'scenes' / f'outdoor{end}' for end in ('_lightmap.exr', '.glb'))
+    camera = Camera((9, 5, 12), (0, 0.5, 0), 40, (480, 360))
+
+    @classmethod
+    def setUpClass(cls):
+        if not cls.mesh.is_file():
+            skip(f'{cls.mesh.name} is absent')
+        super().setUpClass()
+
+    def test_engines_draw_as_the_verifier_shades(self):
+        browser = self.new_browser()
+        for engine in ENGINES:
+            self.check_engine(browser, engine, 'hdr.ktx2')
+
+    def test_opengl_draws_as_the_verifier_shades(self):
+        self.check_opengl('hdr.ktx2')
+
+
+if __name__ == '__main__':
+    unittest.main(argv=[sys.argv[0], sys.argv[2]], verbosity=2)

@@ -1,0 +1,685 @@
+"""The page of lightcook view in a headless Chromium, and the loaders for three.js: viewer_test.py LIGHTCOOK SUITE
+
+Each suite is one test of ctest. Exit code 77: skipped, with the reason on a line of its own."""
+import base64
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+VIEWER = ROOT / 'viewer'
+
+
+def skip(reason):
+    print(f'skipped: viewer: {reason}')
+    sys.exit(77)
+
+
+if not shutil.which('node') or not (VIEWER / 'node_modules' / 'three').is_dir():
+    skip('the npm packages of viewer/ are missing: run ./dev setup')
+try:
+    import numpy as np
+    import OpenImageIO
+except ImportError:
+    skip('python3-numpy or python3-openimageio is missing')
+
+from browser import Browser, serve  # noqa: E402
+from export import export  # noqa: E402
+import lighting  # noqa: E402
+from lighting import SpecularTables  # noqa: E402
+
+LIGHTCOOK = sys.argv[1] if len(sys.argv) > 1 else 'lightcook'
+LAYOUTS = re.findall(r'^  "([a-z0-9-]+)": (?:\{|basis)', (VIEWER / 'loaders' / 'core' / 'light_map.js').read_text(), re.M)
+BAKE = ROOT / 'examples' / 'cornell' / 'cornell_lightmap.exr'
+
+
+def run(*command, okay=(0,)):
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
+    if done.returncode not in okay:
+        raise AssertionError(f"{' '.join(map(str, command))}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def decoded_textures(cooked, asset, exr):
+    """First layers of the textures of an asset, decoded by the verifier: [height, width, 4] by role. exr: a temporary file."""
+    images = {}
+    for texture in asset['textures']:
+        run(LIGHTCOOK, 'decode', cooked / texture['file'], exr)
+        channels = lighting.read_exr(exr)
+        images[texture['role']] = np.stack([channels.get(c, np.zeros_like(channels['R'])) for c in 'RGBA'], -1).astype(np.float64)
+    return images
+
+
+class Folder(unittest.TestCase):
+    """A suite with a folder of its own, which is removed at the end."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix='lightcook-viewer-test-'))
+        cls.addClassCleanup(shutil.rmtree, cls.folder, True)
+
+    @classmethod
+    def serve(cls, folder):
+        server, url = serve(folder)
+        cls.addClassCleanup(server.server_close)
+        cls.addClassCleanup(server.shutdown)
+        return url
+
+    @classmethod
+    def browse(cls, **options):
+        if not shutil.which('chromium'):
+            skip('chromium is not installed')
+        browser = Browser(**options)
+        cls.addClassCleanup(browser.close)
+        return browser
+
+    def assert_shown(self, found, expected, what, codes=1):
+        """99.9 % of the values within 1/255, or `codes` (both in [0, 255], before rounding), and no picture of one colour."""
+        self.assertGreater(np.ptp(expected), 20, what)
+        share = np.mean(np.abs(np.asarray(found, float) - expected) <= codes)
+        self.assertGreaterEqual(share, 0.999, what)
+
+    def picture(self, url):
+        """A PNG as a data: URL, as [height, width, 3]."""
+        (self.folder / 'canvas.png').write_bytes(base64.b64decode(url.split(',')[1]))
+        return lighting.read_picture(self.folder / 'canvas.png')
+
+    @classmethod
+    def bundle(cls):
+        dist = cls.folder / 'dist'
+        run('node', VIEWER / 'build.mjs', dist)
+        return dist
+
+
+class Decoders(Folder):
+    """The decoders for browsers without a format, against those of the verifier."""
+
+    def decoded(self, files):
+        """Decodes KTX2 files in Node. Returns [height, width, 4] of each."""
+        pairs = [part for file in files for part in (file, file.with_suffix('.bin'))]
+        run('node', HERE / 'decode.mjs', *pairs)
+        return [np.fromfile(file.with_suffix('.bin'), '<f4') for file in files]
+
+    def check(self, files, tolerance=0.0):
+        for file, ours in zip(files, self.decoded(files)):
+            run(LIGHTCOOK, 'decode', file, file.with_suffix('.exr'))
+            theirs = lighting.read_exr(file.with_suffix('.exr'))
+            height, width = next(iter(theirs.values())).shape
+            ours = ours.reshape(height, width, 4)
+            self.assertGreater(np.ptp(theirs['R']), 0.1, file.name)
+            for i, channel in enumerate('RGBA'):
+                if channel in theirs:
+                    difference = np.abs(ours[:, :, i].astype(np.float64) - theirs[channel])
+                    self.assertLessEqual(np.max(difference), tolerance, f'{file.name} {channel}')
+
+    def test_encoded_pictures(self):
+        random = np.random.default_rng(7)
+        y, x = np.mgrid[0:37, 0:53]  # no multiples of a block
+        waves = {c: (0.5 + 0.4 * np.sin(x / (3 + i)) * np.cos(y / (5 - i)) + 0.1 * random.random((37, 53))).astype(np.float32) for i, c in enumerate('RGBA')}
+        waves['A'] = np.clip(waves['A'], 0, 1)
+        picture = self.folder / 'picture.exr'
+        lighting.write_exr(picture, {c: np.clip(v, 0, 1) for c, v in waves.items()})
+        exact, close = [], []
+        for name in ('bc1', 'bc3', 'bc4', 'bc5', 'bc6h-uf16', 'bc6h-sf16', 'bc7', 'r16-unorm', 'rg16-unorm', 'rgba16-unorm'):
+            file = self.folder / f'{name}.ktx2'
+            run(LIGHTCOOK, 'encode', picture, file, '--format', name, '--effort', 3)
+            (exact if name.startswith('bc6h') else close).append(file)
+        run(LIGHTCOOK, 'encode', picture, self.folder / 'zstd.ktx2', '--format', 'bc7', '--zstd')
+        self.check(exact)
+        self.check(close + [self.folder / 'zstd.ktx2'], 2e-7)
+
+    def test_random_blocks_of_every_mode(self):
+        random = np.random.default_rng(11)
+        grey = self.folder / 'grey.exr'
+        lighting.write_exr(grey, {c: np.full((128, 128), 0.5, np.float32) for c in 'RGBA'})
+        exact, close = [], []
+        for name in ('bc6h-uf16', 'bc6h-sf16', 'bc7', 'bc4', 'bc5', 'bc1'):
+            file = self.folder / f'random_{name}.ktx2'
+            run(LIGHTCOOK, 'encode', grey, file, '--format', name, '--effort', 0)
+            data = bytearray(file.read_bytes())
+            size = 1024 * (8 if name in ('bc4', 'bc1') else 16)
+            blocks = random.integers(0, 256, size, np.uint8)
+            if name == 'bc7':  # modes by a unary code: as many of each
+                for block in range(1024):
+                    blocks[16 * block] = (blocks[16 * block] << (block % 9)) & 255 if block % 9 == 8 else ((blocks[16 * block] | 1) << (block % 8)) & 255
+            data[-size:] = blocks.tobytes()
+            file.write_bytes(data)
+            (exact if name.startswith('bc6h') else close).append(file)
+        self.check(exact)
+        self.check(close, 2e-7)
+
+
+def shading_points(width, height, count, seed):
+    """Random places [texels], half of them centres, and unit normals and views in one hemisphere."""
+    random = np.random.default_rng(seed)
+    places = random.integers(2, [width - 2, height - 2], (count, 2)).astype(float)
+    normals = random.normal(size=(count, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    views = normals + 0.9 * random.normal(size=(count, 3))
+    views *= np.sign(np.sum(views * normals, 1, keepdims=True))
+    views /= np.linalg.norm(views, axis=1, keepdims=True)
+    return places, normals, views
+
+
+class PageSuite(Folder):
+    def shade(self, name, places, normals, views):
+        """The page's values, as arrays by name."""
+        values = self.browser.evaluate(f'lightcook.shade({json.dumps(name)}, {places.tolist()}, {normals.tolist()}, {views.tolist()})')
+        return {key: np.array([value[key] for value in values]) for key in values[0]}
+
+
+class LayoutsSoak(PageSuite):
+    """Every layout, learned and not, on a light map without a mesh: places between texels and texel centres, against reconstruct."""
+
+    cases = [*((layout, 'bc') for layout in LAYOUTS), ('ratio', 'float'), ('luvw', 'float')]
+    decoded_here = ('luvw', 'luvw-linear', 'basis-3')
+
+    def test_every_layout_is_decoded_as_reconstruct_does(self):
+        channels = lighting.read_exr(BAKE)
+        covered = channels['coverage.Y'] > 0
+        size = 48
+        # The window with most texels of charts and most light in it.
+        places = [(y, x) for y in range(0, 256 - size, 16) for x in range(0, 256 - size, 16)]
+        top, left = max(places, key=lambda at: covered[at[0]:at[0] + size, at[1]:at[1] + size].sum())
+        window = {name: values[top:top + size, left:left + size] for name, values in channels.items()}
+        lighting.write_exr(self.folder / 'map.exr', window, 'half')
+        bake, inside = lighting.sh_of(window), window['coverage.Y'] > 0
+        dist = self.bundle()
+        self.browser = self.browse(width=500, height=900)
+        for layout, target in self.cases:
+            with self.subTest(layout=layout, target=target):
+                # A device may round the palettes of S3TC to 8 bits, which luvw multiplies.
+                self.check_layout(layout, target, dist, bake, inside, 8 if layout.startswith('luvw') and target == 'bc' else 1)
+        self.browser.without_extensions(['WEBGL_compressed_texture_s3tc'])
+        for layout in self.decoded_here:
+            with self.subTest(layout=layout, decoder='JavaScript'):
+                self.check_layout(layout, 'bc', dist, bake, inside, 1)
+
+    def check_layout(self, layout, target, dist, bake, inside, codes):
+        name = f'{layout}.{target}'
+        scene, cooked, site = self.folder / f'{name}.toml', self.folder / name, self.folder / f'{name}.site'
+        scene.write_text(f'''schema = 1
+name = "layouts"
+[output]
+target = "{target}"
+light_map_layout = "{layout}"
+max_error = 10
+{'' if target == 'float' else 'effort = 1'}
+[[light_map]]
+name = "map"
+file = "map.exr"
+[[material]]
+name = "*"
+normal_map = {str(layout != 'flat').lower()}
+specular = false
+''')
+        run(LIGHTCOOK, 'cook', scene, '-o', cooked, '--cache', self.folder / 'cache')
+        run(LIGHTCOOK, 'reconstruct', cooked, 'map', self.folder / 'fine.exr', '--supersample', 2)
+        if not site.exists():
+            export(LIGHTCOOK, cooked, site, dist)
+        self.browser.open(self.serve(site) + '#mode=cooked')
+        nits = json.loads((site / 'viewer/scene.json').read_text())['light_maps'][0]['display']['nits']
+        height, width = inside.shape
+        fine = lighting.sh_of(lighting.read_exr(self.folder / 'fine.exr'))
+        places, normals, views = shading_points(width, height, 600, 3)
+        # Places of the finer grid that lie among covered texels.
+        grid = (2 * places + np.random.default_rng(5).integers(0, 2, places.shape)).astype(int)
+        around = np.array([inside[max(y // 2 - 1, 0):y // 2 + 2, max(x // 2 - 1, 0):x // 2 + 2].all() for x, y in grid])
+        grid, normals, views = grid[around], normals[around], views[around]
+        self.assertGreater(len(grid), 100)
+        values = self.shade('map', (grid + 0.5) / 2 - 0.5, normals, views)
+        expected = fine[grid[:, 1], grid[:, 0]]
+        if layout == 'flat':
+            light = np.maximum(np.sqrt(1 / np.pi) / 2 * expected[:, 0], 0)
+        else:
+            light = np.maximum(lighting.exit_radiance(expected, normals), 0)
+            scale = np.abs(expected).max()
+            # A device may round the palettes of BC1 and BC3 to 8 bits.
+            tolerance = 1e-2 if 'luvw' in layout or layout == 'basis-3' else 2e-3
+            self.assertLess(np.quantile(np.abs(values['cooked'] - expected), 0.999) / scale, tolerance, 'coefficients')
+        self.assert_shown(255 * values['cookedShown'], lighting.shown(light, nits), 'cooked', codes)
+        # The float bake: filtered between texels, all of which are covered here.
+        u, v = (grid[:, 0] + 0.5) / 2 / width, (grid[:, 1] + 0.5) / 2 / height
+        reference = np.maximum(lighting.exit_radiance(lighting.bilinear(bake, u, v), normals), 0)
+        self.assert_shown(255 * values['referenceShown'], lighting.shown(reference, nits), 'reference')
+        error = lighting.visible_error(values['referenceLight'], values['cookedLight'], nits, 0.5)
+        self.assertLess(np.max(np.abs(values['error'] - error) / (1 + error)), 0.05, 'visible error')
+        self.assertEqual(self.browser.problems(), [])
+        for absent in ('#glossy', '#dominant', '#diffuse', '#seams', '#memory-none'):
+            self.assertFalse(self.browser.evaluate(f'!!document.querySelector("{absent}")'), absent)
+        self.assertEqual(self.browser.evaluate('[...document.querySelectorAll("#overlay option")].map((o) => o.value).includes("clusters")'), 'basis' in layout)
+
+
+
+class Layouts(LayoutsSoak):
+    """The same for one layout of each kind of decode. The soak has the others."""
+
+    cases = [('flat', 'bc'), ('luvw', 'bc'), ('basis-4', 'bc'), ('godot', 'bc'), ('ratio', 'float')]
+    decoded_here = ('luvw',)
+
+    def test_every_layout_of_the_table_is_known(self):
+        self.assertGreaterEqual(len(LAYOUTS), 17)
+        known = re.findall(r'^\| `([a-z0-9-]+)` \|', (ROOT / 'docs/reference/light-map-layouts.md').read_text(), re.M)
+        self.assertEqual(set(known), set(LAYOUTS))
+
+
+class SceneSuite(PageSuite):
+    """The example, cooked once: `options` of cook, shown in a browser of 900 x 700."""
+    options = ()
+    scene = ROOT / 'examples' / 'cornell' / 'scene.toml'
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.browser = cls.browse(width=900, height=700)
+        cls.cooked, cls.site = cls.folder / 'cooked', cls.folder / 'site'
+        run(LIGHTCOOK, 'cook', cls.scene, '-o', cls.cooked, '--max-error', 1, '--max-converter-error', 1, '--effort', 1, '--cache', cls.folder / 'cache',
+            *cls.options)
+        export(LIGHTCOOK, cls.cooked, cls.site, cls.bundle())
+        cls.url = cls.serve(cls.site)
+        cls.manifest = json.loads((cls.cooked / 'cooked.json').read_text())
+        cls.data = json.loads((cls.site / 'viewer/scene.json').read_text())['light_maps'][0]
+        cls.nits, cls.black = cls.data['display']['nits'], cls.data['display']['black']
+        channels = lighting.read_exr(BAKE)
+        cls.bake, cls.covered = lighting.sh_of(channels), channels['coverage.Y'] > 0
+        cls.browser.resize(900, 700)
+        cls.browser.open(cls.url)
+
+    def setUp(self):
+        self.reset()
+
+    def tearDown(self):
+        self.assertEqual(self.browser.problems(), [])
+
+    def asset(self, kind):
+        return next(asset for asset in self.manifest['assets'] if asset['kind'] == kind)
+
+    def textures(self, asset):
+        return decoded_textures(self.cooked, asset, self.folder / 'texture.exr')
+
+    def reset(self, hash=''):
+        self.browser.evaluate(f'(history.replaceState(null, "", "#" + {json.dumps(hash)}), dispatchEvent(new HashChangeEvent("hashchange")))')
+        self.browser.settle()
+
+    def state(self, key):
+        return self.browser.evaluate(f'lightcook.page.state[{json.dumps(key)}]')
+
+    def pixels(self):
+        """The canvas [height, width, 3]."""
+        return self.picture(self.browser.evaluate('(lightcook.page.drawNow(), document.getElementById("canvas").toDataURL())'))
+
+    def visible(self):
+        """Pixels inside charts whose texels are all covered: rows and columns, uv, normals, views."""
+        height, width = self.pixels().shape[:2]
+        at = [(x, y) for y in range(4, height - 4, 9) for x in range(4, width - 4, 9)]
+        look = lambda dx, dy: self.browser.evaluate(f'lightcook.look({[[x + 0.5 + dx, y + 0.5 + dy] for x, y in at]})')
+        middle, beside = look(0, 0), [look(dx, dy) for dx, dy in ((2, 0), (-2, 0), (0, 2), (0, -2))]
+        rows = []
+        for i, hit in enumerate(middle):
+            if hit is None or any(other[i] is None or other[i]['chart'] != hit['chart'] for other in beside):
+                continue
+            x, y = (int(np.clip(c * n - 0.5, 0, n - 2)) for c, n in zip(hit['uv'], self.covered.shape[::-1]))
+            if self.covered[y:y + 2, x:x + 2].all():
+                rows.append((at[i][1], at[i][0], *hit['uv'], *hit['normal'], *hit['view']))
+        rows = np.array(rows)
+        self.assertGreater(len(rows), 500)
+        return (rows[:, 0].astype(int), rows[:, 1].astype(int)), rows[:, 2:4].T, rows[:, 4:7], rows[:, 7:10]
+
+    def press_mode(self, mode):
+        self.browser.click(f'#mode [data-value="{mode}"]')
+        self.assertEqual(self.state('mode'), mode)
+
+
+class Controls(SceneSuite):
+    """Each control, clicked, against pixels that are shaded here. The layout is linear in its texels, so filtered coefficients are enough."""
+    options = ('--layout', 'hdr')
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        run(LIGHTCOOK, 'reconstruct', cls.cooked, 'lightmap', cls.folder / 'cooked.exr')
+        cls.sh = lighting.sh_of(lighting.read_exr(cls.folder / 'cooked.exr'))
+
+    def coefficients(self, image, uv):
+        return lighting.bilinear(image, *uv)
+
+    def check_cooked(self, light, at, what, stops=0.0):
+        self.assert_shown(self.pixels()[at], lighting.shown(np.maximum(light, 0), self.nits, stops), what)
+
+    def test_reference_cooked_and_exposure(self):
+        at, uv, n, _ = self.visible()
+        for mode, image in (('reference', self.bake), ('cooked', self.sh)):
+            self.press_mode(mode)
+            self.check_cooked(lighting.exit_radiance(self.coefficients(image, uv), n), at, mode)
+        self.browser.click('#stops', 0.8)
+        stops = self.state('stops')
+        self.assertGreater(stops, 2)
+        self.check_cooked(lighting.exit_radiance(self.coefficients(self.sh, uv), n), at, 'exposure', stops)
+
+    def test_the_wipe_has_the_reference_on_its_left(self):
+        self.press_mode('reference')
+        left = self.pixels()
+        self.press_mode('cooked')
+        right = self.pixels()
+        self.assertGreater(np.abs(left - right).max(), 8)
+        self.press_mode('wipe')
+        for share in (0.5, 0.3):
+            if share != 0.5:
+                x, y = self.browser.place_of('#wipe')
+                self.browser.drag((x, y), (x + (share - 0.5) * left.shape[1], y))
+            border = self.state('wipe') * left.shape[1]
+            self.assertAlmostEqual(border, share * left.shape[1], delta=2)
+            pixels, edge = self.pixels(), int(border)
+            np.testing.assert_array_equal(pixels[:, :edge - 1], left[:, :edge - 1])
+            np.testing.assert_array_equal(pixels[:, edge + 2:], right[:, edge + 2:])
+
+    def test_error_shows_the_visible_error_on_its_scale(self):
+        at, uv, n, _ = self.visible()
+        self.press_mode('error')
+        light = [np.maximum(lighting.exit_radiance(self.coefficients(image, uv), n), 0) for image in (self.bake, self.sh)]
+        error = lighting.visible_error(*light, self.nits, self.black)
+        stops = np.array([[0, 0, 0], [70, 15, 110], [190, 40, 75], [240, 110, 30], [250, 205, 60], [255, 255, 255]], float)
+        for end in (10, 2):
+            if end != 10:
+                self.browser.click('#errorEnd', 0.03)
+                end = self.state('errorEnd')
+                self.assertLess(end, 5)
+            x = 5 * np.clip(error / end, 0, 1)
+            i = np.minimum(x.astype(int), 4)
+            expected = stops[i] + (x - i)[:, None] * (stops[i + 1] - stops[i])
+            share = np.mean(np.abs(self.pixels()[at] - expected) <= 40 / end + 2)  # 0.07 of Delta E ITP
+            self.assertGreaterEqual(share, 0.99)
+            self.assertGreater(np.ptp(expected), 60)
+            self.assertIn(str(end), self.browser.evaluate('document.getElementById("legend").textContent'))
+
+    def test_blink_alternates(self):
+        seen = {}
+        for mode in ('reference', 'cooked'):
+            self.press_mode(mode)
+            seen[mode] = self.pixels()
+        self.press_mode('blink')
+        for blinked, mode in ((True, 'reference'), (False, 'cooked')):
+            self.browser.evaluate(f"""new Promise((done) => {{
+                const poll = () => lightcook.page.blinked === {str(blinked).lower()} ? done(1) : setTimeout(poll, 20);
+                poll();
+            }})""")
+            self.browser.evaluate(f'void (lightcook.page.blinked = {str(blinked).lower()})')
+            np.testing.assert_array_equal(self.pixels(), seen[mode])
+
+    def test_area_specular_and_the_dominant_light(self):
+        at, uv, n, v = self.visible()
+        self.press_mode('cooked')
+        self.browser.click('#glossy [data-value="area"]')
+        self.browser.click('#f0', 0.6)
+        self.browser.click('#m', 0.3)
+        m, f0 = self.state('m'), self.state('f0')
+        tables = SpecularTables(self.asset('lut')['constants'], self.textures(self.asset('lut')))
+        sh = self.coefficients(self.sh, uv)
+        area = tables.reflected(sh, n, v, m, f0)
+        self.assertGreater(np.median(area * self.nits), 1)
+        self.check_cooked(lighting.exit_radiance(sh, n) + area, at, 'diffuse and area')
+        self.browser.click('#diffuse')
+        self.check_cooked(area, at, 'area')
+        # With the dominant light: its highlight, and area specular of the rest.
+        self.browser.click('#dominant')
+        dominant = self.asset('dominant')
+        k, images = dominant['constants'], self.textures(dominant)
+        stored = lighting.bilinear(images['direction'], *uv) + k['residual_scale'] * (lighting.bilinear(images['residual'], *uv) - k['residual_centre'])
+        towards = k['direction_scale'] * stored[:, :3] + k['direction_bias']
+        length = np.linalg.norm(towards, axis=1, keepdims=True)
+        towards = np.where(length > 1e-4, towards / np.maximum(length, 1e-9), n)
+        intensity = k['intensity_range'] * lighting.bilinear(images['intensity'], *uv)[:, :3]
+        half = towards + v
+        half /= np.linalg.norm(half, axis=1, keepdims=True)
+        nov, nol, noh, voh = (np.sum(a * b, 1) for a, b in ((n, v), (n, towards), (n, half), (v, half)))
+        distribution = np.exp((noh ** 2 - 1) / (noh ** 2 * m * m)) / (np.pi * m * m * noh ** 4)
+        shadowing = np.minimum(1, 2 * noh * np.minimum(nov, nol) / voh)
+        fresnel = f0 + (1 - f0) * (1 - voh) ** 5
+        highlight = np.where((nol > 0) & (nov > 0), distribution * shadowing * fresnel / (4 * nov), 0)[:, None] * intensity
+        rest = sh - lighting.basis(towards)[:, :, None] * intensity[:, None, :]
+        self.assertGreater(highlight.max() * self.nits, 10)
+        self.check_cooked(highlight + tables.reflected(rest, n, v, m, f0), at, 'dominant light')
+
+    def test_the_probe_reflects(self):
+        self.press_mode('cooked')
+        before = self.pixels()
+        self.browser.click('#glossy [data-value="environment"]')
+        at, uv, n, v = self.visible()
+        rough = self.pixels()
+        self.assertTrue((rough[at] >= before[at] - 1).all())
+        self.assertGreater(np.abs(rough - before).max(), 4)
+        self.browser.click('#m', 0.02)
+        self.assertGreater(np.abs(self.pixels() - rough).max(), 2)
+
+    def test_albedo_materials_and_the_normal_map(self):
+        at, uv, n, _ = self.visible()
+        self.press_mode('cooked')
+        white = self.pixels()
+        self.browser.click('#albedo', 0.4)
+        albedo = self.state('albedo')
+        self.assertLess(albedo, 0.6)
+        self.check_cooked(albedo * lighting.exit_radiance(self.coefficients(self.sh, uv), n), at, 'albedo')
+        self.reset('mode=cooked')
+        self.browser.click('#materials')
+        coloured = self.pixels()
+        # The left wall is red: it keeps a larger part of red than of green.
+        self.assertGreater(np.mean(np.abs(coloured - white)), 3)
+        self.assertGreater(np.max((coloured[..., 0] - coloured[..., 1]) - (white[..., 0] - white[..., 1])), 30)
+        self.browser.click('#materials')
+        np.testing.assert_array_equal(self.pixels(), white)
+        self.browser.click('#bump', 0.5)
+        self.assertGreater(np.mean(np.abs(self.pixels() - white)), 2)
+
+    def test_overlays(self):
+        self.press_mode('cooked')
+        plain = self.pixels()
+        for value in ('charts', 'texels'):
+            self.browser.evaluate(f"""(() => {{
+                const select = document.getElementById('overlay');
+                select.value = '{value}';
+                select.dispatchEvent(new Event('change'));
+            }})()""")
+            self.browser.settle()
+            self.assertGreater(np.mean(np.abs(self.pixels() - plain)), 0.5, value)
+        self.reset('mode=cooked')
+        self.browser.click('#seams')
+        self.assertGreater(np.max(np.abs(self.pixels() - plain)), 50)
+
+    def test_the_camera_flies_to_the_worst_places(self):
+        places = self.data['worst']
+        self.assertGreaterEqual(len(places), 2)
+        self.assertEqual(self.browser.evaluate('document.querySelectorAll("#worst li").length'), len(places))
+        before = self.state('camera')
+        self.browser.click('#worst li:first-child button')
+        texel = max(places, key=lambda place: place['visible'])['texel']
+        self.assertGreater(np.linalg.norm(np.subtract(self.state('camera'), before)), 1)
+        _, u, v = self.state('picked')
+        np.testing.assert_allclose([u * 256 - 0.5, v * 256 - 0.5], texel, atol=1e-6)
+        # The place is in the middle of the picture.
+        hit = self.browser.evaluate('(({ clientWidth: w, clientHeight: h }) => lightcook.look([[w / 2, h / 2]]))(document.getElementById("canvas"))')[0]
+        np.testing.assert_allclose(hit['uv'], [u, v], atol=0.02)
+
+    def test_a_click_shows_the_place(self):
+        self.press_mode('cooked')
+        at, uv, n, v = self.visible()
+        i = len(uv[0]) // 2
+        y, x = at[0][i], at[1][i]
+        self.browser.click_at(x + 0.5, y + 0.5)
+        shown = self.browser.evaluate('Object.fromEntries([...document.querySelectorAll("#picked dd")].map((dd) => [dd.dataset.term, dd.textContent]))')
+        texel = [float(part) for part in shown['Texel'].split(',')]
+        np.testing.assert_allclose(texel, uv[:, i] * 256 - 0.5, atol=0.02)
+        place = [uv[:, i:i + 1][0], uv[:, i:i + 1][1]]
+        light = [np.maximum(lighting.exit_radiance(self.coefficients(image, place), n[i:i + 1]), 0) for image in (self.bake, self.sh)]
+        for term, expected in zip(('Reference', 'Cooked'), light):
+            np.testing.assert_allclose([float(part) for part in shown[term].split()], expected[0], rtol=0.02, atol=2e-4)
+        self.assertAlmostEqual(float(shown['Visible error']), lighting.visible_error(*light, self.nits, self.black)[0], delta=0.1)
+        self.assertRegex(shown['Bytes of the chart'], r'^[0-9.]+ (B|KiB|MiB)$')
+        rows = self.browser.evaluate('[...document.querySelectorAll("#picked tbody tr")].map((row) => [...row.children].map((cell) => Number(cell.textContent)))')
+        np.testing.assert_allclose(np.array(rows)[:, 4:], self.coefficients(self.sh, place)[0], rtol=0.02, atol=2e-3)
+        ring = self.browser.place_of('#marker')
+        np.testing.assert_allclose(ring, (x + 0.5, y + 0.5), atol=1.5)
+        self.browser.click_at(3, 3)
+        self.assertIsNone(self.state('picked'))
+        self.assertTrue(self.browser.evaluate('document.getElementById("marker").hidden'))
+
+    def test_memory_is_that_of_the_manifest(self):
+        total = sum(texture['bytes_gpu'] for asset in self.manifest['assets'] for texture in asset['textures'])
+        total += sum(asset.get('bytes_gpu', 0) for asset in self.manifest['assets'])
+        areas = self.browser.evaluate("""[...document.querySelectorAll('#memory button')].map((tile) =>
+            parseFloat(tile.style.width) * parseFloat(tile.style.height) / 1e4)""")
+        self.assertAlmostEqual(sum(areas), 1, delta=1e-3)
+        largest = max(texture['bytes_gpu'] for asset in self.manifest['assets'] for texture in asset['textures'])
+        self.assertAlmostEqual(max(areas), largest / total, delta=1e-3)
+        self.browser.click('#memory button')
+        self.assertIn(f'{100 * max(areas):.1f} %', self.browser.evaluate('document.getElementById("memory").nextSibling.textContent'))
+
+    def test_a_link_reopens_the_view(self):
+        canvas = self.browser.place_of('#canvas')
+        self.browser.drag(canvas, (canvas[0] + 120, canvas[1] - 40))
+        self.browser.click('#glossy [data-value="area"]')
+        self.browser.click('#stops', 0.3)
+        self.press_mode('error')
+        self.browser.click('#link')
+        link, pixels = self.browser.evaluate('location.href'), self.pixels()
+        self.browser.open(link)
+        # The camera is in the link with nine digits.
+        self.assertGreaterEqual(np.mean(np.abs(self.pixels() - pixels) <= 1), 0.999)
+        # A link that nobody wrote does no harm.
+        self.browser.open(self.url + '#mode=nothing&stops=x&camera=1,2&picked=9,9,9&m=1e9&overlay=constructor&__proto__=1')
+        self.assertEqual(self.state('mode'), 'wipe')
+        self.assertLessEqual(self.state('m'), 1)
+
+    def test_keys_and_touch(self):
+        self.browser.evaluate('document.getElementById("canvas").focus()')
+        for key, mode in zip('12345', ('wipe', 'reference', 'cooked', 'blink', 'error')):
+            self.browser.press(key, f'Digit{key}')
+            self.assertEqual(self.state('mode'), mode)
+        self.browser.press(' ', 'Space')
+        self.assertEqual(self.state('mode'), 'reference')
+        self.browser.press(']', 'BracketRight')
+        self.assertEqual(self.state('stops'), 0.5)
+        self.browser.press('f', 'KeyF')
+        self.assertEqual(self.state('navigation'), 'fly')
+        home = np.array(self.state('camera'))
+        self.browser.press('w', 'KeyW', 0.4)
+        moved = np.array(self.state('camera')) - home
+        self.assertGreater(np.linalg.norm(moved[:3]), 0.05)
+        np.testing.assert_allclose(moved[:3], moved[3:], atol=1e-6)
+        canvas = self.browser.place_of('#canvas')
+        before = np.array(self.state('camera'))
+        self.browser.drag(canvas, (canvas[0] + 90, canvas[1] + 20))
+        np.testing.assert_allclose(np.array(self.state('camera'))[:3], before[:3], atol=1e-6)  # fly: looks around
+        self.browser.press('h', 'KeyH')
+        self.browser.press('f', 'KeyF')
+        np.testing.assert_allclose(self.state('camera'), home, atol=1e-6)
+        self.browser.touch([[canvas], [(canvas[0] + 40, canvas[1])], [(canvas[0] + 80, canvas[1])]])
+        turned = np.array(self.state('camera'))
+        np.testing.assert_allclose(turned[3:], home[3:], atol=1e-6)  # orbit: around the target
+        self.assertGreater(np.linalg.norm(turned[:3] - home[:3]), 0.5)
+        x, y = canvas
+        self.browser.touch([[(x - d, y), (x + d, y)] for d in (40, 60, 80, 100)])
+        distance = lambda c: np.linalg.norm(np.array(c)[:3] - np.array(c)[3:])
+        self.assertLess(distance(self.state('camera')), 0.8 * distance(turned))
+
+    def test_themes_and_narrow_pages(self):
+        background = lambda: self.browser.evaluate('getComputedStyle(document.body).backgroundColor')
+        for scheme, theme in (('dark', 'dark'), ('light', 'light')):
+            self.browser.prefer(scheme)
+            self.browser.settle()
+            self.assertEqual(self.browser.evaluate('document.documentElement.dataset.theme'), theme)
+        light = background()
+        self.browser.click('#theme')
+        self.browser.click('#theme')
+        self.assertEqual(self.state('theme'), 'dark')
+        self.assertNotEqual(background(), light)
+        self.assertLess(self.pixels()[2, 2].max(), 64)
+        for width in (1400, 800, 420, 320):
+            self.browser.resize(width, 800)
+            self.browser.settle()
+            self.assertLessEqual(self.browser.evaluate('document.scrollingElement.scrollWidth'), width)
+            overflowing = self.browser.evaluate("""[...document.querySelectorAll('#panel .card')].filter((card) => card.scrollWidth > card.clientWidth + 1)
+                .map((card) => card.textContent.slice(0, 40))""")
+            self.assertEqual(overflowing, [], width)
+        self.browser.resize(900, 700)
+
+    def test_missing_formats_are_decoded(self):
+        places, n, v = shading_points(256, 256, 300, 9)
+        places = places[self.covered[places[:, 1].astype(int), places[:, 0].astype(int)]]
+        self.reset('mode=cooked&glossy=area&dominant=1&f0=0.5')
+        native = self.shade('lightmap', places, n, v)
+        mirror = 'mode=cooked&glossy=environment&m=0.07&f0=1&diffuse=0'
+        self.reset(mirror)
+        reflected = self.pixels()
+        poor = Browser(width=900, height=700)
+        try:
+            poor.resize(900, 700)
+            poor.without_extensions(['EXT_texture_compression_bptc', 'EXT_texture_compression_rgtc', 'WEBGL_compressed_texture_s3tc', 'EXT_texture_norm16'])
+            poor.open(self.url + '#mode=cooked&glossy=area&dominant=1&f0=0.5')
+            own, browser = self.browser, poor
+            type(self).browser = browser
+            try:
+                decoded = self.shade('lightmap', places, n, v)
+                self.reset(mirror)
+                self.assertGreater(np.ptp(reflected), 100)
+                np.testing.assert_allclose(self.pixels(), reflected, atol=2)
+            finally:
+                type(self).browser = own
+            self.assertEqual(poor.problems(), [])
+        finally:
+            poor.close()
+        self.assert_shown(255 * decoded['cookedShown'], 255 * native['cookedShown'], 'decoded on the CPU')
+
+    def test_a_damaged_folder_is_named(self):
+        for file, cut, message in (('cooked/lightmap_sh.ktx2', 100, 'lightmap_sh.ktx2'), ('cooked/cooked.json', None, 'cooked.json'),
+                                   ('viewer/scene.json', None, 'scene.json')):
+            broken = self.folder / 'broken'
+            shutil.rmtree(broken, ignore_errors=True)
+            shutil.copytree(self.site, broken)
+            if cut is None:
+                (broken / file).unlink()
+            else:
+                (broken / file).write_bytes((broken / file).read_bytes()[:cut])
+            with self.assertRaisesRegex(RuntimeError, message):
+                self.browser.open(self.serve(broken))
+        self.browser.open(self.url)
+
+
+class Learned(SceneSuite):
+    """A learned layout, whose clusters the mesh names: pixels on the surface, by the decode written here."""
+    options = ('--layout', 'basis-8')
+
+    def test_pixels_of_the_mesh_have_the_bases_of_their_clusters(self):
+        asset = self.asset('light-map')
+        constants, images = asset['constants'], self.textures(asset)
+        self.assertIn('index_runs', constants)
+        runs = np.array(constants['index_runs']).reshape(-1, 2).astype(int)
+        clusters = np.repeat(runs[:, 0], runs[:, 1]).reshape(64, 64)
+        self.assertGreater(constants['clusters'][0], 1)
+        at, uv, n, _ = self.visible()
+        which = clusters[(uv[1] * 256).astype(int) // 4, (uv[0] * 256).astype(int) // 4]
+        sh = lighting.learned_sh(constants, images, uv, which)
+        self.press_mode('cooked')
+        expected = lighting.shown(np.maximum(lighting.exit_radiance(sh, n), 0), self.nits)
+        self.assert_shown(self.pixels()[at], expected, 'learned')
+        self.browser.evaluate("(() => { const s = document.getElementById('overlay'); s.value = 'clusters'; s.dispatchEvent(new Event('change')); })()")
+        self.browser.settle()
+        self.assertGreater(np.mean(np.abs(self.pixels()[at] - expected)), 5)
+
+
+class Types(unittest.TestCase):
+    def test_the_sources_have_no_errors_of_types(self):
+        compiler = VIEWER / 'node_modules' / 'typescript' / 'bin' / 'tsc'
+        if not compiler.is_file():
+            skip('typescript is missing: run ./dev setup')
+        run('node', compiler, '--project', VIEWER / 'tsconfig.json')
+
+
+if __name__ == '__main__':
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]], verbosity=2)

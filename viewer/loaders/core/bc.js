@@ -1,0 +1,40 @@
+// BC1, BC3, BC4 and BC5 on the CPU, for browsers without the extensions. After the Khronos Data Format Specification 1.3, chapters 18 and 19.
+
+/** Eight palette values of a BC4 block, in units of 1/255 (unsigned) or 1/127 (signed). @param {number} a @param {number} b @param {number} low */
+function palette4(a, b, low) {
+  const values = [a, b];
+  if (a > b) for (let i = 1; i < 7; ++i) values.push(((7 - i) * a + i * b) / 7);
+  else {
+    for (let i = 1; i < 5; ++i) values.push(((5 - i) * a + i * b) / 5);
+    values.push(low, low < 0 ? 127 : 255);
+  }
+  return values;
+}
+
+/** Decodes eight bytes to one channel of 16 texels in [0, 1], or [-1, 1] if signed.
+ * @param {Uint8Array} bytes @param {number} at @param {Float32Array} out @param {number} first @param {number} step @param {boolean} signed */
+export function decodeBc4Block(bytes, at, out, first, step, signed) {
+  const end = (/** @type {number} */ v) => (signed ? Math.max((v << 24) >> 24, -127) : v);
+  const values = palette4(end(bytes[at]), end(bytes[at + 1]), signed ? -127 : 0);
+  for (let t = 0; t < 16; ++t) {
+    const bit = 3 * t;
+    const pair = bytes[at + 2 + (bit >> 3)] | ((bytes[at + 3 + (bit >> 3)] ?? 0) << 8);
+    out[first + step * t] = values[(pair >> (bit & 7)) & 7] / (signed ? 127 : 255);
+  }
+}
+
+/** Decodes the colours of a BC1 block to RGBA in [0, 1], step 4.
+ * @param {Uint8Array} bytes @param {number} at @param {Float32Array} out @param {boolean} alwaysFour BC3 has no mode of three colours */
+export function decodeBc1Block(bytes, at, out, alwaysFour) {
+  const packed = [bytes[at] | (bytes[at + 1] << 8), bytes[at + 2] | (bytes[at + 3] << 8)];
+  const ends = packed.map((p) => [(p >> 11) / 31, ((p >> 5) & 63) / 63, (p & 31) / 31]);
+  const four = alwaysFour || packed[0] > packed[1];
+  for (let t = 0; t < 16; ++t) {
+    const index = (bytes[at + 4 + (t >> 2)] >> (2 * (t & 3))) & 3;
+    for (let c = 0; c < 3; ++c) {
+      const [a, b] = [ends[0][c], ends[1][c]];
+      out[4 * t + c] = index === 0 ? a : index === 1 ? b : four ? (index === 2 ? (2 * a + b) / 3 : (a + 2 * b) / 3) : index === 2 ? (a + b) / 2 : 0;
+    }
+    out[4 * t + 3] = 1;
+  }
+}

@@ -1,0 +1,150 @@
+// Light-map layouts: from the manifest to uniforms and to the GLSL that fetches texels and calls the decode of lightcook.glsl.
+
+/**
+ * @typedef {object} Layout
+ * @property {string} name middle part of the shader's names: LcRatioTexels, lcLightMapRatio
+ * @property {string[]} [numbers] members of the constants that are one number
+ * @property {string[]} [lists] members that are arrays of numbers
+ * @property {string[]} [vectors] members that are vectors
+ * @property {string[]} [single] texel members of one layer, named as their textures
+ * @property {Record<string, [string, number]>} [arrays] texel members that are arrays: texture and number of layers
+ * @property {3 | 4} [code] numbers of a learned layout's code
+ * @property {number} [residuals] layers of its residual
+ * @property {boolean} [flat] exit radiance instead of coefficients
+ */
+
+/** @param {3 | 4} code @param {number} residuals @returns {Layout} */
+const basis = (code, residuals) => ({ name: `Basis${code}`, code, residuals });
+
+/** @type {Record<string, Layout>} By the name of the manifest. */
+export const LAYOUTS = {
+  "raw": { name: "Raw", numbers: ["range"], arrays: { sh: ["sh", 9] } },
+  "flat": { name: "Flat", numbers: ["range"], flat: true },
+  "luvw": { name: "Luvw", numbers: ["root"], lists: ["range", "span"], vectors: ["neutral"],
+    arrays: { first: ["luvw_first", 9], second: ["luvw_second", 9] } },
+  "luvw-linear": { name: "LuvwLinear", numbers: ["root"], lists: ["range", "span"], vectors: ["neutral", "luminance"],
+    arrays: { first: ["luvw_first", 5], second: ["luvw_second", 5] } },
+  "ratio": { name: "Ratio", numbers: ["range"], lists: ["scale", "bias"], single: ["l0"], arrays: { ratio: ["ratio", 8] } },
+  "zh3": { name: "Zh3", numbers: ["range"], lists: ["scale", "bias"], vectors: ["luminance"], single: ["l0"], arrays: { ratio: ["ratio", 4] } },
+  "basis-3": basis(3, 0),
+  "basis-4": basis(4, 0),
+  "basis-8": basis(4, 1),
+  "basis-12": basis(4, 2),
+  "basis-16": basis(4, 3),
+  "sh4": { name: "Sh4", numbers: ["range"], lists: ["scale", "bias"], single: ["l0"], arrays: { ratio: ["ratio", 3] } },
+  "godot": { name: "Godot", arrays: { sh: ["sh", 4] } },
+  "mono-sh": { name: "MonoSh", single: ["l0", "l1"] },
+  "bakery": { name: "Bakery", single: ["l0", "l1x", "l1y", "l1z"] },
+  "hdr": { name: "Hdr", numbers: ["range"], lists: ["bias"], arrays: { sh: ["sh", 9] } },
+  "hdr-2": { name: "Hdr2", numbers: ["range", "share"], lists: ["bias"], arrays: { sh: ["sh", 9], second: ["second", 9] } },
+};
+
+const FIRST = { 3: 80, 4: 120 }, RESIDUAL = 36;
+
+/** Cluster of each block of 4 x 4 texels, where the manifest has them as runs. Null without.
+ * @param {import("./cooked.js").CookedAsset} asset @returns {Uint8Array | null} */
+export function clustersOfBlocks(asset) {
+  const runs = asset.constants?.index_runs;
+  if (!runs) return null;
+  const clusters = new Uint8Array(Math.ceil(asset.width / 4) * Math.ceil(asset.height / 4));
+  let at = 0;
+  for (let i = 0; i + 1 < runs.length; i += 2) {
+    clusters.fill(runs[i], at, at + runs[i + 1]);
+    at += runs[i + 1];
+  }
+  return clusters;
+}
+
+/** Returns true for textures that are fetched texel by texel, not filtered. @param {string} role */
+export const isFetched = (role) => role === "tables" || role === "index";
+
+/** @typedef {Record<string, { value: any }>} Uniforms numbers, textures, number[] for a vector or for vectors of three in a row, Float32Array
+ *   for an array of floats, and structs as objects of these */
+
+/**
+ * @typedef {object} LightMapDecode
+ * @property {Layout} layout
+ * @property {boolean} hasDirections false: flat
+ * @property {boolean} needsCluster true if the cluster is a vertex attribute
+ * @property {Uniforms} uniforms
+ * @property {string} glsl declares the uniforms and defines, for fragment shaders that include lightcook.glsl before,
+ *   `LcSh lightMapSh(vec2 uv, float cluster)`: decodes the filtered light map; cluster: the attribute _LIGHTCOOK_BASIS, passed flat. Of a
+ *   flat map the result is light that is the same from everywhere. Of a learned layout also `int lightMapCluster(vec2 uv, float cluster)`.
+ */
+
+/** @typedef {{ declarations: string[], functions: string[], body: string[], uniforms: Uniforms, needsCluster: boolean }} DecodeParts */
+
+const fetch = (/** @type {string} */ role, layer = "0.0") => `texture(lightMap_${role}, vec3(uv, ${layer}))`;
+const firstOf = (/** @type {any} */ value) => [value].flat()[0];
+
+/** The decode of a learned layout. @param {import("./cooked.js").CookedAsset} asset @param {Map<string, any>} textures @param {Layout} layout
+ * @returns {DecodeParts} */
+function learnedParts(asset, textures, { code = 3, residuals = 0 }) {
+  const count = FIRST[code], needsCluster = !textures.has("index");
+  if (!textures.has("tables")) throw new Error(`${asset.name}: layout "${asset.layout}" needs texture "tables"`);
+  /** @type {Uniforms} */
+  const uniforms = { lightMapRange: { value: firstOf(asset.constants.range) }, lightMapNeutral: { value: firstOf(asset.constants.neutral) ?? 0 } };
+  const declarations = ["uniform float lightMapRange, lightMapNeutral;"];
+  if (!needsCluster) {
+    uniforms.lightMapSize = { value: [asset.width, asset.height] };
+    declarations.push("uniform vec2 lightMapSize;");
+  }
+  const row = needsCluster ? "int(cluster + 0.5)" : "lcBasisCluster(texture(lightMap_index, vec3(lcBasisIndexUv(uv, lightMapSize), 0.0)), uv, lightMapSize)";
+  const body = ["int row = lightMapCluster(uv, cluster);", `LcBasisFirst${code} first;`,
+    `for (int i = 0; i < ${count}; ++i) first.v[i] = texelFetch(lightMap_tables, ivec3(i, row, 0), 0).rgb;`,
+    `vec4 l0 = ${fetch("l0")};`, `LcSh sh = lcLightMapBasis${code}(l0, ${fetch("code")}, first, lightMapRange);`];
+  if (residuals > 0)
+    body.push(`for (int layer = 0; layer < ${residuals}; ++layer) {`, "LcBasisResidual residual;",
+      `for (int i = 0; i < ${RESIDUAL}; ++i) residual.v[i] = texelFetch(lightMap_tables, ivec3(${count} + ${RESIDUAL} * layer + i, row, 0), 0).rgb;`,
+      `sh = lcLightMapBasisAdd(sh, l0, ${fetch("residual", "float(layer)")}, residual, lightMapRange, lightMapNeutral);`, "}");
+  body.push("return sh;");
+  return { declarations, functions: ["int lightMapCluster(vec2 uv, float cluster) {", `  return ${row};`, "}"], body, uniforms, needsCluster };
+}
+
+/** The decode of a layout without clusters. @param {Layout} layout @param {any} constants @returns {DecodeParts} */
+function plainParts(layout, constants) {
+  const members = [...(layout.numbers ?? []), ...(layout.lists ?? []), ...(layout.vectors ?? [])];
+  const of = (/** @type {string} */ key) =>
+    layout.numbers?.includes(key) ? firstOf(constants[key]) : layout.lists?.includes(key) ? Float32Array.from(constants[key]) : constants[key];
+  const value = Object.fromEntries(members.map((key) => [key, of(key)]));
+  const hasConstants = members.length > 0, call = hasConstants ? "t, lightMapConstants" : "t", body = [];
+  if (layout.flat)
+    body.push("LcSh sh;", "for (int i = 0; i < 9; ++i) sh.c[i] = vec3(0.0);",
+      `sh.c[0] = lcLightMapFlat(${fetch("exit")}, lightMapConstants) / 0.28209479;`, "return sh;");
+  else {
+    body.push(`Lc${layout.name}Texels t;`);
+    for (const member of layout.single ?? []) body.push(`t.${member} = ${fetch(member)};`);
+    for (const [member, [role, layers]] of Object.entries(layout.arrays ?? {}))
+      body.push(`for (int i = 0; i < ${layers}; ++i) t.${member}[i] = ${fetch(role, "float(i)")};`);
+    body.push(`return lcLightMap${layout.name}(${call});`);
+  }
+  return { declarations: hasConstants ? [`uniform Lc${layout.name}Constants lightMapConstants;`] : [], functions: [], body,
+    uniforms: hasConstants ? { lightMapConstants: { value } } : {}, needsCluster: false };
+}
+
+/**
+ * Returns the decode of a light map.
+ * @param {import("./cooked.js").CookedAsset} asset
+ * @param {Map<string, any>} textures of the engine, by role
+ * @returns {LightMapDecode}
+ */
+export function lightMapDecode(asset, textures) {
+  const layout = LAYOUTS[asset.layout];
+  if (!layout) throw new Error(`${asset.name}: layout "${asset.layout}" is unknown to this version of lightcook-loaders`);
+  const { declarations, functions, body, uniforms, needsCluster } =
+    layout.code ? learnedParts(asset, textures, layout) : plainParts(layout, asset.constants ?? {});
+  const samplers = [...textures.keys()].map((role) => `uniform highp sampler2DArray lightMap_${role};`);
+  for (const [role, texture] of textures) uniforms[`lightMap_${role}`] = { value: texture };
+  const head = "LcSh lightMapSh(vec2 uv, float cluster) {";
+  const glsl = [...samplers, ...declarations, ...functions, head, ...body.map((line) => "  " + line), "}"].join("\n");
+  return { layout, hasDirections: !layout.flat, needsCluster, uniforms, glsl };
+}
+
+/** Uniforms by the names that WebGL has for them, as engines take them that do not know structs: "lightMapConstants.range".
+ * @param {Uniforms} uniforms @returns {[string, any][]} */
+export function flatUniforms(uniforms) {
+  /** @type {(name: string, value: any) => [string, any][]} */
+  const flat = (name, value) =>
+    value && Object.getPrototypeOf(value) === Object.prototype ? Object.entries(value).flatMap(([key, each]) => flat(`${name}.${key}`, each)) : [[name, value]];
+  return Object.entries(uniforms).flatMap(([name, { value }]) => flat(name, value));
+}

@@ -1,0 +1,134 @@
+// Charts of a light map: triangles that share vertices, by position and light-map UV.
+import { BufferAttribute, BufferGeometry, Vector3 } from "three";
+
+/**
+ * @typedef {object} Charts
+ * @property {number} count
+ * @property {Float64Array} texels area of each chart [texels]
+ * @property {BufferGeometry} seams borders of all charts, as line segments in world space
+ */
+
+/**
+ * Finds the charts of meshes that lie on one light map, and gives their geometries the attribute `chartId`.
+ * @param {import("three").Mesh[]} meshes with indices and uv1 @param {number} width of the light map [texels] @param {number} height [texels]
+ * @returns {Charts}
+ */
+export function findCharts(meshes, width, height) {
+  /** @type {Map<string, number>} */
+  const welded = new Map();
+  /** @type {number[]} */
+  const parent = [];
+  const root = (/** @type {number} */ i) => {
+    while (parent[i] !== i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  const place = new Vector3();
+  /** @type {Vector3[]} */
+  const places = [];
+  const vertices = meshes.map((mesh) => {
+    const position = mesh.geometry.getAttribute("position"), uv = mesh.geometry.getAttribute("uv1");
+    return Int32Array.from({ length: position.count }, (_, i) => {
+      place.fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld);
+      const key = [place.x, place.y, place.z].map((x) => x.toPrecision(5)).join() + "," + Math.round(uv.getX(i) * 65536) + "," + Math.round(uv.getY(i) * 65536);
+      let id = welded.get(key);
+      if (id === undefined) {
+        welded.set(key, (id = parent.length));
+        parent.push(id);
+        places.push(place.clone());
+      }
+      return id;
+    });
+  });
+  /** Number of triangles on an edge of welded vertices. @type {Map<number, number>} */
+  const edges = new Map();
+  const count = parent.length;
+  meshes.forEach((mesh, m) => {
+    const index = /** @type {BufferAttribute} */ (mesh.geometry.index);
+    for (let i = 0; i + 2 < index.count; i += 3) {
+      const corner = [0, 1, 2].map((k) => vertices[m][index.getX(i + k)]);
+      for (let k = 0; k < 3; ++k) {
+        const a = corner[k], b = corner[(k + 1) % 3], key = Math.min(a, b) * count + Math.max(a, b);
+        edges.set(key, (edges.get(key) ?? 0) + 1);
+        parent[root(a)] = root(b);
+      }
+    }
+  });
+  /** @type {Map<number, number>} */
+  const numbers = new Map();
+  const chartOf = (/** @type {number} */ vertex) => {
+    const top = root(vertex);
+    let number = numbers.get(top);
+    if (number === undefined) numbers.set(top, (number = numbers.size));
+    return number;
+  };
+  /** @type {number[]} */
+  const areas = [];
+  meshes.forEach((mesh, m) => {
+    const ids = Float32Array.from(vertices[m], chartOf), uv = mesh.geometry.getAttribute("uv1");
+    mesh.geometry.setAttribute("chartId", new BufferAttribute(ids, 1));
+    const index = /** @type {BufferAttribute} */ (mesh.geometry.index);
+    for (let i = 0; i + 2 < index.count; i += 3) {
+      const [a, b, c] = [0, 1, 2].map((k) => index.getX(i + k));
+      const area = Math.abs((uv.getX(b) - uv.getX(a)) * (uv.getY(c) - uv.getY(a)) - (uv.getX(c) - uv.getX(a)) * (uv.getY(b) - uv.getY(a))) / 2;
+      areas[ids[a]] = (areas[ids[a]] ?? 0) + area * width * height;
+    }
+  });
+  const ends = [];
+  for (const [key, triangles] of edges) {
+    if (triangles > 1) continue;
+    for (const vertex of [Math.floor(key / count), key % count]) ends.push(places[vertex].x, places[vertex].y, places[vertex].z);
+  }
+  const seams = new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(ends), 3));
+  return { count: numbers.size, texels: Float64Array.from(areas, (area) => area ?? 0), seams };
+}
+
+/**
+ * @typedef {object} Found
+ * @property {import("three").Mesh} mesh
+ * @property {Vector3} position in world space
+ * @property {Vector3} normal unit, in world space
+ * @property {number} chart
+ * @property {number} cluster
+ */
+
+/** Interpolates a triangle's corners. @param {import("three").Mesh} mesh @param {number[]} corner @param {number[]} weight @returns {Found} */
+export function surfaceAt(mesh, corner, weight) {
+  const { geometry } = mesh, position = new Vector3(), normal = new Vector3(), part = new Vector3();
+  corner.forEach((vertex, k) => {
+    position.addScaledVector(part.fromBufferAttribute(geometry.getAttribute("position"), vertex), weight[k]);
+    normal.addScaledVector(part.fromBufferAttribute(geometry.getAttribute("normal"), vertex), weight[k]);
+  });
+  return {
+    mesh,
+    position: position.applyMatrix4(mesh.matrixWorld),
+    normal: normal.transformDirection(mesh.matrixWorld),
+    chart: geometry.getAttribute("chartId").getX(corner[0]),
+    cluster: geometry.getAttribute("_lightcook_basis")?.getX(corner[0]) ?? 0,
+  };
+}
+
+/**
+ * Returns the surface at, or nearest in the light map to, a place.
+ * @param {import("three").Mesh[]} meshes @param {number} u @param {number} v @returns {Found | null} null without triangles
+ */
+export function findSurface(meshes, u, v) {
+  let best = null, least = Infinity;
+  for (const mesh of meshes) {
+    const uv = mesh.geometry.getAttribute("uv1"), index = /** @type {BufferAttribute} */ (mesh.geometry.index);
+    for (let i = 0; i + 2 < index.count; i += 3) {
+      const corner = [index.getX(i), index.getX(i + 1), index.getX(i + 2)];
+      const [ax, bx, cx] = corner.map((k) => uv.getX(k) - u), [ay, by, cy] = corner.map((k) => uv.getY(k) - v);
+      const area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay);
+      if (area === 0) continue;
+      const weight = [(bx * cy - cx * by) / area, (cx * ay - ax * cy) / area, (ax * by - bx * ay) / area].map((w) => Math.max(w, 0));
+      const sum = weight[0] + weight[1] + weight[2], x = (weight[0] * ax + weight[1] * bx + weight[2] * cx) / sum,
+        y = (weight[0] * ay + weight[1] * by + weight[2] * cy) / sum, distance = x * x + y * y;
+      if (distance < least) {
+        least = distance;
+        best = { mesh, corner, weight: weight.map((w) => w / sum) };
+      }
+      if (least < 1e-16 && best) return surfaceAt(best.mesh, best.corner, best.weight);
+    }
+  }
+  return best && surfaceAt(best.mesh, best.corner, best.weight);
+}

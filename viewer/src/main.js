@@ -1,0 +1,520 @@
+// The page: controls, state and link.
+import { Vector3 } from "three";
+import { Camera } from "./camera.js";
+import { cssOf, viewingOf, apply, DIFFUSE_WHITE } from "./color.js";
+import { hashOf, initialState, stateOf } from "./link.js";
+import { MODES } from "./shading.js";
+import { memoryItems, sizeText, treemap } from "./treemap.js";
+import { View } from "./view.js";
+
+/** @typedef {import("./link.js").State} State */
+
+const BLINK_MS = 600;
+const byId = (/** @type {string} */ id) => /** @type {HTMLElement} */ (document.getElementById(id));
+
+/** Makes an element. @param {string} tag @param {Record<string, any>} [properties] @param {(Node | string)[]} children */
+function make(tag, properties = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [key, value] of Object.entries(properties)) {
+    if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
+    else if (key === "class") element.className = value;
+    else if (key === "style") element.style.cssText = value;
+    else if (typeof value === "boolean") element.toggleAttribute(key, value);
+    else element.setAttribute(key, value);
+  }
+  element.append(...children);
+  return element;
+}
+/** @param {number} x */
+const short = (x) => (x === 0 ? "0" : Math.abs(x) >= 1000 || Math.abs(x) < 0.001 ? x.toExponential(2) : x.toPrecision(4));
+
+class Page {
+  constructor() {
+    this.canvas = /** @type {HTMLCanvasElement} */ (byId("canvas"));
+    this.panel = byId("panel");
+    this.state = stateOf(location.hash);
+    this.blinked = false;
+    /** @type {(() => void)[]} run after each change of the state, to show it in the controls */
+    this.refreshers = [];
+    /** @type {Vector3 | null} */
+    this.pickedPosition = null;
+    this.pending = 0;
+    this.hashTimer = 0;
+    this.applyTheme();
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.changed());
+  }
+
+  async start() {
+    const progress = /** @type {HTMLProgressElement} */ (byId("progress"));
+    this.view = new View(this.canvas);
+    await this.view.load((share) => (progress.value = share));
+    const view = this.view;
+    /** @type {any} */
+    this.report = await fetch("cooked/report.json").then((answer) => (answer.ok ? answer.json() : null), () => null);
+    this.camera = new Camera(this.canvas, () => this.moved(), (x, y) => this.click(x, y));
+    const camera = this.state.camera;
+    this.camera.size = Math.max(view.box.getSize(new Vector3()).length(), 1e-6);
+    this.camera.setAspect(view.resize());
+    this.state.camera = camera;
+    this.allow();
+    this.build();
+    this.applyCamera();
+    new ResizeObserver(() => this.camera?.setAspect(view.resize())).observe(this.canvas);
+    addEventListener("hashchange", () => {
+      if (location.hash.slice(1) !== hashOf(this.state)) this.restore(stateOf(location.hash));
+    });
+    addEventListener("keydown", (event) => this.key(event));
+    setInterval(() => this.blink(), BLINK_MS);
+    byId("loading").hidden = true;
+    this.changed();
+    if (this.state.picked) this.showPicked();
+  }
+
+  /** Brings the state to what the scene has and the controls reach. */
+  allow() {
+    const view = /** @type {View} */ (this.view), { state } = this, { has } = view, start = initialState();
+    const oneOf = (/** @type {string} */ value, /** @type {readonly string[]} */ values, /** @type {string} */ otherwise) => (values.includes(value) ? value : otherwise);
+    state.mode = has.reference ? oneOf(state.mode, MODES, start.mode) : "cooked";
+    state.glossy = oneOf(state.glossy, this.glossyChoices(), "none");
+    state.overlay = oneOf(state.overlay, this.overlayChoices(), "none");
+    state.navigation = oneOf(state.navigation, ["orbit", "fly"], "orbit");
+    state.theme = oneOf(state.theme, ["auto", "light", "dark"], "auto");
+    const clamp = (/** @type {"wipe" | "stops" | "errorEnd" | "f0" | "albedo" | "bump" | "m"} */ key, /** @type {number} */ low, /** @type {number} */ high) =>
+      (state[key] = Math.min(Math.max(state[key], low), high));
+    clamp("wipe", 0, 1);
+    clamp("stops", -8, 8);
+    clamp("errorEnd", 1, 50);
+    clamp("f0", 0, 1);
+    clamp("albedo", 0, 1);
+    clamp("bump", 0, this.mostTilt());
+    clamp("m", view.roughness[0], view.roughness[1]);
+    if (!view.environments[state.environment]) state.environment = 0;
+    if (state.picked && !view.maps[state.picked[0]]) state.picked = null;
+    state.dominant &&= has.dominant;
+    state.materials &&= has.materials;
+    state.seams &&= has.mesh;
+    state.diffuse ||= !has.tables;
+  }
+  glossyChoices() {
+    const view = /** @type {View} */ (this.view);
+    if (!view.has.tables) return ["none"];
+    return view.environments.length > 0 ? ["none", "area", "environment"] : ["none", "area"];
+  }
+  overlayChoices() {
+    const { has } = /** @type {View} */ (this.view);
+    return ["none", ...(has.mesh ? ["charts"] : []), ...(has.clusters ? ["clusters"] : []), "texels"];
+  }
+  /** Largest tilt of a normal map that the scene was cooked for [degrees]. */
+  mostTilt() {
+    const maps = /** @type {View} */ (this.view).maps.filter(({ decode, hasMesh }) => decode.hasDirections && hasMesh);
+    return Math.max(0, ...maps.map(({ data, asset }) => data.shading?.normal_map_tilt ?? asset.verify?.shading?.normal_map_tilt ?? 0));
+  }
+
+  /** @param {State} state */
+  restore(state) {
+    this.state = state;
+    this.allow();
+    this.applyCamera();
+    this.changed();
+    this.showPicked();
+  }
+  applyCamera() {
+    const camera = /** @type {Camera} */ (this.camera), at = this.state.camera;
+    camera.isFlying = this.state.navigation === "fly";
+    camera.stop();
+    if (!at) return camera.frame(/** @type {View} */ (this.view).box);
+    camera.view.position.set(at[0], at[1], at[2]);
+    camera.target.set(at[3], at[4], at[5]);
+    camera.update();
+  }
+  applyTheme() {
+    const isDark = this.state.theme === "dark" || (this.state.theme === "auto" && matchMedia("(prefers-color-scheme: dark)").matches);
+    document.documentElement.dataset.theme = isDark ? "dark" : "light";
+    document.documentElement.style.colorScheme = isDark ? "dark" : "light";
+  }
+
+  moved() {
+    const camera = /** @type {Camera} */ (this.camera);
+    this.state.camera = [...camera.view.position.toArray(), ...camera.target.toArray()];
+    this.redraw();
+    this.keepLink();
+  }
+  /** Shows a changed state everywhere. @param {Partial<State>} [by] */
+  changed(by) {
+    Object.assign(this.state, by);
+    this.applyTheme();
+    for (const refresh of this.refreshers) refresh();
+    this.redraw();
+    this.keepLink();
+  }
+  redraw() {
+    if (this.pending) return;
+    this.pending = requestAnimationFrame(() => {
+      this.pending = 0;
+      this.drawNow();
+    });
+  }
+  drawNow() {
+    const view = /** @type {View} */ (this.view), camera = /** @type {Camera} */ (this.camera);
+    if (!view || !camera) return;
+    view.apply(this.state, this.blinked);
+    view.draw(camera.view, getComputedStyle(document.documentElement).getPropertyValue("--stage").trim());
+    this.markPicked();
+  }
+  /** Puts the ring on the picked place. */
+  markPicked() {
+    const marker = byId("marker"), camera = /** @type {Camera} */ (this.camera).view;
+    const place = this.state.picked && this.pickedPosition ? this.pickedPosition.clone().project(camera) : null;
+    marker.hidden = !place || Math.abs(place.z) > 1;
+    if (place) marker.style.translate = `${((1 + place.x) / 2) * this.canvas.clientWidth}px ${((1 - place.y) / 2) * this.canvas.clientHeight}px`;
+  }
+  keepLink() {
+    clearTimeout(this.hashTimer);
+    this.hashTimer = window.setTimeout(() => history.replaceState(null, "", `#${hashOf(this.state)}`), 250);
+  }
+  blink() {
+    if (this.state.mode !== "blink" || document.hidden) return;
+    this.blinked = !this.blinked;
+    for (const refresh of this.refreshers) refresh();
+    this.redraw();
+  }
+
+  // --- controls ---------------------------------------------------------------------------------------------------------------------------
+
+  build() {
+    const view = /** @type {View} */ (this.view);
+    this.buildStage();
+    this.panel.replaceChildren(...[this.header(), this.viewCard(), this.lightCard(), this.worstCard(), this.pickCard(), this.memoryCard(), this.helpCard()]
+      .filter((card) => card !== null));
+    const missing = view.maps.filter(({ data }) => !data.reference);
+    for (const { data } of missing)
+      this.panel.children[1].append(make("p", { class: "note warning" }, `${data.name}: no float bake to compare with. ${data.reference_missing ?? ""}`));
+    for (const { data, hasMesh } of view.maps)
+      if (!hasMesh) this.panel.children[1].append(make("p", { class: "note" }, `${data.name}: no mesh. The map lies flat, lit from where most light comes.`));
+    const working = /** @type {NonNullable<View["cooked"]>} */ (view.cooked).manifest.color.working;
+    if (!viewingOf(working).isKnown) this.panel.children[1].append(make("p", { class: "note" }, `Working space ${working} is shown as Rec.709.`));
+  }
+
+  buildStage() {
+    const view = /** @type {View} */ (this.view), wipe = byId("wipe"), legend = byId("legend");
+    const move = (/** @type {number} */ at) => this.changed({ wipe: Math.min(Math.max(at, 0), 1) });
+    wipe.addEventListener("pointerdown", (event) => wipe.setPointerCapture(event.pointerId));
+    wipe.addEventListener("pointermove", (event) => {
+      const box = this.canvas.getBoundingClientRect();
+      if (wipe.hasPointerCapture(event.pointerId)) move((event.clientX - box.left) / box.width);
+    });
+    wipe.addEventListener("keydown", (event) => {
+      const step = { ArrowLeft: -0.02, ArrowRight: 0.02 }[event.key];
+      if (step === undefined) return;
+      event.preventDefault();
+      move(this.state.wipe + step);
+    });
+    this.refreshers.push(() => {
+      const { mode } = this.state, isWiped = mode === "wipe";
+      wipe.hidden = !isWiped;
+      wipe.style.left = `${100 * this.state.wipe}%`;
+      wipe.setAttribute("aria-valuenow", String(Math.round(100 * this.state.wipe)));
+      legend.hidden = mode !== "error";
+      byId("legend-end").textContent = `${this.state.errorEnd} or more`;
+      const isReference = mode === "reference" || (mode === "blink" && this.blinked);
+      byId("left-tag").textContent = !view.has.reference ? "" : isWiped || isReference ? "Reference" : "";
+      byId("right-tag").textContent = mode === "error" ? "Visible error" : isReference ? "" : "Cooked";
+    });
+  }
+
+  header() {
+    const view = /** @type {View} */ (this.view), manifest = /** @type {NonNullable<View["cooked"]>} */ (view.cooked).manifest;
+    const themes = ["auto", "light", "dark"];
+    const theme = make("button", { id: "theme", title: "Theme", onclick: () => this.changed({ theme: themes[(themes.indexOf(this.state.theme) + 1) % 3] }) });
+    this.refreshers.push(() => (theme.textContent = `Theme: ${this.state.theme}`));
+    const link = make("button", { id: "link", title: "Copy a link that reopens this view", onclick: () => this.copyLink(link) }, "Copy link");
+    const verdict = this.report ? [make("span", { class: `verdict ${this.report.passed ? "passed" : "failed"}` }, this.report.passed ? "Passed" : "Failed")] : [];
+    const report = this.report ? [make("a", { href: "cooked/report.html" }, "Report")] : [];
+    return make("header", { class: "card" }, make("h1", {}, manifest.scene), ...verdict, make("nav", {}, link, theme),
+      make("span", { class: "soft", style: "flex: 1 1 100%" }, `${manifest.tool.name} ${manifest.tool.version} `, ...report));
+  }
+  /** @param {HTMLElement} button */
+  async copyLink(button) {
+    history.replaceState(null, "", `#${hashOf(this.state)}`);
+    try {
+      await navigator.clipboard.writeText(location.href);
+      button.textContent = "Copied";
+    } catch {
+      button.textContent = "In address bar";
+    }
+    setTimeout(() => (button.textContent = "Copy link"), 1500);
+  }
+
+  /** A row of buttons, one of which is pressed. @param {string} id @param {"mode" | "glossy" | "navigation"} key @param {[string, string][]} choices value and label */
+  segments(id, key, choices) {
+    const buttons = choices.map(([value, label]) => make("button", { "data-value": value, onclick: () => this.choose(key, value) }, label));
+    this.refreshers.push(() => buttons.forEach((button) => button.setAttribute("aria-pressed", String(button.dataset.value === this.state[key]))));
+    return make("div", { class: "segments", id, role: "group" }, ...buttons);
+  }
+  /** @param {"mode" | "glossy" | "navigation"} key @param {string} value */
+  choose(key, value) {
+    this.blinked = false;
+    this.changed({ [key]: value });
+    if (key === "navigation") /** @type {Camera} */ (this.camera).isFlying = value === "fly";
+  }
+  /** @param {"stops" | "errorEnd" | "m" | "f0" | "albedo" | "bump"} key @param {string} label @param {number} low @param {number} high @param {number} step
+   * @param {(value: number) => string} text */
+  slider(key, label, low, high, step, text) {
+    const input = /** @type {HTMLInputElement} */ (make("input", { type: "range", id: key, min: low, max: high, step, "aria-label": label }));
+    const output = make("output", { for: key });
+    input.addEventListener("input", () => this.changed({ [key]: Number(input.value) }));
+    input.addEventListener("dblclick", () => this.changed({ [key]: Math.min(Math.max(initialState()[key], low), high) }));
+    this.refreshers.push(() => {
+      input.value = String(this.state[key]);
+      output.textContent = text(this.state[key]);
+    });
+    return make("div", { class: "row" }, make("label", { for: key }, label), input, output);
+  }
+  /** @param {"diffuse" | "dominant" | "materials" | "seams"} key @param {string} label */
+  check(key, label) {
+    const input = /** @type {HTMLInputElement} */ (make("input", { type: "checkbox", id: key }));
+    input.addEventListener("change", () => this.changed({ [key]: input.checked }));
+    this.refreshers.push(() => (input.checked = this.state[key]));
+    return make("label", { class: "check" }, input, label);
+  }
+  /** @param {"overlay" | "environment"} key @param {string} label @param {[string | number, string][]} choices */
+  select(key, label, choices) {
+    const select = /** @type {HTMLSelectElement} */ (make("select", { id: key }, ...choices.map(([value, name]) => make("option", { value }, name))));
+    select.addEventListener("change", () => this.changed({ [key]: key === "environment" ? Number(select.value) : select.value }));
+    this.refreshers.push(() => (select.value = String(this.state[key])));
+    const row = make("div", { class: "row" }, make("label", { for: key }, label), select);
+    return row;
+  }
+
+  viewCard() {
+    const { has } = /** @type {View} */ (this.view), rows = [];
+    if (has.reference) {
+      rows.push(this.segments("mode", "mode", [["wipe", "Wipe"], ["reference", "Reference"], ["cooked", "Cooked"], ["blink", "Blink"], ["error", "Error"]]));
+      const end = this.slider("errorEnd", "Scale ends at", 1, 50, 1, (value) => String(value));
+      this.refreshers.push(() => (end.hidden = this.state.mode !== "error"));
+      rows.push(end);
+    }
+    // The visible error is that of the report's display, whatever the exposure here.
+    const exposure = this.slider("stops", "Exposure", -8, 8, 0.25, (value) => `${value > 0 ? "+" : ""}${value} stops`);
+    this.refreshers.push(() => (exposure.hidden = this.state.mode === "error"));
+    rows.push(exposure);
+    const names = { none: "None", charts: "Charts", clusters: "Clusters", texels: "Texels" };
+    rows.push(this.select("overlay", "Overlay", this.overlayChoices().map((value) => [value, names[/** @type {keyof names} */ (value)]])));
+    if (has.mesh) rows.push(this.check("seams", "Borders of charts"));
+    const home = make("button", { id: "home", onclick: () => this.goHome() }, "Show all");
+    rows.push(make("div", { class: "row" }, make("span", {}, "Camera"), this.segments("navigation", "navigation", [["orbit", "Orbit"], ["fly", "Fly"]])), home);
+    return make("section", { class: "card" }, make("h2", {}, "View"), ...rows);
+  }
+  goHome() {
+    const camera = /** @type {Camera} */ (this.camera);
+    camera.stop();
+    camera.frame(/** @type {View} */ (this.view).box);
+  }
+
+  lightCard() {
+    const view = /** @type {View} */ (this.view), { has } = view, rows = [];
+    if (has.tables) {
+      rows.push(this.check("diffuse", "Diffuse"));
+      const names = { none: "None", area: "Area", environment: "Probe" };
+      rows.push(make("div", { class: "row" }, make("span", {}, "Glossy"), this.segments("glossy", "glossy", this.glossyChoices().map((value) => [value, names[/** @type {keyof names} */ (value)]]))));
+      if (view.environments.length > 1) {
+        const probes = this.select("environment", "Probe", view.environments.map(({ name }, i) => [i, name]));
+        this.refreshers.push(() => (probes.hidden = this.state.glossy !== "environment"));
+        rows.push(probes);
+      }
+      if (has.dominant) rows.push(this.check("dominant", "Highlight of the dominant light"));
+      const gloss = [this.slider("m", "Roughness m", view.roughness[0], view.roughness[1], 0.005, (value) => value.toFixed(3)), this.slider("f0", "F0", 0, 1, 0.01, (value) => value.toFixed(2))];
+      this.refreshers.push(() => gloss.forEach((row) => (row.hidden = this.state.glossy === "none" && !this.state.dominant)));
+      rows.push(...gloss);
+    }
+    rows.push(this.slider("albedo", "Albedo", 0, 1, 0.01, (value) => value.toFixed(2)));
+    if (has.materials) rows.push(this.check("materials", "Colours of the materials"));
+    const tilt = this.mostTilt();
+    if (tilt > 0) rows.push(this.slider("bump", "Normal map", 0, tilt, 1, (value) => `${value}°`));
+    return make("section", { class: "card" }, make("h2", {}, "Light"), ...rows);
+  }
+
+  worstCard() {
+    const view = /** @type {View} */ (this.view);
+    const places = view.maps.flatMap(({ data }, map) => data.worst.map((place) => ({ ...place, map }))).sort((a, b) => b.visible - a.visible);
+    if (places.length === 0) return null;
+    const items = places.map((place) => {
+      const { data } = view.maps[place.map];
+      const where = `${view.maps.length > 1 ? `${data.name}: ` : ""}${place.what}, ${place.stage}`;
+      return make("li", {}, make("button", { onclick: () => this.flyToTexel(place.map, place.texel), title: `Texel ${place.texel.map((x) => x.toFixed(1)).join(", ")}` },
+        make("b", {}, place.visible.toFixed(1)), make("span", {}, where), make("span", { class: "soft" }, place.texel.map((x) => x.toFixed(0)).join(", "))));
+    });
+    return make("section", { class: "card" }, make("h2", {}, "Worst places"), make("ul", { class: "places", id: "worst" }, ...items),
+      make("p", { class: "note" }, "Delta E ITP, kind of light and stage, texel. 1 is just noticeable."));
+  }
+  /** @param {number} map @param {[number, number]} texel integers are centres */
+  flyToTexel(map, texel) {
+    const view = /** @type {View} */ (this.view), camera = /** @type {Camera} */ (this.camera), shown = view.maps[map];
+    const u = (texel[0] + 0.5) / shown.asset.width, v = (texel[1] + 0.5) / shown.asset.height, found = view.surface(shown, u, v);
+    if (!found) return;
+    this.changed({ picked: [map, u, v] });
+    this.showPicked();
+    const away = found.normal.clone().addScaledVector(new Vector3(0, 1, 0), Math.abs(found.normal.y) > 0.9 ? 0 : 0.25);
+    if (Math.abs(found.normal.y) > 0.9) away.z += 0.3;
+    camera.flyTo(found.position.clone().addScaledVector(away.normalize(), 0.12 * camera.size), found.position);
+  }
+
+  // --- picked place -----------------------------------------------------------------------------------------------------------------------
+
+  pickCard() {
+    this.pickBody = make("div", { id: "picked" }, make("p", { class: "note" }, "Click a surface for its texel, coefficients and error."));
+    this.refreshers.push(() => this.pickedChanged());
+    return make("section", { class: "card" }, make("h2", {}, "Place"), this.pickBody);
+  }
+  /** Shaded values of the picked place follow the settings. */
+  pickedChanged() {
+    if (!this.state.picked || !this.pickBody || this.shading) return;
+    this.shading = requestAnimationFrame(() => {
+      this.shading = 0;
+      this.showPicked();
+    });
+  }
+  /** @param {number} x [CSS pixels of the canvas] @param {number} y */
+  click(x, y) {
+    const view = /** @type {View} */ (this.view), { clientWidth, clientHeight } = this.canvas;
+    const hit = view.pick(/** @type {Camera} */ (this.camera).view, x / clientWidth, y / clientHeight);
+    this.state.picked = hit ? [hit.map, ...hit.uv] : null;
+    this.showPicked();
+    this.keepLink();
+  }
+  showPicked() {
+    const view = /** @type {View} */ (this.view), body = /** @type {HTMLElement} */ (this.pickBody);
+    if (!this.state.picked) {
+      this.markPicked();
+      body.replaceChildren(make("p", { class: "note" }, "Click a surface for its texel, coefficients and error."));
+      return;
+    }
+    const [index, u, v] = this.state.picked, map = view.maps[index], found = view.surface(map, u, v), { asset, data, charts } = map;
+    if (!found) return;
+    this.pickedPosition = found.position;
+    this.markPicked();
+    view.apply(this.state, this.blinked);
+    const eye = /** @type {Camera} */ (this.camera).view.position.clone().sub(found.position).normalize();
+    const none = [0, 0, 0];
+    const [values] = view.values(map, [{ uv: [u, v], cluster: found.cluster, normal: map.hasMesh ? found.normal.toArray() : none, view: map.hasMesh ? eye.toArray() : none }]);
+    const rows = [["Light map", `${data.name}, ${asset.layout}`], ["Texel", `${(u * asset.width - 0.5).toFixed(2)}, ${(v * asset.height - 0.5).toFixed(2)}`]];
+    if (map.decode.needsCluster) rows.push(["Cluster", String(found.cluster)]);
+    if (map.hasMesh && asset.bits_per_texel) {
+      const texels = charts.texels[found.chart];
+      rows.push(["Chart", `${found.chart + 1} of ${charts.count}, ${Math.round(texels)} texels`], ["Bytes of the chart", sizeText((texels * asset.bits_per_texel) / 8)]);
+    }
+    const parts = [];
+    if (values) {
+      const shownColour = (/** @type {number[]} */ light) => {
+        const unit = ((data.display?.nits ?? DIFFUSE_WHITE) / DIFFUSE_WHITE) * 2 ** this.state.stops;
+        const working = /** @type {NonNullable<View["cooked"]>} */ (view.cooked).manifest.color.working;
+        return cssOf(apply(viewingOf(working).rec709, /** @type {any} */ (light.map((x) => x * unit))));
+      };
+      const light = (/** @type {number[]} */ rgb) => rgb.map(short).join("  ");
+      if (map.hasReference) rows.push(["Visible error", values.error.toFixed(2)], ["Reference", light(values.referenceLight)]);
+      rows.push(["Cooked", light(values.cookedLight)]);
+      if (map.hasReference)
+        parts.push(make("div", { class: "swatches" }, make("i", { title: "Reference", style: `background: ${shownColour(values.referenceLight)}` }),
+          make("i", { title: "Cooked", style: `background: ${shownColour(values.cookedLight)}` })));
+      if (map.decode.hasDirections) parts.push(this.coefficients(values, map.hasReference));
+    }
+    body.replaceChildren(make("dl", {}, ...rows.flatMap(([term, text]) => [make("dt", {}, term), make("dd", { "data-term": term }, text)])), ...parts);
+  }
+  /** @param {import("./view.js").Values} values @param {boolean} hasReference */
+  coefficients(values, hasReference) {
+    const cells = (/** @type {number[]} */ rgb) => rgb.map((x) => make("td", {}, short(x)));
+    const head = (/** @type {string} */ text) => make("th", { colspan: 3 }, text);
+    const rows = values.cooked.map((cooked, i) => make("tr", {}, make("th", {}, String(i)), ...(hasReference ? cells(values.reference[i]) : []), ...cells(cooked)));
+    return make("details", { open: this.showsCoefficients ?? false, ontoggle: (/** @type {Event} */ event) => (this.showsCoefficients = /** @type {HTMLDetailsElement} */ (event.target).open) },
+      make("summary", {}, "SH coefficients"),
+      make("div", { class: "scroll" }, make("table", {}, make("thead", {}, make("tr", {}, make("th"), ...(hasReference ? [head("Reference R G B")] : []), head("Cooked R G B"))), make("tbody", {}, ...rows))));
+  }
+
+  // --- memory -----------------------------------------------------------------------------------------------------------------------------
+
+  memoryCard() {
+    const items = memoryItems(/** @type {NonNullable<View["cooked"]>} */ (/** @type {View} */ (this.view).cooked).manifest);
+    const total = items.reduce((sum, item) => sum + item.bytes, 0), caption = make("p", { class: "note" });
+    /** @type {HTMLElement[]} */
+    const buttons = [];
+    const tiles = treemap(items, 1.8).map(({ item, x, y, width, height }) => {
+      const name = `${item.asset}, ${item.role}`, label = width > 0.14 && height > 0.2 ? [make("b", {}, item.role), make("br"), item.asset] : [];
+      const button = make("button", {
+        "aria-label": `${name}: ${sizeText(item.bytes)}`, title: name, "aria-pressed": "false",
+        style: `left:${100 * x}%;top:${100 * y}%;width:${100 * width}%;height:${100 * height}%;background:var(--kind-${item.kind})`,
+        onclick: () => {
+          for (const other of buttons) other.setAttribute("aria-pressed", String(other === button));
+          caption.textContent = `${name}: ${sizeText(item.bytes)}, ${((100 * item.bytes) / total).toFixed(1)} %. ${item.detail}`;
+        },
+      }, ...label);
+      buttons.push(button);
+      return button;
+    });
+    caption.textContent = `${sizeText(total)} of GPU memory. Click a tile for what it is.`;
+    return make("section", { class: "card" }, make("h2", {}, "Memory"), make("div", { class: "treemap", id: "memory" }, ...tiles), caption);
+  }
+
+  helpCard() {
+    const line = (/** @type {string[]} */ keys, /** @type {string} */ text) => [make("dt", {}, ...keys.flatMap((key) => [make("kbd", {}, key), " "])), make("dd", {}, text)];
+    const { has } = /** @type {View} */ (this.view);
+    return make("details", { class: "card" }, make("summary", {}, "Keys and touch"),
+      make("dl", { style: "margin-top: 8px" },
+        ...(has.reference ? [...line(["1", "–", "5"], "wipe, reference, cooked, blink, error"), ...line(["Space"], "the other of reference and cooked")] : []),
+        ...line(["[", "]"], "exposure"), ...line(["W", "A", "S", "D", "Q", "E"], "move"), ...line(["F"], "orbit or fly"), ...line(["H"], "show all"),
+        make("dt", {}, "Drag"), make("dd", {}, "turn; with Shift or two fingers, move"), make("dt", {}, "Scroll, pinch"), make("dd", {}, "closer or farther")));
+  }
+
+  /** @param {KeyboardEvent} event */
+  key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const target = /** @type {HTMLElement} */ (event.target), isOwn = ["INPUT", "SELECT", "TEXTAREA"].includes(target.tagName);
+    if (isOwn || (target.tagName === "BUTTON" && event.code === "Space")) return;
+    const { state } = this, { has } = /** @type {View} */ (this.view), digit = Number(event.key);
+    if (has.reference && digit >= 1 && digit <= MODES.length) this.choose("mode", MODES[digit - 1]);
+    else if (has.reference && event.code === "Space") this.choose("mode", state.mode === "reference" ? "cooked" : "reference");
+    else if (event.key === "[" || event.key === "]") this.changed({ stops: Math.min(Math.max(state.stops + (event.key === "]" ? 0.5 : -0.5), -8), 8) });
+    else if (event.code === "KeyF") this.choose("navigation", state.navigation === "fly" ? "orbit" : "fly");
+    else if (event.code === "KeyH") this.goHome();
+    else return;
+    event.preventDefault();
+  }
+
+  // --- values for programs ----------------------------------------------------------------------------------------------------------------
+
+  /**
+   * Shades places of a light map with the settings of the page.
+   * @param {string} name of the light map @param {[number, number][]} places [texels] integers are centres
+   * @param {number[][]} normals unit @param {number[][]} views unit, to the viewer
+   */
+  shade(name, places, normals, views) {
+    const view = /** @type {View} */ (this.view), map = view.maps.find(({ data }) => data.name === name);
+    if (!map) throw new Error(`no light map "${name}"`);
+    view.apply(this.state, this.blinked);
+    const { width, height } = map.asset;
+    return view.values(map, places.map(([x, y], i) => ({
+      uv: [(x + 0.5) / width, (y + 0.5) / height], cluster: view.clusterOf(map, Math.floor(x + 0.5), Math.floor(y + 0.5)), normal: normals[i], view: views[i],
+    })));
+  }
+
+  /** Surfaces at pixels of the canvas: light map, uv, normal and direction to the viewer; null beside the scene.
+   * @param {[number, number][]} pixels [CSS pixels] */
+  look(pixels) {
+    const view = /** @type {View} */ (this.view), camera = /** @type {Camera} */ (this.camera).view, { clientWidth, clientHeight } = this.canvas;
+    return pixels.map(([x, y]) => {
+      const hit = view.pick(camera, x / clientWidth, y / clientHeight);
+      if (!hit) return null;
+      const { normal, position, chart } = hit.surface;
+      return { map: view.maps[hit.map].data.name, uv: hit.uv, chart, normal: normal.toArray(), view: camera.position.clone().sub(position).normalize().toArray() };
+    });
+  }
+}
+
+const page = new Page();
+const ready = page.start().catch((fault) => {
+  byId("loading").classList.add("failed");
+  byId("progress").hidden = true;
+  byId("loading-text").textContent = fault.message;
+  console.error(fault);
+});
+/** For tests and scripts: `await lightcook.ready`, then `lightcook.shade(...)`. */
+Object.assign(window, { lightcook: { ready, page, shade: page.shade.bind(page), look: page.look.bind(page) } });

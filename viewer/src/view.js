@@ -1,0 +1,325 @@
+// The scene on the canvas: loads it, draws it, and computes the values of single places with the same shader code.
+import {
+  BackSide, Box3, BufferAttribute, BufferGeometry, DataTexture, DoubleSide, FloatType, FrontSide, GLSL3, LineBasicMaterial, LineSegments, Matrix4,
+  Mesh, NearestFilter, OrthographicCamera, PlaneGeometry, RGBAFormat, Raycaster, Scene, ShaderMaterial, Vector2, Vector3, WebGLRenderTarget,
+  WebGLRenderer,
+} from "three";
+import { CookedScene, clustersOfBlocks, dominantLight, environmentMap, fetchBytes, makeTexture, readKtx2, specularTables } from "../loaders/index.js";
+import { FRAGMENT_MAIN, POINTS_MAIN, POINTS_VERTEX, ROWS, VERTEX, shadingGlsl, sharedUniforms } from "./shading.js";
+import { findCharts, findSurface, surfaceAt } from "./charts.js";
+
+/**
+ * @typedef {object} ViewedLightMap an entry of `light_maps` in viewer/scene.json
+ * @property {string} name
+ * @property {string | null} reference
+ * @property {string} [reference_missing]
+ * @property {number} reference_scale
+ * @property {string | null} mesh
+ * @property {{ nits: number, black: number } | null} display
+ * @property {{ normal_map_tilt: number, m: number[], f0: number[] } | null} shading
+ * @property {{ what: string, stage: string, texel: [number, number], visible: number }[]} worst
+ */
+/**
+ * @typedef {object} ShownMap a light map in the scene
+ * @property {ViewedLightMap} data
+ * @property {import("../loaders/core/cooked.js").CookedAsset} asset
+ * @property {import("../loaders/core/light_map.js").LightMapDecode} decode
+ * @property {boolean} hasReference
+ * @property {boolean} hasMesh
+ * @property {Mesh[]} meshes
+ * @property {import("./charts.js").Charts} charts
+ * @property {ShaderMaterial} points
+ * @property {Uint8Array | null} clusters of blocks of 4 x 4 texels
+ */
+/** @typedef {{ uv: [number, number], cluster: number, normal: number[], view: number[] }} Point */
+/**
+ * @typedef {object} Values
+ * @property {number[][]} reference nine coefficients, RGB
+ * @property {number[][]} cooked nine coefficients, RGB
+ * @property {number} coverage of the float bake
+ * @property {number[]} referenceLight exit radiance as shaded
+ * @property {number[]} cookedLight
+ * @property {number} error Delta E ITP of the two
+ * @property {number[]} referenceShown as on the screen, before the rounding to 8 bits
+ * @property {number[]} cookedShown
+ */
+
+const NO_DISPLAY = { nits: 203, black: 0.5 };
+
+export class View {
+  /** @param {HTMLCanvasElement} canvas */
+  constructor(canvas) {
+    try {
+      this.renderer = new WebGLRenderer({ canvas, antialias: true });
+    } catch {
+      throw new Error("This browser has no WebGL2, which the page draws with.");
+    }
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.canvas = canvas;
+    this.scene = new Scene();
+    this.lines = new Scene();
+    /** @type {ShownMap[]} */
+    this.maps = [];
+    this.box = new Box3();
+    this.has = { reference: false, directions: false, tables: false, dominant: false, materials: false, clusters: false, mesh: false };
+    this.roughness = [0.0625, 1];
+    /** @type {{ name: string, part: import("../loaders/core/specular.js").ShaderPart }[]} */
+    this.environments = [];
+    this.frames = 0;
+  }
+
+  gl() {
+    return /** @type {WebGL2RenderingContext} */ (this.renderer.getContext());
+  }
+
+  /** Loads everything. @param {(share: number) => void} onProgress */
+  async load(onProgress) {
+    let arrived = 0, expected = 1 << 16;
+    const onBytes = (/** @type {number} */ bytes) => {
+      arrived += bytes;
+      onProgress(Math.min(arrived / expected, 1));
+    };
+    /** @type {{ schema: number, scene: string, light_maps: ViewedLightMap[] }} */
+    const data = JSON.parse(new TextDecoder().decode(await fetchBytes("viewer/scene.json", onBytes)));
+    if (data.schema !== 1) throw new Error(`viewer/scene.json: found schema ${data.schema}, expected 1`);
+    this.cooked = await CookedScene.open("cooked/", { gl: this.gl(), draco: new URL("assets/draco/", document.baseURI).href, onBytes });
+    const { manifest } = this.cooked;
+    for (const asset of manifest.assets)
+      if (asset.kind !== "rsrm") expected += (asset.bytes_disk ?? 0) + asset.textures.reduce((sum, texture) => sum + texture.bytes_disk, 0);
+    for (const map of data.light_maps) {
+      const asset = manifest.assets.find(({ name }) => name === map.name);
+      if (map.reference && asset) expected += asset.width * asset.height * 72;
+    }
+    this.uniforms = sharedUniforms(manifest.color.working);
+    this.eye = { value: new Vector3() };
+    const lut = this.cooked.assets("lut")[0];
+    this.tables = lut ? specularTables(lut, await this.cooked.textures(lut)) : null;
+    if (lut) this.roughness = [lut.constants.roughness.minimum, lut.constants.roughness.maximum];
+    for (const asset of this.cooked.assets("cubemap"))
+      this.environments.push({ name: asset.name, part: environmentMap(asset, await this.cooked.textures(asset)) });
+    this.environment = this.environments.length > 0 ? { glsl: this.environments[0].part.glsl, uniforms: cloneUniforms(this.environments[0].part.uniforms) } : null;
+    for (const map of data.light_maps) await this.addLightMap(map, onBytes);
+    if (this.maps.length === 0) throw new Error("The cooked scene has no light map to show.");
+    this.has.tables = this.tables !== null && this.maps.some(({ decode }) => decode.hasDirections);
+    this.uniforms.bumpFrequency.value = 60 / Math.max(this.box.getSize(new Vector3()).length(), 1e-6);
+    this.raycaster = new Raycaster();
+    onProgress(1);
+  }
+
+  /** @param {ViewedLightMap} data @param {(bytes: number) => void} onBytes */
+  async addLightMap(data, onBytes) {
+    const cooked = /** @type {CookedScene} */ (this.cooked), { assets } = cooked.manifest;
+    const asset = assets.find(({ name, kind }) => name === data.name && kind === "light-map");
+    if (!asset) throw new Error(`viewer/scene.json: found light map "${data.name}", which cooked.json does not have`);
+    const decode = await cooked.lightMap(asset);
+    const dominantAsset = assets.find(({ name, kind, light_map }) => kind === "dominant" && (light_map ?? name) === (light_map ? data.name : `${data.name}_dominant`));
+    const dominant = dominantAsset ? dominantLight(dominantAsset, await cooked.textures(dominantAsset)) : null;
+    const hasReference = data.reference !== null;
+    const display = data.display ?? NO_DISPLAY;
+    /** @type {Record<string, { value: any }>} */
+    const own = {
+      ...decode.uniforms, ...this.uniforms, ...this.tables?.uniforms, ...dominant?.uniforms, ...this.environment?.uniforms,
+      eye: /** @type {any} */ (this.eye), display: { value: [display.nits, display.black] }, mapSize: { value: [asset.width, asset.height] },
+    };
+    if (data.reference) {
+      own.referenceMap = { value: makeTexture(await readKtx2(await fetchBytes(data.reference, onBytes), data.reference), this.gl(), data.reference) };
+      own.referenceUnit = { value: 1 / data.reference_scale };
+    }
+    const meshAsset = data.mesh ? assets.find(({ name, kind }) => name === data.mesh && kind === "mesh") : undefined;
+    const meshes = meshAsset ? await this.meshesOf(meshAsset) : [];
+    const hasMesh = meshes.length > 0;
+    if (!hasMesh) meshes.push(this.sheet(asset));
+    const shading = shadingGlsl(cooked.shader, decode, { tables: this.tables ?? null, dominant, environment: this.environment ?? null, hasReference });
+    const hasClusters = !!decode.layout.code;
+    /** @type {Record<string, number>} */
+    const defines = {};
+    if (decode.needsCluster) defines.LIGHT_MAP_CLUSTER = 1;
+    if (hasClusters) defines.HAS_CLUSTERS = 1;
+    if (!hasMesh) defines.NO_MESH = 1;
+    const charts = findCharts(meshes, asset.width, asset.height);
+    for (const mesh of meshes) {
+      const source = /** @type {any} */ (mesh.material);
+      const albedo = source.color ? source.color.toArray() : [1, 1, 1];
+      const emission = source.emissive ? source.emissive.toArray().map((/** @type {number} */ x) => x * (source.emissiveIntensity ?? 1)) : [0, 0, 0];
+      if (albedo.some((/** @type {number} */ x) => x !== 1) || emission.some((/** @type {number} */ x) => x > 0)) this.has.materials = true;
+      mesh.material = new ShaderMaterial({
+        glslVersion: GLSL3,
+        defines,
+        uniforms: { ...own, materialAlbedo: { value: albedo }, materialEmission: { value: emission } },
+        vertexShader: VERTEX,
+        fragmentShader: shading + FRAGMENT_MAIN,
+        side: source.side === DoubleSide ? DoubleSide : FrontSide,
+      });
+      this.box.union(new Box3().setFromObject(mesh));
+      this.scene.add(mesh);
+    }
+    const lines = new LineSegments(charts.seams, new LineBasicMaterial({ color: 0x22c8ff }));
+    this.lines.add(lines);
+    const points = new ShaderMaterial({
+      glslVersion: GLSL3,
+      uniforms: { ...own, materialAlbedo: { value: [1, 1, 1] }, materialEmission: { value: [0, 0, 0] }, points: { value: null } },
+      vertexShader: POINTS_VERTEX,
+      fragmentShader: shading + POINTS_MAIN,
+      depthTest: false,
+      depthWrite: false,
+    });
+    this.maps.push({ data, asset, decode, hasReference, hasMesh, meshes, charts, points, clusters: clustersOfBlocks(asset) });
+    this.has.reference ||= hasReference;
+    this.has.directions ||= decode.hasDirections;
+    this.has.dominant ||= dominant !== null && decode.hasDirections && this.tables !== null;
+    this.has.clusters ||= hasClusters;
+    this.has.mesh ||= hasMesh;
+  }
+
+  /** Meshes with light-map UVs, in world space. @param {import("../loaders/core/cooked.js").CookedAsset} asset */
+  async meshesOf(asset) {
+    const group = await /** @type {CookedScene} */ (this.cooked).mesh(asset);
+    group.updateMatrixWorld(true);
+    /** @type {Mesh[]} */
+    const meshes = [];
+    group.traverse((/** @type {any} */ object) => {
+      if (!object.isMesh || !object.geometry.getAttribute("uv1")) return;
+      /** @type {BufferGeometry} */
+      const geometry = object.geometry;
+      if (!geometry.index) geometry.setIndex([...Array(geometry.getAttribute("position").count).keys()]);
+      if (!geometry.getAttribute("normal")) geometry.computeVertexNormals();
+      const mesh = new Mesh(geometry, object.material);
+      mesh.applyMatrix4(object.matrixWorld);
+      mesh.updateMatrixWorld(true);
+      // A mirrored node turns its triangles round, as three.js does for what it places itself.
+      if (new Matrix4().copy(object.matrixWorld).determinant() < 0) object.material.side = object.material.side === FrontSide ? BackSide : object.material.side;
+      meshes.push(mesh);
+    });
+    return meshes;
+  }
+
+  /** A light map without a mesh, as a sheet. @param {import("../loaders/core/cooked.js").CookedAsset} asset */
+  sheet(asset) {
+    const geometry = new PlaneGeometry(asset.width / asset.height, 1), uv = geometry.getAttribute("uv");
+    geometry.setAttribute("uv1", new BufferAttribute(Float32Array.from({ length: 2 * uv.count }, (_, i) => (i % 2 ? 1 - uv.getY(i >> 1) : uv.getX(i >> 1))), 2));
+    const mesh = new Mesh(geometry);
+    mesh.material = /** @type {any} */ ({ side: DoubleSide });
+    mesh.position.x = this.box.isEmpty() ? 0 : this.box.max.x + asset.width / asset.height;
+    mesh.updateMatrixWorld(true);
+    return mesh;
+  }
+
+  /** Takes the settings of the page over. @param {import("./link.js").State} state @param {boolean} blinked true while blink shows the reference */
+  apply(state, blinked) {
+    const u = this.uniforms;
+    if (!u) return;
+    const side = { wipe: 0, reference: 1, cooked: 2, error: 3, blink: blinked ? 1 : 2 }[state.mode] ?? 2;
+    u.shownSide.value = this.has.reference ? side : 2;
+    u.borderX.value = state.wipe * this.canvas.width;
+    u.exposureStops.value = state.stops;
+    u.errorEnd.value = state.errorEnd;
+    u.showDiffuse.value = state.diffuse || !this.has.tables ? 1 : 0;
+    u.glossy.value = !this.has.tables ? 0 : state.glossy === "area" ? 1 : state.glossy === "environment" && this.environments.length > 0 ? 2 : 0;
+    u.showDominant.value = state.dominant && this.has.dominant ? 1 : 0;
+    u.roughness.value = Math.min(Math.max(state.m, this.roughness[0]), this.roughness[1]);
+    u.f0.value = state.f0;
+    u.albedoScale.value = state.albedo;
+    u.useMaterials.value = state.materials && this.has.materials ? 1 : 0;
+    u.bumpTilt.value = (state.bump * Math.PI) / 180;
+    u.overlay.value = ["none", "charts", "clusters", "texels"].indexOf(state.overlay);
+    const chosen = this.environments[state.environment] ?? this.environments[0];
+    if (chosen && this.environment) for (const [key, { value }] of Object.entries(chosen.part.uniforms)) this.environment.uniforms[key].value = value;
+    this.showSeams = state.seams;
+  }
+
+  /** Fits the drawing to the canvas' size on the page. Returns the aspect. */
+  resize() {
+    const { clientWidth, clientHeight } = this.canvas;
+    this.renderer.setSize(Math.max(clientWidth, 1), Math.max(clientHeight, 1), false);
+    return Math.max(clientWidth, 1) / Math.max(clientHeight, 1);
+  }
+
+  /** @param {import("three").PerspectiveCamera} camera @param {string} background CSS colour */
+  draw(camera, background) {
+    /** @type {{ value: Vector3 }} */ (this.eye).value.copy(camera.position);
+    this.renderer.setClearColor(background, 1);
+    this.renderer.autoClear = true;
+    this.renderer.render(this.scene, camera);
+    this.renderer.autoClear = false;
+    if (this.showSeams) this.renderer.render(this.lines, camera);
+    ++this.frames;
+  }
+
+  /** Returns the surface under a point of the canvas. @param {import("three").PerspectiveCamera} camera @param {number} x in [0, 1] @param {number} y in [0, 1], down */
+  pick(camera, x, y) {
+    const raycaster = /** @type {Raycaster} */ (this.raycaster);
+    raycaster.setFromCamera(new Vector2(2 * x - 1, 1 - 2 * y), camera);
+    const [hit] = raycaster.intersectObjects(this.scene.children, false);
+    if (!hit || !hit.face) return null;
+    const mesh = /** @type {Mesh} */ (hit.object), { a, b, c } = hit.face, corner = [a, b, c];
+    const map = this.maps.findIndex(({ meshes }) => meshes.includes(mesh)), uv = mesh.geometry.getAttribute("uv1");
+    const local = mesh.worldToLocal(hit.point.clone()), position = mesh.geometry.getAttribute("position");
+    const weight = barycentric(local, corner.map((k) => new Vector3().fromBufferAttribute(position, k)));
+    const at = [0, 1].map((k) => corner.reduce((sum, vertex, i) => sum + weight[i] * uv.getComponent(vertex, k), 0));
+    return { map, uv: /** @type {[number, number]} */ (at), surface: surfaceAt(mesh, corner, weight) };
+  }
+
+  /** Returns the surface at a place of a light map. @param {ShownMap} map @param {number} u @param {number} v */
+  surface(map, u, v) {
+    return findSurface(map.meshes, u, v);
+  }
+
+  /** Cluster of a texel, where the manifest names those of the mesh. @param {ShownMap} map @param {number} x @param {number} y */
+  clusterOf(map, x, y) {
+    return map.clusters ? map.clusters[Math.floor(y / 4) * Math.ceil(map.asset.width / 4) + Math.floor(x / 4)] : 0;
+  }
+
+  /** Computes the values of places of a light map on the GPU. @param {ShownMap} map @param {Point[]} points @returns {Values[]} */
+  values(map, points) {
+    if (!this.gl().getExtension("EXT_color_buffer_float")) return [];
+    const most = 2048;
+    if (points.length > most) return [...this.values(map, points.slice(0, most)), ...this.values(map, points.slice(most))];
+    const count = points.length, inputs = new Float32Array(12 * count);
+    points.forEach(({ uv, cluster, normal, view }, i) => {
+      inputs.set([...uv, cluster, 0], 4 * i);
+      inputs.set(normal, 4 * (count + i));
+      inputs.set(view, 4 * (2 * count + i));
+    });
+    const texture = new DataTexture(inputs, count, 3, RGBAFormat, FloatType);
+    texture.minFilter = texture.magFilter = NearestFilter;
+    texture.needsUpdate = true;
+    const target = new WebGLRenderTarget(count, ROWS.count, { type: FloatType, depthBuffer: false });
+    map.points.uniforms.points.value = texture;
+    const quad = new Mesh(new PlaneGeometry(2, 2), map.points), scene = new Scene();
+    quad.frustumCulled = false;
+    scene.add(quad);
+    const { renderer } = this;
+    renderer.setRenderTarget(target);
+    renderer.render(scene, new OrthographicCamera());
+    const out = new Float32Array(4 * count * ROWS.count);
+    renderer.readRenderTargetPixels(target, 0, 0, count, ROWS.count, out);
+    renderer.setRenderTarget(null);
+    target.dispose();
+    texture.dispose();
+    quad.geometry.dispose();
+    const at = (/** @type {number} */ row, /** @type {number} */ i) => Array.from(out.subarray(4 * (row * count + i), 4 * (row * count + i) + 3));
+    return points.map((_, i) => ({
+      reference: Array.from({ length: 9 }, (_, k) => at(ROWS.reference + k, i)),
+      cooked: Array.from({ length: 9 }, (_, k) => at(ROWS.cooked + k, i)),
+      coverage: out[4 * i + 3],
+      referenceLight: at(ROWS.referenceLight, i),
+      cookedLight: at(ROWS.cookedLight, i),
+      error: at(ROWS.error, i)[0],
+      referenceShown: at(ROWS.referenceShown, i),
+      cookedShown: at(ROWS.cookedShown, i),
+    }));
+  }
+}
+
+/** @param {Record<string, { value: any }>} uniforms */
+function cloneUniforms(uniforms) {
+  return Object.fromEntries(Object.entries(uniforms).map(([key, { value }]) => [key, { value }]));
+}
+
+/** @param {Vector3} p in the plane of the corners @param {Vector3[]} corners */
+function barycentric(p, [a, b, c]) {
+  const ab = b.clone().sub(a), ac = c.clone().sub(a), ap = p.clone().sub(a);
+  const d00 = ab.dot(ab), d01 = ab.dot(ac), d11 = ac.dot(ac), d20 = ap.dot(ab), d21 = ap.dot(ac), det = d00 * d11 - d01 * d01;
+  const v = (d11 * d20 - d01 * d21) / det, w = (d00 * d21 - d01 * d20) / det;
+  return [1 - v - w, v, w];
+}
