@@ -92,6 +92,8 @@ public:
     /// Raises the proven bound.
     void addBound(double bound, const VisiblePlace& place);
     double largest() const { return largest_; }
+    /// Returns the place of the largest difference.
+    const VisiblePlace& maxAt() const { return maxAt_; }
     std::int64_t sampleCount() const { return sampleCount_; }
     VisibleFigures figures() const;
 

@@ -85,6 +85,7 @@ private:
     using Quad = CoveredQuad<Layout>;
     using LayerTexels = typename MapRows<Layout>::LayerTexels;
     static constexpr std::size_t kStages = Layout::kStages;
+    static constexpr double kHardlyVisible = 0.5;  ///< [just noticeable differences]
 
     /// Returns the largest bounds of local relative errors over the places of these rows.
     LargestBounds boundPlaces(int firstRow, int rowCount) {
@@ -108,14 +109,18 @@ private:
         if (!bounding) return;
         ShadedErrors& surface = errors_.surface;
         const ShadedErrors& centres = errors_.stages[kStages - 1].errors;
-        const auto sampled = [&](VisibleAccumulator ShadedErrors::*kind) {
-            return std::max((surface.*kind).largest(), (centres.*kind).largest());
+        // Bounds of at most this need not be tight: they are within the search's own accuracy of what was sampled, or hardly visible.
+        const auto enough = [&](VisibleAccumulator ShadedErrors::*kind) {
+            return std::max(VisibleSearch::kSettled * std::max((surface.*kind).largest(), (centres.*kind).largest()), kHardlyVisible);
         };
-        VisibleBounds<Layout> bounds(rows_, tolerance_, evaluator_, *bounding, sampled(&ShadedErrors::visibleDiffuse),
-                                     sampled(&ShadedErrors::visibleSpecular));
+        const double diffuse = enough(&ShadedErrors::visibleDiffuse), specular = enough(&ShadedErrors::visibleSpecular);
+        VisibleBounds<Layout> bounds(rows_, tolerance_, evaluator_, *bounding, diffuse, specular);
         bounds.boundArea({0, firstRow, rows_.width(), rowCount});
-        surface.visibleDiffuse.addBound(bounds.diffuse().bound, bounds.diffuse().place);
-        if (!bounding->specular.isNone()) surface.visibleSpecular.addBound(bounds.specular().bound, bounds.specular().place);
+        const auto raise = [](VisibleAccumulator& errors, const VisibleBound& found, double threshold) {
+            errors.addBound(std::max(found.bound, threshold), found.bound < threshold ? errors.maxAt() : found.place);
+        };
+        raise(surface.visibleDiffuse, bounds.diffuse(), diffuse);
+        if (!bounding->specular.isNone()) raise(surface.visibleSpecular, bounds.specular(), specular);
     }
     void addBounds(ShadedErrors& errors, const LargestBounds& largest) const {
         errors.diffuse.addBound(largest.diffuse.bound, largest.diffuse.place);

@@ -5,14 +5,17 @@
 // over these quarters:
 //   1. coarse bound of every quarter: band lengths of the error (quad_coarse_bound.h), against the darkest reference over all kernels
 //      (CoarseKernels); quarters that may exceed what was sampled are kept
-//   2. the others are searched (visible_search.h), those with the largest coarse bound first, until none may raise the maximum
-// The bound of a quarter depends on that quarter alone, so the maximum does not depend on the order. Ties go to the smaller (y, x).
+//   2. the others are searched (visible_search.h), those with the largest coarse bound first, until none may raise the maximum; the
+//      quarters of a texel are first tried together, since most are much alike
+// Whatever is not searched to the end is proven to be below the maximum of its strip, and a map is always cut into the same strips. Ties
+// go to the smaller (y, x).
 #pragma once
 
 #include <algorithm>
 #include <numeric>
 #include <optional>
 #include <tuple>
+#include <unordered_map>
 #include <vector>
 
 #include "lighting/sphere.h"
@@ -59,6 +62,8 @@ public:
         return metric_.coarseBound(low, off);
     }
     bool mayExceed(double bound) const { return !(static_cast<double>(kOutward) * bound < threshold_); }
+    /// Returns true if this light is proven to be below the threshold with little work.
+    bool isBelow(const CellLight& light) const { return search_.isBelow(light, threshold_); }
     /// Searches a quarter.
     VisibleBound bound(const PlaceRectangle& whole, const LightOver& lightOver) const {
         return search_.bound(whole, lightOver, threshold_);
@@ -253,11 +258,46 @@ private:
         return {rows_, tolerance_, quad, corner, decode, {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])}};
     }
     void search(std::size_t kind) {
+        if (kinds_[kind].isNone()) return;
         std::ranges::stable_sort(quarters_, [&](const Quarter& a, const Quarter& b) { return a.bound[kind] > b.bound[kind]; });
-        for (const Quarter& each : quarters_) {
-            if (kinds_[kind].isNone() || static_cast<double>(each.bound[kind]) < kinds_[kind].threshold()) break;
+        std::unordered_map<std::int64_t, std::vector<std::size_t>> ofTexels;
+        for (std::size_t i = 0; i < quarters_.size(); ++i) ofTexels[texelOf(quarters_[i])].push_back(i);
+        std::vector<bool> isDone(quarters_.size());
+        for (std::size_t i = 0; i < quarters_.size(); ++i) {
+            const Quarter& each = quarters_[i];
+            if (static_cast<double>(each.bound[kind]) < kinds_[kind].threshold()) break;
+            if (isDone[i]) continue;
+            std::vector<std::size_t>& together = ofTexels[texelOf(each)];
+            if (i > 0 && together.size() > 1 && areBelow(kind, together)) {
+                for (const std::size_t other : together) isDone[other] = true;
+                continue;
+            }
+            together.clear();
             kinds_[kind].raise(quarterBound(kind, each.x, each.y, each.corner, each.decode));
         }
+    }
+    std::int64_t texelOf(const Quarter& quarter) const {
+        return static_cast<std::int64_t>(quarter.y + quarter.corner / 2 + 1) * (rows_.width() + 2) + quarter.x + quarter.corner % 2 + 1;
+    }
+    /// Returns true if these quarters of one texel are proven to be below the maximum, all at once.
+    bool areBelow(std::size_t kind, const std::vector<std::size_t>& quarters) const {
+        std::optional<CellLight> all;
+        for (const std::size_t i : quarters) {
+            const Quarter& each = quarters_[i];
+            bool isAdded = false;
+            withCoveredQuad(rows_, each.x, each.y, [&](const Quad& quad) {
+                const QuarterLight<Layout> light = lightOf(quad, each.corner, each.decode);
+                const CellLight whole = light.over(light.whole());
+                isAdded = !all || all->hasRoomFor(whole);
+                if (!isAdded) return;
+                if (all)
+                    all->append(whole);
+                else
+                    all = whole;
+            });
+            if (!isAdded) return false;
+        }
+        return kinds_[kind].isBelow(*all);
     }
 
     const Rows& rows_;

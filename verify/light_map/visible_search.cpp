@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstring>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
@@ -37,11 +38,31 @@ struct Enclosed {
     Spread spread;
 };
 
+/// Four numbers side by side. Every lane is computed as a scalar would be.
+using Lanes = double __attribute__((vector_size(32)));
+static_assert(sizeof(Lanes) == LightVectors::kLanes * sizeof(double) && LightVectors::kMost % LightVectors::kLanes == 0);
+
+Lanes absolute(Lanes x) {
+    return x < 0 ? -x : x;
+}
+Lanes largerOf(Lanes a, Lanes b) {
+    return a < b ? b : a;
+}
+Lanes smallerOf(Lanes a, Lanes b) {
+    return b < a ? b : a;
+}
+double largestIn(Lanes x) {
+    return std::max(std::max(x[0], x[1]), std::max(x[2], x[3]));
+}
+double smallestIn(Lanes x) {
+    return -largestIn(-x);
+}
+
 /// Control vectors under the kernels of a cell: products with the centre and the tangents, by channel.
 class ShadedControls {
 public:
     ShadedControls(const LightVectors& controls, const ChannelSlack& slack, const KernelCell& kernels)
-        : stride_(controls.stride()), tangents_(kernels.tangents) {
+        : groups_(controls.stride() / LightVectors::kLanes), tangents_(kernels.tangents) {
         for (std::size_t c = 0; c < kChannels; ++c) {
             shade(controls, c, kernels.centre, centre_[c]);
             shade(controls, c, kernels.alongAzimuth, along_[0][c]);
@@ -56,26 +77,22 @@ public:
     }
     /// Returns an enclosure of the sum of the channels times these weights.
     Enclosed enclose(const glm::dvec3& weights) const {
-        Lanes centre, profile{}, azimuth;
-        combine(centre_, weights, centre);
-        combine(along_[0], weights, azimuth);
-        for (std::size_t t = 0; t < tangents_; ++t) {
-            Lanes tangent;
-            combine(along_[1 + t], weights, tangent);
-            for (std::size_t k = 0; k < stride_; ++k) profile[k] += std::abs(tangent[k]);
+        const Lanes none = {}, infinite = none + kInfinite;
+        Lanes low = infinite, high = -infinite, lowCentre = infinite, highCentre = -infinite, widestProfile = none, widestAzimuth = none;
+        for (std::size_t g = 0; g < groups_; ++g) {
+            const Lanes centre = combined(centre_, weights, g), azimuth = absolute(combined(along_[0], weights, g));
+            Lanes profile = none;
+            for (std::size_t t = 0; t < tangents_; ++t) profile += absolute(combined(along_[1 + t], weights, g));
+            const Lanes width = profile + azimuth;
+            low = smallerOf(low, centre - width);
+            high = largerOf(high, centre + width);
+            lowCentre = smallerOf(lowCentre, centre);
+            highCentre = largerOf(highCentre, centre);
+            widestProfile = largerOf(widestProfile, profile);
+            widestAzimuth = largerOf(widestAzimuth, azimuth);
         }
-        double low = kInfinite, high = -kInfinite, lowCentre = kInfinite, highCentre = -kInfinite;
         Enclosed out;
-        for (std::size_t k = 0; k < stride_; ++k) {
-            const double width = profile[k] + std::abs(azimuth[k]);
-            low = std::min(low, centre[k] - width);
-            high = std::max(high, centre[k] + width);
-            lowCentre = std::min(lowCentre, centre[k]);
-            highCentre = std::max(highCentre, centre[k]);
-            out.spread.profile = std::max(out.spread.profile, profile[k]);
-            out.spread.azimuth = std::max(out.spread.azimuth, std::abs(azimuth[k]));
-        }
-        out.spread.places = 0.5 * (highCentre - lowCentre);
+        out.spread = {0.5 * (largestIn(highCentre) - smallestIn(lowCentre)), largestIn(widestProfile), largestIn(widestAzimuth)};
         double slack = 0;
         for (std::size_t c = 0; c < kChannels; ++c) {
             const double weight = std::abs(weights[static_cast<int>(c)]);
@@ -83,42 +100,43 @@ public:
             out.spread.profile += weight * profile_[c];
             out.spread.azimuth += weight * azimuth_[c];
         }
-        out.interval = {low - slack, high + slack};
+        out.interval = {smallestIn(low) - slack, largestIn(high) + slack};
         return out;
     }
-    /// Returns an upper bound of the sum of the vectors, each times any number in [-1, 1].
+    /// Returns an upper bound of the sum of the first vectors, each times any number in [-1, 1].
     double sumOfAll(const glm::dvec3& weights, std::size_t count) const {
-        Lanes part;
-        Lanes sums{};
-        const auto add = [&](const Planes& planes) {
-            combine(planes, weights, part);
-            for (std::size_t k = 0; k < count; ++k) sums[k] += std::abs(part[k]);
-        };
-        add(centre_);
-        for (std::size_t t = 0; t <= tangents_; ++t) add(along_[t]);
         double sum = 0;
-        for (std::size_t k = 0; k < count; ++k) sum += sums[k];
+        for (std::size_t first = 0; first < count; first += LightVectors::kLanes) {
+            const std::size_t g = first / LightVectors::kLanes;
+            Lanes sums = absolute(combined(centre_, weights, g));
+            for (std::size_t t = 0; t <= tangents_; ++t) sums += absolute(combined(along_[t], weights, g));
+            for (std::size_t k = first; k < std::min(first + LightVectors::kLanes, count); ++k) sum += sums[k - first];
+        }
         for (std::size_t c = 0; c < kChannels; ++c)
             sum += std::abs(weights[static_cast<int>(c)]) * static_cast<double>(count) * (slack_[c] + profile_[c] + azimuth_[c]);
         return sum;
     }
 
 private:
-    using Lanes = std::array<double, LightVectors::kMost>;
-    using Planes = std::array<Lanes, kChannels>;
-    void shade(const LightVectors& controls, std::size_t c, const lighting::ShDouble& kernel, Lanes& out) const {
-        for (std::size_t k = 0; k < stride_; ++k) out[k] = kernel[0] * controls.values(c, 0)[k];
-        for (std::size_t i = 1; i < kernel.size(); ++i) {
-            const double* __restrict values = controls.values(c, i);
-            const double factor = kernel[i];
-            for (std::size_t k = 0; k < stride_; ++k) out[k] += factor * values[k];
+    using Groups = std::array<Lanes, LightVectors::kMost / LightVectors::kLanes>;
+    using Planes = std::array<Groups, kChannels>;
+    void shade(const LightVectors& controls, std::size_t c, const lighting::ShDouble& kernel, Groups& out) const {
+        for (std::size_t g = 0; g < groups_; ++g) {
+            Lanes sum = kernel[0] * lanesOf(controls, c, 0, g);
+            for (std::size_t i = 1; i < kernel.size(); ++i) sum += kernel[i] * lanesOf(controls, c, i, g);
+            out[g] = sum;
         }
     }
-    void combine(const Planes& planes, const glm::dvec3& w, Lanes& out) const {
-        for (std::size_t k = 0; k < stride_; ++k) out[k] = w.x * planes[0][k] + w.y * planes[1][k] + w.z * planes[2][k];
+    static Lanes lanesOf(const LightVectors& controls, std::size_t c, std::size_t i, std::size_t group) {
+        Lanes out;
+        std::memcpy(&out, controls.values(c, i) + group * LightVectors::kLanes, sizeof(out));
+        return out;
+    }
+    static Lanes combined(const Planes& planes, const glm::dvec3& w, std::size_t group) {
+        return w.x * planes[0][group] + w.y * planes[1][group] + w.z * planes[2][group];
     }
 
-    std::size_t stride_, tangents_;
+    std::size_t groups_, tangents_;
     Planes centre_;
     std::array<Planes, 1 + kProfileTangents> along_;
     std::array<double, kChannels> profile_{}, azimuth_{}, slack_{};
@@ -331,9 +349,24 @@ public:
         }
     }
 
+    /// Returns true if at most `mostCells` cells of all places prove a bound below the threshold.
+    bool isBelow(double threshold, int mostCells) {
+        threshold_ = threshold;
+        addPlace({}, kPlaceDepth);
+        add(Cell{});
+        while (order_ < mostCells) {
+            const Cell top = cells_.top();
+            if (top.bound < threshold) return true;
+            if (!(top.bound < kInfinite)) return false;
+            cells_.pop();
+            if (!split(top)) return false;
+        }
+        return cells_.top().bound < threshold;
+    }
+
 private:
     static constexpr int kPlaceDepth = 4, kBetweenTests = 20;
-    static constexpr double kSettled = 1.25, kNarrowest = 0.02;
+    static constexpr double kNarrowest = 0.02;
     /// Cells of at most this half width of azimuth try both ways before they cut places or kernels; wider ones go by the spread, since one
     /// cut alone shows too little there [rad].
     static constexpr double kTrialHalf = 0.3;
@@ -370,7 +403,7 @@ private:
     }
     bool isSettled(const Cell& cell) const {
         return cell.half <= KernelTree::kNarrow &&
-               cell.bound <= kSettled * CellBound(metric_, middleLight(cell), middleOf(cell)).run(0).bound;
+               cell.bound <= VisibleSearch::kSettled * CellBound(metric_, middleLight(cell), middleOf(cell)).run(0).bound;
     }
     bool split(const Cell& cell) {
         PlaceNode& place = *places_[static_cast<std::size_t>(cell.place)];
@@ -468,8 +501,44 @@ void LightVectors::add(const std::array<lighting::Sh, 3>& light) {
     ++count_;
 }
 
+void LightVectors::append(const LightVectors& other) {
+    const std::size_t count = count_ + other.count_;
+    assert(count <= kMost);
+    for (std::size_t c = 0; c < kChannels; ++c) {
+        for (std::size_t i = 0; i < lighting::kShCount; ++i) {
+            std::array<double, kMost>& values = values_[c][i];
+            for (std::size_t k = 0; k < other.count_; ++k) values[count_ + k] = other.values_[c][i][k];
+            for (std::size_t k = count; k % kLanes != 0; ++k) values[k] = values[count - 1];
+        }
+        for (std::size_t l = 0; l < 3; ++l) largest_[c][l] = std::max(largest_[c][l], other.largest_[c][l]);
+    }
+    count_ = count;
+}
+
+bool CellLight::hasRoomFor(const CellLight& other) const {
+    return deviations.count() == 0 && other.deviations.count() == 0 && errors.count() + other.errors.count() <= LightVectors::kMost;
+}
+
+void CellLight::append(const CellLight& other) {
+    errors.append(other.errors);
+    references.append(other.references);
+    found.append(other.found);
+    for (std::size_t c = 0; c < kChannels; ++c)
+        for (std::size_t l = 0; l < 3; ++l) {
+            errorSlack[c][l] = std::max(errorSlack[c][l], other.errorSlack[c][l]);
+            referenceSlack[c][l] = std::max(referenceSlack[c][l], other.referenceSlack[c][l]);
+        }
+    isFinite = isFinite && other.isFinite;
+}
+
 VisibleBound VisibleSearch::bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold) const {
     return Search(metric_, tree_, lightOver).run(whole, threshold);
+}
+
+bool VisibleSearch::isBelow(const CellLight& light, double threshold) const {
+    constexpr int kMostCells = 128;
+    const LightOver everywhere = [&](const PlaceRectangle&) { return light; };
+    return Search(metric_, tree_, everywhere).isBelow(threshold, kMostCells);
 }
 
 double VisibleSearch::cellBound(const CellLight& light, const KernelCell& kernels) const {

@@ -37,6 +37,7 @@ class LightVectors {
 public:
     static constexpr std::size_t kLanes = 4;
     void add(const std::array<lighting::Sh, 3>& light);
+    void append(const LightVectors& other);
     std::size_t count() const { return count_; }
     std::size_t stride() const { return (count_ + kLanes - 1) / kLanes * kLanes; }
     /// Returns the value of coefficient i of a channel of each vector; the lanes beyond the last vector repeat it.
@@ -58,6 +59,11 @@ struct CellLight {
     /// Vectors that may be added to any error, each times a number of its own in [-1, 1].
     LightVectors deviations;
     bool isFinite = true;  ///< false: nothing can be proven
+
+    /// Returns true if the control vectors of another rectangle can be added.
+    bool hasRoomFor(const CellLight& other) const;
+    /// Adds the control vectors of another rectangle: then these are of both. Neither may have deviations.
+    void append(const CellLight& other);
 };
 
 /// Light of a place, or the control vectors of a rectangle with a size.
@@ -70,12 +76,17 @@ struct VisibleBound {
 
 class VisibleSearch {
 public:
+    /// A bound within this factor of what is reached ends a search.
+    static constexpr double kSettled = 1.25;
+
     VisibleSearch(const VisibleMetric& metric, const KernelTree& tree) : metric_(metric), tree_(tree) {}
 
     /// Returns a bound for a rectangle of places. `place` has x and y in fractions of the quad, directions in the frame of the texel, and
     /// light in the units of lightOver.
     /// threshold  a bound at most this large need not be tight
     VisibleBound bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold) const;
+    /// Returns true if a few cells prove that the bound of this light, under all kernels, is below the threshold. Places are not cut.
+    bool isBelow(const CellLight& light, double threshold) const;
     /// Returns the bound of one cell.
     double cellBound(const CellLight& light, const KernelCell& kernels) const;
 
