@@ -20,9 +20,9 @@ namespace fs = std::filesystem;
 using formats::Image;
 
 constexpr PictureClassInfo kClasses[] = {
-    {PictureClass::Photographs, "photographs", PictureContent::Colour}, {PictureClass::Panoramas, "panoramas", PictureContent::Light},
-    {PictureClass::LightMaps, "light maps", PictureContent::Light},     {PictureClass::ShRatios, "SH ratios", PictureContent::Vectors},
-    {PictureClass::Normals, "normals", PictureContent::Vectors},        {PictureClass::Directions, "directions", PictureContent::Vectors}};
+    {"photographs", PictureClass::Photographs, PictureContent::Colour}, {"panoramas", PictureClass::Panoramas, PictureContent::Light},
+    {"light maps", PictureClass::LightMaps, PictureContent::Light},     {"SH ratios", PictureClass::ShRatios, PictureContent::Vectors},
+    {"normals", PictureClass::Normals, PictureContent::Vectors},        {"directions", PictureClass::Directions, PictureContent::Vectors}};
 
 /// Gives texels that do not count the value of the nearest one that does, in steps to the four neighbours.
 void fillUncovered(ClassPicture& picture) {

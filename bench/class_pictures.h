@@ -24,8 +24,8 @@ enum class PictureContent {
 };
 
 struct PictureClassInfo {
-    PictureClass pictureClass;
     std::string_view name;
+    PictureClass pictureClass;
     PictureContent content;
 };
 std::span<const PictureClassInfo> allPictureClasses();

@@ -47,7 +47,7 @@ Result<void> runRound(Runner& runner, double secondsRound) {
     double taken = 0;
     do {
         const double start = cpuSeconds();
-        const Result<void> status = runner.encode(runner.blocks);
+        Result<void> status = runner.encode(runner.blocks);
         const double seconds = std::max(cpuSeconds() - start, 1e-9);
         if (!status) return status;
         runner.best = std::min(runner.best, seconds);

@@ -72,7 +72,8 @@ std::vector<double> logTicks(double low, double high) {
 std::vector<double> evenTicks(double low, double high) {
     std::vector<double> ticks;
     const double step = tickStep(high - low);
-    for (double value = std::ceil(low / step) * step; value <= high; value += step) ticks.push_back(value);
+    const double first = std::ceil(low / step);
+    for (int i = 0; (first + i) * step <= high; ++i) ticks.push_back((first + i) * step);
     return ticks;
 }
 

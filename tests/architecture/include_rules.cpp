@@ -1,5 +1,7 @@
 #include "tests/architecture/include_rules.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -293,7 +295,7 @@ std::vector<std::string> rootViolations(const std::filesystem::path& tree, const
             if (name.extension() != ".h") {
                 violations.push_back(file + " is no header: move it into a subfolder");
             } else if (!usedOutside.contains(file) && !kUnusedRootHeaders.contains(file)) {
-                violations.push_back(file + " is included by nobody outside " + module + ": move it into a subfolder");
+                violations.push_back(fmt::format("{} is included by nobody outside {}: move it into a subfolder", file, module));
             }
         }
     }

@@ -159,7 +159,7 @@ Result<WholeTrial::LitStrip> WholeTrial::shadeStrip(int strip, const DominantEnc
 }
 
 Result<void> WholeTrial::shadeReference(const std::optional<verify::DominantFit>& fit, const ActionContext& context) {
-    const auto shaded = foldInOrder<LitStrip>(
+    auto shaded = foldInOrder<LitStrip>(
         static_cast<int>(strips_.size()), context, fmt::format("shade {}", context.action.asset),
         [&](int index) { return shadeBake(strips_[static_cast<std::size_t>(index)], fit); },
         [&](const LitStrip& strip) {
@@ -173,7 +173,7 @@ Result<void> WholeTrial::shadeReference(const std::optional<verify::DominantFit>
 Result<void> WholeTrial::tryDivisor(const DominantEncoder& encoder, const std::vector<const DominantLayoutInfo*>& layouts,
                                     verify::DominantFit fit, const ActionContext& context) {
     std::vector<std::vector<float>> samples(layouts.size());
-    const auto shaded = foldInOrder<LitStrip>(
+    auto shaded = foldInOrder<LitStrip>(
         static_cast<int>(strips_.size()), context, fmt::format("try dominant light {} of {}", layouts.front()->name, context.action.asset),
         [&](int index) { return shadeStrip(strips_[static_cast<std::size_t>(index)], encoder, layouts, fit); },
         [&](const LitStrip& strip) {

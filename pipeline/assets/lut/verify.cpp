@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "fit/specular_tables.h"
 #include "lighting/sphere.h"
@@ -117,13 +118,13 @@ std::optional<Preview> drawTables(const verify::CookedLut& tables, double key, c
     const auto ends = [](const verify::LutAxis& axis) {
         return std::minmax({axis.inverse(axis.at(0)), axis.inverse(axis.at(axis.count - 1))});
     };
-    const auto [lowNoV, highNoV] = ends(tables.view);
-    const auto [lowM, highM] = ends(tables.roughness);
+    const std::pair<double, double> rangeNoV = ends(tables.view), rangeM = ends(tables.roughness);
     Preview preview(kAcross, kDown, key);
     const bool finished = forEachIndex(kDown, context, "verify " + context.action.asset, [&](std::size_t row) {
-        const double m = lowM + (highM - lowM) * (static_cast<double>(row) + 0.5) / kDown;
+        const double m = rangeM.first + (rangeM.second - rangeM.first) * (static_cast<double>(row) + 0.5) / kDown;
         for (int x = 0; x < kAcross; ++x) {
-            const double NoV = std::max(verify::kSmallestTableNoV, lowNoV + (highNoV - lowNoV) * (x + 0.5) / kAcross);
+            const double NoV =
+                std::max(verify::kSmallestTableNoV, rangeNoV.first + (rangeNoV.second - rangeNoV.first) * (x + 0.5) / kAcross);
             const verify::LutResult found = verify::compareLut(tables, {NoV, m, false, false});
             const auto reflected = [&](const verify::SpecularKernelEntries& k, std::size_t shading) {
                 return std::inner_product(k.begin(), k.end(), shadings[shading].begin(), 0.0);
