@@ -42,6 +42,18 @@ std::string changeOf(const std::optional<AssetFigures>& before, const std::optio
     return fmt::format("{} -> {}", one(before), one(now));
 }
 
+/// Says what the next smaller and the next larger scene would be.
+void printFrontier(Terminal& terminal, const std::vector<FrontierPoint>& frontier) {
+    const auto chosen = std::ranges::find(frontier, true, &FrontierPoint::isChosen);
+    if (chosen == frontier.end()) return;
+    const auto say = [&](const char* name, const FrontierPoint& point) {
+        terminal.say(fmt::format("{}: {}, visible error {:.2f} ({})", name, sizeWords(point.bytesGpu), point.visible, layoutWords(point)));
+    };
+    if (chosen != frontier.begin()) say("next smaller scene", *(chosen - 1));
+    say("chosen", *chosen);
+    if (chosen + 1 != frontier.end()) say("next better scene", *(chosen + 1));
+}
+
 }  // namespace
 
 std::string sizeWords(std::uint64_t bytes) {
@@ -71,6 +83,7 @@ void printSummary(Terminal& terminal, const Report& report, const Outcome& outco
                               {"output", outcome.output.string()}};
         return terminal.detail(summary.dump(-1, ' ', false, Json::error_handler_t::replace));
     }
+    printFrontier(terminal, report.budget.frontier);
     const std::string assets = fmt::format("{}{} asset{}", failed > 0 ? fmt::format("{} of ", failed) : "", report.assets.size(),
                                            report.assets.size() == 1 ? "" : "s");
     const std::string budget = report.budget.limitBytes ? fmt::format(" of {}", sizeWords(*report.budget.limitBytes)) : "";

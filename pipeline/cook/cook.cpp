@@ -197,7 +197,8 @@ private:
             if (!refuted) return tl::make_unexpected(refuted.error());
             if (*refuted && !isStopped(chosen)) continue;
             result.add(std::move(chosen));
-            notes_ = frontierNotes(*decision);
+            notes_ = wholeVisibleNotes(*decision);
+            frontier_ = frontierOf(*decision);
             return plan;
         }
     }
@@ -227,7 +228,7 @@ private:
         if (outcome_.actionsRun > 0) cache_.storeRun(current);
         auto report = writer.write(
             plan, result, outcome_.actionsRun > 0,
-            {scene_.name, seconds, current.peakRssBytes, scene_.output.budgetBytes, runsOf(result, current), outcome_.findings},
+            {scene_.name, seconds, current.peakRssBytes, scene_.output.budgetBytes, runsOf(result, current), outcome_.findings, frontier_},
             measureRates(result));
         if (!report) return tl::make_unexpected(report.error());
         outcome_.report = toJson(*report);
@@ -283,7 +284,8 @@ private:
     Cache cache_;
     PlanOptions planOptions_;
     std::optional<DigestMemo> digests_;
-    std::map<std::string, Json> notes_;  ///< of a scene with a budget, by light map
+    std::map<std::string, Json> notes_;    ///< of a scene with a budget, by light map
+    std::vector<FrontierPoint> frontier_;  ///< of such a scene
     std::filesystem::path staging_;
     Outcome outcome_;
 };

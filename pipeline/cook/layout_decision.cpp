@@ -175,25 +175,20 @@ const std::string& lightMapOf(const Plan& plan, const std::string& asset) {
     return mesh == plan.meshes.end() ? asset : mesh->second;
 }
 
-std::map<std::string, Json> frontierNotes(const LayoutDecision& decision) {
-    const std::vector<AllocationPoint>& frontier = decision.frontier();
-    std::map<std::string, Json> notes;
-    if (frontier.empty()) return notes;
-    const std::size_t chosen = decision.chosenPoint();
-    const auto pointOf = [&](std::size_t i) -> Json {
-        std::string layouts;
-        for (const auto& [map, choice] : frontier[i].choices)
-            layouts += fmt::format("{}{}: {}{}", layouts.empty() ? "" : "; ", map, choice.lightMap,
-                                   choice.dominant.empty() ? "" : ", dominant light " + choice.dominant);
-        return {{"scene_bytes_gpu", frontier[i].bytes}, {"whole_visible", frontier[i].visible}, {"layouts", layouts}};
-    };
-    Json points = Json::object();
-    for (std::size_t i = 0; i < frontier.size(); ++i) points[fmt::format("{:03}", i + 1)] = pointOf(i);
-    for (const auto& [map, choice] : frontier[chosen].choices) {
-        notes[map] = {{"whole_visible", choice.visible}, {"frontier", points}};
-        if (chosen > 0) notes[map]["step_down"] = pointOf(chosen - 1);
-        if (chosen + 1 < frontier.size()) notes[map]["step_up"] = pointOf(chosen + 1);
+std::vector<FrontierPoint> frontierOf(const LayoutDecision& decision) {
+    std::vector<FrontierPoint> out;
+    for (const AllocationPoint& point : decision.frontier()) {
+        out.push_back({point.bytes, point.visible, out.size() == decision.chosenPoint(), {}});
+        for (const auto& [map, choice] : point.choices)
+            out.back().layouts.push_back({map, choice.lightMap, choice.dominant.empty() ? std::nullopt : std::optional(choice.dominant)});
     }
+    return out;
+}
+
+std::map<std::string, Json> wholeVisibleNotes(const LayoutDecision& decision) {
+    std::map<std::string, Json> notes;
+    if (decision.frontier().empty()) return notes;
+    for (const auto& [map, choice] : decision.frontier()[decision.chosenPoint()].choices) notes[map] = {{"whole_visible", choice.visible}};
     return notes;
 }
 

@@ -12,6 +12,7 @@
 #include "pipeline/cook/allocation.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/executor.h"
+#include "pipeline/report/frontier.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {
@@ -62,8 +63,9 @@ private:
 /// Returns the light map whose layout an asset waits for; for another asset its own name.
 const std::string& lightMapOf(const Plan& plan, const std::string& asset);
 
-/// Returns notes for the report by light map: the visible error of the whole shading, the frontier, and bytes and error of the next step
-/// down and of the next step up on it. Empty without a budget.
-std::map<std::string, Json> frontierNotes(const LayoutDecision& decision);
+/// Returns the frontier of the last choose() for the report. Empty without a budget.
+std::vector<FrontierPoint> frontierOf(const LayoutDecision& decision);
+/// Returns notes for the report by light map: the visible error of the whole shading. Empty without a budget.
+std::map<std::string, Json> wholeVisibleNotes(const LayoutDecision& decision);
 
 }  // namespace lightcook::pipeline

@@ -159,7 +159,8 @@ Result<void> SummaryWriter::writeManifest() {
 bool SummaryWriter::isReportCurrent(const ReportFrame& frame) const {
     if (!oldReport_ || !oldManifest_ || withSelfDigest(toJson(*oldManifest_)) != manifestText_) return false;
     return jsonOf(oldReport_->assets) == jsonOf(rows_) && jsonOf(oldReport_->findings) == jsonOf(frame.findings) &&
-           oldReport_->budget.limitBytes == scene_.output.budgetBytes && checkReportFiles(folder_, manifestText_, *oldReport_).empty();
+           jsonOf(oldReport_->budget.frontier) == jsonOf(frame.frontier) && oldReport_->budget.limitBytes == scene_.output.budgetBytes &&
+           checkReportFiles(folder_, manifestText_, *oldReport_).empty();
 }
 
 /// Writes the page and the report with the digests of all files that go with it. Returns the report with its own digest.

@@ -39,11 +39,6 @@ constexpr std::array kKinds = {
 constexpr std::array kNotes = {
     Caption{"covered_texels", "Texels inside charts"},
     Caption{"whole_visible", "Visible error of the whole shading (p99), as the trial measured it"},
-    Caption{"scene_bytes_gpu", "GPU memory of the scene [bytes]"},
-    Caption{"layouts", "Layouts"},
-    Caption{"step_down", "Next smaller scene:"},
-    Caption{"step_up", "Next better scene:"},
-    Caption{"frontier", "Frontier"},
     Caption{"beyond_positive_bounds", "Texels whose coefficients no positive light could give"},
     Caption{"repaired_not_finite", "Texels set to zero because a coefficient was not finite"},
     Caption{"repaired_negative_dc", "Channels set to zero because their mean was negative"},

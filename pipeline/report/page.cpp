@@ -11,6 +11,7 @@
 #include "pipeline/report/captions.h"
 #include "pipeline/report/failures.h"
 #include "pipeline/report/findings_section.h"
+#include "pipeline/report/frontier_section.h"
 #include "pipeline/report/html.h"
 #include "pipeline/report/page_frame.h"
 #include "pipeline/report/page_parts.h"
@@ -330,8 +331,9 @@ Html footnote() {
 std::string renderReportHtml(const Json& report, const std::filesystem::path& folder, const std::vector<HistoryLine>& history) {
     const Json& assets = list(report, "assets");
     Html main = header(report) + failures(report) + findingsSection(report) + platformSection(member(report, "platforms")) +
-                baselineSection(member(report, "baseline")) + trendSection(history, true) + memory(report) + adviceSection(report) +
-                wholeSection(member(report, "whole")) + allAssets(report);
+                baselineSection(member(report, "baseline")) + trendSection(history, true) + memory(report) +
+                frontierSection(member(report, "budget")) + adviceSection(report) + wholeSection(member(report, "whole")) +
+                allAssets(report);
     for (std::size_t i = 0; i < assets.size(); ++i) main += assetSection(folder, assets[i], i);
     main += skips(report) + footnote();
     return pageText(words(member(report, "scene")) + (passed(report) ? ": passed" : ": failed"), main);

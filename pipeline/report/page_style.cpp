@@ -62,7 +62,7 @@ h1 + .verdict { font-size: 16px; padding: 3px 14px 4px; }
 .lead { margin: -4px 0 14px; font-size: 15.5px; max-width: 90ch; }
 .advice { margin: 0; padding-left: 20px; }
 .advice li { margin: 0 0 7px; max-width: 100ch; }
-.views figure { flex: 0 1 300px; }
+.views figure { flex: 1 1 160px; max-width: 300px; }
 .views + .tools, .notes > .tools { margin-top: 10px; }
 .sentence { margin: 6px 0 18px; font-variant-numeric: tabular-nums; }
 .over { color: var(--bad); font-weight: 600; }
@@ -182,6 +182,8 @@ figure img[tabindex] { cursor: zoom-in; }
 .zoom .frame { overflow: auto; max-height: 82vh; }
 .zoom img { display: block; image-rendering: pixelated; max-width: none; }
 
+.card > .notes, .card > .notes + .scroll, .card > .notes + .pair, .columns + .scroll { margin-top: 20px; }
+.notes > .columns, .notes > p { margin-top: 10px; }
 .notes h3 { margin: 0; padding-bottom: 6px; color: var(--soft); font-size: 12px; font-weight: 400; border-bottom: 1px solid var(--line); }
 .notes dl { margin: 0; }
 .notes dl div { display: flex; justify-content: space-between; gap: 24px; padding: 5px 0; border-top: 1px solid var(--line); }

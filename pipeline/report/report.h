@@ -14,6 +14,7 @@
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/baseline.h"
 #include "pipeline/report/budgets.h"
+#include "pipeline/report/frontier.h"
 #include "pipeline/report/history.h"
 #include "pipeline/report/report_row.h"
 #include "pipeline/report/whole_error.h"
@@ -32,6 +33,7 @@ struct MemoryBudget {
     std::optional<std::uint64_t> limitBytes;  ///< none: no limit
     std::uint64_t usedBytes = 0;
     std::map<std::string, std::uint64_t> byKind, byFormat;
+    std::vector<FrontierPoint> frontier;  ///< of a scene whose layouts a budget chose, the smallest first
     bool isKept() const { return !limitBytes || usedBytes <= *limitBytes; }
 };
 template <class Fields, Is<MemoryBudget> Self>
@@ -41,6 +43,9 @@ void describe(Fields& fields, Self& budget) {
     fields.required("used_bytes", budget.usedBytes, kBytes, "GPU memory of all assets");
     fields.required("by_kind", budget.byKind, kBytes, "GPU memory by kind of asset");
     fields.required("by_format", budget.byFormat, kBytes, "GPU memory by pixel format; `mesh`: vertices");
+    fields.presentIf(
+        !budget.frontier.empty(), "frontier", budget.frontier,
+        "where a budget chose the layouts: the allocations that no other beats in bytes and visible error, the smallest first");
 }
 
 struct ReportFile {
@@ -101,6 +106,7 @@ struct ReportFrame {
     std::optional<std::uint64_t> budgetBytes;
     std::vector<RunRecord> runs = {};  ///< that made the results; empty: the time and memory above
     std::vector<Finding> findings = {};
+    std::vector<FrontierPoint> frontier = {};  ///< of the budget
 };
 /// Returns a report. `passed` is true if every asset passed and the memory is within the budget.
 Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::vector<Skip> skipped);

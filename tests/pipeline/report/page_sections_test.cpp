@@ -7,6 +7,7 @@
 #include "formats/light_map_layout.h"
 #include "pipeline/report/advice_section.h"
 #include "pipeline/report/captions.h"
+#include "pipeline/report/frontier_section.h"
 #include "pipeline/report/page_frame.h"
 #include "pipeline/report/page_parts.h"
 #include "pipeline/report/report.h"
@@ -15,9 +16,35 @@
 namespace lightcook::pipeline {
 namespace {
 
+using testing::ContainsRegex;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
+
+TEST(FrontierSection, NamesTheNextStepsAndMarksTheChoice) {
+    const auto point = [](int bytes, double visible, bool isChosen, const char* layout, const char* dominant) -> Json {
+        return {{"bytes_gpu", bytes},
+                {"visible", visible},
+                {"chosen", isChosen},
+                {"layouts", {{{"light_map", "map"}, {"layout", layout}, {"dominant_layout", dominant}}}}};
+    };
+    Json budget = {{"limit_bytes", 300 << 10},
+                   {"frontier",
+                    {point(100 << 10, 20, false, "basis-3", "none"), point(200 << 10, 8, true, "basis-4", "half"),
+                     point(400 << 10, 0, false, "raw", "full")}}};
+    const std::string section = frontierSection(budget).markup();
+    EXPECT_THAT(section, HasSubstr("200 KiB more take the visible error from 8.00 to 0"));
+    EXPECT_THAT(section, HasSubstr("100 KiB less take the visible error from 8.00 to 20.0 (map: basis-3, dominant light none)."));
+    EXPECT_THAT(section, HasSubstr("map: basis-4, dominant light half (chosen)"));
+    EXPECT_THAT(section, HasSubstr(">budget<"));
+    EXPECT_THAT(section, Not(ContainsRegex("(nan|inf)[,\"]"))) << "a coordinate";
+    // Without a budget, with one allocation alone, or in a damaged report there is nothing to choose from.
+    budget["frontier"].erase(2);
+    budget["frontier"].erase(0);
+    EXPECT_TRUE(frontierSection(budget).isEmpty());
+    EXPECT_TRUE(frontierSection(Json{{"limit_bytes", nullptr}}).isEmpty());
+    EXPECT_TRUE(frontierSection(Json{{"frontier", {1, "x", nullptr}}}).isEmpty());
+}
 
 TEST(Treemap, AreasAreAsTheValuesAndFillTheWhole) {
     const TreemapArea whole = {10, 20, 600, 400};

@@ -1,0 +1,46 @@
+// What each budget would buy: the allocations of a scene's GPU memory that no other beats in bytes and visible error, as report.json has
+// them. pipeline/cook/allocation.h says how they are found.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/json/json_fields.h"
+#include "pipeline/manifest/cooked_asset.h"
+
+namespace lightcook::pipeline {
+
+/// Layouts of a light map and of its dominant light.
+struct AllocatedLayouts {
+    std::string lightMap, layout;
+    std::optional<std::string> dominantLayout;  ///< none: the map has no dominant light to choose
+};
+template <class Fields, Is<AllocatedLayouts> Self>
+void describe(Fields& fields, Self& layouts) {
+    fields.required("light_map", layouts.lightMap, "name of the light map");
+    fields.required("layout", layouts.layout, "its layout");
+    fields.optional("dominant_layout", layouts.dominantLayout, "layout of its dominant light; `none`: it is left out");
+}
+
+/// A scene under one allocation.
+struct FrontierPoint {
+    std::uint64_t bytesGpu = 0;
+    double visible = 0;
+    bool isChosen = false;
+    std::vector<AllocatedLayouts> layouts;
+};
+template <class Fields, Is<FrontierPoint> Self>
+void describe(Fields& fields, Self& point) {
+    fields.required("bytes_gpu", point.bytesGpu, between(0, kLargestBytes), "GPU memory of the whole scene");
+    fields.required("visible", point.visible, between(0, HUGE_VAL),
+                    "99th percentile of the visible errors of the whole shading, of the worst light map, as the trials measured it");
+    fields.required("chosen", point.isChosen, "true for the allocation of this cook");
+    fields.required("layouts", point.layouts, "what each light map gets");
+}
+
+/// Returns "lightmap: basis-4, dominant light half; ...".
+std::string layoutWords(const FrontierPoint& point);
+
+}  // namespace lightcook::pipeline
