@@ -193,5 +193,21 @@ TEST(BakeFiles, LintAndInfoSayHowAFileWasRecognised) {
     EXPECT_EQ(facts->at("as_light_map").at("evidence"), reading.at("evidence"));
 }
 
+/// A map of 2048 x 2048 texels as Godot baked it. Its certificate once took hours: layouts of a low degree need many cells.
+TEST(BakeFilesSoak, AMapOfGodotIsCookedWithNoKeyButItsFile) {
+    const std::filesystem::path file =
+        std::filesystem::path(LIGHTCOOK_SHARED_DATA) / "engine_lightmaps" / "godot_ragdoll_physics_lightmap.exr";
+    if (!std::filesystem::exists(file)) GTEST_SKIP() << "needs the shared test data at " << LIGHTCOOK_SHARED_DATA;
+    const BakeScene scene;
+    scene.writeScene(std::filesystem::canonical(file).string());
+    const Outcome outcome = scene.cook();
+    ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+    const Json& map = outcome.report.at("assets").at(0);
+    EXPECT_EQ(map.at("layout"), "flat");
+    EXPECT_EQ(map.at("textures").at(0).at("format"), "bc6h-uf16");
+    EXPECT_TRUE(map.at("passed").get<bool>());
+    EXPECT_TRUE(std::ranges::any_of(outcome.findings, [](const Finding& finding) { return finding.check == LintCheck::MissingCoverage; }));
+}
+
 }  // namespace
 }  // namespace lightcook::pipeline
