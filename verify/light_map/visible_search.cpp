@@ -136,10 +136,10 @@ private:
         return w.x * planes[0][group] + w.y * planes[1][group] + w.z * planes[2][group];
     }
 
-    std::size_t groups_, tangents_;
     Planes centre_;
     std::array<Planes, 1 + kProfileTangents> along_;
     std::array<double, kChannels> profile_{}, azimuth_{}, slack_{};
+    std::size_t groups_, tangents_;
 };
 
 glm::dvec3 unit(std::size_t channel) {
@@ -165,10 +165,10 @@ Enclosed unionOf(const Enclosed& a, const Enclosed& b) {
 class CellBound {
 public:
     CellBound(const VisibleMetric& metric, const CellLight& light, const KernelCell& kernels)
-        : metric_(metric),
-          errors_(light.errors, light.errorSlack, kernels),
+        : errors_(light.errors, light.errorSlack, kernels),
           references_(light.references, light.referenceSlack, kernels),
-          found_(light.found, lightmap::sumOf(light.errorSlack, light.referenceSlack), kernels) {
+          found_(light.found, lightmap::sumOf(light.errorSlack, light.referenceSlack), kernels),
+          metric_(metric) {
         if (light.deviations.count() > 0) {
             deviations_.emplace(light.deviations, ChannelSlack{}, kernels);
             deviationCount_ = light.deviations.count();
@@ -304,9 +304,9 @@ private:
         return bound < kInfinite ? bound : kInfinite;
     }
 
-    const VisibleMetric& metric_;
     ShadedControls errors_, references_, found_;
     std::optional<ShadedControls> deviations_;
+    const VisibleMetric& metric_;
     std::size_t deviationCount_ = 0;
     glm::dvec3 lowReference_{0}, lowFound_{0};
     unsigned clamped_ = 0;            ///< a bit for each channel that may be negative
