@@ -297,7 +297,7 @@ TEST_F(TwoSquares, AVisibleErrorAboveTheLimitNamesTheTriangleAndBothColours) {
     EXPECT_GE(triangle, 0);
     EXPECT_LT(triangle, 8);
     // The left square has the first four triangles.
-    EXPECT_EQ(triangle < 4, visible.at("max_at").at("texel").at(0).get<double>() < kWidth / 2);
+    EXPECT_EQ(triangle < 4, visible.at("max_at").at("texel").at(0).get<double>() < 0.5 * kWidth);
 }
 
 TEST_F(TwoSquares, EveryVertexBearsTheClusterOfItsSquareInDracoAndPlain) {
