@@ -1,5 +1,5 @@
-// What each budget would buy: the allocations of a scene's GPU memory that no other beats in bytes and visible error, as report.json has
-// them. pipeline/cook/allocation.h says how they are found.
+// A FrontierPoint is an allocation of a scene's GPU memory that no other beats in bytes and visible error. report.json lists them, so that
+// a reader sees what each budget would buy. pipeline/cook/allocation.h says how they are found.
 #pragma once
 
 #include <cstdint>

@@ -11,28 +11,13 @@
 
 namespace lightcook::pipeline {
 
-std::string layoutWords(const FrontierPoint& point) {
-    std::string out;
-    for (const AllocatedLayouts& each : point.layouts)
-        out += fmt::format("{}{}: {}{}", out.empty() ? "" : "; ", each.lightMap, each.layout,
-                           each.dominantLayout ? ", dominant light " + *each.dominantLayout : "");
-    return out;
-}
-
 namespace {
 
-/// Returns the points that have a size and an error; a damaged report may lack them.
+/// Returns the points that can be read; a damaged report may hold others.
 std::vector<FrontierPoint> pointsOf(const Json& budget) {
     std::vector<FrontierPoint> points;
-    for (const Json& each : list(budget, "frontier")) {
-        FrontierPoint point{count(member(each, "bytes_gpu")), number(member(each, "visible")), member(each, "chosen") == true, {}};
-        for (const Json& map : list(each, "layouts")) {
-            AllocatedLayouts layouts{words(member(map, "light_map")), words(member(map, "layout")), {}};
-            if (member(map, "dominant_layout").is_string()) layouts.dominantLayout = words(member(map, "dominant_layout"));
-            point.layouts.push_back(std::move(layouts));
-        }
-        if (point.bytesGpu > 0 && point.visible >= 0) points.push_back(std::move(point));
-    }
+    for (const Json& each : list(budget, "frontier"))
+        if (auto point = fromJson<FrontierPoint>(each, "frontier"); point && point->bytesGpu > 0) points.push_back(std::move(*point));
     return points;
 }
 

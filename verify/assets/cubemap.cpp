@@ -19,6 +19,7 @@
 #include "lighting/sphere.h"
 #include "shaders/lightcook_cpp.h"
 #include "verify/assets/random.h"
+#include "verify/error/sample_errors.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::verify {
@@ -534,21 +535,6 @@ double cubemapReflectance(double m, NormalDistribution lobe) {
 
 namespace {
 
-/// The errors of cubemapStages at some kind of sample.
-struct CubemapErrors {
-    ErrorAccumulator energy;
-    std::optional<VisiblePairs> visible;
-
-    CubemapErrors(double key, const std::optional<Viewing>& viewing) : energy(key) {
-        if (viewing) visible.emplace(*viewing);
-    }
-    ErrorFigures figures() const {
-        ErrorFigures figures = energy.figures();
-        if (visible) figures.visible = visible->figures();
-        return figures;
-    }
-};
-
 /// Adds the light of a sample as a pixel shows it: reflected off a surface of F0 1.
 void addVisible(const CookedCubemap& map, const CubemapSample& sample, const CubemapResult& result, double reflectance,
                 VisiblePairs& errors) {
@@ -564,11 +550,11 @@ std::vector<StageError> cubemapStages(const CookedCubemap& map, const CubemapRef
                                       const std::optional<Viewing>& viewing) {
     assert(samples.size() == results.size());
     const double key = glm::dot(reference.mean(), glm::dvec3(luminanceWeights));
-    CubemapErrors divide(key, viewing), filter(key, viewing);
+    SampleErrors divide(key, viewing), filter(key, viewing);
     std::vector<double> reflectances;
     for (const CookedCubemap::Mip& mip : map.mips) reflectances.push_back(cubemapReflectance(mip.m, map.lobe));
     for (std::size_t i = 0; i < samples.size(); ++i) {
-        CubemapErrors& errors = samples[i].isTexel ? divide : filter;
+        SampleErrors& errors = samples[i].isTexel ? divide : filter;
         for (int channel = 0; channel < 3; ++channel)
             errors.energy.add(results[i].reference[channel], results[i].cooked[channel], [&] { return placeOf(map, samples[i], channel); });
         if (errors.visible)

@@ -9,6 +9,7 @@
 #include "lighting/radiometry.h"
 #include "lighting/sh.h"
 #include "shaders/lightcook_cpp.h"
+#include "verify/error/sample_errors.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::verify {
@@ -193,22 +194,8 @@ ErrorPlace boundBetween(const RsrmRow::Point& a, const RsrmRow::Point& b, double
     return worst;
 }
 
-/// Errors of some points of a map.
-struct PointErrors {
-    ErrorAccumulator energy;
-    std::optional<VisiblePairs> visible;
-
-    PointErrors(double key, const std::optional<Viewing>& viewing) : energy(key) {
-        if (viewing) visible.emplace(*viewing);
-    }
-    ErrorFigures figures() const {
-        ErrorFigures figures = energy.figures();
-        if (visible) figures.visible = visible->figures();
-        return figures;
-    }
-};
 struct RowErrors {
-    PointErrors quantize, total;
+    SampleErrors quantize, total;
 };
 
 /// Returns the place of z in a row of `width` texels.
@@ -224,7 +211,7 @@ ErrorPlace placeOf(double z, int width, int row, int channel) {
 /// Adds the colours of a point, as a pixel shows them.
 void addVisible(const RsrmRow::Point& point, const ErrorPlace& at, RowErrors& errors) {
     const VisiblePlace place{.x = at.x, .y = at.y, .normal = at.normal};
-    for (PointErrors* each : {&errors.total, &errors.quantize})
+    for (SampleErrors* each : {&errors.total, &errors.quantize})
         if (each->visible && (point.isCentre || each == &errors.total)) each->visible->add(point.reference, point.cooked, place);
 }
 
@@ -404,7 +391,7 @@ std::vector<StageError> rsrmStages(const CookedRsrm& map, const RsrmSource& sour
                                    const glm::vec3& luminanceWeights, const std::optional<Viewing>& viewing) {
     const double key = logAverage(rows, luminanceWeights);
     const Ends ends = endsOf(source);
-    const PointErrors none(key, viewing);
+    const SampleErrors none(key, viewing);
     RowErrors diffuse{none, none}, specular{none, none};
     for (std::size_t row = 0; row < rows.size(); ++row)
         addRow(rows[row], static_cast<int>(row), map.exponents[row], ends, key, map.exponents[row] == 1 ? diffuse : specular);

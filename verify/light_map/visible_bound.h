@@ -272,7 +272,7 @@ private:
                 for (const std::size_t other : together) isDone[other] = true;
                 continue;
             }
-            together.clear();
+            together.clear();  // a group that is not below is tried once; its other quarters go one by one
             kinds_[kind].raise(quarterBound(kind, each.x, each.y, each.corner, each.decode));
         }
     }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <limits>
 
 namespace lightcook::pipeline {
@@ -44,7 +45,7 @@ glm::dvec2 nearestOf(const std::array<glm::dvec2, 3>& corners, const glm::dvec2&
     return nearest;
 }
 
-std::optional<MeshPlace> placeOn(const MeshTriangle& triangle, const glm::dvec3& weights, const glm::dvec2& size) {
+std::optional<MeshPlace> placeOn(const verify::SurfaceTriangle& triangle, const glm::dvec3& weights, const glm::dvec2& size) {
     const glm::dvec3 a = triangle.position[1] - triangle.position[0], b = triangle.position[2] - triangle.position[0];
     const glm::dvec3 normal = glm::cross(a, b);
     const double area = glm::length(normal);
@@ -59,7 +60,7 @@ std::optional<MeshPlace> placeOn(const MeshTriangle& triangle, const glm::dvec3&
 
 /// Returns the distance at which a ray meets a triangle; infinity if it does not.
 /// Source: Moeller and Trumbore 1997, Fast, Minimum Storage Ray-Triangle Intersection.
-double meets(const glm::dvec3& origin, const glm::dvec3& direction, const MeshTriangle& triangle) {
+double meets(const glm::dvec3& origin, const glm::dvec3& direction, const verify::SurfaceTriangle& triangle) {
     const glm::dvec3 a = triangle.position[1] - triangle.position[0], b = triangle.position[2] - triangle.position[0];
     const glm::dvec3 p = glm::cross(direction, b);
     const double determinant = glm::dot(a, p);
@@ -137,28 +138,31 @@ private:
 
 }  // namespace
 
-std::vector<MeshTriangle> litTriangles(const formats::GltfScene& scene) {
-    std::vector<MeshTriangle> triangles;
+std::vector<verify::SurfaceTriangle> litTriangles(const formats::GltfScene& scene) {
+    std::vector<verify::SurfaceTriangle> triangles;
     for (const formats::GltfScene::Placed& placed : scene.placedMeshes()) {
-        const formats::MeshAttribute *positions = placed.mesh->find("POSITION"), *uvs = placed.mesh->find("TEXCOORD_1");
+        const formats::MeshAttribute *positions = placed.mesh->find("POSITION"), *uvs = placed.mesh->find("TEXCOORD_1"),
+                                     *normals = placed.mesh->find("NORMAL");
         if (positions == nullptr || uvs == nullptr) continue;
+        const glm::dmat3 normalMatrix = glm::transpose(glm::inverse(glm::dmat3(placed.worldFromMesh)));
         for (std::size_t triangle = 0; triangle < placed.mesh->triangleCount(); ++triangle) {
-            MeshTriangle& made = triangles.emplace_back();
+            verify::SurfaceTriangle& made = triangles.emplace_back(verify::SurfaceTriangle{});
             for (std::size_t corner = 0; corner < 3; ++corner) {
                 const std::uint32_t vertex = placed.mesh->indices[3 * triangle + corner];
                 made.position[corner] = glm::dvec3(placed.worldFromMesh * glm::dvec4(positions->at(vertex), 1));
                 made.uv[corner] = glm::dvec2(uvs->at(vertex));
+                if (normals != nullptr) made.normal[corner] = glm::vec3(glm::normalize(normalMatrix * normals->at(vertex)));
             }
         }
     }
     return triangles;
 }
 
-std::optional<MeshPlace> placeAt(std::span<const MeshTriangle> triangles, const glm::dvec2& uv, const glm::dvec2& size) {
-    const MeshTriangle* nearest = nullptr;
+std::optional<MeshPlace> placeAt(std::span<const verify::SurfaceTriangle> triangles, const glm::dvec2& uv, const glm::dvec2& size) {
+    const verify::SurfaceTriangle* nearest = nullptr;
     glm::dvec2 nearestUv(0);
     double least = 1;  // [texels squared]
-    for (const MeshTriangle& triangle : triangles) {
+    for (const verify::SurfaceTriangle& triangle : triangles) {
         const auto weights = weightsAt(triangle.uv, uv);
         if (!weights) continue;
         if (isInside(*weights)) {
@@ -175,7 +179,7 @@ std::optional<MeshPlace> placeAt(std::span<const MeshTriangle> triangles, const 
     return nearest != nullptr ? placeOn(*nearest, *weightsAt(nearest->uv, nearestUv), size) : std::nullopt;
 }
 
-MeshCamera cameraInFrontOf(std::span<const MeshTriangle> triangles, const MeshPlace& place, double radius, double& distance) {
+MeshCamera cameraInFrontOf(std::span<const verify::SurfaceTriangle> triangles, const MeshPlace& place, double radius, double& distance) {
     constexpr double kSlope = 0.5, kFree = 0.95;
     MeshCamera camera;
     camera.slope = kSlope;
@@ -183,7 +187,8 @@ MeshCamera cameraInFrontOf(std::span<const MeshTriangle> triangles, const MeshPl
     // The place's own triangle, and those that touch it there, are not in the way.
     const double skipped = 1e-3 * place.texelSide;
     const glm::dvec3 start = place.position + skipped * place.normal;
-    for (const MeshTriangle& triangle : triangles) distance = std::min(distance, kFree * (skipped + meets(start, place.normal, triangle)));
+    for (const verify::SurfaceTriangle& triangle : triangles)
+        distance = std::min(distance, kFree * (skipped + meets(start, place.normal, triangle)));
     camera.eye = place.position + distance * place.normal;
     camera.forward = -place.normal;
     const glm::dvec3 vertical = std::abs(place.normal.y) < 0.99 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, -1);
@@ -193,9 +198,9 @@ MeshCamera cameraInFrontOf(std::span<const MeshTriangle> triangles, const MeshPl
     return camera;
 }
 
-formats::Image<glm::dvec2> rasterized(std::span<const MeshTriangle> triangles, const MeshCamera& camera, int side) {
+formats::Image<glm::dvec2> rasterized(std::span<const verify::SurfaceTriangle> triangles, const MeshCamera& camera, int side) {
     Canvas canvas(side);
-    for (const MeshTriangle& triangle : triangles) {
+    for (const verify::SurfaceTriangle& triangle : triangles) {
         std::array<Corner, 3> corners;
         for (std::size_t i = 0; i < 3; ++i) {
             const glm::dvec3 to = triangle.position[i] - camera.eye;

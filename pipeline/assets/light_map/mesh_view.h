@@ -4,7 +4,6 @@
 // as GPUs do. Both sides of a triangle are drawn.
 #pragma once
 
-#include <array>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -13,15 +12,12 @@
 
 #include "formats/gltf_scene.h"
 #include "formats/image.h"
+#include "verify/seams.h"
 
 namespace lightcook::pipeline {
 
-struct MeshTriangle {
-    std::array<glm::dvec3, 3> position;  ///< world of the mesh
-    std::array<glm::dvec2, 3> uv;        ///< TEXCOORD_1: (0, 0) is the first corner of the first texel
-};
-/// Returns the triangles that nodes draw and that have light-map UVs.
-std::vector<MeshTriangle> litTriangles(const formats::GltfScene& scene);
+/// Returns the triangles that nodes draw and that have light-map UVs (TEXCOORD_1), in the world of the mesh.
+std::vector<verify::SurfaceTriangle> litTriangles(const formats::GltfScene& scene);
 
 /// A place of a mesh.
 struct MeshPlace {
@@ -31,7 +27,7 @@ struct MeshPlace {
 /// Returns the place with some UVs, on the first triangle that holds them. If none does, as at the rim of a chart, the nearest place of
 /// a triangle that is less than one texel away. Empty if there is none.
 /// size  of the light map [texels]
-std::optional<MeshPlace> placeAt(std::span<const MeshTriangle> triangles, const glm::dvec2& uv, const glm::dvec2& size);
+std::optional<MeshPlace> placeAt(std::span<const verify::SurfaceTriangle> triangles, const glm::dvec2& uv, const glm::dvec2& size);
 
 struct MeshCamera {
     glm::dvec3 eye{0}, right{0}, up{0}, forward{0};  ///< orthonormal
@@ -41,9 +37,9 @@ struct MeshCamera {
 /// Returns a camera in front of a place, which looks back along the normal. It stays in front of whatever lies between.
 /// radius    half of the picture's side at the place [scene units]
 /// distance  receives that of the camera [scene units]
-MeshCamera cameraInFrontOf(std::span<const MeshTriangle> triangles, const MeshPlace& place, double radius, double& distance);
+MeshCamera cameraInFrontOf(std::span<const verify::SurfaceTriangle> triangles, const MeshPlace& place, double radius, double& distance);
 
 /// Returns the light-map UVs of each pixel, from the top left; NaN where the view shows no surface.
-formats::Image<glm::dvec2> rasterized(std::span<const MeshTriangle> triangles, const MeshCamera& camera, int side);
+formats::Image<glm::dvec2> rasterized(std::span<const verify::SurfaceTriangle> triangles, const MeshCamera& camera, int side);
 
 }  // namespace lightcook::pipeline

@@ -101,7 +101,7 @@ Result<void> writePng(const formats::Image<glm::u8vec3>& picture, const std::fil
 
 }  // namespace
 
-Result<std::optional<RenderedView>> writeRenderedView(std::span<const MeshTriangle> triangles, const glm::ivec2& texel,
+Result<std::optional<RenderedView>> writeRenderedView(std::span<const verify::SurfaceTriangle> triangles, const glm::ivec2& texel,
                                                       LightMapSource& bake, const CookedLightMapReader& cooked, double key,
                                                       const ActionContext& context, const std::string& name) {
     const glm::ivec2 size(bake.width(), bake.height());

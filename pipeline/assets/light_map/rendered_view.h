@@ -17,7 +17,7 @@ namespace lightcook::pipeline {
 /// triangles  of the mesh
 /// key        log-average luminance that is shown as middle grey
 /// name       of the files, before their endings
-formats::Result<std::optional<RenderedView>> writeRenderedView(std::span<const MeshTriangle> triangles, const glm::ivec2& texel,
+formats::Result<std::optional<RenderedView>> writeRenderedView(std::span<const verify::SurfaceTriangle> triangles, const glm::ivec2& texel,
                                                                LightMapSource& bake, const CookedLightMapReader& cooked, double key,
                                                                const ActionContext& context, const std::string& name);
 

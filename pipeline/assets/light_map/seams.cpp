@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <glm/matrix.hpp>
 #include <limits>
 #include <utility>
 
@@ -134,24 +133,9 @@ Result<void> measure(Batch& batch, const CookedLightMapReader& cooked, const Act
     });
 }
 
-verify::SplitEdges splitEdgesOf(const formats::GltfScene& scene, const glm::dvec2& size) {
+verify::SplitEdges splitEdgesOf(std::span<const verify::SurfaceTriangle> triangles, const glm::dvec2& size) {
     verify::SeamFinder finder(size);
-    for (const formats::GltfScene::Placed& placed : scene.placedMeshes()) {
-        const formats::MeshAttribute *positions = placed.mesh->find("POSITION"), *uvs = placed.mesh->find("TEXCOORD_1"),
-                                     *normals = placed.mesh->find("NORMAL");
-        if (positions == nullptr || uvs == nullptr) continue;
-        const glm::dmat3 normalMatrix = glm::transpose(glm::inverse(glm::dmat3(placed.worldFromMesh)));
-        for (std::size_t triangle = 0; triangle < placed.mesh->triangleCount(); ++triangle) {
-            verify::SurfaceTriangle made{};
-            for (std::size_t corner = 0; corner < 3; ++corner) {
-                const std::uint32_t vertex = placed.mesh->indices[3 * triangle + corner];
-                made.position[corner] = glm::dvec3(placed.worldFromMesh * glm::dvec4(positions->at(vertex), 1));
-                made.uv[corner] = glm::dvec2(uvs->at(vertex));
-                if (normals != nullptr) made.normal[corner] = glm::vec3(glm::normalize(normalMatrix * normals->at(vertex)));
-            }
-            finder.add(made);
-        }
-    }
+    for (const verify::SurfaceTriangle& triangle : triangles) finder.add(triangle);
     return std::move(finder).finish();
 }
 
@@ -222,21 +206,19 @@ void fill(SeamFigures& figures, const verify::SeamErrors& errors, const verify::
 }
 
 /// Returns why a mesh has no figures; empty if it has edges to measure.
-std::string whyNot(const formats::GltfScene* scene, const verify::SplitEdges& edges) {
-    if (scene == nullptr) return "the light map has no mesh whose edges could be looked at";
-    const bool isAnyMapped = std::ranges::any_of(
-        scene->placedMeshes(), [](const formats::GltfScene::Placed& placed) { return placed.mesh->find("TEXCOORD_1") != nullptr; });
-    if (!isAnyMapped) return "the mesh has no light-map UVs (TEXCOORD_1)";
+std::string whyNot(bool hasMesh, std::span<const verify::SurfaceTriangle> triangles, const verify::SplitEdges& edges) {
+    if (!hasMesh) return "the light map has no mesh whose edges could be looked at";
+    if (triangles.empty()) return "the mesh has no light-map UVs (TEXCOORD_1)";
     return edges.edges.empty() ? "no edge of the mesh is shared by two charts" : "";
 }
 
 }  // namespace
 
-Result<SeamFigures> measureSeams(const formats::GltfScene* scene, LightMapSource& bake, const CookedLightMapReader& cooked,
-                                 const ActionContext& context) {
+Result<SeamFigures> measureSeams(bool hasMesh, std::span<const verify::SurfaceTriangle> triangles, LightMapSource& bake,
+                                 const CookedLightMapReader& cooked, const ActionContext& context) {
     const glm::dvec2 size(bake.width(), bake.height());
     SeamFigures figures;
-    const verify::SplitEdges edges = scene != nullptr ? splitEdgesOf(*scene, size) : verify::SplitEdges();
+    const verify::SplitEdges edges = splitEdgesOf(triangles, size);
     figures.edges = static_cast<std::int64_t>(edges.edges.size());
     figures.joinedEdges = edges.joined;
     figures.hardEdges = edges.hard;
@@ -249,13 +231,13 @@ Result<SeamFigures> measureSeams(const formats::GltfScene* scene, LightMapSource
         figures.places += static_cast<std::int64_t>(batch.places().size());
     }
     figures.places -= figures.darkPlaces;
-    if (const std::string why = whyNot(scene, edges); !why.empty()) figures.note = why;
+    if (const std::string why = whyNot(hasMesh, triangles, edges); !why.empty()) figures.note = why;
     if (figures.places > 0) fill(figures, errors, edges);
     return figures;
 }
 
-Result<std::vector<RenderedView>> writeSeamViews(const SeamFigures& seams, std::span<const MeshTriangle> triangles, LightMapSource& bake,
-                                                 const CookedLightMapReader& cooked, const verify::Viewing& viewing,
+Result<std::vector<RenderedView>> writeSeamViews(const SeamFigures& seams, std::span<const verify::SurfaceTriangle> triangles,
+                                                 LightMapSource& bake, const CookedLightMapReader& cooked, const verify::Viewing& viewing,
                                                  const ActionContext& context) {
     std::vector<RenderedView> views;
     for (const SeamPlace& place : seams.worst) {

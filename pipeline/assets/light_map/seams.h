@@ -4,7 +4,6 @@
 #include <span>
 #include <vector>
 
-#include "formats/gltf_scene.h"
 #include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/mesh_view.h"
 #include "pipeline/assets/light_map/source.h"
@@ -16,14 +15,15 @@ namespace lightcook::pipeline {
 
 /// Measures the seams of a map. Places are lit strip by strip, in batches of a bounded size, so that a map or mesh of any size takes the
 /// memory of one batch. The result is the same on any number of threads.
-/// scene  of the map's mesh; null: none, or one that cannot be read
-formats::Result<SeamFigures> measureSeams(const formats::GltfScene* scene, LightMapSource& bake, const CookedLightMapReader& cooked,
-                                          const ActionContext& context);
+/// hasMesh    false: the map has no mesh, or one that cannot be read
+/// triangles  of the mesh
+formats::Result<SeamFigures> measureSeams(bool hasMesh, std::span<const verify::SurfaceTriangle> triangles, LightMapSource& bake,
+                                          const CookedLightMapReader& cooked, const ActionContext& context);
 
 /// Draws the worst seams as a camera in front of each sees them, in the order of SeamFigures::worst. Steps below half of a just noticeable
 /// difference get no picture.
 /// triangles  of the mesh
-formats::Result<std::vector<RenderedView>> writeSeamViews(const SeamFigures& seams, std::span<const MeshTriangle> triangles,
+formats::Result<std::vector<RenderedView>> writeSeamViews(const SeamFigures& seams, std::span<const verify::SurfaceTriangle> triangles,
                                                           LightMapSource& bake, const CookedLightMapReader& cooked,
                                                           const verify::Viewing& viewing, const ActionContext& context);
 

@@ -273,10 +273,10 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     result.light = lightOf(bake, whole.errors, key, whole.light);
     if (!truth->isEmpty()) result.groundTruth = toJson(verify::lightMapTruth(whole.truthPlaces, parameters->shading.lobe, viewing));
     const auto mesh = meshOf(context);
-    const auto triangles = mesh ? litTriangles(*mesh) : std::vector<MeshTriangle>();
+    const auto triangles = mesh ? litTriangles(*mesh) : std::vector<verify::SurfaceTriangle>();
     auto pictures = writeWorstPlaces(whole.worst, bake, *cooked, viewing, triangles, context);
     if (!pictures) return tl::make_unexpected(pictures.error());
-    auto seams = measureSeams(mesh ? &*mesh : nullptr, bake, *cooked, context);
+    auto seams = measureSeams(mesh.has_value(), triangles, bake, *cooked, context);
     if (!seams) return tl::make_unexpected(seams.error());
     result.seams = std::move(*seams);
     holdToSeamLimit(result, parameters->maxSeam);

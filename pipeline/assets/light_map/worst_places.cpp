@@ -89,7 +89,7 @@ std::vector<WorstTexel> WorstTexels::apart(std::size_t count, int distance) cons
 }
 
 Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst, LightMapSource& bake, const CookedLightMapReader& cooked,
-                                                        const verify::Viewing& viewing, std::span<const MeshTriangle> triangles,
+                                                        const verify::Viewing& viewing, std::span<const verify::SurfaceTriangle> triangles,
                                                         const ActionContext& context) {
     std::vector<WorstPlacePicture> places;
     for (const WorstTexel& texel : worst.apart(kPlaces, kSide)) {

@@ -60,6 +60,7 @@ double shownKey(const verify::Viewing& viewing);
 /// triangles  of the map's mesh, for a rendered view of each place; empty: no views
 formats::Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst, LightMapSource& bake,
                                                                  const CookedLightMapReader& cooked, const verify::Viewing& viewing,
-                                                                 std::span<const MeshTriangle> triangles, const ActionContext& context);
+                                                                 std::span<const verify::SurfaceTriangle> triangles,
+                                                                 const ActionContext& context);
 
 }  // namespace lightcook::pipeline

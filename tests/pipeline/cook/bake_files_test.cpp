@@ -193,7 +193,8 @@ TEST(BakeFiles, LintAndInfoSayHowAFileWasRecognised) {
     EXPECT_EQ(facts->at("as_light_map").at("evidence"), reading.at("evidence"));
 }
 
-/// A map of 2048 x 2048 texels as Godot baked it. Its certificate once took hours: layouts of a low degree need many cells.
+/// A map of 2048 x 2048 texels as Godot baked it. Its certificate once was not done after 2.5 minutes: layouts of a low
+/// degree need many cells.
 TEST(BakeFilesSoak, AMapOfGodotIsCookedWithNoKeyButItsFile) {
     const std::filesystem::path file =
         std::filesystem::path(LIGHTCOOK_SHARED_DATA) / "engine_lightmaps" / "godot_ragdoll_physics_lightmap.exr";

@@ -11,17 +11,17 @@ namespace lightcook::pipeline {
 namespace {
 
 /// Appends a rectangle with corner `from` and sides `u` and `v`, whose UVs are those of the unit square scaled and shifted.
-void addQuad(std::vector<MeshTriangle>& triangles, const glm::dvec3& from, const glm::dvec3& u, const glm::dvec3& v,
+void addQuad(std::vector<verify::SurfaceTriangle>& triangles, const glm::dvec3& from, const glm::dvec3& u, const glm::dvec3& v,
              const glm::dvec2& uvFrom, const glm::dvec2& uvSize) {
     const auto position = [&](double a, double b) { return from + a * u + b * v; };
     const auto uv = [&](double a, double b) { return uvFrom + uvSize * glm::dvec2(a, b); };
-    triangles.push_back({{position(0, 0), position(1, 0), position(1, 1)}, {uv(0, 0), uv(1, 0), uv(1, 1)}});
-    triangles.push_back({{position(0, 0), position(1, 1), position(0, 1)}, {uv(0, 0), uv(1, 1), uv(0, 1)}});
+    triangles.push_back({{position(0, 0), position(1, 0), position(1, 1)}, {}, {uv(0, 0), uv(1, 0), uv(1, 1)}});
+    triangles.push_back({{position(0, 0), position(1, 1), position(0, 1)}, {}, {uv(0, 0), uv(1, 1), uv(0, 1)}});
 }
 
 /// A wall of 4 x 4 units at z = 0 that faces +z.
-std::vector<MeshTriangle> wall() {
-    std::vector<MeshTriangle> triangles;
+std::vector<verify::SurfaceTriangle> wall() {
+    std::vector<verify::SurfaceTriangle> triangles;
     addQuad(triangles, {0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0}, {0.5, 0.5});
     return triangles;
 }
@@ -57,7 +57,7 @@ TEST(MeshView, TheCentreOfThePictureIsThePlace) {
 
 TEST(MeshView, UvsAreThoseOfTheRay) {
     // A floor seen from above at a slant: the UVs of a pixel are those where its ray meets the floor.
-    std::vector<MeshTriangle> triangles;
+    std::vector<verify::SurfaceTriangle> triangles;
     addQuad(triangles, {-50, 0, -50}, {0, 0, 100}, {100, 0, 0}, {0, 0}, {1, 1});
     MeshCamera camera;
     camera.eye = {1, 3, 2};
@@ -77,9 +77,9 @@ TEST(MeshView, UvsAreThoseOfTheRay) {
 }
 
 TEST(MeshView, NearerSurfacesHideOthersInAnyOrder) {
-    std::vector<MeshTriangle> triangles;
+    std::vector<verify::SurfaceTriangle> triangles;
     addQuad(triangles, {1.5, 1.5, 1}, {1, 0, 0}, {0, 1, 0}, {0.6, 0.6}, {0.1, 0.1});
-    for (const MeshTriangle& triangle : wall()) triangles.push_back(triangle);
+    for (const verify::SurfaceTriangle& triangle : wall()) triangles.push_back(triangle);
     MeshCamera camera;
     camera.eye = {2, 2, 4};
     camera.forward = {0, 0, -1};
@@ -96,7 +96,7 @@ TEST(MeshView, NearerSurfacesHideOthersInAnyOrder) {
 }
 
 TEST(MeshView, TheCameraStaysInFrontOfWhatIsInTheWay) {
-    std::vector<MeshTriangle> triangles = wall();
+    std::vector<verify::SurfaceTriangle> triangles = wall();
     const auto place = placeAt(triangles, {0.25, 0.26}, kSize);
     addQuad(triangles, {0, 0, 1}, {4, 0, 0}, {0, 4, 0}, {0.5, 0.5}, {0.5, 0.5});
     double distance = 0;

@@ -1,0 +1,15 @@
+#include "pipeline/report/frontier.h"
+
+#include <fmt/format.h>
+
+namespace lightcook::pipeline {
+
+std::string layoutWords(const FrontierPoint& point) {
+    std::string out;
+    for (const AllocatedLayouts& each : point.layouts)
+        out += fmt::format("{}{}: {}{}", out.empty() ? "" : "; ", each.lightMap, each.layout,
+                           each.dominantLayout ? ", dominant light " + *each.dominantLayout : "");
+    return out;
+}
+
+}  // namespace lightcook::pipeline
