@@ -28,10 +28,16 @@ CommandFunction defineCook(CLI::App& app) {
     addFolderOption(app, "-o,--output", cook.output, "Output folder; default: <scene name>.cooked");
     options->output.addScene(app);
     app.add_option("--depfile", cook.depfile, "Write the inputs as a Makefile rule")->type_name(kFilePlaceholder);
-    app.add_option("--only", cook.only, "Cook this asset and those that derive from it; leave the others as they are")->type_name("NAME");
+    CLI::Option* only = app.add_option("--only", cook.only, "Cook this asset and those that derive from it; leave the others as they are");
+    only->type_name("NAME");
     addFolderOption(app, "--cache", cook.cache, "Cache folder; default: $LIGHTCOOK_CACHE, else the user's cache folder");
     addSamplesOption(app, options->samples);
     app.add_flag("--gltf", cook.gltf, "Also write each light map with its mesh as glTF (NAME_scene.glb), with the light map bound");
+    app.add_flag(
+           "--keep-candidates", cook.keepCandidates,
+           "Also cook the scene with each other layout that was tried and may be worth its bytes, into DIR/candidates: view shows them "
+           "beside each other")
+        ->excludes(only);
     app.add_flag("--force", cook.force, "Cook everything again");
     app.add_flag("--keep-going", cook.keepGoing, "Cook the other assets after a failure; the exit code is the first failure's");
     addStrictOption(app, cook.strict);
@@ -51,6 +57,10 @@ A bad input (missing, truncated, of the wrong shape, not finite, negative energy
 3 and a line that names file and place, and nothing is written. --repair replaces bad values and
 counts them in the report. In light maps it also repairs SH bands that are too long for their mean,
 and fireflies.
+
+--keep-candidates keeps those of the tried layouts that no other beats in bytes and error. Each is a
+cooked folder, DIR/candidates/LAYOUT, whose report says whether it keeps the limits. A cook without
+the option removes them.
 
 --rdo applies to every BC texture. The verifier's bounds include what it changes.
 

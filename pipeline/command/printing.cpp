@@ -1,6 +1,7 @@
 #include "pipeline/command/printing.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -84,6 +85,7 @@ void printSummary(Terminal& terminal, const Report& report, const Outcome& outco
         return terminal.detail(summary.dump(-1, ' ', false, Json::error_handler_t::replace));
     }
     printFrontier(terminal, report.budget.frontier);
+    if (!outcome.candidates.empty()) terminal.say(fmt::format("candidates kept for view: {}", fmt::join(outcome.candidates, ", ")));
     const std::string assets = fmt::format("{}{} asset{}", failed > 0 ? fmt::format("{} of ", failed) : "", report.assets.size(),
                                            report.assets.size() == 1 ? "" : "s");
     const std::string budget = report.budget.limitBytes ? fmt::format(" of {}", sizeWords(*report.budget.limitBytes)) : "";

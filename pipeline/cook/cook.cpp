@@ -11,6 +11,7 @@
 #include "pipeline/assets/results.h"
 #include "pipeline/cook/contents.h"
 #include "pipeline/cook/depfile.h"
+#include "pipeline/cook/kept_candidates.h"
 #include "pipeline/cook/layout_decision.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/cook/summary.h"
@@ -73,13 +74,14 @@ Result<void> checkSettings(const Scene& scene, const std::filesystem::path& fold
 /// One cook, from scene file to published folder: materials, needs, plan, actions, layouts that are still open, summaries.
 class Cook {
 public:
-    Cook(Scene scene, const CookOptions& options, const RunState& state)
+    /// layouts  of the light maps and dominant lights that the scene leaves open; those that are not here are tried
+    Cook(Scene scene, const CookOptions& options, const RunState& state, std::map<std::string, std::string> layouts = {})
         : options_(options),
           state_(state),
           start_(Clock::now()),
           scene_(std::move(scene)),
           cache_(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes),
-          planOptions_{options.only, options.onlyKind, options.repair, options.samples} {}
+          planOptions_{options.only, options.onlyKind, options.repair, options.samples, std::move(layouts)} {}
 
     Outcome run() {
         if (auto done = tryRun(); !done) outcome_.errors.insert(outcome_.errors.begin(), done.error());
@@ -131,6 +133,10 @@ private:
         if (auto added = addContents(contents, needs); !added) return added;
         auto plan = planScene(scene_, needs, planOptions_);
         if (!plan) return tl::make_unexpected(plan.error());
+        if (options_.keepCandidates && plan->undecided.empty())
+            return failure(ErrorCode::InvalidRequest, "--keep-candidates",
+                           "found no light map whose layout is tried, expected --layout auto with a limit (--max-visible, --max-error) or "
+                           "a budget");
         if (auto linted = lint(*plan, materials); !linted) return linted;
         if (!outcome_.errors.empty() && (!options_.keepGoing || state_.interrupted)) return {};
         ExecutionResult result = execute(plan->actions);
@@ -145,6 +151,7 @@ private:
         if (isStopped(result)) return {};
         const auto report = publishWithSummaries(*plan, result);
         if (!report) return tl::make_unexpected(report.error());
+        if (auto kept = cookAlternatives(); !kept) return kept;
         if (options_.depfile)
             if (auto written = writeDepfile(needsGraph, contentGraph, needs); !written) return written;
         cache_.prune();
@@ -197,10 +204,36 @@ private:
             if (!refuted) return tl::make_unexpected(refuted.error());
             if (*refuted && !isStopped(chosen)) continue;
             result.add(std::move(chosen));
+            if (options_.keepCandidates) alternatives_ = decision->alternatives();
             notes_ = wholeVisibleNotes(*decision);
             frontier_ = frontierOf(*decision);
             return plan;
         }
+    }
+
+    /// Cooks the alternatives of the layouts into folders of their own, and removes those of an earlier cook. An alternative may miss the
+    /// limits of the scene: its own report says so.
+    Result<void> cookAlternatives() {
+        if (options_.only) return {};
+        for (const auto& [layout, layouts] : alternatives_) {
+            CookOptions options = options_;
+            options.output = candidateFolder(outcome_.output, layout);
+            options.keepCandidates = false;
+            options.depfile = {};
+            if (auto made = makeFolder(options.output); !made) return made;
+            Scene scene = scene_;
+            scene.output.budgetBytes = {};
+            options.budgetBytes = {};
+            const Outcome done = Cook(std::move(scene), options, state_, layouts).run();
+            outcome_.actionsRun += done.actionsRun;
+            outcome_.actionsReused += done.actionsReused;
+            const auto isFault = [](const Error& error) { return error.code != ErrorCode::Verification; };
+            if (const auto fault = std::ranges::find_if(done.errors, isFault); fault != done.errors.end())
+                return tl::make_unexpected(*fault);
+            outcome_.candidates.push_back(layout);
+        }
+        removeCandidates(outcome_.output, {outcome_.candidates.begin(), outcome_.candidates.end()});
+        return {};
     }
 
     /// Returns the actions of the assets that waited for a layout, less those that ran before.
@@ -284,8 +317,9 @@ private:
     Cache cache_;
     PlanOptions planOptions_;
     std::optional<DigestMemo> digests_;
-    std::map<std::string, Json> notes_;    ///< of a scene with a budget, by light map
-    std::vector<FrontierPoint> frontier_;  ///< of such a scene
+    std::map<std::string, Json> notes_;                                       ///< of a scene with a budget, by light map
+    std::vector<FrontierPoint> frontier_;                                     ///< of such a scene
+    std::map<std::string, std::map<std::string, std::string>> alternatives_;  ///< to cook as well: LayoutDecision::alternatives
     std::filesystem::path staging_;
     Outcome outcome_;
 };

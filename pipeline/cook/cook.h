@@ -31,6 +31,7 @@ struct CookOptions {
     std::optional<std::string> onlyKind;  ///< a kind: see PlanOptions
     bool gltf = false;                    ///< also the scene as glTF
     bool force = false, keepGoing = false, repair = false;
+    bool keepCandidates = false;  ///< also cook the scene with the other layouts that were tried: kept_candidates.h
     bool strict = false;          ///< every finding of lint that the scene does not allow is an error
     std::filesystem::path cache;  ///< empty: defaultCacheFolder()
     int samples = 1;              ///< random positions per texel quad
@@ -42,8 +43,9 @@ struct Outcome {
     Json report;                   ///< null without one
     std::filesystem::path output;  ///< folder of the cooked scene
     int actionsRun = 0, actionsReused = 0;
-    bool isLinted = false;               ///< the inputs were looked at
-    std::vector<Finding> findings = {};  ///< of lint, also those that are errors or allowed
+    bool isLinted = false;                     ///< the inputs were looked at
+    std::vector<Finding> findings = {};        ///< of lint, also those that are errors or allowed
+    std::vector<std::string> candidates = {};  ///< layouts of the candidates that were kept
 };
 
 /// Cooks the scene file of the options.

@@ -106,6 +106,14 @@ std::map<std::string, std::string> LayoutDecision::choose() {
     return chosen_;
 }
 
+std::map<std::string, std::map<std::string, std::string>> LayoutDecision::alternatives() const {
+    std::map<std::string, std::map<std::string, std::string>> out;
+    for (const auto& [map, candidates] : candidates_)
+        for (const std::string& layout : layoutsOfCurve(candidates))
+            if (layout != chosen_.at(map)) out.try_emplace(layout, chosen_).first->second[map] = layout;
+    return out;
+}
+
 Result<bool> LayoutDecision::isRefuted(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen) {
     auto lightMap = isLightMapRefuted(chosen);
     if (!lightMap) return lightMap;

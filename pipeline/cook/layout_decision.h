@@ -37,6 +37,10 @@ public:
     /// bound.
     formats::Result<bool> isRefuted(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen);
 
+    /// Returns other choices than the last choose(), by layout: each map that the layout is on the curve of (layoutsOfCurve) has it, the
+    /// other assets are as chosen.
+    std::map<std::string, std::map<std::string, std::string>> alternatives() const;
+
     /// Returns the frontier of the last choose(), with the point that it chose. Empty without a budget.
     const std::vector<AllocationPoint>& frontier() const { return frontier_; }
     std::size_t chosenPoint() const { return chosenPoint_; }

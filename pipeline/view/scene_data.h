@@ -79,11 +79,26 @@ void describe(Fields& fields, Self& map) {
     fields.required("worst", map.worst, "places with the largest visible errors, the worst first");
 }
 
+/// The scene under another layout, which the cook kept.
+struct ViewedCandidate {
+    std::string layout, folder;
+    std::uint64_t bytesGpu = 0;
+    double visible = 0;
+};
+template <class Fields, Is<ViewedCandidate> Self>
+void describe(Fields& fields, Self& candidate) {
+    fields.required("layout", candidate.layout, "layout of its light maps");
+    fields.required("folder", candidate.folder, "its cooked folder, with a slash at the end");
+    fields.required("bytes_gpu", candidate.bytesGpu, "GPU memory of its light maps");
+    fields.required("visible", candidate.visible, kFigure, "99th percentile of visible errors of its worst light map");
+}
+
 struct ViewedScene {
     int schema = 1;
     std::string scene;
     Tool tool;
     std::vector<ViewedLightMap> lightMaps;
+    std::vector<ViewedCandidate> candidates;
 };
 template <class Fields, Is<ViewedScene> Self>
 void describe(Fields& fields, Self& scene) {
@@ -91,6 +106,7 @@ void describe(Fields& fields, Self& scene) {
     fields.required("scene", scene.scene, "name of the scene");
     fields.required("tool", scene.tool, "program that cooked the scene");
     fields.required("light_maps", scene.lightMaps, "light maps, in the order of the manifest");
+    fields.required("candidates", scene.candidates, "the scene under other layouts: of `cook --keep-candidates`");
 }
 
 /// Largest number of texels of a bake that is written for the page: 300 MB as half floats.

@@ -7,11 +7,12 @@
 #include <optional>
 
 #include "formats/temporaries.h"
+#include "pipeline/assets/verdict.h"
 #include "pipeline/cook/integrity.h"
+#include "pipeline/cook/kept_candidates.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
-#include "pipeline/view/scene_data.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -21,7 +22,7 @@ using formats::failure;
 using formats::Result;
 namespace fs = std::filesystem;
 
-constexpr const char* kCookedFolder = "cooked";
+constexpr const char* kCookedPrefix = "cooked/";
 constexpr const char* kIndexName = "index.html";
 const std::string kSceneDataName = fmt::format("{}/scene.json", kViewerFolder);
 
@@ -78,12 +79,40 @@ std::string_view mediaTypeOf(std::string_view name) {
     return "application/octet-stream";
 }
 
-Result<void> Site::addCooked(const fs::path& folder, const std::string& name) {
+Result<void> Site::addCooked(const fs::path& folder, const std::string& prefix, const std::string& name) {
     const fs::path file = folder / name;
     if (!liesInside(file, folder))
         return failure(ErrorCode::FileUnreadable, file.string(), "found a symbolic link out of the folder, expected a file in it");
-    files_[fmt::format("{}/{}", kCookedFolder, name)] = {fs::absolute(file), mediaTypeOf(name)};
+    files_[prefix + name] = {fs::absolute(file), mediaTypeOf(name)};
     return {};
+}
+
+Result<std::optional<ViewedCandidate>> Site::addCandidate(const fs::path& cooked, const Manifest& manifest, const std::string& layout) {
+    const fs::path folder = candidateFolder(cooked, layout);
+    const auto own = loadManifest(folder);
+    if (!own) return tl::make_unexpected(own.error());
+    if (!isCandidateOf(*own, manifest)) {
+        notes_.push_back(fmt::format("{} is left out: it is of another cook", folder.string()));
+        return std::nullopt;
+    }
+    if (const auto errors = checkDigests(folder, *own); !errors.empty()) return tl::make_unexpected(errors.front());
+    const auto report = loadReport(folder / kReportName);
+    if (!report) return tl::make_unexpected(report.error());
+    ViewedCandidate candidate{layout, fmt::format("{}candidates/{}/", kCookedPrefix, layout), 0, 0};
+    // Cubemaps, tables and dominant lights on the page are those of the cooked scene.
+    std::vector<std::string> names = {kManifestName, own->shader.file};
+    for (const CookedAsset& asset : own->assets) {
+        if (asset.kind != AssetKind::LightMap && asset.kind != AssetKind::Mesh) continue;
+        for (const CookedTexture& texture : asset.textures) names.push_back(texture.file);
+        if (asset.file) names.push_back(*asset.file);
+        if (asset.kind != AssetKind::LightMap) continue;
+        candidate.bytesGpu += asset.totalBytesGpu();
+        if (const auto row = std::ranges::find(report->assets, asset.name, &ReportRow::name); row != report->assets.end())
+            candidate.visible = std::max(candidate.visible, visibleP99(row->verdict.stages.back()).value_or(0));
+    }
+    for (const std::string& name : names)
+        if (auto added = addCooked(folder, candidate.folder, name); !added) return tl::make_unexpected(added.error());
+    return candidate;
 }
 
 Result<Site> Site::open(const SiteOptions& options, const RunState& state) {
@@ -107,9 +136,9 @@ Result<Site> Site::open(const SiteOptions& options, const RunState& state) {
         for (const ReportFile& file : report->files.value_or(std::vector<ReportFile>())) names.push_back(file.file);
     }
     for (const std::string& name : names)
-        if (auto added = site.addCooked(options.folder, name); !added) return tl::make_unexpected(added.error());
+        if (auto added = site.addCooked(options.folder, kCookedPrefix, name); !added) return tl::make_unexpected(added.error());
     const fs::path sources = options.sources.empty() ? options.folder / manifest->sceneDirectory : options.sources;
-    const auto data = describeForView(*manifest, report, options.folder, sources, site.scratch_.path(), state);
+    auto data = describeForView(*manifest, report, options.folder, sources, site.scratch_.path(), state);
     if (!data) return tl::make_unexpected(data.error());
     for (const ViewedLightMap& map : data->lightMaps) {
         if (map.reference)
@@ -117,6 +146,12 @@ Result<Site> Site::open(const SiteOptions& options, const RunState& state) {
         else
             site.notes_.push_back(fmt::format("{} is shown without its bake: {}", map.name, map.referenceMissing.value_or("")));
     }
+    for (const std::string& layout : candidatesIn(options.folder)) {
+        auto candidate = site.addCandidate(options.folder, *manifest, layout);
+        if (!candidate) return tl::make_unexpected(candidate.error());
+        if (*candidate) data->candidates.push_back(std::move(**candidate));
+    }
+    std::ranges::sort(data->candidates, {}, &ViewedCandidate::bytesGpu);
     site.files_[kSceneDataName] = {toJson(*data).dump(1) + "\n", mediaTypeOf(kSceneDataName)};
     return site;
 }

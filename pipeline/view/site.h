@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,6 +14,7 @@
 #include "formats/temporary_folder.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/view/bundle.h"
+#include "pipeline/view/scene_data.h"
 
 namespace lightcook::pipeline {
 
@@ -38,12 +40,16 @@ public:
 
     const std::map<std::string, SiteFile>& files() const { return files_; }
     const std::string& scene() const { return scene_; }
-    /// Lines for people: light maps that are shown without their bake, and why.
+    /// Lines for people: light maps that are shown without their bake, and candidates that are left out, and why.
     const std::vector<std::string>& notes() const { return notes_; }
 
 private:
     explicit Site(formats::TemporaryFolder scratch) : scratch_(std::move(scratch)) {}
-    formats::Result<void> addCooked(const std::filesystem::path& folder, const std::string& name);
+    /// prefix  of the paths on the site
+    formats::Result<void> addCooked(const std::filesystem::path& folder, const std::string& prefix, const std::string& name);
+    /// Adds a candidate of the scene. Returns nothing, and adds a note, for one of another cook.
+    formats::Result<std::optional<ViewedCandidate>> addCandidate(const std::filesystem::path& cooked, const Manifest& manifest,
+                                                                 const std::string& layout);
 
     formats::TemporaryFolder scratch_;
     std::map<std::string, SiteFile> files_;

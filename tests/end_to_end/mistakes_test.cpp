@@ -275,6 +275,8 @@ const std::vector<Mistake>& allMistakes() {
         {"an objective that does not exist", "lightcook cook scene.toml --objective seen", nothing},
         {"a limit on visible errors that is no number", "lightcook cook scene.toml --max-visible 0", nothing},
         {"the same limit for other assets that is no number", "lightcook cook scene.toml --max-converter-visible 0", nothing},
+        {"candidates of a layout that is named", "lightcook cook scene.toml --layout ratio --keep-candidates", nothing},
+        {"candidates of one asset", "lightcook cook scene.toml --keep-candidates --only probe0", nothing},
         {"a limit on seams that is no number", "lightcook cook scene.toml --max-seam 0", nothing},
         {"a limit on seams where no light map has a mesh", "lightcook cook scene.toml --max-seam 2",
          [](const ExampleCopy& scene) { scene.replaceInScene("mesh = \"cornell.glb\"", ""); }},

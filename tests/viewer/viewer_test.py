@@ -673,6 +673,117 @@ class Learned(SceneSuite):
         self.assertGreater(np.mean(np.abs(self.pixels()[at] - expected)), 5)
 
 
+class Candidates(SceneSuite):
+    """Layouts that the cook kept, beside each other. They are linear in their texels, so filtered coefficients are enough."""
+    options = ('--max-visible', 8, '--keep-candidates')
+
+    @classmethod
+    def setUpClass(cls):
+        text = (ROOT / 'examples' / 'cornell' / 'scene.toml').read_text()
+        scene = pathlib.Path(tempfile.mkdtemp(prefix='lightcook-viewer-test-'))
+        cls.addClassCleanup(shutil.rmtree, scene, True)
+        shutil.copytree(ROOT / 'examples' / 'cornell', scene, dirs_exist_ok=True)
+        cls.scene = scene / 'scene.toml'
+        cls.scene.write_text(text.replace('[output]', '[output]\nlayouts = ["hdr", "hdr-2", "raw"]', 1))
+        super().setUpClass()
+        cls.sh = {}
+        for layout, folder in (('', cls.cooked), *((name, cls.cooked / 'candidates' / name) for name in ('hdr-2', 'raw'))):
+            run(LIGHTCOOK, 'reconstruct', folder, 'lightmap', cls.folder / 'cooked.exr')
+            cls.sh[layout] = lighting.sh_of(lighting.read_exr(cls.folder / 'cooked.exr'))
+
+    def select(self, control, value):
+        self.browser.evaluate(f"""(() => {{
+            const select = document.getElementById('{control}');
+            select.value = '{value}';
+            select.dispatchEvent(new Event('change'));
+        }})()""")
+        self.wait_for(value)
+
+    def wait_for(self, layout):
+        self.browser.evaluate(f"""(async () => {{
+            for (let i = 0; i < 600 && !lightcook.page.view.sets.has('{layout}') && !lightcook.page.layoutFault; ++i)
+                await new Promise((done) => setTimeout(done, 50));
+        }})()""")
+        self.browser.settle()
+
+    def check(self, layout, pixels, at, uv, n):
+        light = np.maximum(lighting.exit_radiance(lighting.bilinear(self.sh[layout], *uv), n), 0)
+        self.assert_shown(pixels[at], lighting.shown(light, self.nits), layout)
+
+    def test_each_layout_is_shown_as_cooked(self):
+        at, uv, n, _ = self.visible()
+        self.assertEqual(self.browser.evaluate("[...document.querySelectorAll('#layout option')].map((o) => o.value)"), ['', 'hdr-2', 'raw'])
+        self.assertRegex(self.browser.evaluate("document.querySelector('#layout option:nth-child(2)').textContent"), r'^hdr-2: [0-9.]+ [KM]iB, visible [0-9.]+$')
+        self.press_mode('cooked')
+        self.check('', self.pixels(), at, uv, n)
+        for layout in ('hdr-2', 'raw'):
+            self.select('layout', layout)
+            self.check(layout, self.pixels(), at, uv, n)
+            self.assertIn(layout, self.browser.evaluate("document.getElementById('right-tag').textContent"))
+        # The error is that of the shown layout: raw is nearly exact.
+        self.press_mode('error')
+        self.assertLess(np.quantile(self.pixels()[at], 0.99), 30)
+
+    def test_two_layouts_beside_each_other(self):
+        self.select('beside', 'raw')
+        self.select('layout', 'hdr-2')
+        self.press_mode('reference')
+        left = self.pixels()
+        self.press_mode('cooked')
+        right = self.pixels()
+        self.press_mode('wipe')
+        pixels, border = self.pixels(), left.shape[1] // 2
+        self.assertGreater(np.abs(left - right).max(), 2)
+        np.testing.assert_array_equal(pixels[:, :border - 1], left[:, :border - 1])
+        np.testing.assert_array_equal(pixels[:, border + 1:], right[:, border + 1:])
+        at, uv, n, _ = self.visible()
+        self.press_mode('reference')
+        self.check('raw', self.pixels(), at, uv, n)
+        self.assertEqual(self.browser.evaluate("document.getElementById('left-tag').textContent"), 'raw')
+        values = self.shade('lightmap', np.array([[100.0, 100.0]]), np.array([[0.0, 1, 0]]), np.array([[0.0, 1, 0]]))
+        np.testing.assert_allclose(values['cooked'][0], self.sh['hdr-2'][100, 100], rtol=2e-3, atol=2e-3)
+
+    def test_a_link_reopens_the_layouts(self):
+        self.browser.open(self.url + '#layout=raw&beside=hdr-2')
+        self.wait_for('raw')
+        self.wait_for('hdr-2')
+        self.assertEqual([self.state('layout'), self.state('beside')], ['raw', 'hdr-2'])
+        self.browser.open(self.url + '#layout=nothing&beside=constructor&memory=x')
+        self.assertEqual([self.state('layout'), self.state('beside'), self.state('memory')], ['', '', 'assets'])
+
+    def test_memory_by_charts(self):
+        total = sum(texture['bytes_gpu'] for texture in self.asset('light-map')['textures'])
+        self.browser.click('#memory-by [data-value="charts"]')
+        tiles = self.browser.evaluate("""[...document.querySelectorAll('#memory button')].map((tile) =>
+            [tile.title, parseFloat(tile.style.width) * parseFloat(tile.style.height) / 1e4])""")
+        self.assertAlmostEqual(sum(area for _, area in tiles), 1, delta=1e-3)
+        charts = [(name, area) for name, area in tiles if name.startswith('lightmap, ')]
+        count = self.browser.evaluate('lightcook.page.view.maps[0].charts.count')
+        self.assertEqual(sum('lightmap, chart ' in name for name, _ in charts), count)
+        whole = sum(texture['bytes_gpu'] for asset in self.manifest['assets'] for texture in asset['textures'])
+        whole += sum(asset.get('bytes_gpu', 0) for asset in self.manifest['assets'])
+        self.assertAlmostEqual(sum(area for _, area in charts), total / whole, delta=2e-3)
+        # A click flies to the chart.
+        name, _ = max((each for each in charts if 'chart ' in each[0] and 'smaller' not in each[0]), key=lambda each: each[1])
+        self.browser.click(f'#memory button[title="{name}"]')
+        _, u, v = self.state('picked')
+        found = self.browser.evaluate(f'lightcook.page.view.surface(lightcook.page.view.maps[0], {u}, {v}).chart')
+        self.assertEqual(f'lightmap, chart {found + 1}', name)
+        self.browser.click('#memory-by [data-value="assets"]')
+        self.assertNotIn(name, self.browser.evaluate("[...document.querySelectorAll('#memory button')].map((tile) => tile.title)"))
+
+    def test_a_layout_that_cannot_be_loaded_is_named(self):
+        broken = self.folder / 'broken'
+        shutil.copytree(self.site, broken)
+        (broken / 'cooked' / 'candidates' / 'raw' / 'lightmap_sh.ktx2').unlink()
+        self.browser.open(self.serve(broken))
+        self.select('layout', 'raw')
+        self.assertIn('lightmap_sh.ktx2', self.browser.evaluate("document.getElementById('layout-fault').textContent"))
+        self.assertEqual(self.state('layout'), '')
+        self.browser.events.clear()  # the 404 is logged
+        self.browser.open(self.url)
+
+
 class Types(unittest.TestCase):
     def test_the_sources_have_no_errors_of_types(self):
         compiler = VIEWER / 'node_modules' / 'typescript' / 'bin' / 'tsc'

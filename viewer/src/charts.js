@@ -5,6 +5,7 @@ import { BufferAttribute, BufferGeometry, Vector3 } from "three";
  * @typedef {object} Charts
  * @property {number} count
  * @property {Float64Array} texels area of each chart [texels]
+ * @property {Float64Array} middle u and v of a place inside each chart: the middle of its largest triangle
  * @property {BufferGeometry} seams borders of all charts, as line segments in world space
  */
 
@@ -61,8 +62,8 @@ export function findCharts(meshes, width, height) {
     if (number === undefined) numbers.set(top, (number = numbers.size));
     return number;
   };
-  /** @type {number[]} */
-  const areas = [];
+  /** By chart. @type {number[]} */
+  const areas = [], /** @type {number[]} */ largest = [], /** @type {number[]} */ middle = [];
   meshes.forEach((mesh, m) => {
     const ids = Float32Array.from(vertices[m], chartOf), uv = mesh.geometry.getAttribute("uv1");
     mesh.geometry.setAttribute("chartId", new BufferAttribute(ids, 1));
@@ -71,6 +72,10 @@ export function findCharts(meshes, width, height) {
       const [a, b, c] = [0, 1, 2].map((k) => index.getX(i + k));
       const area = Math.abs((uv.getX(b) - uv.getX(a)) * (uv.getY(c) - uv.getY(a)) - (uv.getX(c) - uv.getX(a)) * (uv.getY(b) - uv.getY(a))) / 2;
       areas[ids[a]] = (areas[ids[a]] ?? 0) + area * width * height;
+      if (area <= (largest[ids[a]] ?? -1)) continue;
+      largest[ids[a]] = area;
+      middle[2 * ids[a]] = (uv.getX(a) + uv.getX(b) + uv.getX(c)) / 3;
+      middle[2 * ids[a] + 1] = (uv.getY(a) + uv.getY(b) + uv.getY(c)) / 3;
     }
   });
   const ends = [];
@@ -79,7 +84,7 @@ export function findCharts(meshes, width, height) {
     for (const vertex of [Math.floor(key / count), key % count]) ends.push(places[vertex].x, places[vertex].y, places[vertex].z);
   }
   const seams = new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(ends), 3));
-  return { count: numbers.size, texels: Float64Array.from(areas, (area) => area ?? 0), seams };
+  return { count: numbers.size, texels: Float64Array.from(areas, (area) => area ?? 0), middle: Float64Array.from(middle, (place) => place ?? 0), seams };
 }
 
 /**

@@ -4,7 +4,7 @@ import { Camera } from "./camera.js";
 import { cssOf, viewingOf, apply, DIFFUSE_WHITE } from "./color.js";
 import { hashOf, initialState, stateOf } from "./link.js";
 import { MODES } from "./shading.js";
-import { memoryItems, sizeText, treemap } from "./treemap.js";
+import { chartItems, memoryItems, sizeText, treemap } from "./treemap.js";
 import { View } from "./view.js";
 
 /** @typedef {import("./link.js").State} State */
@@ -38,6 +38,8 @@ class Page {
     this.refreshers = [];
     /** @type {Vector3 | null} */
     this.pickedPosition = null;
+    this.isLoadingLayout = false;
+    this.layoutFault = "";
     this.pending = 0;
     this.hashTimer = 0;
     this.applyTheme();
@@ -68,13 +70,41 @@ class Page {
     byId("loading").hidden = true;
     this.changed();
     if (this.state.picked) this.showPicked();
+    await this.needLayouts();
+  }
+
+  /** Loads the layouts that the state shows. A layout that cannot be loaded is named, and the state goes back to the scene's own. */
+  async needLayouts() {
+    const view = /** @type {View} */ (this.view), { state } = this;
+    const missing = [state.layout, state.beside].find((layout) => layout && !view.sets.has(layout));
+    if (!missing || this.isLoadingLayout) return;
+    this.isLoadingLayout = true;
+    const loading = byId("loading"), progress = /** @type {HTMLProgressElement} */ (byId("progress"));
+    byId("loading-text").textContent = `Loading ${missing}`;
+    progress.value = 0;
+    loading.hidden = false;
+    try {
+      await view.loadCandidate(missing, (share) => (progress.value = share));
+      this.layoutFault = "";
+    } catch (fault) {
+      this.layoutFault = /** @type {Error} */ (fault).message;
+      for (const key of /** @type {const} */ (["layout", "beside"])) if (this.state[key] === missing) this.state[key] = "";
+    }
+    loading.hidden = true;
+    this.isLoadingLayout = false;
+    this.changed();
+    if (this.state.picked) this.showPicked();
   }
 
   /** Brings the state to what the scene has and the controls reach. */
   allow() {
     const view = /** @type {View} */ (this.view), { state } = this, { has } = view, start = initialState();
     const oneOf = (/** @type {string} */ value, /** @type {readonly string[]} */ values, /** @type {string} */ otherwise) => (values.includes(value) ? value : otherwise);
-    state.mode = has.reference ? oneOf(state.mode, MODES, start.mode) : "cooked";
+    const layouts = view.candidates.map(({ layout }) => layout), isCompared = has.reference || layouts.length > 0;
+    state.layout = oneOf(state.layout, ["", ...layouts], "");
+    state.beside = oneOf(state.beside, this.besideChoices(), this.besideChoices()[0] ?? "");
+    state.mode = isCompared ? oneOf(state.mode, this.modeChoices(), start.mode) : "cooked";
+    state.memory = oneOf(state.memory, ["assets", "charts"], "assets");
     state.glossy = oneOf(state.glossy, this.glossyChoices(), "none");
     state.overlay = oneOf(state.overlay, this.overlayChoices(), "none");
     state.navigation = oneOf(state.navigation, ["orbit", "fly"], "orbit");
@@ -94,6 +124,15 @@ class Page {
     state.materials &&= has.materials;
     state.seams &&= has.mesh;
     state.diffuse ||= !has.tables;
+  }
+  modeChoices() {
+    const { has } = /** @type {View} */ (this.view);
+    return MODES.filter((mode) => has.reference || mode !== "error");
+  }
+  /** What the cooked side can be compared with: "" is the float bake. */
+  besideChoices() {
+    const { has, candidates } = /** @type {View} */ (this.view);
+    return [...(has.reference ? [""] : []), ...candidates.map(({ layout }) => layout)];
   }
   glossyChoices() {
     const view = /** @type {View} */ (this.view);
@@ -146,6 +185,7 @@ class Page {
     for (const refresh of this.refreshers) refresh();
     this.redraw();
     this.keepLink();
+    if (this.view?.sets.size) void this.needLayouts();
   }
   redraw() {
     if (this.pending) return;
@@ -217,8 +257,9 @@ class Page {
       legend.hidden = mode !== "error";
       byId("legend-end").textContent = `${this.state.errorEnd} or more`;
       const isReference = mode === "reference" || (mode === "blink" && this.blinked);
-      byId("left-tag").textContent = !view.has.reference ? "" : isWiped || isReference ? "Reference" : "";
-      byId("right-tag").textContent = mode === "error" ? "Visible error" : isReference ? "" : "Cooked";
+      const isCompared = view.has.reference || view.candidates.length > 0, right = this.layoutName(this.state.layout);
+      byId("left-tag").textContent = isCompared && (isWiped || isReference) ? (this.state.beside || "Reference") : "";
+      byId("right-tag").textContent = mode === "error" ? `Visible error${view.candidates.length > 0 ? ` of ${right}` : ""}` : isReference ? "" : view.candidates.length > 0 ? right : "Cooked";
     });
   }
 
@@ -245,13 +286,21 @@ class Page {
     setTimeout(() => (button.textContent = "Copy link"), 1500);
   }
 
-  /** A row of buttons, one of which is pressed. @param {string} id @param {"mode" | "glossy" | "navigation"} key @param {[string, string][]} choices value and label */
+  /** Name of a layout choice: that of the cooked scene if it is "". @param {string} layout */
+  layoutName(layout) {
+    const { cooked, maps } = /** @type {View} */ (this.view);
+    if (layout || !cooked) return layout;
+    const own = [...new Set(cooked.assets("light-map").map((asset) => asset.layout))];
+    return own.length === 1 ? own[0] : `as cooked (${maps.length} maps)`;
+  }
+
+  /** A row of buttons, one of which is pressed. @param {string} id @param {"mode" | "glossy" | "navigation" | "memory"} key @param {[string, string][]} choices value and label */
   segments(id, key, choices) {
     const buttons = choices.map(([value, label]) => make("button", { "data-value": value, onclick: () => this.choose(key, value) }, label));
     this.refreshers.push(() => buttons.forEach((button) => button.setAttribute("aria-pressed", String(button.dataset.value === this.state[key]))));
     return make("div", { class: "segments", id, role: "group" }, ...buttons);
   }
-  /** @param {"mode" | "glossy" | "navigation"} key @param {string} value */
+  /** @param {"mode" | "glossy" | "navigation" | "memory"} key @param {string} value */
   choose(key, value) {
     this.blinked = false;
     this.changed({ [key]: value });
@@ -277,7 +326,7 @@ class Page {
     this.refreshers.push(() => (input.checked = this.state[key]));
     return make("label", { class: "check" }, input, label);
   }
-  /** @param {"overlay" | "environment"} key @param {string} label @param {[string | number, string][]} choices */
+  /** @param {"overlay" | "environment" | "layout" | "beside"} key @param {string} label @param {[string | number, string][]} choices */
   select(key, label, choices) {
     const select = /** @type {HTMLSelectElement} */ (make("select", { id: key }, ...choices.map(([value, name]) => make("option", { value }, name))));
     select.addEventListener("change", () => this.changed({ [key]: key === "environment" ? Number(select.value) : select.value }));
@@ -287,9 +336,13 @@ class Page {
   }
 
   viewCard() {
-    const { has } = /** @type {View} */ (this.view), rows = [];
+    const { has, candidates } = /** @type {View} */ (this.view), rows = [];
+    if (has.reference || candidates.length > 0) {
+      const names = { wipe: "Wipe", reference: "Reference", cooked: "Cooked", blink: "Blink", error: "Error" };
+      rows.push(this.segments("mode", "mode", this.modeChoices().map((mode) => [mode, names[mode]])));
+    }
+    if (candidates.length > 0) rows.push(...this.layoutRows());
     if (has.reference) {
-      rows.push(this.segments("mode", "mode", [["wipe", "Wipe"], ["reference", "Reference"], ["cooked", "Cooked"], ["blink", "Blink"], ["error", "Error"]]));
       const end = this.slider("errorEnd", "Scale ends at", 1, 50, 1, (value) => String(value));
       this.refreshers.push(() => (end.hidden = this.state.mode !== "error"));
       rows.push(end);
@@ -304,6 +357,19 @@ class Page {
     const home = make("button", { id: "home", onclick: () => this.goHome() }, "Show all");
     rows.push(make("div", { class: "row" }, make("span", {}, "Camera"), this.segments("navigation", "navigation", [["orbit", "Orbit"], ["fly", "Fly"]])), home);
     return make("section", { class: "card" }, make("h2", {}, "View"), ...rows);
+  }
+  /** Choices of the layouts on both sides. */
+  layoutRows() {
+    const { candidates } = /** @type {View} */ (this.view);
+    const labels = new Map(candidates.map(({ layout, bytes_gpu, visible }) => [layout, `${layout}: ${sizeText(bytes_gpu)}, visible ${visible === null ? "unknown" : visible.toPrecision(2)}`]));
+    const labelOf = (/** @type {string} */ layout) => labels.get(layout) ?? "";
+    const fault = make("p", { class: "note warning", id: "layout-fault" });
+    this.refreshers.push(() => (fault.textContent = this.layoutFault));
+    return [
+      this.select("layout", "Cooked as", [["", `${this.layoutName("")}: this scene`], ...candidates.map(({ layout }) => /** @type {[string, string]} */ ([layout, labelOf(layout)]))]),
+      this.select("beside", "Beside", this.besideChoices().map((layout) => /** @type {[string, string]} */ ([layout, layout ? labelOf(layout) : "The float bake"]))),
+      fault,
+    ];
   }
   goHome() {
     const camera = /** @type {Camera} */ (this.camera);
@@ -349,8 +415,12 @@ class Page {
   }
   /** @param {number} map @param {[number, number]} texel integers are centres */
   flyToTexel(map, texel) {
-    const view = /** @type {View} */ (this.view), camera = /** @type {Camera} */ (this.camera), shown = view.maps[map];
-    const u = (texel[0] + 0.5) / shown.asset.width, v = (texel[1] + 0.5) / shown.asset.height, found = view.surface(shown, u, v);
+    const { asset } = /** @type {View} */ (this.view).maps[map];
+    this.flyTo(map, (texel[0] + 0.5) / asset.width, (texel[1] + 0.5) / asset.height);
+  }
+  /** @param {number} map @param {number} u @param {number} v */
+  flyTo(map, u, v) {
+    const view = /** @type {View} */ (this.view), camera = /** @type {Camera} */ (this.camera), found = view.surface(view.maps[map], u, v);
     if (!found) return;
     this.changed({ picked: [map, u, v] });
     this.showPicked();
@@ -433,7 +503,21 @@ class Page {
   // --- memory -----------------------------------------------------------------------------------------------------------------------------
 
   memoryCard() {
-    const items = memoryItems(/** @type {NonNullable<View["cooked"]>} */ (/** @type {View} */ (this.view).cooked).manifest);
+    const view = /** @type {View} */ (this.view), body = make("div", {});
+    const hasCharts = view.maps.some(({ hasMesh }) => hasMesh);
+    let drawn = "";
+    this.refreshers.push(() => {
+      const { memory, layout } = this.state, { cooked, maps } = view.setFor(layout), key = `${memory} ${view.sets.has(layout) ? layout : ""}`;
+      if (key === drawn) return;
+      drawn = key;
+      const items = memoryItems(cooked.manifest);
+      body.replaceChildren(...this.memoryTiles(memory === "charts" ? chartItems(items, maps) : items));
+    });
+    const choice = hasCharts ? [this.segments("memory-by", "memory", [["assets", "Textures"], ["charts", "Charts"]])] : [];
+    return make("section", { class: "card" }, make("h2", {}, "Memory"), ...choice, body);
+  }
+  /** @param {import("./treemap.js").Item[]} items */
+  memoryTiles(items) {
     const total = items.reduce((sum, item) => sum + item.bytes, 0), caption = make("p", { class: "note" });
     /** @type {HTMLElement[]} */
     const buttons = [];
@@ -445,13 +529,14 @@ class Page {
         onclick: () => {
           for (const other of buttons) other.setAttribute("aria-pressed", String(other === button));
           caption.textContent = `${name}: ${sizeText(item.bytes)}, ${((100 * item.bytes) / total).toFixed(1)} %. ${item.detail}`;
+          if (item.place) this.flyTo(...item.place);
         },
       }, ...label);
       buttons.push(button);
       return button;
     });
     caption.textContent = `${sizeText(total)} of GPU memory. Click a tile for what it is.`;
-    return make("section", { class: "card" }, make("h2", {}, "Memory"), make("div", { class: "treemap", id: "memory" }, ...tiles), caption);
+    return [make("div", { class: "treemap", id: "memory" }, ...tiles), caption];
   }
 
   helpCard() {
@@ -469,9 +554,10 @@ class Page {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const target = /** @type {HTMLElement} */ (event.target), isOwn = ["INPUT", "SELECT", "TEXTAREA"].includes(target.tagName);
     if (isOwn || (target.tagName === "BUTTON" && event.code === "Space")) return;
-    const { state } = this, { has } = /** @type {View} */ (this.view), digit = Number(event.key);
-    if (has.reference && digit >= 1 && digit <= MODES.length) this.choose("mode", MODES[digit - 1]);
-    else if (has.reference && event.code === "Space") this.choose("mode", state.mode === "reference" ? "cooked" : "reference");
+    const { state } = this, { has, candidates } = /** @type {View} */ (this.view), digit = Number(event.key);
+    const modes = has.reference || candidates.length > 0 ? this.modeChoices() : [];
+    if (digit >= 1 && digit <= modes.length) this.choose("mode", modes[digit - 1]);
+    else if (modes.length > 0 && event.code === "Space") this.choose("mode", state.mode === "reference" ? "cooked" : "reference");
     else if (event.key === "[" || event.key === "]") this.changed({ stops: Math.min(Math.max(state.stops + (event.key === "]" ? 0.5 : -0.5), -8), 8) });
     else if (event.code === "KeyF") this.choose("navigation", state.navigation === "fly" ? "orbit" : "fly");
     else if (event.code === "KeyH") this.goHome();

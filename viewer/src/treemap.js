@@ -1,6 +1,14 @@
 // GPU memory as a squarified treemap (Bruls, Huizing and van Wijk 2000): areas are bytes.
 
-/** @typedef {{ asset: string, role: string, kind: string, bytes: number, detail: string }} Item */
+/**
+ * @typedef {object} Item
+ * @property {string} asset
+ * @property {string} role
+ * @property {string} kind
+ * @property {number} bytes
+ * @property {string} detail
+ * @property {[map: number, u: number, v: number]} [place] inside a chart
+ */
 /** @typedef {{ item: Item, x: number, y: number, width: number, height: number }} Tile shares of the whole, in [0, 1] */
 
 /** Lays out items, the largest first. Those without bytes are left out. @param {Item[]} items @param {number} aspect width over height @returns {Tile[]} */
@@ -55,6 +63,37 @@ export function memoryItems(manifest) {
       ? [...textures, { asset: asset.name, role: isMesh ? "vertices" : "tables", kind: asset.kind, bytes: rest, detail: isMesh ? "what the light map needs" : "constants" }]
       : textures;
   });
+}
+
+/** Most charts of a light map that have a tile of their own: more could not be told apart. */
+const MOST_CHARTS = 120;
+
+/**
+ * The same with the charts of light maps in the place of their textures. A chart has the bytes of its area; what is left of a light map
+ * lies between charts.
+ * @param {Item[]} items of memoryItems
+ * @param {import("./view.js").ShownMap[]} maps
+ * @returns {Item[]}
+ */
+export function chartItems(items, maps) {
+  const split = maps.flatMap((map, index) => {
+    const { asset, charts, hasMesh } = map, own = items.filter((item) => item.kind === "light-map" && item.asset === asset.name);
+    const whole = own.reduce((sum, { bytes }) => sum + bytes, 0), texels = charts.texels.reduce((sum, count) => sum + count, 0);
+    if (!hasMesh || charts.count === 0 || texels > asset.width * asset.height) return own;
+    const bytesOf = (/** @type {number} */ count) => (whole * count) / (asset.width * asset.height);
+    const order = Array.from(charts.texels.keys()).sort((a, b) => charts.texels[b] - charts.texels[a]);
+    /** @type {Item[]} */
+    const tiles = order.slice(0, MOST_CHARTS).map((chart) => ({
+      asset: asset.name, role: `chart ${chart + 1}`, kind: "light-map", bytes: bytesOf(charts.texels[chart]),
+      detail: `${Math.round(charts.texels[chart])} texels`, place: [index, charts.middle[2 * chart], charts.middle[2 * chart + 1]],
+    }));
+    const few = order.slice(MOST_CHARTS), fewTexels = few.reduce((sum, chart) => sum + charts.texels[chart], 0);
+    tiles.push({ asset: asset.name, role: `${few.length} smaller charts`, kind: "light-map", bytes: bytesOf(fewTexels), detail: `${Math.round(fewTexels)} texels` });
+    tiles.push({ asset: asset.name, role: "between charts", kind: "light-map", bytes: bytesOf(asset.width * asset.height - texels), detail: "no triangle lies there; some of it pads charts" });
+    return tiles;
+  });
+  const isSplit = (/** @type {Item} */ { kind, asset }) => kind === "light-map" && maps.some((map) => map.asset.name === asset);
+  return [...items.filter((item) => !isSplit(item)), ...split];
 }
 
 /** @param {number} bytes */

@@ -6,6 +6,7 @@ import {
 } from "three";
 import { CookedScene, clustersOfBlocks, dominantLight, environmentMap, fetchBytes, makeTexture, readKtx2, specularTables } from "../loaders/index.js";
 import { FRAGMENT_MAIN, POINTS_MAIN, POINTS_VERTEX, ROWS, VERTEX, shadingGlsl, sharedUniforms } from "./shading.js";
+import { LAYOUTS } from "../loaders/core/light_map.js";
 import { findCharts, findSurface, surfaceAt } from "./charts.js";
 
 /**
@@ -30,6 +31,20 @@ import { findCharts, findSurface, surfaceAt } from "./charts.js";
  * @property {import("./charts.js").Charts} charts
  * @property {ShaderMaterial} points
  * @property {Uint8Array | null} clusters of blocks of 4 x 4 texels
+ */
+/**
+ * @typedef {object} ViewedCandidate an entry of `candidates` in viewer/scene.json: the scene under another layout
+ * @property {string} layout
+ * @property {string} folder
+ * @property {number} bytes_gpu of its light maps
+ * @property {number | null} visible 99th percentile of visible errors
+ */
+/**
+ * @typedef {object} LayoutSet the light maps of the scene as one cook has them
+ * @property {CookedScene} cooked
+ * @property {Scene} scene
+ * @property {Scene} lines borders of charts
+ * @property {ShownMap[]} maps in the order of viewer/scene.json
  */
 /** @typedef {{ uv: [number, number], cluster: number, normal: number[], view: number[] }} Point */
 /**
@@ -56,10 +71,16 @@ export class View {
     }
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.canvas = canvas;
-    this.scene = new Scene();
-    this.lines = new Scene();
-    /** @type {ShownMap[]} */
-    this.maps = [];
+    /** By layout; "": the scene as it was cooked. @type {Map<string, LayoutSet>} */
+    this.sets = new Map();
+    /** Layout that is shown as cooked. */
+    this.layout = "";
+    /** What is shown beside it, and on which share of the canvas from the left. @type {{ layout: string, share: number } | null} */
+    this.beside = null;
+    /** @type {ViewedCandidate[]} */
+    this.candidates = [];
+    /** What all layouts share, by light map. @type {Map<string, { dominant: import("../loaders/core/specular.js").ShaderPart | null, reference: any, place: number }>} */
+    this.shared = new Map();
     this.box = new Box3();
     this.has = { reference: false, directions: false, tables: false, dominant: false, materials: false, clusters: false, mesh: false };
     this.roughness = [0.0625, 1];
@@ -68,6 +89,17 @@ export class View {
     this.frames = 0;
   }
 
+  /** The light maps that are shown as cooked, or those of the scene until they are loaded. @returns {LayoutSet} */
+  get shown() {
+    return this.setFor(this.layout);
+  }
+  /** @param {string} layout @returns {LayoutSet} that of the scene until the layout's is loaded */
+  setFor(layout) {
+    return /** @type {LayoutSet} */ (this.sets.get(layout) ?? this.sets.get(""));
+  }
+  get maps() {
+    return this.sets.size > 0 ? this.shown.maps : [];
+  }
   gl() {
     return /** @type {WebGL2RenderingContext} */ (this.renderer.getContext());
   }
@@ -79,10 +111,12 @@ export class View {
       arrived += bytes;
       onProgress(Math.min(arrived / expected, 1));
     };
-    /** @type {{ schema: number, scene: string, light_maps: ViewedLightMap[] }} */
+    /** @type {{ schema: number, scene: string, light_maps: ViewedLightMap[], candidates: ViewedCandidate[] }} */
     const data = JSON.parse(new TextDecoder().decode(await fetchBytes("viewer/scene.json", onBytes)));
     if (data.schema !== 1) throw new Error(`viewer/scene.json: found schema ${data.schema}, expected 1`);
-    this.cooked = await CookedScene.open("cooked/", { gl: this.gl(), draco: new URL("assets/draco/", document.baseURI).href, onBytes });
+    this.data = data;
+    this.candidates = data.candidates;
+    this.cooked = await this.open("cooked/", onBytes);
     const { manifest } = this.cooked;
     for (const asset of manifest.assets)
       if (asset.kind !== "rsrm") expected += (asset.bytes_disk ?? 0) + asset.textures.reduce((sum, texture) => sum + texture.bytes_disk, 0);
@@ -98,37 +132,66 @@ export class View {
     for (const asset of this.cooked.assets("cubemap"))
       this.environments.push({ name: asset.name, part: environmentMap(asset, await this.cooked.textures(asset)) });
     this.environment = this.environments.length > 0 ? { glsl: this.environments[0].part.glsl, uniforms: cloneUniforms(this.environments[0].part.uniforms) } : null;
-    for (const map of data.light_maps) await this.addLightMap(map, onBytes);
+    this.sets.set("", await this.setOf(this.cooked, onBytes));
     if (this.maps.length === 0) throw new Error("The cooked scene has no light map to show.");
+    this.has.clusters ||= this.candidates.some(({ layout }) => !!LAYOUTS[layout]?.code);
     this.has.tables = this.tables !== null && this.maps.some(({ decode }) => decode.hasDirections);
     this.uniforms.bumpFrequency.value = 60 / Math.max(this.box.getSize(new Vector3()).length(), 1e-6);
     this.raycaster = new Raycaster();
     onProgress(1);
   }
+  /** Loads the light maps of a candidate, if they are not there yet. @param {string} layout @param {(share: number) => void} onProgress */
+  async loadCandidate(layout, onProgress) {
+    const candidate = this.candidates.find((each) => each.layout === layout);
+    if (!candidate || this.sets.has(layout)) return;
+    let arrived = 0;
+    const onBytes = (/** @type {number} */ bytes) => onProgress(Math.min((arrived += bytes) / Math.max(candidate.bytes_gpu, 1), 1));
+    this.sets.set(layout, await this.setOf(await this.open(candidate.folder, onBytes), onBytes));
+  }
+  /** @param {string} folder @param {(bytes: number) => void} onBytes */
+  open(folder, onBytes) {
+    return CookedScene.open(folder, { gl: this.gl(), draco: new URL("assets/draco/", document.baseURI).href, onBytes });
+  }
+  /** @param {CookedScene} cooked @param {(bytes: number) => void} onBytes @returns {Promise<LayoutSet>} */
+  async setOf(cooked, onBytes) {
+    const set = { cooked, scene: new Scene(), lines: new Scene(), maps: [] };
+    for (const map of this.data?.light_maps ?? []) await this.addLightMap(set, map, onBytes);
+    return set;
+  }
+  /** Loads what a light map has whatever its layout: its dominant light and its float bake. @param {ViewedLightMap} data @param {(bytes: number) => void} onBytes */
+  async sharedOf(data, onBytes) {
+    const known = this.shared.get(data.name), cooked = /** @type {CookedScene} */ (this.cooked);
+    if (known) return known;
+    const asset = cooked.manifest.assets.find(({ name, kind, light_map }) => kind === "dominant" && (light_map ?? name) === (light_map ? data.name : `${data.name}_dominant`));
+    const dominant = asset ? dominantLight(asset, await cooked.textures(asset)) : null;
+    const reference = data.reference ? makeTexture(await readKtx2(await fetchBytes(data.reference, onBytes), data.reference), this.gl(), data.reference) : null;
+    const made = { dominant, reference, place: this.box.isEmpty() ? 0 : this.box.max.x };
+    this.shared.set(data.name, made);
+    return made;
+  }
 
-  /** @param {ViewedLightMap} data @param {(bytes: number) => void} onBytes */
-  async addLightMap(data, onBytes) {
-    const cooked = /** @type {CookedScene} */ (this.cooked), { assets } = cooked.manifest;
+  /** @param {LayoutSet} set @param {ViewedLightMap} data @param {(bytes: number) => void} onBytes */
+  async addLightMap(set, data, onBytes) {
+    const { cooked } = set, { assets } = cooked.manifest;
     const asset = assets.find(({ name, kind }) => name === data.name && kind === "light-map");
     if (!asset) throw new Error(`viewer/scene.json: found light map "${data.name}", which cooked.json does not have`);
     const decode = await cooked.lightMap(asset);
-    const dominantAsset = assets.find(({ name, kind, light_map }) => kind === "dominant" && (light_map ?? name) === (light_map ? data.name : `${data.name}_dominant`));
-    const dominant = dominantAsset ? dominantLight(dominantAsset, await cooked.textures(dominantAsset)) : null;
-    const hasReference = data.reference !== null;
+    const { dominant, reference, place } = await this.sharedOf(data, onBytes);
+    const hasReference = reference !== null;
     const display = data.display ?? NO_DISPLAY;
     /** @type {Record<string, { value: any }>} */
     const own = {
       ...decode.uniforms, ...this.uniforms, ...this.tables?.uniforms, ...dominant?.uniforms, ...this.environment?.uniforms,
       eye: /** @type {any} */ (this.eye), display: { value: [display.nits, display.black] }, mapSize: { value: [asset.width, asset.height] },
     };
-    if (data.reference) {
-      own.referenceMap = { value: makeTexture(await readKtx2(await fetchBytes(data.reference, onBytes), data.reference), this.gl(), data.reference) };
+    if (hasReference) {
+      own.referenceMap = { value: reference };
       own.referenceUnit = { value: 1 / data.reference_scale };
     }
     const meshAsset = data.mesh ? assets.find(({ name, kind }) => name === data.mesh && kind === "mesh") : undefined;
-    const meshes = meshAsset ? await this.meshesOf(meshAsset) : [];
+    const meshes = meshAsset ? await this.meshesOf(cooked, meshAsset) : [];
     const hasMesh = meshes.length > 0;
-    if (!hasMesh) meshes.push(this.sheet(asset));
+    if (!hasMesh) meshes.push(this.sheet(asset, place));
     const shading = shadingGlsl(cooked.shader, decode, { tables: this.tables ?? null, dominant, environment: this.environment ?? null, hasReference });
     const hasClusters = !!decode.layout.code;
     /** @type {Record<string, number>} */
@@ -151,10 +214,10 @@ export class View {
         side: source.side === DoubleSide ? DoubleSide : FrontSide,
       });
       this.box.union(new Box3().setFromObject(mesh));
-      this.scene.add(mesh);
+      set.scene.add(mesh);
     }
     const lines = new LineSegments(charts.seams, new LineBasicMaterial({ color: 0x22c8ff }));
-    this.lines.add(lines);
+    set.lines.add(lines);
     const points = new ShaderMaterial({
       glslVersion: GLSL3,
       uniforms: { ...own, materialAlbedo: { value: [1, 1, 1] }, materialEmission: { value: [0, 0, 0] }, points: { value: null } },
@@ -163,7 +226,7 @@ export class View {
       depthTest: false,
       depthWrite: false,
     });
-    this.maps.push({ data, asset, decode, hasReference, hasMesh, meshes, charts, points, clusters: clustersOfBlocks(asset) });
+    set.maps.push({ data, asset, decode, hasReference, hasMesh, meshes, charts, points, clusters: clustersOfBlocks(asset) });
     this.has.reference ||= hasReference;
     this.has.directions ||= decode.hasDirections;
     this.has.dominant ||= dominant !== null && decode.hasDirections && this.tables !== null;
@@ -171,9 +234,9 @@ export class View {
     this.has.mesh ||= hasMesh;
   }
 
-  /** Meshes with light-map UVs, in world space. @param {import("../loaders/core/cooked.js").CookedAsset} asset */
-  async meshesOf(asset) {
-    const group = await /** @type {CookedScene} */ (this.cooked).mesh(asset);
+  /** Meshes with light-map UVs, in world space. @param {CookedScene} cooked @param {import("../loaders/core/cooked.js").CookedAsset} asset */
+  async meshesOf(cooked, asset) {
+    const group = await cooked.mesh(asset);
     group.updateMatrixWorld(true);
     /** @type {Mesh[]} */
     const meshes = [];
@@ -193,13 +256,13 @@ export class View {
     return meshes;
   }
 
-  /** A light map without a mesh, as a sheet. @param {import("../loaders/core/cooked.js").CookedAsset} asset */
-  sheet(asset) {
+  /** A light map without a mesh, as a sheet. @param {import("../loaders/core/cooked.js").CookedAsset} asset @param {number} left where the scene ends so far */
+  sheet(asset, left) {
     const geometry = new PlaneGeometry(asset.width / asset.height, 1), uv = geometry.getAttribute("uv");
     geometry.setAttribute("uv1", new BufferAttribute(Float32Array.from({ length: 2 * uv.count }, (_, i) => (i % 2 ? 1 - uv.getY(i >> 1) : uv.getX(i >> 1))), 2));
     const mesh = new Mesh(geometry);
     mesh.material = /** @type {any} */ ({ side: DoubleSide });
-    mesh.position.x = this.box.isEmpty() ? 0 : this.box.max.x + asset.width / asset.height;
+    mesh.position.x = left === 0 ? 0 : left + asset.width / asset.height;
     mesh.updateMatrixWorld(true);
     return mesh;
   }
@@ -209,7 +272,9 @@ export class View {
     const u = this.uniforms;
     if (!u) return;
     const side = { wipe: 0, reference: 1, cooked: 2, error: 3, blink: blinked ? 1 : 2 }[state.mode] ?? 2;
-    u.shownSide.value = this.has.reference ? side : 2;
+    this.layout = state.layout;
+    this.beside = state.beside && this.sets.has(state.beside) ? { layout: state.beside, share: side === 0 ? state.wipe : side === 1 ? 1 : 0 } : null;
+    u.shownSide.value = this.beside && side !== 3 ? 2 : this.has.reference ? side : 2;
     u.borderX.value = state.wipe * this.canvas.width;
     u.exposureStops.value = state.stops;
     u.errorEnd.value = state.errorEnd;
@@ -238,18 +303,28 @@ export class View {
   draw(camera, background) {
     /** @type {{ value: Vector3 }} */ (this.eye).value.copy(camera.position);
     this.renderer.setClearColor(background, 1);
-    this.renderer.autoClear = true;
-    this.renderer.render(this.scene, camera);
-    this.renderer.autoClear = false;
-    if (this.showSeams) this.renderer.render(this.lines, camera);
+    const share = this.beside ? this.beside.share : 0;
+    if (share < 1) this.drawSet(this.shown, camera, share, 1);
+    if (this.beside && share > 0) this.drawSet(/** @type {LayoutSet} */ (this.sets.get(this.beside.layout)), camera, 0, share);
     ++this.frames;
+  }
+  /** Draws light maps on a part of the canvas. @param {LayoutSet} set @param {import("three").PerspectiveCamera} camera @param {number} from in [0, 1], from the left @param {number} to */
+  drawSet(set, camera, from, to) {
+    const { renderer } = this, { clientWidth, clientHeight } = this.canvas;
+    renderer.setScissorTest(from > 0 || to < 1);
+    renderer.setScissor(from * clientWidth, 0, (to - from) * clientWidth, clientHeight);
+    renderer.autoClear = true;
+    renderer.render(set.scene, camera);
+    renderer.autoClear = false;
+    if (this.showSeams) renderer.render(set.lines, camera);
+    renderer.setScissorTest(false);
   }
 
   /** Returns the surface under a point of the canvas. @param {import("three").PerspectiveCamera} camera @param {number} x in [0, 1] @param {number} y in [0, 1], down */
   pick(camera, x, y) {
     const raycaster = /** @type {Raycaster} */ (this.raycaster);
     raycaster.setFromCamera(new Vector2(2 * x - 1, 1 - 2 * y), camera);
-    const [hit] = raycaster.intersectObjects(this.scene.children, false);
+    const [hit] = raycaster.intersectObjects(this.shown.scene.children, false);
     if (!hit || !hit.face) return null;
     const mesh = /** @type {Mesh} */ (hit.object), { a, b, c } = hit.face, corner = [a, b, c];
     const map = this.maps.findIndex(({ meshes }) => meshes.includes(mesh)), uv = mesh.geometry.getAttribute("uv1");

@@ -43,6 +43,18 @@ std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const Layo
     return candidates;
 }
 
+std::vector<std::string> layoutsOfCurve(std::vector<LightMapCandidate> candidates) {
+    std::ranges::sort(candidates, {}, [](const LightMapCandidate& each) { return std::pair(each.bytes, each.error); });
+    std::vector<std::string> layouts;
+    double least = std::numeric_limits<double>::infinity();
+    for (const LightMapCandidate& each : candidates) {
+        if (!(each.error < least)) continue;
+        least = each.error;
+        layouts.push_back(each.layout);
+    }
+    return layouts;
+}
+
 const TrialCandidate* bestExcluded(const std::vector<TrialCandidate>& candidates, const std::string& chosen, const LayoutLimits& limits) {
     const auto taken = std::ranges::find(candidates, chosen, &TrialCandidate::layout);
     if (taken == candidates.end()) return nullptr;

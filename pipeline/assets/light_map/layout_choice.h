@@ -35,6 +35,9 @@ using LightMapCandidates = std::map<std::string, std::vector<LightMapCandidate>>
 /// Returns the candidates that the scene's list of layouts has.
 std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const LayoutLimits& limits);
 
+/// Returns the layouts that no other candidate beats in bytes and error, the smallest first.
+std::vector<std::string> layoutsOfCurve(std::vector<LightMapCandidate> candidates);
+
 /// Returns the layout that the map would be better off with if the scene's list of layouts had it: the smallest that keeps the limits where
 /// the chosen one misses them or takes more memory; else the one of least error that is no larger and has less error than the chosen one.
 /// Null if none is, as far as the trial measured them.

@@ -83,5 +83,26 @@ TEST(LayoutChoice, TheLargerPartOfTheTwoLimitsCounts) {
     EXPECT_DOUBLE_EQ(candidatesOf(trial, {0.02, 5})[2].error, 1.5);
 }
 
+/// A layout is on the curve unless another has no more bytes and no more error.
+TEST(LayoutChoice, TheCurveHasWhatNoOtherBeats) {
+    std::mt19937 random(5);
+    for (int round = 0; round < 200; ++round) {
+        const std::vector<LightMapCandidate> candidates = randomCandidates(random, 1).at("map0");
+        std::vector<std::string> expected;
+        for (const LightMapCandidate& each : candidates)
+            if (std::ranges::none_of(candidates, [&](const LightMapCandidate& other) {
+                    return other.bytes <= each.bytes && other.error <= each.error && (other.bytes < each.bytes || other.error < each.error);
+                }))
+                expected.push_back(each.layout);
+        std::vector<std::string> found = layoutsOfCurve(candidates);
+        EXPECT_TRUE(std::ranges::is_sorted(found, {}, [&](const std::string& layout) {
+            return std::ranges::find(candidates, layout, &LightMapCandidate::layout)->bytes;
+        }));
+        std::ranges::sort(found);
+        EXPECT_EQ(found, expected);
+    }
+    EXPECT_TRUE(layoutsOfCurve({{"broken", 10, HUGE_VAL}}).empty());
+}
+
 }  // namespace
 }  // namespace lightcook::pipeline

@@ -1,0 +1,140 @@
+#include "pipeline/cook/kept_candidates.h"
+
+#include <gmock/gmock.h>
+
+#include "pipeline/graph/digest.h"
+#include "pipeline/json/json.h"
+#include "pipeline/report/report.h"
+#include "tests/pipeline/small_scene.h"
+#include "tests/pipeline/view/cooked_site.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+/// A scene whose layout is chosen of three.
+class KeptCandidates : public testing::Test {
+protected:
+    Outcome cook(bool keep, const std::string& output = kOutput) {
+        scene_.writeSceneFile(output);
+        CookOptions options = scene_.options();
+        options.keepCandidates = keep;
+        Outcome outcome = cookScene(options, state_);
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        return outcome;
+    }
+    fs::path folder() const { return scene_ / "out"; }
+    formats::Result<Site> open() { return Site::open({folder(), {}, kPage}, state_); }
+
+    static constexpr const char* kOutput = "layouts = [\"hdr\", \"hdr-2\", \"raw\"]\nmax_error = 0.05";
+    SmallScene scene_{SmallScene::Parts::LightMap};
+    RunState state_;
+};
+
+TEST_F(KeptCandidates, AreCookedFoldersOfTheirOwn) {
+    const Outcome outcome = cook(true);
+    EXPECT_THAT(outcome.candidates, ElementsAre("hdr-2", "raw"));
+    EXPECT_THAT(candidatesIn(folder()), ElementsAre("raw", "hdr-2")) << "in the order of the table";
+    EXPECT_EQ(loadReport(folder() / kReportName)->assets.front().layout, "hdr");
+    for (const std::string& layout : outcome.candidates) {
+        const fs::path candidate = candidateFolder(folder(), layout);
+        const Outcome verified = verifyCooked({candidate, {}, {}}, state_);
+        EXPECT_TRUE(verified.errors.empty()) << verified.errors.front().line();
+        EXPECT_EQ(verified.report.at("assets").at(0).at("layout"), layout);
+        EXPECT_TRUE(isCandidateOf(*loadManifest(candidate), *loadManifest(folder())));
+    }
+    EXPECT_EQ(cook(true).actionsRun, 0) << "nothing has changed";
+}
+
+TEST_F(KeptCandidates, TheSceneItselfHasTheSameBytes) {
+    cook(false);
+    const std::string without = *digestOfFile(folder() / kManifestName);
+    EXPECT_THAT(candidatesIn(folder()), IsEmpty());
+    cook(true);
+    EXPECT_EQ(*digestOfFile(folder() / kManifestName), without);
+    cook(false);
+    EXPECT_THAT(candidatesIn(folder()), IsEmpty()) << "removed";
+    EXPECT_FALSE(fs::exists(folder() / "candidates"));
+}
+
+TEST_F(KeptCandidates, MayMissTheLimitsOfTheScene) {
+    const Outcome outcome = cook(true, "layouts = [\"sh4\", \"raw\"]\nmax_error = 0.001");
+    ASSERT_THAT(outcome.candidates, ElementsAre("sh4"));
+    EXPECT_TRUE(loadReport(folder() / kReportName)->passed);
+    EXPECT_FALSE(loadReport(candidateFolder(folder(), "sh4") / kReportName)->passed);
+}
+
+TEST_F(KeptCandidates, AreThoseOfABudgetToo) {
+    const Outcome outcome = cook(true, "layouts = [\"hdr\", \"hdr-2\", \"raw\"]\nbudget = \"12 KiB\"");
+    EXPECT_EQ(outcome.candidates.size(), 2u);
+    for (const std::string& layout : outcome.candidates)
+        EXPECT_FALSE(loadReport(candidateFolder(folder(), layout) / kReportName)->budget.limitBytes) << "a budget is that of the scene";
+}
+
+TEST_F(KeptCandidates, NothingIsCookedWhereNoLayoutIsTried) {
+    scene_.writeSceneFile("light_map_layout = \"ratio\"");
+    CookOptions options = scene_.options();
+    options.keepCandidates = true;
+    const Outcome outcome = cookScene(options, state_);
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::InvalidRequest);
+    EXPECT_THAT(outcome.errors.front().line(), HasSubstr("--layout auto"));
+    EXPECT_FALSE(fs::exists(folder()));
+}
+
+TEST_F(KeptCandidates, ThePageHasThoseOfThisCook) {
+    cook(true);
+    const auto site = open();
+    ASSERT_TRUE(site.has_value()) << site.error().line();
+    EXPECT_THAT(site->notes(), IsEmpty());
+    const Json data = Json::parse(std::get<std::string>(site->files().at("viewer/scene.json").content));
+    ASSERT_EQ(data.at("candidates").size(), 2u);
+    std::uint64_t smaller = 0;
+    for (const Json& candidate : data.at("candidates")) {
+        const std::string at = candidate.at("folder");
+        EXPECT_TRUE(site->files().contains(at + "cooked.json")) << at;
+        EXPECT_TRUE(site->files().contains(at + "map_sh.ktx2")) << at;
+        EXPECT_FALSE(site->files().contains(at + "map_dominant_direction.ktx2")) << "that of the scene is shown";
+        EXPECT_GT(candidate.at("bytes_gpu").get<std::uint64_t>(), smaller) << "the smallest first";
+        smaller = candidate.at("bytes_gpu");
+        EXPECT_GT(candidate.at("visible"), 0);
+    }
+}
+
+TEST_F(KeptCandidates, ThePageLeavesOutThoseOfAnotherCook) {
+    cook(true);
+    const fs::path stale = candidateFolder(folder(), "hdr-2");
+    Manifest manifest = *loadManifest(stale);
+    manifest.scene = "other";
+    EXPECT_FALSE(isCandidateOf(manifest, *loadManifest(folder())));
+    manifest = *loadManifest(stale);
+    manifest.assets.front().source.files->at("source").digest = "0";
+    EXPECT_FALSE(isCandidateOf(manifest, *loadManifest(folder()))) << "another bake";
+    // A candidate of another scene in its place.
+    SmallScene other(SmallScene::Parts::LightMap, grey);
+    other.writeSceneFile("light_map_layout = \"hdr-2\"\nmax_error = 1");
+    CookOptions options = other.options();
+    options.output = stale;
+    ASSERT_TRUE(cookScene(options, state_).errors.empty());
+    const auto site = open();
+    ASSERT_TRUE(site.has_value()) << site.error().line();
+    EXPECT_THAT(site->notes(), ElementsAre(HasSubstr("of another cook")));
+    EXPECT_FALSE(site->files().contains("cooked/candidates/hdr-2/cooked.json"));
+    EXPECT_TRUE(site->files().contains("cooked/candidates/raw/cooked.json"));
+}
+
+TEST_F(KeptCandidates, ADamagedOneIsRefusedByName) {
+    cook(true);
+    formats::writeContent(candidateFolder(folder(), "raw") / "map_sh.ktx2", "no texture");
+    const auto site = open();
+    ASSERT_FALSE(site.has_value());
+    EXPECT_EQ(site.error().code, formats::ErrorCode::Verification);
+    EXPECT_THAT(site.error().line(), HasSubstr("candidates/raw/map_sh.ktx2"));
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline
