@@ -9,7 +9,6 @@
 
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <mutex>
@@ -19,6 +18,7 @@
 #include <system_error>
 
 #include "formats/file/owned_temporary.h"
+#include "formats/process.h"
 #include "formats/temporaries.h"
 
 namespace lightcook::formats {
@@ -34,23 +34,11 @@ struct Descriptor {
     }
 };
 
-/// Returns the folder /proc/N/fd that holds the path, if one does: its links are descriptors, which have no name to rename to.
-std::optional<std::filesystem::path> descriptorFolder(const std::filesystem::path& path) {
-    std::error_code code;
-    const std::filesystem::path folder = std::filesystem::canonical(path.parent_path(), code);
-    if (code || folder.filename() != "fd" || !folder.string().starts_with("/proc/")) return std::nullopt;
-    return folder;
-}
-
 /// Opens a stream for writing: descriptors of this process share their place in the file, sockets are connected to.
 int openStream(const std::filesystem::path& path) {
-    if (const auto folder = descriptorFolder(path); folder && *folder == fmt::format("/proc/{}/fd", ::getpid())) {
-        const std::string name = path.filename().string();
-        int number = -1;
-        if (std::from_chars(name.data(), name.data() + name.size(), number).ec == std::errc()) {
-            if (number == STDOUT_FILENO) std::fflush(stdout);
-            return ::fcntl(number, F_DUPFD_CLOEXEC, 0);
-        }
+    if (const auto number = ownDescriptor(path)) {
+        if (*number == STDOUT_FILENO) std::fflush(stdout);
+        return ::fcntl(*number, F_DUPFD_CLOEXEC, 0);
     }
     struct stat status {};
     if (::stat(path.c_str(), &status) != 0 || !S_ISSOCK(status.st_mode)) return ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
@@ -62,8 +50,10 @@ int openStream(const std::filesystem::path& path) {
         return -1;
     }
     name.copy(address.sun_path, name.size());
-    Descriptor socket{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
-    if (socket.number < 0 || ::connect(socket.number, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) return -1;
+    Descriptor socket{::socket(AF_UNIX, SOCK_STREAM, 0)};
+    if (socket.number < 0 || ::fcntl(socket.number, F_SETFD, FD_CLOEXEC) != 0 ||
+        ::connect(socket.number, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+        return -1;
     return std::exchange(socket.number, -1);
 }
 

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "formats/file/one_line.h"
+#include "formats/process.h"
 
 namespace lightcook::formats {
 namespace {
@@ -16,10 +17,10 @@ constexpr const char* kFileName = "lightcook_images.so";
 
 /// The library beside the program, or where an installation puts it.
 Result<std::filesystem::path> findModule() {
+    const auto folder = programFolder();
+    if (!folder) return tl::make_unexpected(folder.error());
+    const std::array<std::filesystem::path, 2> places = {*folder / kFileName, folder->parent_path() / "lib/lightcook" / kFileName};
     std::error_code error;
-    const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-    if (error) return failure(ErrorCode::Internal, kFileName, "found no /proc/self/exe, expected it to tell where the program lies");
-    const std::array<std::filesystem::path, 2> places = {folder / kFileName, folder.parent_path() / "lib/lightcook" / kFileName};
     for (const std::filesystem::path& place : places)
         if (std::filesystem::exists(place, error)) return place;
     return failure(ErrorCode::Internal, kFileName,

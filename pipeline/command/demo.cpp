@@ -5,6 +5,7 @@
 #include <CLI/Formatter.hpp>
 #include <memory>
 
+#include "formats/process.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
@@ -19,9 +20,10 @@ namespace {
 std::filesystem::path demoScene() {
     const std::filesystem::path scene = "examples/cornell/scene.toml";
     std::error_code code;
-    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", code);
-    const std::filesystem::path installed = program.parent_path().parent_path() / "share/lightcook" / scene;
-    return std::filesystem::exists(installed, code) ? installed : std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / scene;
+    if (const auto folder = formats::programFolder())
+        if (const auto installed = folder->parent_path() / "share/lightcook" / scene; std::filesystem::exists(installed, code))
+            return installed;
+    return std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / scene;
 }
 
 }  // namespace
