@@ -77,6 +77,7 @@ Result<void> measurePicture(const ClassPicture& picture, const ComparisonOptions
         if (runner.entry->isOurs) {
             compress::EncodeOptions encode;
             encode.effort = options.efforts[i];
+            encode.channelWeights = options.channelWeights;
             runner.encode = [format, encode, &texels](std::span<std::byte> blocks) -> Result<void> {
                 compress::encodeRows(format, texels.view(), {}, encode, blocks, {});
                 return {};
@@ -99,8 +100,8 @@ Result<void> measurePicture(const ClassPicture& picture, const ComparisonOptions
             if (Result<void> status = runRound(runner, options.secondsRound); !status) return status;
         }
     for (const Runner& runner : runners) {
-        const Figures figures =
-            measure(format, texels.view(), picture.significance.view(), decodedByVerifier(format, runner.blocks, width, height).view());
+        const Figures figures = measure(format, texels.view(), picture.significance.view(),
+                                        decodedByVerifier(format, runner.blocks, width, height).view(), options.channelWeights);
         runner.entry->results.push_back({picture.name, 1e-6 * width * height / runner.best, figures});
     }
     return {};
@@ -173,6 +174,8 @@ void markFront(std::vector<ComparisonEntry>& entries) {
 
 Result<std::vector<Comparison>> compareEncoders(PixelFormat format, std::span<const PeerEncoder> peers,
                                                 std::span<const ClassPicture> pictures, const ComparisonOptions& options) {
+    const bool isWeighted = options.channelWeights != ComparisonOptions().channelWeights;
+    if (isWeighted && formats::info(format).channelCount < 3) return std::vector<Comparison>();
     std::vector<ComparisonEntry> entries;
     for (const int effort : options.efforts) entries.push_back({kOurName, std::to_string(effort), true, {}});
     std::vector<PeerProfile> profiles;

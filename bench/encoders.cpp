@@ -18,6 +18,7 @@
 #include "bench/quality_table.h"
 #include "bench/scatter.h"
 #include "bench/timing.h"
+#include "compress/encode_options.h"
 #include "pipeline/graph/files.h"
 
 namespace lightcook::bench {
@@ -32,7 +33,7 @@ struct Options {
     std::vector<int> efforts = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
     std::vector<std::string> images;  ///< only those whose name holds one of these
     double seconds = 2;
-    bool own = false;
+    bool own = false, perceptual = false;
 };
 
 struct Row {
@@ -288,6 +289,7 @@ void compareWithPeers(const Options& options) {
     ComparisonOptions comparison;
     comparison.efforts = options.efforts;
     comparison.secondsEach = options.seconds;
+    if (options.perceptual) comparison.channelWeights = compress::kLumaWeights;
     std::vector<Comparison> all;
     for (const PixelFormat format : formats_) {
         auto fresh = compareEncoders(format, *peers, pictures, comparison);
@@ -340,6 +342,11 @@ int main(int argumentCount, char** arguments) {
     CLI::Option* const peers =
         app.add_option("--peers", options.peers, "run the encoders of the shared objects in this folder beside ours, on the same pixels");
     app.add_option("--json", options.json, "with --peers: write all figures to this file")->needs(peers);
+    app.add_flag(
+           "--perceptual", options.perceptual,
+           "with --peers: our encoders weigh channels as the luma of BT.709 does (`lightcook encode --perceptual`), and decibels are of "
+           "errors with these weights; formats of colour alone")
+        ->needs(peers);
     app.add_option("--csv", options.csv, "write a row for each format, effort and picture to this file")->excludes(peers);
     app.add_option("--html", options.html, "write the scatter plots to this page");
     app.add_option("--table", options.table, "write only the quality table of tests/quality to this file")->excludes(peers);

@@ -21,7 +21,7 @@ double logOf(double x) {
     return std::copysign(std::log2(1 + std::abs(x)), x);
 }
 
-/// Calls each(reference, result) for every value that counts. A result that is no number becomes infinite: it can please nobody.
+/// Calls each(reference, result, channel) for every value that counts. A result that is no number becomes infinite: it can please nobody.
 template <class Each>
 void forEachValue(formats::PixelFormat format, formats::ImageView<const glm::vec4> reference, formats::ImageView<const float> significance,
                   formats::ImageView<const glm::vec4> decoded, const Each& each) {
@@ -31,7 +31,7 @@ void forEachValue(formats::PixelFormat format, formats::ImageView<const glm::vec
             if (significance.row(y)[x] == 0) continue;
             for (int c = 0; c < channels; ++c) {
                 const auto result = static_cast<double>(decoded.row(y)[x][c]);
-                each(static_cast<double>(reference.row(y)[x][c]), std::isnan(result) ? std::numeric_limits<double>::infinity() : result);
+                each(static_cast<double>(reference.row(y)[x][c]), std::isnan(result) ? std::numeric_limits<double>::infinity() : result, c);
             }
         }
 }
@@ -39,14 +39,17 @@ void forEachValue(formats::PixelFormat format, formats::ImageView<const glm::vec
 }  // namespace
 
 Figures measure(formats::PixelFormat format, formats::ImageView<const glm::vec4> reference, formats::ImageView<const float> significance,
-                formats::ImageView<const glm::vec4> decoded) {
+                formats::ImageView<const glm::vec4> decoded, const std::array<float, 4>& channelWeights) {
     Figures figures;
-    double squared = 0, squaredReference = 0, squaredLog = 0, logSum = 0;
+    double squared = 0, squaredWeighted = 0, squaredReference = 0, squaredLog = 0, logSum = 0, weights = 0;
     std::int64_t values = 0, valuesNotZero = 0;
-    forEachValue(format, reference, significance, decoded, [&](double wanted, double found) {
+    forEachValue(format, reference, significance, decoded, [&](double wanted, double found, int channel) {
+        const auto weight = static_cast<double>(channelWeights[static_cast<std::size_t>(channel)]);
         squared += (found - wanted) * (found - wanted);
+        squaredWeighted += weight * (found - wanted) * (found - wanted);
         squaredReference += wanted * wanted;
-        squaredLog += std::pow(logOf(found) - logOf(wanted), 2);
+        squaredLog += weight * std::pow(logOf(found) - logOf(wanted), 2);
+        weights += weight;
         ++values;
         if (wanted == 0) return;
         logSum += std::log(std::abs(wanted));
@@ -57,13 +60,12 @@ Figures measure(formats::PixelFormat format, formats::ImageView<const glm::vec4>
     std::vector<double> relative;
     relative.reserve(static_cast<std::size_t>(values));
     forEachValue(format, reference, significance, decoded,
-                 [&](double wanted, double found) { relative.push_back(std::abs(found - wanted) / (std::abs(wanted) + floor)); });
+                 [&](double wanted, double found, int) { relative.push_back(std::abs(found - wanted) / (std::abs(wanted) + floor)); });
     const auto percentile = relative.begin() + static_cast<std::ptrdiff_t>(relative.size() * 99 / 100);
     std::nth_element(relative.begin(), percentile, relative.end());
-    const auto count = static_cast<double>(values);
     figures.texels = values / (formats::info(format).isFloat ? 3 : formats::info(format).channelCount);
-    figures.logRmse = std::sqrt(squaredLog / count);
-    figures.psnrDb = decibels(formats::info(format).isFloat ? figures.logRmse : std::sqrt(squared / count));
+    figures.logRmse = std::sqrt(squaredLog / weights);
+    figures.psnrDb = decibels(formats::info(format).isFloat ? figures.logRmse : std::sqrt(squaredWeighted / weights));
     figures.relRmse = squaredReference > 0 ? std::sqrt(squared / squaredReference) : 0;
     figures.p99Relative = *percentile;
     figures.maxRelative = *std::max_element(percentile, relative.end());

@@ -1,6 +1,7 @@
 // Error of decoded texels against the texels that were encoded.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec4.hpp>
@@ -22,8 +23,9 @@ struct Figures {
     double maxRelative = 0;  ///< the largest of the same
 };
 
+/// channelWeights  of the squared errors in psnrDb and logRmse; only their ratios count
 Figures measure(formats::PixelFormat format, formats::ImageView<const glm::vec4> reference, formats::ImageView<const float> significance,
-                formats::ImageView<const glm::vec4> decoded);
+                formats::ImageView<const glm::vec4> decoded, const std::array<float, 4>& channelWeights = {1, 1, 1, 1});
 
 /// Decodes a whole image with the verifier's decoder, which shares no code with the encoders.
 formats::Image<glm::vec4> decodedByVerifier(formats::PixelFormat format, std::span<const std::byte> bytes, int width, int height);

@@ -12,6 +12,10 @@ enum class HdrMetric {
     Relative  ///< dx / (x + scale)
 };
 
+/// Weights of squared errors by what a viewer sees of each channel: the luma weights of ITU-R BT.709. Alpha weighs as much as the mean of
+/// the colours.
+inline constexpr std::array<float, 4> kLumaWeights = {0.2126f, 0.7152f, 0.0722f, 1.0f / 3};
+
 struct EncodeOptions {
     int effort = 5;  ///< 0 (fastest) .. 9 (best)
     HdrMetric hdrMetric = HdrMetric::Log;

@@ -102,19 +102,22 @@ Result<compress::EncodeOptions> optionsOf(const EncodeCommand& command, const fo
     if (!(command.metricScale >= kLeastMetricScale && command.metricScale <= kLargestMetricScale))
         return failure(ErrorCode::InvalidRequest, "--metric-scale",
                        fmt::format("found {}, expected {} to {}", command.metricScale, kLeastMetricScale, kLargestMetricScale));
+    if (command.perceptual && format.channelCount < 3)
+        return failure(ErrorCode::InvalidRequest, "--perceptual",
+                       fmt::format("found format {}, which holds no colour, expected one with red, green and blue", format.name));
+    const std::array<float, 4>& weights = command.perceptual ? compress::kLumaWeights : command.channelWeights;
     float largest = 0;
     bool areValid = true;
     for (std::size_t c = 0; c < 4; ++c) {
-        const float weight = command.channelWeights[c];
+        const float weight = weights[c];
         areValid = areValid && std::isfinite(weight) && weight >= 0;
         if (static_cast<int>(c) < format.channelCount) largest = std::max(largest, weight);
     }
     if (!areValid || !(largest > 0))
         return failure(ErrorCode::InvalidRequest, "--weights",
                        fmt::format("found {}, expected four finite numbers of at least 0, one of the {} that {} has above 0",
-                                   fmt::join(command.channelWeights, ","), format.channelCount, format.name));
-    for (std::size_t c = 0; c < 4; ++c)
-        options.channelWeights[c] = static_cast<int>(c) < format.channelCount ? command.channelWeights[c] / largest : 1.0f;
+                                   fmt::join(weights, ","), format.channelCount, format.name));
+    for (std::size_t c = 0; c < 4; ++c) options.channelWeights[c] = static_cast<int>(c) < format.channelCount ? weights[c] / largest : 1.0f;
     if (!(command.rdo >= 0 && command.rdo <= kLargestRdo))
         return failure(ErrorCode::InvalidRequest, "--rdo", fmt::format("found {}, expected 0 to {}", command.rdo, kLargestRdo));
     if (command.rdo > 0 && !compress::supportsRdo(format.format))
@@ -209,10 +212,12 @@ CommandFunction defineEncode(CLI::App& app) {
     app.add_option("--metric-scale", options->metricScale, "Scale of the metrics log and relative, 1e-6 to 65504: about where dark begins")
         ->type_name("X")
         ->capture_default_str();
-    app.add_option("--weights", options->weights, "Weights of the channels' squared errors; only their ratios count")
-        ->delimiter(',')
-        ->expected(4)
-        ->type_name("R,G,B,A");
+    CLI::Option* weights =
+        app.add_option("--weights", options->weights, "Weights of the channels' squared errors; only their ratios count");
+    weights->delimiter(',')->expected(4)->type_name("R,G,B,A");
+    app.add_flag("--perceptual", options->perceptual,
+                 "Weigh channels as the eye does, for colours that are looked at: the luma weights of BT.709, and a third for alpha")
+        ->excludes(weights);
     addFileOption(app, "--significance", options->significance,
                   "Image of the same size whose first channel is the weight of each texel: finite, at least 0; texels of 0 are free");
     app.add_flag("--cube", options->cube, "The input is a vertical strip of six cube faces");

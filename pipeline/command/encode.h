@@ -21,6 +21,7 @@ struct EncodeCommand {
     compress::HdrMetric metric = compress::HdrMetric::Log;
     float metricScale = 1;                               ///< 1e-6 .. 65504; see HdrMetric
     std::array<float, 4> channelWeights = {1, 1, 1, 1};  ///< finite, >= 0, one of the format's channels above 0; only ratios count
+    bool perceptual = false;                             ///< compress::kLumaWeights in place of channelWeights
     double rdo = 0;                                      ///< see compress::EncodeOptions; BC formats only
     std::filesystem::path significance = {};             ///< image whose first channel weighs the texels; empty: all count alike
 };

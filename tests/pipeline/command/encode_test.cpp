@@ -162,8 +162,7 @@ protected:
         return std::move(formats::readImage(folder_ / "back.exr")->texels);
     }
     template <class Error>
-    static double sum(const Image<glm::vec4>& texels, const Error& error) {
-        const Image<glm::vec4> reference = light(64, 64);
+    static double sum(const Image<glm::vec4>& texels, const Error& error, const Image<glm::vec4>& reference = light(64, 64)) {
         double total = 0;
         for (int y = 0; y < 64; ++y)
             for (int x = 0; x < 64; ++x)
@@ -220,6 +219,25 @@ TEST_F(EncodeOptionsOfTheCommand, WeightsServeTheirChannelAndOnlyRatiosCount) {
     EXPECT_EQ(coded(same).texels(), reference.texels());
 }
 
+TEST_F(EncodeOptionsOfTheCommand, PerceptualWeighsChannelsAsLumaDoes) {
+    Image<glm::vec4> image = light(64, 64);
+    for (glm::vec4& texel : image.texels()) texel = glm::fract(texel);
+    ASSERT_TRUE(formats::writeExr(folder_ / "in.exr", image.view(), 4).has_value());
+    const auto error = [](const std::array<double, 3>& weights) {
+        return [weights](double a, double b, int, int c) { return c < 3 ? std::sqrt(weights[static_cast<std::size_t>(c)]) * (a - b) : 0; };
+    };
+    const auto seen = error({0.2126, 0.7152, 0.0722}), plain = error({1, 1, 1});
+    for (const char* format : {"bc1", "bc3", "bc7"}) {
+        EncodeCommand all = command(format), luma = all, named = all;
+        luma.perceptual = true;
+        named.channelWeights = {0.2126f, 0.7152f, 0.0722f, 1.0f / 3};
+        const Image<glm::vec4> even = coded(all), weighted = coded(luma);
+        EXPECT_LT(sum(weighted, seen, image), 0.95 * sum(even, seen, image)) << format;
+        EXPECT_GT(sum(weighted, plain, image), sum(even, plain, image)) << format << ": it is no free gain";
+        EXPECT_EQ(coded(named).texels(), weighted.texels()) << format;
+    }
+}
+
 TEST_F(EncodeOptionsOfTheCommand, SignificanceServesTheTexelsThatCount) {
     Image<glm::vec4> image = light(64, 64), weights(64, 64, glm::vec4(0));
     for (int y = 0; y < 64; ++y)
@@ -257,6 +275,11 @@ TEST_F(EncodeOptionsOfTheCommand, MoreErrorInRepeatedBlocksMakesSmallerFiles) {
 }
 
 TEST_F(EncodeOptionsOfTheCommand, ImpossibleOnesAreRefused) {
+    for (const char* format : {"bc4", "bc5"}) {
+        EncodeCommand each = command(format);
+        each.perceptual = true;
+        expectRefused(each, ErrorCode::InvalidRequest, "which holds no colour");
+    }
     const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
     EncodeCommand each = command("bc6h-uf16");
     for (const float scale : {0.0f, -1.0f, 1e-7f, 1e6f, nan, infinity}) {
