@@ -12,6 +12,7 @@
 #include "pipeline/command/session.h"
 #include "pipeline/report/explained_light.h"
 #include "pipeline/scene/dominant_fit.h"
+#include "pipeline/scene/dominant_layout.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -34,6 +35,7 @@ formats::Result<Json> printExplanation(const DominantOptions& options, Session& 
 Outcome convertDominant(const DominantOptions& options, const RunState& state) {
     Scene scene = lightMapScene(options, options.description);
     scene.lightMaps.front().dominantFit = dominantFitFromName(options.fit)->name;
+    if (options.layout != allDominantLayouts().front().name) scene.lightMaps.front().dominantLayout = options.layout;
     scene.lobe = options.lobe;
     return convertScene(std::move(scene), "dominant", options, state);
 }
@@ -53,6 +55,7 @@ CommandFunction defineDominant(CLI::App& app) {
     options->conventions.add(app);
     options->json.add(app, "the report, and with --report \"explanation\",");
     addDominantFitOption(app, options->fit);
+    addDominantLayoutOption(app, options->layout);
     addLobeOption(app, options->lobe, formats::sceneLobes());
     app.add_flag("--report", options->explain, "Print where one light cannot represent the map, and what a second light would gain");
     app.footer(R"(--report prints, for the closed form, the best single light and two lights: the fraction of energy

@@ -11,6 +11,7 @@ namespace lightcook::pipeline {
 struct DominantOptions : ConverterOptions {
     formats::LightMapDescription description;
     std::string fit = "explained";                                   ///< a name of allDominantFits(), or an older one
+    std::string layout = "full";                                     ///< a name of allDominantLayouts() with textures
     lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;  ///< one of formats::sceneLobes()
 };
 

@@ -10,6 +10,7 @@
 #include "formats/light_map_conventions.h"
 #include "formats/target.h"
 #include "pipeline/scene/dominant_fit.h"
+#include "pipeline/scene/dominant_layout.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -102,6 +103,14 @@ void addDominantFitOption(CLI::App& app, std::string& fit) {
     app.add_option("--fit", fit, fmt::format("How the light is found ({})", captionsOf(allDominantFits())))
         ->check(CLI::Validator(check, ""))
         ->type_name("NAME")
+        ->capture_default_str();
+}
+
+void addDominantLayoutOption(CLI::App& app, std::string& layout) {
+    std::vector<std::string> names = formats::namesOf(allDominantLayouts());
+    std::erase_if(names, [](const std::string& name) { return dominantLayoutFromName(name)->divisor == 0; });
+    app.add_option("--layout", layout, fmt::format("Size and number of the textures ({})", captionsOf(allDominantLayouts())))
+        ->check(CLI::IsMember(names))
         ->capture_default_str();
 }
 

@@ -47,6 +47,8 @@ CLI::Option* addPercentOption(CLI::App& app, const std::string& names, std::opti
 
 /// Adds --fit: the fit of a dominant light.
 void addDominantFitOption(CLI::App& app, std::string& fit);
+/// Adds --layout: size and number of the textures of a dominant light.
+void addDominantLayoutOption(CLI::App& app, std::string& layout);
 
 /// Options that override the scene file's [output]. A command has those that act on what it writes.
 class OutputOptions {

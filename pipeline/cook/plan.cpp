@@ -192,7 +192,8 @@ private:
         if (reduction.layout != kAutoLayout) joint.layout = reduction.layout;
         if (needs_.specular && reduction.hasDominant && !reduction.isDominantConstant &&
             isWanted(options_, dominantNameOf(entry.name), AssetKind::Dominant, entry.name)) {
-            joint.dominant = DominantTrial{entry.dominantFit, formats::namesOf(allDominantLayouts())};
+            joint.dominant = DominantTrial{
+                entry.dominantFit, entry.dominantLayout ? std::vector{*entry.dominantLayout} : formats::namesOf(allDominantLayouts())};
         }
         return isLayoutChosen || isDominantChosen(joint) ? std::optional(joint) : std::nullopt;
     }
@@ -249,8 +250,9 @@ private:
             return skip("dominant light of '" + entry.name + "'", "the light map has no directions", "dominant", entry.name, images, {});
         const std::string layout = dominantLayoutOf(entry);
         if (dominantLayoutFromName(layout)->divisor == 0)
-            return skip("dominant light of '" + entry.name + "'", "within the budget its bytes buy more elsewhere", "dominant", entry.name,
-                        images, {});
+            return skip("dominant light of '" + entry.name + "'",
+                        entry.dominantLayout ? "the scene file leaves it out" : "within the budget its bytes buy more elsewhere",
+                        "dominant", entry.name, images, {});
         if (reduction.isDominantConstant) {
             description.constantOf = size;
             skip("texels of the dominant light of '" + entry.name + "'", "every covered texel has the same light and normal",
@@ -263,8 +265,9 @@ private:
             description.constantOf ? sourceOf(entry) : tracedInputs(entry));
     }
 
-    /// Returns the layout of a dominant light: the chosen one, else the first.
+    /// Returns the layout of a dominant light: that of the scene file or the chosen one, else the first.
     std::string dominantLayoutOf(const LightMapEntry& entry) const {
+        if (entry.dominantLayout) return *entry.dominantLayout;
         const auto chosen = options_.layouts.find(dominantNameOf(entry.name));
         return chosen == options_.layouts.end() ? std::string(allDominantLayouts().front().name) : chosen->second;
     }

@@ -10,10 +10,10 @@ namespace {
 constexpr std::array kLayouts = {
     DominantLayoutInfo{"full", "direction, its residual and intensity, as large as the light map", 1, true},
     DominantLayoutInfo{"full-coarse", "the same without the residual", 1, false},
-    DominantLayoutInfo{"half", "`full` at half the width and height", 2, true},
-    DominantLayoutInfo{"half-coarse", "`full-coarse` at half the width and height", 2, false},
-    DominantLayoutInfo{"quarter", "`full` at a quarter of the width and height", 4, true},
-    DominantLayoutInfo{"quarter-coarse", "`full-coarse` at a quarter of the width and height", 4, false},
+    DominantLayoutInfo{"half", "the first at half the width and height", 2, true},
+    DominantLayoutInfo{"half-coarse", "the second at half the width and height", 2, false},
+    DominantLayoutInfo{"quarter", "the first at a quarter of the width and height", 4, true},
+    DominantLayoutInfo{"quarter-coarse", "the second at a quarter of the width and height", 4, false},
     DominantLayoutInfo{"none", "no dominant light: all specular light is area specular", 0, false},
 };
 

@@ -8,7 +8,7 @@
 namespace lightcook::pipeline {
 
 struct DominantLayoutInfo {
-    std::string_view name;  ///< in parameters of actions and in the report
+    std::string_view name;  ///< value of `dominant_layout` and `dominant --layout`; in parameters of actions and in the report
     std::string_view caption;
     int divisor = 1;          ///< of the light map's width and height, rounded up; 0: no textures
     bool hasResidual = true;  ///< under targets that have a residual texture

@@ -12,6 +12,7 @@
 #include "pipeline/scene/checks.h"
 #include "pipeline/scene/cubemap_layout.h"
 #include "pipeline/scene/dominant_fit.h"
+#include "pipeline/scene/dominant_layout.h"
 #include "pipeline/scene/rsrm_format.h"
 #include "pipeline/scene/scene.h"
 #include "pipeline/scene/up_axis.h"
@@ -191,6 +192,11 @@ SceneSectionInfo lightMapSection() {
               fmt::format("method of the [dominant light](../theory/lighting.md#dominant-light). {}. `\"closed\"` is an older name of "
                           "`\"halo3\"`",
                           captions(allDominantFits()))},
+             {"dominant_layout", choices(allDominantLayouts()), "none; see right",
+              fmt::format(
+                  "size and number of the textures of the dominant light. {}. Absent: `\"full\"`, or with a `budget` what the budget "
+                  "buys",
+                  captions(allDominantLayouts()))},
              {"max_visible", "number", "that of `[output]`", "limit on the visible error of this light map, and of its mesh"},
              {"max_visible_bound", "number", "that of `[output]`", "limit on the proven bound of the visible error of this light map"},
              {"layouts", "list", "those of `[output]`", "layouts that `auto` may take for this light map"},

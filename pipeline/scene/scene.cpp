@@ -17,6 +17,7 @@
 #include "pipeline/scene/checks.h"
 #include "pipeline/scene/cubemap_layout.h"
 #include "pipeline/scene/dominant_fit.h"
+#include "pipeline/scene/dominant_layout.h"
 #include "pipeline/scene/keys.h"
 #include "pipeline/scene/rsrm_format.h"
 #include "pipeline/scene/toml_nesting.h"
@@ -451,6 +452,7 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
         entry.dominantFit =
             fit != nullptr ? std::string(fit->name) : reader.oneOf("dominant_fit", formats::namesOf(allDominantFits()), entry.dominantFit);
     }
+    if (reader.has("dominant_layout")) entry.dominantLayout = reader.oneOf("dominant_layout", formats::namesOf(allDominantLayouts()), "");
     return entry;
 }
 

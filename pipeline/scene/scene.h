@@ -96,10 +96,11 @@ struct LightMapEntry {
     std::filesystem::path file;
     formats::LightMapDescription description;
     std::optional<std::filesystem::path> mesh;
-    std::string dominantFit = "explained";             ///< a name of allDominantFits()
-    std::optional<double> maxVisible;                  ///< overrides that of the output
-    std::optional<double> maxVisibleBound;             ///< overrides that of the output
-    std::optional<double> maxSeam;                     ///< overrides that of the output
+    std::string dominantFit = "explained";           ///< a name of allDominantFits()
+    std::optional<std::string> dominantLayout = {};  ///< a name of allDominantLayouts(); absent: the first or, with a budget, what it buys
+    std::optional<double> maxVisible;                ///< overrides that of the output
+    std::optional<double> maxVisibleBound;           ///< overrides that of the output
+    std::optional<double> maxSeam;                   ///< overrides that of the output
     std::optional<std::filesystem::path> groundTruth;  ///< traced light at texels of the map (formats::readShadingValues)
     formats::LayoutList layouts = {};                  ///< that "auto" may take; empty: those of the output
 };

@@ -1,12 +1,13 @@
 // Memory shared out among light maps and dominant lights together.
 #include "pipeline/cook/allocation.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <random>
 
 #include "pipeline/cook/cook.h"
+#include "pipeline/manifest/manifest.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
@@ -190,6 +191,36 @@ TEST(CookScene, ALimitOnTheErrorKeepsTheLightMapsLayout) {
     const Json& frontier = frontierOf(outcome);
     EXPECT_GT(frontier.size(), 2u);
     for (const Json& point : frontier) EXPECT_EQ(point.at("layouts").at(0).at("layout"), mapRow(outcome, "map").at("layout"));
+}
+
+/// A scene file that names the layout of the dominant light gets it, with and without a budget.
+TEST(CookScene, ANamedDominantLayoutIsNotTraded) {
+    const SmallScene scene(Parts::LightMap);
+    const auto write = [&](const std::string& layout) {
+        scene.writeSceneFile("");
+        std::string text = formats::contentOf(scene.sceneFile());
+        const std::string file = "file = \"map.exr\"\n";
+        formats::writeContent(scene.sceneFile(),
+                              text.replace(text.find(file), file.size(), file + "dominant_layout = \"" + layout + "\"\n"));
+    };
+    write("half-coarse");
+    const Outcome half = cookScene(scene.options(), RunState());
+    ASSERT_TRUE(half.errors.empty()) << half.errors.front().line();
+    const Manifest manifest = *loadManifest(scene / "out");
+    const auto dominant = std::ranges::find(manifest.assets, "map_dominant", &CookedAsset::name);
+    ASSERT_NE(dominant, manifest.assets.end());
+    ASSERT_EQ(dominant->textures.size(), 2u) << "direction and intensity";
+    EXPECT_EQ(dominant->textures[0].width, SmallScene::kWidth / 2);
+    write("quarter");
+    const BudgetedScene budgeted(scene.sceneFile(), scene / "cooked");
+    const Outcome budget = budgeted.cook(1 << 20);
+    ASSERT_TRUE(budget.errors.empty()) << budget.errors.front().line();
+    for (const Json& point : frontierOf(budget)) EXPECT_EQ(point.at("layouts").at(0).at("dominant_layout"), "quarter");
+    write("none");
+    const Outcome none = cookScene(scene.options(), RunState());
+    ASSERT_TRUE(none.errors.empty()) << none.errors.front().line();
+    EXPECT_FALSE(hasAsset(none, "map_dominant"));
+    EXPECT_THAT(none.report.at("skipped").dump(), testing::HasSubstr("the scene file leaves it out"));
 }
 
 }  // namespace

@@ -175,6 +175,8 @@ TEST(ReadScene, AnUnknownKeyIsRefusedWithItsPlaceAndTheNearestKnownOne) {
 TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
     expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\ndominant_fit = \"best\"\n",
                   "6:", "expected one of: explained, halo3, refined, refined-ambient");
+    expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\ndominant_layout = \"third\"\n",
+                  "6:", "expected one of: full, full-coarse, half, half-coarse, quarter, quarter-coarse, none");
     for (const char* limit : {"0.5", "-1", "nan", "inf"})
         expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\nfirefly_limit = " + limit + "\n",
                       "6:", "expected a number from 1, or 0 for no check");
