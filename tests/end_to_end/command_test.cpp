@@ -80,6 +80,27 @@ TEST_F(Command, BadCommandLinesAndSceneFilesEndWithTwo) {
     expectRefused("cook scene.toml -o out", 2, {"scene.toml:5:1", "unknown key 'efort'", "nearest is 'effort'"});
 }
 
+TEST_F(Command, InitWritesASceneThatIsCookedAsItIs) {
+    std::filesystem::create_directory(scene_ / "mine");
+    for (const char* file : {"map.exr", "probe.exr", "sky.exr"}) std::filesystem::rename(scene_ / file, scene_ / "mine" / file);
+    const Ended made = run("init mine --json made.json");
+    ASSERT_EQ(made.code, 0) << made.err;
+    EXPECT_THAT(made.out, testing::HasSubstr("mine/map.exr: light map, read as sh9"));
+    EXPECT_THAT(made.out, testing::HasSubstr("next: lightcook cook mine/scene.toml"));
+    const Json json = Json::parse(formats::contentOf(scene_ / "made.json"));
+    EXPECT_EQ(json.at("scene"), "mine/scene.toml");
+    EXPECT_EQ(json.at("probes").size(), 1u);
+    const Ended again = run("init mine");
+    EXPECT_EQ(again.code, 2);
+    EXPECT_THAT(again.err, testing::HasSubstr("--force replaces it"));
+    EXPECT_EQ(run("init mine --force --quiet").out, "");
+    EXPECT_EQ(run("lint mine/scene.toml --strict").code, 0);
+    const Ended cooked = run("cook mine/scene.toml -o out --max-converter-error 1 --effort 1");
+    EXPECT_EQ(cooked.code, 0) << cooked.err;
+    EXPECT_EQ(run("init map.exr -o none/scene.toml").code, 3) << "the map has moved";
+    EXPECT_FALSE(std::filesystem::exists(scene_ / "none")) << "nothing is left of a refused command";
+}
+
 TEST_F(Command, BadInputEndsWithThree) {
     std::filesystem::rename(scene_ / "map.exr", scene_ / "whole.exr");
     expectRefused("cook scene.toml -o out", 3, {"map.exr", "found", "expected"});

@@ -1,0 +1,232 @@
+#include "pipeline/draft/inputs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <set>
+
+#include "formats/bake_format.h"
+#include "formats/environment.h"
+#include "formats/gltf_scene.h"
+#include "formats/light_map.h"
+#include "pipeline/graph/files.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using formats::ErrorCode;
+using formats::failure;
+using formats::Result;
+
+std::string lower(std::string text) {
+    std::ranges::transform(text, text.begin(), [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+    return text;
+}
+std::string extensionOf(const fs::path& file) {
+    return lower(file.extension().string());
+}
+bool isOneOf(const std::string& text, std::initializer_list<const char*> choices) {
+    return std::ranges::find(choices, text) != choices.end();
+}
+bool isMesh(const fs::path& file) {
+    return isOneOf(extensionOf(file), {".glb", ".gltf"});
+}
+bool isPicture(const fs::path& file) {
+    return isOneOf(extensionOf(file), {".exr", ".hdr", ".png", ".tga", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp"});
+}
+
+/// A file that the command line names, or that lies in a folder which it names.
+struct Found {
+    fs::path file;
+    bool isNamed = false;
+};
+
+Result<std::vector<Found>> filesOf(const std::vector<fs::path>& paths) {
+    std::vector<Found> files;
+    for (const fs::path& path : paths) {
+        std::error_code code;
+        if (!fs::exists(path, code))
+            return failure(ErrorCode::FileUnreadable, path.string(), "found no such file, expected a file or a folder");
+        if (!fs::is_directory(path, code)) {
+            files.push_back({path, true});
+            continue;
+        }
+        for (const fs::directory_entry& entry : fs::directory_iterator(path, code))
+            if (entry.is_regular_file(code) && !entry.path().filename().string().starts_with('.')) files.push_back({entry.path(), false});
+        if (code) return failure(ErrorCode::FileUnreadable, path.string(), fmt::format("could not be listed: {}", code.message()));
+    }
+    std::ranges::sort(files, {}, &Found::file);
+    const auto same = std::ranges::unique(files, {}, &Found::file);
+    files.erase(same.begin(), same.end());
+    return files;
+}
+
+/// Returns true for the width and height of a panorama, of six faces in a strip or of a cross (formats/environment.h).
+bool isEnvironmentShape(int width, int height) {
+    const auto is = [&](int x, int y) { return std::int64_t{width} * y == std::int64_t{height} * x; };
+    return is(2, 1) || is(1, 6) || is(6, 1) || is(4, 3) || is(3, 4);
+}
+
+class InputFinder {
+public:
+    explicit InputFinder(std::vector<Found> files) : files_(std::move(files)) {}
+
+    Result<DraftInputs> run() {
+        for (const Found& each : files_)
+            if (isMesh(each.file))
+                if (auto added = addMesh(each); !added) return tl::make_unexpected(added.error());
+        // Bakes that say so first: their other files are no pictures of their own.
+        for (const Found& each : files_)
+            if (isPicture(each.file)) addCertainLightMap(each);
+        for (const Found& each : files_)
+            if (isPicture(each.file) && !isTaken(each.file))
+                if (auto added = addPicture(each); !added) return tl::make_unexpected(added.error());
+        pairMeshes();
+        pairProbes();
+        for (const Found& each : files_)
+            if (!isTaken(each.file)) leaveOut(each.file, "no part of a scene has this kind of file");
+        if (inputs_.lightMaps.empty() && inputs_.probes.empty() && inputs_.gradients.empty()) return nothingFound();
+        return std::move(inputs_);
+    }
+
+private:
+    bool isTaken(const fs::path& file) const { return taken_.contains(file.lexically_normal()); }
+    void take(const fs::path& file) { taken_.insert(file.lexically_normal()); }
+    void leaveOut(const fs::path& file, std::string why) {
+        take(file);
+        inputs_.leftOut.push_back({file, std::move(why)});
+    }
+    /// Leaves out a file of a folder that cannot be read. One that the command line names is an error.
+    Result<void> refuse(const Found& found, const formats::Error& error) {
+        if (found.isNamed) return tl::make_unexpected(error);
+        leaveOut(found.file, error.detail);
+        return {};
+    }
+
+    Result<void> addMesh(const Found& found) {
+        const auto scene = formats::GltfScene::load(found.file);
+        if (!scene) return refuse(found, scene.error());
+        if (scene->hasLightMapUvs())
+            meshes_.push_back(found.file);
+        else
+            leaveOut(found.file, "it has no light-map UVs (TEXCOORD_1)");
+        return {};
+    }
+
+    void addLightMap(const fs::path& file, const formats::LightMapReader& map) {
+        take(file);
+        for (const fs::path& beside : formats::bakeFilesBeside(file, map.bake())) take(beside);
+        const BakeReading reading = readingOf(map);
+        inputs_.lightMaps.push_back({file, reading, reading.bake != "flat", !map.recognition().isCertain});
+    }
+    void addCertainLightMap(const Found& found) {
+        if (isTaken(found.file)) return;
+        const auto map = formats::LightMapReader::open(found.file, {});
+        if (map && map->recognition().isCertain) addLightMap(found.file, *map);
+    }
+
+    /// Adds a picture that no bake format is certain of: six faces, a gradient, an environment, or a flat light map.
+    Result<void> addPicture(const Found& found) {
+        if (const auto faces = formats::faceFiles(found.file); areAllThere(faces)) {
+            inputs_.probes.push_back({faces.front()});
+            for (const fs::path& face : faces) take(face);
+            return {};
+        }
+        const auto image = formats::readImage(found.file);
+        if (!image) return refuse(found, image.error());
+        const int width = image->texels.width(), height = image->texels.height();
+        if (height == 1 && width > 1) {
+            take(found.file);
+            inputs_.gradients.push_back(found.file);
+            return {};
+        }
+        const bool isHdr = isOneOf(extensionOf(found.file), {".exr", ".hdr"});
+        const bool hasHint = isNamedAsLightMap(found.file);
+        if (isHdr && isEnvironmentShape(width, height) && !hasHint) {
+            take(found.file);
+            inputs_.probes.push_back({found.file});
+            return {};
+        }
+        const auto map = formats::LightMapReader::open(found.file, {});
+        if (map && (isHdr || hasHint))
+            addLightMap(found.file, *map);
+        else
+            leaveOut(found.file,
+                     map ? "an 8-bit picture; if it is a light map, give it \"lightmap\" in its name, or write it into the scene"
+                         : map.error().detail);
+        return {};
+    }
+    static bool areAllThere(const std::vector<fs::path>& files) {
+        std::error_code code;
+        return !files.empty() && std::ranges::all_of(files, [&](const fs::path& file) { return fs::is_regular_file(file, code); });
+    }
+    /// Returns true if a name says "light map", or is that of a mesh.
+    bool isNamedAsLightMap(const fs::path& file) const {
+        const std::string stem = lower(file.stem().string());
+        return stem.find("lightmap") != std::string::npos || stem.find("light_map") != std::string::npos ||
+               std::ranges::any_of(meshes_, [&](const fs::path& mesh) { return lower(mesh.stem().string()) == stem; });
+    }
+
+    /// Gives each light map the mesh whose name its own begins with, the longest such; a single light map the single mesh.
+    void pairMeshes() {
+        std::set<fs::path> used;
+        for (DraftLightMap& map : inputs_.lightMaps) {
+            const std::string stem = lower(map.file.stem().string());
+            std::size_t longest = 0;
+            for (const fs::path& mesh : meshes_) {
+                const std::string name = lower(mesh.stem().string());
+                const bool begins =
+                    stem.starts_with(name) && (stem.size() == name.size() || !std::isalnum(static_cast<unsigned char>(stem[name.size()])));
+                if (!begins || name.size() <= longest) continue;
+                longest = name.size();
+                map.mesh = mesh;
+            }
+            if (!map.mesh && meshes_.size() == 1 && inputs_.lightMaps.size() == 1) map.mesh = meshes_.front();
+            if (map.mesh) used.insert(*map.mesh);
+        }
+        for (const fs::path& mesh : meshes_) {
+            take(mesh);
+            if (!used.contains(mesh))
+                inputs_.leftOut.push_back(
+                    {mesh, "no light map has a name that begins with its name; write mesh = \"FILE\" at the light map that it carries"});
+        }
+    }
+
+    /// Gives each probe the JSON file that states its SH.
+    void pairProbes() {
+        for (const Found& each : files_) {
+            if (extensionOf(each.file) != ".json") continue;
+            for (DraftProbe& probe : inputs_.probes)
+                if (!probe.sh && formats::loadProbeSh(each.file, probe.file.filename().string())) {
+                    probe.sh = each.file;
+                    take(each.file);
+                }
+        }
+    }
+
+    Result<DraftInputs> nothingFound() const {
+        std::string words;
+        for (std::size_t i = 0; i < inputs_.leftOut.size() && i < 3; ++i)
+            words += fmt::format("{}{}: {}", i == 0 ? " (" : "; ", inputs_.leftOut[i].file.filename().string(), inputs_.leftOut[i].why);
+        if (!words.empty()) words += inputs_.leftOut.size() > 3 ? "; ...)" : ")";
+        return failure(ErrorCode::FormatUnsupported, "init",
+                       fmt::format("found nothing that can be cooked{}, expected a light map, an environment or a gradient", words));
+    }
+
+    std::vector<Found> files_;
+    std::set<fs::path> taken_;
+    std::vector<fs::path> meshes_;
+    DraftInputs inputs_;
+};
+
+}  // namespace
+
+Result<DraftInputs> findInputs(const std::vector<fs::path>& paths) {
+    auto files = filesOf(paths);
+    if (!files) return tl::make_unexpected(files.error());
+    return InputFinder(std::move(*files)).run();
+}
+
+}  // namespace lightcook::pipeline

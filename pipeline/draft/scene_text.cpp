@@ -1,0 +1,183 @@
+#include "pipeline/draft/scene_text.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <set>
+
+#include "pipeline/scene/checks.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using formats::ErrorCode;
+using formats::failure;
+using formats::Result;
+
+constexpr std::size_t kCommentColumn = 33;
+
+/// Returns true for valid UTF-8 without overlong forms and surrogates.
+bool isUtf8(std::string_view text) {
+    for (std::size_t i = 0; i < text.size();) {
+        const auto first = static_cast<unsigned char>(text[i]);
+        const std::size_t length = first < 0x80 ? 1 : first >> 5 == 6 ? 2 : first >> 4 == 14 ? 3 : first >> 3 == 30 ? 4 : 0;
+        if (length == 0 || i + length > text.size()) return false;
+        std::uint32_t point = length == 1 ? first : first & (0x7Fu >> length);
+        for (std::size_t k = 1; k < length; ++k) {
+            const auto next = static_cast<unsigned char>(text[i + k]);
+            if (next >> 6 != 2) return false;
+            point = point << 6 | (next & 0x3Fu);
+        }
+        constexpr std::uint32_t kLeast[] = {0, 0, 0x80, 0x800, 0x10000};
+        if (point < kLeast[length] || point > 0x10FFFF || (point >= 0xD800 && point < 0xE000)) return false;
+        i += length;
+    }
+    return true;
+}
+
+/// Returns a basic string of TOML.
+std::string tomlString(std::string_view text) {
+    std::string out = "\"";
+    for (const char letter : text) {
+        if (letter == '"' || letter == '\\')
+            out += fmt::format("\\{}", letter);
+        else if (static_cast<unsigned char>(letter) < 0x20 || letter == 0x7F)
+            out += fmt::format("\\u{:04X}", static_cast<unsigned>(letter));
+        else
+            out += letter;
+    }
+    return out + "\"";
+}
+/// Returns text for a comment: on one line.
+std::string oneLine(std::string text) {
+    std::ranges::replace_if(
+        text, [](unsigned char letter) { return letter < 0x20 || letter == 0x7F; }, ' ');
+    return text;
+}
+std::string line(const std::string& key, const std::string& value, const std::string& comment = "") {
+    const std::string start = fmt::format("{} = {}", key, value);
+    if (comment.empty()) return start + "\n";
+    return fmt::format("{:<{}}# {}\n", start, std::max(kCommentColumn, start.size() + 1), oneLine(comment));
+}
+
+class SceneText {
+public:
+    SceneText(const DraftInputs& inputs, fs::path folder) : inputs_(inputs), folder_(fs::absolute(folder).lexically_normal()) {}
+
+    Result<std::string> run() {
+        for (const fs::path& file : allFiles())
+            if (!isUtf8(file.string()))
+                return failure(ErrorCode::FileUnreadable, file.string(),
+                               "found a name that is no UTF-8, expected one: scene files are UTF-8. Rename the file");
+        writeHead();
+        for (const DraftLightMap& map : inputs_.lightMaps) write(map);
+        for (const DraftProbe& probe : inputs_.probes) write(probe);
+        for (const fs::path& gradient : inputs_.gradients) writeGradient(gradient);
+        if (std::ranges::any_of(inputs_.lightMaps, &DraftLightMap::hasDirections)) writeMaterials();
+        return std::move(text_);
+    }
+
+private:
+    std::vector<fs::path> allFiles() const {
+        std::vector<fs::path> files = inputs_.gradients;
+        for (const DraftLightMap& map : inputs_.lightMaps) {
+            files.push_back(map.file);
+            if (map.mesh) files.push_back(*map.mesh);
+        }
+        for (const DraftProbe& probe : inputs_.probes) {
+            files.push_back(probe.file);
+            if (probe.sh) files.push_back(*probe.sh);
+        }
+        files.push_back(folder_);
+        return files;
+    }
+    std::string pathOf(const fs::path& file) const {
+        return tomlString(fs::absolute(file).lexically_normal().lexically_proximate(folder_).generic_string());
+    }
+    std::string nameFor(const fs::path& file) {
+        const std::string name = assetNameOf(file);
+        std::string unique = name;
+        for (int number = 2; !names_.insert(unique).second; ++number) unique = fmt::format("{}_{}", name, number);
+        return tomlString(unique);
+    }
+
+    void writeHead() {
+        const std::string folder = assetNameOf(folder_.filename().empty() ? folder_.parent_path() : folder_);
+        text_ +=
+            "# Written by `lightcook init`. docs/reference/scene-file.md describes every key. Keys that are commented out show\n"
+            "# their default or an example. Paths are relative to this file.\n\nschema = 1\n";
+        text_ += line("name", tomlString(folder));
+        text_ += "\n[output]\n";
+        text_ += line("target", "\"bc\"", "bc (desktop, consoles) | astc (mobile)");
+        if (!inputs_.lightMaps.empty())
+            text_ += line("max_visible", "5", "limit on the visible error that 99 % keep, in just noticeable differences");
+        text_ += line("# budget", "\"2 MiB\"", "GPU memory of the whole scene: the best layouts within it are chosen");
+    }
+    void write(const DraftLightMap& map) {
+        text_ += "\n[[light_map]]\n";
+        text_ += line("name", nameFor(map.file));
+        text_ += line("file", pathOf(map.file));
+        text_ += line("bake", tomlString(map.reading.bake), map.isGuess ? "a guess: " + map.reading.evidence : map.reading.evidence);
+        if (!map.reading.otherReadings.empty())
+            text_ +=
+                oneLine(fmt::format("# The file would also fit bake = \"{}\".", fmt::join(map.reading.otherReadings, "\" or \""))) + "\n";
+        for (const std::string& assumed : map.reading.assumed) text_ += oneLine("# Assumed: " + assumed) + "\n";
+        if (map.mesh)
+            text_ += line("mesh", pathOf(*map.mesh), "TEXCOORD_1 is the light-map UV");
+        else
+            text_ += line("# mesh", "\"level.glb\"", "the mesh that the map lies on, if there is one");
+    }
+    void write(const DraftProbe& probe) {
+        text_ += "\n[[probe]]\n";
+        text_ += line("name", nameFor(probe.file));
+        text_ += line("file", pathOf(probe.file), "an environment: panorama, cross, strip or six files");
+        if (probe.sh) text_ += line("sh", pathOf(*probe.sh), "SH of the probe from the baker");
+        text_ += line("# size", "128", "of a face of the cubemap");
+    }
+    void writeGradient(const fs::path& gradient) {
+        text_ += "\n[[gradient]]\n";
+        text_ += line("name", nameFor(gradient));
+        text_ += line("file", pathOf(gradient), "a sky that is symmetric around its axis, zenith first");
+    }
+    void writeMaterials() {
+        text_ +=
+            "\n# What the materials of the engine need, whatever a glTF says. Without specular, dominant light, tables and cubemaps are\n"
+            "# skipped; without normal maps as well, light maps become flat.\n[[material]]\n";
+        text_ += line("name", "\"*\"", "all materials");
+        text_ += line("normal_map", "true") + line("specular", "true");
+        text_ += line("m", "[0.1, 0.5]", "roughness of Beckmann's lobe (glTF: roughnessFactor squared)");
+        text_ += line("f0", "[0.04, 0.6]", "reflectance at normal incidence");
+    }
+
+    const DraftInputs& inputs_;
+    fs::path folder_;
+    std::set<std::string> names_;
+    std::string text_;
+};
+
+}  // namespace
+
+std::string assetNameOf(const fs::path& file) {
+    std::string name;
+    for (const char letter : file.stem().string()) {
+        const bool isUsable = (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') || (letter >= '0' && letter <= '9') ||
+                              letter == '_' || letter == '-' || letter == '.';
+        // The later bytes of a letter in UTF-8 give no '_' of their own.
+        if (isUsable)
+            name += letter;
+        else if ((static_cast<unsigned char>(letter) & 0xC0) != 0x80)
+            name += '_';
+    }
+    constexpr std::size_t kRoomForNumber = 8;
+    name.resize(std::min(name.size(), kLongestName - kRoomForNumber));
+    if (name.empty() || name.front() == '.') name.insert(name.begin(), '_');
+    return name;
+}
+
+Result<std::string> draftScene(const DraftInputs& inputs, const fs::path& folder) {
+    return SceneText(inputs, folder).run();
+}
+
+}  // namespace lightcook::pipeline

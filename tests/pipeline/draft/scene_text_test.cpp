@@ -1,0 +1,95 @@
+#include "pipeline/draft/scene_text.h"
+
+#include <gmock/gmock.h>
+
+#include "pipeline/scene/scene.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+/// Writes the text of a scene file and reads it back.
+Scene roundTrip(const DraftInputs& inputs, const fs::path& folder) {
+    const auto text = draftScene(inputs, folder);
+    EXPECT_TRUE(text.has_value()) << text.error().line();
+    formats::writeContent(folder / "scene.toml", text.value_or(""));
+    auto scene = readScene(folder / "scene.toml");
+    EXPECT_TRUE(scene.has_value()) << scene.error().line() << "\n" << *text;
+    return scene ? std::move(*scene) : Scene();
+}
+
+DraftLightMap lightMap(const fs::path& file) {
+    return {.file = file, .reading = {"", "sh9", "channels", {}, {}}};
+}
+
+TEST(SceneDraft, IsReadAsItWasMeant) {
+    const formats::TemporaryFolder folder;
+    DraftInputs inputs;
+    inputs.lightMaps = {lightMap(folder / "maps" / "room.exr")};
+    inputs.lightMaps[0].mesh = folder / "room.glb";
+    inputs.probes = {{folder / "sky.hdr"}, {folder / "hall.exr", folder / "probes.json"}};
+    inputs.gradients = {folder / "dusk.exr"};
+    const Scene scene = roundTrip(inputs, folder / "");
+    ASSERT_EQ(scene.lightMaps.size(), 1u);
+    EXPECT_EQ(scene.lightMaps[0].name, "room");
+    EXPECT_EQ(scene.lightMaps[0].file.lexically_normal(), (folder / "maps" / "room.exr").lexically_normal());
+    EXPECT_EQ(scene.lightMaps[0].description.bake, "sh9");
+    EXPECT_EQ(scene.lightMaps[0].mesh->filename(), "room.glb");
+    ASSERT_EQ(scene.probes.size(), 2u);
+    EXPECT_FALSE(scene.probes[0].sh);
+    EXPECT_EQ(scene.probes[1].sh->filename(), "probes.json");
+    EXPECT_EQ(scene.gradients.at(0).name, "dusk");
+    EXPECT_EQ(scene.output.maxVisible, 5);
+    ASSERT_EQ(scene.materials.size(), 1u);
+    EXPECT_EQ(scene.materials[0].specular, true);
+}
+
+TEST(SceneDraft, NamesAreUniqueAndPathsAreQuoted) {
+    const formats::TemporaryFolder folder;
+    DraftInputs inputs;
+    const char* const stems[] = {"a", "a b", "a\"b", "a\\b", "été", "a_b", ".a", "a\nb", "a'b # c", "日本"};
+    for (const char* stem : stems) inputs.lightMaps.push_back(lightMap(folder / (std::string(stem) + ".exr")));
+    inputs.probes = {{folder / "a.exr"}};
+    inputs.gradients = {folder / (std::string(250, 'x') + ".exr")};
+    const Scene scene = roundTrip(inputs, folder / "");
+    std::set<std::string> names;
+    for (std::size_t i = 0; i < scene.lightMaps.size(); ++i) {
+        EXPECT_TRUE(names.insert(scene.lightMaps[i].name).second) << scene.lightMaps[i].name;
+        EXPECT_EQ(scene.lightMaps[i].file.filename().string(), std::string(stems[i]) + ".exr");
+    }
+    EXPECT_EQ(scene.lightMaps.size(), std::size(stems));
+    EXPECT_EQ(scene.lightMaps[1].name, "a_b");
+    EXPECT_EQ(scene.lightMaps[4].name, "_t_");
+    EXPECT_EQ(scene.probes.at(0).name, "a_2");
+}
+
+TEST(SceneDraft, SaysWhatWasAssumedAndWhatElseTheFileMayBe) {
+    DraftInputs inputs;
+    inputs.lightMaps = {lightMap("/maps/flat.exr")};
+    inputs.lightMaps[0].reading = {"", "flat", "a picture\nof two lines", {"every texel is covered"}, {"godot", "godot-radiance"}};
+    inputs.lightMaps[0].isGuess = true;
+    inputs.lightMaps[0].hasDirections = false;
+    const auto text = draftScene(inputs, "/maps");
+    ASSERT_TRUE(text.has_value());
+    EXPECT_THAT(*text, HasSubstr("# a guess: a picture of two lines\n"));
+    EXPECT_THAT(*text, HasSubstr("# Assumed: every texel is covered\n"));
+    EXPECT_THAT(*text, HasSubstr("# The file would also fit bake = \"godot\" or \"godot-radiance\".\n"));
+    EXPECT_THAT(*text, Not(HasSubstr("[[material]]"))) << "light without directions needs none";
+}
+
+TEST(SceneDraft, ANameThatIsNoUtf8IsRefused) {
+    for (const char* name : {"bad\xff.exr", "cut\xc3", "surrogate\xed\xa0\x80", "overlong\xc0\xaf"}) {
+        DraftInputs inputs;
+        inputs.gradients = {fs::path("/maps") / name};
+        const auto text = draftScene(inputs, "/maps");
+        ASSERT_FALSE(text.has_value()) << name;
+        EXPECT_THAT(text.error().line(), HasSubstr("no UTF-8"));
+    }
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline
