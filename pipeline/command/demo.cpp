@@ -21,8 +21,7 @@ std::filesystem::path demoScene() {
     const std::filesystem::path scene = "examples/cornell/scene.toml";
     std::error_code code;
     if (const auto folder = formats::programFolder())
-        if (const auto installed = folder->parent_path() / "share/lightcook" / scene; std::filesystem::exists(installed, code))
-            return installed;
+        if (auto installed = folder->parent_path() / "share/lightcook" / scene; std::filesystem::exists(installed, code)) return installed;
     return std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / scene;
 }
 

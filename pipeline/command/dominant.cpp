@@ -21,7 +21,7 @@ namespace {
 formats::Result<Json> printExplanation(const DominantOptions& options, Session& session) {
     formats::LightMapDescription description = options.description;
     description.repair = options.cook.repair;
-    const auto explanation = explainDominant(options.input, description, options.fit == "refined-ambient", session.state);
+    auto explanation = explainDominant(options.input, description, options.fit == "refined-ambient", session.state);
     if (!explanation) return explanation;
     if (session.log == LogFormat::JsonLines)
         session.terminal.say(explanation->dump());

@@ -58,8 +58,8 @@ Result<std::vector<Found>> filesOf(const std::vector<fs::path>& paths) {
         if (code) return failure(ErrorCode::FileUnreadable, path.string(), fmt::format("could not be listed: {}", code.message()));
     }
     std::ranges::sort(files, {}, &Found::file);
-    const auto same = std::ranges::unique(files, {}, &Found::file);
-    files.erase(same.begin(), same.end());
+    const auto isSame = [](const Found& a, const Found& b) { return a.file == b.file; };
+    files.erase(std::unique(files.begin(), files.end(), isSame), files.end());
     return files;
 }
 

@@ -64,7 +64,7 @@ std::string line(const std::string& key, const std::string& value, const std::st
 
 class SceneText {
 public:
-    SceneText(const DraftInputs& inputs, fs::path folder) : inputs_(inputs), folder_(fs::absolute(folder).lexically_normal()) {}
+    SceneText(const DraftInputs& inputs, const fs::path& folder) : inputs_(inputs), folder_(fs::absolute(folder).lexically_normal()) {}
 
     Result<std::string> run() {
         for (const fs::path& file : allFiles())
