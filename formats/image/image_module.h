@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <glm/gtc/type_precision.hpp>
 #include <glm/vec3.hpp>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "formats/environment.h"
@@ -21,6 +23,8 @@ struct ImageModule {
     Result<Image<glm::vec3>> (*readRgb)(const std::filesystem::path& file);
     /// See environment.h.
     Result<PlainImage> (*readImage)(const std::filesystem::path& file);
+    /// See png.h.
+    Result<PlainImage> (*decodePng)(std::span<const std::byte> png, const std::string& subject);
     Result<std::vector<std::byte>> (*encodePng)(ImageView<const glm::u8vec3> texels);
     Result<std::vector<std::byte>> (*encodeRgbaPng)(ImageView<const glm::u8vec4> texels);
 };

@@ -34,19 +34,23 @@ tl::unexpected<Error> unreadable(const std::filesystem::path& file, const std::s
 
 /// An open image whose size has been checked.
 struct OpenedImage {
+    std::unique_ptr<OIIO::Filesystem::IOMemReader> memory;  ///< of an image that is no file; `input` reads from it
     std::unique_ptr<OIIO::ImageInput> input;
     int width = 0, height = 0, channelCount = 0;
     std::vector<std::string> channels;
 };
 
-Result<OpenedImage> openImage(const std::filesystem::path& file) {
+/// Opens an image: the file, or the content of `memory` if there is one.
+/// file  names the image in errors; its extension is that of the image's kind
+Result<OpenedImage> openAs(const std::filesystem::path& file, std::unique_ptr<OIIO::Filesystem::IOMemReader> memory) {
     quietImageIo();
-    if (const auto found = whyNoFile(file))
-        return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected an image", *found));
     OIIO::ImageSpec hints;
     hints["oiio:UnassociatedAlpha"] = 1;  // colours as the file has them, not multiplied by alpha
     OpenedImage image;
-    image.input = OIIO::ImageInput::open(file.string(), &hints);
+    image.memory = std::move(memory);
+    OIIO::Filesystem::IOProxy* const proxy = image.memory.get();
+    if (proxy != nullptr) hints.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+    image.input = OIIO::ImageInput::open(proxy != nullptr ? "memory.png" : file.string(), &hints, proxy);
     if (!image.input) return unreadable(file, OIIO::geterror());
     const OIIO::ImageSpec& spec = image.input->spec();
     image.width = spec.width;
@@ -70,6 +74,12 @@ Result<OpenedImage> openImage(const std::filesystem::path& file) {
                        fmt::format("found texels stored in orientation {}, expected row 0 on top and x to the right (1)", orientation));
     }
     return image;
+}
+
+Result<OpenedImage> openImage(const std::filesystem::path& file) {
+    if (const auto found = whyNoFile(file))
+        return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected an image", *found));
+    return openAs(file, nullptr);
 }
 
 /// Reads channels [begin, end) of every texel, interleaved and packed.
@@ -120,8 +130,8 @@ Result<Image<glm::vec3>> loadRgb(const std::filesystem::path& file) {
     return texels;
 }
 
-Result<PlainImage> loadPlainImage(const std::filesystem::path& file) {
-    Result<OpenedImage> image = openImage(file);
+/// file  names the image in errors
+Result<PlainImage> plainImageOf(Result<OpenedImage> image, const std::filesystem::path& file) {
     if (!image) return tl::make_unexpected(image.error());
     PlainImage plain;
     plain.channelCount = image->channelCount;
@@ -135,6 +145,16 @@ Result<PlainImage> loadPlainImage(const std::filesystem::path& file) {
         for (int channel = 0; channel < readCount; ++channel) texel[channel == alpha ? 3 : channel] = *next++;
     }
     return plain;
+}
+
+Result<PlainImage> loadPlainImage(const std::filesystem::path& file) {
+    return plainImageOf(openImage(file), file);
+}
+
+Result<PlainImage> loadPng(std::span<const std::byte> png, const std::string& subject) {
+    // The reader changes nothing; its parameter is no pointer to const in every version.
+    void* const bytes = const_cast<std::byte*>(png.data());
+    return plainImageOf(openAs(subject, std::make_unique<OIIO::Filesystem::IOMemReader>(bytes, png.size())), subject);
 }
 
 template <class Texel>
@@ -165,7 +185,11 @@ Result<std::vector<std::byte>> makePng(ImageView<const Texel> texels) {
 
 extern "C" [[gnu::visibility("default")]] const lightcook::formats::ImageModule* lightcookImageModule() {
     namespace formats = lightcook::formats;
-    static constexpr formats::ImageModule kModule = {LIGHTCOOK_VERSION, formats::loadRgb, formats::loadPlainImage,
-                                                     formats::makePng<glm::u8vec3>, formats::makePng<glm::u8vec4>};
+    static constexpr formats::ImageModule kModule = {LIGHTCOOK_VERSION,
+                                                     formats::loadRgb,
+                                                     formats::loadPlainImage,
+                                                     formats::loadPng,
+                                                     formats::makePng<glm::u8vec3>,
+                                                     formats::makePng<glm::u8vec4>};
     return &kModule;
 }
