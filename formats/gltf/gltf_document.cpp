@@ -137,12 +137,17 @@ std::filesystem::path GltfDocument::beside(const std::string& uri) const {
     return file_.parent_path() / percentDecoded(uri);
 }
 
-std::vector<std::filesystem::path> GltfDocument::filesBeside(const std::filesystem::path& file, std::span<const char* const> arrays) {
+GltfDocument GltfDocument::withoutBuffers(const std::filesystem::path& file) {
     GltfDocument document;
     document.file_ = file;
     const auto bytes = readWholeFile(file);
     if (!bytes) throw GltfFault(bytes.error());
     document.parse(*bytes);
+    return document;
+}
+
+std::vector<std::filesystem::path> GltfDocument::filesBeside(const std::filesystem::path& file, std::span<const char* const> arrays) {
+    const GltfDocument document = withoutBuffers(file);
     std::vector<std::filesystem::path> files;
     for (const char* array : arrays)
         for (const Json& entry : document.json_.value(array, Json::array())) {
@@ -155,7 +160,7 @@ std::vector<std::filesystem::path> GltfDocument::filesBeside(const std::filesyst
     return files;
 }
 
-std::vector<std::byte> GltfDocument::readUri(const std::string& uri, const std::string& place) {
+std::vector<std::byte> GltfDocument::readUri(const std::string& uri, const std::string& place, const char* what) const {
     if (uri.starts_with("data:")) {
         const std::size_t comma = uri.find(',');
         std::vector<std::byte> bytes;
@@ -166,8 +171,7 @@ std::vector<std::byte> GltfDocument::readUri(const std::string& uri, const std::
         return bytes;
     }
     auto bytes = readBeside(uri);
-    if (!bytes) fail(ErrorCode::FileUnreadable, place, fmt::format("found no readable file \"{}\", expected the buffer", oneLine(uri)));
-    fileBytes_ += bytes->size();
+    if (!bytes) fail(ErrorCode::FileUnreadable, place, fmt::format("found no readable file \"{}\", expected {}", oneLine(uri), what));
     return std::move(*bytes);
 }
 
@@ -180,7 +184,9 @@ void GltfDocument::readBuffers() {
         const std::uint64_t byteLength = number(buffers[index], "byteLength", 0, place);
         std::vector<std::byte> bytes;
         if (buffers[index].contains("uri")) {
-            bytes = readUri(buffers[index]["uri"].get<std::string>(), place);
+            const std::string uri = buffers[index]["uri"].get<std::string>();
+            bytes = readUri(uri, place, "the buffer");
+            if (!uri.starts_with("data:")) fileBytes_ += bytes.size();
         } else if (index == 0 && !glbBuffer_.empty()) {
             bytes = std::move(glbBuffer_);
         } else {
@@ -227,6 +233,17 @@ std::span<const std::byte> GltfDocument::bufferView(std::uint64_t index) const {
              fmt::format("found bytes {} + {}, expected them within the {} of buffer {}", offset, length, size, buffer));
     }
     return std::span(buffers_[buffer]).subspan(offset, length);
+}
+
+std::vector<std::byte> GltfDocument::imageBytes(std::uint64_t index) const {
+    const Json& image = entry("images", index);
+    const std::string place = fmt::format("image {}", index);
+    if (image.contains("bufferView")) {
+        const auto bytes = bufferView(number(image, "bufferView", 0, place));
+        return {bytes.begin(), bytes.end()};
+    }
+    if (!image.contains("uri")) fail(ErrorCode::WrongShape, place, "found neither a uri nor a bufferView, expected one of them");
+    return readUri(image["uri"].get<std::string>(), place, "the image");
 }
 
 /// The bytes of a view from `offset` on, if `count` elements fit.
@@ -311,6 +328,11 @@ void GltfDocument::applySparse(const Json& sparse, MeshAttribute& elements, cons
         }
         std::memcpy(elements.values.data() + static_cast<std::size_t>(target) * valueBytes, with.data() + i * valueBytes, valueBytes);
     }
+}
+
+Error notGltf(const std::filesystem::path& file, const nlohmann::json::exception& exception) {
+    return {ErrorCode::WrongShape, file.string(),
+            fmt::format("found JSON of another shape (\"{}\"), expected glTF 2.0", oneLine(exception.what()))};
 }
 
 std::vector<std::byte> assembleGlb(const Json& json, std::span<const std::byte> buffer) {

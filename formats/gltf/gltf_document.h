@@ -31,6 +31,8 @@ class GltfDocument {
 public:
     /// Throws GltfFault.
     explicit GltfDocument(const std::filesystem::path& file);
+    /// Reads the JSON alone; throws GltfFault.
+    static GltfDocument withoutBuffers(const std::filesystem::path& file);
     /// See gltfFilesBeside; throws GltfFault.
     /// arrays  of the document whose entries' files are meant: "buffers", "images"
     static std::vector<std::filesystem::path> filesBeside(const std::filesystem::path& file, std::span<const char* const> arrays);
@@ -46,6 +48,8 @@ public:
     std::uint64_t number(const Json& object, const char* key, std::uint64_t fallback, const std::string& place) const;
 
     std::span<const std::byte> bufferView(std::uint64_t index) const;
+    /// Returns the encoded bytes of an entry of "images": of a buffer view, a data URI or a file.
+    std::vector<std::byte> imageBytes(std::uint64_t index) const;
     /// Reads the file that a relative uri names.
     Result<std::vector<std::byte>> readBeside(const std::string& uri) const;
     std::filesystem::path beside(const std::string& uri) const;
@@ -58,7 +62,8 @@ private:
     GltfDocument() = default;
     void parse(std::span<const std::byte> bytes);
     void readBuffers();
-    std::vector<std::byte> readUri(const std::string& uri, const std::string& place);
+    /// what  for errors: "the buffer"
+    std::vector<std::byte> readUri(const std::string& uri, const std::string& place, const char* what) const;
     void applySparse(const Json& sparse, MeshAttribute& elements, const std::string& place) const;
     std::span<const std::byte> part(std::uint64_t view, std::uint64_t offset, std::uint64_t count, std::uint64_t stride,
                                     std::uint64_t elementBytes, const std::string& place) const;
@@ -69,6 +74,22 @@ private:
     std::vector<std::byte> glbBuffer_;
     std::vector<std::vector<std::byte>> buffers_;
 };
+
+/// Returns the error for JSON whose members have other types than glTF gives them.
+Error notGltf(const std::filesystem::path& file, const nlohmann::json::exception& exception);
+
+/// Returns what work() returns, or the error that it throws: GltfFault, or that of JSON of another shape.
+/// file  for errors
+template <class Work>
+auto resultOf(const std::filesystem::path& file, Work work) -> Result<decltype(work())> {
+    try {
+        return work();
+    } catch (const GltfFault& fault) {
+        return tl::make_unexpected(fault.error);
+    } catch (const nlohmann::json::exception& exception) {
+        return tl::make_unexpected(notGltf(file, exception));
+    }
+}
 
 /// Calls visit(integer) for every "bufferView" member below `json`, also in extensions of any name. Skips "extras", which belong to the
 /// user, and the list of buffer views itself.

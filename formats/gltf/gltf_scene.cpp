@@ -9,7 +9,6 @@
 #include <span>
 #include <utility>
 
-#include "formats/file/one_line.h"
 #include "formats/gltf/attribute_bounds.h"
 #include "formats/gltf/draco_mesh.h"
 #include "formats/gltf/glb_builder.h"
@@ -49,12 +48,6 @@ void setExtents(const std::vector<Primitive>& primitives, MeshError& error) {
             if (semantic == "TEXCOORD_1")
                 error.lightMapUvExtent = std::max(error.lightMapUvExtent, static_cast<double>(each.lattice(1, 2).range));
         }
-}
-
-/// The error for JSON whose members have other types than glTF gives them.
-tl::unexpected<Error> notGltf(const std::filesystem::path& file, const nlohmann::json::exception& exception) {
-    return failure(ErrorCode::WrongShape, file.string(),
-                   fmt::format("found JSON of another shape (\"{}\"), expected glTF 2.0", oneLine(exception.what())));
 }
 
 Result<void> checkOptions(const DracoOptions& options) {
@@ -140,7 +133,7 @@ Result<GltfScene> GltfScene::load(const std::filesystem::path& file) {
     } catch (const GltfFault& fault) {
         return tl::make_unexpected(fault.error);
     } catch (const nlohmann::json::exception& exception) {
-        return notGltf(file, exception);
+        return tl::make_unexpected(notGltf(file, exception));
     }
 }
 
@@ -183,7 +176,7 @@ Result<MeshSize> GltfScene::write(const std::filesystem::path& file, const Draco
     } catch (const GltfFault& fault) {
         return tl::make_unexpected(fault.error);
     } catch (const nlohmann::json::exception& exception) {
-        return notGltf(state_->document.file(), exception);
+        return tl::make_unexpected(notGltf(state_->document.file(), exception));
     }
 }
 
