@@ -52,7 +52,11 @@ struct BakeFormatInfo {
     BakeMatch (*match)(const std::filesystem::path& file, const ExrInfo& info);
     /// Returns the files beside `file` that belong to a bake of this name, whether they exist or not. Null: there are none.
     std::vector<std::filesystem::path> (*filesBeside)(const std::filesystem::path& file);
+    /// Opens an image. Null for a format that lies in a glTF.
     Result<std::unique_ptr<BakeReader>> (*open)(BakeImage image);
+    /// Opens a light map of a glTF. Null for a format of images.
+    /// image  value of the scene key `image`
+    Result<std::unique_ptr<BakeReader>> (*openGltf)(const std::filesystem::path& file, const std::string& image) = nullptr;
 };
 
 /// The format that a file was recognised as, and why.
@@ -71,6 +75,8 @@ std::span<const BakeFormatInfo> allBakeFormats();
 std::vector<std::string> bakeNames();
 /// Returns the names of the formats that take an encoding.
 std::vector<std::string> encodedBakeNames();
+/// Returns the names of the formats that lie in a glTF, for which the scene key `image` is.
+std::vector<std::string> gltfBakeNames();
 /// Returns the bake format, sh4 or sh9, of a bake that has an image for each coefficient, or for each colour of a coefficient. Fails for
 /// other names and for coefficients that are missing.
 /// names    "sh00" for a coefficient, "sh00.R" for one colour of it

@@ -16,6 +16,8 @@
 #include "formats/bakes/sh9.h"
 #include "formats/bakes/sh_baker.h"
 #include "formats/bakes/unity.h"
+#include "formats/bakes/unreal.h"
+#include "formats/epic_light_maps.h"
 #include "formats/file/one_line.h"
 #include "formats/vocabulary.h"
 
@@ -100,6 +102,17 @@ constexpr std::array kBakeFormats = {
                    .match = matchUnityDirectional,
                    .filesBeside = filesBesideUnityDirectional,
                    .open = openUnityDirectional},
+    BakeFormatInfo{.name = "unreal-hq",
+                   .caption = "high-quality light maps of Unreal in the glTF of its own exporter, as its glTF viewer shows them: without "
+                              "directions",
+                   .content = "a glTF with extension EPIC_lightmap_textures",
+                   .assumes = "light comes evenly from everywhere: the exporter leaves out the constants of the directions, and Unreal's "
+                              "factor without them, 0.6, stands for these",
+                   .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
+                   .match = matchUnrealHq,
+                   .filesBeside = epicFilesBeside,
+                   .open = nullptr,
+                   .openGltf = openUnrealHq},
     BakeFormatInfo{.name = "sh4",
                    .caption = "12 channels sh00.R to sh03.B: bands 0 and 1 of sh9; band 2 is zero",
                    .content = kSh4Content,
@@ -211,6 +224,13 @@ std::vector<std::string> encodedBakeNames() {
     return names;
 }
 
+std::vector<std::string> gltfBakeNames() {
+    std::vector<std::string> names;
+    for (const BakeFormatInfo& format : kBakeFormats)
+        if (format.openGltf != nullptr) names.emplace_back(format.name);
+    return names;
+}
+
 std::vector<std::filesystem::path> bakeFilesBeside(const std::filesystem::path& file, std::string_view bake) {
     std::vector<std::filesystem::path> files;
     for (const BakeFormatInfo& format : kBakeFormats) {
@@ -251,6 +271,13 @@ Result<void> checkEncoding(LightEncoding encoding, const BakeFormatInfo& format,
     return failure(ErrorCode::InvalidRequest, subject + ", encoding",
                    fmt::format("found \"{}\" for bake format {}, expected none: it is for {}", nameOfConvention(encoding), format.name,
                                fmt::join(encodedBakeNames(), ", ")));
+}
+
+Result<void> checkImage(const std::string& image, const BakeFormatInfo& format, const std::string& subject) {
+    if (image.empty() || format.openGltf != nullptr) return {};
+    return failure(ErrorCode::InvalidRequest, subject + ", image",
+                   fmt::format("found \"{}\" for bake format {}, expected none: it is for {}", oneLine(image), format.name,
+                               fmt::join(gltfBakeNames(), ", ")));
 }
 
 Result<LightMapDescription> withImplied(LightMapDescription description, const BakeFormatInfo& format, const std::string& subject) {

@@ -49,6 +49,8 @@ Result<BakeRecognition> findBakeFormat(const std::string& bake, const std::files
 Result<void> checkBakeName(const std::string& bake, const std::string& subject);
 /// Fails if the file is encoded but the format takes no encoding.
 Result<void> checkEncoding(LightEncoding encoding, const BakeFormatInfo& format, const std::string& subject);
+/// Fails if an image of a glTF is named but the format lies in none.
+Result<void> checkImage(const std::string& image, const BakeFormatInfo& format, const std::string& subject);
 
 /// Returns the description with the conventions that the format implies. Fails if the description has another one that is not the default:
 /// then the scene file contradicts the format.

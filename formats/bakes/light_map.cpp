@@ -11,6 +11,8 @@
 #include "formats/bakes/bake_reader.h"
 #include "formats/bakes/canonical.h"
 #include "formats/bakes/coefficient_files.h"
+#include "formats/bakes/unreal.h"
+#include "formats/epic_light_maps.h"
 
 namespace lightcook::formats {
 namespace {
@@ -21,7 +23,7 @@ struct OpenBake {
     std::function<Result<std::unique_ptr<BakeReader>>()> open;
 };
 
-Result<OpenBake> openFile(const std::filesystem::path& file, const LightMapDescription& description) {
+Result<OpenBake> openImage(const std::filesystem::path& file, const LightMapDescription& description) {
     const bool isEncoded = description.encoding != LightEncoding::None;
     Result<BakeImage> opened = isEncoded ? BakeImage::openEncoded(file, description.encoding) : BakeImage::open(file);
     if (!opened) return tl::make_unexpected(opened.error());
@@ -30,6 +32,15 @@ Result<OpenBake> openFile(const std::filesystem::path& file, const LightMapDescr
     if (!recognition) return tl::make_unexpected(recognition.error());
     const BakeFormatInfo* const format = recognition->format;
     return OpenBake{std::move(*recognition), [format, image] { return format->open(std::move(*image)); }};
+}
+
+Result<OpenBake> openGltf(const std::filesystem::path& file, const LightMapDescription& description) {
+    const Result<ExrInfo> content = unrealContent(file);
+    if (!content) return tl::make_unexpected(content.error());
+    Result<BakeRecognition> recognition = findBakeFormat(description.bake, file, *content);
+    if (!recognition) return tl::make_unexpected(recognition.error());
+    const BakeFormatInfo* const format = recognition->format;
+    return OpenBake{std::move(*recognition), [format, file, image = description.image] { return format->openGltf(file, image); }};
 }
 
 /// Opens a bake whose images the scene lists.
@@ -41,6 +52,11 @@ Result<OpenBake> openParts(const LightMapDescription& description, const std::st
     recognition.evidence = fmt::format("the {} images that the scene lists for {}", description.parts.size(), (*format)->content);
     recognition.isCertain = true;
     return OpenBake{std::move(recognition), [&description] { return openCoefficientFiles(description.partFiles); }};
+}
+
+Result<OpenBake> openBake(const std::filesystem::path& file, const LightMapDescription& description) {
+    if (!description.parts.empty()) return openParts(description, file.string());
+    return isGltfFile(file) ? openGltf(file, description) : openImage(file, description);
 }
 
 }  // namespace
@@ -104,9 +120,11 @@ const BakeRecognition& LightMapReader::recognition() const {
 Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, const LightMapDescription& description) {
     const std::string subject = file.string();
     if (const auto known = checkBakeName(description.bake, subject); !known) return tl::make_unexpected(known.error());
-    Result<OpenBake> bake = description.parts.empty() ? openFile(file, description) : openParts(description, subject);
+    Result<OpenBake> bake = openBake(file, description);
     if (!bake) return tl::make_unexpected(bake.error());
     if (const auto taken = checkEncoding(description.encoding, *bake->recognition.format, subject); !taken)
+        return tl::make_unexpected(taken.error());
+    if (const auto taken = checkImage(description.image, *bake->recognition.format, subject); !taken)
         return tl::make_unexpected(taken.error());
     const Result<LightMapDescription> complete = withImplied(description, *bake->recognition.format, subject);
     if (!complete) return tl::make_unexpected(complete.error());

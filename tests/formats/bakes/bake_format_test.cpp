@@ -27,6 +27,7 @@ TEST(BakeFormat, EveryRowHasWordsAndANameOfItsOwn) {
         EXPECT_FALSE(format.caption.empty());
         EXPECT_FALSE(format.content.empty());
         EXPECT_TRUE(names.insert(format.name).second) << format.name;
+        EXPECT_NE(format.open == nullptr, format.openGltf == nullptr) << format.name;
     }
     EXPECT_THAT(bakeNames(), testing::IsSupersetOf({"auto", "sh9", "sh-baker"}));
 }
