@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 
+#include "formats/epic_light_maps.h"
 #include "formats/gltf_light_map.h"
 #include "formats/gltf_scene.h"
 #include "formats/light_map.h"
@@ -75,6 +76,24 @@ Json describeLightMap(const formats::LightMapReader& map) {
             {"normals", map.hasNormals()}, {"coverage", map.hasCoverage()}};
 }
 
+/// Describes the light maps of Unreal that a glTF holds, each by its image. One that cannot be read has its error.
+Result<Json> describeEpicMaps(const std::filesystem::path& file) {
+    const auto images = formats::epicImageNames(file);
+    if (!images) return tl::make_unexpected(images.error());
+    Json list = Json::array();
+    for (const std::string& image : *images) {
+        formats::LightMapDescription description;
+        description.image = image;
+        Json entry = {{"image", image}};
+        if (const auto map = formats::LightMapReader::open(file, description))
+            entry.update(describeLightMap(*map));
+        else
+            entry["error"] = map.error().line();
+        list.push_back(std::move(entry));
+    }
+    return list;
+}
+
 Json describeScene(const Scene& scene) {
     Json json = {{"scene", scene.name},
                  {"target", std::string(formats::info(scene.output.target).name)},
@@ -136,6 +155,9 @@ Result<Json> describeFile(const std::filesystem::path& file) {
         const auto bound = formats::boundLightMaps(file);
         if (!bound) return tl::make_unexpected(bound.error());
         if (const Json maps = parseJson(*bound); maps.is_array() && !maps.empty()) (*facts)["light_maps"] = briefly(maps);
+        const auto baked = describeEpicMaps(file);
+        if (!baked) return tl::make_unexpected(baked.error());
+        if (!baked->empty()) (*facts)["as_light_maps"] = *baked;
         return facts;
     }
     if (extension == ".exr" || extension == ".hdr") {

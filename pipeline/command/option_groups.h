@@ -78,7 +78,7 @@ private:
     bool zstd_ = false, isOneAsset_ = true;
 };
 
-/// --phase, --frame, --quantity, --light-units and --firefly-limit: the conventions of a baked light map.
+/// --bake, --phase, --frame, --quantity, --light-units, --encoding, --image and --firefly-limit: the conventions of a baked light map.
 class ConventionOptions {
 public:
     void add(CLI::App& app);
@@ -86,7 +86,7 @@ public:
     formats::Result<void> apply(formats::LightMapDescription& description) const;
 
 private:
-    std::string bake_ = std::string(formats::kAutoBake), phase_, frame_, quantity_, lightUnits_, encoding_;
+    std::string bake_ = std::string(formats::kAutoBake), phase_, frame_, quantity_, lightUnits_, encoding_, image_;
     double fireflyLimit_ = formats::LightMapDescription{}.fireflyLimit;
 };
 

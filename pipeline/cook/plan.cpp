@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "formats/environment.h"
+#include "formats/epic_light_maps.h"
 #include "formats/gltf_scene.h"
 #include "formats/light_map_layout.h"
 #include "formats/nearest.h"
@@ -161,6 +162,8 @@ private:
     }
 
     void planLightMap(const LightMapEntry& entry) {
+        if (entry.mesh && !mistake_)
+            if (const auto uvs = formats::checkEpicUvs(entry.file, *entry.mesh, entry.description.image); !uvs) mistake_ = uvs.error();
         formats::LightMapDescription description = entry.description;
         description.repair = options_.repair;
         const LightMapReduction reduction = reductionOf(scene_, needs_, entry, lightMapLayoutFor(scene_, needs_, entry));

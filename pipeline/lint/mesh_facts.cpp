@@ -1,5 +1,6 @@
 #include "pipeline/lint/mesh_facts.h"
 
+#include "formats/epic_light_maps.h"
 #include "formats/gltf_scene.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/results.h"
@@ -58,6 +59,9 @@ Result<ActionOutcome> lintMesh(const ActionContext& context) {
     if (!parameters) return tl::make_unexpected(parameters.error());
     const auto scene = formats::GltfScene::load(context.action.inputs.at(kMeshRole));
     if (!scene) return tl::make_unexpected(scene.error());
+    const auto uvs =
+        formats::checkEpicUvs(context.action.inputs.at("source"), context.action.inputs.at(kMeshRole), parameters->description.image);
+    if (!uvs) return tl::make_unexpected(uvs.error());
     MeshFacts facts;
     const std::vector<const formats::TriangleMesh*> meshes = scene->triangleMeshes();
     facts.hasUvs = !meshes.empty() && std::ranges::all_of(meshes, [](const auto* mesh) { return mesh->find("TEXCOORD_1") != nullptr; });

@@ -168,9 +168,8 @@ SceneSectionInfo lightMapSection() {
         .keys =
             {{"name", "string", "required", "name of the asset and its files: up to 128 letters, digits, `_`, `-` and `.`"},
              {"file", "path", "required, or `files`",
-              "EXR, tiled or scan-line, half or float; or Radiance HDR; or an 8-bit picture with an `encoding`. Of a bake of several files "
-              "any one of them: the others are found "
-              "beside it"},
+              "EXR, tiled or scan-line, half or float; or Radiance HDR; or an 8-bit picture with an `encoding`; or a glTF of Unreal. Of a "
+              "bake of several files any one of them: the others are found beside it"},
              {"files", "table of paths", "none",
               "in place of `file`: one image for each coefficient, `{ sh00 = \"a.exr\", sh01 = \"b.exr\", ... }` to `sh03` or `sh08`, or "
               "one "
@@ -185,6 +184,9 @@ SceneSectionInfo lightMapSection() {
              conventionKey<formats::LightEncoding>(
                  "encoding", fmt::format("encoding of the colours of an 8-bit picture (PNG, TGA), for the bake formats {}",
                                          fmt::join(formats::encodedBakeNames(), ", "))),
+             {"image", "string", "none",
+              fmt::format("name or index of the image of a glTF that has light maps in several, for bake format {}",
+                          fmt::join(formats::gltfBakeNames(), ", "))},
              {"firefly_limit", "number from 1, or 0", "1000",
               "largest ratio of a texel to its brightest neighbour; above it the texel is a firefly. 0: no test (charts of one texel are "
               "never tested)"},

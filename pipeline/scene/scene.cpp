@@ -430,6 +430,7 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
     entry.description.frame = reader.oneOfRows("frame", formats::conventions<formats::ShFrame>());
     entry.description.quantity = reader.oneOfRows("quantity", formats::conventions<formats::ShQuantity>());
     entry.description.encoding = reader.oneOfRows("encoding", formats::conventions<formats::LightEncoding>());
+    entry.description.image = reader.optional<std::string>("image", "the name of an image in the glTF").value_or("");
     entry.description.lightUnits = reader.oneOfRows("light_units", formats::conventions<formats::LightUnits>());
     if (const auto limit = reader.optional<double>("firefly_limit", "a number from 1, or 0 for no check")) {
         reader.check("firefly_limit", objectionToFireflyLimit(*limit));

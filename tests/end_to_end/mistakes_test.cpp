@@ -13,6 +13,7 @@
 #include "formats/environment.h"
 #include "formats/light_map.h"
 #include "tests/formats/picture_fixture.h"
+#include "tests/formats/unreal_fixture.h"
 #include "tests/pipeline/lint/faults.h"
 
 namespace lightcook::pipeline {
@@ -114,6 +115,24 @@ void writeColours(const ExampleCopy& scene, const char* name) {
 void writeGreyPng(const ExampleCopy& scene, const char* name, int channelCount) {
     formats::writePng(scene / name, kPictureSide, kPictureSide, channelCount,
                       [](int channel, int x, int y) { return channel == 3 && x == 5 && y == 2 ? 0 : 128; });
+}
+
+/// Writes level.gltf, with a light map of Unreal in each of its images.
+/// change  of the document, before it is written
+void writeUnrealGltf(const ExampleCopy& scene, int images, const std::function<void(nlohmann::json& gltf)>& change = nullptr) {
+    nlohmann::json names = nlohmann::json::array(), maps = nlohmann::json::array();
+    const formats::UnrealRectangle part = {1, 1, kPictureSide - 2, kPictureSide - 2};
+    for (int i = 0; i < images; ++i) {
+        formats::UnrealImage image(kPictureSide, kPictureSide);
+        const formats::UnrealConstants constants = image.encode(part, formats::seededUnrealLight);
+        const std::string name = fmt::format("HQ_Lightmap{}", i);
+        image.writeTo(scene / (name + ".png"));
+        names.push_back({{"name", name}, {"uri", name + ".png"}});
+        maps.push_back(formats::unrealLightMap(image, part, constants, i));
+    }
+    nlohmann::json gltf = formats::unrealGltf(std::move(names), std::move(maps));
+    if (change) change(gltf);
+    writeContent(scene / "level.gltf", gltf.dump());
 }
 
 void nothing(const ExampleCopy&) {}
@@ -340,6 +359,29 @@ const std::vector<Mistake>& allMistakes() {
          [](const ExampleCopy& scene) {
              writeColours(scene, "room_L0.exr");
              for (const char* name : {"room_L1.png", "room_L1x.png", "room_L1y.png", "room_L1z.png"}) writeGreyPng(scene, name, 3);
+         }},
+        {"a glTF without light maps", "lightcook lightmap cornell.glb out", nothing},
+        {"one of several light maps of Unreal is not chosen", "lightcook lightmap level.gltf out",
+         [](const ExampleCopy& scene) { writeUnrealGltf(scene, 2); }},
+        {"a light map of Unreal that there is not", "lightcook lightmap level.gltf out --image HQ_Lightmap2",
+         [](const ExampleCopy& scene) { writeUnrealGltf(scene, 2); }},
+        {"an image of a glTF for an EXR file", "lightcook lightmap cornell_lightmap.exr out --image HQ_Lightmap0", nothing},
+        {"an image of Unreal that the export left out", "lightcook lightmap level.gltf out",
+         [](const ExampleCopy& scene) {
+             writeUnrealGltf(scene, 1);
+             fs::remove(scene / "HQ_Lightmap0.png");
+         }},
+        {"constants of Unreal that are missing", "lightcook lightmap level.gltf out",
+         [](const ExampleCopy& scene) {
+             writeUnrealGltf(
+                 scene, 1, [](nlohmann::json& gltf) { gltf["extensions"]["EPIC_lightmap_textures"]["lightmaps"][0].erase("lightmapAdd"); });
+         }},
+        {"a mesh of Unreal with a rectangle of the light map", "lightcook cook scene.toml",
+         [](const ExampleCopy& scene) {
+             writeUnrealGltf(scene, 1, [](nlohmann::json& gltf) { gltf["nodes"][0]["mesh"] = 0; });
+             writeContent(scene / "scene.toml",
+                          "schema = 1\nname = \"level\"\n\n[output]\n\n[[light_map]]\nname = \"level\"\nfile = \"level.gltf\"\n"
+                          "mesh = \"level.gltf\"\n");
          }},
         // Bakes that look plausible: lint
         {"the light map has the other sign convention", kLint, faults::otherPhase},
