@@ -139,20 +139,6 @@ void clearUnusedCells(const FaceLayout& layout, Image<glm::vec3>& texels) {
     }
 }
 
-/// Returns true if chunks, each with its length, name and checksum, fill the bytes after the signature of a PNG up to its last chunk.
-bool isWholePng(std::span<const std::byte> chunks) {
-    constexpr std::size_t kHead = 8, kChecksum = 4;
-    while (chunks.size() >= kHead + kChecksum) {
-        std::size_t length = 0;
-        for (const std::byte byte : chunks.first(4)) length = length << 8 | std::to_integer<std::size_t>(byte);
-        if (length > chunks.size() - kHead - kChecksum) return false;
-        const std::string_view name(reinterpret_cast<const char*>(chunks.data()) + 4, 4);
-        if (name == "IEND") return true;
-        chunks = chunks.subspan(kHead + length + kChecksum);
-    }
-    return false;
-}
-
 /// Faces as they lie in an image, as six faces from top to bottom.
 Image<glm::vec3> verticalStrip(const FaceLayout& layout, const Image<glm::vec3>& texels) {
     const int size = texels.width() / layout.columns;
@@ -391,17 +377,6 @@ std::string objectionToProbePlace(const ProbePlace& place) {
     for (glm::length_t i = 0; i < 3; ++i)
         if (!((*place.box)[0][i] < (*place.box)[1][i])) return "a box [lowest corner, highest corner]";
     return "";
-}
-
-Result<PlainImage> decodePng(std::span<const std::byte> png, const std::string& subject) {
-    constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
-    if (!std::string_view(reinterpret_cast<const char*>(png.data()), png.size()).starts_with(kSignature))
-        return failure(ErrorCode::FormatUnsupported, subject, "found an image of another kind, expected PNG");
-    if (!isWholePng(png.subspan(kSignature.size())))
-        return failure(ErrorCode::FileUnreadable, subject,
-                       fmt::format("found {} bytes of a PNG without its end, expected all", png.size()));
-    const auto module = imageModule();
-    return module ? (*module)->decodePng(png, subject) : tl::make_unexpected(module.error());
 }
 
 Result<std::vector<std::byte>> encodePng(ImageView<const glm::u8vec4> texels) {

@@ -269,7 +269,9 @@ TEST(UnrealHq, FaultsOfTheExtensionAreNamed) {
         {[](UnrealBake& bake) { writePng(bake.folder / "light map.png", 8, 7, 4, [](int, int, int) { return 9; }); },
          "image 0: found a height of 7 texels, expected an even one"},
         {[](UnrealBake& bake) { writeContent(bake.folder / "light map.png", bake.png().substr(0, 900)); },
-         "level.gltf, image 0: found 900 bytes of a PNG without its end", ErrorCode::FileUnreadable},
+         "level.gltf, image 0: found a PNG without its end, expected a whole image file", ErrorCode::FileUnreadable},
+        {[](UnrealBake& bake) { setByte(bake.folder / "light map.png", 900, 'x'); },
+         "image 0: found a PNG whose chunk \"IDAT\" has another checksum", ErrorCode::FileUnreadable},
     };
     for (const Fault& fault : faults) {
         UnrealBake bake;
