@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "formats/file/one_line.h"
@@ -41,17 +42,21 @@ std::uint32_t numberAt(std::span<const std::byte> bytes, std::size_t at) {
     return number;
 }
 
-/// Describes the fault of the chunks after the signature of a PNG: length, name, content and checksum each, the last one IEND. libpng
-/// prints a line of its own for most faults.
+/// Describes the fault of the chunks after the signature of a PNG: length, name, content and checksum each, IHDR first, then IDAT among
+/// others, IEND last. libpng prints a line of its own for most faults.
 std::optional<std::string> faultOfChunks(std::span<const std::byte> chunks) {
     constexpr std::size_t kHead = 8, kChecksum = 4;
+    bool isFirst = true, hasTexels = false;
     while (chunks.size() >= kHead + kChecksum) {
         const std::size_t length = numberAt(chunks, 0);
         if (length > chunks.size() - kHead - kChecksum) break;
         const std::string_view name(reinterpret_cast<const char*>(chunks.data()) + 4, 4);
         if (crcOf(chunks.subspan(4, 4 + length)) != numberAt(chunks, kHead + length))
             return fmt::format("a PNG whose chunk \"{}\" has another checksum", oneLine(name));
-        if (name == "IEND") return std::nullopt;
+        if (isFirst && name != "IHDR") return fmt::format("a PNG whose first chunk is \"{}\"", oneLine(name));
+        if (name == "IEND") return hasTexels ? std::nullopt : std::optional<std::string>("a PNG without texels");
+        isFirst = false;
+        hasTexels = hasTexels || name == "IDAT";
         chunks = chunks.subspan(kHead + length + kChecksum);
     }
     return "a PNG without its end";

@@ -317,7 +317,17 @@ TEST(UnrealHq, HostileFilesAreRefusedQuickly) {
     writeContent(bake.folder / "light map.png", "\x89PNG\r\n\x1a\n" + pngChunk("IHDR", header) + pngChunk("IEND", ""));
     lightMaps = Json::array({first});
     bake.gltf.erase("nodes");
+    testing::internal::CaptureStderr();
+    EXPECT_THAT(refusalOf(bake.gltf.dump()), HasSubstr("image 0: found a PNG without texels, expected a whole image file"));
+    // The same with a chunk of texels, which are far too few.
+    writeContent(bake.folder / "light map.png",
+                 "\x89PNG\r\n\x1a\n" + pngChunk("IHDR", header) + pngChunk("IDAT", "few") + pngChunk("IEND", ""));
     EXPECT_THAT(refusalOf(bake.gltf.dump()), HasSubstr("image 0: found"));
+    // And chunks in another order.
+    writeContent(bake.folder / "light map.png",
+                 "\x89PNG\r\n\x1a\n" + pngChunk("IDAT", "few") + pngChunk("IHDR", header) + pngChunk("IEND", ""));
+    EXPECT_THAT(refusalOf(bake.gltf.dump()), HasSubstr("image 0: found a PNG whose first chunk is \"IDAT\", expected a whole image file"));
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "no library prints a line of its own";
 }
 
 TEST(UnrealHq, AMeshWithUvsOfItsOwnIsRefused) {
