@@ -30,7 +30,7 @@ struct LightMapDescription {
     ShQuantity quantity = ShQuantity::Radiance;
     LightUnits lightUnits = LightUnits::Radiometric;
     LightEncoding encoding = LightEncoding::None;  ///< of the file, which is an 8-bit picture then; for formats that take it
-    std::string image = {};  ///< name of the image of a glTF that has several light maps; empty: it has one
+    std::string image = {};                        ///< name of the image of a glTF that has several light maps; empty: it has one
     ColorSpaces colors;
     /// Names of the images of a bake whose coefficients are images of their own (formats/bakes/coefficient_files.h). Empty: one file has
     /// all.
