@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -14,18 +13,13 @@
 #include "formats/environment.h"
 #include "formats/file/file_kind.h"
 #include "formats/image/radiance_file.h"
+#include "formats/lower_extension.h"
 
 namespace lightcook::formats {
 namespace {
 
 constexpr std::string_view kColours = "RGB";
 constexpr std::array<std::string_view, 5> kPictureExtensions = {".png", ".tga", ".jpg", ".jpeg", ".bmp"};
-
-std::string lowerExtension(const std::filesystem::path& file) {
-    std::string extension = file.extension().string();
-    std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extension;
-}
 
 struct Picture {
     Image<glm::vec3> colours;

@@ -10,6 +10,7 @@
 
 #include "formats/epic_light_maps.h"
 #include "formats/file/one_line.h"
+#include "formats/lower_extension.h"
 
 namespace lightcook::formats {
 namespace {
@@ -192,8 +193,7 @@ std::string EpicExtension::choices() const {
 }
 
 bool isGltfFile(const std::filesystem::path& file) {
-    std::string extension = file.extension().string();
-    std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string extension = lowerExtension(file);
     return extension == ".gltf" || extension == ".glb";
 }
 
@@ -211,8 +211,8 @@ std::vector<std::filesystem::path> epicFilesBeside(const std::filesystem::path& 
     if (!isGltfFile(file)) return {};
     const auto files = resultOf(file, [&] {
         constexpr std::array kArrays = {"buffers"};
-        std::vector<std::filesystem::path> beside = GltfDocument::filesBeside(file, kArrays);
         const GltfDocument document = GltfDocument::withoutBuffers(file);
+        std::vector<std::filesystem::path> beside = document.filesBeside(kArrays);
         const EpicExtension extension(document);
         for (const std::uint64_t image : extension.images()) {
             const Json& json = document.entry("images", image);

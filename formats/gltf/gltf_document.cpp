@@ -146,13 +146,12 @@ GltfDocument GltfDocument::withoutBuffers(const std::filesystem::path& file) {
     return document;
 }
 
-std::vector<std::filesystem::path> GltfDocument::filesBeside(const std::filesystem::path& file, std::span<const char* const> arrays) {
-    const GltfDocument document = withoutBuffers(file);
+std::vector<std::filesystem::path> GltfDocument::filesBeside(std::span<const char* const> arrays) const {
     std::vector<std::filesystem::path> files;
     for (const char* array : arrays)
-        for (const Json& entry : document.json_.value(array, Json::array())) {
+        for (const Json& entry : json_.value(array, Json::array())) {
             const std::string uri = entry.value("uri", "");
-            const std::filesystem::path path = document.beside(uri);
+            const std::filesystem::path path = beside(uri);
             std::error_code code;
             if (uri.empty() || uri.starts_with("data:") || !std::filesystem::is_regular_file(path, code)) continue;
             if (std::find(files.begin(), files.end(), path) == files.end()) files.push_back(path);

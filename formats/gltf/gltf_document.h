@@ -35,7 +35,7 @@ public:
     static GltfDocument withoutBuffers(const std::filesystem::path& file);
     /// See gltfFilesBeside; throws GltfFault.
     /// arrays  of the document whose entries' files are meant: "buffers", "images"
-    static std::vector<std::filesystem::path> filesBeside(const std::filesystem::path& file, std::span<const char* const> arrays);
+    std::vector<std::filesystem::path> filesBeside(std::span<const char* const> arrays) const;
 
     const Json& json() const { return json_; }
     const std::filesystem::path& file() const { return file_; }

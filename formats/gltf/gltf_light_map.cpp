@@ -111,26 +111,21 @@ private:
 }  // namespace
 
 Result<std::uint64_t> bindLightMap(const std::filesystem::path& scene, const std::filesystem::path& file, const GltfLightMap& lightMap) {
-    try {
-        const std::vector<std::byte> glb = LightMapBinder(GltfDocument(scene), lightMap).bind();
-        if (auto written = writeWholeFile(file, glb); !written) return tl::make_unexpected(written.error());
-        return glb.size();
-    } catch (const GltfFault& fault) {
-        return tl::make_unexpected(fault.error);
-    }
+    const auto glb = resultOf(scene, [&] { return LightMapBinder(GltfDocument(scene), lightMap).bind(); });
+    if (!glb) return tl::make_unexpected(glb.error());
+    if (auto written = writeWholeFile(file, *glb); !written) return tl::make_unexpected(written.error());
+    return glb->size();
 }
 
 Result<std::string> boundLightMaps(const std::filesystem::path& file) {
-    try {
+    return resultOf(file, [&]() -> std::string {
         const GltfDocument document(file);
         const Json& json = document.json();
         const auto extensions = json.find("extensions");
         if (extensions == json.end() || !extensions->is_object() || !extensions->contains(kLightMapExtension)) return "[]";
         const Json& extension = extensions->at(kLightMapExtension);
         return extension.is_object() && extension.contains("maps") ? extension.at("maps").dump() : "[]";
-    } catch (const GltfFault& fault) {
-        return tl::make_unexpected(fault.error);
-    }
+    });
 }
 
 }  // namespace lightcook::formats

@@ -118,23 +118,13 @@ std::int64_t GltfScene::triangleCount() const {
 
 std::vector<std::filesystem::path> gltfFilesBeside(const std::filesystem::path& file, GltfFiles which) {
     constexpr std::array<const char*, 2> kArrays = {"buffers", "images"};
-    try {
-        return GltfDocument::filesBeside(file, std::span(kArrays).first(which == GltfFiles::All ? 2 : 1));
-    } catch (const GltfFault&) {
-        return {};
-    } catch (const nlohmann::json::exception&) {
-        return {};
-    }
+    const auto files = resultOf(
+        file, [&] { return GltfDocument::withoutBuffers(file).filesBeside(std::span(kArrays).first(which == GltfFiles::All ? 2 : 1)); });
+    return files.value_or(std::vector<std::filesystem::path>());
 }
 
 Result<GltfScene> GltfScene::load(const std::filesystem::path& file) {
-    try {
-        return GltfScene(std::make_unique<State>(file));
-    } catch (const GltfFault& fault) {
-        return tl::make_unexpected(fault.error);
-    } catch (const nlohmann::json::exception& exception) {
-        return tl::make_unexpected(notGltf(file, exception));
-    }
+    return resultOf(file, [&] { return GltfScene(std::make_unique<State>(file)); });
 }
 
 std::vector<const TriangleMesh*> GltfScene::triangleMeshes() const {
@@ -165,19 +155,13 @@ Result<MeshSize> GltfScene::writePlain(const std::filesystem::path& file, const 
 }
 
 Result<MeshSize> GltfScene::write(const std::filesystem::path& file, const DracoOptions* options, const ClusterMap* clusters) const {
-    try {
-        const BuiltGlb glb = buildGlb(state_->document, state_->primitives, clusters, options);
-        if (glb.bytes.size() > std::numeric_limits<std::uint32_t>::max()) {
-            return failure(ErrorCode::WrongShape, file.string(),
-                           fmt::format("found {} bytes, expected less than 4 GiB in a GLB", glb.bytes.size()));
-        }
-        if (const auto written = writeWholeFile(file, glb.bytes); !written) return tl::make_unexpected(written.error());
-        return glb.size;
-    } catch (const GltfFault& fault) {
-        return tl::make_unexpected(fault.error);
-    } catch (const nlohmann::json::exception& exception) {
-        return tl::make_unexpected(notGltf(state_->document.file(), exception));
-    }
+    const auto glb = resultOf(state_->document.file(), [&] { return buildGlb(state_->document, state_->primitives, clusters, options); });
+    if (!glb) return tl::make_unexpected(glb.error());
+    if (glb->bytes.size() > std::numeric_limits<std::uint32_t>::max())
+        return failure(ErrorCode::WrongShape, file.string(),
+                       fmt::format("found {} bytes, expected less than 4 GiB in a GLB", glb->bytes.size()));
+    if (const auto written = writeWholeFile(file, glb->bytes); !written) return tl::make_unexpected(written.error());
+    return glb->size;
 }
 
 Result<MeshError> GltfScene::errorOf(const GltfScene& cooked) const {

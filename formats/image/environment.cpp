@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -18,6 +17,7 @@
 #include "formats/image/radiance_file.h"
 #include "formats/image/srgb_curve.h"
 #include "formats/json_structure.h"
+#include "formats/lower_extension.h"
 #include "formats/memory.h"
 #include "formats/png.h"
 #include "formats/probe_place.h"
@@ -232,8 +232,7 @@ Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, con
 namespace {
 
 bool isPictureFile(const std::filesystem::path& file) {
-    std::string extension = file.extension().string();
-    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const std::string extension = lowerExtension(file);
     for (const char* each : {".png", ".jpg", ".jpeg", ".tga", ".bmp"})
         if (extension == each) return true;
     return false;

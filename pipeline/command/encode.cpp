@@ -11,6 +11,7 @@
 #include <memory>
 #include <utility>
 
+#include "formats/lower_extension.h"
 #include "formats/nearest.h"
 #include "formats/vocabulary.h"
 #include "pipeline/assets/textures.h"
@@ -157,7 +158,7 @@ Result<Json> encodeTexture(const EncodeCommand& command, int threads) {
 
     const formats::TextureShape shape = shapeOf(*format, texels, command.cube ? 6 : 1);
     TextureSettings settings;
-    settings.container = lowerExtension(command.output) == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
+    settings.container = formats::lowerExtension(command.output) == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
     settings.zstd = command.zstd;
     formats::Image<float> significance;
     if (!command.significance.empty()) {

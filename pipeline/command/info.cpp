@@ -13,6 +13,7 @@
 #include "formats/gltf_light_map.h"
 #include "formats/gltf_scene.h"
 #include "formats/light_map.h"
+#include "formats/lower_extension.h"
 #include "pipeline/assets/light_map/bake_reading.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
@@ -141,7 +142,7 @@ Json briefly(const Json& maps) {
 Result<Json> describeFile(const std::filesystem::path& file) {
     std::error_code code;
     if (std::filesystem::is_directory(file, code)) return describeFolder(file);
-    const std::string extension = lowerExtension(file);
+    const std::string extension = formats::lowerExtension(file);
     if (isTextureFile(file)) return formats::TextureReader::open(file).map(describeTexture);
     if (extension == ".toml") return readScene(file).map(describeScene);
     if (extension == ".glb" || extension == ".gltf") {

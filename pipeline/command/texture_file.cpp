@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 
+#include "formats/lower_extension.h"
 #include "formats/memory.h"
 #include "verify/texture_unit.h"
 
@@ -15,11 +15,7 @@ using formats::failure;
 using formats::Image;
 using formats::Result;
 
-std::string lowerExtension(const std::filesystem::path& file) {
-    std::string extension = file.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
-    return extension;
-}
+using formats::lowerExtension;
 
 bool isTextureFile(const std::filesystem::path& file) {
     return lowerExtension(file) == ".ktx2" || lowerExtension(file) == ".dds";

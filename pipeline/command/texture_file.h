@@ -2,16 +2,12 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 
 #include "formats/environment.h"
 #include "formats/error.h"
 #include "formats/gpu_texture.h"
 
 namespace lightcook::pipeline {
-
-/// Returns the extension in lower case: ".ktx2".
-std::string lowerExtension(const std::filesystem::path& file);
 
 /// Returns true for .ktx2 and .dds.
 bool isTextureFile(const std::filesystem::path& file);

@@ -8,8 +8,10 @@
 
 #include "formats/bake_format.h"
 #include "formats/environment.h"
+#include "formats/epic_light_maps.h"
 #include "formats/gltf_scene.h"
 #include "formats/light_map.h"
+#include "formats/lower_extension.h"
 #include "pipeline/graph/files.h"
 
 namespace lightcook::pipeline {
@@ -24,17 +26,11 @@ std::string lower(std::string text) {
     std::ranges::transform(text, text.begin(), [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
     return text;
 }
-std::string extensionOf(const fs::path& file) {
-    return lower(file.extension().string());
-}
 bool isOneOf(const std::string& text, std::initializer_list<const char*> choices) {
     return std::ranges::find(choices, text) != choices.end();
 }
-bool isMesh(const fs::path& file) {
-    return isOneOf(extensionOf(file), {".glb", ".gltf"});
-}
 bool isPicture(const fs::path& file) {
-    return isOneOf(extensionOf(file), {".exr", ".hdr", ".png", ".tga", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp"});
+    return isOneOf(formats::lowerExtension(file), {".exr", ".hdr", ".png", ".tga", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp"});
 }
 
 /// A file that the command line names, or that lies in a folder which it names.
@@ -75,7 +71,7 @@ public:
 
     Result<DraftInputs> run() {
         for (const Found& each : files_)
-            if (isMesh(each.file))
+            if (formats::isGltfFile(each.file))
                 if (auto added = addMesh(each); !added) return tl::make_unexpected(added.error());
         // Bakes that say so first: their other files are no pictures of their own.
         for (const Found& each : files_)
@@ -142,7 +138,7 @@ private:
             inputs_.gradients.push_back(found.file);
             return {};
         }
-        const bool isHdr = isOneOf(extensionOf(found.file), {".exr", ".hdr"});
+        const bool isHdr = isOneOf(formats::lowerExtension(found.file), {".exr", ".hdr"});
         const bool hasHint = isNamedAsLightMap(found.file);
         if (isHdr && isEnvironmentShape(width, height) && !hasHint) {
             take(found.file);
@@ -197,7 +193,7 @@ private:
     /// Gives each probe the JSON file that states its SH.
     void pairProbes() {
         for (const Found& each : files_) {
-            if (extensionOf(each.file) != ".json") continue;
+            if (formats::lowerExtension(each.file) != ".json") continue;
             for (DraftProbe& probe : inputs_.probes)
                 if (!probe.sh && formats::loadProbeSh(each.file, probe.file.filename().string())) {
                     probe.sh = each.file;
