@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 
+#include "pipeline/json/json.h"
 #include "pipeline/scene/checks.h"
 
 namespace lightcook::pipeline {
@@ -17,25 +18,6 @@ using formats::failure;
 using formats::Result;
 
 constexpr std::size_t kCommentColumn = 33;
-
-/// Returns true for valid UTF-8 without overlong forms and surrogates.
-bool isUtf8(std::string_view text) {
-    for (std::size_t i = 0; i < text.size();) {
-        const auto first = static_cast<unsigned char>(text[i]);
-        const std::size_t length = first < 0x80 ? 1 : first >> 5 == 6 ? 2 : first >> 4 == 14 ? 3 : first >> 3 == 30 ? 4 : 0;
-        if (length == 0 || i + length > text.size()) return false;
-        std::uint32_t point = length == 1 ? first : first & (0x7Fu >> length);
-        for (std::size_t k = 1; k < length; ++k) {
-            const auto next = static_cast<unsigned char>(text[i + k]);
-            if (next >> 6 != 2) return false;
-            point = point << 6 | (next & 0x3Fu);
-        }
-        constexpr std::uint32_t kLeast[] = {0, 0, 0x80, 0x800, 0x10000};
-        if (point < kLeast[length] || point > 0x10FFFF || (point >= 0xD800 && point < 0xE000)) return false;
-        i += length;
-    }
-    return true;
-}
 
 /// Returns a basic string of TOML.
 std::string tomlString(std::string_view text) {
@@ -162,10 +144,8 @@ private:
 std::string assetNameOf(const fs::path& file) {
     std::string name;
     for (const char letter : file.stem().string()) {
-        const bool isUsable = (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') || (letter >= '0' && letter <= '9') ||
-                              letter == '_' || letter == '-' || letter == '.';
         // The later bytes of a letter in UTF-8 give no '_' of their own.
-        if (isUsable)
+        if (isNameLetter(letter))
             name += letter;
         else if ((static_cast<unsigned char>(letter) & 0xC0) != 0x80)
             name += '_';

@@ -17,4 +17,12 @@ std::string textOf(const Json& json) {
     return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }
 
+std::string asUtf8(const std::string& text) {
+    return parseJson(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace)).get<std::string>();
+}
+
+bool isUtf8(const std::string& text) {
+    return asUtf8(text) == text;
+}
+
 }  // namespace lightcook::pipeline

@@ -34,11 +34,6 @@ std::string xmlEscaped(const std::string& text) {
     return escaped;
 }
 
-/// Returns the text with every byte that is no UTF-8 replaced, as JSON output does it.
-std::string asUtf8(const std::string& text) {
-    return parseJson(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace)).get<std::string>();
-}
-
 std::string attribute(const std::string& text) {
     return xmlEscaped(asUtf8(text));
 }

@@ -14,6 +14,12 @@ namespace lightcook::pipeline {
 /// Letters of an asset's name: with the endings of its files it stays below the 255 that a file name may have.
 inline constexpr std::size_t kLongestName = 128;
 
+/// Returns true for the letters that a name may have. It does not begin with a '.'.
+constexpr bool isNameLetter(char letter) {
+    return (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') || (letter >= '0' && letter <= '9') || letter == '_' ||
+           letter == '-' || letter == '.';
+}
+
 /// The two halves of the message "found ..., expected ...".
 struct ValueError {
     std::string found, expected;

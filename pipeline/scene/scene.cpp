@@ -368,8 +368,7 @@ formats::ColorSpaces readColors(TableReader reader) {
 /// Reads a name that can be a file name and a key.
 std::string readName(TableReader& reader) {
     std::string name = reader.required<std::string>("name", "a string");
-    const bool usable = !name.empty() && name.front() != '.' &&
-                        name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.") == std::string::npos;
+    const bool usable = !name.empty() && name.front() != '.' && std::ranges::all_of(name, isNameLetter);
     if (!usable)
         reader.fail(reader.node("name"), fmt::format("found the name {}, expected letters, digits, '_', '-' and '.'", inQuotes(name)));
     if (name.size() > kLongestName)

@@ -98,7 +98,7 @@ Result<std::optional<ViewedCandidate>> Site::addCandidate(const fs::path& cooked
     if (const auto errors = checkDigests(folder, *own); !errors.empty()) return tl::make_unexpected(errors.front());
     const auto report = loadReport(folder / kReportName);
     if (!report) return tl::make_unexpected(report.error());
-    ViewedCandidate candidate{layout, fmt::format("{}candidates/{}/", kCookedPrefix, layout), 0, 0};
+    ViewedCandidate candidate{layout, (candidateFolder(kCookedPrefix, layout) / "").generic_string(), 0, 0};
     // Cubemaps, tables and dominant lights on the page are those of the cooked scene.
     std::vector<std::string> names = {kManifestName, own->shader.file};
     for (const CookedAsset& asset : own->assets) {
