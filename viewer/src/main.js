@@ -100,10 +100,9 @@ class Page {
   allow() {
     const view = /** @type {View} */ (this.view), { state } = this, { has } = view, start = initialState();
     const oneOf = (/** @type {string} */ value, /** @type {readonly string[]} */ values, /** @type {string} */ otherwise) => (values.includes(value) ? value : otherwise);
-    const layouts = view.candidates.map(({ layout }) => layout), isCompared = has.reference || layouts.length > 0;
-    state.layout = oneOf(state.layout, ["", ...layouts], "");
+    state.layout = oneOf(state.layout, ["", ...view.candidates.map(({ layout }) => layout)], "");
     state.beside = oneOf(state.beside, this.besideChoices(), this.besideChoices()[0] ?? "");
-    state.mode = isCompared ? oneOf(state.mode, this.modeChoices(), start.mode) : "cooked";
+    state.mode = this.isCompared() ? oneOf(state.mode, this.modeChoices(), start.mode) : "cooked";
     state.memory = oneOf(state.memory, ["assets", "charts"], "assets");
     state.glossy = oneOf(state.glossy, this.glossyChoices(), "none");
     state.overlay = oneOf(state.overlay, this.overlayChoices(), "none");
@@ -133,6 +132,9 @@ class Page {
   besideChoices() {
     const { has, candidates } = /** @type {View} */ (this.view);
     return [...(has.reference ? [""] : []), ...candidates.map(({ layout }) => layout)];
+  }
+  isCompared() {
+    return this.besideChoices().length > 0;
   }
   glossyChoices() {
     const view = /** @type {View} */ (this.view);
@@ -257,8 +259,8 @@ class Page {
       legend.hidden = mode !== "error";
       byId("legend-end").textContent = `${this.state.errorEnd} or more`;
       const isReference = mode === "reference" || (mode === "blink" && this.blinked);
-      const isCompared = view.has.reference || view.candidates.length > 0, right = this.layoutName(this.state.layout);
-      byId("left-tag").textContent = isCompared && (isWiped || isReference) ? (this.state.beside || "Reference") : "";
+      const right = this.layoutName(this.state.layout);
+      byId("left-tag").textContent = this.isCompared() && (isWiped || isReference) ? (this.state.beside || "Reference") : "";
       byId("right-tag").textContent = mode === "error" ? `Visible error${view.candidates.length > 0 ? ` of ${right}` : ""}` : isReference ? "" : view.candidates.length > 0 ? right : "Cooked";
     });
   }
@@ -337,7 +339,7 @@ class Page {
 
   viewCard() {
     const { has, candidates } = /** @type {View} */ (this.view), rows = [];
-    if (has.reference || candidates.length > 0) {
+    if (this.isCompared()) {
       const names = { wipe: "Wipe", reference: "Reference", cooked: "Cooked", blink: "Blink", error: "Error" };
       rows.push(this.segments("mode", "mode", this.modeChoices().map((mode) => [mode, names[mode]])));
     }
@@ -554,8 +556,7 @@ class Page {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const target = /** @type {HTMLElement} */ (event.target), isOwn = ["INPUT", "SELECT", "TEXTAREA"].includes(target.tagName);
     if (isOwn || (target.tagName === "BUTTON" && event.code === "Space")) return;
-    const { state } = this, { has, candidates } = /** @type {View} */ (this.view), digit = Number(event.key);
-    const modes = has.reference || candidates.length > 0 ? this.modeChoices() : [];
+    const { state } = this, digit = Number(event.key), modes = this.isCompared() ? this.modeChoices() : [];
     if (digit >= 1 && digit <= modes.length) this.choose("mode", modes[digit - 1]);
     else if (modes.length > 0 && event.code === "Space") this.choose("mode", state.mode === "reference" ? "cooked" : "reference");
     else if (event.key === "[" || event.key === "]") this.changed({ stops: Math.min(Math.max(state.stops + (event.key === "]" ? 0.5 : -0.5), -8), 8) });

@@ -4,9 +4,10 @@ import {
   Mesh, NearestFilter, OrthographicCamera, PlaneGeometry, RGBAFormat, Raycaster, Scene, ShaderMaterial, Vector2, Vector3, WebGLRenderTarget,
   WebGLRenderer,
 } from "three";
-import { CookedScene, clustersOfBlocks, dominantLight, environmentMap, fetchBytes, makeTexture, readKtx2, specularTables } from "../loaders/index.js";
+import {
+  CookedScene, LAYOUTS, clustersOfBlocks, dominantLight, environmentMap, fetchBytes, makeTexture, readKtx2, specularTables,
+} from "../loaders/index.js";
 import { FRAGMENT_MAIN, POINTS_MAIN, POINTS_VERTEX, ROWS, VERTEX, shadingGlsl, sharedUniforms } from "./shading.js";
-import { LAYOUTS } from "../loaders/core/light_map.js";
 import { findCharts, findSurface, surfaceAt } from "./charts.js";
 
 /**
@@ -75,11 +76,13 @@ export class View {
     this.sets = new Map();
     /** Layout that is shown as cooked. */
     this.layout = "";
-    /** What is shown beside it, and on which share of the canvas from the left. @type {{ layout: string, share: number } | null} */
+    /** What is shown beside it, and on which share of the canvas from the left. @type {{ set: LayoutSet, share: number } | null} */
     this.beside = null;
+    /** @type {ViewedLightMap[]} */
+    this.lightMaps = [];
     /** @type {ViewedCandidate[]} */
     this.candidates = [];
-    /** What all layouts share, by light map. @type {Map<string, { dominant: import("../loaders/core/specular.js").ShaderPart | null, reference: any, place: number }>} */
+    /** What all layouts share, by light map. @type {Map<string, { dominant: import("../loaders/core/specular.js").ShaderPart | null, reference: any, left: number | null }>} */
     this.shared = new Map();
     this.box = new Box3();
     this.has = { reference: false, directions: false, tables: false, dominant: false, materials: false, clusters: false, mesh: false };
@@ -114,7 +117,7 @@ export class View {
     /** @type {{ schema: number, scene: string, light_maps: ViewedLightMap[], candidates: ViewedCandidate[] }} */
     const data = JSON.parse(new TextDecoder().decode(await fetchBytes("viewer/scene.json", onBytes)));
     if (data.schema !== 1) throw new Error(`viewer/scene.json: found schema ${data.schema}, expected 1`);
-    this.data = data;
+    this.lightMaps = data.light_maps;
     this.candidates = data.candidates;
     this.cooked = await this.open("cooked/", onBytes);
     const { manifest } = this.cooked;
@@ -155,7 +158,7 @@ export class View {
   /** @param {CookedScene} cooked @param {(bytes: number) => void} onBytes @returns {Promise<LayoutSet>} */
   async setOf(cooked, onBytes) {
     const set = { cooked, scene: new Scene(), lines: new Scene(), maps: [] };
-    for (const map of this.data?.light_maps ?? []) await this.addLightMap(set, map, onBytes);
+    for (const map of this.lightMaps) await this.addLightMap(set, map, onBytes);
     return set;
   }
   /** Loads what a light map has whatever its layout: its dominant light and its float bake. @param {ViewedLightMap} data @param {(bytes: number) => void} onBytes */
@@ -165,7 +168,7 @@ export class View {
     const asset = cooked.manifest.assets.find(({ name, kind, light_map }) => kind === "dominant" && (light_map ?? name) === (light_map ? data.name : `${data.name}_dominant`));
     const dominant = asset ? dominantLight(asset, await cooked.textures(asset)) : null;
     const reference = data.reference ? makeTexture(await readKtx2(await fetchBytes(data.reference, onBytes), data.reference), this.gl(), data.reference) : null;
-    const made = { dominant, reference, place: this.box.isEmpty() ? 0 : this.box.max.x };
+    const made = { dominant, reference, left: this.box.isEmpty() ? null : this.box.max.x };
     this.shared.set(data.name, made);
     return made;
   }
@@ -176,7 +179,7 @@ export class View {
     const asset = assets.find(({ name, kind }) => name === data.name && kind === "light-map");
     if (!asset) throw new Error(`viewer/scene.json: found light map "${data.name}", which cooked.json does not have`);
     const decode = await cooked.lightMap(asset);
-    const { dominant, reference, place } = await this.sharedOf(data, onBytes);
+    const { dominant, reference, left } = await this.sharedOf(data, onBytes);
     const hasReference = reference !== null;
     const display = data.display ?? NO_DISPLAY;
     /** @type {Record<string, { value: any }>} */
@@ -191,7 +194,7 @@ export class View {
     const meshAsset = data.mesh ? assets.find(({ name, kind }) => name === data.mesh && kind === "mesh") : undefined;
     const meshes = meshAsset ? await this.meshesOf(cooked, meshAsset) : [];
     const hasMesh = meshes.length > 0;
-    if (!hasMesh) meshes.push(this.sheet(asset, place));
+    if (!hasMesh) meshes.push(this.sheet(asset, left));
     const shading = shadingGlsl(cooked.shader, decode, { tables: this.tables ?? null, dominant, environment: this.environment ?? null, hasReference });
     const hasClusters = !!decode.layout.code;
     /** @type {Record<string, number>} */
@@ -256,13 +259,13 @@ export class View {
     return meshes;
   }
 
-  /** A light map without a mesh, as a sheet. @param {import("../loaders/core/cooked.js").CookedAsset} asset @param {number} left where the scene ends so far */
+  /** A light map without a mesh, as a sheet. @param {import("../loaders/core/cooked.js").CookedAsset} asset @param {number | null} left where the scene ends so far; null: nothing is there */
   sheet(asset, left) {
     const geometry = new PlaneGeometry(asset.width / asset.height, 1), uv = geometry.getAttribute("uv");
     geometry.setAttribute("uv1", new BufferAttribute(Float32Array.from({ length: 2 * uv.count }, (_, i) => (i % 2 ? 1 - uv.getY(i >> 1) : uv.getX(i >> 1))), 2));
     const mesh = new Mesh(geometry);
     mesh.material = /** @type {any} */ ({ side: DoubleSide });
-    mesh.position.x = left === 0 ? 0 : left + asset.width / asset.height;
+    mesh.position.x = left === null ? 0 : left + asset.width / asset.height;
     mesh.updateMatrixWorld(true);
     return mesh;
   }
@@ -273,7 +276,8 @@ export class View {
     if (!u) return;
     const side = { wipe: 0, reference: 1, cooked: 2, error: 3, blink: blinked ? 1 : 2 }[state.mode] ?? 2;
     this.layout = state.layout;
-    this.beside = state.beside && this.sets.has(state.beside) ? { layout: state.beside, share: side === 0 ? state.wipe : side === 1 ? 1 : 0 } : null;
+    const set = state.beside ? this.sets.get(state.beside) : undefined;
+    this.beside = set ? { set, share: side === 0 ? state.wipe : side === 1 ? 1 : 0 } : null;
     u.shownSide.value = this.beside && side !== 3 ? 2 : this.has.reference ? side : 2;
     u.borderX.value = state.wipe * this.canvas.width;
     u.exposureStops.value = state.stops;
@@ -305,7 +309,7 @@ export class View {
     this.renderer.setClearColor(background, 1);
     const share = this.beside ? this.beside.share : 0;
     if (share < 1) this.drawSet(this.shown, camera, share, 1);
-    if (this.beside && share > 0) this.drawSet(/** @type {LayoutSet} */ (this.sets.get(this.beside.layout)), camera, 0, share);
+    if (this.beside && share > 0) this.drawSet(this.beside.set, camera, 0, share);
     ++this.frames;
   }
   /** Draws light maps on a part of the canvas. @param {LayoutSet} set @param {import("three").PerspectiveCamera} camera @param {number} from in [0, 1], from the left @param {number} to */
