@@ -21,7 +21,8 @@ namespace lightcook::bench {
 
 struct ComparisonOptions {
     std::vector<int> efforts = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
-    /// Of the squared errors: what our encoders minimize, and what all are judged by. Formats without colour are left out unless all are 1.
+    /// Our encoders minimize the squared errors with these weights, and all encoders are judged by them. Unless all are 1, formats without
+    /// colour are left out.
     std::array<float, 4> channelWeights = {1, 1, 1, 1};
     int rounds = 7;              ///< at most, for each encoder and picture
     double secondsEach = 0.5;    ///< an encoder that has taken this long on a picture takes part in no further round of it

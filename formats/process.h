@@ -1,5 +1,5 @@
-// What this process knows of itself. A port to another system replaces this file and formats/memory.h. Header only: the image module is not
-// linked with formats.
+// These functions ask the system about this process: where its program lies, and which of its descriptors a path means. A port to another
+// system replaces this file and formats/memory.h.
 #pragma once
 
 #include <unistd.h>

@@ -1,4 +1,5 @@
-// What the files of a user are to a scene: light maps, meshes, environments, gradients. Bakes are recognised as `info` and `cook` do it.
+// findInputs() tells what the files of a user are to a scene: light maps, meshes, environments or gradients. It recognises bakes as `info`
+// and `cook` do.
 #pragma once
 
 #include <filesystem>

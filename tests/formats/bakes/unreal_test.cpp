@@ -50,7 +50,7 @@ struct UnrealBake {
     std::string png() const { return contentOf(folder / "light map.png"); }
 };
 
-/// What Unreal's shader shows without directions, written out.
+/// Decodes a texel as Unreal's shader does without directions.
 glm::dvec3 shownByUnreal(const std::array<int, 4>& above, const std::array<int, 4>& below, const UnrealConstants& constants) {
     double logL = above[3] / 255.0;
     logL += below[3] / 255.0 * (1.0 / 255) - 0.5 / 255;
