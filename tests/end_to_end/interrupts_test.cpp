@@ -34,6 +34,7 @@ struct BusyCommand {
 };
 const BusyCommand kBusyCommands[] = {
     {"cook", {"scene.toml", "-o", "out", "--force"}},
+    {"init", {"map.exr", "probe.exr", "-o", "out"}},
     {"lint", {"scene.toml", "--json", "out"}},
     {"verify", {"cooked", "--json", "out"}},
     {"report", {"cooked", "--json", "out"}},

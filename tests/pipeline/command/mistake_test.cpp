@@ -58,7 +58,7 @@ TEST(Mistake, SaysWhatAValueMayBe) {
 }
 
 TEST(Mistake, SaysWhatIsMissingLast) {
-    EXPECT_THAT(mistakeOf(""), AllOf(HasSubstr("found no command"), HasSubstr("cook, lint, verify, report")));
+    EXPECT_THAT(mistakeOf(""), AllOf(HasSubstr("found no command"), HasSubstr("cook, init, lint, verify, report")));
     GlobalOptions global;
     const char* const arguments[] = {"lightcook", "cook"};
     testing::internal::CaptureStderr();
