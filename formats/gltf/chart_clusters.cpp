@@ -6,7 +6,9 @@
 #include <array>
 #include <cmath>
 #include <glm/vec2.hpp>
-#include <numeric>
+
+#include "formats/disjoint_sets.h"
+#include "formats/triangle_rows.h"
 
 namespace lightcook::formats {
 namespace {
@@ -17,27 +19,6 @@ constexpr double kLeastWeight = 1e-3;
 
 int blocksOf(int texels) {
     return (texels + kBlock - 1) / kBlock;
-}
-
-using Corners = std::array<glm::dvec2, 3>;  ///< [texels]
-
-/// Horizontal extent of a triangle between two heights; right < left if the triangle does not reach there.
-struct Spread {
-    double left = HUGE_VAL, right = -HUGE_VAL;
-    void add(double x) {
-        left = std::min(left, x);
-        right = std::max(right, x);
-    }
-};
-Spread spreadBetween(const Corners& corners, double low, double high) {
-    Spread spread;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const glm::dvec2 &a = corners[i], &b = corners[(i + 1) % 3];
-        if (low <= a.y && a.y <= high) spread.add(a.x);
-        for (const double y : {low, high})
-            if (a.y != b.y && std::min(a.y, b.y) <= y && y <= std::max(a.y, b.y)) spread.add(a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y)));
-    }
-    return spread;
 }
 
 /// Inside: the triangle holds the centre of the texel. Filtered: a bilinear filter inside the triangle gives the texel weight, that is, the
@@ -60,32 +41,15 @@ void forEachRun(const Corners& corners, int width, int height, Touch touch, Visi
     }
 }
 
-/// Sets of vertices that triangles connect (union-find); a set is identified by its lowest vertex.
-class Islands {
-public:
-    explicit Islands(const TriangleMesh& mesh) : parent_(mesh.vertexCount()) {
-        std::iota(parent_.begin(), parent_.end(), 0u);
-        for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
-            join(mesh.indices[i], mesh.indices[i + 1]);
-            join(mesh.indices[i], mesh.indices[i + 2]);
-        }
+/// Returns the sets of vertices that triangles connect.
+DisjointSets islandsOf(const TriangleMesh& mesh) {
+    DisjointSets islands(mesh.vertexCount());
+    for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+        islands.join(mesh.indices[i], mesh.indices[i + 1]);
+        islands.join(mesh.indices[i], mesh.indices[i + 2]);
     }
-    std::uint32_t find(std::uint32_t vertex) {
-        while (parent_[vertex] != vertex) {
-            parent_[vertex] = parent_[parent_[vertex]];
-            vertex = parent_[vertex];
-        }
-        return vertex;
-    }
-
-private:
-    void join(std::uint32_t a, std::uint32_t b) {
-        a = find(a);
-        b = find(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-    std::vector<std::uint32_t> parent_;
-};
+    return islands;
+}
 
 constexpr int kUnknown = -1;
 
@@ -136,7 +100,7 @@ std::vector<IslandRun> islandRuns(std::span<const TriangleMesh* const> meshes, i
     for (const TriangleMesh* mesh : meshes) {
         const MeshAttribute* uv = mesh->find("TEXCOORD_1");
         if (uv == nullptr) continue;
-        Islands islands(*mesh);
+        DisjointSets islands = islandsOf(*mesh);
         std::vector<int> nameOf(mesh->vertexCount(), kUnknown);  // of each island, stored at its lowest vertex
         std::vector<bool> hasCentre(mesh->vertexCount(), false);
         for (std::size_t triangle = 0; triangle < mesh->triangleCount(); ++triangle) {
@@ -165,7 +129,7 @@ std::vector<IslandRun> islandRuns(std::span<const TriangleMesh* const> meshes, i
 tl::expected<std::vector<std::uint8_t>, std::string> clustersOfVertices(const TriangleMesh& mesh, const ClusterMap& map) {
     const MeshAttribute* uv = mesh.find("TEXCOORD_1");
     if (uv == nullptr) return tl::make_unexpected(std::string("found no TEXCOORD_1, expected light-map UVs"));
-    Islands islands(mesh);
+    DisjointSets islands = islandsOf(mesh);
     std::vector<int> clusters(mesh.vertexCount(), kUnknown);  // of each island, stored at its lowest vertex
     for (std::size_t triangle = 0; triangle < mesh.triangleCount(); ++triangle) {
         int& known = clusters[islands.find(mesh.indices[3 * triangle])];
