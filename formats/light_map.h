@@ -109,15 +109,21 @@ private:
     std::unique_ptr<State> state_;
 };
 
+/// Channels that a LightMapWriter writes beside the coefficients: none, or coverage.Y and normal.X, Y and Z.
+enum class SurfaceOutput { None, CoverageAndNormals };
+
 /// Writes bake format sh9 in canonical form, as floats in ZIP tiles of 64 x 64. Rows are appended in order from row 0. The file appears at
 /// commit(), complete.
 class LightMapWriter {
 public:
-    static Result<LightMapWriter> create(const std::filesystem::path& file, int width, int height);
+    static Result<LightMapWriter> create(const std::filesystem::path& file, int width, int height,
+                                         SurfaceOutput surface = SurfaceOutput::None);
     LightMapWriter(LightMapWriter&&) noexcept;
     LightMapWriter& operator=(LightMapWriter&&) noexcept;
     ~LightMapWriter();
     Result<void> append(ImageView<const lighting::ShRgb> rows);
+    /// Appends rows of a map with SurfaceOutput::CoverageAndNormals. The three views have one size.
+    Result<void> append(ImageView<const lighting::ShRgb> rows, ImageView<const std::uint8_t> covered, ImageView<const glm::vec3> normal);
     Result<void> commit();
 
 private:

@@ -14,43 +14,76 @@ using lighting::ShRgb;
 struct LightMapWriter::State {
     ExrWriter writer;
     int width = 0, height = 0;
-    Image<ShRgb> waiting;  ///< rows that do not fill a row of tiles yet
+    int floatsPerTexel = 0;
+    std::vector<float> waiting;  ///< rows that do not fill a row of tiles yet
     int waitingRows = 0;
     int rowsTaken = 0;
 
-    Result<void> flush() {
-        constexpr std::ptrdiff_t kFloatsPerTexel = sizeof(ShRgb) / sizeof(float);
-        const Result<void> written = writer.append(&waiting.texels().data()->front().x, kFloatsPerTexel * width, waitingRows);
-        waitingRows = 0;
-        return written;
+    std::ptrdiff_t rowFloats() const { return static_cast<std::ptrdiff_t>(width) * floatsPerTexel; }
+    float* nextRow() { return waiting.data() + waitingRows * rowFloats(); }
+    /// Counts the row that was written to nextRow(), and writes a full row of tiles.
+    Result<void> takeRow() {
+        ++waitingRows;
+        ++rowsTaken;
+        if (waitingRows < kTileExtent && rowsTaken < height) return {};
+        return writer.append(waiting.data(), rowFloats(), std::exchange(waitingRows, 0));
     }
 };
+
+namespace {
+
+constexpr int kShFloats = sizeof(ShRgb) / sizeof(float);
+
+/// Copies a row of coefficients to texels of `floatsPerTexel`.
+void copyRow(const ShRgb* texels, int width, int floatsPerTexel, float* row) {
+    for (int x = 0; x < width; ++x) std::copy_n(&texels[x].front().x, kShFloats, row + static_cast<std::ptrdiff_t>(x) * floatsPerTexel);
+}
+
+}  // namespace
 
 LightMapWriter::LightMapWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
 LightMapWriter::LightMapWriter(LightMapWriter&&) noexcept = default;
 LightMapWriter& LightMapWriter::operator=(LightMapWriter&&) noexcept = default;
 LightMapWriter::~LightMapWriter() = default;
 
-Result<LightMapWriter> LightMapWriter::create(const std::filesystem::path& file, int width, int height) {
+Result<LightMapWriter> LightMapWriter::create(const std::filesystem::path& file, int width, int height, SurfaceOutput surface) {
     if (width < 1 || height < 1 || width > kLargestExtent || height > kLargestExtent) {
         return failure(ErrorCode::WrongShape, file.string(),
                        fmt::format("found {} x {} texels, expected 1 to {} a side", width, height, kLargestExtent));
     }
-    Result<ExrWriter> writer = ExrWriter::create(file, width, height, sh9Channels(), ExrLayout::Tiles64);
+    std::vector<std::string> channels = sh9Channels();
+    if (surface == SurfaceOutput::CoverageAndNormals) channels.insert(channels.end(), {"coverage.Y", "normal.X", "normal.Y", "normal.Z"});
+    const int floatsPerTexel = static_cast<int>(channels.size());
+    Result<ExrWriter> writer = ExrWriter::create(file, width, height, std::move(channels), ExrLayout::Tiles64);
     if (!writer) return tl::make_unexpected(writer.error());
-    return LightMapWriter(
-        std::unique_ptr<State>(new State{std::move(*writer), width, height, Image<ShRgb>(width, std::min(height, kTileExtent)), 0, 0}));
+    std::vector<float> waiting(static_cast<std::size_t>(width) * static_cast<std::size_t>(std::min(height, kTileExtent)) *
+                               static_cast<std::size_t>(floatsPerTexel));
+    return LightMapWriter(std::unique_ptr<State>(new State{std::move(*writer), width, height, floatsPerTexel, std::move(waiting)}));
 }
 
 Result<void> LightMapWriter::append(ImageView<const ShRgb> rows) {
     State& state = *state_;
-    assert(rows.width == state.width && state.rowsTaken + rows.height <= state.height);
+    assert(rows.width == state.width && state.rowsTaken + rows.height <= state.height && state.floatsPerTexel == kShFloats);
     for (int y = 0; y < rows.height; ++y) {
-        std::copy_n(rows.row(y), rows.width, state.waiting.view().row(state.waitingRows));
-        ++state.waitingRows;
-        ++state.rowsTaken;
-        if (state.waitingRows < kTileExtent && state.rowsTaken < state.height) continue;
-        if (const auto written = state.flush(); !written) return written;
+        copyRow(rows.row(y), rows.width, kShFloats, state.nextRow());
+        if (auto written = state.takeRow(); !written) return written;
+    }
+    return {};
+}
+
+Result<void> LightMapWriter::append(ImageView<const ShRgb> rows, ImageView<const std::uint8_t> covered, ImageView<const glm::vec3> normal) {
+    State& state = *state_;
+    assert(rows.width == state.width && state.rowsTaken + rows.height <= state.height && state.floatsPerTexel == kShFloats + 4);
+    for (int y = 0; y < rows.height; ++y) {
+        float* row = state.nextRow();
+        copyRow(rows.row(y), rows.width, state.floatsPerTexel, row);
+        for (int x = 0; x < rows.width; ++x) {
+            const glm::vec3& n = normal.at(x, y);
+            float* surface = row + static_cast<std::ptrdiff_t>(x) * state.floatsPerTexel + kShFloats;
+            surface[0] = covered.at(x, y) != 0 ? 1.0f : 0.0f;
+            for (int axis = 0; axis < 3; ++axis) surface[1 + axis] = n[axis];
+        }
+        if (auto written = state.takeRow(); !written) return written;
     }
     return {};
 }

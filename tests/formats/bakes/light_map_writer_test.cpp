@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <glm/geometric.hpp>
+#include <utility>
 #include <vector>
 
 #include "tests/formats/light_map_fixture.h"
@@ -31,6 +33,37 @@ void writeSeeded(const std::filesystem::path& file, int width, const std::vector
     EXPECT_FALSE(std::filesystem::exists(file)) << "nothing under the name before commit";
     const auto committed = writer->commit();
     ASSERT_TRUE(committed) << committed.error().line();
+}
+
+TEST(LightMapWriter, CoverageAndNormalsReadBackWithTheRows) {
+    const TemporaryFolder folder;
+    constexpr int kWidth = 70, kHeight = 130;
+    const Image<ShRgb> sh = seededRows(kWidth, 0, kHeight);
+    Image<std::uint8_t> covered(kWidth, kHeight, 0);
+    Image<glm::vec3> normal(kWidth, kHeight, glm::vec3(0, 0, 1));
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            covered.at(x, y) = (x + y) % 3 == 0 ? 0 : 1;
+            if (x % 2 == 0) normal.at(x, y) = glm::vec3(0.6f, 0, -0.8f);
+        }
+    auto writer = LightMapWriter::create(folder / "map.exr", kWidth, kHeight, SurfaceOutput::CoverageAndNormals);
+    ASSERT_TRUE(writer);
+    for (const auto& [first, count] : {std::pair{0, 100}, {100, 30}})
+        ASSERT_TRUE(writer->append(sh.view().rows(first, count), covered.view().rows(first, count), normal.view().rows(first, count)));
+    ASSERT_TRUE(writer->commit());
+    const auto reader = LightMapReader::open(folder / "map.exr", {});
+    ASSERT_TRUE(reader) << reader.error().line();
+    EXPECT_TRUE(reader->hasCoverage());
+    EXPECT_TRUE(reader->hasNormals());
+    const auto strip = reader->read(0, kHeight);
+    ASSERT_TRUE(strip) << strip.error().line();
+    EXPECT_EQ(strip->covered.texels(), covered.texels());
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            if (covered.at(x, y) == 0) continue;
+            EXPECT_EQ(strip->sh.at(x, y), sh.at(x, y)) << x << " " << y;
+            EXPECT_LT(glm::distance(strip->normal.at(x, y), normal.at(x, y)), 1e-6f) << x << " " << y;
+        }
 }
 
 TEST(LightMapWriter, RowsReadBackBitForBitWhateverTheStrips) {
