@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
 #include <memory>
 #include <optional>
 #include <string>
@@ -47,6 +48,8 @@ struct MeshError {
     double positionExtent = 0, lightMapUvExtent = 0;
 };
 
+struct GlbChanges;
+
 /// A glTF or GLB file, Draco-compressed or not. load() refuses missing buffers, indices out of range, and positions or UVs that are not
 /// finite; the error names the file and the accessor.
 class GltfScene {
@@ -71,6 +74,10 @@ public:
     /// Writes the scene as a GLB that differs by kBasisAttribute only. All values are kept bit for bit. Vertices and triangles keep their
     /// order, except in Draco streams, which are encoded again without loss.
     Result<MeshSize> writePlain(const std::filesystem::path& file, const ClusterMap* clusters) const;
+    /// Writes the scene as a GLB that differs by its light-map UVs (TEXCOORD_1) only, which are floats then. Keeps the rest as writePlain()
+    /// does.
+    /// uvs  new UVs of the vertices of each of triangleMeshes()
+    Result<MeshSize> writeLightMapUvs(const std::filesystem::path& file, const std::vector<std::vector<glm::vec2>>& uvs) const;
     /// Returns the triangle primitives in the order of the file; they live as long as the scene.
     std::vector<const TriangleMesh*> triangleMeshes() const;
     /// A triangle primitive in the world. Meshes that several nodes draw come several times; those that no node draws are left out.
@@ -87,7 +94,7 @@ public:
 private:
     struct State;
     explicit GltfScene(std::unique_ptr<State> state);
-    Result<MeshSize> write(const std::filesystem::path& file, const DracoOptions* options, const ClusterMap* clusters) const;
+    Result<MeshSize> write(const std::filesystem::path& file, const GlbChanges& changes) const;
     std::unique_ptr<State> state_;
 };
 

@@ -109,12 +109,15 @@ private:
 /// Replaces the geometry of the JSON, primitive by primitive, and collects the new buffer views.
 class GlbBuilder {
 public:
-    GlbBuilder(const GltfDocument& document, const std::vector<Primitive>& primitives, const ClusterMap* clusters)
-        : document_(document), primitives_(primitives), clusters_(clusters), json_(document.json()), views_(document) {}
+    GlbBuilder(const GltfDocument& document, const std::vector<Primitive>& primitives, const GlbChanges& changes)
+        : document_(document), primitives_(primitives), clusters_(changes.clusters), json_(document.json()), views_(document) {
+        if (changes.lightMapUvs != nullptr) nameUvs(*changes.lightMapUvs);
+    }
 
     BuiltGlb build(const DracoOptions* options) {
         const std::vector<std::optional<DracoMesh>> coded = encodeAll(options);
         findFreeAccessors(coded);
+        if (!uvs_.empty()) replaceUvs(coded);
         for (std::size_t i = 0; i < primitives_.size(); ++i) {
             if (coded[i]) {
                 replace(primitives_[i], *coded[i]);
@@ -149,8 +152,8 @@ private:
         std::vector<std::optional<DracoMesh>> coded(primitives_.size());
         for (std::size_t i = 0; i < primitives_.size(); ++i) {
             if (!primitives_[i].canCompress || primitives_[i].geometry.indices.empty()) continue;
-            if (options == nullptr && !(clusters_ != nullptr && primitives_[i].dracoView)) continue;
-            const TriangleMesh mesh = clusters_ != nullptr ? withClusters(primitives_[i]) : primitives_[i].geometry;
+            if (options == nullptr && !((clusters_ != nullptr || !uvs_.empty()) && primitives_[i].dracoView)) continue;
+            const TriangleMesh mesh = changed(primitives_[i]);
             std::vector<std::optional<Quantization>> quantization;
             for (const MeshAttribute& attribute : mesh.attributes) {
                 quantization.emplace_back();
@@ -168,9 +171,14 @@ private:
         return std::move(*found);
     }
 
-    /// Replaces kBasisAttribute if the scene has one already: it comes from an earlier cook.
-    TriangleMesh withClusters(const Primitive& primitive) const {
+    /// Returns the geometry with the attributes that change. Replaces kBasisAttribute if the scene has one already: it comes from an
+    /// earlier cook.
+    TriangleMesh changed(const Primitive& primitive) const {
         TriangleMesh mesh = primitive.geometry;
+        if (const auto uvs = uvs_.find(&primitive); uvs != uvs_.end())
+            for (MeshAttribute& attribute : mesh.attributes)
+                if (attribute.semantic == "TEXCOORD_1") attribute = uvAttribute(*uvs->second);
+        if (clusters_ == nullptr) return mesh;
         std::erase_if(mesh.attributes, [](const MeshAttribute& attribute) { return attribute.semantic == kBasisAttribute; });
         MeshAttribute& added = mesh.attributes.emplace_back();
         added.semantic = kBasisAttribute;
@@ -180,12 +188,71 @@ private:
         return mesh;
     }
 
+    [[noreturn]] void failToCode(const Primitive& primitive) const {
+        document_.fail(
+            ErrorCode::FormatUnsupported, primitive.place(),
+            "found a Draco stream that cannot be coded anew, expected one without morph targets that can take a vertex attribute");
+    }
+
+    void nameUvs(const std::vector<std::vector<glm::vec2>>& uvs) {
+        std::size_t next = 0;
+        for (const Primitive& primitive : primitives_)
+            if (primitive.isTriangles) uvs_[&primitive] = &uvs[next++];
+    }
+
+    static MeshAttribute uvAttribute(const std::vector<glm::vec2>& uvs) {
+        MeshAttribute attribute;
+        attribute.semantic = "TEXCOORD_1";
+        attribute.componentCount = 2;
+        const std::span<const std::byte> bytes = std::as_bytes(std::span(uvs));
+        attribute.values.assign(bytes.begin(), bytes.end());
+        return attribute;
+    }
+
+    /// Writes the new UVs of primitives that are not encoded. Primitives that share an accessor share the new one, whose vertices that no
+    /// triangle uses are 0.
+    void replaceUvs(const std::vector<std::optional<DracoMesh>>& coded) {
+        const auto isCoded = [&](const Primitive& primitive) {
+            return coded[static_cast<std::size_t>(&primitive - primitives_.data())].has_value();
+        };
+        std::map<std::uint64_t, std::vector<glm::vec2>> values;
+        for (const auto& [primitive, uvs] : uvs_) {
+            if (isCoded(*primitive)) continue;
+            if (primitive->dracoView) failToCode(*primitive);
+            std::vector<glm::vec2>& all = values[jsonOf(*primitive)["attributes"]["TEXCOORD_1"].get<std::uint64_t>()];
+            all.resize(primitive->vertexCount);
+            for (std::size_t i = 0; i < uvs->size(); ++i) all[primitive->usedVertices[i]] = (*uvs)[i];
+        }
+        constexpr int kArrayBuffer = 34962;
+        for (const auto& [accessor, uvs] : values) {
+            const std::span<const std::byte> bytes = std::as_bytes(std::span(uvs));
+            const std::size_t view = views_.add({bytes.begin(), bytes.end()}, {{"target", kArrayBuffer}});
+            Json made = {
+                {"bufferView", view}, {"componentType", static_cast<int>(ComponentType::Float32)}, {"count", uvs.size()}, {"type", "VEC2"}};
+            if (usersOf(accessor) == 0) {
+                json_["accessors"][accessor] = std::move(made);
+                continue;
+            }
+            const std::size_t added = addAccessor(std::move(made));
+            for (const auto& [primitive, ignored] : uvs_) {
+                Json& uv = jsonOf(*primitive)["attributes"]["TEXCOORD_1"];
+                if (!isCoded(*primitive) && uv == accessor) uv = added;
+            }
+        }
+    }
+    /// Counts the attributes of another name that an accessor is used for.
+    int usersOf(std::uint64_t accessor) const {
+        int count = 0;
+        for (const Json& mesh : json_["meshes"])
+            for (const Json& primitive : mesh["primitives"])
+                for (const auto& [semantic, used] : primitive["attributes"].items())
+                    count += semantic != "TEXCOORD_1" && used == accessor ? 1 : 0;
+        return count;
+    }
+
     /// Adds the clusters of a primitive that is not encoded, one byte in four: glTF aligns vertex attributes to four bytes.
     void addClusters(const Primitive& primitive) {
-        if (primitive.dracoView)
-            document_.fail(
-                ErrorCode::FormatUnsupported, primitive.place(),
-                "found a Draco stream that cannot be coded anew, expected one without morph targets that can take a vertex attribute");
+        if (primitive.dracoView) failToCode(primitive);
         constexpr std::size_t kStride = 4;
         const std::vector<std::uint8_t> clusters = clustersOf(primitive);
         std::vector<std::byte> bytes(kStride * primitive.vertexCount);
@@ -283,6 +350,8 @@ private:
     const GltfDocument& document_;
     const std::vector<Primitive>& primitives_;
     const ClusterMap* clusters_;  ///< none: vertices get no cluster
+    /// New light-map UVs of triangle primitives; empty: they stay. Ordered as the primitives, which lie in one array.
+    std::map<const Primitive*, const std::vector<glm::vec2>*> uvs_;
     Json json_;
     BufferViews views_;
     std::vector<std::uint64_t> freeAccessors_;
@@ -290,9 +359,8 @@ private:
 
 }  // namespace
 
-BuiltGlb buildGlb(const GltfDocument& document, const std::vector<Primitive>& primitives, const ClusterMap* clusters,
-                  const DracoOptions* options) {
-    return GlbBuilder(document, primitives, clusters).build(options);
+BuiltGlb buildGlb(const GltfDocument& document, const std::vector<Primitive>& primitives, const GlbChanges& changes) {
+    return GlbBuilder(document, primitives, changes).build(changes.draco);
 }
 
 }  // namespace lightcook::formats

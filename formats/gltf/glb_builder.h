@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <glm/vec2.hpp>
 #include <vector>
 
 #include "formats/gltf/gltf_document.h"
@@ -15,12 +16,18 @@ struct BuiltGlb {
     MeshSize size;
 };
 
+/// What a written GLB has that its document has not.
+struct GlbChanges {
+    /// Quantization of the Draco meshes. If null, only primitives that are Draco streams already and whose attributes change are encoded
+    /// again, without loss.
+    const DracoOptions* draco = nullptr;
+    const ClusterMap* clusters = nullptr;  ///< adds kBasisAttribute to the vertices of triangles
+    /// Replaces TEXCOORD_1 of the triangle primitives, in the order of the file.
+    const std::vector<std::vector<glm::vec2>>* lightMapUvs = nullptr;
+};
+
 /// Builds the GLB. Accessors and buffer views that nothing refers to any more are left out of the buffer; no other reference moves.
-/// clusters  adds kBasisAttribute to the vertices of triangles; may be null
-/// options   quantization of the Draco meshes. If null, only primitives that are Draco streams already and gain an attribute are encoded
-///           again, without loss.
 /// Throws GltfFault.
-BuiltGlb buildGlb(const GltfDocument& document, const std::vector<Primitive>& primitives, const ClusterMap* clusters,
-                  const DracoOptions* options);
+BuiltGlb buildGlb(const GltfDocument& document, const std::vector<Primitive>& primitives, const GlbChanges& changes);
 
 }  // namespace lightcook::formats

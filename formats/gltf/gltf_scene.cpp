@@ -147,15 +147,19 @@ std::vector<GltfScene::Placed> GltfScene::placedMeshes() const {
 
 Result<MeshSize> GltfScene::writeDraco(const std::filesystem::path& file, const DracoOptions& options, const ClusterMap* clusters) const {
     if (const auto good = checkOptions(options); !good) return tl::make_unexpected(good.error());
-    return write(file, &options, clusters);
+    return write(file, {.draco = &options, .clusters = clusters});
 }
 
 Result<MeshSize> GltfScene::writePlain(const std::filesystem::path& file, const ClusterMap* clusters) const {
-    return write(file, nullptr, clusters);
+    return write(file, {.clusters = clusters});
 }
 
-Result<MeshSize> GltfScene::write(const std::filesystem::path& file, const DracoOptions* options, const ClusterMap* clusters) const {
-    const auto glb = resultOf(state_->document.file(), [&] { return buildGlb(state_->document, state_->primitives, clusters, options); });
+Result<MeshSize> GltfScene::writeLightMapUvs(const std::filesystem::path& file, const std::vector<std::vector<glm::vec2>>& uvs) const {
+    return write(file, {.lightMapUvs = &uvs});
+}
+
+Result<MeshSize> GltfScene::write(const std::filesystem::path& file, const GlbChanges& changes) const {
+    const auto glb = resultOf(state_->document.file(), [&] { return buildGlb(state_->document, state_->primitives, changes); });
     if (!glb) return tl::make_unexpected(glb.error());
     if (glb->bytes.size() > std::numeric_limits<std::uint32_t>::max())
         return failure(ErrorCode::WrongShape, file.string(),

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
+#include <set>
 
 #include "tests/formats/gltf/glb.h"
 #include "tests/formats/temporary_folder.h"
@@ -79,8 +80,9 @@ GltfMaker cube() {
             normals.insert(normals.end(), normal.begin(), normal.end());
             tangents.insert(tangents.end(), {tangent[0], tangent[1], tangent[2], 0.123456f * static_cast<float>(face)});
             uvs.insert(uvs.end(), {0.5f * u + 0.5f, 0.5f * v + 0.5f});
-            lightMapUvs.insert(lightMapUvs.end(), {(static_cast<float>(face % 3) + 0.45f * u + 0.5f) / 3.0f,
-                                                   (static_cast<float>(face / 3) + 0.45f * v + 0.5f) / 2.0f});
+            const int column = face % 3, row = face / 3;
+            lightMapUvs.insert(lightMapUvs.end(), {(static_cast<float>(column) + 0.45f * u + 0.5f) / 3.0f,
+                                                   (static_cast<float>(row) + 0.45f * v + 0.5f) / 2.0f});
             colors.insert(colors.end(), {static_cast<std::uint8_t>(40 * face), static_cast<std::uint8_t>(60 * corner), 7, 255});
         }
         for (const int corner : {0, 1, 2, 0, 2, 3}) indices.push_back(static_cast<std::uint16_t>(4 * face + corner));
@@ -295,6 +297,85 @@ TEST(GltfScene, VerticesBearTheClusterOfTheirChartInDracoAndPlain) {
     ASSERT_TRUE(scene.writeDraco(folder / "none.glb", {}));
     const GltfScene none = loaded(folder / "none.glb");
     for (const TriangleMesh* mesh : none.triangleMeshes()) EXPECT_EQ(mesh->find(kBasisAttribute), nullptr);
+}
+
+/// New UVs that tell primitive and vertex.
+std::vector<std::vector<glm::vec2>> numberedUvs(const GltfScene& scene) {
+    std::vector<std::vector<glm::vec2>> uvs;
+    for (const TriangleMesh* mesh : scene.triangleMeshes()) {
+        const auto primitive = static_cast<float>(uvs.size());
+        uvs.emplace_back();
+        for (std::size_t i = 0; i < mesh->vertexCount(); ++i) uvs.back().emplace_back(static_cast<float>(i) / 64, primitive / 8);
+    }
+    return uvs;
+}
+
+TEST(GltfScene, LightMapUvsAreReplacedAndNothingElse) {
+    const TemporaryFolder folder;
+    cube().writeGlb(folder / "cube.glb");
+    const GltfScene scene = loaded(folder / "cube.glb");
+    const auto uvs = numberedUvs(scene);
+    ASSERT_TRUE(scene.writeLightMapUvs(folder / "moved.glb", uvs));
+    const GltfScene moved = loaded(folder / "moved.glb");
+    const auto before = scene.triangleMeshes(), after = moved.triangleMeshes();
+    ASSERT_EQ(after.size(), before.size());
+    for (std::size_t mesh = 0; mesh < before.size(); ++mesh) {
+        EXPECT_EQ(after[mesh]->indices, before[mesh]->indices);
+        for (const MeshAttribute& attribute : before[mesh]->attributes) {
+            const MeshAttribute* found = after[mesh]->find(attribute.semantic);
+            ASSERT_NE(found, nullptr) << attribute.semantic;
+            if (attribute.semantic == "TEXCOORD_1") continue;
+            EXPECT_EQ(found->values, attribute.values) << attribute.semantic;
+        }
+        const MeshAttribute* uv = after[mesh]->find("TEXCOORD_1");
+        for (std::size_t i = 0; i < uvs[mesh].size(); ++i) EXPECT_EQ(glm::dvec2(uv->at(i)), glm::dvec2(uvs[mesh][i])) << mesh << " " << i;
+    }
+    EXPECT_EQ(jsonOf(folder / "moved.glb")["accessors"].size(), jsonOf(folder / "cube.glb")["accessors"].size()) << "in their old places";
+}
+
+TEST(GltfScene, LightMapUvsOfDracoStreamsAreReplaced) {
+    const TemporaryFolder folder;
+    cube().writeGlb(folder / "cube.glb");
+    ASSERT_TRUE(loaded(folder / "cube.glb").writeDraco(folder / "draco.glb", {}));
+    const GltfScene scene = loaded(folder / "draco.glb");
+    // Draco may reorder vertices: a new UV is told by the old one.
+    std::vector<std::vector<glm::vec2>> uvs;
+    for (const TriangleMesh* mesh : scene.triangleMeshes()) {
+        uvs.emplace_back();
+        for (std::size_t i = 0; i < mesh->vertexCount(); ++i)
+            uvs.back().emplace_back(glm::vec2(mesh->find("TEXCOORD_1")->at(i)) * 0.5f + 0.25f);
+    }
+    ASSERT_TRUE(scene.writeLightMapUvs(folder / "moved.glb", uvs));
+    const GltfScene moved = loaded(folder / "moved.glb");
+    const auto before = scene.triangleMeshes(), after = moved.triangleMeshes();
+    ASSERT_EQ(after.size(), before.size());
+    const auto cornersOf = [](const TriangleMesh& mesh, bool isMoved) {
+        std::multiset<std::array<double, 5>> corners;
+        for (const std::uint32_t vertex : mesh.indices) {
+            const glm::dvec3 position = mesh.find("POSITION")->at(vertex);
+            const glm::vec2 uv = glm::vec2(mesh.find("TEXCOORD_1")->at(vertex)), wanted = isMoved ? uv : uv * 0.5f + 0.25f;
+            corners.insert({position.x, position.y, position.z, static_cast<double>(wanted.x), static_cast<double>(wanted.y)});
+        }
+        return corners;
+    };
+    for (std::size_t mesh = 0; mesh < before.size(); ++mesh) EXPECT_EQ(cornersOf(*after[mesh], true), cornersOf(*before[mesh], false));
+}
+
+TEST(GltfScene, AnAccessorThatIsAnotherUvSetTooKeepsItsValues) {
+    const TemporaryFolder folder;
+    GltfMaker maker = cube();
+    for (json& primitive : maker.primitives()) primitive["attributes"]["TEXCOORD_0"] = primitive["attributes"]["TEXCOORD_1"];
+    maker.writeGlb(folder / "cube.glb");
+    const GltfScene scene = loaded(folder / "cube.glb");
+    const auto uvs = numberedUvs(scene);
+    ASSERT_TRUE(scene.writeLightMapUvs(folder / "moved.glb", uvs));
+    const GltfScene moved = loaded(folder / "moved.glb");
+    const auto before = scene.triangleMeshes(), after = moved.triangleMeshes();
+    for (std::size_t mesh = 0; mesh < before.size(); ++mesh) {
+        EXPECT_EQ(after[mesh]->find("TEXCOORD_0")->values, before[mesh]->find("TEXCOORD_1")->values);
+        for (std::size_t i = 0; i < uvs[mesh].size(); ++i)
+            EXPECT_EQ(glm::dvec2(after[mesh]->find("TEXCOORD_1")->at(i)), glm::dvec2(uvs[mesh][i]));
+    }
 }
 
 TEST(GltfScene, VerticesOfUnknownOrderKeepItAndBearTheirCluster) {
