@@ -1,14 +1,15 @@
 # The layers of the modules, checked against the links of each target; tests/architecture checks the includes against the same list.
-#   pipeline -> {compress, fit, verify} -> formats -> lighting,   verify -> shaders
+#   pipeline -> {atlas, compress, fit, verify} -> formats -> lighting,   verify -> shaders
 set(arrows_from_lighting)
 set(arrows_from_formats lighting)
+set(arrows_from_atlas formats lighting)
 set(arrows_from_compress formats lighting)
 set(arrows_from_fit formats lighting)
 set(arrows_from_shaders)
 set(arrows_from_verify formats lighting shaders)
-set(arrows_from_pipeline compress fit verify formats lighting shaders)
+set(arrows_from_pipeline atlas compress fit verify formats lighting shaders)
 
-set(modules lighting formats compress fit shaders verify pipeline)
+set(modules lighting formats atlas compress fit shaders verify pipeline)
 foreach(module ${modules})
   get_target_property(type ${module} TYPE)
   set(linked)

@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 
-MODULES = ("lighting", "formats", "compress", "fit", "shaders", "verify", "pipeline")
+MODULES = ("lighting", "formats", "atlas", "compress", "fit", "shaders", "verify", "pipeline")
 ALLOWED = {
     "formats/memory.h": "free memory of machine and control group",
     "formats/process.h": "folder of the program, and descriptors of this process",

@@ -1,0 +1,61 @@
+// Charts at fewer texels: the lowest resolution at which the light that a bilinear filter gives stays within a limit of visible error.
+//
+// Texels of a reduced chart lie on every step-th texel of the bake, on each axis. Each quad of the bake then lies inside one quad of the
+// reduced chart, so that between texels, too, the reduced light is bilinear where the light of the bake is, and differs most at the
+// corners.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <glm/mat3x3.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "atlas/charts.h"
+#include "formats/image.h"
+#include "lighting/display.h"
+#include "lighting/sh.h"
+
+namespace lightcook::atlas {
+
+/// A light map in memory: incident radiance in canonical form (formats/light_map.h).
+struct MapView {
+    formats::ImageView<const lighting::ShRgb> sh;
+    formats::ImageView<const std::uint8_t> covered;  ///< 1 inside charts
+    formats::ImageView<const glm::vec3> normal;      ///< unit
+};
+
+struct ReductionLimit {
+    /// Largest visible error of 99 % of a chart's samples [Delta E ITP]; 0 keeps every texel. The rel_rms of a chart's exit radiance stays
+    /// below kRelRmsPerVisible times as much, since no display shows what lies beyond its white.
+    double maxVisible = 1;
+    static constexpr double kRelRmsPerVisible = 0.01;
+    lighting::Display display;
+    glm::dmat3 bt2020FromWorking = lighting::bt2020FromRec709();
+    glm::vec3 luminanceWeights{0.2126f, 0.7152f, 0.0722f};
+};
+
+/// Texels of a chart at its resolution.
+struct ReducedChart {
+    glm::ivec2 step{1};  ///< texels of the bake for each texel, on each axis: powers of two
+    formats::Image<lighting::ShRgb> sh = {};
+    formats::Image<std::uint8_t> covered = {};
+    formats::Image<glm::vec3> normal = {};
+    /// Of each texel: 1 if a filter inside a triangle reads it.
+    formats::Image<std::uint8_t> isRead = {};
+    /// Visible error of exit radiance of a white surface, kNormals for each sample. Samples are covered texels of the bake and, at rims,
+    /// the middles of quads with covered and uncovered corners, where the reference is the mean of the covered ones.
+    std::vector<float> visible = {};
+    std::int64_t readBefore = 0;                ///< texels of the bake that filters read
+    double squaredError = 0, squaredLight = 0;  ///< of exit radiance, summed over the same samples
+    static constexpr int kNormals = 5;          ///< the texel's own, and four that lie 45 degrees from it
+};
+
+/// Returns a chart at its lowest resolution. Halves the resolution of one axis at a time while the limit holds, taking the axis whose error
+/// is less. A chart without covered texels keeps its resolution. Texels of a reduced chart are least squares of the samples, weighted by
+/// the inverse square of what the display shows of them, by conjugate gradients; clamped to what light can be.
+/// interrupted  ends the search when it becomes true; the chart is of no use then
+ReducedChart reduceChart(const Chart& chart, const MapView& map, const ReductionLimit& limit, const std::atomic<bool>& interrupted);
+
+}  // namespace lightcook::atlas
