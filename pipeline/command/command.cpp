@@ -24,6 +24,7 @@ CommandFunction defineLint(CLI::App& app);
 CommandFunction defineVerify(CLI::App& app);
 CommandFunction defineReport(CLI::App& app);
 CommandFunction defineView(CLI::App& app);
+CommandFunction defineRepack(CLI::App& app);
 CommandFunction defineLightmap(CLI::App& app);
 CommandFunction defineDominant(CLI::App& app);
 CommandFunction defineCubemap(CLI::App& app);
@@ -46,6 +47,7 @@ constexpr std::array kCommands = {
     CommandInfo{"verify", "Reopen a cooked scene; measure and bound its errors again from the files", defineVerify},
     CommandInfo{"report", "Print the memory and errors of a cooked scene; compare them with a baseline", defineReport},
     CommandInfo{"view", "Show a cooked scene in the browser, beside its bake", defineView},
+    CommandInfo{"repack", "Pack the charts of a light map anew, with fewer texels where its light is smooth", defineRepack},
     CommandInfo{"lightmap", "Compress one SH light map", defineLightmap},
     CommandInfo{"dominant", "Fit and compress the dominant light of one SH light map", defineDominant},
     CommandInfo{"cubemap", "Prefilter and pre-divide one environment, or take its diffuse light", defineCubemap},

@@ -73,8 +73,8 @@ TEST(CommandReference, OptionsStandOnlyWhereTheyAct) {
     EXPECT_THAT(commandsWith("--budget"), ElementsAre("cook", "lightmap", "dominant", "cubemap", "lut", "rsrm", "demo"));
     EXPECT_THAT(commandsWith("--max-converter-error"), ElementsAre("cook", "demo"));
     EXPECT_THAT(commandsWith("--max-converter-visible"), ElementsAre("cook", "demo"));
-    EXPECT_THAT(commandsWith("--max-visible"), ElementsAre("cook", "lightmap", "dominant", "cubemap", "lut", "rsrm", "demo"));
-    EXPECT_THAT(commandsWith("--phase"), ElementsAre("lightmap", "dominant"));
+    EXPECT_THAT(commandsWith("--max-visible"), ElementsAre("cook", "repack", "lightmap", "dominant", "cubemap", "lut", "rsrm", "demo"));
+    EXPECT_THAT(commandsWith("--phase"), ElementsAre("repack", "lightmap", "dominant"));
     EXPECT_THAT(commandsWith("--target"), ElementsAre("cook", "lightmap", "dominant", "cubemap", "rsrm", "demo"));
     EXPECT_THAT(commandsWith("--max-error"), ElementsAre("cook", "lightmap", "dominant", "cubemap", "lut", "rsrm", "demo"));
 }

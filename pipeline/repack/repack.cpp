@@ -1,0 +1,275 @@
+#include "pipeline/repack/repack.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "atlas/charts.h"
+#include "atlas/packing.h"
+#include "atlas/reduction.h"
+#include "formats/gltf_scene.h"
+#include "formats/memory.h"
+#include "lighting/radiometry.h"
+#include "pipeline/assets/light_map/source.h"
+#include "pipeline/graph/files.h"
+#include "pipeline/graph/parallel_for.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+
+using formats::Error;
+using formats::ErrorCode;
+using formats::failure;
+using formats::GltfScene;
+using formats::Image;
+using formats::Result;
+using lighting::ShRgb;
+
+/// Texels of a light map in memory.
+struct MapTexels {
+    Image<ShRgb> sh;
+    Image<std::uint8_t> covered;
+    Image<glm::vec3> normal;
+
+    explicit MapTexels(const glm::ivec2& size)
+        : sh(size.x, size.y), covered(size.x, size.y, 0), normal(size.x, size.y, glm::vec3(0, 0, 1)) {}
+    atlas::MapView view() const { return {sh.view(), covered.view(), normal.view()}; }
+    static constexpr std::uint64_t kTexelBytes = sizeof(ShRgb) + sizeof(glm::vec3) + 1;
+};
+
+Result<MapTexels> readMap(LightMapSource& source, const std::string& name, const RunState& state) {
+    const std::uint64_t texels = static_cast<std::uint64_t>(source.width()) * static_cast<std::uint64_t>(source.height());
+    // The bake, its charts and what is written are in memory together.
+    if (auto fits = formats::checkMemory(3 * MapTexels::kTexelBytes * texels, name); !fits) return tl::make_unexpected(fits.error());
+    MapTexels map(glm::ivec2(source.width(), source.height()));
+    for (int index = 0; index < source.chunkCount(); ++index) {
+        if (state.interrupted) return failure(ErrorCode::Interrupted, name, "interrupted");
+        const auto chunk = source.chunk(index);
+        if (!chunk) return tl::make_unexpected(chunk.error());
+        const formats::LightMapStrip& strip = **chunk;
+        for (int y = 0; y < strip.sh.height(); ++y) {
+            std::copy_n(strip.sh.view().row(y), source.width(), map.sh.view().row(strip.firstRow + y));
+            std::copy_n(strip.covered.view().row(y), source.width(), map.covered.view().row(strip.firstRow + y));
+            std::copy_n(strip.normal.view().row(y), source.width(), map.normal.view().row(strip.firstRow + y));
+        }
+    }
+    return map;
+}
+
+/// Returns the key of the display: that of exit radiance of the covered texels at their normals.
+double keyOf(const MapTexels& map, const glm::vec3& luminanceWeights) {
+    std::vector<double> luminances;
+    for (std::size_t i = 0; i < map.sh.texels().size(); ++i) {
+        if (map.covered.texels()[i] == 0) continue;
+        const ShRgb exit = lighting::convolve(map.sh.texels()[i], lighting::kExitRadianceBands);
+        luminances.push_back(static_cast<double>(glm::dot(lighting::evaluate(exit, map.normal.texels()[i]), luminanceWeights)));
+    }
+    return verify::displayKeyOf(luminances);
+}
+
+/// The glTF files, with the triangle meshes of all of them, in order.
+struct Meshes {
+    std::vector<GltfScene> scenes;
+    std::vector<const formats::TriangleMesh*> triangles;
+    std::vector<std::string> names;  ///< of the files, for each of `triangles`
+};
+
+Result<Meshes> loadMeshes(const std::vector<fs::path>& files) {
+    Meshes meshes;
+    for (const fs::path& file : files) {
+        auto scene = GltfScene::load(file);
+        if (!scene) return tl::make_unexpected(scene.error());
+        meshes.scenes.push_back(std::move(*scene));
+        for (const formats::TriangleMesh* mesh : meshes.scenes.back().triangleMeshes()) {
+            meshes.triangles.push_back(mesh);
+            meshes.names.push_back(file.string());
+        }
+    }
+    if (meshes.triangles.empty()) return failure(ErrorCode::WrongShape, files.front().string(), "found no triangles, expected a mesh");
+    return meshes;
+}
+
+/// A chart with its place in the new map.
+struct PlacedChart {
+    const atlas::Chart& chart;
+    const atlas::ReducedChart& reduced;
+    glm::ivec2 place;
+
+    /// Returns the place in the new map of a place in the old one, both in texels.
+    glm::dvec2 moved(const glm::dvec2& old) const {
+        return (old - 0.5 - glm::dvec2(chart.first)) / glm::dvec2(reduced.step) + 0.5 + glm::dvec2(place);
+    }
+};
+
+/// Returns the new light-map UVs of the meshes.
+std::vector<std::vector<glm::vec2>> newUvs(const Meshes& meshes, const atlas::ChartSet& found, const std::vector<PlacedChart>& placed,
+                                           const glm::dvec2& sizeBefore, const glm::dvec2& size) {
+    std::vector<std::vector<glm::vec2>> uvs;
+    for (std::size_t mesh = 0; mesh < meshes.triangles.size(); ++mesh) {
+        const formats::MeshAttribute& uv = *meshes.triangles[mesh]->find("TEXCOORD_1");
+        std::vector<glm::vec2>& made = uvs.emplace_back();
+        for (std::size_t vertex = 0; vertex < found.ofVertex[mesh].size(); ++vertex) {
+            const std::uint32_t chart = found.ofVertex[mesh][vertex];
+            made.emplace_back(chart == atlas::ChartSet::kNoChart ? glm::dvec2(0)
+                                                                 : placed[chart].moved(glm::dvec2(uv.at(vertex)) * sizeBefore) / size);
+        }
+    }
+    return uvs;
+}
+
+/// Writes the bake with the charts at their places.
+Result<void> writeMap(const fs::path& file, const std::vector<PlacedChart>& placed, const glm::ivec2& size, const RunState& state) {
+    MapTexels map(size);
+    for (const PlacedChart& each : placed)
+        for (int y = 0; y < each.reduced.sh.height(); ++y)
+            for (int x = 0; x < each.reduced.sh.width(); ++x) {
+                if (each.reduced.isRead.at(x, y) == 0) continue;
+                const glm::ivec2 to = each.place + glm::ivec2(x, y);
+                map.sh.at(to.x, to.y) = each.reduced.sh.at(x, y);
+                map.covered.at(to.x, to.y) = each.reduced.covered.at(x, y);
+                map.normal.at(to.x, to.y) = each.reduced.normal.at(x, y);
+            }
+    auto writer = formats::LightMapWriter::create(file, size.x, size.y, formats::SurfaceOutput::CoverageAndNormals);
+    if (!writer) return tl::make_unexpected(writer.error());
+    const atlas::MapView view = map.view();
+    for (int row = 0; row < size.y; row += kChunkRows) {
+        if (state.interrupted) return failure(ErrorCode::Interrupted, file.string(), "interrupted");
+        const int rows = std::min(kChunkRows, size.y - row);
+        if (auto written = writer->append(view.sh.rows(row, rows), view.covered.rows(row, rows), view.normal.rows(row, rows)); !written)
+            return written;
+    }
+    return writer->commit();
+}
+
+/// Returns the files to write: the bake, then the meshes. Refuses two of one name, and those that would replace an input.
+Result<std::vector<fs::path>> outputsOf(const RepackRequest& request) {
+    std::vector<fs::path> inputs = {request.map}, outputs = {request.folder / request.map.filename().replace_extension(".exr")};
+    for (const fs::path& mesh : request.meshes) {
+        inputs.push_back(mesh);
+        outputs.push_back(request.folder / mesh.filename().replace_extension(".glb"));
+    }
+    std::set<fs::path> names;
+    for (const fs::path& output : outputs) {
+        if (!names.insert(output).second)
+            return failure(ErrorCode::InvalidRequest, output.string(), "found two inputs of this name, expected different ones");
+        for (const fs::path& input : inputs) {
+            std::error_code code;
+            if (fs::equivalent(input, output, code))
+                return failure(ErrorCode::InvalidRequest, output.string(),
+                               "found an input, expected a folder other than that of the inputs");
+        }
+    }
+    return outputs;
+}
+
+Result<void> moveAll(const std::vector<fs::path>& outputs, const fs::path& from, const fs::path& folder) {
+    if (auto made = makeFolder(folder); !made) return made;
+    for (const fs::path& output : outputs)
+        if (auto moved = moveFile(from / output.filename(), output); !moved) return moved;
+    return {};
+}
+
+}  // namespace
+
+Json Repacked::toJson() const {
+    Json json = {{"map", map.string()},
+                 {"meshes", Json::array()},
+                 {"width_before", sizeBefore.x},
+                 {"height_before", sizeBefore.y},
+                 {"width", size.x},
+                 {"height", size.y},
+                 {"texels_read_before", readBefore},
+                 {"texels_read", read},
+                 {"charts", charts},
+                 {"reduced_charts", reducedCharts},
+                 {"rel_rms", relRms},
+                 {"visible",
+                  {{"rms", visible.rms},
+                   {"p50", visible.p50},
+                   {"p95", visible.p95},
+                   {"p99", visible.p99},
+                   {"p999", visible.p999},
+                   {"max", visible.max}}}};
+    for (const fs::path& mesh : meshes) json["meshes"].push_back(mesh.string());
+    return json;
+}
+
+Result<Repacked> repack(const RepackRequest& request, const RunState& state) {
+    const auto outputs = outputsOf(request);
+    if (!outputs) return tl::make_unexpected(outputs.error());
+    LightMapSources sources;
+    const auto source = sources.open(request.map, request.description);
+    if (!source) return tl::make_unexpected(source.error());
+    const auto meshes = loadMeshes(request.meshes);
+    if (!meshes) return tl::make_unexpected(meshes.error());
+    const glm::ivec2 sizeBefore((*source)->width(), (*source)->height());
+    const auto found = atlas::findCharts(meshes->triangles, meshes->names, sizeBefore.x, sizeBefore.y);
+    if (!found) return tl::make_unexpected(found.error());
+    const auto map = readMap(**source, request.map.string(), state);
+    if (!map) return tl::make_unexpected(map.error());
+
+    const glm::vec3 luminanceWeights = (*source)->luminanceWeights();
+    const atlas::ReductionLimit limit{.maxVisible = request.maxVisible,
+                                      .display = lighting::DisplaySettings{}.of(keyOf(*map, luminanceWeights)),
+                                      .bt2020FromWorking = (*source)->bt2020FromWorking(),
+                                      .luminanceWeights = luminanceWeights};
+    SharedObjects shared;
+    const Action action{"", "", request.map.filename().string(), {}, {}, {}};
+    const ActionContext context{action, {}, {}, {}, shared, state};
+    const atlas::MapView view = map->view();
+    const auto reduced = mapInOrder<atlas::ReducedChart>(
+        static_cast<int>(found->charts.size()), context, "repack " + action.asset, [&](int index) -> Result<atlas::ReducedChart> {
+            return atlas::reduceChart(found->charts[static_cast<std::size_t>(index)], view, limit, state.interrupted);
+        });
+    if (!reduced) return tl::make_unexpected(reduced.error());
+
+    std::vector<formats::ImageView<const std::uint8_t>> isRead;
+    for (const atlas::ReducedChart& chart : *reduced) isRead.push_back(chart.isRead.view());
+    const auto packing = atlas::packCharts(isRead, state.interrupted);
+    if (!packing) return tl::make_unexpected(interrupted(context).value());
+
+    Repacked result{.map = outputs->front(),
+                    .meshes = {outputs->begin() + 1, outputs->end()},
+                    .sizeBefore = sizeBefore,
+                    .size = packing->size,
+                    .charts = reduced->size()};
+    std::vector<PlacedChart> placed;
+    verify::VisibleAccumulator visible;
+    double squaredError = 0, squaredLight = 0;
+    for (std::size_t i = 0; i < reduced->size(); ++i) {
+        const atlas::ReducedChart& chart = (*reduced)[i];
+        placed.push_back({found->charts[i], chart, packing->places[i]});
+        visible.add(chart.visible);
+        squaredError += chart.squaredError;
+        squaredLight += chart.squaredLight;
+        result.read += std::count(chart.isRead.texels().begin(), chart.isRead.texels().end(), 1);
+        result.readBefore += chart.readBefore;
+        result.reducedCharts += chart.step != glm::ivec2(1) ? 1 : 0;
+    }
+    result.visible = visible.figures();
+    result.relRms = squaredLight > 0 ? std::sqrt(squaredError / squaredLight) : 0;
+
+    const auto temporary = TemporaryFolder::create(request.folder);
+    if (!temporary) return tl::make_unexpected(temporary.error());
+    if (auto written = writeMap(*temporary / outputs->front().filename(), placed, packing->size, state); !written)
+        return tl::make_unexpected(written.error());
+    std::vector<std::vector<glm::vec2>> uvs = newUvs(*meshes, *found, placed, glm::dvec2(sizeBefore), glm::dvec2(packing->size));
+    auto next = uvs.begin();
+    for (std::size_t i = 0; i < meshes->scenes.size(); ++i) {
+        const auto count = static_cast<std::ptrdiff_t>(meshes->scenes[i].triangleMeshes().size());
+        const std::vector<std::vector<glm::vec2>> ofScene(std::make_move_iterator(next), std::make_move_iterator(next + count));
+        next += count;
+        if (const auto written = meshes->scenes[i].writeLightMapUvs(*temporary / (*outputs)[i + 1].filename(), ofScene); !written)
+            return tl::make_unexpected(written.error());
+    }
+    if (auto moved = moveAll(*outputs, temporary->path(), request.folder); !moved) return tl::make_unexpected(moved.error());
+    return result;
+}
+
+}  // namespace lightcook::pipeline

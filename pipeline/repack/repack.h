@@ -1,0 +1,38 @@
+// lightcook repack: a bake and its meshes with the charts of the light map packed anew, and with fewer texels where the light is smooth.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <glm/vec2.hpp>
+#include <vector>
+
+#include "formats/light_map.h"
+#include "pipeline/graph/action.h"
+#include "verify/visible.h"
+
+namespace lightcook::pipeline {
+
+struct RepackRequest {
+    std::filesystem::path map;
+    formats::LightMapDescription description;
+    std::vector<std::filesystem::path> meshes;  ///< glTF files with light-map UVs (TEXCOORD_1) in the map
+    std::filesystem::path folder;               ///< gets the bake as EXR and each mesh as GLB, by the names that they have
+    double maxVisible = 1;                      ///< of 99 % of each chart's samples [Delta E ITP]; 0: charts are moved only
+};
+
+struct Repacked {
+    std::filesystem::path map;
+    std::vector<std::filesystem::path> meshes;
+    glm::ivec2 sizeBefore{0}, size{0};      ///< [texels]
+    std::int64_t readBefore = 0, read = 0;  ///< texels that filters read
+    std::size_t charts = 0, reducedCharts = 0;
+    verify::VisibleFigures visible = {};  ///< of exit radiance, against the bake (atlas/reduction.h says where)
+    double relRms = 0;                    ///< of exit radiance, over the same samples
+
+    Json toJson() const;
+};
+
+/// Reads the bake, and writes the repacked one and its meshes. Nothing is written if it fails. Holds the bake in memory.
+formats::Result<Repacked> repack(const RepackRequest& request, const RunState& state);
+
+}  // namespace lightcook::pipeline
