@@ -47,10 +47,18 @@ public:
         for (int x = 0; x < width; ++x) {
             const std::size_t i = index(x);
             if (row.covered[i] == 0) continue;
-            const LcSh& reference = row.reference[i];
-            out[i].error = bandLengths(errorOf(row.texels[i], reference, x, y));
-            out[i].reference = bandLengths(reference);
+            out[i] = lengthsOf(row.texels[i], row.reference[i], x, y);
         }
+    }
+    /// Returns the lengths of texel (x, y).
+    TexelLengths lengthsOf(const typename Rows::LayerTexels& texels, const LcSh& reference, int x, int y) const {
+        return {bandLengths(errorOf(texels, reference, x, y)), bandLengths(reference)};
+    }
+    /// Raises lengths to those of others.
+    static void raise(BandLengths& largest, const BandLengths& lengths) {
+        // Written so that NaN stays: every comparison with it is false.
+        for (std::size_t lane = 0; lane < kBandLanes; ++lane)
+            largest[lane] = lengths[lane] <= largest[lane] ? largest[lane] : lengths[lane];
     }
     bool isKnown() const { return coarseBounds_.isKnown(); }
 
@@ -152,11 +160,6 @@ private:
         for (std::size_t lane = 0; lane < kBandLanes; ++lane)
             slack[lane] = kFloatRounding * light[lane] + kFractionTolerance * (across[lane] + down[lane]);
         return slack;
-    }
-    static void raise(BandLengths& largest, const BandLengths& lengths) {
-        // Written so that NaN stays: every comparison with it is false.
-        for (std::size_t lane = 0; lane < kBandLanes; ++lane)
-            largest[lane] = lengths[lane] <= largest[lane] ? largest[lane] : lengths[lane];
     }
     static BandLengths largestOf(const std::array<const TexelLengths*, 4>& texels, BandLengths TexelLengths::*which) {
         BandLengths largest{};

@@ -1,14 +1,21 @@
 // Bounds of the local relative error at the rims of charts, where a filter reaches texels that are not covered. Private to verify/.
 //
 // The places nearest to a covered texel are a quarter of each quad around it. There error and reference are means, with the same weights,
-// of the control vectors of place_light.h, which is what localErrorBound needs. Uncovered texels make the error of a quarter large where
-// their texels are wrong, so these bounds are no closer than those of quads.h, and cost little: few quads are at rims.
+// of the control vectors of place_light.h, which is what localErrorBound needs. Control vectors of a quarter cost as much as a hundred
+// shadings, and a fifth of the quads of a map with small charts are at rims, so coarse bounds come first:
+//   1. coarse bound of every quad, from lengths (quad_coarse_bound.h); quads that may exceed the current maximum are kept
+//   2. control vectors of the quarters of those, the largest coarse bound first, while they may exceed the maximum
+// The bound of a quarter is the smaller of both, so that the maximum does not depend on the order of the quads.
 #pragma once
 
+#include <algorithm>
+#include <functional>
+#include <limits>
 #include <vector>
 
 #include "verify/light_map/bound_evaluator.h"
 #include "verify/light_map/place_light.h"
+#include "verify/light_map/quad_coarse_bound.h"
 
 namespace lightcook::verify::lightmap {
 
@@ -16,19 +23,84 @@ template <class Layout>
 class RimBounds {
 public:
     RimBounds(const MapRows<Layout>& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator)
-        : rows_(rows), tolerance_(tolerance), evaluator_(evaluator) {}
+        : rows_(rows), tolerance_(tolerance), evaluator_(evaluator), coarse_(rows, tolerance, evaluator) {}
 
+    /// Raises the largest bounds to those of the quads of these rows of which some texels are not covered.
+    void raiseRows(int firstRow, int rowCount, LargestBounds& largest) {
+        std::vector<CoarselyBoundedQuad> kept;
+        forEachCoveredQuad(rows_, firstRow, rowCount, [&](const CoveredQuad<Layout>& quad) {
+            // Beyond the edge of a map the light is that at the edge, which another quad has.
+            const bool isBeyond =
+                (rows_.width() > 1 && quad.texelX(0) == quad.texelX(1)) || (rows_.height() > 1 && quad.texelY(0) == quad.texelY(2));
+            if (quad.isInside() || isBeyond) return;
+            const ErrorBound bound = coarseBound(quad, largest);
+            if (!evaluator_.cannotExceed(largest, bound)) kept.push_back({quad.x, quad.y, bound});
+        });
+        // NaN comes first.
+        const auto sizeOf = [](const ErrorBound& bound) {
+            const float size = std::max(bound.diffuse, bound.specular);
+            return size <= std::numeric_limits<float>::max() ? size : std::numeric_limits<float>::infinity();
+        };
+        std::ranges::stable_sort(kept, std::greater{}, [&](const CoarselyBoundedQuad& each) { return sizeOf(each.bound); });
+        for (const CoarselyBoundedQuad& each : kept)
+            if (!evaluator_.cannotExceed(largest, each.bound))
+                withCoveredQuad(rows_, each.x, each.y, [&](const CoveredQuad<Layout>& quad) { raise(quad, largest); });
+    }
     /// Raises the largest bounds to those of a quad of which some texels are not covered.
     void raise(const CoveredQuad<Layout>& quad, LargestBounds& largest) {
+        measure(quad);
         for (int decode = 0; decode < 4; ++decode) {
             if (!quad.isNewDecode(rows_, decode)) continue;
+            const ErrorBound coarse = coarseBound(quad, decode, largest);
+            if (evaluator_.cannotExceed(largest, coarse)) continue;
             for (int corner = 0; corner < 4; ++corner)
-                if (quad.hasQuarter(corner)) raiseQuarter(quad, corner, decode, largest);
+                if (quad.hasQuarter(corner)) raiseQuarter(quad, corner, decode, coarse, largest);
         }
     }
 
 private:
-    void raiseQuarter(const CoveredQuad<Layout>& quad, int corner, int decode, LargestBounds& largest) {
+    struct CoarselyBoundedQuad {
+        int x, y;
+        ErrorBound bound;  ///< of all decodes
+    };
+
+    /// Computes the lengths of the covered corners, and those of the differences of their references.
+    void measure(const CoveredQuad<Layout>& quad) {
+        if (!coarse_.isKnown()) return;
+        step_ = {};
+        for (std::size_t i = 0; i < 4; ++i) {
+            if (!quad.covered[i]) continue;
+            const LcSh& reference = *quad.corners.references[i];
+            const int corner = static_cast<int>(i);
+            lengths_[i] = coarse_.lengthsOf(*quad.corners.texels[i], reference, quad.texelX(corner), quad.texelY(corner));
+            for (std::size_t j = 0; j < i; ++j)
+                if (quad.covered[j]) coarse_.raise(step_, bandLengths(difference(reference, *quad.corners.references[j])));
+        }
+    }
+    /// Returns an upper bound of the error of a quad under every decode of its covered corners, refined only until it is below the largest.
+    ErrorBound coarseBound(const CoveredQuad<Layout>& quad, const LargestBounds& largest) {
+        measure(quad);
+        ErrorBound bound;
+        for (int decode = 0; decode < 4; ++decode)
+            if (quad.isNewDecode(rows_, decode)) bound.raise(coarseBound(quad, decode, largest));
+        return bound;
+    }
+    /// Returns the same under the decode of one corner, for the quad that was measured last.
+    ErrorBound coarseBound(const CoveredQuad<Layout>& quad, int decode, const LargestBounds& largest) const {
+        if (!coarse_.isKnown()) return {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity()};
+        const std::array<const TexelLengths*, 4> lengths = {&lengths_[0], &lengths_[1], &lengths_[2], &lengths_[3]};
+        ErrorBound least;
+        for (const bool isQuick : {true, false}) {
+            const ErrorBound bound = evaluator_.errorBound(coarse_.errorLengths(
+                rows_.decodeOf(quad.x, quad.y, decode), quad.corners, quad.covered, lengths, step_, quad.x, quad.y, decode, isQuick));
+            least = isQuick ? bound : ErrorBound{std::min(least.diffuse, bound.diffuse), std::min(least.specular, bound.specular)};
+            if (evaluator_.cannotExceed(largest, least)) break;
+        }
+        return least;
+    }
+    /// Raises the largest bounds to those of a quarter.
+    /// coarse  upper bound of its error
+    void raiseQuarter(const CoveredQuad<Layout>& quad, int corner, int decode, const ErrorBound& coarse, LargestBounds& largest) {
         // Bounds hold for every direction, so light stays in the frame of the world.
         const QuarterLight<Layout> quarter(rows_, tolerance_, quad, corner, decode, {glm::vec3(1, 0, 0), {0, 1, 0}, {0, 0, 1}});
         const CellLight light = quarter.over(quarter.whole());
@@ -51,19 +123,29 @@ private:
                 }
             evaluator_.raise(found, pairs_, slack[c], {at.x, at.y, 0.5, QuarterLight<Layout>::kRimNodes, static_cast<int>(c)});
         }
-        for (const auto kind : {&LargestBounds::diffuse, &LargestBounds::specular}) {
-            ErrorPlace& place = (found.*kind).place;
+        const auto take = [&](LargestBound& kind, const LargestBound& raised, float coarseError) {
+            ErrorPlace place = raised.place;
+            const bool isSamePlace = place.x == kind.place.x && place.y == kind.place.y && place.channel == kind.place.channel;
+            if (raised.bound == kind.bound && isSamePlace) return;
             const glm::dvec2 inMap = quad.inMap({place.x - quad.x, place.y - quad.y});
             place.x = inMap.x;
             place.y = inMap.y;
-            (largest.*kind).raise((found.*kind).bound, place, (found.*kind).bands);
-        }
+            // Also for NaN, of which nothing is known.
+            const double coarseBound = static_cast<double>(coarseError) / kFloor;
+            place.local = coarseBound < raised.bound ? coarseBound : raised.bound;
+            kind.raise(place.local, place, raised.bands);
+        };
+        take(largest.diffuse, found.diffuse, coarse.diffuse);
+        take(largest.specular, found.specular, coarse.specular);
     }
 
     const MapRows<Layout>& rows_;
     const SamplerTolerance<Layout>& tolerance_;
     const BoundEvaluator& evaluator_;
-    std::vector<ErrorPair> pairs_;  ///< reused
+    QuadCoarseBound<Layout> coarse_;
+    std::array<TexelLengths, 4> lengths_;  ///< of the covered corners of the quad that was measured last
+    BandLengths step_{};                   ///< largest differences of their references
+    std::vector<ErrorPair> pairs_;         ///< reused
 };
 
 }  // namespace lightcook::verify::lightmap

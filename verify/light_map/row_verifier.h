@@ -94,13 +94,7 @@ private:
         quads_.boundRows(firstRow, rowCount);
         quads_.refineDeferred();
         LargestBounds bounds = quads_.largest();
-        RimBounds<Layout> rims(rows_, tolerance_, evaluator_);
-        forEachCoveredQuad(rows_, firstRow, rowCount, [&](const Quad& quad) {
-            // Beyond the edge of a map the light is that at the edge, which another quad has.
-            const bool isBeyond =
-                (rows_.width() > 1 && quad.texelX(0) == quad.texelX(1)) || (rows_.height() > 1 && quad.texelY(0) == quad.texelY(2));
-            if (!quad.isInside() && !isBeyond) rims.raise(quad, bounds);
-        });
+        RimBounds<Layout>(rows_, tolerance_, evaluator_).raiseRows(firstRow, rowCount, bounds);
         return bounds;
     }
     /// Bounds the visible errors of the last stage, wherever its light is sampled.

@@ -3,10 +3,11 @@
 // Each covered texel has a quarter of each of the four quads around it: the places nearest to it. A surface there has a normal within the
 // scene's tilt of the texel's own, or, for specular light, the texel's own normal and any view, m and F0. The bound of a map is the maximum
 // over these quarters:
-//   1. coarse bound of every quarter: band lengths of the error (quad_coarse_bound.h), against the darkest reference over all kernels
-//      (CoarseKernels); quarters that may exceed what was sampled are kept
-//   2. the others are searched (visible_search.h), those with the largest coarse bound first, until none may raise the maximum; the
-//      quarters of a texel are first tried together, since most are much alike
+//   1. quick coarse bound of every quad: band lengths of the error (quad_coarse_bound.h), against the darkest reference over all kernels
+//      (CoarseKernels); quads that may exceed what was sampled are kept
+//   2. the quarters of the quads with the largest bounds are searched (visible_search.h), which raises the maximum
+//   3. coarse bounds of each quarter of the quads that may still exceed it; these are searched, those with the largest bound first, until
+//      none may raise the maximum; the quarters of a texel are first tried together, since most are much alike
 // Whatever is not searched to the end is proven to be below the maximum of its strip, and a map is always cut into the same strips. Ties
 // go to the smaller (y, x).
 #pragma once
@@ -39,10 +40,18 @@ public:
         glm::dvec3 out(0);
         for (std::size_t c = 0; c < kChannels; ++c) {
             kernels_.centres.apply(local[c], shaded_.data());
-            float low = std::numeric_limits<float>::max();
-            for (std::size_t k = 0; k < kernels_.centres.count(); ++k)
-                low = std::min(low, shaded_[k] - kernels_.radii[0][k] * lengths[c] - kernels_.radii[1][k] * lengths[3 + c] -
-                                        kernels_.radii[2][k] * lengths[6 + c]);
+            const float first = lengths[c], second = lengths[3 + c], third = lengths[6 + c];
+            const float *zonal = kernels_.radii[0].data(), *linear = kernels_.radii[1].data(), *quadratic = kernels_.radii[2].data();
+            // Each lane has its own minimum: the compiler keeps the order of one.
+            std::array<float, ShadingMatrix::kLanes> lows;
+            lows.fill(std::numeric_limits<float>::max());
+            for (std::size_t k = 0; k < shaded_.size(); k += lows.size())
+                for (std::size_t lane = 0; lane < lows.size(); ++lane) {
+                    const float darkest =
+                        shaded_[k + lane] - zonal[k + lane] * first - linear[k + lane] * second - quadratic[k + lane] * third;
+                    lows[lane] = darkest < lows[lane] ? darkest : lows[lane];
+                }
+            const float low = std::ranges::min(lows);
             out[static_cast<int>(c)] = static_cast<double>(low);
         }
         return out;
@@ -54,14 +63,16 @@ public:
             for (std::size_t l = 0; l < 3; ++l) low[static_cast<int>(c)] -= kernels_.norms[l] * static_cast<double>(step[3 * l + c]);
         return low;
     }
-    /// Returns a bound from the lengths of the error, for references with these darkest channels.
-    double coarseBound(const glm::dvec3& low, const BandLengths& error) const {
-        glm::dvec3 off(0);
-        for (std::size_t c = 0; c < kChannels; ++c)
-            for (std::size_t l = 0; l < 3; ++l) off[static_cast<int>(c)] += kernels_.norms[l] * static_cast<double>(error[3 * l + c]);
-        return metric_.coarseBound(low, off);
+    /// Returns a bound from the lengths of the error, for references with these darkest channels, rounded up; 0 where less work proves that
+    /// it is below the threshold.
+    float coarseBoundIfAbove(const glm::dvec3& low, const BandLengths& error) const {
+        if (isNone()) return 0;
+        const glm::dvec3 off = errorOf(error);
+        if (metric_.isCoarselyBelow(low, off, threshold_)) return 0;
+        const float bound = kOutward * static_cast<float>(metric_.coarseBound(low, off));
+        return static_cast<double>(bound) < threshold_ ? 0 : bound;
     }
-    bool mayExceed(double bound) const { return !(static_cast<double>(kOutward) * bound < threshold_); }
+    bool mayExceed(float bound) const { return !isNone() && !(static_cast<double>(bound) < threshold_); }
     /// Returns true if this light is proven to be below the threshold with little work.
     bool isBelow(const CellLight& light) const { return search_.isBelow(light, threshold_); }
     /// Searches a quarter.
@@ -77,6 +88,14 @@ public:
     }
 
 private:
+    /// Returns the largest error of each channel over all kernels.
+    glm::dvec3 errorOf(const BandLengths& error) const {
+        glm::dvec3 off(0);
+        for (std::size_t c = 0; c < kChannels; ++c)
+            for (std::size_t l = 0; l < 3; ++l) off[static_cast<int>(c)] += kernels_.norms[l] * static_cast<double>(error[3 * l + c]);
+        return off;
+    }
+
     const VisibleMetric& metric_;
     const VisibleKernels& kernels_;
     VisibleSearch search_;
@@ -113,6 +132,8 @@ public:
             for (int x = firstX; x <= lastX; ++x) boundQuad(above, below, x, y);
             std::swap(above, below);
         }
+        searchFirst();
+        addQuarters();
         for (std::size_t kind = 0; kind < kinds_.size(); ++kind) search(kind);
     }
     const VisibleBound& diffuse() const { return kinds_[0].largest(); }
@@ -144,97 +165,176 @@ private:
         std::vector<TexelLengths> lengths;
         std::vector<std::array<glm::dvec3, 2>> lowest;  ///< [texel][kind]
     };
+    using KindBounds = std::array<float, 2>;  ///< [kind], rounded up
+    struct KeptQuad {
+        int x, y;
+        KindBounds bound;
+    };
     struct Quarter {
         int x, y;
         std::int8_t corner, decode;
-        std::array<float, 2> bound;  ///< [kind], rounded up
+        KindBounds bound;
+    };
+    /// What the coarse bounds of a quad need.
+    struct MeasuredQuad {
+        std::array<const TexelLengths*, 4> lengths;    ///< of the corners; of covered ones only
+        std::array<std::array<glm::dvec3, 2>, 4> low;  ///< [corner][kind], darkest references of its quarter
+        std::array<glm::dvec3, 2> darkest;             ///< [kind], of all quarters
+        BandLengths step{};                            ///< largest differences of the references of covered corners
     };
 
     void load(int y, Measured& out) {
         rows_.load(0, rows_.width(), y, out.row);
-        coarse_.measure(out.row, y, out.lengths);
         out.lengths.resize(index(rows_.width()));
         out.lowest.resize(index(rows_.width()));
-        for (int x = 0; x < rows_.width(); ++x) {
-            if (out.row.covered[index(x)] == 0) continue;
-            const glm::vec3& normal = rows_.normalAt(x, y);
-            if (normal != normal_) {
-                const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(normal));
-                frame_ = {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])};
-                normal_ = normal;
-            }
-            const LcSh& reference = out.row.reference[index(x)];
-            if (!coarse_.isKnown()) out.lengths[index(x)].reference = bandLengths(reference);
-            const Channels local = channelsOf(shaders::lcLocalSh(reference, frame_[0], frame_[1], frame_[2]));
-            for (std::size_t kind = 0; kind < kinds_.size(); ++kind)
-                out.lowest[index(x)][kind] =
-                    kinds_[kind].isNone() ? glm::dvec3(0) : kinds_[kind].lowest(local, out.lengths[index(x)].reference);
-        }
+        for (int x = 0; x < rows_.width(); ++x)
+            if (out.row.covered[index(x)] != 0)
+                measure(out.row.texels[index(x)], out.row.reference[index(x)], x, y, out.lengths[index(x)], out.lowest[index(x)]);
     }
-    void boundQuad(const Measured& above, const Measured& below, int x, int y) {
-        const Quad quad(rows_, above.row, below.row, x, y);
-        if (quad.coveredCount() == 0) return;
-        std::array<const TexelLengths*, 4> lengths;
-        for (int corner = 0; corner < 4; ++corner)
-            lengths[index(corner)] = &(corner < 2 ? above : below).lengths[index(quad.texelX(corner))];
+    /// Measures a covered texel.
+    void measure(const typename Rows::LayerTexels& texels, const LcSh& reference, int x, int y, TexelLengths& lengths,
+                 std::array<glm::dvec3, 2>& lowest) {
+        const glm::vec3& normal = rows_.normalAt(x, y);
+        if (normal != normal_) {
+            const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(normal));
+            frame_ = {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])};
+            normal_ = normal;
+        }
+        if (coarse_.isKnown())
+            lengths = coarse_.lengthsOf(texels, reference, x, y);
+        else
+            lengths.reference = bandLengths(reference);
+        const Channels local = channelsOf(shaders::lcLocalSh(reference, frame_[0], frame_[1], frame_[2]));
+        for (std::size_t kind = 0; kind < kinds_.size(); ++kind)
+            lowest[kind] = kinds_[kind].isNone() ? glm::dvec3(0) : kinds_[kind].lowest(local, lengths.reference);
+    }
+    MeasuredQuad measuredQuad(const Quad& quad, const std::array<const TexelLengths*, 4>& lengths,
+                              const std::array<const std::array<glm::dvec3, 2>*, 4>& lowest) const {
+        MeasuredQuad out{lengths, {}, {}, {}};
         // Differences of the references of covered corners: of each corner from the others.
         std::array<std::array<BandLengths, 4>, 4> steps{};
-        BandLengths step{};
         for (std::size_t i = 0; i < 4; ++i)
             for (std::size_t j = i + 1; j < 4; ++j) {
                 if (!quad.covered[i] || !quad.covered[j]) continue;
                 steps[i][j] = steps[j][i] = bandLengths(difference(*quad.corners.references[i], *quad.corners.references[j]));
-                raise(step, steps[i][j]);
+                coarse_.raise(out.step, steps[i][j]);
             }
-        for (int decode = 0; decode < 4; ++decode) {
-            if (!quad.isNewDecode(rows_, decode)) continue;
-            for (const bool isQuick : {true, false})
-                if (!addQuarters(above, below, quad, lengths, steps, step, decode, isQuick)) break;
-        }
-    }
-    static void raise(BandLengths& largest, const BandLengths& lengths) {
-        for (std::size_t lane = 0; lane < kBandLanes; ++lane)
-            largest[lane] = lengths[lane] <= largest[lane] ? largest[lane] : lengths[lane];
-    }
-    /// Appends to quarters_ those whose coarse bound exceeds the largest error known so far. Returns false if none of the quad does.
-    bool addQuarters(const Measured& above, const Measured& below, const Quad& quad, const std::array<const TexelLengths*, 4>& lengths,
-                     const std::array<std::array<BandLengths, 4>, 4>& steps, const BandLengths& step, int decode, bool isQuick) {
-        BandLengths error{};
-        if (coarse_.isKnown())
-            error =
-                coarse_.errorLengths(decodeOf(quad, decode), quad.corners, quad.covered, lengths, step, quad.x, quad.y, decode, isQuick);
-        std::array<std::array<glm::dvec3, 2>, 4> low;
-        std::array<glm::dvec3, 2> darkest = {glm::dvec3(std::numeric_limits<double>::max()),
-                                             glm::dvec3(std::numeric_limits<double>::max())};
+        out.darkest.fill(glm::dvec3(std::numeric_limits<double>::max()));
         for (int corner = 0; corner < 4; ++corner) {
             if (!quad.hasQuarter(corner)) continue;
             const BandLengths off = farthest(steps[index(corner)], corner, quad.coveredCount());
-            const auto& lowest = (corner < 2 ? above : below).lowest[index(quad.texelX(corner))];
             for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
-                low[index(corner)][kind] = kinds_[kind].lowered(lowest[kind], off);
-                darkest[kind] = glm::min(darkest[kind], low[index(corner)][kind]);
+                out.low[index(corner)][kind] = kinds_[kind].lowered((*lowest[index(corner)])[kind], off);
+                out.darkest[kind] = glm::min(out.darkest[kind], out.low[index(corner)][kind]);
             }
         }
-        // Most quads are done with one bound of all their quarters.
-        const auto mayExceed = [&](std::size_t kind) {
-            return !kinds_[kind].isNone() && kinds_[kind].mayExceed(kinds_[kind].coarseBound(darkest[kind], error));
-        };
-        if (coarse_.isKnown() && !mayExceed(0) && !mayExceed(1)) return false;
-        if (isQuick) return true;
+        return out;
+    }
+    BandLengths errorLengths(const Quad& quad, const MeasuredQuad& measured, int decode, bool isQuick) const {
+        return coarse_.errorLengths(decodeOf(quad, decode), quad.corners, quad.covered, measured.lengths, measured.step, quad.x, quad.y,
+                                    decode, isQuick);
+    }
+    /// Keeps a quad whose coarse bound exceeds the largest error known so far.
+    void boundQuad(const Measured& above, const Measured& below, int x, int y) {
+        const Quad quad(rows_, above.row, below.row, x, y);
+        if (quad.coveredCount() == 0) return;
+        constexpr float kInfinite = std::numeric_limits<float>::infinity();
+        if (!coarse_.isKnown()) {
+            quads_.push_back({x, y, {kInfinite, kInfinite}});
+            return;
+        }
+        std::array<const TexelLengths*, 4> lengths;
+        std::array<const std::array<glm::dvec3, 2>*, 4> lowest;
         for (int corner = 0; corner < 4; ++corner) {
-            if (!quad.hasQuarter(corner)) continue;
-            if (!coarse_.isKnown()) error = lightOf(quad, corner, decode).errorLengths();
-            Quarter quarter{quad.x, quad.y, static_cast<std::int8_t>(corner), static_cast<std::int8_t>(decode), {}};
-            bool isKept = false;
-            for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
-                if (kinds_[kind].isNone()) continue;
-                const double bound = kinds_[kind].coarseBound(low[index(corner)][kind], error);
-                quarter.bound[kind] = kOutward * static_cast<float>(bound);
-                isKept = isKept || kinds_[kind].mayExceed(bound);
-            }
-            if (isKept) quarters_.push_back(quarter);
+            const Measured& row = corner < 2 ? above : below;
+            lengths[index(corner)] = &row.lengths[index(quad.texelX(corner))];
+            lowest[index(corner)] = &row.lowest[index(quad.texelX(corner))];
         }
-        return true;
+        const MeasuredQuad measured = measuredQuad(quad, lengths, lowest);
+        KeptQuad kept{x, y, {}};
+        bool isKept = false;
+        for (int decode = 0; decode < 4; ++decode) {
+            if (!quad.isNewDecode(rows_, decode)) continue;
+            KindBounds bounds{};
+            for (const bool isQuick : {true, false}) {
+                const BandLengths error = errorLengths(quad, measured, decode, isQuick);
+                bool isAbove = false;
+                for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
+                    bounds[kind] = kinds_[kind].coarseBoundIfAbove(measured.darkest[kind], error);
+                    isAbove = isAbove || kinds_[kind].mayExceed(bounds[kind]);
+                }
+                if (!isAbove) break;
+            }
+            for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
+                // NaN, of which nothing is known, is above all.
+                if (!(bounds[kind] <= kept.bound[kind])) kept.bound[kind] = bounds[kind] <= kInfinite ? bounds[kind] : kInfinite;
+                isKept = isKept || kinds_[kind].mayExceed(bounds[kind]);
+            }
+        }
+        if (isKept) quads_.push_back(kept);
+    }
+    /// Calls work(quad, what its coarse bounds need) for a quad.
+    template <class Work>
+    void withMeasuredQuad(int x, int y, Work&& work) {
+        withCoveredQuad(rows_, x, y, [&](const Quad& quad) {
+            std::array<TexelLengths, 4> lengths{};
+            std::array<std::array<glm::dvec3, 2>, 4> lowest{};
+            std::array<const TexelLengths*, 4> lengthsAt;
+            std::array<const std::array<glm::dvec3, 2>*, 4> lowestAt;
+            for (int corner = 0; corner < 4; ++corner) {
+                const std::size_t i = index(corner);
+                lengthsAt[i] = &lengths[i];
+                lowestAt[i] = &lowest[i];
+                if (quad.covered[i])
+                    measure(*quad.corners.texels[i], *quad.corners.references[i], quad.texelX(corner), quad.texelY(corner), lengths[i],
+                            lowest[i]);
+            }
+            work(quad, measuredQuad(quad, lengthsAt, lowestAt));
+        });
+    }
+    /// Searches the quarters of the quads with the largest coarse bounds.
+    void searchFirst() {
+        constexpr std::ptrdiff_t kFirst = 8;
+        if (!coarse_.isKnown()) return;
+        for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
+            if (kinds_[kind].isNone()) continue;
+            const auto end = quads_.begin() + std::min(kFirst, std::ssize(quads_));
+            std::ranges::partial_sort(quads_, end, [&](const KeptQuad& a, const KeptQuad& b) {
+                return std::tuple(-a.bound[kind], a.y, a.x) < std::tuple(-b.bound[kind], b.y, b.x);
+            });
+            for (auto each = quads_.begin(); each != end; ++each) addQuartersOf(*each);
+            if (areGrouped() && !quarters_.empty())
+                // The others are tried together with those of other quads.
+                quarters_ = {*std::ranges::max_element(quarters_, {}, [&](const Quarter& quarter) { return quarter.bound[kind]; })};
+            search(kind);
+            quarters_.clear();
+        }
+    }
+    /// Sets quarters_ to those that may exceed the largest error known so far.
+    void addQuarters() {
+        for (const KeptQuad& each : quads_)
+            if (kinds_[0].mayExceed(each.bound[0]) || kinds_[1].mayExceed(each.bound[1])) addQuartersOf(each);
+    }
+    /// Appends to quarters_ those of a quad whose coarse bounds exceed the largest error known so far.
+    void addQuartersOf(const KeptQuad& kept) {
+        withMeasuredQuad(kept.x, kept.y, [&](const Quad& quad, const MeasuredQuad& measured) {
+            for (int decode = 0; decode < 4; ++decode) {
+                if (!quad.isNewDecode(rows_, decode)) continue;
+                BandLengths error{};
+                if (coarse_.isKnown()) error = errorLengths(quad, measured, decode, false);
+                for (int corner = 0; corner < 4; ++corner) {
+                    if (!quad.hasQuarter(corner)) continue;
+                    if (!coarse_.isKnown()) error = lightOf(quad, corner, decode).errorLengths();
+                    Quarter quarter{quad.x, quad.y, static_cast<std::int8_t>(corner), static_cast<std::int8_t>(decode), {}};
+                    bool isKept = false;
+                    for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
+                        quarter.bound[kind] = kinds_[kind].coarseBoundIfAbove(measured.low[index(corner)][kind], error);
+                        isKept = isKept || kinds_[kind].mayExceed(quarter.bound[kind]);
+                    }
+                    if (isKept) quarters_.push_back(quarter);
+                }
+            }
+        });
     }
     /// Returns how far the reference of a quarter is from that of its texel. At the corners of the quarter it is the mean of the texel and
     /// one neighbour, or of all covered corners; elsewhere it lies between those.
@@ -257,6 +357,11 @@ private:
         const glm::dmat3 frame = frameOf(quad, corner);
         return {rows_, tolerance_, quad, corner, decode, {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])}};
     }
+    /// Returns true if the quarters of a texel are tried together. Deviations of learned layouts are those of one quarter.
+    bool areGrouped() const {
+        if constexpr (requires { Layout::kCodeCount; }) return tolerance_.isNone();
+        return true;
+    }
     void search(std::size_t kind) {
         if (kinds_[kind].isNone()) return;
         std::ranges::stable_sort(quarters_, [&](const Quarter& a, const Quarter& b) { return a.bound[kind] > b.bound[kind]; });
@@ -265,7 +370,7 @@ private:
         std::vector<bool> isDone(quarters_.size());
         for (std::size_t i = 0; i < quarters_.size(); ++i) {
             const Quarter& each = quarters_[i];
-            if (static_cast<double>(each.bound[kind]) < kinds_[kind].threshold()) break;
+            if (!kinds_[kind].mayExceed(each.bound[kind])) break;
             if (isDone[i]) continue;
             std::vector<std::size_t>& together = ofTexels[texelOf(each)];
             if (i > 0 && together.size() > 1 && areBelow(kind, together)) {
@@ -281,6 +386,7 @@ private:
     }
     /// Returns true if these quarters of one texel are proven to be below the maximum, all at once.
     bool areBelow(std::size_t kind, const std::vector<std::size_t>& quarters) const {
+        if (!areGrouped()) return false;
         std::optional<CellLight> all;
         for (const std::size_t i : quarters) {
             const Quarter& each = quarters_[i];
@@ -304,6 +410,7 @@ private:
     const SamplerTolerance<Layout>& tolerance_;
     QuadCoarseBound<Layout> coarse_;
     std::array<VisibleKind, 2> kinds_;
+    std::vector<KeptQuad> quads_;
     std::vector<Quarter> quarters_;
     glm::vec3 normal_{0};
     std::array<glm::vec3, 3> frame_{};

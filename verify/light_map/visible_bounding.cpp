@@ -4,8 +4,22 @@
 
 namespace lightcook::verify {
 
-VisibleKernels::VisibleKernels(KernelTree kernels, const CoarseKernels& coarse)
-    : tree(std::move(kernels)), norms(coarse.norms), centres(coarse.centres, std::vector<ShadingSample>(coarse.centres.size())) {
+namespace {
+
+/// Returns kernels in whole vectors: the last one is repeated.
+CoarseKernels padded(CoarseKernels kernels) {
+    while (kernels.centres.size() % ShadingMatrix::kLanes != 0) {
+        kernels.centres.push_back(lighting::ShDouble(kernels.centres.back()));
+        kernels.radii.push_back(lighting::ShBands(kernels.radii.back()));
+    }
+    return kernels;
+}
+
+}  // namespace
+
+VisibleKernels::VisibleKernels(KernelTree kernels, const CoarseKernels& unpadded) : tree(std::move(kernels)), norms(unpadded.norms) {
+    const CoarseKernels coarse = padded(unpadded);
+    centres = ShadingMatrix(coarse.centres, std::vector<ShadingSample>(coarse.centres.size()));
     // The products are sums in floats.
     constexpr double kRounding = 2e-6;
     for (std::size_t l = 0; l < radii.size(); ++l) {

@@ -14,7 +14,7 @@ namespace lightcook::verify {
 struct VisibleKernels {
     KernelTree tree;
     lighting::ShBands norms{};                ///< largest length of each band of the coarse kernels
-    ShadingMatrix centres;                    ///< of the coarse kernels
+    ShadingMatrix centres;                    ///< of the coarse kernels, in whole vectors
     std::array<std::vector<float>, 3> radii;  ///< [band][row], rounded up
 
     VisibleKernels() = default;

@@ -28,6 +28,8 @@ double curve(double nits) {
 }
 /// The curve in floats errs by this much: in the difference of two codes, and in a slope as a part of itself.
 constexpr double kCurveRounding = 6e-7, kSlopeRounding = 3e-4;
+/// X PQ'(X) rises up to kSteepestAt [cd/m^2] and is at most kSteepest.
+constexpr double kSteepestAt = 1341, kSteepest = 0.10912;
 
 }  // namespace
 
@@ -52,10 +54,33 @@ double VisibleMetric::lowest(int row, const glm::dvec3& low) const {
     return sum;
 }
 
+bool VisibleMetric::isCoarselyBelow(const glm::dvec3& low, const glm::dvec3& error, double limit) const {
+    // |PQ(X) - PQ(Y)| <= kSteepest |log(X / Y)|, and |log(1 - share)| <= 1.3863 share up to a share of 1/2. Opposite steps of the codes
+    // make the largest difference; `kLargest` is its length for steps of 1 (coarseBound).
+    constexpr double kMostShare = 0.5, kLogarithm = 1.3863;
+    static const double kLargest = [] {
+        double largest = 0;
+        for (int corner = 0; corner < 4; ++corner) {
+            const glm::dvec3 at(1, (corner & 1) == 0 ? 1 : -1, (corner & 2) == 0 ? 1 : -1);
+            double squares = 0;
+            for (int i = 0; i < 3; ++i) squares += glm::dot(itp(i), at) * glm::dot(itp(i), at);
+            largest = std::max(largest, squares);
+        }
+        return std::sqrt(largest);
+    }();
+    double share = 0;
+    for (int k = 0; k < 3; ++k) {
+        double difference = 0;
+        for (int c = 0; c < 3; ++c) difference += std::abs(lms(k)[c]) * error[c];
+        // Also for NaN, of which nothing is known.
+        if (!(difference <= kMostShare * std::max(lowest(k, low), kLowest))) return false;
+        share = std::max(share, difference / std::max(lowest(k, low), kLowest));
+    }
+    return kLargest * (kCurveRounding + kSteepest * kLogarithm * share) + 2 * kVisibleRounding < limit;
+}
+
 double VisibleMetric::coarseBound(const glm::dvec3& low, const glm::dvec3& error) const {
-    // X PQ'(X) rises up to kSteepestAt and is at most kSteepest: below kSteepestAt a difference of codes falls with a factor on both
-    // lights.
-    constexpr double kSteepestAt = 1341, kSteepest = 0.10912;
+    // Below kSteepestAt a difference of codes falls with a factor on both lights.
     std::array<double, 3> step{};
     for (int k = 0; k < 3; ++k) {
         double difference = 0;

@@ -53,6 +53,9 @@ public:
     /// both times any number in [0, 1].
     double coarseBound(const glm::dvec3& low, const glm::dvec3& error) const;
 
+    /// Returns true if the coarse bound is proven to be below `limit`, with no point of the curve.
+    bool isCoarselyBelow(const glm::dvec3& low, const glm::dvec3& error, double limit) const;
+
     /// Returns true if the curve clamps none of these luminances.
     static bool isWithinCurve(const Interval& nits) { return nits.low >= 0x1p-8 && nits.high <= 10000; }
     /// Returns an interval of the secant of the curve between numbers in x and in y.

@@ -455,6 +455,7 @@ private:
         }
     }
     VisibleBound resultOf(const Cell& cell) const {
+        if (cell.bound < threshold_) return {cell.bound, {}};
         const CellLight light = middleLight(cell);
         const KernelCell kernel = middleOf(cell);
         const ProfileRange& range = tree_.range(cell.range);

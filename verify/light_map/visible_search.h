@@ -83,7 +83,7 @@ public:
 
     /// Returns a bound for a rectangle of places. `place` has x and y in fractions of the quad, directions in the frame of the texel, and
     /// light in the units of lightOver.
-    /// threshold  a bound at most this large need not be tight
+    /// threshold  a bound below it need not be tight, and has no place
     VisibleBound bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold) const;
     /// Returns true if a few cells prove that the bound of this light, under all kernels, is below the threshold. Places are not cut.
     bool isBelow(const CellLight& light, double threshold) const;
