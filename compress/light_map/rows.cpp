@@ -76,7 +76,25 @@ void fillBlocks(Image<glm::vec4>& texels, const Image<float>& significance) {
         }
 }
 
+template <class T>
+Image<T> rowsOf(const Image<T>& image, int first, int count) {
+    Image<T> out(image.width(), count);
+    for (int y = 0; y < count; ++y) std::copy_n(&image.at(0, first + y), image.width(), &out.at(0, y));
+    return out;
+}
+
 }  // namespace
+
+Source Source::rowsFrom(int first, int count) const {
+    Source out;
+    out.width = width;
+    out.height = count;
+    for (const Image<glm::vec3>& value : values) out.values.push_back(rowsOf(value, first, count));
+    out.coverage = rowsOf(coverage, first, count);
+    out.importance = rowsOf(importance, first, count);
+    out.owner = rowsOf(owner, first, count);
+    return out;
+}
 
 void weigh(const LightMapPlan& plan, Source& source, int x, int y) {
     const formats::LightMapLayoutInfo& layout = formats::info(plan.layout);

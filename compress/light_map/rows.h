@@ -22,6 +22,8 @@ struct Source {
         for (std::size_t i = 0; i < values.size(); ++i) light[i] = values[i].at(x, y) / range;
         return light;
     }
+    /// Returns rows [first, first + count).
+    Source rowsFrom(int first, int count) const;
 };
 /// Sets the importance of a texel from its values and coverage.
 void weigh(const LightMapPlan& plan, Source& source, int x, int y);

@@ -19,6 +19,11 @@ namespace lightcook::compress {
 
 namespace {
 
+// No dynamic dispatch: lanes hold different shadings or products, but the sums over shadings must be fused alike on every machine.
+namespace hn = hwy::HWY_NAMESPACE;
+using Tag = hn::CappedTag<float, 8>;
+constexpr Tag kTag;
+
 constexpr std::size_t kCount = lighting::kShCount;
 /// The curve of a display is steep at black. A slope right there would make errors much larger than they are seen, since an error leaves
 /// the place of the slope: slopes are taken where the light is brighter by this share of the response to coefficient 0.
@@ -101,11 +106,16 @@ public:
                 static_cast<float>((lighting::perceptualQuantizer(nits + step) - lighting::perceptualQuantizer(nits - step)) / (2 * step));
         }
     }
-    float at(float nits) const {
-        const std::uint32_t bits = std::bit_cast<std::uint32_t>(std::clamp(nits, 0x1p-10f, kBrightest));
-        const std::size_t i = (bits >> kShift) - kFirst;
-        const float part = static_cast<float>(bits & ((1u << kShift) - 1)) * 0x1p-19f;
-        return (slopes_[i] + part * (slopes_[i + 1] - slopes_[i])) * kBrightest / std::max(nits, kBrightest);
+    /// Returns the slopes at some luminances.
+    hn::Vec<Tag> at(hn::Vec<Tag> nits) const {
+        constexpr hn::RebindToSigned<Tag> kBitsTag;
+        const auto brightest = hn::Set(kTag, kBrightest);
+        const auto bits = hn::BitCast(kBitsTag, hn::Min(hn::Max(nits, hn::Set(kTag, 0x1p-10f)), brightest));
+        const auto i = hn::Sub(hn::ShiftRight<kShift>(bits), hn::Set(kBitsTag, static_cast<std::int32_t>(kFirst)));
+        const auto part = hn::Mul(hn::ConvertTo(kTag, hn::And(bits, hn::Set(kBitsTag, (1 << kShift) - 1))), hn::Set(kTag, 0x1p-19f));
+        const auto low = hn::GatherIndex(kTag, slopes_.data(), i), high = hn::GatherIndex(kTag, slopes_.data() + 1, i);
+        const auto slope = hn::Add(low, hn::Mul(part, hn::Sub(high, low)));
+        return hn::Div(hn::Mul(slope, brightest), hn::Max(nits, brightest));
     }
 
 private:
@@ -133,13 +143,20 @@ ShadingForm::ShadingForm(const std::optional<LightMapObjective>& objective, doub
         for (int row = 0; row < 3; ++row)
             for (int channel = 0; channel < 3; ++channel)
                 lms_[static_cast<std::size_t>(row)][static_cast<std::size_t>(channel)] = static_cast<float>(lms[channel][row]);
+        const float share = 1 / static_cast<float>(local_.size());
+        for (std::size_t c = 0; c < 3; ++c)
+            for (std::size_t d = c; d < 3; ++d)
+                for (std::size_t r = 0; r < 3; ++r)
+                    for (std::size_t q = 0; q < 3; ++q)
+                        factors_[ErrorForm::pairOf(c, d)][r][q] =
+                            share * lms_[r][c] * itpSquared()[static_cast<int>(r)][static_cast<int>(q)] * lms_[q][d];
         black_ = static_cast<float>(objective->display.black);
         if (lightSquare > 0) energyCost_ = static_cast<float>(kEnergyShare / (3 * lightSquare));
     }
     count_ = (local_.size() + kLanes - 1) / kLanes * kLanes;
     products_.assign(local_.size(), {});
     for (PerShading& row : rows_) row.assign(count_, 0);
-    for (auto* arrays : {&colours_, &seen_, &slopes_})
+    for (auto* arrays : {&colours_, &seen_})
         for (PerShading& values : *arrays) values.assign(count_, 0);
     for (PerShading& weights : weights_) weights.assign(count_, 0);
 }
@@ -177,38 +194,34 @@ void ShadingForm::shade(std::span<const glm::vec3> light) {
     }
 }
 
-/// Sets weights_ from the colours.
+/// Sets weights_ from the colours: J_oc = seen_c sum_r itp_or slope_r lms_rc, so (J'J)_cd = seen_c seen_d sum_rq slope_r slope_q lms_rc
+/// (itp' itp)_rq lms_qd.
 void ShadingForm::weighColours() {
     static const CurveSlope slope;
-    for (std::size_t row = 0; row < 3; ++row) {
-        const float* __restrict red = colours_[0].data(), * __restrict green = colours_[1].data(), * __restrict blue = colours_[2].data();
-        float* __restrict out = slopes_[row].data();
-        const std::array<float, 3> lms = lms_[row];
-        for (std::size_t k = 0; k < count_; ++k) out[k] = black_ + lms[0] * red[k] + lms[1] * green[k] + lms[2] * blue[k];
-        for (std::size_t k = 0; k < count_; ++k) out[k] = slope.at(out[k]);
+    static_assert(kLanes % hn::MaxLanes(kTag) == 0);
+    for (std::size_t k = 0; k < count_; k += hn::MaxLanes(kTag)) {
+        const auto loaded = [&](const std::array<PerShading, 3>& values, std::size_t i) { return hn::LoadU(kTag, values[i].data() + k); };
+        const hn::Vec<Tag> red = loaded(colours_, 0), green = loaded(colours_, 1), blue = loaded(colours_, 2);
+        const auto slopeOf = [&](std::size_t row) {
+            const auto& [toRed, toGreen, toBlue] = lms_[row];
+            const auto first = hn::Add(hn::Set(kTag, black_), hn::Mul(hn::Set(kTag, toRed), red)),
+                       second = hn::Add(first, hn::Mul(hn::Set(kTag, toGreen), green));
+            return slope.at(hn::Add(second, hn::Mul(hn::Set(kTag, toBlue), blue)));
+        };
+        const hn::Vec<Tag> slopes[3] = {slopeOf(0), slopeOf(1), slopeOf(2)};
+        for (std::size_t c = 0; c < 3; ++c)
+            for (std::size_t d = c; d < 3; ++d) {
+                const std::size_t pair = ErrorForm::pairOf(c, d);
+                hn::Vec<Tag> sum = hn::Zero(kTag);
+                for (std::size_t r = 0; r < 3; ++r)
+                    for (std::size_t q = 0; q < 3; ++q)
+                        sum = hn::Add(sum, hn::Mul(hn::Mul(hn::Set(kTag, factors_[pair][r][q]), slopes[r]), slopes[q]));
+                hn::StoreU(hn::Mul(sum, hn::Mul(loaded(seen_, c), loaded(seen_, d))), kTag, weights_[pair].data() + k);
+            }
     }
-    // J_oc = seen_c sum_r itp_or slope_r lms_rc, so (J'J)_cd = seen_c seen_d sum_rs slope_r slope_s lms_rc (itp' itp)_rs lms_sd.
-    const float share = 1 / static_cast<float>(local_.size());
-    for (std::size_t c = 0; c < 3; ++c)
-        for (std::size_t d = c; d < 3; ++d) {
-            float* __restrict out = weights_[ErrorForm::pairOf(c, d)].data();
-            std::fill_n(out, count_, 0.0f);
-            for (std::size_t r = 0; r < 3; ++r)
-                for (std::size_t q = 0; q < 3; ++q) {
-                    const float factor = share * lms_[r][c] * itpSquared()[static_cast<int>(r)][static_cast<int>(q)] * lms_[q][d];
-                    const float* __restrict first = slopes_[r].data(), * __restrict second = slopes_[q].data();
-                    for (std::size_t k = 0; k < count_; ++k) out[k] += factor * first[k] * second[k];
-                }
-            const float* __restrict seenFirst = seen_[c].data(), * __restrict seenSecond = seen_[d].data();
-            for (std::size_t k = 0; k < count_; ++k) out[k] *= seenFirst[k] * seenSecond[k];
-        }
 }
 
 namespace {
-
-// No dynamic dispatch: lanes hold different products, but the sums over shadings must be fused alike on every machine.
-namespace hn = hwy::HWY_NAMESPACE;
-constexpr hn::CappedTag<float, 8> kTag;
 
 /// Adds a share of the mean cost to each coefficient of each channel. Some errors are hardly seen, such as those of light below zero, and
 /// solvers would make them as large as they like.
@@ -216,8 +229,8 @@ void addAllDirections(PackedForm& form) {
     constexpr float kShare = 0.1f;
     for (std::size_t channel = 0; channel < 3; ++channel) {
         float trace = 0;
-        for (std::size_t i = 0; i < kCount; ++i) trace += form.part[channel][i * (i + 3) / 2];
-        for (std::size_t i = 0; i < kCount; ++i) form.part[channel][i * (i + 3) / 2] += kShare * trace / kCount;
+        for (std::size_t i = 0; i < kCount; ++i) trace += form.part[channel][PackedForm::diagonal(i)];
+        for (std::size_t i = 0; i < kCount; ++i) form.part[channel][PackedForm::diagonal(i)] += kShare * trace / kCount;
     }
 }
 
@@ -226,10 +239,31 @@ void addEnergy(PackedForm& form, float cost) {
     constexpr std::array<float, 3> kBands = {1, 0.6f, 0.3f};
     for (std::size_t channel = 0; channel < 3; ++channel)
         for (std::size_t i = 0; i < kCount; ++i)
-            form.part[channel][i * (i + 3) / 2] += cost * kBands[static_cast<std::size_t>(lighting::kShBand[i])];
+            form.part[channel][PackedForm::diagonal(i)] += cost * kBands[static_cast<std::size_t>(lighting::kShBand[i])];
 }
 
 }  // namespace
+
+template <std::size_t kTogether>
+void ShadingForm::sumProducts(std::size_t first, PackedForm& form) const {
+    constexpr std::size_t kWidth = hn::MaxLanes(kTag), kParts = kProducts / kWidth;
+    hn::Vec<Tag> sum[kTogether][kParts];
+    for (auto& parts : sum)
+        for (auto& part : parts) part = hn::Zero(kTag);
+    for (std::size_t k = 0; k < local_.size(); ++k) {
+        hn::Vec<Tag> weight[kTogether];
+        for (std::size_t n = 0; n < kTogether; ++n) weight[n] = hn::Set(kTag, isVisible_ ? weights_[first + n][k] : 1);
+        for (std::size_t p = 0; p < kParts; ++p) {
+            const auto product = hn::LoadU(kTag, products_[k].data() + p * kWidth);
+            for (std::size_t n = 0; n < kTogether; ++n) sum[n][p] = hn::MulAdd(weight[n], product, sum[n][p]);
+        }
+    }
+    for (std::size_t n = 0; n < kTogether; ++n) {
+        std::array<float, kProducts> products;
+        for (std::size_t p = 0; p < kParts; ++p) hn::StoreU(sum[n][p], kTag, products.data() + p * kWidth);
+        std::copy_n(products.begin(), PackedForm::kProducts, form.part[first + n].begin());
+    }
+}
 
 PackedForm ShadingForm::at(std::span<const glm::vec3> light, const glm::vec3& normal) {
     turnTo(normal);
@@ -237,19 +271,12 @@ PackedForm ShadingForm::at(std::span<const glm::vec3> light, const glm::vec3& no
         shade(light);
         weighColours();
     }
-    constexpr std::size_t kWidth = hn::MaxLanes(kTag), kParts = kProducts / kWidth;
     PackedForm form;
-    for (std::size_t pair = 0; pair < (isVisible_ ? ErrorForm::kPairs : 3); ++pair) {
-        hn::Vec<decltype(kTag)> sum[kParts];
-        for (auto& part : sum) part = hn::Zero(kTag);
-        for (std::size_t k = 0; k < local_.size(); ++k) {
-            const auto weight = hn::Set(kTag, isVisible_ ? weights_[pair][k] : 1);
-            for (std::size_t p = 0; p < kParts; ++p) sum[p] = hn::MulAdd(weight, hn::LoadU(kTag, products_[k].data() + p * kWidth), sum[p]);
-        }
-        std::array<float, kProducts> products;
-        for (std::size_t p = 0; p < kParts; ++p) hn::StoreU(sum[p], kTag, products.data() + p * kWidth);
-        std::copy_n(products.begin(), PackedForm::kProducts, form.part[pair].begin());
-    }
+    // Two pairs share a load of each product.
+    if (isVisible_)
+        for (std::size_t pair = 0; pair < ErrorForm::kPairs; pair += 2) sumProducts<2>(pair, form);
+    else
+        for (std::size_t pair = 0; pair < 3; ++pair) sumProducts<1>(pair, form);
     if (isVisible_) {
         addAllDirections(form);
         addEnergy(form, energyCost_);
@@ -258,11 +285,19 @@ PackedForm ShadingForm::at(std::span<const glm::vec3> light, const glm::vec3& no
 }
 
 ErrorForm PackedForm::unpacked() const {
+    // Places in `part` of the products of a form.
+    constexpr auto kPlaces = [] {
+        std::array<std::uint8_t, kCount * kCount> places{};
+        for (std::size_t i = 0; i < kCount; ++i)
+            for (std::size_t j = 0; j < kCount; ++j)
+                places[i * kCount + j] = static_cast<std::uint8_t>(std::max(i, j) * (std::max(i, j) + 1) / 2 + std::min(i, j));
+        return places;
+    }();
     ErrorForm out;
     for (std::size_t pair = 0; pair < ErrorForm::kPairs; ++pair) {
-        const float* product = part[pair].data();
-        for (std::size_t i = 0; i < kCount; ++i)
-            for (std::size_t j = 0; j <= i; ++j) out.part[pair][i][j] = out.part[pair][j][i] = *product++;
+        const float* products = part[pair].data();
+        float* to = out.part[pair][0].data();
+        for (std::size_t k = 0; k < kPlaces.size(); ++k) to[k] = products[kPlaces[k]];
     }
     return out;
 }

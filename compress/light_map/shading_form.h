@@ -41,6 +41,8 @@ struct PackedForm {
     static constexpr std::size_t kProducts = 45;
     std::array<std::array<float, kProducts>, ErrorForm::kPairs> part{};
 
+    /// Returns the place of the square of coefficient i.
+    static constexpr std::size_t diagonal(std::size_t i) { return i * (i + 3) / 2; }
     ErrorForm unpacked() const;
 };
 
@@ -60,18 +62,23 @@ private:
     void turnTo(const glm::vec3& normal);
     void shade(std::span<const glm::vec3> light);
     void weighColours();
+    /// Sets the products of kTogether pairs of channels from `first` on.
+    template <std::size_t kTogether>
+    void sumProducts(std::size_t first, PackedForm& form) const;
 
     using PerShading = std::vector<float>;
     bool isVisible_;
-    std::size_t count_ = 0;                               ///< shadings, padded
-    std::vector<lighting::ShDouble> local_;               ///< rows in the frame whose z is the normal
-    std::array<std::array<float, 3>, 3> lms_{};           ///< [row][channel]: LMS [cd/m^2] of light
+    std::size_t count_ = 0;                      ///< shadings, padded
+    std::vector<lighting::ShDouble> local_;      ///< rows in the frame whose z is the normal
+    std::array<std::array<float, 3>, 3> lms_{};  ///< [row][channel]: LMS [cd/m^2] of light
+    /// [pair of channels][row][row]: factors of the products of two slopes in J' J
+    std::array<std::array<std::array<float, 3>, 3>, ErrorForm::kPairs> factors_{};
     float energyCost_ = 0;                                ///< of a squared error of coefficient 0
     float black_ = 0;                                     ///< [cd/m^2]
     glm::vec3 normal_{0};                                 ///< of the rows and products below
     std::array<PerShading, lighting::kShCount> rows_;     ///< [coefficient], in the world
     std::vector<std::array<float, kProducts>> products_;  ///< [shading]
-    std::array<PerShading, 3> colours_, seen_, slopes_;   ///< [channel], and [row of LMS]
+    std::array<PerShading, 3> colours_, seen_;            ///< [channel]
     std::array<PerShading, ErrorForm::kPairs> weights_;   ///< J' J
 };
 

@@ -2,6 +2,9 @@
 // against the decoded texels of those before it. Coefficient 0 comes after the codes, since its three numbers can make up for much of their
 // error; codes are solved in turns with it.
 //
+// A row of blocks goes through all stages before the next, so that the forms of its texels (shading_form.h), which cost more to compute
+// than a code, are computed once for all stages.
+//
 // Codes start from the left neighbour's: a texel that stays in the same local minimum gives smooth codes, which compress well. If that
 // leaves a larger share of the light than it left at the neighbour (kMuchWorse), the cluster's seeds are searched, too, and the result is
 // taken if it is clearly better (kClearlyBetter).
@@ -22,25 +25,50 @@ using formats::Image;
 
 constexpr float kMuchWorse = 1.1f, kClearlyBetter = 0.9f;
 
-/// A strip on its way through the stages.
+/// What the rows of a strip share.
+struct BasisContext {
+    const LightMapPlan& plan;
+    const BasisModel& model;
+    const formats::LightMapStrip& strip;
+    const EncodeOptions& options;
+    float range;  ///< of coefficient 0: all light below is over it
+    ShadingForm shading;
+    std::vector<CodeSpace> spaces;  ///< [cluster]
+
+    BasisContext(const LightMapPlan& planOfMap, const formats::LightMapStrip& rowsOfMap, const EncodeOptions& encodeOptions)
+        : plan(planOfMap),
+          model(*planOfMap.basis),
+          strip(rowsOfMap),
+          options(encodeOptions),
+          range(rows::constant(plan, "range", 0)),
+          shading(plan.objective, static_cast<double>(range), model.lightSquare) {
+        for (std::size_t cluster = 0; cluster < model.clusterCount(); ++cluster)
+            spaces.emplace_back(model.code[cluster], model.shape, model.seeds[cluster]);
+    }
+};
+
+/// Some rows of blocks on their way through the stages.
 class BasisRows {
 public:
-    BasisRows(const LightMapPlan& plan, const formats::LightMapStrip& strip, const rows::Source& source, const EncodeOptions& options)
-        : plan_(plan),
-          model_(*plan.basis),
-          strip_(strip),
+    BasisRows(BasisContext& context, const rows::Source& source)
+        : plan_(context.plan),
+          model_(context.model),
+          strip_(context.strip),
           source_(source),
-          options_(options),
-          range_(rows::constant(plan, "range", 0)),
-          shading_(plan.objective, static_cast<double>(range_), model_.lightSquare),
+          options_(context.options),
+          range_(context.range),
+          shading_(context.shading),
+          spaces_(context.spaces),
+          forms_(static_cast<std::size_t>(source.width) * static_cast<std::size_t>(source.height)),
           ratio_(source.width, source.height),
-          significance_(source.width, source.height, 0) {
-        for (std::size_t cluster = 0; cluster < model_.clusterCount(); ++cluster)
-            spaces_.emplace_back(model_.code[cluster], model_.shape, model_.seeds[cluster]);
-    }
+          significance_(source.width, source.height, 0) {}
 
     EncodedLightMapRows run() {
         out_.textures.resize(plan_.textures.size());
+        forEachCovered([&](int x, int y) {
+            const glm::ivec2 owner = source_.owner.at(x, y);
+            forms_[indexOf(x, y)] = shading_.at(source_.lightAt(x, y, range_), strip_.normal.at(owner.x, owner.y - strip_.firstRow));
+        });
         encodeCodes();
         encodeL0();
         for (std::size_t layer = 0; layer < model_.residual.size(); ++layer) encodeResidual(layer);
@@ -48,10 +76,10 @@ public:
     }
 
 private:
-    ErrorForm formAt(int x, int y) {
-        const glm::ivec2 owner = source_.owner.at(x, y);
-        return shading_.at(source_.lightAt(x, y, range_), strip_.normal.at(owner.x, owner.y - strip_.firstRow)).unpacked();
+    std::size_t indexOf(int x, int y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(source_.width) + static_cast<std::size_t>(x);
     }
+    ErrorForm formAt(int x, int y) const { return forms_[indexOf(x, y)].unpacked(); }
     /// Sets the weight of a texel's numbers: their sensitivity over the weights of the channels.
     void weigh(int x, int y, const glm::vec4& sensitivity, const glm::vec4& channelWeights) {
         float sum = sensitivity.x + sensitivity.y + sensitivity.z + sensitivity.w;
@@ -173,11 +201,12 @@ private:
     const EncodeOptions& options_;
     EncodedLightMapRows out_;
     float range_;  ///< of coefficient 0: all light below is over it
-    ShadingForm shading_;
-    Image<glm::vec4> codes_;         ///< decoded
-    std::vector<CodeSpace> spaces_;  ///< [cluster]
-    Image<glm::vec4> dc_;            ///< decoded coefficient 0 over range
-    Image<ByChannel> ratio_;         ///< still to be coded, over the decoded coefficient 0
+    ShadingForm& shading_;
+    const std::vector<CodeSpace>& spaces_;  ///< [cluster]
+    std::vector<PackedForm> forms_;         ///< of covered texels
+    Image<glm::vec4> codes_;                ///< decoded
+    Image<glm::vec4> dc_;                   ///< decoded coefficient 0 over range
+    Image<ByChannel> ratio_;                ///< still to be coded, over the decoded coefficient 0
     Image<float> significance_;
 };
 
@@ -187,7 +216,22 @@ namespace rows {
 
 EncodedLightMapRows encodeBasis(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
                                 const EncodeOptions& options) {
-    return BasisRows(plan, strip, source, options).run();
+    BasisContext context(plan, strip, options);
+    EncodedLightMapRows out;
+    out.textures.resize(plan.textures.size());
+    for (int first = 0; first < source.height; first += plan.blockHeight()) {
+        const Source part = source.rowsFrom(first, std::min(plan.blockHeight(), source.height - first));
+        const EncodedLightMapRows encoded = BasisRows(context, part).run();
+        for (std::size_t texture = 0; texture < out.textures.size(); ++texture) {
+            auto& layers = out.textures[texture].layers;
+            layers.resize(encoded.textures[texture].layers.size());
+            for (std::size_t layer = 0; layer < layers.size(); ++layer)
+                layers[layer].insert(layers[layer].end(), encoded.textures[texture].layers[layer].begin(),
+                                     encoded.textures[texture].layers[layer].end());
+        }
+        out.report.add(encoded.report);
+    }
+    return out;
 }
 
 }  // namespace rows

@@ -114,6 +114,15 @@ std::array<float, 3> RatioCost::channelWeights() const {
     return out;
 }
 
+std::array<float, 3> channelWeightsOf(const PackedForm& form, const glm::vec3& decodedDc) {
+    std::array<float, 3> out{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        const float dc = std::max(decodedDc[static_cast<int>(c)], 0.0f), scale = dc * dc;
+        for (std::size_t i = 1; i < kCount; ++i) out[c] += scale * form.part[c][PackedForm::diagonal(i)] / 8;
+    }
+    return out;
+}
+
 glm::vec3 solveDc(const ErrorForm& form, std::span<const glm::vec3> light, const HigherByChannel& ratios) {
     Eigen::Matrix3f matrix;
     Eigen::Vector3f right = Eigen::Vector3f::Zero();

@@ -71,6 +71,9 @@ struct RatioCost {
     std::array<float, 3> channelWeights() const;
 };
 
+/// Returns RatioCost(form, decodedDc).channelWeights(), with less work.
+std::array<float, 3> channelWeightsOf(const PackedForm& form, const glm::vec3& decodedDc);
+
 /// Returns the coefficient 0 of each channel for which coefficient 0 times `ratios` costs least: weighted least squares of three unknowns.
 /// A channel whose coefficient 0 is not positive gets 0.
 /// light  nine coefficients of the reference

@@ -95,6 +95,7 @@ void BasisSample::collect() {
     const float range = rows::constant(plan_, "range", 0);
     ShadingForm shading(plan_.objective, static_cast<double>(range), lightSquare_);
     const bool isVisible = plan_.objective.has_value();
+    texels_.reserve(static_cast<std::size_t>(source_.width) * static_cast<std::size_t>(kChartBlock));
     for (int x = 0; x < source_.width; ++x)
         for (int y = 0; y < kChartBlock; ++y) {
             if (source_.coverage.at(x, y) < 1) continue;
@@ -111,7 +112,7 @@ void BasisSample::collect() {
 void BasisSample::setDc(SampleTexel& texel, const glm::vec3& dc) {
     texel.dc = dc;
     texel.ratio = ratiosTo(texel.light, dc);
-    texel.channelWeights = RatioCost(texel.form.unpacked(), dc).channelWeights();
+    texel.channelWeights = channelWeightsOf(texel.form, dc);
 }
 
 /// The weights so far are relative. rel_rms counts absolute squares: a share of the total weight goes to them. It matters where a few

@@ -52,6 +52,16 @@ TEST_F(BasisModelTest, DecodesAsTheShaderDoes) {
     }
 }
 
+TEST_F(BasisModelTest, ChannelWeightsOfAFormAreThoseOfItsCost) {
+    for (int round = 0; round < 100; ++round) {
+        compress::PackedForm form;
+        for (auto& pair : form.part)
+            for (float& value : pair) value = uniform(0, 3);
+        const glm::vec3 dc(uniform(-0.5f, 2), uniform(0, 2), uniform(0, 2));
+        EXPECT_EQ(compress::channelWeightsOf(form, dc), compress::RatioCost(form.unpacked(), dc).channelWeights());
+    }
+}
+
 TEST_F(BasisModelTest, ResidualTexelsAreALeastSquaresSolution) {
     for (int round = 0; round < 300; ++round) {
         const ResidualTable table = randomResidual();
