@@ -35,8 +35,9 @@ void DisplayTransform::apply(const float* rgb, std::size_t count, float* itp) co
         for (std::size_t k = 0; k < count; ++k) {
             const float red = reds[k] > 0 ? reds[k] : 0, green = greens[k] > 0 ? greens[k] : 0, blue = blues[k] > 0 ? blues[k] : 0;
             // Rows of LMS sum to 1 for white, so black adds the same to each.
-            out[k] = perceptualQuantizerOf(black + redWeight * red + greenWeight * green + blueWeight * blue);
+            out[k] = black + redWeight * red + greenWeight * green + blueWeight * blue;
         }
+        for (std::size_t k = 0; k < count; ++k) out[k] = perceptualQuantizerOf(out[k]);
     }
     float* __restrict first = itp, * __restrict second = itp + count, * __restrict third = itp + 2 * count;
     for (std::size_t k = 0; k < count; ++k) {

@@ -140,14 +140,22 @@ void ShadingMatrix::apply(const std::array<float, lighting::kShCount>& coefficie
         for (std::size_t k = 0; k < stride_; ++k) out[k] = weights_[k] * coefficients[0];
         return;
     }
-    // A single expression: sums in an array would wait for the previous store in each step.
+    // One number for each lane: sums in an array would wait for the previous store in each step.
     const auto [c0, c1, c2, c3, c4, c5, c6, c7, c8] = coefficients;
     for (std::size_t first = 0; first < stride_; first += kLanes) {
         const float* w = weights_.data() + first;
         float sum[kLanes];
-        for (std::size_t k = 0; k < kLanes; ++k)
-            sum[k] = w[k] * c0 + w[stride_ + k] * c1 + w[2 * stride_ + k] * c2 + w[3 * stride_ + k] * c3 + w[4 * stride_ + k] * c4 +
-                     w[5 * stride_ + k] * c5 + w[6 * stride_ + k] * c6 + w[7 * stride_ + k] * c7 + w[8 * stride_ + k] * c8;
+        for (std::size_t k = 0; k < kLanes; ++k) {
+            float fused = w[k] * c0;
+            fused = std::fma(w[stride_ + k], c1, fused);
+            fused = std::fma(w[2 * stride_ + k], c2, fused);
+            fused = std::fma(w[3 * stride_ + k], c3, fused);
+            fused = std::fma(w[4 * stride_ + k], c4, fused);
+            fused = std::fma(w[5 * stride_ + k], c5, fused);
+            fused = std::fma(w[6 * stride_ + k], c6, fused);
+            fused = std::fma(w[7 * stride_ + k], c7, fused);
+            sum[k] = std::fma(w[8 * stride_ + k], c8, fused);
+        }
         std::copy_n(sum, kLanes, out + first);
     }
 }
