@@ -1,8 +1,8 @@
 // Bounds of the local relative error at the rims of charts, where a filter reaches texels that are not covered. Private to verify/.
 //
 // The places nearest to a covered texel are a quarter of each quad around it. There error and reference are means, with the same weights,
-// of the control vectors of place_light.h, which is what localErrorBound needs. Control vectors of a quarter cost as much as a hundred
-// shadings, and a fifth of the quads of a map with small charts are at rims, so coarse bounds come first:
+// of the control vectors of place_light.h, which is what localErrorBound needs. Those of a quarter take up to 25 decodes, and maps of
+// small charts have many rims, so coarse bounds come first:
 //   1. coarse bound of every quad, from lengths (quad_coarse_bound.h); quads that may exceed the current maximum are kept
 //   2. control vectors of the quarters of those, the largest coarse bound first, while they may exceed the maximum
 // The bound of a quarter is the smaller of both, so that the maximum does not depend on the order of the quads.
@@ -74,7 +74,7 @@ private:
             const int corner = static_cast<int>(i);
             lengths_[i] = coarse_.lengthsOf(*quad.corners.texels[i], reference, quad.texelX(corner), quad.texelY(corner));
             for (std::size_t j = 0; j < i; ++j)
-                if (quad.covered[j]) coarse_.raise(step_, bandLengths(difference(reference, *quad.corners.references[j])));
+                if (quad.covered[j]) QuadCoarseBound<Layout>::raise(step_, bandLengths(difference(reference, *quad.corners.references[j])));
         }
     }
     /// Returns an upper bound of the error of a quad under every decode of its covered corners, refined only until it is below the largest.

@@ -217,7 +217,7 @@ private:
             for (std::size_t j = i + 1; j < 4; ++j) {
                 if (!quad.covered[i] || !quad.covered[j]) continue;
                 steps[i][j] = steps[j][i] = bandLengths(difference(*quad.corners.references[i], *quad.corners.references[j]));
-                coarse_.raise(out.step, steps[i][j]);
+                QuadCoarseBound<Layout>::raise(out.step, steps[i][j]);
             }
         out.darkest.fill(glm::dvec3(std::numeric_limits<double>::max()));
         for (int corner = 0; corner < 4; ++corner) {
@@ -294,15 +294,15 @@ private:
     }
     /// Searches the quarters of the quads with the largest coarse bounds.
     void searchFirst() {
-        constexpr std::ptrdiff_t kFirst = 8;
+        constexpr std::size_t kFirst = 8;
         if (!coarse_.isKnown()) return;
         for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
             if (kinds_[kind].isNone()) continue;
-            const auto end = quads_.begin() + std::min(kFirst, std::ssize(quads_));
-            std::ranges::partial_sort(quads_, end, [&](const KeptQuad& a, const KeptQuad& b) {
+            std::vector<KeptQuad> first(std::min(kFirst, quads_.size()));
+            std::ranges::partial_sort_copy(quads_, first, [&](const KeptQuad& a, const KeptQuad& b) {
                 return std::tuple(-a.bound[kind], a.y, a.x) < std::tuple(-b.bound[kind], b.y, b.x);
             });
-            for (auto each = quads_.begin(); each != end; ++each) addQuartersOf(*each);
+            for (const KeptQuad& each : first) addQuartersOf(each);
             if (areGrouped() && !quarters_.empty())
                 // The others are tried together with those of other quads.
                 quarters_ = {*std::ranges::max_element(quarters_, {}, [&](const Quarter& quarter) { return quarter.bound[kind]; })};
