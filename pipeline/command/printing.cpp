@@ -10,7 +10,27 @@ namespace lightcook::pipeline {
 namespace {
 
 std::string percent(double value) {
-    return std::isfinite(value) ? fmt::format("{:8.3f} %", 100 * value) : "     not finite";
+    constexpr double kWidest = 10000;  // in fixed notation
+    if (!std::isfinite(value)) return "     not finite";
+    return std::abs(100 * value) < kWidest ? fmt::format("{:8.3f} %", 100 * value) : fmt::format("{:8.1e} %", 100 * value);
+}
+
+/// Returns true if an asset has errors of a kind of shading, or none of any kind.
+/// other  the other kind
+bool hasShading(const ReportRow& row, verify::ErrorFigures verify::StageError::*shading, verify::ErrorFigures verify::StageError::*other) {
+    const auto errs = [&](verify::ErrorFigures verify::StageError::*kind) {
+        return std::ranges::any_of(row.verdict.stages, [&](const verify::StageError& stage) {
+            const verify::ErrorFigures& figures = stage.*kind;
+            return figures.relRms != 0 || figures.p99 != 0 || figures.maxSampled != 0;
+        });
+    };
+    return errs(shading) || !errs(other);
+}
+
+/// Returns rel_rms of a kind of shading; a dash for assets without it.
+std::string relRmsWord(const ReportRow& row, verify::ErrorFigures verify::StageError::*shading,
+                       verify::ErrorFigures verify::StageError::*other) {
+    return hasShading(row, shading, other) ? percent((row.verdict.stages.back().*shading).relRms) : std::string(9, ' ') + "-";
 }
 
 /// Returns the 99th percentile of the visible errors; a dash for assets without them.
@@ -127,10 +147,11 @@ void printReport(Terminal& terminal, const Report& report) {
         const bool diffuseIsWorse =
             std::isfinite(error.specular.p99) && std::isfinite(error.diffuse.p99) && error.diffuse.p99 >= error.specular.p99;
         const verify::ErrorFigures& worse = diffuseIsWorse ? error.diffuse : error.specular;
-        terminal.say(fmt::format("{:24} {:10} {:20} {:12} {:9.2f} {} {} {} {:>8} {:>12} {:>8}  {}", row.name, info(row.kind).name,
-                                 row.layout, row.bytesGpu, row.bitsPerTexel, percent(error.diffuse.relRms), percent(error.specular.relRms),
-                                 percent(worse.p99), visibleWord(visibleP99(error)), boundWord(error, worse), seamWord(row),
-                                 verdictWord(terminal, row.verdict.passed)));
+        terminal.say(
+            fmt::format("{:24} {:10} {:20} {:12} {:9.2f} {} {} {} {:>8} {:>12} {:>8}  {}", row.name, info(row.kind).name, row.layout,
+                        row.bytesGpu, row.bitsPerTexel, relRmsWord(row, &verify::StageError::diffuse, &verify::StageError::specular),
+                        relRmsWord(row, &verify::StageError::specular, &verify::StageError::diffuse), percent(worse.p99),
+                        visibleWord(visibleP99(error)), boundWord(error, worse), seamWord(row), verdictWord(terminal, row.verdict.passed)));
     }
     const std::string limit = report.budget.limitBytes ? fmt::format(" of {}", *report.budget.limitBytes) : "";
     // Results from the cache keep the time of the run that made them.

@@ -52,6 +52,8 @@ std::vector<Error> verdictOf(const std::filesystem::path& folder, const Report& 
 
 Result<CookedFolder> readFolder(const std::filesystem::path& folder) {
     std::error_code code;
+    if (std::filesystem::is_regular_file(folder, code))
+        return failure(ErrorCode::FileUnreadable, folder.string(), "found a file, expected the output folder of `lightcook cook`");
     if (!std::filesystem::exists(folder / kReportName, code))
         return failure(ErrorCode::FileUnreadable, (folder / kReportName).string(),
                        "found no report, expected the output folder of `lightcook cook`");

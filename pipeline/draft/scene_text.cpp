@@ -94,7 +94,9 @@ private:
         text_ += "\n[output]\n";
         text_ += line("target", "\"bc\"", "bc (desktop, consoles) | astc (mobile)");
         if (!inputs_.lightMaps.empty())
-            text_ += line("max_visible", "5", "limit on the visible error that 99 % keep, in just noticeable differences");
+            text_ += line("max_visible", "5", "of light maps: visible error that 99 % keep, in just noticeable differences");
+        if (!inputs_.probes.empty() || !inputs_.gradients.empty())
+            text_ += line("# max_converter_visible", "20", "the same of dominant lights, tables, probes and gradients");
         text_ += line("# budget", "\"2 MiB\"", "GPU memory of the whole scene: the best layouts within it are chosen");
     }
     void write(const DraftLightMap& map) {
@@ -114,9 +116,12 @@ private:
     void write(const DraftProbe& probe) {
         text_ += "\n[[probe]]\n";
         text_ += line("name", nameFor(probe.file));
-        text_ += line("file", pathOf(probe.file), "an environment: panorama, cross, strip or six files");
-        if (probe.sh) text_ += line("sh", pathOf(*probe.sh), "SH of the probe from the baker");
-        text_ += line("# size", "128", "of a face of the cubemap");
+        // Comments stand at the first of several probes.
+        const bool isFirst = &probe == inputs_.probes.data();
+        const auto remark = [&](const char* comment) { return isFirst ? comment : ""; };
+        text_ += line("file", pathOf(probe.file), remark("an environment: panorama, cross, strip or six files"));
+        if (probe.sh) text_ += line("sh", pathOf(*probe.sh), remark("SH of the probe from the baker"));
+        if (isFirst) text_ += line("# size", "128", "of a face of the cubemap");
     }
     void writeGradient(const fs::path& gradient) {
         text_ += "\n[[gradient]]\n";

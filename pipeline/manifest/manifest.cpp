@@ -113,6 +113,8 @@ Result<Manifest> loadManifest(const std::filesystem::path& folder) {
     const auto text = readFile(file);
     if (!text) {
         std::error_code code;
+        if (std::filesystem::is_regular_file(folder, code))
+            return failure(ErrorCode::FileUnreadable, folder.string(), "found a file, expected the output folder of `lightcook cook`");
         const bool isFolder = std::filesystem::is_directory(folder, code);
         return failure(ErrorCode::FileUnreadable, file.string(),
                        isFolder ? "found no manifest, expected the output folder of `lightcook cook`"

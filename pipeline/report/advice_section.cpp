@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <functional>
+#include <map>
 
 #include "formats/pixel_format.h"
 #include "pipeline/assets/light_map/light_map.h"
@@ -128,19 +130,32 @@ void addUnusedTexels(const Json& asset, std::vector<std::string>& advice) {
                     nameOf(asset), humanPercent(static_cast<double>(unused) / static_cast<double>(bytes)), humanBytes(unused)));
 }
 
-/// Adds what the largest level of a cubemap takes.
-void addCubemapLevel(const Json& asset, std::vector<std::string>& advice) {
-    const Json& textures = list(asset, "textures");
-    const auto width = static_cast<int>(count(member(asset, "width")));
-    if (words(member(asset, "kind")) != "cubemap" || textures.size() != 1 || width < 32) return;
-    const auto format = formats::pixelFormatFromName(words(member(textures[0], "format")));
-    if (!format) return;
-    const std::uint64_t level = 6 * formats::bytesPerImage(*format, width, width);
-    if (level >= count(member(asset, "bytes_gpu"))) return;
-    advice.push_back(
-        fmt::format("{}: size = {} in place of {} saves {}, its largest level. The error of that was not measured: cook it, and "
-                    "compare with `report --baseline`.",
-                    nameOf(asset), width / 2, width, humanBytes(level)));
+/// Adds what the largest levels of cubemaps take: one sentence for those of one size.
+void addCubemapLevels(const std::vector<AssetShare>& shares, std::vector<std::string>& advice) {
+    struct Group {
+        std::vector<const Json*> cubemaps;
+        std::uint64_t bytes = 0;
+    };
+    std::map<int, Group, std::greater<>> groups;  // by width
+    for (const AssetShare& share : shares) {
+        const Json &asset = *share.asset, &textures = list(asset, "textures");
+        const auto width = static_cast<int>(count(member(asset, "width")));
+        if (words(member(asset, "kind")) != "cubemap" || textures.size() != 1 || width < 32) continue;
+        const auto format = formats::pixelFormatFromName(words(member(textures[0], "format")));
+        if (!format) continue;
+        const std::uint64_t level = 6 * formats::bytesPerImage(*format, width, width);
+        if (level >= count(member(asset, "bytes_gpu"))) continue;
+        groups[width].cubemaps.push_back(&asset);
+        groups[width].bytes += level;
+    }
+    for (const auto& [width, group] : groups) {
+        const bool isOne = group.cubemaps.size() == 1;
+        advice.push_back(fmt::format(
+            "{}: size = {} in place of {} saves {}, {}. The error of that was not measured: cook it, and compare with report --baseline.",
+            isOne ? nameOf(*group.cubemaps[0])
+                  : fmt::format("{} cubemaps, '{}' and others", group.cubemaps.size(), words(member(*group.cubemaps[0], "name"))),
+            width / 2, width, humanBytes(group.bytes), isOne ? "its largest level" : "their largest levels"));
+    }
 }
 
 }  // namespace
@@ -162,8 +177,8 @@ std::vector<std::string> adviceOf(const Json& report) {
         addLayouts(*share.asset, advice);
         addExcluded(*share.asset, advice);
         addUnusedTexels(*share.asset, advice);
-        addCubemapLevel(*share.asset, advice);
     }
+    addCubemapLevels(shares, advice);
     for (std::string& sentence : advice)
         if (!sentence.empty()) sentence[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence[0])));
     return advice;

@@ -237,8 +237,9 @@ Html memory(const Json& report) {
 // All assets
 
 Html limitNote(const Json& asset) {
-    const double limit = limitOf(asset);
-    return element("span", {{"class", "sub"}}, word("limit ") + percentMarkup(limit));
+    const double visible = number(member(member(asset, "limit"), "max_visible"));
+    const Html note = word("limit ") + percentMarkup(limitOf(asset));
+    return element("span", {{"class", "sub"}}, std::isfinite(visible) ? note + text(fmt::format(", visible {:.3g}", visible)) : note);
 }
 
 /// Returns a row of an asset, for one kind of shading. The first has the cells that all share.

@@ -291,7 +291,7 @@ const char* remedyOf(AssetKind kind) {
         case AssetKind::Cubemap:
             return "more effort, or target \"float\", buys most";
         case AssetKind::Lut:
-            return "finer tables (lut --views) cost a KiB or two and buy most";
+            return "more views or rows of [tables] cost a KiB or two and buy most";
         case AssetKind::Rsrm:
         case AssetKind::Mesh:
             break;

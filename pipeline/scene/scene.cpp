@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <toml++/toml.h>
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <fstream>
 #include <glm/geometric.hpp>
 #include <initializer_list>
 #include <set>
@@ -654,6 +657,14 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     return scene;
 }
 
+/// Returns true if a file begins with something that no text holds, as bakes, meshes and textures do.
+bool looksBinary(const std::filesystem::path& file) {
+    std::array<char, 64> head{};
+    std::ifstream stream(file, std::ios::binary);
+    stream.read(head.data(), head.size());
+    return std::find(head.begin(), head.begin() + stream.gcount(), '\0') != head.begin() + stream.gcount();
+}
+
 }  // namespace
 
 std::string whyNotRsrm(const GradientEntry& entry, Target target) {
@@ -778,6 +789,12 @@ Result<Scene> readScene(const std::filesystem::path& file) {
     constexpr int kDeepest = 16;  // a scene is 3 deep
     std::error_code code;
     const auto kind = std::filesystem::status(file, code).type();
+    if (kind == std::filesystem::file_type::directory && std::filesystem::is_regular_file(file / "scene.toml", code))
+        return failure(ErrorCode::InvalidRequest, file.string(),
+                       fmt::format("found a folder, expected a scene file (TOML), such as {}", (file / "scene.toml").string()));
+    if (kind == std::filesystem::file_type::regular && looksBinary(file))
+        return failure(ErrorCode::InvalidRequest, file.string(),
+                       "found a file that is no text, expected a scene file (TOML): `lightcook init` writes one for a bake");
     if (kind != std::filesystem::file_type::regular)
         return failure(ErrorCode::InvalidRequest, file.string(),
                        fmt::format("found {}, expected a scene file (TOML)",

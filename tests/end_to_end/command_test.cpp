@@ -36,6 +36,10 @@ TEST_F(Command, CookIsOneLineOnAPipeAndVerifyAndReportAreTables) {
     EXPECT_EQ(run("reconstruct out map back.exr").code, 0);
     EXPECT_EQ(run("info out").code, 0);
     EXPECT_EQ(run("compare out out").code, 0);
+    // A cubemap has no diffuse light and a mesh no specular one: dashes, not an error of 0.
+    const std::string table = run("report out").out;
+    EXPECT_THAT(table, testing::ContainsRegex("cubemap +pre-divided +[0-9]+ +[0-9.]+ +- +[0-9.]+ %"));
+    EXPECT_THAT(table, testing::ContainsRegex("light-map +[a-z0-9-]+ +[0-9]+ +[0-9.]+ +[0-9.]+ % +[0-9.]+ %"));
 }
 
 TEST_F(Command, HelpAndVersionAreNoErrors) {

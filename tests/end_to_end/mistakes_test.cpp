@@ -164,6 +164,8 @@ const std::vector<Mistake>& allMistakes() {
         {"the command is misspelt", "lightcook coock scene.toml", nothing},
         {"the scene file's name is misspelt", "lightcook cook scen.toml", nothing},
         {"a folder in place of a scene file", "lightcook cook .", nothing},
+        {"a folder without a scene file", "lightcook cook out", emptyFolder},
+        {"a bake in place of a scene file", "lightcook cook cornell_lightmap.exr", nothing},
         {"the output folder is a file", "lightcook cook scene.toml -o cornell.glb", nothing},
         {"an option is misspelt", "lightcook cook scene.toml --efort 3", nothing},
         {"an option without its value", "lightcook cook scene.toml --effort", nothing},
@@ -192,6 +194,8 @@ const std::vector<Mistake>& allMistakes() {
         {"a folder in place of an output file", "lightcook report out --json .", cookGradient},
         {"standard output is a full disk", "lightcook report out >/dev/full", cookGradient},
         {"verify of a folder that nothing was cooked to", "lightcook verify out", emptyFolder},
+        {"a scene file in place of the cooked folder", "lightcook view scene.toml", nothing},
+        {"a file in place of the folder of a report", "lightcook report scene.toml", nothing},
         // Scene file
         {"a key is misspelt", "lightcook cook scene.toml", [](const ExampleCopy& scene) { scene.replaceInScene("target = ", "taget = "); }},
         {"a value that there is not", "lightcook cook scene.toml",

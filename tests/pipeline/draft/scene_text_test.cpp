@@ -48,6 +48,19 @@ TEST(SceneDraft, IsReadAsItWasMeant) {
     EXPECT_EQ(scene.materials[0].specular, true);
 }
 
+TEST(SceneDraft, CommentsStandAtTheFirstOfSeveralProbes) {
+    const formats::TemporaryFolder folder;
+    DraftInputs inputs;
+    for (const char* name : {"a.exr", "b.exr", "c.exr"}) inputs.probes.push_back({folder / name, folder / "probes.json"});
+    const std::string text = draftScene(inputs, folder / "").value_or("");
+    for (const char* comment : {"# size = 128", "panorama, cross, strip", "SH of the probe", "# max_converter_visible = 20"}) {
+        const std::size_t at = text.find(comment);
+        EXPECT_NE(at, std::string::npos) << comment;
+        EXPECT_EQ(text.find(comment, at + 1), std::string::npos) << comment << " stands twice";
+    }
+    EXPECT_EQ(roundTrip(inputs, folder / "").probes.size(), 3u);
+}
+
 TEST(SceneDraft, NamesAreUniqueAndPathsAreQuoted) {
     const formats::TemporaryFolder folder;
     DraftInputs inputs;

@@ -85,6 +85,28 @@ TEST(Treemap, ZeroBytesAndEmptyListsDrawNothing) {
     EXPECT_THAT(drawn, Not(HasSubstr(">c<")));
 }
 
+TEST(Advice, CubemapsOfOneSizeShareASentence) {
+    const auto cubemap = [](const char* name, int width) -> Json {
+        return {{"name", name},
+                {"kind", "cubemap"},
+                {"width", width},
+                {"bytes_gpu", 4 * width * width * 6},
+                {"textures", Json::array({{{"format", "bc6h-uf16"}}})}};
+    };
+    const auto sentences = [](const std::vector<Json>& assets) {
+        std::vector<std::string> found;
+        for (const std::string& sentence : adviceOf({{"assets", assets}, {"budget", {{"used_bytes", 1 << 20}}}}))
+            if (sentence.find("largest level") != std::string::npos) found.push_back(sentence);
+        return found;
+    };
+    // A level of BC6H has a byte a texel: 6 * 128 * 128 bytes are 96 KiB.
+    EXPECT_THAT(sentences({cubemap("hall", 128)}),
+                ElementsAre(HasSubstr("Cubemap 'hall': size = 64 in place of 128 saves 96.0 KiB, its largest level.")));
+    EXPECT_THAT(sentences({cubemap("a", 128), cubemap("b", 64), cubemap("c", 128), cubemap("d", 128)}),
+                ElementsAre(HasSubstr("3 cubemaps, 'a' and others: size = 64 in place of 128 saves 288 KiB, their largest levels."),
+                            HasSubstr("Cubemap 'b': size = 32 in place of 64 saves 24.0 KiB")));
+}
+
 TEST(Captions, EveryStageAndKindHasWords) {
     for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts())
         for (const std::string_view stage : layout.stages) EXPECT_TRUE(hasStageCaption(stage)) << stage;
