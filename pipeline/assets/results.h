@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/assets/chart_figures.h"
 #include "pipeline/assets/seam_figures.h"
 #include "pipeline/assets/verdict.h"
 #include "pipeline/graph/action.h"
@@ -130,6 +131,7 @@ struct VerifyResult {
     std::optional<MeshErrorFigures> meshError;
     std::optional<PreviewFiles> preview;
     std::optional<SeamFigures> seams;
+    std::optional<ChartSummary> charts;
     std::optional<Json> measures;     ///< figures of a kind of its own, by name: the report has a caption for each
     std::optional<Json> groundTruth;  ///< see ground_truth.h
 };
@@ -141,6 +143,7 @@ void describe(Fields& fields, Self& result) {
     fields.optional("mesh_error", result.meshError, "how far quantization moved the vertices");
     fields.optional("preview", result.preview, "pictures");
     fields.optional("seams", result.seams, "steps of light at edges that charts share");
+    fields.optional("charts", result.charts, "memory and visible errors of the charts");
     fields.optional("measures", result.measures, "further figures of the kind");
     fields.optional("ground_truth", result.groundTruth, "errors against traced light");
 }

@@ -7,6 +7,7 @@
 
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/report/captions.h"
+#include "pipeline/report/chart_section.h"
 #include "pipeline/report/failures.h"
 #include "pipeline/report/layout_curve.h"
 #include "pipeline/report/page_parts.h"
@@ -414,8 +415,8 @@ Html assetSection(const std::filesystem::path& folder, const Json& asset, std::s
     const Html lists = textureTable(asset) + notes(asset);
     return element("section", {{"class", "card asset"}, {"id", assetAnchor(index)}},
                    title + assetFacts(asset) + pictures(folder, asset) + worstPlaces(folder, asset) + stageTable(asset) +
-                       visibleTable(asset) + seamSection(folder, asset) + worstTable(asset) + groundTruth(asset) + candidateTable(asset) +
-                       (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
+                       visibleTable(asset) + seamSection(folder, asset) + chartSection(asset) + worstTable(asset) + groundTruth(asset) +
+                       candidateTable(asset) + (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
 }
 
 }  // namespace lightcook::pipeline

@@ -8,16 +8,20 @@ std::string_view reportStyle() {
     return R"css(
 :root {
   --page: #f5f5f2; --card: #ffffff; --ink: #1d1f21; --soft: #62666b; --line: #e4e4df; --track: #ecece7; --link: #1f5fa8;
+  --edge: #00000030;
   --good: #0b6b3c; --good-back: #e3f3ea; --bad: #b3261e; --bad-back: #fbe9e7; --meter: #8a9299;
   --kind-light-map: #2a78d6; --kind-dominant: #eda100; --kind-cubemap: #1baf7a; --kind-lut: #4a3aa7; --kind-rsrm: #e87ba4;
   --kind-mesh: #008300; --kind-other: #8a9299;
+  --error-0: #b9c4cd; --error-1: #f2d95c; --error-2: #f0a030; --error-3: #e0512f; --error-4: #8e2a86;
 }
 @media screen and (prefers-color-scheme: dark) {
   :root {
     --page: #15171a; --card: #1e2125; --ink: #e6e7e8; --soft: #9ba1a8; --line: #30343a; --track: #2b2f34; --link: #86b7f0;
+    --edge: #000000c0;
     --good: #6fd19c; --good-back: #17372a; --bad: #ff9d94; --bad-back: #45211f; --meter: #7d858d;
     --kind-light-map: #3987e5; --kind-dominant: #c98500; --kind-cubemap: #199e70; --kind-lut: #9085e9; --kind-rsrm: #d55181;
     --kind-mesh: #3c9a3c; --kind-other: #7d858d;
+    --error-0: #56616b; --error-1: #c9b03c; --error-2: #d98a1e; --error-3: #e0603f; --error-4: #b24aa8;
   }
 }
 * { box-sizing: border-box; }
@@ -51,7 +55,7 @@ h1 + .verdict { font-size: 16px; padding: 3px 14px 4px; }
 .facts.small { gap: 8px 28px; margin-bottom: 18px; }
 .facts.small dd { font-size: 14px; }
 .whole-facts { margin-bottom: 14px; }
-.card > .scroll + .scroll { margin-top: 18px; }
+.card > .scroll + .scroll, .notes .scroll + .scroll { margin-top: 18px; }
 .pair { display: flex; flex-wrap: wrap; gap: 20px 48px; align-items: flex-start; }
 .pair > * { flex: 1 1 300px; min-width: 0; max-width: 640px; }
 
@@ -69,7 +73,11 @@ h1 + .verdict { font-size: 16px; padding: 3px 14px 4px; }
 .bar.over { box-shadow: none; }
 .swatch { display: inline-block; width: 10px; height: 10px; border-radius: 3px; margin-right: 7px; }
 
-.scroll { overflow-x: auto; }
+/* Shadows at the sides beyond which a table goes on. */
+.scroll { overflow-x: auto; background: linear-gradient(90deg, var(--card) 40%, transparent) 0 0 / 32px 100% no-repeat local,
+  linear-gradient(270deg, var(--card) 40%, transparent) 100% 0 / 32px 100% no-repeat local,
+  linear-gradient(90deg, var(--edge), transparent) 0 0 / 10px 100% no-repeat,
+  linear-gradient(270deg, var(--edge), transparent) 100% 0 / 10px 100% no-repeat; }
 table { width: 100%; border-collapse: collapse; }
 th, td { padding: 6px 10px; text-align: left; vertical-align: top; font-weight: 400; }
 th:first-child, td:first-child { padding-left: 0; }
@@ -135,7 +143,7 @@ figcaption b { color: var(--ink); font-weight: 600; }
 .curve .diffuse { fill: var(--meter); }
 .curve .specular { fill: none; stroke: var(--link); stroke-width: 1.5; }
 .histogram { max-width: 560px; }
-.curve + .soft { margin-bottom: 16px; }
+.curve + .soft, .curve-frame + .soft { margin-bottom: 16px; }
 details { margin: 0 0 20px; }
 summary { cursor: pointer; color: var(--link); }
 details .pictures { margin: 10px 0 0; }
@@ -151,6 +159,8 @@ details figure { max-width: 384px; }
 .treemap .fill { fill-opacity: 0.5; stroke: none; }
 .treemap text { fill: var(--ink); pointer-events: none; }
 .treemap .bytes { fill: var(--ink); opacity: 0.8; font-variant-numeric: tabular-nums; }
+.error-classes { display: flex; flex-wrap: wrap; gap: 2px 16px; margin: 2px 0 8px; }
+.error-classes span, .charts th { white-space: nowrap; }
 .trend { max-width: none; font-size: 13px; }
 .trends > div { flex: 1 1 420px; }
 .trendline { fill: none; stroke: var(--link); stroke-width: 1.5; }
@@ -223,6 +233,7 @@ footer dd { margin: 0; max-width: 76ch; }
   .treemap.narrow { display: block; }
   .curve { min-width: 520px; }
   .curve-frame { overflow-x: auto; }
+  .worst td:nth-child(3) { min-width: 210px; }
 }
 @media (max-width: 560px) {
   footer dl { grid-template-columns: 1fr; }
@@ -239,7 +250,7 @@ footer dd { margin: 0; max-width: 76ch; }
   thead th, .notes h3, .facts dt, .sub, .verdict, figcaption, footer, .assets .sub, .assets .verdict, .scroll + p { font-size: 9.5px; }
   main { max-width: none; padding: 0; }
   .card { border-radius: 0; padding: 10px 0; border-width: 1px 0 0; }
-  .scroll { overflow: visible; }
+  .scroll { overflow: visible; background: none; }
   th, td { padding: 3px 5px; }
   thead { display: table-header-group; }
   tr, figure, .bar, .facts, .title { break-inside: avoid; }

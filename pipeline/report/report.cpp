@@ -58,6 +58,7 @@ Result<ReportRow> reportRow(const CookedAsset& asset, const ActionRecord& cooked
     row.meshError = verification->meshError;
     row.preview = std::move(verification->preview);
     row.seams = std::move(verification->seams);
+    row.charts = std::move(verification->charts);
     row.measures = std::move(verification->measures);
     row.groundTruth = std::move(verification->groundTruth);
     if (!row.verdict.passed) row.failures = failuresOf(row);

@@ -94,6 +94,7 @@ struct ReportRow {
     std::optional<MeshErrorFigures> meshError;
     std::optional<PreviewFiles> preview;
     std::optional<SeamFigures> seams;
+    std::optional<ChartSummary> charts;
     std::optional<Json> measures, groundTruth;
     std::vector<Failure> failures;  ///< of an asset that did not pass
     std::optional<std::vector<TrialCandidate>> trialCandidates;
@@ -124,6 +125,7 @@ void describe(Fields& fields, Self& row) {
     fields.optional("mesh_error", row.meshError, "how far quantization moved the vertices");
     fields.optional("preview", row.preview, "pictures");
     fields.optional("seams", row.seams, "steps of light at edges that charts share; of a light map");
+    fields.optional("charts", row.charts, "memory and visible errors of the charts of a light map with a mesh");
     fields.optional("measures", row.measures, "further figures of the kind");
     fields.optional("ground_truth", row.groundTruth, "errors against traced light");
     fields.presentIf(!row.verdict.passed, "failures", row.failures, "reasons of an asset that did not pass");

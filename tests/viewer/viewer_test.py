@@ -769,8 +769,24 @@ class Candidates(SceneSuite):
         _, u, v = self.state('picked')
         found = self.browser.evaluate(f'lightcook.page.view.surface(lightcook.page.view.maps[0], {u}, {v}).chart')
         self.assertEqual(f'lightmap, chart {found + 1}', name)
+        self.check_errors_of_charts()
         self.browser.click('#memory-by [data-value="assets"]')
         self.assertNotIn(name, self.browser.evaluate("[...document.querySelectorAll('#memory button')].map((tile) => tile.title)"))
+
+    def check_errors_of_charts(self):
+        """Each chart of the report colours one of the page, which a click flies to the worst texel of."""
+        with open(self.cooked / 'report.json', encoding='utf-8') as file:
+            row = next(asset for asset in json.load(file)['assets'] if asset['name'] == 'lightmap')
+        coloured = self.browser.evaluate("""[...document.querySelectorAll('#memory button')]
+            .filter((tile) => tile.style.background.includes('--error-')).length""")
+        self.assertEqual(coloured, len(row['charts']['largest']))
+        worst = max(row['charts']['largest'], key=lambda chart: chart['visible_max'])
+        places = self.browser.evaluate("""[...document.querySelectorAll('#memory button')].map((tile) => {
+            tile.click();
+            return [document.querySelector('#memory').parentElement.lastElementChild.textContent, lightcook.page.state.picked];
+        })""")
+        _, (_, u, v) = next(place for place in places if f'at most {worst["visible_max"]:.2f}' in place[0])
+        self.assertEqual([int(u * row['width']), int(v * row['height'])], worst['worst'])
 
     def test_a_layout_that_cannot_be_loaded_is_named(self):
         broken = self.folder / 'broken'

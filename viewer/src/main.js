@@ -4,7 +4,7 @@ import { Camera } from "./camera.js";
 import { cssOf, viewingOf, apply, DIFFUSE_WHITE } from "./color.js";
 import { hashOf, initialState, stateOf } from "./link.js";
 import { MODES } from "./shading.js";
-import { chartItems, memoryItems, sizeText, treemap } from "./treemap.js";
+import { chartItems, colorOf, ERROR_ENDS, memoryItems, sizeText, treemap } from "./treemap.js";
 import { View } from "./view.js";
 
 /** @typedef {import("./link.js").State} State */
@@ -40,6 +40,8 @@ class Page {
     this.pickedPosition = null;
     this.isLoadingLayout = false;
     this.layoutFault = "";
+    /** @type {Map<number, import("./treemap.js").ChartError>[] | undefined} */
+    this.errorsOfCharts = undefined;
     this.pending = 0;
     this.hashTimer = 0;
     this.applyTheme();
@@ -408,12 +410,13 @@ class Page {
     if (places.length === 0) return null;
     const items = places.map((place) => {
       const { data } = view.maps[place.map];
-      const where = `${view.maps.length > 1 ? `${data.name}: ` : ""}${place.what}, ${place.stage}`;
+      const stage = { total: "on the surface", "texel centres": "at a texel" }[place.stage] ?? place.stage;
+      const where = `${view.maps.length > 1 ? `${data.name}: ` : ""}${place.what}, ${stage}`;
       return make("li", {}, make("button", { onclick: () => this.flyToTexel(place.map, place.texel), title: `Texel ${place.texel.map((x) => x.toFixed(1)).join(", ")}` },
         make("b", {}, place.visible.toFixed(1)), make("span", {}, where), make("span", { class: "soft" }, place.texel.map((x) => x.toFixed(0)).join(", "))));
     });
     return make("section", { class: "card" }, make("h2", {}, "Worst places"), make("ul", { class: "places", id: "worst" }, ...items),
-      make("p", { class: "note" }, "Delta E ITP, kind of light and stage, texel. 1 is just noticeable."));
+      make("p", { class: "note" }, "Visible error (Delta E ITP; 1 is just noticeable), light, texel."));
   }
   /** @param {number} map @param {[number, number]} texel integers are centres */
   flyToTexel(map, texel) {
@@ -513,10 +516,27 @@ class Page {
       if (key === drawn) return;
       drawn = key;
       const items = memoryItems(cooked.manifest);
-      body.replaceChildren(...this.memoryTiles(memory === "charts" ? chartItems(items, maps) : items));
+      // The report is that of the scene's own layout.
+      body.replaceChildren(...this.memoryTiles(memory === "charts" ? chartItems(items, maps, layout && view.sets.has(layout) ? [] : this.chartErrors()) : items));
     });
     const choice = hasCharts ? [this.segments("memory-by", "memory", [["assets", "Textures"], ["charts", "Charts"]])] : [];
     return make("section", { class: "card" }, make("h2", {}, "Memory"), ...choice, body);
+  }
+  /** Errors of the report by chart of each map. The report numbers charts in its own way: they are paired by a texel. */
+  chartErrors() {
+    const view = /** @type {View} */ (this.view);
+    this.errorsOfCharts ??= view.maps.map((map) => {
+      /** @type {Map<number, import("./treemap.js").ChartError>} */
+      const errors = new Map(), { asset } = map;
+      const row = this.report?.assets?.find((/** @type {any} */ each) => each.name === asset.name);
+      for (const { worst, visible_p99, visible_max } of row?.charts?.largest ?? []) {
+        const u = (worst[0] + 0.5) / asset.width, v = (worst[1] + 0.5) / asset.height, found = view.surface(map, u, v);
+        // Several charts of the page may be one of the report, which joins charts that share texels.
+        if (found && !errors.has(found.chart)) errors.set(found.chart, { p99: visible_p99 ?? Infinity, max: visible_max ?? Infinity, worst: [u, v] });
+      }
+      return errors;
+    });
+    return this.errorsOfCharts;
   }
   /** @param {import("./treemap.js").Item[]} items */
   memoryTiles(items) {
@@ -527,7 +547,7 @@ class Page {
       const name = `${item.asset}, ${item.role}`, label = width > 0.14 && height > 0.2 ? [make("b", {}, item.role), make("br"), item.asset] : [];
       const button = make("button", {
         "aria-label": `${name}: ${sizeText(item.bytes)}`, title: name, "aria-pressed": "false",
-        style: `left:${100 * x}%;top:${100 * y}%;width:${100 * width}%;height:${100 * height}%;background:var(--kind-${item.kind})`,
+        style: `left:${100 * x}%;top:${100 * y}%;width:${100 * width}%;height:${100 * height}%;background:${colorOf(item)}`,
         onclick: () => {
           for (const other of buttons) other.setAttribute("aria-pressed", String(other === button));
           caption.textContent = `${name}: ${sizeText(item.bytes)}, ${((100 * item.bytes) / total).toFixed(1)} %. ${item.detail}`;
@@ -538,7 +558,14 @@ class Page {
       return button;
     });
     caption.textContent = `${sizeText(total)} of GPU memory. Click a tile for what it is.`;
-    return [make("div", { class: "treemap", id: "memory" }, ...tiles), caption];
+    const legend = items.some(({ visible }) => visible !== undefined) ? [this.errorLegend()] : [];
+    return [make("div", { class: "treemap", id: "memory" }, ...tiles), ...legend, caption];
+  }
+
+  /** What the colours of charts mean. */
+  errorLegend() {
+    const ranges = ["below 1", ...ERROR_ENDS.map((end, i) => (i + 1 < ERROR_ENDS.length ? `${end} to ${ERROR_ENDS[i + 1]}` : `${end} or more`))];
+    return make("p", { class: "note errors" }, "Visible error of charts, p99: ", ...ranges.map((words, i) => make("span", {}, make("i", { style: `background: var(--error-${i})` }), words)));
   }
 
   helpCard() {

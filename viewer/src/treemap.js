@@ -8,7 +8,9 @@
  * @property {number} bytes
  * @property {string} detail
  * @property {[map: number, u: number, v: number]} [place] inside a chart
+ * @property {number} [visible] visible error that 99 % of a chart's texels stay under [Delta E ITP]
  */
+/** @typedef {{ p99: number, max: number, worst: [u: number, v: number] }} ChartError visible errors of a chart, and the place of the largest */
 /** @typedef {{ item: Item, x: number, y: number, width: number, height: number }} Tile shares of the whole, in [0, 1] */
 
 /** Lays out items, the largest first. Those without bytes are left out. @param {Item[]} items @param {number} aspect width over height @returns {Tile[]} */
@@ -73,9 +75,10 @@ const MOST_CHARTS = 120;
  * lies between charts.
  * @param {Item[]} items of memoryItems
  * @param {import("./view.js").ShownMap[]} maps
+ * @param {Map<number, ChartError>[]} errors of each map by chart, as far as they are known
  * @returns {Item[]}
  */
-export function chartItems(items, maps) {
+export function chartItems(items, maps, errors) {
   const split = maps.flatMap((map, index) => {
     const { asset, charts, hasMesh } = map, own = items.filter((item) => item.kind === "light-map" && item.asset === asset.name);
     const whole = own.reduce((sum, { bytes }) => sum + bytes, 0), texels = charts.texels.reduce((sum, count) => sum + count, 0);
@@ -83,10 +86,15 @@ export function chartItems(items, maps) {
     const bytesOf = (/** @type {number} */ count) => (whole * count) / (asset.width * asset.height);
     const order = Array.from(charts.texels.keys()).sort((a, b) => charts.texels[b] - charts.texels[a]);
     /** @type {Item[]} */
-    const tiles = order.slice(0, MOST_CHARTS).map((chart) => ({
-      asset: asset.name, role: `chart ${chart + 1}`, kind: "light-map", bytes: bytesOf(charts.texels[chart]),
-      detail: `${Math.round(charts.texels[chart])} texels`, place: [index, charts.middle[2 * chart], charts.middle[2 * chart + 1]],
-    }));
+    const tiles = order.slice(0, MOST_CHARTS).map((chart) => {
+      const error = errors[index]?.get(chart), texels = `${Math.round(charts.texels[chart])} texels`;
+      return {
+        asset: asset.name, role: `chart ${chart + 1}`, kind: "light-map", bytes: bytesOf(charts.texels[chart]),
+        detail: error ? `${texels}, visible error ${error.p99.toFixed(2)} for 99 % of them, at most ${error.max.toFixed(2)}` : texels,
+        place: [index, ...(error ? error.worst : /** @type {[number, number]} */ ([charts.middle[2 * chart], charts.middle[2 * chart + 1]]))],
+        visible: error?.p99,
+      };
+    });
     const few = order.slice(MOST_CHARTS), fewTexels = few.reduce((sum, chart) => sum + charts.texels[chart], 0);
     tiles.push({ asset: asset.name, role: `${few.length} smaller charts`, kind: "light-map", bytes: bytesOf(fewTexels), detail: `${Math.round(fewTexels)} texels` });
     tiles.push({ asset: asset.name, role: "between charts", kind: "light-map", bytes: bytesOf(asset.width * asset.height - texels), detail: "no triangle lies there; some of it pads charts" });
@@ -94,6 +102,15 @@ export function chartItems(items, maps) {
   });
   const isSplit = (/** @type {Item} */ { kind, asset }) => kind === "light-map" && maps.some((map) => map.asset.name === asset);
   return [...items.filter((item) => !isSplit(item)), ...split];
+}
+
+/** Ends of the ranges of visible errors that have one colour each: those of the report. */
+export const ERROR_ENDS = [1, 2, 5, 10];
+
+/** Colour of a tile. @param {Item} item */
+export function colorOf({ kind, visible }) {
+  if (visible === undefined) return `var(--kind-${kind})`;
+  return `var(--error-${ERROR_ENDS.filter((end) => visible >= end).length})`;
 }
 
 /** @param {number} bytes */

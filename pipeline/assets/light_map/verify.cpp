@@ -7,6 +7,7 @@
 #include "formats/light_map_layout.h"
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
+#include "pipeline/assets/light_map/chart_errors.h"
 #include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/light_map.h"
@@ -109,11 +110,13 @@ struct LightMapPart {
     std::vector<verify::LightMapTruthPlace> truthPlaces;
     LightMoments light;
     WorstTexels worst;
+    ChartErrors charts;
     void merge(const LightMapPart& other) {
         errors.merge(other.errors);
         blocks.merge(other.blocks);
         light.merge(other.light);
         worst.merge(other.worst);
+        charts.merge(other.charts);
         truthPlaces.insert(truthPlaces.end(), other.truthPlaces.begin(), other.truthPlaces.end());
     }
 };
@@ -126,12 +129,13 @@ struct Comparison {
     verify::Viewing viewing;
     bool isFlat;
     std::optional<double> tilt;  ///< of normal maps [degrees]; empty: surfaces show light at their own normals alone
+    const std::optional<MapCharts>& charts;
     Preview& preview;
 };
 
 /// Compares one strip of a cooked map with the bake.
 Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
-    const auto& [bake, cooked, truth, viewing, isFlat, tilt, preview] = comparison;
+    const auto& [bake, cooked, truth, viewing, isFlat, tilt, charts, preview] = comparison;
     const int firstRow = bake.stripFirstRow(index), rowCount = bake.stripRows(index);
     const auto reference = bake.stripWithMargin(index, 0, 1);
     if (!reference) return tl::make_unexpected(reference.error());
@@ -144,6 +148,8 @@ Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
     std::optional<NormalCap> cap;
     if (tilt) cap.emplace(*tilt, viewing);
     WorstTexels worst(bake.width(), firstRow, rowCount);
+    ChartErrors chartErrors;
+    const auto groups = charts ? charts->groupsOf(firstRow, rowCount) : formats::Image<std::uint8_t>();
     for (int y = 0; y < rowCount; ++y) {
         for (int x = 0; x < bake.width(); ++x) {
             if (reference->covered.at(x, y) == 0) continue;
@@ -158,14 +164,19 @@ Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
             if (reference->covered.at(x, y) != 0) {
                 preview.set(x, firstRow + y, lit.reference(x), lit.found(x), lit.visible(x));
                 worst.add(x, firstRow + y, lit.visible(x));
+                if (charts) chartErrors.add(groups.at(x, y), x, firstRow + y, lit.visible(x));
                 if (cap && preview.shows(x, firstRow + y))
                     preview.setAtAnyNormal(x, firstRow + y, cap->worst(reference->sh.at(x, y), seen.at(x, y), reference->normal.at(x, y)));
             }
     }
     const auto traced = truth.within(*reference, firstRow, rowCount);
     if (!traced) return tl::make_unexpected(traced.error());
-    return LightMapPart{cooked.verifier().verifyRows(*texels, *reference, firstRow, rowCount), std::move(blocks),
-                        lightMapPlaces(*traced, *reference, seen, firstRow), light, worst};
+    return LightMapPart{cooked.verifier().verifyRows(*texels, *reference, firstRow, rowCount),
+                        std::move(blocks),
+                        lightMapPlaces(*traced, *reference, seen, firstRow),
+                        light,
+                        worst,
+                        std::move(chartErrors)};
 }
 
 /// Opens the bake of a cooked map, and refuses one of another size.
@@ -256,9 +267,12 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     const bool isFlat = asset->layout == formats::info(formats::LightMapLayout::Flat).name;
     Preview preview(bake.width(), bake.height(), key);
     const bool hasNormalMaps = parameters->shading.normalCount > 1 && parameters->shading.normalMapTilt > 0 && !isFlat;
-    const Comparison comparison{
-        bake, *cooked, *truth, viewing, isFlat, hasNormalMaps ? std::optional(parameters->shading.normalMapTilt) : std::nullopt, preview};
-    LightMapPart whole{cooked->verifier().noErrors(), verify::BlockErrors(bake.width(), 0), {}, {}, {}};
+    const auto mesh = meshOf(context);
+    // A map of constant light stands for texels that no chart names.
+    const auto charts = mesh && !bake.constantTexels() ? MapCharts::of(lightMapMeshes(*mesh), bake.width(), bake.height()) : std::nullopt;
+    const auto tilt = hasNormalMaps ? std::optional(parameters->shading.normalMapTilt) : std::nullopt;
+    const Comparison comparison{bake, *cooked, *truth, viewing, isFlat, tilt, charts, preview};
+    LightMapPart whole{cooked->verifier().noErrors(), verify::BlockErrors(bake.width(), 0), {}, {}, {}, {}};
     const auto compared = foldInOrder<LightMapPart>(
         bake.stripCount(), context, "verify " + context.action.asset, [&](int index) { return compareStrip(comparison, index); },
         [&](const LightMapPart& part) { whole.merge(part); });
@@ -272,7 +286,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     result.key = key;
     result.light = lightOf(bake, whole.errors, key, whole.light);
     if (!truth->isEmpty()) result.groundTruth = toJson(verify::lightMapTruth(whole.truthPlaces, parameters->shading.lobe, viewing));
-    const auto mesh = meshOf(context);
+    if (charts) result.charts = whole.charts.summary(*charts, asset->totalBytesGpu(), std::int64_t{bake.width()} * bake.height());
     const auto triangles = mesh ? litTriangles(*mesh) : std::vector<verify::SurfaceTriangle>();
     auto pictures = writeWorstPlaces(whole.worst, bake, *cooked, viewing, triangles, context);
     if (!pictures) return tl::make_unexpected(pictures.error());

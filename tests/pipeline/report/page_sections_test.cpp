@@ -2,11 +2,13 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <limits>
 #include <numeric>
 
 #include "formats/light_map_layout.h"
 #include "pipeline/report/advice_section.h"
 #include "pipeline/report/captions.h"
+#include "pipeline/report/chart_section.h"
 #include "pipeline/report/frontier_section.h"
 #include "pipeline/report/page_frame.h"
 #include "pipeline/report/page_parts.h"
@@ -105,6 +107,40 @@ TEST(Advice, CubemapsOfOneSizeShareASentence) {
     EXPECT_THAT(sentences({cubemap("a", 128), cubemap("b", 64), cubemap("c", 128), cubemap("d", 128)}),
                 ElementsAre(HasSubstr("3 cubemaps, 'a' and others: size = 64 in place of 128 saves 288 KiB, their largest levels."),
                             HasSubstr("Cubemap 'b': size = 32 in place of 64 saves 24.0 KiB")));
+}
+
+Json chartOf(int number, int texels, int bytes, double p99) {
+    return {{"number", number}, {"first", {8, 16}},   {"size", {30, 20}},       {"texels", texels},
+            {"bytes", bytes},   {"visible_p99", p99}, {"visible_max", 2 * p99}, {"worst", {12, 19}}};
+}
+
+TEST(ChartSection, TilesAreBytesAndColoursAreErrors) {
+    const Json asset = {{"bytes_gpu", 10000},
+                        {"charts",
+                         {{"count", 9},
+                          {"largest", {chartOf(3, 3000, 6000, 0.4), chartOf(1, 1000, 2000, 12.5), chartOf(2, 500, 1000, 1.5)}},
+                          {"rest", chartOf(0, 200, 400, 3)}}}};
+    const std::string section = chartSection(asset).markup();
+    EXPECT_THAT(section, HasSubstr("9 charts."));
+    EXPECT_THAT(section, HasSubstr("chart 1: 1.95 KiB, 1,000 texels, visible error 12.5 for 99 %, at most 25.0 at texel 12, 19"));
+    EXPECT_THAT(section, HasSubstr("6 smaller charts: 400 B"));
+    EXPECT_THAT(section, HasSubstr("between charts: 600 B")) << "what is left of 10000 bytes";
+    EXPECT_THAT(section, ContainsRegex("<title>chart 3:[^<]*</title><rect[^>]*--error-0"));
+    EXPECT_THAT(section, ContainsRegex("<title>chart 1:[^<]*</title><rect[^>]*--error-4"));
+    EXPECT_THAT(section, ContainsRegex("<title>6 smaller charts:[^<]*</title><rect[^>]*--error-2"));
+    // The table names charts whose errors can be seen, the worst first.
+    const std::string rows = section.substr(section.find("Most visible"));
+    EXPECT_LT(rows.find("chart 1<"), rows.find("chart 2<"));
+    EXPECT_THAT(rows, Not(HasSubstr("chart 3<")));
+}
+
+TEST(ChartSection, NothingWithoutChartsAndNoFaultInADamagedReport) {
+    EXPECT_TRUE(chartSection(Json::object()).isEmpty());
+    EXPECT_TRUE(chartSection({{"charts", {{"count", 0}, {"largest", Json::array()}}}}).isEmpty());
+    EXPECT_TRUE(chartSection({{"charts", {{"count", "many"}, {"largest", {1, "x", nullptr}}}}}).isEmpty());
+    const std::string infinite =
+        chartSection({{"charts", {{"count", 1}, {"largest", {chartOf(1, 10, 100, std::numeric_limits<double>::quiet_NaN())}}}}}).markup();
+    EXPECT_THAT(infinite, Not(ContainsRegex("(nan|inf)[,\"]")));
 }
 
 TEST(Captions, EveryStageAndKindHasWords) {
