@@ -16,12 +16,29 @@
 namespace lightcook::formats {
 namespace {
 
+/// Quantization of TEXCOORD_2 and up [bits]: sets that an engine reads next to never, such as the UVs from before a light map was repacked.
+constexpr int kFurtherUvBits = 16;
+
+bool isFurtherUv(const std::string& semantic) {
+    return semantic.starts_with("TEXCOORD_") && semantic != "TEXCOORD_0" && semantic != "TEXCOORD_1";
+}
+
+/// Returns the first of TEXCOORD_2, TEXCOORD_3, ... that no triangle primitive has.
+std::string freeUv(const std::vector<Primitive>& primitives) {
+    for (int set = 2;; ++set) {
+        const std::string name = fmt::format("TEXCOORD_{}", set);
+        const auto has = [&](const Primitive& primitive) { return primitive.isTriangles && primitive.geometry.find(name) != nullptr; };
+        if (std::ranges::none_of(primitives, has)) return name;
+    }
+}
+
 std::optional<Quantization> quantizationOf(const MeshAttribute& attribute, const DracoOptions& options,
                                            const std::map<std::string, AttributeBounds>& bounds) {
     if (!mustBeFinite(attribute)) return std::nullopt;  // integers, colours, weights and tangents are kept bit for bit
     if (attribute.semantic == "NORMAL") return Quantization{options.normalBits, {}, 1};
     const int bits = attribute.semantic == "POSITION"     ? options.positionBits
                      : attribute.semantic == "TEXCOORD_1" ? options.lightMapUvBits
+                     : isFurtherUv(attribute.semantic)    ? kFurtherUvBits
                                                           : options.uvBits;
     return bounds.at(attribute.semantic).lattice(bits, attribute.componentCount);
 }
@@ -110,7 +127,12 @@ private:
 class GlbBuilder {
 public:
     GlbBuilder(const GltfDocument& document, const std::vector<Primitive>& primitives, const GlbChanges& changes)
-        : document_(document), primitives_(primitives), clusters_(changes.clusters), json_(document.json()), views_(document) {
+        : document_(document),
+          primitives_(primitives),
+          clusters_(changes.clusters),
+          oldUvs_(freeUv(primitives)),
+          json_(document.json()),
+          views_(document) {
         if (changes.lightMapUvs != nullptr) nameUvs(*changes.lightMapUvs);
     }
 
@@ -175,9 +197,12 @@ private:
     /// earlier cook.
     TriangleMesh changed(const Primitive& primitive) const {
         TriangleMesh mesh = primitive.geometry;
-        if (const auto uvs = uvs_.find(&primitive); uvs != uvs_.end())
-            for (MeshAttribute& attribute : mesh.attributes)
-                if (attribute.semantic == "TEXCOORD_1") attribute = uvAttribute(*uvs->second);
+        if (const auto uvs = uvs_.find(&primitive); uvs != uvs_.end()) {
+            const auto uv = std::ranges::find(mesh.attributes, "TEXCOORD_1", &MeshAttribute::semantic);
+            MeshAttribute old = std::exchange(*uv, uvAttribute(*uvs->second));
+            old.semantic = oldUvs_;
+            mesh.attributes.push_back(std::move(old));
+        }
         if (clusters_ == nullptr) return mesh;
         std::erase_if(mesh.attributes, [](const MeshAttribute& attribute) { return attribute.semantic == kBasisAttribute; });
         MeshAttribute& added = mesh.attributes.emplace_back();
@@ -219,7 +244,10 @@ private:
         for (const auto& [primitive, uvs] : uvs_) {
             if (isCoded(*primitive)) continue;
             if (primitive->dracoView) failToCode(*primitive);
-            std::vector<glm::vec2>& all = values[jsonOf(*primitive)["attributes"]["TEXCOORD_1"].get<std::uint64_t>()];
+            Json& attributes = jsonOf(*primitive)["attributes"];
+            const auto accessor = attributes["TEXCOORD_1"].get<std::uint64_t>();
+            attributes[oldUvs_] = accessor;
+            std::vector<glm::vec2>& all = values[accessor];
             all.resize(primitive->vertexCount);
             for (std::size_t i = 0; i < uvs->size(); ++i) all[primitive->usedVertices[i]] = (*uvs)[i];
         }
@@ -227,12 +255,8 @@ private:
         for (const auto& [accessor, uvs] : values) {
             const std::span<const std::byte> bytes = std::as_bytes(std::span(uvs));
             const std::size_t view = views_.add({bytes.begin(), bytes.end()}, {{"target", kArrayBuffer}});
-            Json made = {
-                {"bufferView", view}, {"componentType", static_cast<int>(ComponentType::Float32)}, {"count", uvs.size()}, {"type", "VEC2"}};
-            if (usersOf(accessor) == 0) {
-                json_["accessors"][accessor] = std::move(made);
-                continue;
-            }
+            Json made = uvAccessor(uvs.size());
+            made["bufferView"] = view;
             const std::size_t added = addAccessor(std::move(made));
             for (const auto& [primitive, ignored] : uvs_) {
                 Json& uv = jsonOf(*primitive)["attributes"]["TEXCOORD_1"];
@@ -240,14 +264,8 @@ private:
             }
         }
     }
-    /// Counts the attributes of another name that an accessor is used for.
-    int usersOf(std::uint64_t accessor) const {
-        int count = 0;
-        for (const Json& mesh : json_["meshes"])
-            for (const Json& primitive : mesh["primitives"])
-                for (const auto& [semantic, used] : primitive["attributes"].items())
-                    count += semantic != "TEXCOORD_1" && used == accessor ? 1 : 0;
-        return count;
+    static Json uvAccessor(std::size_t vertexCount) {
+        return {{"componentType", static_cast<int>(ComponentType::Float32)}, {"count", vertexCount}, {"type", "VEC2"}};
     }
 
     /// Adds the clusters of a primitive that is not encoded, one byte in four: glTF aligns vertex attributes to four bytes.
@@ -312,8 +330,12 @@ private:
         for (std::size_t i = 0; i < coded.decoded.attributes.size(); ++i) {
             const MeshAttribute& attribute = coded.decoded.attributes[i];
             const bool isOurs = clusters_ != nullptr && attribute.semantic == kBasisAttribute;
-            Json accessor = isOurs ? clusterAccessor(0)
-                                   : document_.entry("accessors", jsonOf(primitive)["attributes"][attribute.semantic].get<std::uint64_t>());
+            const bool isNewUv = uvs_.contains(&primitive) && attribute.semantic == "TEXCOORD_1";
+            const bool isOldUv = uvs_.contains(&primitive) && attribute.semantic == oldUvs_;
+            const std::string source = isOldUv ? "TEXCOORD_1" : attribute.semantic;
+            Json accessor = isOurs    ? clusterAccessor(0)
+                            : isNewUv ? uvAccessor(0)
+                                      : document_.entry("accessors", jsonOf(primitive)["attributes"][source].get<std::uint64_t>());
             for (const char* gone : {"bufferView", "byteOffset", "sparse", "min", "max"}) accessor.erase(gone);
             accessor["count"] = attribute.vertexCount();
             if (attribute.semantic == "POSITION") addBounds(attribute, accessor);
@@ -350,6 +372,7 @@ private:
     const GltfDocument& document_;
     const std::vector<Primitive>& primitives_;
     const ClusterMap* clusters_;  ///< none: vertices get no cluster
+    std::string oldUvs_;          ///< attribute that keeps light-map UVs which are replaced
     /// New light-map UVs of triangle primitives; empty: they stay. Ordered as the primitives, which lie in one array.
     std::map<const Primitive*, const std::vector<glm::vec2>*> uvs_;
     Json json_;

@@ -21,6 +21,7 @@
 #include "pipeline/lint/light_map_facts.h"
 #include "pipeline/lint/mesh_facts.h"
 #include "pipeline/lint/probe_facts.h"
+#include "pipeline/repack/packed_light_map.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -121,6 +122,7 @@ struct PlanAction {
     ActionFunction function;
 };
 constexpr std::array kPlanActions = {PlanAction{"materials", readMaterials},
+                                     PlanAction{"pack-charts", packCharts},
                                      PlanAction{"gltf", cookGltf},
                                      PlanAction{"light-map-trial", tryLightMap},
                                      PlanAction{"joint-trial", tryJointly},

@@ -1,18 +1,32 @@
 // lightcook cook: a whole scene.
+#include <fmt/format.h>
+
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
 #include <memory>
 
+#include "formats/vocabulary.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
+#include "pipeline/cook/cook_charts.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/history.h"
 #include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
+
+namespace {
+
+std::string chartModeCaptions() {
+    std::string text;
+    for (const ChartModeInfo& row : allChartModes()) text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", row.name, row.caption);
+    return text;
+}
+
+}  // namespace
 
 CommandFunction defineCook(CLI::App& app) {
     struct Options {
@@ -21,6 +35,9 @@ CommandFunction defineCook(CLI::App& app) {
         CiOutputs files;
         std::optional<int> samples;
         std::filesystem::path history;
+        std::string chartMode;
+        bool keepsUv = false;
+        ChartSettings charts;
     };
     const auto options = std::make_shared<Options>();
     CookOptions& cook = options->cook;
@@ -32,6 +49,17 @@ CommandFunction defineCook(CLI::App& app) {
     only->type_name("NAME");
     addFolderOption(app, "--cache", cook.cache, "Cache folder; default: $LIGHTCOOK_CACHE, else the user's cache folder");
     addSamplesOption(app, options->samples);
+    CLI::Option* chartMode =
+        app.add_option("--charts", options->chartMode, fmt::format("Charts of the light maps ({})", chartModeCaptions()));
+    chartMode->check(CLI::IsMember(formats::namesOf(allChartModes())));
+    CLI::Option* keepsUv = app.add_flag("--keep-uv", options->keepsUv, "Leave the light-map UVs of all meshes as they are: --charts keep");
+    keepsUv->excludes(chartMode);
+    app.add_option(
+           "--charts-max-visible", options->charts.maxVisible,
+           "Visible error that fewer texels of packed charts may add to 99 % of a chart's samples; 0: charts are moved only, without "
+           "loss")
+        ->type_name("JND")
+        ->check(CLI::Range(0.0, kMostChartsVisible));
     app.add_flag("--gltf", cook.gltf, "Also write each light map with its mesh as glTF (NAME_scene.glb), with the light map bound");
     app.add_flag(
            "--keep-candidates", cook.keepCandidates,
@@ -69,11 +97,14 @@ is an object on standard error. --quiet leaves it out. -v prints a line for each
     return [options](Session& session) {
         if (auto applied = options->output.apply(options->cook); !applied) return session.finish(applied);
         if (options->samples) options->cook.samples = *options->samples;
+        ChartSettings& charts = options->charts;
+        if (const auto* row = formats::findByName(allChartModes(), options->chartMode); row != nullptr) charts.mode = row->id;
+        if (options->keepsUv) charts.mode = ChartMode::Keep;
         if (auto ready = options->files.prepare(session); !ready) return session.finish(ready);
         // A file that is no history is refused before the cook.
         if (!options->history.empty())
             if (const auto history = readHistory(options->history); !history) return session.finish(history);
-        const Outcome outcome = cookScene(options->cook, session.state);
+        const Outcome outcome = cookScene(options->cook, options->charts, session.state);
         printCook(session, outcome);
         std::vector<formats::Error> errors = options->files.write(session, "cook", outcome, options->cook.scene, {});
         if (!options->history.empty() && outcome.report.is_object()) {

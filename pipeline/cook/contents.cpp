@@ -93,10 +93,7 @@ std::vector<Action> planContents(const Scene& scene, const Needs& needs, const P
     if (scene.output.keepUnused) return actions;
     const verify::LightMapShading shading = shadingOf(scene, needs);
     for (const LightMapEntry& entry : scene.lightMaps)
-        if (isWanted(options, entry.name, AssetKind::LightMap, entry.name) ||
-            isWanted(options, dominantNameOf(entry.name), AssetKind::Dominant, entry.name) ||
-            (entry.mesh && isWanted(options, meshAssetName(scene, entry), AssetKind::Mesh, entry.name)))
-            actions.push_back(contentAction(scene, entry, shading, options.repair));
+        if (isAnyWanted(scene, options, entry)) actions.push_back(contentAction(scene, entry, shading, options.repair));
     const auto isProbeWanted = [&](const ProbeEntry& entry) { return isWanted(options, entry.name, AssetKind::Cubemap, entry.name); };
     if (needs.specular && std::ranges::any_of(scene.probes, isProbeWanted))
         if (auto use = probeUseAction(scene)) actions.push_back(std::move(*use));

@@ -10,6 +10,7 @@
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/cook/contents.h"
+#include "pipeline/cook/cook_charts.h"
 #include "pipeline/cook/depfile.h"
 #include "pipeline/cook/kept_candidates.h"
 #include "pipeline/cook/layout_decision.h"
@@ -52,8 +53,20 @@ void applyOverrides(const CookOptions& options, OutputSettings& output) {
     output.gltf = output.gltf || options.gltf;
 }
 
+/// Returns what is wrong with packing the charts of a light map beside its other settings, or an empty text.
+std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entry, double maxVisible) {
+    if (!entry.mesh)
+        return "found charts to pack without a mesh, expected mesh = \"FILE\", whose triangles say what a chart is, or charts = \"keep\"";
+    if (entry.groundTruth)
+        return "found charts to pack beside ground_truth, whose values lie at texels of the bake, expected charts = \"keep\" or no "
+               "ground_truth";
+    if ((entry.maxVisibleBound || output.maxVisibleBound) && maxVisible > 0)
+        return "found max_visible_bound beside charts with fewer texels, whose error has no bound, expected charts_max_visible = 0";
+    return "";
+}
+
 /// Refuses settings that cannot be combined.
-Result<void> checkSettings(const Scene& scene, const std::filesystem::path& folder) {
+Result<void> checkSettings(const Scene& scene, const SceneCharts& charts, const std::filesystem::path& folder) {
     const OutputSettings& output = scene.output;
     if (output.zstd && output.container == formats::Container::Dds)
         return failure(ErrorCode::InvalidRequest, "--container dds",
@@ -63,6 +76,10 @@ Result<void> checkSettings(const Scene& scene, const std::filesystem::path& fold
     if (const std::string why = whyNotDecode(output); !why.empty()) return failure(ErrorCode::InvalidRequest, "--layout", why);
     for (const LightMapEntry& entry : scene.lightMaps)
         if (const std::string why = whyNotLayouts(output, entry); !why.empty()) return failure(ErrorCode::InvalidRequest, "--layout", why);
+    for (const LightMapEntry& entry : scene.lightMaps)
+        if (const std::string why = charts.isPacked(entry.name) ? whyNotPacked(output, entry, charts.maxVisibleOf(entry.name)) : "";
+            !why.empty())
+            return failure(ErrorCode::InvalidRequest, fmt::format("light map '{}'", entry.name), why);
     if (const std::string why = whyNotGltf(output); !why.empty()) return failure(ErrorCode::InvalidRequest, "--gltf", why);
     std::error_code code;
     if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))
@@ -75,11 +92,13 @@ Result<void> checkSettings(const Scene& scene, const std::filesystem::path& fold
 class Cook {
 public:
     /// layouts  of the light maps and dominant lights that the scene leaves open; those that are not here are tried
-    Cook(Scene scene, const CookOptions& options, const RunState& state, std::map<std::string, std::string> layouts = {})
+    Cook(Scene scene, SceneCharts charts, const CookOptions& options, const RunState& state,
+         std::map<std::string, std::string> layouts = {})
         : options_(options),
           state_(state),
           start_(Clock::now()),
           scene_(std::move(scene)),
+          charts_(std::move(charts)),
           cache_(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes),
           planOptions_{options.only, options.onlyKind, options.repair, options.samples, std::move(layouts)} {}
 
@@ -104,7 +123,7 @@ private:
         }
         if (options_.maxConverterVisible) forgetConverterLimits();
         outcome_.output = options_.output.empty() ? std::filesystem::path(scene_.name + ".cooked") : options_.output;
-        if (auto checked = checkSettings(scene_, outcome_.output); !checked) return checked;
+        if (auto checked = checkSettings(scene_, charts_, outcome_.output); !checked) return checked;
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();
         digests_.emplace(cache_.root() / "stamps" / digestOfText(absolute.string()));
         // The staging folder is on the file system of the output, so that finished files are renamed: inside the output, or where the
@@ -126,12 +145,16 @@ private:
         outcome_.errors = materials.errors;
         if (isStopped(materials)) return {};
         Needs needs = needsOf(materials);
-        const std::vector<Action> contentGraph = planContents(scene_, needs, planOptions_);
+        auto packed = packCharts();
+        if (!packed) return tl::make_unexpected(packed.error());
+        if (!outcome_.errors.empty() && (!options_.keepGoing || state_.interrupted)) return {};
+        const Scene& planned = *packed;
+        const std::vector<Action> contentGraph = planContents(planned, needs, planOptions_);
         const ExecutionResult contents = execute(contentGraph);
         addErrors(contents);
         if (isStopped(contents)) return {};
         if (auto added = addContents(contents, needs); !added) return added;
-        auto plan = planScene(scene_, needs, planOptions_);
+        auto plan = planScene(planned, needs, planOptions_);
         if (!plan) return tl::make_unexpected(plan.error());
         if (options_.keepCandidates && plan->undecided.empty())
             return failure(ErrorCode::InvalidRequest, "--keep-candidates",
@@ -141,22 +164,54 @@ private:
         if (!outcome_.errors.empty() && (!options_.keepGoing || state_.interrupted)) return {};
         ExecutionResult result = execute(plan->actions);
         if (!plan->undecided.empty() && !isStopped(result)) {
-            auto decided = decideLayouts(*plan, needs, materials, result);
+            auto decided = decideLayouts(*plan, planned, needs, materials, result);
             if (!decided) return tl::make_unexpected(decided.error());
             plan = std::move(*decided);
         }
-        outcome_.actionsRun = materials.actionsRun + result.actionsRun;
-        outcome_.actionsReused = materials.actionsReused + result.actionsReused;
+        outcome_.actionsRun += materials.actionsRun + result.actionsRun;
+        outcome_.actionsReused += materials.actionsReused + result.actionsReused;
         addErrors(result);
         if (isStopped(result)) return {};
         const auto report = publishWithSummaries(*plan, result);
         if (!report) return tl::make_unexpected(report.error());
         if (auto kept = cookAlternatives(); !kept) return kept;
         if (options_.depfile)
-            if (auto written = writeDepfile(needsGraph, contentGraph, needs); !written) return written;
+            if (auto written = writeDepfile(needsGraph, contentGraph, planned, needs); !written) return written;
         cache_.prune();
         appendVerdicts(*report, outcome_.errors);
         return {};
+    }
+
+    /// Returns the folder of repacked bakes and meshes, which no output has.
+    std::filesystem::path packedFolder() const { return staging_ / "packed"; }
+
+    /// Packs the charts of the light maps that ask for it. Returns the scene with the repacked bakes and meshes in place of the user's; a
+    /// light map whose charts could not be packed is not in it.
+    Result<Scene> packCharts() {
+        for (const LightMapEntry& entry : scene_.lightMaps)
+            if (charts_.isPacked(entry.name) && isAnyWanted(scene_, planOptions_, entry))
+                packGraph_.push_back(packAction(scene_, entry, charts_.maxVisibleOf(entry.name), options_.repair));
+        Scene planned = scene_;
+        if (packGraph_.empty()) return planned;
+        if (auto made = makeFolder(packedFolder()); !made) return tl::make_unexpected(made.error());
+        const ExecutionResult result = pipeline::execute(packGraph_, {packedFolder(), options_.force, options_.keepGoing}, packedFolder(),
+                                                         {actionFunction, cache_, *digests_, state_, at_});
+        addErrors(result);
+        outcome_.actionsRun += result.actionsRun;
+        outcome_.actionsReused += result.actionsReused;
+        for (const Action& action : packGraph_) {
+            const auto record = result.records.find(action.id);
+            const auto entry = std::ranges::find(planned.lightMaps, action.asset, &LightMapEntry::name);
+            if (record == result.records.end()) {
+                planned.lightMaps.erase(entry);
+                continue;
+            }
+            auto packed = packedLightMap(action, record->second, packedFolder());
+            if (!packed) return tl::make_unexpected(packed.error());
+            *entry = packedEntry(std::move(*entry), *packed);
+            planOptions_.packed[action.asset] = std::move(*packed);
+        }
+        return planned;
     }
 
     ExecutionResult execute(const std::vector<Action>& graph) {
@@ -192,12 +247,13 @@ private:
 
     /// Chooses the layouts that were left open, cooks and verifies these maps and their meshes, and adds that to `result`. Repeats with the
     /// next better candidate where a verification misses the error of a trial. Returns the plan of the whole scene.
-    Result<Plan> decideLayouts(const Plan& open, const Needs& needs, const ExecutionResult& materials, ExecutionResult& result) {
+    Result<Plan> decideLayouts(const Plan& open, const Scene& planned, const Needs& needs, const ExecutionResult& materials,
+                               ExecutionResult& result) {
         auto decision = LayoutDecision::create(scene_, open, result, materials);
         if (!decision) return tl::make_unexpected(decision.error());
         while (true) {
             planOptions_.layouts = decision->choose();
-            auto plan = planScene(scene_, needs, planOptions_);
+            auto plan = planScene(planned, needs, planOptions_);
             if (!plan) return plan;
             ExecutionResult chosen = execute(actionsOf(*plan, result));
             const auto refuted = decision->isRefuted(*plan, result, chosen);
@@ -224,7 +280,7 @@ private:
             Scene scene = scene_;
             scene.output.budgetBytes = {};
             options.budgetBytes = {};
-            const Outcome done = Cook(std::move(scene), options, state_, layouts).run();
+            const Outcome done = Cook(std::move(scene), charts_, options, state_, layouts).run();
             outcome_.actionsRun += done.actionsRun;
             outcome_.actionsReused += done.actionsReused;
             const auto isFault = [](const Error& error) { return error.code != ErrorCode::Verification; };
@@ -269,13 +325,18 @@ private:
     }
 
     /// Writes the dependency file. The manifest describes all assets, also those that --only left alone.
-    Result<void> writeDepfile(const std::vector<Action>& needsGraph, const std::vector<Action>& contentGraph, const Needs& needs) {
+    Result<void> writeDepfile(const std::vector<Action>& needsGraph, const std::vector<Action>& contentGraph, const Scene& planned,
+                              const Needs& needs) {
         planOptions_.only = {};
-        const auto whole = planScene(scene_, needs, planOptions_);
+        const auto whole = planScene(planned, needs, planOptions_);
         if (!whole) return tl::make_unexpected(whole.error());
         std::vector<Action> all = needsGraph;
+        all.insert(all.end(), packGraph_.begin(), packGraph_.end());
         all.insert(all.end(), contentGraph.begin(), contentGraph.end());
         all.insert(all.end(), whole->actions.begin(), whole->actions.end());
+        // Files of the cook's own are no inputs: those that they were made of are.
+        for (Action& action : all)
+            std::erase_if(action.inputs, [&](const auto& input) { return input.second.string().starts_with(packedFolder().string()); });
         return writeFile(*options_.depfile, depfileText(scene_, outcome_.output, all));
     }
 
@@ -314,12 +375,14 @@ private:
     Clock::time_point start_;
     std::string at_ = timeNow();
     Scene scene_;
+    SceneCharts charts_;
     Cache cache_;
     PlanOptions planOptions_;
     std::optional<DigestMemo> digests_;
     std::map<std::string, Json> notes_;                                       ///< of a scene with a budget, by light map
     std::vector<FrontierPoint> frontier_;                                     ///< of such a scene
     std::map<std::string, std::map<std::string, std::string>> alternatives_;  ///< to cook as well: LayoutDecision::alternatives
+    std::vector<Action> packGraph_;
     std::filesystem::path staging_;
     Outcome outcome_;
 };
@@ -327,13 +390,20 @@ private:
 }  // namespace
 
 Outcome cookScene(Scene scene, const CookOptions& options, const RunState& state) {
-    return Cook(std::move(scene), options, state).run();
+    return Cook(std::move(scene), SceneCharts(), options, state).run();
+}
+
+Outcome cookScene(const CookOptions& options, const ChartSettings& overrides, const RunState& state) {
+    auto scene = readScene(options.scene);
+    if (!scene) return {{scene.error()}, {}, {}, 0, 0};
+    auto charts = readSceneCharts(options.scene);
+    if (!charts) return {{charts.error()}, {}, {}, 0, 0};
+    charts->apply(overrides);
+    return Cook(std::move(*scene), std::move(*charts), options, state).run();
 }
 
 Outcome cookScene(const CookOptions& options, const RunState& state) {
-    auto scene = readScene(options.scene);
-    if (!scene) return {{scene.error()}, {}, {}, 0, 0};
-    return cookScene(std::move(*scene), options, state);
+    return cookScene(options, ChartSettings(), state);
 }
 
 }  // namespace lightcook::pipeline

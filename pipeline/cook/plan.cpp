@@ -172,15 +172,26 @@ private:
         const bool isDecided = (layout != kAutoLayout && !joint) || options_.layouts.contains(entry.name);
         if (layout == kAutoLayout && isDecided) layout = options_.layouts.at(entry.name);
         const bool mayBeLearned = !isDecided || hasLearnedBases(layout);
-        const bool hasMesh =
-            entry.mesh && (scene_.output.draco || mayBeLearned) && wanted(meshAssetName(scene_, entry), AssetKind::Mesh, entry.name);
+        const PackedLightMap* packed = packedOf(entry);
+        const bool hasMesh = entry.mesh && (scene_.output.draco || mayBeLearned || packed != nullptr) &&
+                             wanted(meshAssetName(scene_, entry), AssetKind::Mesh, entry.name);
         // A mesh whose vertices name clusters depends on its light map.
         const bool hasMap = wanted(entry.name, AssetKind::LightMap, entry.name) || (hasMesh && mayBeLearned);
         if ((hasMap || joint) && !isDecided) addTrial(entry, description, reduction.isFlatTried, joint);
         if (hasMap && isDecided) addLightMap(entry, description, layout, reduction);
         if (hasMap && isDecided && scene_.output.gltf && entry.mesh) addGltf(entry, description);
         if (isDecided || !isDominantChosen(joint)) planDominant(entry, description, reduction);
-        if (hasMesh && isDecided && (scene_.output.draco || hasLearnedBases(layout))) addMesh(entry, description, layout);
+        if (hasMesh && isDecided && (scene_.output.draco || hasLearnedBases(layout) || packed != nullptr))
+            addMesh(entry, description, layout);
+        if (packed != nullptr)
+            for (const std::string& asset : {entry.name, dominantNameOf(entry.name), meshAssetName(scene_, entry)})
+                if (std::ranges::find(plan_.assets, asset) != plan_.assets.end()) plan_.packed[asset] = *packed;
+    }
+
+    /// Returns what a light map was repacked from; null for others.
+    const PackedLightMap* packedOf(const LightMapEntry& entry) const {
+        const auto packed = options_.packed.find(entry.name);
+        return packed == options_.packed.end() ? nullptr : &packed->second;
     }
 
     static bool isDominantChosen(const std::optional<JointTrial>& joint) { return joint && joint->dominant; }
@@ -221,12 +232,18 @@ private:
         std::optional<SceneView> visible;
         if (scene_.output.objective == formats::Objective::Visible && hasLearnedBases(layout))
             visible = SceneView{shading_, scene_.display};
+        const LightMapVerifyParameters verification{shading_,
+                                                    options_.samples,
+                                                    scene_.display,
+                                                    visibleLimit(scene_.output, entry.maxVisible),
+                                                    entry.maxVisibleBound ? entry.maxVisibleBound : scene_.output.maxVisibleBound,
+                                                    seamLimit(scene_.output, entry)};
+        Inputs verifyInputs = reduction.constantOf ? sourceOf(entry) : viewedInputs(entry);
+        const PackedLightMap* packed = packedOf(entry);
+        if (packed != nullptr && !reduction.constantOf) verifyInputs.merge(unpackedInputs(*packed));
         add(entry.name, AssetKind::LightMap, LightMapParameters{description, layout, scene_.output.target, textures_, visible},
-            lightMapInputs(entry, hasLearnedBases(layout)),
-            LightMapVerifyParameters{shading_, options_.samples, scene_.display, visibleLimit(scene_.output, entry.maxVisible),
-                                     entry.maxVisibleBound ? entry.maxVisibleBound : scene_.output.maxVisibleBound,
-                                     seamLimit(scene_.output, entry)},
-            reduction.constantOf ? sourceOf(entry) : viewedInputs(entry));
+            lightMapInputs(entry, hasLearnedBases(layout)), verification, verifyInputs);
+        if (packed != nullptr) plan_.actions.back().parameters[kUnpackedKey] = toJson(packed->bake);
         const std::string asked = layoutAsked(scene_.output);
         const auto would = imagesOf(asked, scene_.output.target), is = imagesOf(layout, scene_.output.target);
         if (reduction.constantOf)
@@ -266,6 +283,14 @@ private:
         add(dominant, AssetKind::Dominant, parameters, sourceOf(entry),
             DominantVerifyParameters{{shading_, scene_.display}, visible({}).maxVisible},
             description.constantOf ? sourceOf(entry) : tracedInputs(entry));
+        if (const PackedLightMap* packed = packedOf(entry))
+            plan_.actions.back().parameters[kUnpackedKey] = toJson(withoutPlaces(packed->bake));
+    }
+
+    /// Returns what the verification of a dominant light or a mesh needs to find its sources again.
+    static UnpackedBake withoutPlaces(UnpackedBake bake) {
+        bake.places.clear();
+        return bake;
     }
 
     /// Returns the layout of a dominant light: that of the scene file or the chosen one, else the first.
@@ -309,6 +334,9 @@ private:
             scene_.output.draco ? verifyInputs : inputs, VisibleParameters{scene_.display, visibleLimit(scene_.output, entry.maxVisible)},
             verifyInputs);
         plan_.meshes[asset] = entry.name;
+        if (const PackedLightMap* packed = packedOf(entry)) {
+            plan_.actions.back().parameters[kUnpackedKey] = toJson(withoutPlaces(packed->bake));
+        }
         if (!hasLearnedBases(layout)) return;
         plan_.actions[plan_.actions.size() - 2].dependencies.push_back("cook/" + entry.name);
         plan_.actions.back().dependencies.push_back("cook/" + entry.name);
@@ -510,6 +538,12 @@ std::uint64_t bytesOf(const std::vector<SkippedImages>& images, const glm::ivec2
 bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind kind, const std::string& parent) {
     if (options.onlyKind && *options.onlyKind != info(kind).name) return false;
     return !options.only || *options.only == asset || *options.only == parent;
+}
+
+bool isAnyWanted(const Scene& scene, const PlanOptions& options, const LightMapEntry& entry) {
+    return isWanted(options, entry.name, AssetKind::LightMap, entry.name) ||
+           isWanted(options, dominantNameOf(entry.name), AssetKind::Dominant, entry.name) ||
+           (entry.mesh && isWanted(options, meshAssetName(scene, entry), AssetKind::Mesh, entry.name));
 }
 
 std::string meshAssetName(const Scene& scene, const LightMapEntry& entry) {

@@ -9,6 +9,7 @@
 
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/graph/action.h"
+#include "pipeline/repack/packed_light_map.h"
 #include "pipeline/scene/needs.h"
 #include "pipeline/scene/scene.h"
 
@@ -21,14 +22,16 @@ struct PlanOptions {
     int samples = 1;  ///< random positions per texel quad
     /// Layouts of light maps whose layout is "auto", by name, as their trials chose them. A map that is not here gets a trial instead.
     std::map<std::string, std::string> layouts = {};
+    std::map<std::string, PackedLightMap> packed = {};  ///< light maps of the scene whose charts were packed, by name
 };
 
 struct Plan {
     std::vector<Action> actions;      ///< dependencies before dependants
     std::vector<std::string> assets;  ///< in the order of the report
     std::vector<Skip> skipped;
-    std::map<std::string, std::string> meshes = {};  ///< mesh assets, and the light maps that they depend on
-    std::vector<std::string> undecided;              ///< light maps whose layout is chosen after action "trial/<name>"
+    std::map<std::string, std::string> meshes = {};     ///< mesh assets, and the light maps that they depend on
+    std::vector<std::string> undecided;                 ///< light maps whose layout is chosen after action "trial/<name>"
+    std::map<std::string, PackedLightMap> packed = {};  ///< by asset: the repacked light map that it belongs to
 };
 
 /// Returns the GPU memory of images of a size [bytes].
@@ -40,6 +43,9 @@ std::string meshAssetName(const Scene& scene, const LightMapEntry& entry);
 
 /// Returns true if the options want an asset: by its name or that of the entry which it derives from, and by its kind.
 bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind kind, const std::string& parent);
+
+/// Returns true if the options want an asset of a light map: itself, its dominant light or its mesh.
+bool isAnyWanted(const Scene& scene, const PlanOptions& options, const LightMapEntry& entry);
 
 /// Returns the actions that run before the plan: they read the materials of the meshes.
 std::vector<Action> planNeeds(const Scene& scene);

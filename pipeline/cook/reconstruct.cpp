@@ -6,8 +6,13 @@
 #include "formats/light_map.h"
 #include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/cook/cook.h"
+#include "pipeline/cook/integrity.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/repack/chart_places.h"
+#include "pipeline/repack/packed_reading.h"
+#include "pipeline/repack/unpacked_bake.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -48,6 +53,48 @@ Result<void> appendConstant(const CookedLightMapReader& cooked, const glm::ivec2
     return {};
 }
 
+/// Returns where the charts of a light map were packed to, from the mesh of the cook.
+/// sceneFolder  that sources are relative to
+Result<ChartPlaces> chartPlacesOf(const CookedAsset& asset, const UnpackedBake& bake, const std::filesystem::path& sceneFolder) {
+    CookedAsset needed = asset;  // the bake is not read
+    if (needed.source.files) std::erase_if(*needed.source.files, [](const auto& file) { return !file.first.starts_with(kMeshRole); });
+    const auto sources = unchangedSources(needed, sceneFolder);
+    if (!sources) return tl::make_unexpected(sources.error());
+    const auto mesh = sources->find(kMeshRole);
+    if (mesh == sources->end())
+        return failure(ErrorCode::Verification, asset.name, "found packed charts without a mesh, expected the folder as cooked");
+    const auto scene = formats::GltfScene::load(mesh->second);
+    if (!scene) return tl::make_unexpected(scene.error());
+    return ChartPlaces::create(*scene, mesh->second.string(), {bake.packing.widthBefore, bake.packing.heightBefore}, placesOf(bake.places));
+}
+
+/// Writes a map whose charts were packed at the texels of its bake.
+Result<void> writeUnpacked(const CookedAsset& asset, const UnpackedBake& bake, const std::filesystem::path& sceneFolder,
+                           const CookedLightMapReader& cooked, const std::filesystem::path& output, int placesPerTexel,
+                           const RunState& state) {
+    const auto charts = chartPlacesOf(asset, bake, sceneFolder);
+    if (!charts) return tl::make_unexpected(charts.error());
+    const glm::ivec2 size = placesPerTexel * glm::ivec2(bake.packing.widthBefore, bake.packing.heightBefore);
+    auto writer = formats::LightMapWriter::create(output, size.x, size.y);
+    if (!writer) return tl::make_unexpected(writer.error());
+    SharedObjects shared;
+    const Action action{"", "", asset.name, {}, {}, {}};
+    const ActionContext context{action, {}, {}, {}, shared, state};
+    const int rowsAtOnce = std::max(1, kPlacesAtOnce / size.x);
+    for (int row = 0; row < size.y; row += rowsAtOnce) {
+        formats::Image<lighting::ShRgb> rows(size.x, std::min(rowsAtOnce, size.y - row));
+        std::vector<glm::dvec2> places;
+        places.reserve(rows.texels().size());
+        for (int y = row; y < row + rows.height(); ++y)
+            for (int x = 0; x < size.x; ++x) places.push_back((glm::dvec2(x, y) + 0.5) / static_cast<double>(placesPerTexel) - 0.5);
+        auto decoded = decodedAt(places, {*charts, cooked}, context);
+        if (!decoded) return tl::make_unexpected(decoded.error());
+        rows.texels() = std::move(*decoded);
+        if (auto appended = writer->append(rows.view()); !appended) return appended;
+    }
+    return writer->commit();
+}
+
 }  // namespace
 
 Result<void> reconstructLightMap(const std::filesystem::path& folder, const std::string& name, const std::filesystem::path& output,
@@ -60,6 +107,10 @@ Result<void> reconstructLightMap(const std::filesystem::path& folder, const std:
     if (!cooked) return tl::make_unexpected(cooked.error());
     const auto description = descriptionOf(**asset);
     if (!description) return tl::make_unexpected(description.error());
+    const auto unpacked = unpackedBakeOf(**asset);
+    if (!unpacked) return tl::make_unexpected(unpacked.error());
+    if (*unpacked && !description->constantOf)
+        return writeUnpacked(**asset, **unpacked, folder / manifest->sceneDirectory, *cooked, output, placesPerTexel, state);
     const glm::ivec2 size = placesPerTexel * description->constantOf.value_or(glm::ivec2(cooked->width(), cooked->height()));
     auto writer = formats::LightMapWriter::create(output, size.x, size.y);
     if (!writer) return tl::make_unexpected(writer.error());

@@ -1,11 +1,15 @@
 #include "pipeline/cook/summary.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <set>
 
 #include "formats/light_map_layout.h"
+#include "formats/pixel_format.h"
 #include "pipeline/assets/light_map/joint_trial.h"
+#include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/cook/integrity.h"
 #include "pipeline/cook/layout_decision.h"
 #include "pipeline/graph/files.h"
@@ -53,6 +57,53 @@ std::vector<Skip> skipsOf(const Plan& plan, const ExecutionResult& result, const
     for (const auto& [id, seconds] : result.reused)
         skips.push_back({.what = id, .why = "nothing that it depends on has changed", .secondsSaved = seconds});
     return skips;
+}
+
+/// Gives an asset of a repacked light map the conventions of the user's bake.
+Result<void> describeSource(const PackedLightMap& packed, CookedAsset& asset) {
+    const auto repacked = descriptionOf(asset);
+    if (!repacked) return tl::make_unexpected(repacked.error());
+    formats::LightMapDescription description = packed.bake.description;
+    if (repacked->constantOf) description.constantOf = glm::ivec2(packed.bake.packing.widthBefore, packed.bake.packing.heightBefore);
+    asset.source.description = toJson(description);
+    return {};
+}
+
+/// Says what packing the charts saved in the textures of an asset.
+std::string packingWords(const ChartPacking& packing, const CookedAsset& asset) {
+    const double scaleX = static_cast<double>(packing.widthBefore) / packing.width,
+                 scaleY = static_cast<double>(packing.heightBefore) / packing.height;
+    std::int64_t saved = 0;
+    for (const CookedTexture& texture : asset.textures) {
+        const auto format = formats::pixelFormatFromName(texture.format);
+        if (isLookupRole(texture.role) || !format) continue;
+        const auto bytes = static_cast<std::uint64_t>(texture.layers) *
+                           formats::bytesPerImage(*format, static_cast<int>(std::lround(texture.width * scaleX)),
+                                                  static_cast<int>(std::lround(texture.height * scaleY)));
+        saved += static_cast<std::int64_t>(bytes) - static_cast<std::int64_t>(texture.bytesGpu);
+    }
+    const double share = 100.0 / (scaleX * scaleY);
+    const std::string fewer = packing.reducedCharts > 0
+                                  ? fmt::format("{} of {} charts with fewer texels", packing.reducedCharts, packing.charts)
+                                  : fmt::format("{} charts moved, none with fewer texels", packing.charts);
+    return fmt::format("{} x {} texels of {} x {} ({:.1f} %), {:.1f} KiB {} in this layout; {}", packing.width, packing.height,
+                       packing.widthBefore, packing.heightBefore, share, static_cast<double>(std::abs(saved)) / 1024,
+                       saved < 0 ? "more" : "less", fewer);
+}
+
+/// Gives the row of an asset of a repacked light map the bytes and the counts of the user's files.
+void describeSources(const PackedLightMap& packed, const CookedAsset& asset, ReportRow& row) {
+    const std::string role = row.kind == AssetKind::Mesh ? "mesh" : "source";
+    row.bytesIn = 0;
+    for (const auto& [name, file] : packed.sources) {
+        std::error_code code;
+        const auto bytes = std::filesystem::file_size(file, code);
+        if (name.starts_with(role) && !code) row.bytesIn += bytes;
+    }
+    if (row.kind == AssetKind::Mesh) return;
+    if (!row.notes) row.notes = Json::object();
+    if (row.kind == AssetKind::LightMap) row.notes->update(packed.notes);
+    (*row.notes)["packing"] = packingWords(packed.bake.packing, asset);
 }
 
 }  // namespace
@@ -115,11 +166,19 @@ Result<void> SummaryWriter::collect(const Plan& plan, const ExecutionResult& res
 Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& result, const std::string& name) {
     const auto cooked = result.records.find("cook/" + name), verified = result.records.find("verify/" + name);
     if (cooked == result.records.end() || verified == result.records.end()) return {};
-    auto asset =
-        manifestAsset(actionOf(plan, "cook/" + name), actionOf(plan, "verify/" + name), cooked->second, scene_.directory, digests_);
+    const auto packed = plan.packed.find(name);
+    Action cook = actionOf(plan, "cook/" + name), verify = actionOf(plan, "verify/" + name);
+    if (packed != plan.packed.end()) {
+        cook.inputs.clear();
+        verify.inputs = packed->second.sources;
+    }
+    auto asset = manifestAsset(cook, verify, cooked->second, scene_.directory, digests_);
     if (!asset) return tl::make_unexpected(asset.error());
+    if (packed != plan.packed.end())
+        if (auto described = describeSource(packed->second, *asset); !described) return described;
     auto row = reportRow(*asset, cooked->second, verified->second);
     if (!row) return tl::make_unexpected(row.error());
+    if (packed != plan.packed.end()) describeSources(packed->second, *asset, *row);
     if (const auto record = result.records.find("trial/" + name); record != result.records.end()) {
         auto trial = trialIn(record->second);
         if (!trial) return tl::make_unexpected(trial.error());

@@ -17,6 +17,7 @@
 #include "pipeline/lint/lint.h"
 #include "pipeline/manifest/contract.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/repack/packed_light_map.h"
 #include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
@@ -94,10 +95,23 @@ private:
         Json parameters = asset.verify.value_or(Json::object());
         if (options_.samples && parameters.contains("samples")) parameters["samples"] = *options_.samples;
         if (auto noted = noteSources(asset, *sources); !noted) return tl::make_unexpected(noted.error());
-        const Action action = verifyAction(asset.name, asset.kind, *sources, parameters);
+        Action action = verifyAction(asset.name, asset.kind, *sources, parameters);
+        CookedAsset read = asset;
+        const auto unpacked = unpackedBakeOf(asset);
+        if (!unpacked) return tl::make_unexpected(unpacked.error());
+        if (*unpacked) {
+            const auto packed = repacked(asset, **unpacked, *sources, scratch);
+            if (!packed) return tl::make_unexpected(packed.error());
+            action.inputs = verifyInputsOf(asset.kind, **packed);
+            auto description = (*packed)->packed;
+            const ChartPacking& packing = (*unpacked)->packing;
+            if (const auto before = descriptionOf(asset); before && before->constantOf)
+                description.constantOf = glm::ivec2(packing.width, packing.height);
+            read.source.description = toJson(description);
+        }
         const CookFacts facts = cookFactsOf(previous, asset.name);
         ActionRecord cooked, verified, lightMap;
-        cooked.result = toJson(CookResult{asset, facts.bytesIn, {}});
+        cooked.result = toJson(CookResult{read, facts.bytesIn, {}});
         cooked.seconds = facts.seconds;
         std::vector<const ActionRecord*> upstream = {&cooked};
         if (asset.basis) {
@@ -115,6 +129,26 @@ private:
         verified.seconds = secondsSince(start);
         if (state_.event) state_.event(action, ActionEvent::Finished, verified.seconds);
         return reportRow(asset, cooked, verified);
+    }
+
+    /// Packs the charts of an asset's light map again, once for all its assets.
+    Result<const PackedLightMap*> repacked(const CookedAsset& asset, const UnpackedBake& bake,
+                                           const std::map<std::string, std::filesystem::path>& sources,
+                                           const std::filesystem::path& scratch) {
+        const std::string name = asset.lightMap.value_or(asset.name);
+        if (const auto known = packed_.find(name); known != packed_.end()) return &known->second;
+        const Action action{
+            "pack/" + name, "pack-charts", name, toJson(PackParameters{bake.description, bake.packing.maxVisible}), sources, {}};
+        ActionRecord record;
+        auto outcome = actionFunction(action.kind)({action, scratch, scratch, {}, shared_, state_});
+        if (!outcome) return tl::make_unexpected(outcome.error());
+        record.result = std::move(outcome->result);
+        auto packed = packedLightMap(action, record, scratch);
+        if (!packed) return tl::make_unexpected(packed.error());
+        if (toJson(packed->bake.packing) != toJson(bake.packing) || (!bake.places.empty() && packed->bake.places != bake.places))
+            return failure(ErrorCode::Verification, asset.name,
+                           "found charts that are packed otherwise than in the cooked folder, expected the same: cook the scene again");
+        return &packed_.emplace(name, std::move(*packed)).first->second;
     }
 
     std::filesystem::path sceneFolder(const Manifest& manifest) const {
@@ -184,7 +218,8 @@ private:
     const RunState& state_;
     Clock::time_point start_;
     SharedObjects shared_;
-    Scene scene_;  ///< the sources of all assets, for lint
+    Scene scene_;                                   ///< the sources of all assets, for lint
+    std::map<std::string, PackedLightMap> packed_;  ///< by light map
     Outcome outcome_;
 };
 

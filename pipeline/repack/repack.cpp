@@ -36,6 +36,8 @@ struct MapTexels {
     Image<ShRgb> sh;
     Image<std::uint8_t> covered;
     Image<glm::vec3> normal;
+    formats::LightMapRepairs repairs = {};
+    std::int64_t negativeAfterGamut = 0;
 
     explicit MapTexels(const glm::ivec2& size)
         : sh(size.x, size.y), covered(size.x, size.y, 0), normal(size.x, size.y, glm::vec3(0, 0, 1)) {}
@@ -53,6 +55,8 @@ Result<MapTexels> readMap(LightMapSource& source, const std::string& name, const
         const auto chunk = source.chunk(index);
         if (!chunk) return tl::make_unexpected(chunk.error());
         const formats::LightMapStrip& strip = **chunk;
+        map.repairs += strip.repairs;
+        map.negativeAfterGamut += strip.negativeAfterGamut;
         for (int y = 0; y < strip.sh.height(); ++y) {
             std::copy_n(strip.sh.view().row(y), source.width(), map.sh.view().row(strip.firstRow + y));
             std::copy_n(strip.covered.view().row(y), source.width(), map.covered.view().row(strip.firstRow + y));
@@ -77,7 +81,7 @@ double keyOf(const MapTexels& map, const glm::vec3& luminanceWeights) {
 struct Meshes {
     std::vector<GltfScene> scenes;
     std::vector<const formats::TriangleMesh*> triangles;
-    std::vector<std::string> names;  ///< of the files, for each of `triangles`
+    std::vector<std::string> names;  ///< "room.glb, primitive 2" for each of `triangles`
 };
 
 Result<Meshes> loadMeshes(const std::vector<fs::path>& files) {
@@ -86,13 +90,53 @@ Result<Meshes> loadMeshes(const std::vector<fs::path>& files) {
         auto scene = GltfScene::load(file);
         if (!scene) return tl::make_unexpected(scene.error());
         meshes.scenes.push_back(std::move(*scene));
+        std::size_t primitive = 0;
         for (const formats::TriangleMesh* mesh : meshes.scenes.back().triangleMeshes()) {
             meshes.triangles.push_back(mesh);
-            meshes.names.push_back(file.string());
+            meshes.names.push_back(fmt::format("{}, primitive {}", file.string(), primitive++));
         }
     }
     if (meshes.triangles.empty()) return failure(ErrorCode::WrongShape, files.front().string(), "found no triangles, expected a mesh");
     return meshes;
+}
+
+/// Refuses meshes that do not belong to the bake.
+Result<void> checkCoverage(const Meshes& meshes, const atlas::ChartSet& found, const std::vector<atlas::ReducedChart>& charts,
+                           const MapTexels& map, const fs::path& file) {
+    for (std::size_t i = 0; i < charts.size(); ++i) {
+        bool isCovered = false;
+        for (std::size_t texel = 0; texel < charts[i].covered.texels().size(); ++texel)
+            isCovered = isCovered || (charts[i].isRead.texels()[texel] != 0 && charts[i].covered.texels()[texel] != 0);
+        if (isCovered) continue;
+        const atlas::Chart& chart = found.charts[i];
+        return failure(
+            ErrorCode::WrongShape, fmt::format("{}, triangle {}", meshes.names[chart.mesh], chart.triangle),
+            fmt::format("found no covered texel of {} in its chart, expected the mesh that was baked", file.filename().string()));
+    }
+    Image<std::uint8_t> unread = map.covered.copy();
+    const glm::ivec2 last(unread.width() - 1, unread.height() - 1);
+    for (const atlas::Chart& chart : found.charts)
+        for (int y = 0; y < chart.quads.y; ++y)
+            for (int x = 0; x < chart.quads.x; ++x)
+                for (int corner = 0; chart.reaches(x, y) && corner < 4; ++corner) {
+                    const glm::ivec2 at = glm::clamp(chart.first + glm::ivec2(x + corner % 2, y + corner / 2), glm::ivec2(0), last);
+                    unread.at(at.x, at.y) = 0;
+                }
+    const auto covered = std::ranges::count(map.covered.texels(), std::uint8_t{1});
+    const auto left = std::ranges::count(unread.texels(), std::uint8_t{1});
+    if (static_cast<double>(left) <= kMostUnread * static_cast<double>(covered)) return {};
+    return failure(ErrorCode::WrongShape, meshes.names.front(),
+                   fmt::format("found {} of the {} covered texels of {} that no triangle reads, expected all meshes that use the bake",
+                               left, covered, file.filename().string()));
+}
+
+/// Returns the attribute that GltfScene::writeLightMapUvs() keeps the old UVs in.
+std::string freeUvOf(const GltfScene& scene) {
+    const auto meshes = scene.triangleMeshes();
+    for (int set = 2;; ++set) {
+        const std::string name = fmt::format("TEXCOORD_{}", set);
+        if (std::ranges::none_of(meshes, [&](const auto* mesh) { return mesh->find(name) != nullptr; })) return name;
+    }
 }
 
 /// A chart with its place in the new map.
@@ -200,7 +244,7 @@ Json Repacked::toJson() const {
     return json;
 }
 
-Result<Repacked> repack(const RepackRequest& request, const RunState& state) {
+Result<Repacked> repack(const RepackRequest& request, const RunState& state, const Action* action) {
     const auto outputs = outputsOf(request);
     if (!outputs) return tl::make_unexpected(outputs.error());
     LightMapSources sources;
@@ -220,14 +264,15 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state) {
                                       .bt2020FromWorking = (*source)->bt2020FromWorking(),
                                       .luminanceWeights = luminanceWeights};
     SharedObjects shared;
-    const Action action{"", "", request.map.filename().string(), {}, {}, {}};
-    const ActionContext context{action, {}, {}, {}, shared, state};
+    const Action own{"", "", request.map.filename().string(), {}, {}, {}};
+    const ActionContext context{action != nullptr ? *action : own, {}, {}, {}, shared, state};
     const atlas::MapView view = map->view();
     const auto reduced = mapInOrder<atlas::ReducedChart>(
-        static_cast<int>(found->charts.size()), context, "repack " + action.asset, [&](int index) -> Result<atlas::ReducedChart> {
+        static_cast<int>(found->charts.size()), context, "repack " + context.action.asset, [&](int index) -> Result<atlas::ReducedChart> {
             return atlas::reduceChart(found->charts[static_cast<std::size_t>(index)], view, limit, state.interrupted);
         });
     if (!reduced) return tl::make_unexpected(reduced.error());
+    if (auto fits = checkCoverage(*meshes, *found, *reduced, *map, request.map); !fits) return tl::make_unexpected(fits.error());
 
     std::vector<formats::ImageView<const std::uint8_t>> isRead;
     for (const atlas::ReducedChart& chart : *reduced) isRead.push_back(chart.isRead.view());
@@ -238,13 +283,16 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state) {
                     .meshes = {outputs->begin() + 1, outputs->end()},
                     .sizeBefore = sizeBefore,
                     .size = packing->size,
-                    .charts = reduced->size()};
+                    .charts = reduced->size(),
+                    .repairs = map->repairs,
+                    .negativeAfterGamut = map->negativeAfterGamut};
     std::vector<PlacedChart> placed;
     verify::VisibleAccumulator visible;
     double squaredError = 0, squaredLight = 0;
     for (std::size_t i = 0; i < reduced->size(); ++i) {
         const atlas::ReducedChart& chart = (*reduced)[i];
         placed.push_back({found->charts[i], chart, packing->places[i]});
+        result.places.push_back({chart.step, packing->places[i]});
         visible.add(chart.visible);
         squaredError += chart.squaredError;
         squaredLight += chart.squaredLight;
@@ -255,6 +303,7 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state) {
     result.visible = visible.figures();
     result.relRms = squaredLight > 0 ? std::sqrt(squaredError / squaredLight) : 0;
 
+    result.uvBefore = freeUvOf(meshes->scenes.front());
     const auto temporary = TemporaryFolder::create(request.folder);
     if (!temporary) return tl::make_unexpected(temporary.error());
     if (auto written = writeMap(*temporary / outputs->front().filename(), placed, packing->size, state); !written)

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/vec2.hpp>
+#include <string>
 #include <vector>
 
 #include "formats/light_map.h"
@@ -20,6 +21,13 @@ struct RepackRequest {
     double maxVisible = 1;                      ///< of 99 % of each chart's samples [Delta E ITP]; 0: charts are moved only
 };
 
+/// Place of a chart in the repacked map.
+struct ChartPlace {
+    glm::ivec2 step{1};   ///< texels of the bake for each texel, on each axis
+    glm::ivec2 texel{0};  ///< its first texel
+    bool operator==(const ChartPlace&) const = default;
+};
+
 struct Repacked {
     std::filesystem::path map;
     std::vector<std::filesystem::path> meshes;
@@ -28,11 +36,19 @@ struct Repacked {
     std::size_t charts = 0, reducedCharts = 0;
     verify::VisibleFigures visible = {};  ///< of exit radiance, against the bake (atlas/reduction.h says where)
     double relRms = 0;                    ///< of exit radiance, over the same samples
+    std::vector<ChartPlace> places = {};  ///< in the order of atlas::findCharts
+    formats::LightMapRepairs repairs = {};
+    std::int64_t negativeAfterGamut = 0;  ///< see formats::LightMapStrip
+    std::string uvBefore = {};            ///< attribute of the first mesh with the UVs that it had
 
     Json toJson() const;
 };
 
 /// Reads the bake, and writes the repacked one and its meshes. Nothing is written if it fails. Holds the bake in memory.
-formats::Result<Repacked> repack(const RepackRequest& request, const RunState& state);
+/// Fails with ErrorCode::WrongShape, naming mesh and triangle, for meshes without light-map UVs, UVs outside [0, 1], and meshes that do not
+/// belong to the bake: a chart without a covered texel, or kMostUnread of the covered texels that no triangle reads.
+inline constexpr double kMostUnread = 0.1;
+/// action  that progress is reported for; null: one of its own
+formats::Result<Repacked> repack(const RepackRequest& request, const RunState& state, const Action* action = nullptr);
 
 }  // namespace lightcook::pipeline

@@ -13,6 +13,7 @@ struct Caption {
 
 constexpr std::array kStages = {
     Caption{"total", "whole asset"},
+    Caption{"repacked", "whole asset, against the repacked bake"},
     Caption{"half", "16-bit floats"},
     Caption{"exit", "exit radiance"},
     Caption{"stage 1", "length and colour of each coefficient"},
@@ -38,6 +39,8 @@ constexpr std::array kKinds = {
 
 constexpr std::array kNotes = {
     Caption{"covered_texels", "Texels inside charts"},
+    Caption{"packing", "Charts packed anew"},
+    Caption{"unread_texels", "Texels inside charts that no triangle reads: left out of the packed map"},
     Caption{"whole_visible", "Visible error of the whole shading (p99), as the trial measured it"},
     Caption{"beyond_positive_bounds", "Texels whose coefficients no positive light could give"},
     Caption{"repaired_not_finite", "Texels set to zero because a coefficient was not finite"},

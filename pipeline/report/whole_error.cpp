@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "pipeline/assets/light_map/unpacked_errors.h"
 #include "pipeline/assets/lut/light_moments.h"
 #include "pipeline/report/captions.h"
 #include "pipeline/report/html.h"
@@ -238,6 +239,7 @@ private:
         const double total = relRmsOf(*part.row, part.figures);
         const auto& stages = part.row->verdict.stages;
         for (std::size_t i = 0; i + 1 < stages.size(); ++i) {
+            if (stages[i].name == kRepackedStage) continue;  // the whole map, against another bake
             const double own = figure((stages[i].*part.figures).relRms);
             shares.push_back({stages[i].name, own == 0 ? 0 : share * square(own / total)});
         }

@@ -9,6 +9,7 @@
 #include "formats/light_map_conventions.h"
 #include "formats/target.h"
 #include "formats/vocabulary.h"
+#include "pipeline/scene/chart_mode.h"
 #include "pipeline/scene/checks.h"
 #include "pipeline/scene/cubemap_layout.h"
 #include "pipeline/scene/dominant_fit.h"
@@ -127,6 +128,11 @@ SceneSectionInfo outputSection() {
               "write meshes as Draco inside glTF, with the fewest bits that the limit allows "
               "([meshes](../guide/into-an-engine.md#meshes)). `false`: a mesh is written only under a learned layout, unchanged except for "
               "the added attribute"},
+             enumeratedKey("charts", allChartModes(),
+                           "[charts](../guide/memory-budgets.md#fewer-texels) of the light maps. `\"pack\"` needs their meshes"),
+             {"charts_max_visible", "number from 0 to 100", "0",
+              "`charts = \"pack\"`: visible error that fewer texels may add to 99 % of a chart's samples, in just noticeable differences. "
+              "0: charts are moved only, without loss"},
              {"gltf", kBoolean, "false",
               "also write each light map with its mesh as glTF, with the light map bound "
               "([glTF](../guide/into-an-engine.md#the-scene-as-gltf)); as `cook --gltf`"},
@@ -202,6 +208,9 @@ SceneSectionInfo lightMapSection() {
              {"max_visible", "number", "that of `[output]`", "limit on the visible error of this light map, and of its mesh"},
              {"max_visible_bound", "number", "that of `[output]`", "limit on the proven bound of the visible error of this light map"},
              {"layouts", "list", "those of `[output]`", "layouts that `auto` may take for this light map"},
+             {"charts", choices(allChartModes()), "that of `[output]`", "what happens to the charts of this light map"},
+             {"charts_max_visible", "number from 0 to 100", "that of `[output]`",
+              "visible error that fewer texels of its packed charts may add"},
              {"max_seam", "number", "that of `[output]`", "limit on the added seams of this light map; it needs a `mesh`"},
              {"ground_truth", "path", "none",
               "CSV of light traced at texels of the map, to separate truncation, fit and quantization "

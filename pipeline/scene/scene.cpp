@@ -17,6 +17,7 @@
 #include "formats/nearest.h"
 #include "formats/read_file.h"
 #include "formats/vocabulary.h"
+#include "pipeline/scene/chart_settings.h"
 #include "pipeline/scene/checks.h"
 #include "pipeline/scene/cubemap_layout.h"
 #include "pipeline/scene/dominant_fit.h"
@@ -251,6 +252,18 @@ std::optional<double> readMaxVisible(TableReader& reader, const char* key = "max
     return limit;
 }
 
+/// Reads the keys of charts in [output] or a [[light_map]].
+ChartSettings readChartSettings(TableReader& reader) {
+    ChartSettings settings;
+    if (reader.has("charts")) settings.mode = reader.oneOfRows("charts", allChartModes());
+    settings.maxVisible = reader.optional<double>("charts_max_visible", "a number of just noticeable differences");
+    if (settings.maxVisible && !(*settings.maxVisible >= 0 && *settings.maxVisible <= kMostChartsVisible))
+        reader.fail(reader.node("charts_max_visible"),
+                    fmt::format("found {} for charts_max_visible, expected a number from 0 (charts are moved only) to {:g}",
+                                *settings.maxVisible, kMostChartsVisible));
+    return settings;
+}
+
 lighting::DisplaySettings readDisplay(TableReader reader) {
     lighting::DisplaySettings display;
     display.white = reader.optional<double>("white", "a positive exit radiance");
@@ -354,6 +367,7 @@ OutputSettings readOutput(TableReader reader) {
         output.rdo = *rdo;
     }
     output.draco = reader.optional<bool>("draco", "true or false").value_or(true);
+    (void)readChartSettings(reader);  // readSceneCharts() has them
     output.gltf = reader.optional<bool>("gltf", "true or false").value_or(false);
     if (const std::string why = whyNotGltf(output); !why.empty()) reader.fail(reader.node("gltf"), why);
     output.keepUnused = reader.optional<bool>("keep_unused", "true or false").value_or(false);
@@ -455,6 +469,7 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
         entry.dominantFit =
             fit != nullptr ? std::string(fit->name) : reader.oneOf("dominant_fit", formats::namesOf(allDominantFits()), entry.dominantFit);
     }
+    (void)readChartSettings(reader);  // readSceneCharts() has them
     if (reader.has("dominant_layout")) entry.dominantLayout = reader.oneOf("dominant_layout", formats::namesOf(allDominantLayouts()), "");
     return entry;
 }
@@ -782,6 +797,44 @@ Result<std::uint64_t> parseByteCount(std::string_view text, const std::string& s
     for (const auto& [unit, scale] : kUnits)
         if (std::string_view(end) == unit && number * scale < 0x1p63) return static_cast<std::uint64_t>(std::llround(number * scale));
     return refuse();
+}
+
+void SceneCharts::apply(const ChartSettings& overrides) {
+    if (overrides.mode) output_.mode = overrides.mode;
+    if (overrides.maxVisible) output_.maxVisible = overrides.maxVisible;
+    for (auto& [name, settings] : ofLightMap_) {
+        if (overrides.mode) settings.mode.reset();
+        if (overrides.maxVisible) settings.maxVisible.reset();
+    }
+}
+
+bool SceneCharts::isPacked(const std::string& lightMap) const {
+    const auto own = ofLightMap_.find(lightMap);
+    const std::optional<ChartMode> mode = own != ofLightMap_.end() && own->second.mode ? own->second.mode : output_.mode;
+    return mode == ChartMode::Pack;
+}
+
+double SceneCharts::maxVisibleOf(const std::string& lightMap) const {
+    const auto own = ofLightMap_.find(lightMap);
+    return own != ofLightMap_.end() && own->second.maxVisible ? *own->second.maxVisible : output_.maxVisible.value_or(0);
+}
+
+Result<SceneCharts> readSceneCharts(const std::filesystem::path& file) {
+    const auto scene = readScene(file);
+    if (!scene) return tl::make_unexpected(scene.error());
+    const toml::table root = toml::parse_file(file.string());
+    TableReader reader(root, file, "");
+    ChartSettings output;
+    if (const toml::table* table = reader.table("output")) {
+        TableReader section(*table, file, "output");
+        output = readChartSettings(section);
+    }
+    std::map<std::string, ChartSettings> ofLightMap;
+    for (const toml::table* table : reader.tables("light_map")) {
+        TableReader section(*table, file, "light_map");
+        ofLightMap[readName(section)] = readChartSettings(section);
+    }
+    return SceneCharts(output, std::move(ofLightMap));
 }
 
 Result<Scene> readScene(const std::filesystem::path& file) {

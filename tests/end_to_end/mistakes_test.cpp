@@ -186,6 +186,20 @@ const std::vector<Mistake>& allMistakes() {
         {"a repacked bake of a mesh that is cut", "lightcook repack cornell_lightmap.exr cornell.glb -o out",
          [](const ExampleCopy& scene) { scene.truncate("cornell.glb", 0.5); }},
         {"a repacked bake of a mesh that is none", "lightcook repack cornell_lightmap.exr cornell_probes.json -o out", nothing},
+        {"charts to pack without a mesh", "lightcook cook scene.toml --charts pack",
+         [](const ExampleCopy& scene) { scene.replaceInScene("mesh = \"cornell.glb\"", ""); }},
+        {"charts to pack, and UVs to keep", "lightcook cook scene.toml --charts pack --keep-uv", nothing},
+        {"charts with fewer texels beyond visible limits", "lightcook cook scene.toml --charts pack --charts-max-visible 101", nothing},
+        {"charts to pack of light-map UVs outside the map", "lightcook cook scene.toml --charts pack", faults::uvsOutside},
+        {"charts to pack of another mesh", "lightcook cook scene.toml --charts pack",
+         [](const ExampleCopy& scene) { faults::editUvs(scene, [](glm::vec2& uv) { uv *= 0.5f; }); }},
+        {"charts to pack that no light was baked for", "lightcook cook scene.toml --charts pack",
+         [](const ExampleCopy& scene) {
+             scene.editLightMap([](Channels& map) {
+                 for (int y = 0; y < 128; ++y)
+                     for (int x = 0; x < map.width; ++x) map["coverage.Y"][map.index(x, y)] = 0;
+             });
+         }},
         {"two documents on standard output", "lightcook lint scene.toml --json - --sarif -", nothing},
         {"decode to an 8-bit image", "lightcook decode probe.ktx2 probe.png",
          [](const ExampleCopy& scene) { scene.run("lightcook encode cornell_probe0.exr probe.ktx2 --format bc6h-uf16"); }},

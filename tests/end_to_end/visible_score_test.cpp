@@ -16,6 +16,7 @@ namespace fs = std::filesystem;
 struct Case {
     const char* bake;  ///< path in the repository, or in the shared data
     const char* layout;
+    const char* charts = "";  ///< lines of [[light_map]]: its mesh, and keys of charts
 };
 
 class VisibleScore : public testing::TestWithParam<Case> {
@@ -24,14 +25,20 @@ protected:
         const fs::path shipped = fs::path(LIGHTCOOK_SOURCE_DIR) / GetParam().bake;
         return fs::absolute(fs::exists(shipped) ? shipped : fs::path(LIGHTCOOK_SHARED_DATA) / GetParam().bake);
     }
+    /// Returns the lines of charts, whose mesh lies beside the bake.
+    static std::string charts() {
+        std::string mesh = bake().string();
+        mesh.replace(mesh.rfind("_lightmap.exr"), std::string::npos, ".glb");
+        return *GetParam().charts == 0 ? "" : fmt::format("mesh = \"{}\"\n{}", mesh, GetParam().charts);
+    }
     static fs::path tool() { return fs::path(LIGHTCOOK_SHARED_DATA).parent_path() / "tools" / "score_visible.py"; }
 
     Json cookedStages() const {
         formats::writeContent(folder_ / "scene.toml",
                               fmt::format("schema = 1\nname = \"visible\"\n[output]\nmax_error = 0.9\nlight_map_layout = \"{}\"\n"
-                                          "[[light_map]]\nname = \"map\"\nfile = \"{}\"\n[[material]]\nname = \"*\"\nnormal_map = true\n"
+                                          "[[light_map]]\nname = \"map\"\nfile = \"{}\"\n{}[[material]]\nname = \"*\"\nnormal_map = true\n"
                                           "specular = true\nm = [0.1, 0.5]\nf0 = [0.04, 0.6]\n",
-                                          GetParam().layout, bake().string()));
+                                          GetParam().layout, bake().string(), charts()));
         CookOptions options;
         options.scene = folder_ / "scene.toml";
         options.output = folder_ / "out";
@@ -76,13 +83,16 @@ TEST_P(VisibleScore, AgreesWithAnIndependentProgram) {
 
 std::string nameOf(const testing::TestParamInfo<Case>& info) {
     std::string name = fs::path(info.param.bake).stem().string() + "_" + info.param.layout;
+    if (*info.param.charts != 0) name += std::string("_packed_") + info.param.charts[std::string_view(info.param.charts).size() - 2];
     std::ranges::replace(name, '-', '_');
     return name;
 }
-INSTANTIATE_TEST_SUITE_P(Example, VisibleScore,
-                         testing::Values(Case{"examples/cornell/cornell_lightmap.exr", "basis-4"},
-                                         Case{"examples/cornell/cornell_lightmap.exr", "ratio"}),
-                         nameOf);
+INSTANTIATE_TEST_SUITE_P(
+    Example, VisibleScore,
+    testing::Values(Case{"examples/cornell/cornell_lightmap.exr", "basis-4"}, Case{"examples/cornell/cornell_lightmap.exr", "ratio"},
+                    Case{"examples/cornell/cornell_lightmap.exr", "basis-4", "charts = \"pack\"\ncharts_max_visible = 0\n"},
+                    Case{"examples/cornell/cornell_lightmap.exr", "ratio", "charts = \"pack\"\ncharts_max_visible = 2\n"}),
+    nameOf);
 INSTANTIATE_TEST_SUITE_P(Soak, VisibleScore,
                          testing::Values(Case{"scenes/cornell_lightmap.exr", "basis-8"}, Case{"scenes/interior_lightmap.exr", "luvw"},
                                          Case{"scenes/outdoor_lightmap.exr", "basis-4"}, Case{"scenes/zdm2_sun_lightmap.exr", "ratio"}),

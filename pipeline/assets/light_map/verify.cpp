@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <utility>
 
 #include "formats/light_map_layout.h"
 #include "lighting/radiometry.h"
@@ -14,6 +15,7 @@
 #include "pipeline/assets/light_map/lit_row.h"
 #include "pipeline/assets/light_map/seams.h"
 #include "pipeline/assets/light_map/survey.h"
+#include "pipeline/assets/light_map/unpacked_errors.h"
 #include "pipeline/assets/light_map/worst_places.h"
 #include "pipeline/assets/lut/light_moments.h"
 #include "pipeline/assets/mesh/mesh.h"
@@ -223,6 +225,21 @@ void holdToSeamLimit(VerifyResult& result, const std::optional<double>& maxSeam)
     verdict.passed = verdict.passed && result.seams->largestAdded() <= *maxSeam;
 }
 
+/// Adds the verdict against the bake from before its charts were packed. Where charts were moved only, the light of the repacked bake at
+/// every place of the surface is that of the bake, and so are the bounds. Else there is no bound of visible errors, and that of local
+/// errors holds against the repacked bake (docs/guide/memory-budgets.md).
+void addUnpackedStage(std::vector<verify::StageError>& stages, verify::StageError total, bool isMovedOnly) {
+    verify::StageError& repacked = stages.back();
+    const auto takeBounds = [&](verify::ErrorFigures& figures, const verify::ErrorFigures& known) {
+        figures.maxBound = known.maxBound;
+        if (isMovedOnly && figures.visible && known.visible) figures.visible->bound = known.visible->bound;
+    };
+    takeBounds(total.diffuse, repacked.diffuse);
+    takeBounds(total.specular, repacked.specular);
+    total.name = std::exchange(repacked.name, kRepackedStage);
+    stages.push_back(std::move(total));
+}
+
 /// Adds a violation to a map over its limit whose layout lacks light that the materials need.
 void checkLayout(const std::string& name, const verify::LightMapShading& shading, const verify::StageError& total, double maxError,
                  std::vector<verify::Violation>& violations) {
@@ -252,7 +269,16 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     const auto source = openBake(context, *asset, *description);
     if (!source) return tl::make_unexpected(source.error());
     LightMapSource& bake = **source;
-    const auto surveyed = surveyKey(bake, context);
+    // The verdict on a repacked map is against the bake from before, and so are key and display.
+    LightMapSource* unpacked = nullptr;
+    const auto before = parametersOf<UnpackedParameter>(context);
+    if (!before) return tl::make_unexpected(before.error());
+    if (before->unpacked && !description->constantOf) {
+        const auto opened = openUnpacked(*before->unpacked, context);
+        if (!opened) return tl::make_unexpected(opened.error());
+        unpacked = *opened;
+    }
+    const auto surveyed = surveyKey(unpacked != nullptr ? *unpacked : bake, context);
     if (!surveyed) return tl::make_unexpected(surveyed.error());
     const double key = surveyed->key();
     const verify::Viewing viewing{parameters->display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
@@ -278,12 +304,20 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
         [&](const LightMapPart& part) { whole.merge(part); });
     if (!compared) return tl::make_unexpected(compared.error());
 
-    const std::vector<verify::StageError> stages = whole.errors.figures();
+    std::vector<verify::StageError> stages = whole.errors.figures();
+    Json measures;
+    if (unpacked != nullptr) {
+        auto errors = unpackedErrors({*unpacked, bake, key, viewing}, *before->unpacked, *parameters, *cooked, context);
+        if (!errors) return tl::make_unexpected(errors.error());
+        measures = {{"unread_texels", errors->unreadTexels}};
+        addUnpackedStage(stages, std::move(errors->total), before->unpacked->packing.reducedCharts == 0);
+    }
     auto violations = violationsOf(whole, stages, *maxError, bake, *cooked, key);
     if (!violations) return tl::make_unexpected(violations.error());
     checkLayout(asset->layout, parameters->shading, stages.back(), *maxError, *violations);
     VerifyResult result = judged(stages, *maxError, watch, std::move(*violations), parameters->maxVisible, parameters->maxVisibleBound);
     result.key = key;
+    if (!measures.is_null()) result.measures = std::move(measures);
     result.light = lightOf(bake, whole.errors, key, whole.light);
     if (!truth->isEmpty()) result.groundTruth = toJson(verify::lightMapTruth(whole.truthPlaces, parameters->shading.lobe, viewing));
     if (charts) result.charts = whole.charts.summary(*charts, asset->totalBytesGpu(), std::int64_t{bake.width()} * bake.height());

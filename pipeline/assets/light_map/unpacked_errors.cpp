@@ -1,0 +1,197 @@
+#include "pipeline/assets/light_map/unpacked_errors.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <map>
+#include <optional>
+#include <random>
+#include <string_view>
+#include <utility>
+
+#include "formats/gltf_scene.h"
+#include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/graph/parallel_for.h"
+#include "pipeline/repack/chart_places.h"
+#include "pipeline/repack/packed_reading.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::ErrorCode;
+using formats::failure;
+using formats::Image;
+using formats::LightMapStrip;
+using formats::Result;
+using lighting::ShRgb;
+
+constexpr std::string_view kSourceRole = "source";
+
+/// Returns where the charts of the bake are now, after a check of both meshes.
+Result<ChartPlaces> openPlaces(const UnpackedBake& unpacked, const ActionContext& context) {
+    const auto& inputs = context.action.inputs;
+    const auto old = inputs.find(kUnpackedMeshRole), made = inputs.find(kSurfaceRole);
+    if (old == inputs.end() || made == inputs.end())
+        return failure(ErrorCode::Verification, context.action.asset, "found no mesh of its packed charts, expected its file");
+    const auto before = formats::GltfScene::load(old->second);
+    if (!before) return tl::make_unexpected(before.error());
+    const auto after = formats::GltfScene::load(made->second);
+    if (!after) return tl::make_unexpected(after.error());
+    const ChartPacking& packing = unpacked.packing;
+    auto places =
+        ChartPlaces::create(*before, old->second.string(), {packing.widthBefore, packing.heightBefore}, placesOf(unpacked.places));
+    if (!places) return places;
+    if (auto fits = places->check(*before, *after, made->second.string(), {packing.width, packing.height}); !fits)
+        return tl::make_unexpected(fits.error());
+    return places;
+}
+
+/// A number in [-0.5, 0.5), the same on every machine.
+double offset(std::mt19937_64& random) {
+    return static_cast<double>(random() >> 11u) * 0x1p-53 - 0.5;
+}
+
+/// Returns the light of the bake at a place, filtered between covered texels alone; nothing if none of them is covered.
+/// rows  the rows around the place, as far as the map has them
+std::optional<ShRgb> filtered(const LightMapStrip& rows, int height, const glm::dvec2& texel) {
+    const glm::dvec2 floor = glm::floor(texel), weight = texel - floor;
+    ShRgb sum{};
+    double total = 0;
+    for (int corner = 0; corner < 4; ++corner) {
+        const int x = std::clamp(static_cast<int>(floor.x) + corner % 2, 0, rows.sh.width() - 1);
+        const int y = std::clamp(static_cast<int>(floor.y) + corner / 2, 0, height - 1) - rows.firstRow;
+        const double w = (corner % 2 != 0 ? weight.x : 1 - weight.x) * (corner / 2 != 0 ? weight.y : 1 - weight.y);
+        if (!(w > 0) || rows.covered.at(x, y) == 0) continue;
+        total += w;
+        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += static_cast<float>(w) * rows.sh.at(x, y)[i];
+    }
+    if (!(total > 0)) return std::nullopt;
+    for (glm::vec3& coefficient : sum) coefficient /= static_cast<float>(total);
+    return sum;
+}
+
+/// Judges some rows of the bake.
+class RowJudge {
+public:
+    RowJudge(const BakePair& bakes, const ChartPlaces& charts, const CookedLightMapReader& cooked, const verify::LightMapScore& score,
+             const ActionContext& context)
+        : bake_(bakes.bake), reading_{charts, cooked, &bakes.repacked, bakes.key}, score_(score), context_(context) {}
+
+    /// Adds the errors of rows [firstRow, firstRow + rowCount).
+    Result<void> add(int firstRow, int rowCount, int placesPerTexel) {
+        const int before = std::max(0, firstRow - 1), end = std::min(bake_.height(), firstRow + rowCount + 1);
+        const auto rows = bake_.rows(before, end - before);
+        if (!rows) return tl::make_unexpected(rows.error());
+        std::vector<glm::ivec2> texels;
+        for (int y = firstRow; y < firstRow + rowCount; ++y)
+            for (int x = 0; x < bake_.width(); ++x) {
+                if (rows->covered.at(x, y - before) == 0) continue;
+                if (reading_.charts.packed({x, y}))
+                    texels.emplace_back(x, y);
+                else
+                    ++unread;
+            }
+        std::vector<glm::dvec2> places(texels.begin(), texels.end());
+        if (auto scored = shade(*rows, firstRow, rowCount, texels, places, centres); !scored) return scored;
+        for (int sample = 0; sample < placesPerTexel; ++sample) {
+            std::mt19937_64 random(static_cast<std::uint64_t>(firstRow) * 4096 + static_cast<std::uint64_t>(sample));
+            std::vector<glm::ivec2> near;
+            places.clear();
+            for (const glm::ivec2& texel : texels) {
+                const double x = offset(random), y = offset(random);
+                const glm::dvec2 place = glm::dvec2(texel) + glm::dvec2(x, y);
+                if (!reading_.charts.packed(place)) continue;
+                near.push_back(texel);
+                places.push_back(place);
+            }
+            if (auto scored = shade(*rows, firstRow, rowCount, near, places, surface); !scored) return scored;
+        }
+        return {};
+    }
+
+    verify::ShadedErrors centres, surface;
+    std::int64_t unread = 0;
+
+private:
+    /// Adds the errors at one place for each of some texels, shaded at the texels' normals.
+    Result<void> shade(const LightMapStrip& rows, int firstRow, int rowCount, const std::vector<glm::ivec2>& texels,
+                       const std::vector<glm::dvec2>& places, verify::ShadedErrors& errors) {
+        const auto decoded = decodedAt(places, reading_, context_);
+        if (!decoded) return tl::make_unexpected(decoded.error());
+        LightMapStrip reference;
+        reference.firstRow = firstRow;
+        reference.sh = Image<ShRgb>(bake_.width(), rowCount);
+        reference.covered = Image<std::uint8_t>(bake_.width(), rowCount, 0);
+        reference.normal = Image<glm::vec3>(bake_.width(), rowCount, glm::vec3(0, 0, 1));
+        Image<ShRgb> found(bake_.width(), rowCount);
+        for (std::size_t i = 0; i < texels.size(); ++i) {
+            const auto light = filtered(rows, bake_.height(), places[i]);
+            if (!light) continue;
+            const int x = texels[i].x, y = texels[i].y - firstRow;
+            reference.sh.at(x, y) = *light;
+            reference.covered.at(x, y) = 1;
+            reference.normal.at(x, y) = rows.normal.at(x, texels[i].y - rows.firstRow);
+            found.at(x, y) = (*decoded)[i];
+        }
+        // Rows are shaded in parts that are merged in order.
+        constexpr int kRows = 16;
+        const auto shadePart = [&](int part) -> Result<verify::ShadedErrors> {
+            const int first = part * kRows;
+            const auto view = found.view();
+            const formats::ImageView<const ShRgb> some{view.row(first), view.width, std::min(kRows, rowCount - first), view.width};
+            return score_.score(reference, some, firstRow + first);
+        };
+        return foldInOrder<verify::ShadedErrors>((rowCount + kRows - 1) / kRows, context_, "verify " + context_.action.asset, shadePart,
+                                                 [&](const verify::ShadedErrors& part) { errors.merge(part); });
+    }
+
+    LightMapSource& bake_;
+    PackedReading reading_;
+    const verify::LightMapScore& score_;
+    const ActionContext& context_;
+};
+
+}  // namespace
+
+Result<LightMapSource*> openUnpacked(const UnpackedBake& unpacked, const ActionContext& context) {
+    std::map<std::string, std::filesystem::path> inputs;
+    for (const auto& [role, file] : context.action.inputs) {
+        if (role == kUnpackedRole || role.starts_with(std::string(kUnpackedRole) + "-"))
+            inputs[std::string(kSourceRole) + role.substr(std::string_view(kUnpackedRole).size())] = file;
+        if (!role.starts_with(kSourceRole) && !role.starts_with(kUnpackedRole)) inputs[role] = file;
+    }
+    const auto file = inputs.find(std::string(kSourceRole));
+    if (file == inputs.end())
+        return failure(ErrorCode::Verification, context.action.asset,
+                       "found no bake from before its charts were packed, expected its file");
+    auto opened = context.shared.get<LightMapSources>().open(file->second, withFiles(unpacked.description, inputs));
+    if (!opened) return opened;
+    const glm::ivec2 found((*opened)->width(), (*opened)->height()), size(unpacked.packing.widthBefore, unpacked.packing.heightBefore);
+    if (found != size)
+        return failure(ErrorCode::Verification, file->second.string(),
+                       fmt::format("found {} x {} texels, expected {} x {} as packed", found.x, found.y, size.x, size.y));
+    return opened;
+}
+
+Result<UnpackedErrors> unpackedErrors(const BakePair& bakes, const UnpackedBake& unpacked, const LightMapVerifyParameters& parameters,
+                                      const CookedLightMapReader& cooked, const ActionContext& context) {
+    const auto charts = openPlaces(unpacked, context);
+    if (!charts) return tl::make_unexpected(charts.error());
+    const auto score = verify::LightMapScore::create(parameters.shading, bakes.key, bakes.viewing);
+    if (!score) return tl::make_unexpected(score.error());
+    LightMapSource& bake = bakes.bake;
+    RowJudge judge(bakes, *charts, cooked, *score, context);
+    const int rowsAtOnce = std::max(1, kPlacesAtOnce / bake.width());
+    for (int row = 0; row < bake.height(); row += rowsAtOnce)
+        if (auto added = judge.add(row, std::min(rowsAtOnce, bake.height() - row), parameters.samples); !added)
+            return tl::make_unexpected(added.error());
+    std::vector<verify::LightMapErrors::Stage> centres;
+    centres.push_back({"centres", std::move(judge.centres)});
+    verify::LightMapErrors errors(std::move(centres));
+    errors.surface = std::move(judge.surface);
+    return UnpackedErrors{errors.figures().back(), judge.unread};
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,129 @@
+#include "pipeline/repack/packed_light_map.h"
+
+#include "formats/epic_light_maps.h"
+#include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/results.h"
+#include "pipeline/assets/source_colors.h"
+#include "pipeline/cook/contents.h"
+#include "pipeline/repack/chart_places.h"
+#include "pipeline/repack/repack.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using formats::ErrorCode;
+using formats::Result;
+
+const std::string kSourceRole = "source";
+
+ChartPacking packingOf(const Repacked& made, double maxVisible) {
+    ChartPacking packing;
+    packing.maxVisible = maxVisible;
+    packing.widthBefore = made.sizeBefore.x;
+    packing.heightBefore = made.sizeBefore.y;
+    packing.width = made.size.x;
+    packing.height = made.size.y;
+    packing.readBefore = made.readBefore;
+    packing.read = made.read;
+    packing.charts = static_cast<std::int64_t>(made.charts);
+    packing.reducedCharts = static_cast<std::int64_t>(made.reducedCharts);
+    packing.relRms = made.relRms;
+    packing.visible = made.visible.p99;
+    packing.uvBefore = made.uvBefore;
+    return packing;
+}
+
+/// Returns how a bake that LightMapWriter wrote is read. Its texels were checked when they were read first.
+formats::LightMapDescription writtenDescription(const formats::LightMapDescription& source) {
+    formats::LightMapDescription description;
+    description.bake = "sh9";
+    description.colors = source.colors;
+    description.colors.source = source.colors.working;
+    description.fireflyLimit = 0;
+    return description;
+}
+
+}  // namespace
+
+Action packAction(const Scene& scene, const LightMapEntry& entry, double maxVisible, bool repair) {
+    PackParameters parameters{entry.description, maxVisible};
+    parameters.description.repair = repair;
+    RoleFiles inputs = bakeInputs(entry.file, entry.description);
+    inputs.merge(meshInputs(kMeshRole, *entry.mesh));
+    if (!scene.colors.config.empty()) inputs[kColorConfigRole] = scene.colors.config;
+    return {"pack/" + entry.name, "pack-charts", entry.name, toJson(parameters), std::move(inputs), {}};
+}
+
+Result<ActionOutcome> packCharts(const ActionContext& context) {
+    const auto parameters = parametersOf<PackParameters>(context);
+    if (!parameters) return tl::make_unexpected(parameters.error());
+    const auto& inputs = context.action.inputs;
+    if (auto uvs = formats::checkEpicUvs(inputs.at(kSourceRole), inputs.at(kMeshRole), parameters->description.image); !uvs)
+        return tl::make_unexpected(uvs.error());
+    RepackRequest request;
+    request.map = inputs.at(kSourceRole);
+    request.description = withFiles(parameters->description, inputs);
+    request.meshes = {inputs.at(kMeshRole)};
+    request.folder = context.folder / context.action.asset;
+    request.maxVisible = parameters->maxVisible;
+    auto made = repack(request, context.state, &context.action);
+    if (!made) {
+        formats::Error error = made.error();
+        if (error.code == ErrorCode::WrongShape && error.subject.starts_with(request.meshes.front().string()))
+            error.detail += "; --keep-uv cooks it without packing";
+        return tl::make_unexpected(error);
+    }
+    PackResult result{packingOf(*made, parameters->maxVisible), numbersOf(made->places), {}, {}, Json::object()};
+    result.map = context.action.asset + "/" + made->map.filename().string();
+    result.mesh = context.action.asset + "/" + made->meshes.front().filename().string();
+    result.notes = {{"repaired_not_finite", made->repairs.notFinite},
+                    {"repaired_negative_dc", made->repairs.negativeDc},
+                    {"repaired_bands", made->repairs.bandsBeyond},
+                    {"repaired_fireflies", made->repairs.fireflies},
+                    {"negative_after_gamut", made->negativeAfterGamut}};
+    return outcomeWith(result, {result.map, result.mesh});
+}
+
+Result<PackedLightMap> packedLightMap(const Action& action, const ActionRecord& record, const fs::path& folder) {
+    const auto parameters = fromJson<PackParameters>(action.parameters, action.id + ", parameters");
+    if (!parameters) return tl::make_unexpected(parameters.error());
+    const auto result = fromJson<PackResult>(record.result, action.id);
+    if (!result) return tl::make_unexpected(result.error());
+    PackedLightMap packed;
+    packed.sources = action.inputs;
+    packed.files = {{kSourceRole, folder / result->map}, {kMeshRole, folder / result->mesh}};
+    if (const auto config = action.inputs.find(kColorConfigRole); config != action.inputs.end()) packed.files.insert(*config);
+    packed.bake = {parameters->description, result->packing, result->places};
+    packed.packed = writtenDescription(withFiles(parameters->description, action.inputs));
+    packed.notes = result->notes;
+    return packed;
+}
+
+LightMapEntry packedEntry(LightMapEntry entry, const PackedLightMap& packed) {
+    entry.file = packed.files.at(kSourceRole);
+    entry.mesh = packed.files.at(kMeshRole);
+    entry.description = packed.packed;
+    return entry;
+}
+
+RoleFiles unpackedInputs(const PackedLightMap& packed) {
+    RoleFiles inputs;
+    for (const auto& [role, file] : packed.sources) {
+        if (role.starts_with(kSourceRole)) inputs[kUnpackedRole + role.substr(kSourceRole.size())] = file;
+        if (role.starts_with(kMeshRole)) inputs[kUnpackedMeshRole + role.substr(std::string(kMeshRole).size())] = file;
+    }
+    return inputs;
+}
+
+RoleFiles verifyInputsOf(AssetKind kind, const PackedLightMap& packed) {
+    RoleFiles inputs = packed.files;
+    if (kind == AssetKind::Mesh) return inputs;
+    inputs.erase(kMeshRole);
+    if (kind != AssetKind::LightMap) return inputs;
+    inputs[kSurfaceRole] = packed.files.at(kMeshRole);
+    inputs.merge(unpackedInputs(packed));
+    return inputs;
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,31 @@
+// What a cook does with the charts of a light map. One table, from which scene file, command line and documents derive.
+#pragma once
+
+#include <array>
+#include <span>
+#include <string_view>
+
+#include "formats/vocabulary.h"
+
+namespace lightcook::pipeline {
+
+enum class ChartMode { Keep, Pack };
+
+struct ChartModeInfo {
+    ChartMode id;
+    std::string_view name;     ///< value of `charts` and `--charts`
+    std::string_view caption;  ///< for help texts and documents
+};
+
+inline constexpr std::array kChartModes = {
+    ChartModeInfo{ChartMode::Keep, "keep", "the light-map UVs of the mesh stay as they are"},
+    ChartModeInfo{ChartMode::Pack, "pack", "charts are packed anew, and the cooked mesh gets the UVs that go with it"},
+};
+static_assert(formats::isCompleteTable(kChartModes, ChartMode::Pack));
+
+/// Returns every mode, the default first.
+inline std::span<const ChartModeInfo> allChartModes() {
+    return kChartModes;
+}
+
+}  // namespace lightcook::pipeline
