@@ -31,6 +31,9 @@ using formats::Image;
 using formats::Result;
 using lighting::ShRgb;
 
+/// Largest share of the texels that triangles read in charts without a covered texel: bakers leave out charts smaller than a texel.
+constexpr double kMostDark = 0.005;
+
 /// Texels of a light map in memory.
 struct MapTexels {
     Image<ShRgb> sh;
@@ -103,12 +106,19 @@ Result<Meshes> loadMeshes(const std::vector<fs::path>& files) {
 /// Refuses meshes that do not belong to the bake.
 Result<void> checkCoverage(const Meshes& meshes, const atlas::ChartSet& found, const std::vector<atlas::ReducedChart>& charts,
                            const MapTexels& map, const fs::path& file) {
+    std::int64_t read = 0, dark = 0;
+    std::size_t firstDark = charts.size();
     for (std::size_t i = 0; i < charts.size(); ++i) {
         bool isCovered = false;
         for (std::size_t texel = 0; texel < charts[i].covered.texels().size(); ++texel)
             isCovered = isCovered || (charts[i].isRead.texels()[texel] != 0 && charts[i].covered.texels()[texel] != 0);
+        read += charts[i].readBefore;
         if (isCovered) continue;
-        const atlas::Chart& chart = found.charts[i];
+        dark += charts[i].readBefore;
+        firstDark = std::min(firstDark, i);
+    }
+    if (static_cast<double>(dark) > kMostDark * static_cast<double>(read)) {
+        const atlas::Chart& chart = found.charts[firstDark];
         return failure(
             ErrorCode::WrongShape, fmt::format("{}, triangle {}", meshes.names[chart.mesh], chart.triangle),
             fmt::format("found no covered texel of {} in its chart, expected the mesh that was baked", file.filename().string()));

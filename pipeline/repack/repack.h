@@ -46,7 +46,7 @@ struct Repacked {
 
 /// Reads the bake, and writes the repacked one and its meshes. Nothing is written if it fails. Holds the bake in memory.
 /// Fails with ErrorCode::WrongShape, naming mesh and triangle, for meshes without light-map UVs, UVs outside [0, 1], and meshes that do not
-/// belong to the bake: a chart without a covered texel, or kMostUnread of the covered texels that no triangle reads.
+/// belong to the bake: they read charts without a covered texel, or leave more than kMostUnread of the covered texels unread.
 inline constexpr double kMostUnread = 0.1;
 /// action  that progress is reported for; null: one of its own
 formats::Result<Repacked> repack(const RepackRequest& request, const RunState& state, const Action* action = nullptr);
