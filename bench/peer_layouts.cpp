@@ -355,44 +355,6 @@ PeerMaps truncation(const Bake& bake, int) {
     return maps;
 }
 
-formats::LightMapStrip copyOf(const formats::LightMapStrip& strip) {
-    formats::LightMapStrip copy;
-    copy.firstRow = strip.firstRow;
-    copy.sh = strip.sh.copy();
-    copy.covered = strip.covered.copy();
-    copy.normal = strip.normal.copy();
-    return copy;
-}
-
-/// The first `count` coefficients through the two DXT5 images each of Halo 3's Luvw form, with its constants but by our encoder of luvw,
-/// which fits the second L to the colours that came out and weighs texels by what is seen; zero after them.
-Image<ShRgb> throughLuvw(const formats::LightMapStrip& strip, double key, std::size_t count, int effort) {
-    compress::LightMapMeasure measure;
-    measure.add(strip);
-    compress::LightMapPlan plan = compress::withHalo3Constants(
-        compress::planLightMap(formats::LightMapLayout::Luvw, formats::Target::Bc, strip.sh.width(), strip.sh.height(), measure));
-    plan.key = key;
-    Image<ShRgb> seen = throughPlan(plan, strip, effort);
-    for (ShRgb& sh : seen.texels()) std::fill(sh.begin() + static_cast<std::ptrdiff_t>(count), sh.end(), glm::vec3(0));
-    return seen;
-}
-
-PeerMaps halo3Quadratic(const Bake& bake, int effort) {
-    constexpr std::size_t count = lighting::kShCount;
-    return {count * 2 * bitsOf(PixelFormat::Bc3), bake.strip.sh.copy(), throughLuvw(bake.strip, bake.measure.key(), count, effort)};
-}
-
-PeerMaps halo3Linear(const Bake& bake, int effort) {
-    constexpr std::size_t count = kLinearCount + 1;
-    formats::LightMapStrip stored = copyOf(bake.strip);
-    for (ShRgb& sh : stored.sh.texels()) sh = withIntensity(sh);
-    PeerMaps maps{count * 2 * bitsOf(PixelFormat::Bc3), {}, throughLuvw(stored, bake.measure.key(), count, effort)};
-    maps.ideal = std::move(stored.sh);
-    for (Image<ShRgb>* image : {&maps.ideal, &maps.seen})
-        for (ShRgb& sh : image->texels()) sh = withoutIntensity(sh);
-    return maps;
-}
-
 }  // namespace
 
 Image<ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::LightMapStrip& strip, int effort) {
@@ -453,9 +415,7 @@ const std::vector<PeerLayout>& peerLayouts() {
         {"godot-4.4", "Godot 4.4: L0 and 3 L1/(8 L0), 4 BC6H", godot},
         {"nine-bc6h", "nine coefficients, 9 BC6H, bands 1 and 2 signed", nineBc6h},
         {"halo3-linear-talk", "Halo 3 as shipped: 4 Luvw and dominant intensity, 10 DXT5, coded as the talk says", talkLinear},
-        {"halo3-linear", "the same form from lightcook's encoder of it", halo3Linear},
         {"halo3-quadratic-talk", "Halo 3: nine Luvw, 18 DXT5, coded as the talk says", talkQuadratic},
-        {"halo3-quadratic", "the same form from lightcook's encoder of it", halo3Quadratic},
         {"l1-truncation", "bands 0 and 1 in floats", truncation},
         {"nine-rgba16f", "nine coefficients in halfs", nineHalf},
     };

@@ -10,6 +10,7 @@
 //   basis   lambda_i = lambda_0 (P_i(code) + sum_k (residual_k - neutral) R_ki), P quadratic, P and R learned for each cluster of charts
 //   hdr     lambda_0 = RANGE sh_0, lambda_i = RANGE sh_i + BIAS_i lambda_0
 //   luvw-linear: bands 0 and 1 as luvw, and an intensity I from which band 2 = I Y_2m(axis of band 1)
+//   halo3, halo3-linear: as luvw and luvw-linear, with constants that an engine's shader has
 //
 // Use, for any cut of the map into strips of rows:
 //   1. LightMapMeasure over every strip; merge the parts.
@@ -220,11 +221,6 @@ LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, formats::Target
 /// Returns the budget for LightMapBlocks::choose: 1000 blocks and 500 for each step of effort, times the map's megapixels, at least once
 /// and at most four times.
 int learningBlocks(int effort, int width, int height);
-
-/// Returns the same luvw plan with the constants of Halo 3: residual span 1, square roots, no headroom. The default is measured against
-/// it. Decoders need nothing new.
-/// luvw  a plan of layout Luvw
-LightMapPlan withHalo3Constants(LightMapPlan luvw);
 
 /// The blocks of some rows of one texture: layers[l] holds whole rows of blocks.
 struct EncodedLightMapTexture {

@@ -34,7 +34,9 @@ enum class LightMapLayout {
     MonoSh,
     Bakery,
     Hdr,
-    Hdr2
+    Hdr2,
+    Halo3,
+    Halo3Linear
 };
 
 /// Layouts of one family share their encoder, their decoder and the shader source light_map_<family>.glsl.
@@ -76,6 +78,8 @@ struct LightMapLayoutInfo {
     std::string_view trialStage;  ///< the stage of that trial; "total" is the last one
     /// Light of a bake that the decode cannot show; its loss counts as error where the materials need it. Empty: nothing
     std::string_view lacks;
+    /// An engine reads the textures by its own formula. No other layout may stand in for this one.
+    bool isForEngine = false;
 
     /// The decode is fitted to the map.
     constexpr bool isLearned() const { return codeCount > 0; }
@@ -85,8 +89,6 @@ struct LightMapLayoutInfo {
         for (const LightMapTextureInfo& texture : textures) taps += texture.layerCount;
         return taps;
     }
-    /// An engine reads the textures by its own formula, which has no constants. No other layout may stand in for this one.
-    constexpr bool isForEngine() const { return family == LightMapFamily::Godot || family == LightMapFamily::Bakery; }
     /// RGB factors of one cluster of charts, each a texel of texture "tables" of a learned layout: first quadratic polynomials of the codes
     /// for eight coefficients, then four directions of nine coefficients for each residual layer.
     constexpr int codeFactors() const { return isLearned() ? (codeCount + 1) * (codeCount + 2) / 2 * 8 : 0; }
@@ -309,7 +311,8 @@ inline constexpr std::array kLightMapLayouts = {
                        .decodeOps = 21,
                        .trialLayout = std::nullopt,
                        .trialStage = "",
-                       .lacks = "band 2"},
+                       .lacks = "band 2",
+                       .isForEngine = true},
     LightMapLayoutInfo{.id = LightMapLayout::MonoSh,
                        .name = "mono-sh",
                        .family = LightMapFamily::Bakery,
@@ -322,7 +325,8 @@ inline constexpr std::array kLightMapLayouts = {
                        .decodeOps = 15,
                        .trialLayout = std::nullopt,
                        .trialStage = "",
-                       .lacks = "band 2"},
+                       .lacks = "band 2",
+                       .isForEngine = true},
     LightMapLayoutInfo{.id = LightMapLayout::Bakery,
                        .name = "bakery",
                        .family = LightMapFamily::Bakery,
@@ -335,7 +339,8 @@ inline constexpr std::array kLightMapLayouts = {
                        .decodeOps = 21,
                        .trialLayout = std::nullopt,
                        .trialStage = "",
-                       .lacks = "band 2"},
+                       .lacks = "band 2",
+                       .isForEngine = true},
     LightMapLayoutInfo{.id = LightMapLayout::Hdr,
                        .name = "hdr",
                        .family = LightMapFamily::Hdr,
@@ -362,8 +367,36 @@ inline constexpr std::array kLightMapLayouts = {
                        .trialLayout = LightMapLayout::Hdr2,
                        .trialStage = "total",
                        .lacks = ""},
+    LightMapLayoutInfo{.id = LightMapLayout::Halo3,
+                       .name = "halo3",
+                       .family = LightMapFamily::Luvw,
+                       .caption = "luvw with the constants of Halo 3: square roots of lengths, one range for both colours (Hu 2008)",
+                       .textures = layout_tables::kLuvw,
+                       .stages = layout_tables::kLuvwStages,
+                       .codeCount = 0,
+                       .isZonal = false,
+                       .decodeDegree = 3,
+                       .decodeOps = 135,
+                       .trialLayout = std::nullopt,
+                       .trialStage = "",
+                       .lacks = "",
+                       .isForEngine = true},
+    LightMapLayoutInfo{.id = LightMapLayout::Halo3Linear,
+                       .name = "halo3-linear",
+                       .family = LightMapFamily::Luvw,
+                       .caption = "halo3 of bands 0 and 1, and the intensity of the dominant light, as Halo 3 shipped",
+                       .textures = layout_tables::kLuvwLinear,
+                       .stages = layout_tables::kLuvwStages,
+                       .codeCount = 0,
+                       .isZonal = true,
+                       .decodeDegree = 3,
+                       .decodeOps = 121,
+                       .trialLayout = std::nullopt,
+                       .trialStage = "",
+                       .lacks = "band 2, except for one zonal lobe about the axis of band 1",
+                       .isForEngine = true},
 };
-static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::Hdr2));
+static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::Halo3Linear));
 
 /// Returns every layout, in the order of the enumeration.
 constexpr std::span<const LightMapLayoutInfo> allLightMapLayouts() {

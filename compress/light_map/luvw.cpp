@@ -36,6 +36,30 @@ using formats::PixelFormat;
 constexpr float kLuvwSpan = 0.125f;
 constexpr float kHalfCode = 0.5f / 255;
 
+/// The constants of the form that are the same for all coefficients.
+struct LuvwForm {
+    glm::vec4 neutral;  ///< second texel that leaves the first as it is
+    bool isRoot;        ///< both alphas hold the square root of L
+};
+
+bool isHalo3(const LightMapPlan& plan) {
+    return plan.layout == formats::LightMapLayout::Halo3 || plan.layout == formats::LightMapLayout::Halo3Linear;
+}
+
+LuvwForm formOf(const LightMapPlan& plan) {
+    if (isHalo3(plan)) return {glm::vec4(0.5f, 0.5f, 0.5f, 1), true};
+    // Neutral a1 is 4/5, so that the second texture can raise an L that the first one rounded down; 204/255 is exact in 8 bits. Neutral
+    // rgb1 is the code nearest to 1/2 that 5 and 6 bits hold exactly: a texel without residual has no error there.
+    constexpr float neutral = 0.8f;
+    const bool isBc = plan.target == formats::Target::Bc;
+    return {isBc ? glm::vec4(16.0f / 31, 32.0f / 63, 16.0f / 31, neutral) : glm::vec4(glm::vec3(128.0f / 255), neutral), false};
+}
+
+/// Returns half the range of the residual of uvw.
+float spanOf(const LightMapPlan& plan) {
+    return isHalo3(plan) ? 1 : kLuvwSpan;
+}
+
 class LuvwCoefficient {
 public:
     /// values  of a coefficient, or intensities
@@ -48,11 +72,10 @@ public:
           report_(report),
           format_(plan.textures[0].format),
           range_(constant(plan, "range", index)),
-          span_(constant(plan, "span", index)),
-          isRoot_(constant(plan, "root", 0) > 0),
+          span_(spanOf(plan)),
+          isRoot_(formOf(plan).isRoot),
           hasCodes_(plan.target != formats::Target::Float),
-          neutral_(constant(plan, "neutral", 0), constant(plan, "neutral", 1), constant(plan, "neutral", 2), constant(plan, "neutral", 3)) {
-    }
+          neutral_(formOf(plan).neutral) {}
 
     void encode(std::vector<std::byte>& first, std::vector<std::byte>& second) {
         Layer firstLayer = encodeFirst();
@@ -195,22 +218,20 @@ std::size_t coefficientLayers(const LightMapPlan& plan) {
 }  // namespace
 
 void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure) {
-    // Neutral a1 is 4/5, so that the second texture can raise an L that the first one rounded down; 204/255 is exact in 8 bits. Neutral
-    // rgb1 is the code nearest to 1/2 that 5 and 6 bits hold exactly: a texel without residual has no error there.
-    constexpr float neutral = 0.8f;
-    const bool isBc = plan.target == formats::Target::Bc;
-    plan.constants["neutral"] = isBc ? std::vector<float>{16.0f / 31, 32.0f / 63, 16.0f / 31, neutral}
-                                     : std::vector<float>{128.0f / 255, 128.0f / 255, 128.0f / 255, neutral};
-    plan.constants["root"] = {0.0f};
-    const auto add = [&](float largest) {
-        plan.constants["range"].push_back(std::min(largest, neutral * std::numeric_limits<float>::max()) / neutral);
-        plan.constants["span"].push_back(kLuvwSpan);
-    };
+    const LuvwForm form = formOf(plan);
+    const float largestRange = form.neutral.w * std::numeric_limits<float>::max();
+    const auto add = [&](float largest) { plan.constants["range"].push_back(std::min(largest, largestRange) / form.neutral.w); };
     for (int i = 0; i < static_cast<int>(coefficientLayers(plan)); ++i) add(measure.maximumAbsolute(i));
-    if (!formats::info(plan.layout).isZonal) return;
-    add(measure.maximumIntensity());
-    const glm::vec3& weights = measure.luminanceWeights();
-    plan.constants["luminance"] = {weights.x, weights.y, weights.z};
+    const bool isZonal = formats::info(plan.layout).isZonal;
+    if (isZonal) {
+        add(measure.maximumIntensity());
+        const glm::vec3& weights = measure.luminanceWeights();
+        plan.constants["luminance"] = {weights.x, weights.y, weights.z};
+    }
+    if (isHalo3(plan)) return;  // the engine's shader has the others
+    plan.constants["span"].assign(plan.constants["range"].size(), spanOf(plan));
+    plan.constants["neutral"] = {form.neutral.x, form.neutral.y, form.neutral.z, form.neutral.w};
+    plan.constants["root"] = {form.isRoot ? 1.0f : 0.0f};
 }
 
 EncodedLightMapRows encodeLuvw(const LightMapPlan& plan, const Source& source, const EncodeOptions& options) {
@@ -237,14 +258,5 @@ EncodedLightMapRows encodeLuvw(const LightMapPlan& plan, const Source& source, c
 }
 
 }  // namespace rows
-
-LightMapPlan withHalo3Constants(LightMapPlan luvw) {
-    assert(luvw.layout == formats::LightMapLayout::Luvw);
-    for (float& range : luvw.constants.at("range")) range *= luvw.constants.at("neutral")[3];
-    luvw.constants["neutral"] = {0.5f, 0.5f, 0.5f, 1.0f};
-    luvw.constants["root"] = {1.0f};
-    luvw.constants["span"].assign(lighting::kShCount, 1.0f);
-    return luvw;
-}
 
 }  // namespace lightcook::compress

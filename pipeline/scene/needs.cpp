@@ -77,7 +77,7 @@ Needs resolveNeeds(const Scene& scene, const std::vector<const ActionRecord*>& m
 std::string lightMapLayoutFor(const Scene& scene, const Needs& needs, const LightMapEntry& entry) {
     const std::string asked = layoutAsked(scene.output);
     const auto known = formats::lightMapLayoutFromName(asked);
-    const bool isForEngine = known && formats::info(*known).isForEngine();
+    const bool isForEngine = known && formats::info(*known).isForEngine;
     const formats::LightMapLayoutInfo& flat = formats::info(formats::LightMapLayout::Flat);
     const bool isFlatRead = !isForEngine && formats::mayTake(layoutsFor(scene.output, entry), flat);
     return needs.specular || needs.normalMap || !isFlatRead ? asked : std::string(flat.name);

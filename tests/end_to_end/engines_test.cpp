@@ -250,7 +250,7 @@ class Engines : public Command {
 protected:
     void expectLayoutKeepsSchemas(const formats::LightMapLayoutInfo& layout) const {
         SCOPED_TRACE(layout.name);
-        const std::string container = layout.isForEngine() ? " --container dds" : "";
+        const std::string container = layout.isForEngine ? " --container dds" : "";
         ASSERT_EQ(run(fmt::format("cook scene.toml -o out --effort 0 --max-error 9 --layout {}{}", layout.name, container)).code, 0);
         expectKeepSchemas(scene_ / "out");
     }

@@ -59,7 +59,11 @@ public:
             case formats::LightMapFamily::Flat:
                 return constants({{"range", Kind::Number}}) + result(fmt::format("lcLightMapFlat({}, k)", fetch("exit", "0")));
             case formats::LightMapFamily::Luvw:
-                return constants({{"range", Kind::Array}, {"span", Kind::Array}, {"neutral", Kind::Vector}, {"root", Kind::Number}}) +
+                return constants(info_.isForEngine ? std::vector<Constant>{{"range", Kind::Array}}
+                                                   : std::vector<Constant>{{"range", Kind::Array},
+                                                                           {"span", Kind::Array},
+                                                                           {"neutral", Kind::Vector},
+                                                                           {"root", Kind::Number}}) +
                        texels({{"first", "luvw_first"}, {"second", "luvw_second"}}) + call();
             case formats::LightMapFamily::Ratio:
             case formats::LightMapFamily::Zh3:

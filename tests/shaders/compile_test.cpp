@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -96,20 +97,14 @@ std::string useOf(const std::string& layout) {
                "(one, one, b, 2.0);\nsh = lcLightMapBasisAdd(sh, one, one, r, 2.0, 0.5);\nresult = lcExitRadiance(sh, vec3(0.0, 0.0, "
                "1.0));\n";
     }
-    const std::string type = layout == "raw"           ? "Raw"
-                             : layout == "luvw"        ? "Luvw"
-                             : layout == "luvw-linear" ? "LuvwLinear"
-                             : layout == "zh3"         ? "Zh3"
-                             : layout == "sh4"         ? "Sh4"
-                             : layout == "godot"       ? "Godot"
-                             : layout == "mono-sh"     ? "MonoSh"
-                             : layout == "bakery"      ? "Bakery"
-                             : layout == "hdr"         ? "Hdr"
-                             : layout == "hdr-2"       ? "Hdr2"
-                                                       : "Ratio";
+    std::string type;
+    for (std::size_t at = 0; at < layout.size(); ++at)
+        if (layout[at] != '-')
+            type += at == 0 || layout[at - 1] == '-' ? static_cast<char>(std::toupper(static_cast<unsigned char>(layout[at]))) : layout[at];
     const std::string one = "vec4(0.5, 0.5, 0.5, 1.0)";
-    const bool isForEngine = formats::info(formats::lightMapLayoutFromName(layout).value()).isForEngine();
-    std::string body = "Lc" + type + "Texels t;\n" + (isForEngine ? "" : "Lc" + type + "Constants k;\n");
+    const formats::LightMapFamily family = formats::info(formats::lightMapLayoutFromName(layout).value()).family;
+    const bool hasConstants = family != formats::LightMapFamily::Godot && family != formats::LightMapFamily::Bakery;
+    std::string body = "Lc" + type + "Texels t;\n" + (hasConstants ? "Lc" + type + "Constants k;\n" : "");
     if (layout == "godot") body += "for (int i = 0; i < 4; ++i) { t.sh[i] = " + one + "; }\n";
     if (layout == "mono-sh") body += "t.l0 = " + one + ";\nt.l1 = " + one + ";\n";
     if (layout == "bakery") body += "t.l0 = t.l1x = t.l1y = t.l1z = " + one + ";\n";
@@ -126,16 +121,22 @@ std::string useOf(const std::string& layout) {
                 "; k.range[i] = 2.0; k.span[i] = 0.25; }\nk.neutral = " + one +
                 ";\nk.root = 1.0;\nk.luminance = vec3(0.2, 0.7, 0.1);\nLcSh first = lcLightMapLuvwLinearFirst(t, k);\nt.first[0] = "
                 "vec4(first.c[8].x, 0.5, 0.5, 1.0);\n";
+    if (layout.starts_with("halo3")) {
+        const std::string count = layout == "halo3" ? "9" : "5";
+        body += "for (int i = 0; i < " + count + "; ++i) { t.first[i] = " + one + "; t.second[i] = " + one + "; k.range[i] = 2.0; }\n" +
+                (layout == "halo3" ? "" : "k.luminance = vec3(0.2, 0.7, 0.1);\n") + "LcSh first = lcLightMap" + type +
+                "First(t, k);\nt.first[0] = vec4(first.c[8].x, 0.5, 0.5, 1.0);\n";
+    }
     if (layout == "zh3")
         body += "t.l0 = " + one + ";\nk.range = 2.0;\nfor (int i = 0; i < 4; ++i) { t.ratio[i] = " + one +
                 "; k.scale[i] = 2.0; k.bias[i] = -1.0; }\nk.luminance = vec3(0.2, 0.7, 0.1);\n";
     if (layout == "ratio" || layout == "sh4")
         body += "t.l0 = " + one + ";\nk.range = 2.0;\nfor (int i = 0; i < " + (layout == "sh4" ? "3" : "8") +
                 "; ++i) { t.ratio[i] = " + one + "; k.scale[i] = 2.0; k.bias[i] = -1.0; }\n";
-    if (isForEngine)
+    if (!hasConstants)
         body += "vec3 shown = lc" + type + "ExitRadiance(t, vec3(0.6, 0.0, 0.8));\nt." + (layout == "godot" ? "sh[0]" : "l0") +
                 ".x = shown.x;\n";
-    return body + "LcSh sh = lcLightMap" + type + (isForEngine ? "(t);\n" : "(t, k);\n") +
+    return body + "LcSh sh = lcLightMap" + type + (hasConstants ? "(t, k);\n" : "(t);\n") +
            "LcFrame f = lcViewFrame(vec3(0.0, 0.0, 1.0), vec3(0.6, 0.0, 0.8));\n"
            "result = lcExitRadiance(lcLocalSh(sh, f.x, f.y, f.z), vec3(0.0, 0.0, 1.0));\n";
 }

@@ -49,16 +49,14 @@ struct Cooked {
     }
 };
 
-inline Cooked cook(formats::LightMapStrip reference, formats::LightMapLayout layout, formats::Target target, int effort,
-                   bool halo3 = false) {
+inline Cooked cook(formats::LightMapStrip reference, formats::LightMapLayout layout, formats::Target target, int effort) {
     Cooked cooked;
     const int width = reference.sh.width(), height = reference.sh.height();
     compress::LightMapMeasure measure;
     measure.add(reference);
     compress::EncodeOptions options;
     options.effort = effort;
-    compress::LightMapPlan plan = synthetic::planOf(layout, target, reference, options);
-    if (halo3) plan = compress::withHalo3Constants(plan);
+    const compress::LightMapPlan plan = synthetic::planOf(layout, target, reference, options);
     const compress::EncodedLightMapRows rows = compress::encodeLightMapRows(plan, reference, 0, height, options);
     for (std::size_t t = 0; t < rows.textures.size(); ++t) {
         cooked.texels.textures.emplace_back();

@@ -46,12 +46,14 @@ std::optional<formats::Error> readConstants(const CookedLightMap&, AnyLayout&) {
 
 template <LuvwFamily Luvw>
 std::optional<formats::Error> readConstants(const CookedLightMap& map, Luvw& layout) {
-    std::array<float, 4> neutral{};
     if (auto error = readConstant(map, "range", layout.k.range)) return error;
-    if (auto error = readConstant(map, "span", layout.k.span)) return error;
-    if (auto error = readConstant(map, "neutral", neutral)) return error;
-    if (auto error = readConstant(map, "root", std::span(&layout.k.root, 1))) return error;
-    layout.k.neutral = glm::vec4(neutral[0], neutral[1], neutral[2], neutral[3]);
+    if constexpr (requires { layout.k.root; }) {
+        std::array<float, 4> neutral{};
+        if (auto error = readConstant(map, "span", layout.k.span)) return error;
+        if (auto error = readConstant(map, "neutral", neutral)) return error;
+        if (auto error = readConstant(map, "root", std::span(&layout.k.root, 1))) return error;
+        layout.k.neutral = glm::vec4(neutral[0], neutral[1], neutral[2], neutral[3]);
+    }
     if constexpr (Zonal<Luvw>) return readLuminance(map, layout.k.luminance);
     return std::nullopt;
 }

@@ -91,6 +91,26 @@ struct Luvw : LayoutRow<LightMapLayout::Luvw> {
     }
 };
 
+/// Constants of family luvw for bounds, where the shader has some of them as literals: ShaderConstants and those of Halo 3.
+template <class ShaderConstants>
+struct Halo3Constants : ShaderConstants {
+    struct Ones {
+        constexpr float operator[](std::size_t) const { return 1; }
+    };
+    Ones span;
+    glm::vec4 neutral{0.5f, 0.5f, 0.5f, 1};
+};
+
+struct Halo3 : LayoutRow<LightMapLayout::Halo3> {
+    Halo3Constants<shaders::LcHalo3Constants> k{};
+
+    shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapHalo3(shaderTexels<shaders::LcHalo3Texels>(t), k); }
+    /// Returns the decode of the first texture alone.
+    shaders::LcSh decodeEarly(std::size_t, const Texels<kLayers>& t, const shaders::LcSh&) const {
+        return shaders::lcLightMapHalo3First(shaderTexels<shaders::LcHalo3Texels>(t), k);
+    }
+};
+
 /// Layouts that store coefficient 0 and ratios of others to it: [l0, ratio...].
 template <class Layout>
 concept RatioFamily = requires {
@@ -202,6 +222,21 @@ struct LuvwLinear : LayoutRow<LightMapLayout::LuvwLinear> {
     }
 };
 
+struct Halo3Linear : LayoutRow<LightMapLayout::Halo3Linear> {
+    Halo3Constants<shaders::LcHalo3LinearConstants> k{};
+
+    shaders::LcSh decode(const Texels<kLayers>& t) const {
+        return shaders::lcLightMapHalo3Linear(shaderTexels<shaders::LcHalo3LinearTexels>(t), k);
+    }
+    shaders::LcSh bands(const Texels<kLayers>& t) const {
+        return shaders::lcHalo3LinearBands(shaderTexels<shaders::LcHalo3LinearTexels>(t), k);
+    }
+    /// Returns the decode of the first texture alone.
+    shaders::LcSh decodeEarly(std::size_t, const Texels<kLayers>& t, const shaders::LcSh&) const {
+        return shaders::lcLightMapHalo3LinearFirst(shaderTexels<shaders::LcHalo3LinearTexels>(t), k);
+    }
+};
+
 struct Zh3 : RatioRow<LightMapLayout::Zh3, shaders::LcZh3Texels, shaders::LcZh3Constants> {
     shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapZh3(shaderTexels<shaders::LcZh3Texels>(t), k); }
     shaders::LcSh bands(const Texels<kLayers>& t) const { return shaders::lcZh3Bands(shaderTexels<shaders::LcZh3Texels>(t), k); }
@@ -268,7 +303,7 @@ struct Basis : LayoutRow<kId> {
 /// One alternative for each layout, in the order of the enumeration.
 using Layout = std::variant<Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis<LightMapLayout::Basis3>, Basis<LightMapLayout::Basis4>,
                             Basis<LightMapLayout::Basis8>, Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>, Sh4, Godot,
-                            MonoSh, Bakery, Hdr, Hdr2>;
+                            MonoSh, Bakery, Hdr, Hdr2, Halo3, Halo3Linear>;
 
 /// Returns true if the variant has one alternative for each row of the table, in its order.
 template <std::size_t... kIndices>

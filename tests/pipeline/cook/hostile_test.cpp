@@ -115,7 +115,7 @@ TEST(Light, TheLargestFloatIsRefused) {
 /// textures, and where one texel is a million times as bright as those beside it the product is far off between them.
 TEST(Light, OneTexelFarBeyondTheSunIsCooked) {
     const auto isForEngine = [](const std::string& layout) {
-        return formats::info(*formats::lightMapLayoutFromName(layout)).isForEngine();
+        return formats::info(*formats::lightMapLayoutFromName(layout)).isForEngine;
     };
     for (const auto& [layout, line] : cookOneTexel(1e24f)) {
         EXPECT_TRUE(layout.starts_with("luvw") || isForEngine(layout)) << layout << ": " << line;

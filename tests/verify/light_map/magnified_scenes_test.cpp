@@ -444,14 +444,14 @@ TEST_P(MagnifiedScenesSoak, NoShadingExceedsTheBoundOfItsQuad) {
     expectWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 3, 25'000'000);
 }
 /// A thousand million in total.
-INSTANTIATE_TEST_SUITE_P(Scenes, MagnifiedScenesSoak,
-                         testing::Combine(testing::ValuesIn(kScenes),
-                                          testing::Values(LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear,
-                                                          LightMapLayout::Ratio, LightMapLayout::Zh3, LightMapLayout::Sh4,
-                                                          LightMapLayout::Basis3, LightMapLayout::Basis4, LightMapLayout::Basis8,
-                                                          LightMapLayout::Basis12, LightMapLayout::Basis16, LightMapLayout::Godot,
-                                                          LightMapLayout::MonoSh, LightMapLayout::Bakery)),
-                         nameOf);
+INSTANTIATE_TEST_SUITE_P(
+    Scenes, MagnifiedScenesSoak,
+    testing::Combine(testing::ValuesIn(kScenes),
+                     testing::Values(LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio,
+                                     LightMapLayout::Zh3, LightMapLayout::Sh4, LightMapLayout::Basis3, LightMapLayout::Basis4,
+                                     LightMapLayout::Basis8, LightMapLayout::Basis12, LightMapLayout::Basis16, LightMapLayout::Godot,
+                                     LightMapLayout::MonoSh, LightMapLayout::Bakery, LightMapLayout::Halo3, LightMapLayout::Halo3Linear)),
+    nameOf);
 
 class TightBoundsSoak : public testing::TestWithParam<SceneAndLayout> {};
 TEST_P(TightBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {
@@ -469,7 +469,8 @@ INSTANTIATE_TEST_SUITE_P(Scenes, TightBoundsSoak,
                                           testing::Values(LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio,
                                                           LightMapLayout::Zh3, LightMapLayout::Sh4, LightMapLayout::Basis3,
                                                           LightMapLayout::Basis4, LightMapLayout::Basis8, LightMapLayout::Basis16,
-                                                          LightMapLayout::Godot, LightMapLayout::MonoSh, LightMapLayout::Bakery)),
+                                                          LightMapLayout::Godot, LightMapLayout::MonoSh, LightMapLayout::Bakery,
+                                                          LightMapLayout::Halo3, LightMapLayout::Halo3Linear)),
                          nameOf);
 
 }  // namespace

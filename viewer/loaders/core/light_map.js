@@ -36,6 +36,9 @@ export const LAYOUTS = {
   "mono-sh": { name: "MonoSh", single: ["l0", "l1"] },
   "bakery": { name: "Bakery", single: ["l0", "l1x", "l1y", "l1z"] },
   "hdr": { name: "Hdr", numbers: ["range"], lists: ["bias"], arrays: { sh: ["sh", 9] } },
+  "halo3": { name: "Halo3", lists: ["range"], arrays: { first: ["luvw_first", 9], second: ["luvw_second", 9] } },
+  "halo3-linear": { name: "Halo3Linear", lists: ["range"], vectors: ["luminance"],
+    arrays: { first: ["luvw_first", 5], second: ["luvw_second", 5] } },
   "hdr-2": { name: "Hdr2", numbers: ["range", "share"], lists: ["bias"], arrays: { sh: ["sh", 9], second: ["second", 9] } },
 };
 
