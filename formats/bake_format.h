@@ -52,11 +52,15 @@ struct BakeFormatInfo {
     BakeMatch (*match)(const std::filesystem::path& file, const ExrInfo& info);
     /// Returns the files beside `file` that belong to a bake of this name, whether they exist or not. Null: there are none.
     std::vector<std::filesystem::path> (*filesBeside)(const std::filesystem::path& file);
-    /// Opens an image. Null for a format that lies in a glTF.
+    /// Opens an image. Null for a format that lies in a glTF or needs a mesh.
     Result<std::unique_ptr<BakeReader>> (*open)(BakeImage image);
     /// Opens a light map of a glTF. Null for a format of images.
     /// image  value of the scene key `image`
     Result<std::unique_ptr<BakeReader>> (*openGltf)(const std::filesystem::path& file, const std::string& image) = nullptr;
+    /// Opens an image whose light depends on the surfaces of a mesh: their tangents or normals. Null for other formats.
+    Result<std::unique_ptr<BakeReader>> (*openOnMesh)(BakeImage image, const std::filesystem::path& mesh) = nullptr;
+
+    constexpr bool needsMesh() const { return openOnMesh != nullptr; }
 };
 
 /// The format that a file was recognised as, and why.
@@ -77,6 +81,10 @@ std::vector<std::string> bakeNames();
 std::vector<std::string> encodedBakeNames();
 /// Returns the names of the formats that lie in a glTF, for which the scene key `image` is.
 std::vector<std::string> gltfBakeNames();
+/// Returns the names of the formats whose light depends on the surfaces of a mesh.
+std::vector<std::string> meshBakeNames();
+/// Returns true if `file` may be of a format that needs a mesh, under a value of the scene key `bake`.
+bool mayNeedMesh(const std::filesystem::path& file, std::string_view bake);
 /// Returns the bake format, sh4 or sh9, of a bake that has an image for each coefficient, or for each colour of a coefficient. Fails for
 /// other names and for coefficients that are missing.
 /// names    "sh00" for a coefficient, "sh00.R" for one colour of it

@@ -31,6 +31,8 @@ struct LightMapDescription {
     LightUnits lightUnits = LightUnits::Radiometric;
     LightEncoding encoding = LightEncoding::None;  ///< of the file, which is an 8-bit picture then; for formats that take it
     std::string image = {};                        ///< name of the image of a glTF that has several light maps; empty: it has one
+    /// Mesh that the map lies on. Read by bake formats whose light depends on it (BakeFormatInfo::needsMesh), which need one.
+    std::filesystem::path mesh = {};
     ColorSpaces colors;
     /// Names of the images of a bake whose coefficients are images of their own (formats/bakes/coefficient_files.h). Empty: one file has
     /// all.
@@ -85,6 +87,8 @@ class LightMapReader {
 public:
     /// file  names the map in errors; with description.parts it is the first of their files
     static Result<LightMapReader> open(const std::filesystem::path& file, const LightMapDescription& description);
+    /// Returns the bake format of a file, also of one that cannot be opened without a mesh.
+    static Result<BakeRecognition> recognize(const std::filesystem::path& file, const LightMapDescription& description);
     LightMapReader(LightMapReader&&) noexcept;
     LightMapReader& operator=(LightMapReader&&) noexcept;
     ~LightMapReader();

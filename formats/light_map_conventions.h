@@ -20,7 +20,7 @@ enum class ShQuantity { Radiance, Irradiance };
 /// Units of the light sources of the bake: scene key `light_units`.
 enum class LightUnits { Radiometric, Game };
 /// Encoding of the colours of an 8-bit picture: scene key `encoding`.
-enum class LightEncoding { None, Rgbm, Dldr };
+enum class LightEncoding { None, Rgbm, Dldr, Srgb };
 
 template <class Enum>
 struct ConventionInfo {
@@ -57,8 +57,9 @@ inline constexpr std::array kLightEncodings = {
     ConventionInfo<LightEncoding>{LightEncoding::None, "none", "values as stored, scene-linear"},
     ConventionInfo<LightEncoding>{LightEncoding::Rgbm, "rgbm", "Unity's RGBM: the sRGB curve of R, G, B times (5 A)^2.2"},
     ConventionInfo<LightEncoding>{LightEncoding::Dldr, "dldr", "Unity's double LDR: the sRGB curve of R, G, B times 4.59, which is 2^2.2"},
+    ConventionInfo<LightEncoding>{LightEncoding::Srgb, "srgb", "the sRGB curve of R, G, B: light as a display shows it"},
 };
-static_assert(isCompleteTable(kLightEncodings, LightEncoding::Dldr));
+static_assert(isCompleteTable(kLightEncodings, LightEncoding::Srgb));
 
 /// Returns the table of a convention: `conventions<ShPhase>()`.
 template <class Enum>

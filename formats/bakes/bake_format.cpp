@@ -10,8 +10,10 @@
 
 #include "formats/bakes/bake_reader.h"
 #include "formats/bakes/bakery.h"
+#include "formats/bakes/deluxe.h"
 #include "formats/bakes/flat.h"
 #include "formats/bakes/godot.h"
+#include "formats/bakes/rnm.h"
 #include "formats/bakes/sh4.h"
 #include "formats/bakes/sh9.h"
 #include "formats/bakes/sh_baker.h"
@@ -27,6 +29,9 @@ namespace {
 using Kind = BakeMatch::Kind;
 
 constexpr std::string_view kUnityAxes = "the axes are those of the world that was baked, which is left-handed in Unity";
+
+constexpr std::string_view kTangents =
+    "tangents are those of the mesh, or without TANGENT follow TEXCOORD_0; the green of normal maps points down";
 
 constexpr std::array kBakeFormats = {
     BakeFormatInfo{.name = "sh9",
@@ -113,6 +118,37 @@ constexpr std::array kBakeFormats = {
                    .filesBeside = epicFilesBeside,
                    .open = nullptr,
                    .openGltf = openUnrealHq},
+    BakeFormatInfo{.name = "bakery-rnm",
+                   .caption = "RNM light map of Bakery: files _RNM0, _RNM1 and _RNM2 (HDR) of one name, in the tangent space of the mesh",
+                   .content = "files _RNM0, _RNM1 and _RNM2",
+                   .assumes = kTangents,
+                   .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
+                   .match = matchBakeryRnm,
+                   .filesBeside = filesBesideRnm,
+                   .open = nullptr,
+                   .openOnMesh = openBakeryRnm},
+    BakeFormatInfo{
+        .name = "source-rnm",
+        .caption = "the same files as Source (Half-Life 2) shows the pages of a bumped surface: squares of the cosines as weights",
+        .content = "files _RNM0, _RNM1 and _RNM2",
+        .assumes = kTangents,
+        .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
+        .match = matchSourceRnm,
+        .filesBeside = filesBesideRnm,
+        .open = nullptr,
+        .openOnMesh = openSourceRnm},
+    BakeFormatInfo{.name = "deluxe",
+                   .caption =
+                       "light map and direction map of q3map2 (Quake 3): files of one name and _deluxe, or pages lm_0000 (light) and "
+                       "lm_0001 (directions), as ioquake3 shows them on the mesh",
+                   .content = "a file and its directions _deluxe, or pages lm_0000 and lm_0001",
+                   .assumes = "the axes of the directions are those of the mesh; Quake's own have z up",
+                   .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
+                   .takesEncoding = true,
+                   .match = matchDeluxe,
+                   .filesBeside = filesBesideDeluxe,
+                   .open = nullptr,
+                   .openOnMesh = openDeluxe},
     BakeFormatInfo{.name = "sh4",
                    .caption = "12 channels sh00.R to sh03.B: bands 0 and 1 of sh9; band 2 is zero",
                    .content = kSh4Content,
@@ -229,6 +265,25 @@ std::vector<std::string> gltfBakeNames() {
     for (const BakeFormatInfo& format : kBakeFormats)
         if (format.openGltf != nullptr) names.emplace_back(format.name);
     return names;
+}
+
+std::vector<std::string> meshBakeNames() {
+    std::vector<std::string> names;
+    for (const BakeFormatInfo& format : kBakeFormats)
+        if (format.needsMesh()) names.emplace_back(format.name);
+    return names;
+}
+
+bool mayNeedMesh(const std::filesystem::path& file, std::string_view bake) {
+    const auto exists = [](const std::filesystem::path& each) {
+        std::error_code code;
+        return std::filesystem::exists(each, code);
+    };
+    return std::ranges::any_of(kBakeFormats, [&](const BakeFormatInfo& format) {
+        if (!format.needsMesh() || bake != kAutoBake) return format.needsMesh() && bake == format.name;
+        const auto files = format.filesBeside(file);
+        return !files.empty() && std::ranges::all_of(files, exists);
+    });
 }
 
 std::vector<std::filesystem::path> bakeFilesBeside(const std::filesystem::path& file, std::string_view bake) {

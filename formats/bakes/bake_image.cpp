@@ -51,7 +51,8 @@ Result<BakeImage> BakeImage::open(const std::filesystem::path& file) {
     Result<ExrReader> exr = ExrReader::open(file);
     if (!exr && !whyNoFile(file) && std::ranges::find(kPictureExtensions, extension) != kPictureExtensions.end())
         return failure(ErrorCode::FormatUnsupported, file.string(),
-                       "found an 8-bit picture, expected OpenEXR or Radiance HDR. Encoded by Unity? Set encoding = \"rgbm\" or \"dldr\"");
+                       "found an 8-bit picture, expected OpenEXR or Radiance HDR. Encoded by Unity? Set encoding = \"rgbm\" or \"dldr\". "
+                       "Display colours? \"srgb\"");
     if (!exr) return tl::make_unexpected(exr.error());
     BakeImage image(file);
     image.exr_ = std::move(*exr);

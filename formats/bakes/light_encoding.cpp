@@ -12,6 +12,7 @@ constexpr double kRgbmRange = 34.493242, kRgbmExponent = 2.2, kDldrRange = 4.59;
 double multiplier(float alpha, LightEncoding encoding) {
     switch (encoding) {
         case LightEncoding::None:
+        case LightEncoding::Srgb:
             return 1;
         case LightEncoding::Rgbm:
             return kRgbmRange * std::pow(static_cast<double>(alpha), kRgbmExponent);

@@ -31,7 +31,9 @@ Result<OpenBake> openImage(const std::filesystem::path& file, const LightMapDesc
     Result<BakeRecognition> recognition = findBakeFormat(description.bake, file, image->info());
     if (!recognition) return tl::make_unexpected(recognition.error());
     const BakeFormatInfo* const format = recognition->format;
-    return OpenBake{std::move(*recognition), [format, image] { return format->open(std::move(*image)); }};
+    if (!format->needsMesh()) return OpenBake{std::move(*recognition), [format, image] { return format->open(std::move(*image)); }};
+    return OpenBake{std::move(*recognition),
+                    [format, image, mesh = description.mesh] { return format->openOnMesh(std::move(*image), mesh); }};
 }
 
 Result<OpenBake> openGltf(const std::filesystem::path& file, const LightMapDescription& description) {
@@ -122,11 +124,15 @@ Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, c
     if (const auto known = checkBakeName(description.bake, subject); !known) return tl::make_unexpected(known.error());
     Result<OpenBake> bake = openBake(file, description);
     if (!bake) return tl::make_unexpected(bake.error());
-    if (const auto taken = checkEncoding(description.encoding, *bake->recognition.format, subject); !taken)
-        return tl::make_unexpected(taken.error());
-    if (const auto taken = checkImage(description.image, *bake->recognition.format, subject); !taken)
-        return tl::make_unexpected(taken.error());
-    const Result<LightMapDescription> complete = withImplied(description, *bake->recognition.format, subject);
+    const BakeFormatInfo& format = *bake->recognition.format;
+    if (format.needsMesh() && description.mesh.empty())
+        return failure(ErrorCode::InvalidRequest, subject,
+                       fmt::format("found bake format {} without a mesh, expected mesh = \"FILE\" (--mesh): its light is relative to the "
+                                   "surfaces that it lies on",
+                                   format.name));
+    if (const auto taken = checkEncoding(description.encoding, format, subject); !taken) return tl::make_unexpected(taken.error());
+    if (const auto taken = checkImage(description.image, format, subject); !taken) return tl::make_unexpected(taken.error());
+    const Result<LightMapDescription> complete = withImplied(description, format, subject);
     if (!complete) return tl::make_unexpected(complete.error());
     Result<std::unique_ptr<BakeReader>> reader = bake->open();
     if (!reader) return tl::make_unexpected(reader.error());
@@ -137,6 +143,10 @@ Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, c
     if (!colors) return failure(colors.error().code, fmt::format("{}, {}", subject, colors.error().subject), colors.error().detail);
     return LightMapReader(std::unique_ptr<State>(new State{std::move(bake->recognition), std::move(*reader), colors->luminanceWeights,
                                                            colors->bt2020FromWorking, Canonicalizer(subject, *complete, *colors)}));
+}
+
+Result<BakeRecognition> LightMapReader::recognize(const std::filesystem::path& file, const LightMapDescription& description) {
+    return openBake(file, description).map([](OpenBake bake) { return std::move(bake.recognition); });
 }
 
 Result<LightMapStrip> LightMapReader::read(int firstRow, int rowCount) const {

@@ -170,12 +170,13 @@ std::size_t componentBytes(ComponentType type) {
 }
 
 glm::dvec3 MeshAttribute::at(std::size_t vertex) const {
-    const std::byte* bytes = values.data() + vertex * bytesPerVertex();
     glm::dvec3 result(0);
-    for (int i = 0; i < std::min(componentCount, 3); ++i) {
-        result[i] = componentAt(*this, bytes + static_cast<std::size_t>(i) * componentBytes(componentType));
-    }
+    for (int i = 0; i < std::min(componentCount, 3); ++i) result[i] = component(vertex, i);
     return result;
+}
+
+double MeshAttribute::component(std::size_t vertex, int index) const {
+    return componentAt(*this, values.data() + vertex * bytesPerVertex() + static_cast<std::size_t>(index) * componentBytes(componentType));
 }
 
 const MeshAttribute* TriangleMesh::find(std::string_view semantic) const {

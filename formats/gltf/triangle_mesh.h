@@ -31,6 +31,8 @@ struct MeshAttribute {
     bool isFloat() const { return componentType == ComponentType::Float32; }
     /// Returns up to three components of a vertex (normalized integers as [0, 1] or [-1, 1]); missing ones are 0.
     glm::dvec3 at(std::size_t vertex) const;
+    /// Returns one component, index < componentCount, of a vertex in the same way.
+    double component(std::size_t vertex, int index) const;
 };
 
 struct TriangleMesh {

@@ -77,6 +77,16 @@ Json describeLightMap(const formats::LightMapReader& map) {
             {"normals", map.hasNormals()}, {"coverage", map.hasCoverage()}};
 }
 
+/// Describes a light map that cannot be opened without its mesh.
+Json describeWithoutMesh(const formats::BakeRecognition& recognition, const formats::Error& error) {
+    const BakeReading reading = readingOf(recognition);
+    return {{"light_map", reading.bake},
+            {"evidence", reading.evidence},
+            {"assumed", reading.assumed},
+            {"other_readings", reading.otherReadings},
+            {"needs", error.line()}};
+}
+
 /// Describes the light maps of Unreal that a glTF holds, each by its image. One that cannot be read has its error.
 Result<Json> describeEpicMaps(const std::filesystem::path& file) {
     const auto images = formats::epicImageNames(file);
@@ -162,7 +172,11 @@ Result<Json> describeFile(const std::filesystem::path& file) {
         return facts;
     }
     if (extension == ".exr" || extension == ".hdr") {
-        if (const auto map = formats::LightMapReader::open(file, {})) {
+        const auto map = formats::LightMapReader::open(file, {});
+        if (!map)
+            if (const auto known = formats::LightMapReader::recognize(file, {}); known && known->format->needsMesh())
+                return describeWithoutMesh(*known, map.error());
+        if (map) {
             if (map->recognition().isCertain) return describeLightMap(*map);
             return formats::readImage(file).map([&](const formats::PlainImage& image) {
                 Json json = describeImage(image);

@@ -78,7 +78,8 @@ private:
     bool zstd_ = false, isOneAsset_ = true;
 };
 
-/// --bake, --phase, --frame, --quantity, --light-units, --encoding, --image and --firefly-limit: the conventions of a baked light map.
+/// --bake, --phase, --frame, --quantity, --light-units, --encoding, --image, --mesh and --firefly-limit: the conventions of a baked light
+/// map.
 class ConventionOptions {
 public:
     void add(CLI::App& app);
@@ -87,6 +88,7 @@ public:
 
 private:
     std::string bake_ = std::string(formats::kAutoBake), phase_, frame_, quantity_, lightUnits_, encoding_, image_;
+    std::filesystem::path mesh_;
     double fireflyLimit_ = formats::LightMapDescription{}.fireflyLimit;
 };
 

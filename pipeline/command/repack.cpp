@@ -59,6 +59,7 @@ at four that lie 45 degrees from it. Charts are then packed into the least recta
 Charts that keep their resolution keep their texels bit for bit, and the light between them.)");
     return [options](Session& session) {
         if (auto applied = options->conventions.apply(options->description); !applied) return session.finish(applied);
+        if (options->description.mesh.empty() && options->meshes.size() == 1) options->description.mesh = options->meshes.front();
         options->json.prepare(session);
         const auto made = repack(*options, session.state);
         if (!made) return options->json.finish(session, {}, {made.error()});

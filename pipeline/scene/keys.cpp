@@ -216,9 +216,11 @@ SceneSectionInfo lightMapSection() {
               "CSV of light traced at texels of the map, to separate truncation, fit and quantization "
               "([format](../theory/error.md#ground-truth))"},
              {"mesh", "path", "none",
-              "glTF or GLB whose `TEXCOORD_1` is the light-map UV. Its materials decide what the scene needs. A learned layout keeps each "
-              "of "
-              "its islands under one basis ([clusters](../theory/layouts.md#clusters-in-the-mesh))"}},
+              fmt::format(
+                  "glTF or GLB whose `TEXCOORD_1` is the light-map UV. Its materials decide what the scene needs. A learned layout keeps "
+                  "each of its islands under one basis ([clusters](../theory/layouts.md#clusters-in-the-mesh)). Bake formats {} are "
+                  "relative to its surfaces and need it",
+                  fmt::join(formats::meshBakeNames(), ", "))}},
         .outro =
             "[From a baker to a scene](../guide/from-a-baker-to-a-scene.md#light-maps) lists the values that are refused, and "
             "`--repair`."};

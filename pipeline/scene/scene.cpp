@@ -458,6 +458,7 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
     entry.layouts = readLayouts(reader);
     entry.maxSeam = readMaxVisible(reader, "max_seam");
     entry.mesh = reader.optionalPath("mesh");
+    entry.description.mesh = entry.mesh.value_or("");
     if (entry.maxSeam && !entry.mesh)
         reader.fail(
             reader.node("max_seam"),

@@ -384,6 +384,14 @@ const std::vector<Mistake>& allMistakes() {
              writeColours(scene, "room_L0.exr");
              for (const char* name : {"room_L1.png", "room_L1x.png", "room_L1y.png", "room_L1z.png"}) writeGreyPng(scene, name, 3);
          }},
+        {"a bake in tangent space without its mesh", "lightcook lightmap room_RNM0.exr out",
+         [](const ExampleCopy& scene) {
+             for (const char* name : {"room_RNM0.exr", "room_RNM1.exr", "room_RNM2.exr"}) writeColours(scene, name);
+         }},
+        {"two of the three maps of RNM", "lightcook lightmap room_RNM0.exr out --mesh cornell.glb",
+         [](const ExampleCopy& scene) { writeColours(scene, "room_RNM0.exr"), writeColours(scene, "room_RNM1.exr"); }},
+        {"a light map of Quake without its directions", "lightcook lightmap room.exr out --bake deluxe --mesh cornell.glb",
+         [](const ExampleCopy& scene) { writeColours(scene, "room.exr"); }},
         {"a glTF without light maps", "lightcook lightmap cornell.glb out", nothing},
         {"one of several light maps of Unreal is not chosen", "lightcook lightmap level.gltf out",
          [](const ExampleCopy& scene) { writeUnrealGltf(scene, 2); }},

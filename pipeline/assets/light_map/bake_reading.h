@@ -25,5 +25,7 @@ void describe(Fields& fields, Self& reading) {
 
 /// Returns how an open file was recognised, without the name of the asset.
 BakeReading readingOf(const formats::LightMapReader& map);
+/// Returns the part of it that the header of a file says.
+BakeReading readingOf(const formats::BakeRecognition& recognition);
 
 }  // namespace lightcook::pipeline

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "formats/fireflies.h"
+#include "formats/gltf_scene.h"
 #include "pipeline/assets/light_map/constant_light.h"
 #include "pipeline/assets/source_colors.h"
 
@@ -16,6 +17,7 @@ using formats::LightMapStrip;
 using formats::Result;
 
 const std::string kSourceRole = "source";
+const std::string kFramesRole = "frames";  ///< the mesh that a bake in tangent space lies on
 constexpr std::size_t kBytesPerTexel = sizeof(lighting::ShRgb) + sizeof(std::uint8_t) + sizeof(glm::vec3);
 
 /// Returns the role of a file that is read beside the source.
@@ -34,6 +36,7 @@ Result<LightMapSource*> LightMapSources::open(const std::filesystem::path& file,
     std::string key =
         std::filesystem::absolute(file).lexically_normal().string() + toJson(description).dump() + description.colors.config.string();
     for (const auto& [name, part] : description.partFiles) key += fmt::format("\n{} {}", name, part.string());
+    key += fmt::format("\n{}", description.mesh.string());
     const std::lock_guard lock(mutex_);
     if (const auto known = sources_.find(key); known != sources_.end()) return known->second.get();
     auto reader = formats::LightMapReader::open(file, description);
@@ -169,12 +172,18 @@ std::map<std::string, std::filesystem::path> bakeInputs(const std::filesystem::p
     if (!description.parts.empty()) return inputs;
     for (const std::filesystem::path& beside : formats::bakeFilesBeside(file, description.bake))
         inputs[roleOfPart(beside.filename().string())] = beside;
+    if (description.mesh.empty() || !formats::mayNeedMesh(file, description.bake)) return inputs;
+    inputs[kFramesRole] = description.mesh;
+    int index = 0;
+    for (const std::filesystem::path& beside : formats::gltfFilesBeside(description.mesh, formats::GltfFiles::Geometry))
+        inputs[fmt::format("{}_file{}", kFramesRole, index++)] = beside;
     return inputs;
 }
 
 formats::LightMapDescription withFiles(formats::LightMapDescription description,
                                        const std::map<std::string, std::filesystem::path>& inputs) {
     if (const auto config = inputs.find(kColorConfigRole); config != inputs.end()) description.colors.config = config->second;
+    if (const auto mesh = inputs.find(kFramesRole); mesh != inputs.end()) description.mesh = mesh->second;
     for (const std::string& name : description.parts)
         if (const auto part = inputs.find(roleOfPart(name)); part != inputs.end()) description.partFiles[name] = part->second;
     return description;

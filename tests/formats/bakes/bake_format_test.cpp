@@ -27,7 +27,9 @@ TEST(BakeFormat, EveryRowHasWordsAndANameOfItsOwn) {
         EXPECT_FALSE(format.caption.empty());
         EXPECT_FALSE(format.content.empty());
         EXPECT_TRUE(names.insert(format.name).second) << format.name;
-        EXPECT_NE(format.open == nullptr, format.openGltf == nullptr) << format.name;
+        const int openers =
+            (format.open != nullptr ? 1 : 0) + (format.openGltf != nullptr ? 1 : 0) + (format.openOnMesh != nullptr ? 1 : 0);
+        EXPECT_EQ(openers, 1) << format.name;
     }
     EXPECT_THAT(bakeNames(), testing::IsSupersetOf({"auto", "sh9", "sh-baker"}));
 }

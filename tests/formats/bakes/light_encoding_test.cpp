@@ -97,7 +97,7 @@ TEST(LightEncoding, FormatsWithoutColoursRefuseIt) {
     const Error error = refusal(folder / "room.png", encoded(LightEncoding::Rgbm, "godot"));
     EXPECT_EQ(error.code, ErrorCode::InvalidRequest);
     EXPECT_THAT(error.line(), HasSubstr("room.png, encoding: found \"rgbm\" for bake format godot, expected none: it is for flat, "
-                                        "bakery-sh, bakery-mono-sh, unity-directional"));
+                                        "bakery-sh, bakery-mono-sh, unity-directional, deluxe"));
 }
 
 TEST(LightEncoding, AlphaOfOneAndNoAlphaAreTheSameToDoubleLdr) {

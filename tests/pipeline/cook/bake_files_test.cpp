@@ -9,6 +9,7 @@
 #include "pipeline/command/info.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/manifest/manifest.h"
+#include "tests/formats/surface_fixture.h"
 #include "tests/formats/temporary_folder.h"
 #include "tests/pipeline/small_scene.h"
 
@@ -169,6 +170,39 @@ TEST(BakeFiles, AMapOfGodotIsCookedAndItsImportSettingsAreAnInput) {
     EXPECT_EQ(scene.cook().actionsRun, 0);
     formats::writeContent(scene / "room.exr.import", "importer=\"2d_array_texture\"\nslices/vertical=4\n\n");
     EXPECT_GT(scene.cook().actionsRun, 0);
+}
+
+TEST(BakeFiles, TheMeshOfABakeInTangentSpaceIsAnInput) {
+    const BakeScene scene;
+    for (int map = 0; map < 3; ++map)
+        scene.writePicture(fmt::format("room_RNM{}.exr", map), kSide, kSide, 3, [&](int x, int y) {
+            return glm::vec4(glm::vec3(0.3f + 0.01f * static_cast<float>(map == 0 ? x : y), 0.3f, 0.2f), 1);
+        });
+    formats::writeSquare(scene / "square.glb", {});
+    scene.writeScene("room_RNM0.exr", "mesh = \"square.glb\"");
+    const Outcome first = scene.cook();
+    ASSERT_TRUE(first.errors.empty()) << first.errors.front().line();
+    EXPECT_THAT(formats::contentOf(scene / "out.d"),
+                AllOf(HasSubstr((scene / "room_RNM2.exr").string()), HasSubstr((scene / "square.glb").string())));
+    VerifyOptions verify;
+    verify.folder = scene / "out";
+    const Outcome verified = verifyCooked(verify, {});
+    EXPECT_TRUE(verified.errors.empty()) << verified.errors.front().line();
+    EXPECT_EQ(scene.cook().actionsRun, 0);
+    formats::writeSquare(scene / "square.glb", {.texture = glm::mat2(0, 1, 1, 0)});
+    EXPECT_GT(scene.cook().actionsRun, 0) << "the tangents changed";
+
+    LintOptions lint;
+    lint.scene = scene / "scene.toml";
+    lint.cache = scene / "cache";
+    const Json reading = lintScene(lint, {}).report.at("light_maps").at(0);
+    EXPECT_EQ(reading.at("bake"), "bakery-rnm");
+    EXPECT_EQ(reading.at("evidence"), "the 3 files room_RNM0.exr to room_RNM2.exr");
+    EXPECT_THAT(reading.at("assumed")[0].get<std::string>(), HasSubstr("TEXCOORD_0"));
+    const auto facts = describeFile(scene / "room_RNM0.exr");
+    ASSERT_TRUE(facts) << facts.error().line();
+    EXPECT_EQ(facts->at("light_map"), "bakery-rnm");
+    EXPECT_THAT(facts->at("needs").get<std::string>(), HasSubstr("without a mesh"));
 }
 
 TEST(BakeFiles, LintAndInfoSayHowAFileWasRecognised) {

@@ -1,0 +1,117 @@
+#include "formats/bakes/deluxe.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "formats/bakes/exit_radiance.h"
+#include "formats/bakes/file_set.h"
+#include "formats/bakes/on_surface.h"
+
+namespace lightcook::formats {
+namespace {
+
+using lighting::ShRgb;
+
+constexpr std::array<std::string_view, 2> kEndings = {"", "_deluxe"};
+constexpr float kLeastCosine = 0.25f, kShortest = 0.125f;
+/// Coefficients to whose red the direction is read.
+constexpr std::size_t kDirection = 1;
+
+/// Returns what nine coefficients of a light of strength 1 show where the normal has this cosine to it: 1/4 + x/2 + 5/16 P_2(x).
+float shownAt(float cosine) {
+    return 0.25f + 0.5f * cosine + 0.15625f * (3 * cosine * cosine - 1);
+}
+
+/// Returns the pages n and n + 1, n even, of a name that ends in a number of at least two digits; else nothing.
+std::vector<std::filesystem::path> pagesOf(const std::filesystem::path& file) {
+    const std::string stem = file.stem().string();
+    const std::size_t first = stem.find_last_not_of("0123456789") + 1, digits = stem.size() - first;
+    constexpr std::size_t kFewest = 2, kMost = 9;
+    if (digits < kFewest || digits > kMost) return {};
+    int page = 0;
+    std::from_chars(stem.data() + first, stem.data() + stem.size(), page);
+    std::vector<std::filesystem::path> files;
+    for (const int number : {page / 2 * 2, page / 2 * 2 + 1})
+        files.push_back(file.parent_path() / fmt::format("{}{:0{}}{}", stem.substr(0, first), number, digits, file.extension().string()));
+    return files;
+}
+
+std::vector<std::filesystem::path> pairOf(const std::filesystem::path& file) {
+    if (file.stem().string().ends_with(kEndings[1])) return filesOfMixedSet(file, kEndings);
+    auto files = filesOfMixedSet(file, std::span(kEndings).first(1));
+    std::filesystem::path directions = file.parent_path() / (file.stem().string() + std::string(kEndings[1]) + file.extension().string());
+    files.push_back(filesOfMixedSet(directions, std::span(kEndings).last(1)).front());
+    return files;
+}
+
+class DeluxeReader final : public OnSurfaceReader {
+public:
+    DeluxeReader(std::vector<BakeImage> images, SurfaceChannels surface, SurfaceFrames frames)
+        : OnSurfaceReader(std::move(images), std::move(surface), std::move(frames)) {}
+
+    Result<RawStrip> read(int firstRow, int rowCount) const override {
+        RawStrip raw = emptyStrip(rowCount);
+        std::vector<ExrPlane> colours, directions;
+        addSurface(raw, colours);
+        addColours(raw, 0, colours);
+        addColours(raw, kDirection, directions);
+        if (const auto read = images()[0].readRows(firstRow, rowCount, colours); !read) return tl::make_unexpected(read.error());
+        if (const auto read = images()[1].readRows(firstRow, rowCount, directions); !read) return tl::make_unexpected(read.error());
+        const Image<SurfaceFrame> frames = putOnSurface(raw, firstRow);
+        for (int y = 0; y < rowCount; ++y)
+            for (int x = 0; x < width(); ++x) raw.sh.at(x, y) = decoded(raw.sh.at(x, y), frames.at(x, y).normal);
+        return raw;
+    }
+
+private:
+    static ShRgb decoded(const ShRgb& stored, const glm::vec3& normal) {
+        const glm::vec3 colour = stored[0], direction = 2.0f * stored[kDirection] - 1.0f;
+        const float length = glm::length(direction);
+        ShRgb sh{};
+        if (normal == glm::vec3(0)) return sh;
+        float light = 0, everywhere = 1;  // strengths over the colour
+        if (length >= kShortest) {
+            const float cosine = glm::dot(normal, direction / length), facing = std::max(cosine, 0.0f);
+            light = facing >= kLeastCosine ? 1 / shownAt(cosine) : 1 / kLeastCosine;
+            everywhere = facing >= kLeastCosine ? 0 : 1 - light * shownAt(cosine);
+            sh = lighting::projectDirectional(direction / length, std::numbers::pi_v<float> * light * colour);
+        }
+        sh[0] += kFirstOfExit * everywhere * colour;
+        return sh;
+    }
+};
+
+}  // namespace
+
+std::vector<std::filesystem::path> filesBesideDeluxe(const std::filesystem::path& file) {
+    const auto pair = pairOf(file);
+    std::error_code code;
+    if (std::filesystem::exists(pair[1], code) || file == pair[1]) return pair;
+    return pagesOf(file);
+}
+
+BakeMatch matchDeluxe(const std::filesystem::path& file, const ExrInfo& info) {
+    constexpr int kNumbers = 6;
+    const auto files = filesBesideDeluxe(file);
+    if (files.empty() || !isPicture(info)) return {};
+    BakeMatch match = matchFiles(file, files, kNumbers, "deluxe");
+    if (!files[1].stem().string().ends_with(kEndings[1]))
+        match.kind = match.kind == BakeMatch::Kind::Certain ? BakeMatch::Kind::OnlyNamed : BakeMatch::Kind::None;
+    return match;
+}
+
+Result<std::unique_ptr<BakeReader>> openDeluxe(BakeImage image, const std::filesystem::path& mesh) {
+    const auto files = filesBesideDeluxe(image.file());
+    return openOnSurface<DeluxeReader>(std::move(image), files, mesh);
+}
+
+}  // namespace lightcook::formats

@@ -1,0 +1,108 @@
+#include "formats/bakes/rnm.h"
+
+#include <array>
+#include <glm/mat3x3.hpp>
+#include <string_view>
+#include <utility>
+
+#include "formats/bakes/file_set.h"
+#include "formats/bakes/on_surface.h"
+
+namespace lightcook::formats {
+namespace {
+
+using lighting::Sh;
+using lighting::ShRgb;
+
+constexpr std::array<std::string_view, 3> kEndings = {"_RNM0", "_RNM1", "_RNM2"};
+constexpr std::size_t kDirectionCount = kEndings.size();
+using Lobes = std::array<Sh, kDirectionCount>;
+
+/// Coefficients of R_0 = 1 in tangent space that are not zero: even in y, as b_0 is. tests/formats/bakes/rnm_test.cpp derives them.
+struct FirstLobe {
+    float constant, z, x, zz, xz, xx;  ///< coefficients 0, 2, 3, 6, 7, 8
+};
+constexpr FirstLobe kBakeryLobe = {1.22852f, 0.30888f, 1.19369f, 0.82550f, 1.75134f, 1.14411f};
+constexpr FirstLobe kSourceLobe = {1.1816359f, 0, 1.50133f, 0, 1.0f, 1.92102f};
+
+/// Returns the lobes of b_0, b_1 and b_2: the first one turned by 120 degrees about z, either way. The y of the basis points down a
+/// picture, as the green of these engines' normal maps does; that of the frames points up.
+constexpr Lobes lobesOf(const FirstLobe& first) {
+    constexpr float kHalfRoot3 = 0.8660254f;
+    Lobes lobes{};
+    for (std::size_t i = 0; i < kDirectionCount; ++i) {
+        const float cosine = i == 0 ? 1 : -0.5f, sine = i == 0 ? 0 : i == 1 ? -kHalfRoot3 : kHalfRoot3;
+        // Twice the angle is the opposite angle.
+        lobes[i] = {first.constant,  first.x * sine, first.z,           first.x * cosine, -first.xx * sine,
+                    first.xz * sine, first.zz,       first.xz * cosine, first.xx * cosine};
+    }
+    return lobes;
+}
+
+class RnmReader final : public OnSurfaceReader {
+public:
+    RnmReader(std::vector<BakeImage> images, SurfaceChannels surface, SurfaceFrames frames, const Lobes& lobes)
+        : OnSurfaceReader(std::move(images), std::move(surface), std::move(frames)), lobes_(lobes) {}
+
+    Result<RawStrip> read(int firstRow, int rowCount) const override {
+        RawStrip raw = emptyStrip(rowCount);
+        for (std::size_t image = 0; image < kDirectionCount; ++image) {
+            std::vector<ExrPlane> planes;
+            if (image == 0) addSurface(raw, planes);
+            addColours(raw, image, planes);
+            if (const auto read = images()[image].readRows(firstRow, rowCount, planes); !read) return tl::make_unexpected(read.error());
+        }
+        const Image<SurfaceFrame> frames = putOnSurface(raw, firstRow);
+        for (int y = 0; y < rowCount; ++y)
+            for (int x = 0; x < width(); ++x) raw.sh.at(x, y) = decoded(raw.sh.at(x, y), frames.at(x, y));
+        return raw;
+    }
+
+private:
+    ShRgb decoded(const ShRgb& stored, const SurfaceFrame& frame) const {
+        if (!frame.isSurface()) return {};
+        ShRgb inTangents{};
+        for (std::size_t direction = 0; direction < kDirectionCount; ++direction)
+            for (std::size_t i = 0; i < inTangents.size(); ++i) inTangents[i] += lobes_[direction][i] * stored[direction];
+        const glm::dmat3 worldFromTangents(frame.tangent, frame.bitangent, frame.normal);
+        return lighting::ShRotation(worldFromTangents).apply(inTangents);
+    }
+
+    Lobes lobes_;
+};
+
+constexpr Lobes kBakeryLobes = lobesOf(kBakeryLobe), kSourceLobes = lobesOf(kSourceLobe);
+
+BakeMatch matchAs(const std::filesystem::path& file, const ExrInfo& info, std::string_view format) {
+    const auto files = filesBesideRnm(file);
+    if (files.empty() || !isPicture(info)) return {};
+    return matchFiles(file, files, 3 * static_cast<int>(files.size()), format);
+}
+
+}  // namespace
+
+BakeMatch matchBakeryRnm(const std::filesystem::path& file, const ExrInfo& info) {
+    return matchAs(file, info, "bakery-rnm");
+}
+
+BakeMatch matchSourceRnm(const std::filesystem::path& file, const ExrInfo& info) {
+    BakeMatch match = matchAs(file, info, "source-rnm");
+    if (match.kind == BakeMatch::Kind::Certain) match.kind = BakeMatch::Kind::OnlyNamed;
+    return match;
+}
+
+std::vector<std::filesystem::path> filesBesideRnm(const std::filesystem::path& file) {
+    return filesOfMixedSet(file, kEndings);
+}
+
+Result<std::unique_ptr<BakeReader>> openBakeryRnm(BakeImage image, const std::filesystem::path& mesh) {
+    const auto files = filesBesideRnm(image.file());
+    return openOnSurface<RnmReader>(std::move(image), files, mesh, kBakeryLobes);
+}
+
+Result<std::unique_ptr<BakeReader>> openSourceRnm(BakeImage image, const std::filesystem::path& mesh) {
+    const auto files = filesBesideRnm(image.file());
+    return openOnSurface<RnmReader>(std::move(image), files, mesh, kSourceLobes);
+}
+
+}  // namespace lightcook::formats

@@ -1,0 +1,123 @@
+#include "formats/bakes/deluxe.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+#include <string>
+
+#include "lighting/radiometry.h"
+#include "lighting/sphere.h"
+#include "tests/formats/light_map_fixture.h"
+#include "tests/formats/picture_fixture.h"
+#include "tests/formats/surface_fixture.h"
+
+namespace lightcook::formats {
+namespace {
+
+using glm::dvec3;
+using testing::HasSubstr;
+
+constexpr int kSide = 12;
+const dvec3 kNormal(0, 1, 0);
+
+int lightAt(int c, int x, int y) {
+    return 45 + 14 * x + 3 * y - 20 * c;
+}
+/// Directions all around: from straight above to far below the surface, and none in the last row.
+int directionAt(int c, int x, int y) {
+    if (y == kSide - 1) return 128;
+    const double slope = -1.5 + 3.0 * y / kSide, turn = 2.1 * x;
+    const dvec3 d = glm::normalize(dvec3(std::cos(turn), slope, std::sin(turn)));
+    return static_cast<int>(std::lround(255 * (0.5 * d[c] + 0.5)));
+}
+
+dvec3 directionOf(int x, int y) {
+    dvec3 d;
+    for (int c = 0; c < 3; ++c) d[c] = 2 * directionAt(c, x, y) / 255.0 - 1;
+    return d;
+}
+
+/// What the shader of ioquake3 shows of a white surface, written out, for light 1.
+double shownByEngine(const dvec3& n, const dvec3& direction) {
+    if (glm::length(direction) < 0.125) return 1;
+    const dvec3 d = glm::normalize(direction);
+    const double facing = std::clamp(glm::dot(kNormal, d), 0.0, 1.0), light = 1 / std::max(facing, 0.25),
+                 ambient = std::max(1 - light * facing, 0.0);
+    return light * std::clamp(glm::dot(n, d), 0.0, 1.0) + ambient;
+}
+
+double srgbToLinear(double value) {
+    return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+}
+
+LightMapDescription description(const TemporaryFolder& folder, const std::string& bake = std::string(kAutoBake)) {
+    LightMapDescription description;
+    description.bake = bake;
+    description.encoding = LightEncoding::Srgb;
+    description.mesh = folder / "square.glb";
+    return description;
+}
+
+double shownBySh(const lighting::ShRgb& sh, int c, const dvec3& n) {
+    return static_cast<double>(lighting::lambertExitRadiance(sh, n, glm::vec3(1)).value[c]);
+}
+
+TEST(Deluxe, TheSurfaceShowsItsLightMapAndOtherNormalsNearlyWhatTheShaderShows) {
+    const TemporaryFolder folder;
+    writePng(folder / "room.png", kSide, kSide, 3, lightAt);
+    writePng(folder / "room_deluxe.png", kSide, kSide, 3, directionAt);
+    writeSquare(folder / "square.glb", {});
+    const LightMapStrip strip = readAll(folder / "room.png", description(folder));
+    ASSERT_EQ(strip.sh.height(), kSide);
+    double largest = 0;
+    for (int y = 0; y < kSide; ++y)
+        for (int x = 0; x < kSide; ++x)
+            for (int c = 0; c < 3; ++c) {
+                ASSERT_EQ(strip.covered.at(x, y), 1);
+                const double light = srgbToLinear(lightAt(c, x, y) / 255.0);
+                ASSERT_NEAR(shownBySh(strip.sh.at(x, y), c, kNormal), light, 1e-5);
+                const double strongest = std::max(1.0, 1 / std::max(glm::dot(kNormal, glm::normalize(directionOf(x, y))), 0.25));
+                for (int k = 0; k < 24; ++k) {
+                    const dvec3 local = lighting::fibonacciHemisphere(k, 24), n(local.x, local.z, local.y);
+                    const double off = shownBySh(strip.sh.at(x, y), c, n) - light * shownByEngine(n, directionOf(x, y));
+                    largest = std::max(largest, std::abs(off) / (light * strongest));
+                }
+                // Light is from where the map says.
+                const lighting::ShRgb& sh = strip.sh.at(x, y);
+                const dvec3 band1(sh[3][c], sh[1][c], sh[2][c]);
+                if (y < kSide - 1) {
+                    EXPECT_GT(glm::dot(glm::normalize(band1), glm::normalize(directionOf(x, y))), 1 - 1e-6);
+                } else {
+                    EXPECT_EQ(band1, dvec3(0));
+                }
+            }
+    RecordProperty("largest", fmt::format("{:.2g}", largest));
+    EXPECT_LT(largest, 0.16) << "of the light's own strength: what order 2 leaves of a clamped cosine";
+}
+
+TEST(Deluxe, PagesAreReadOnlyWhereTheSceneNamesTheFormat) {
+    const TemporaryFolder folder;
+    writePng(folder / "lm_0002.png", kSide, kSide, 3, lightAt);
+    writePng(folder / "lm_0003.png", kSide, kSide, 3, directionAt);
+    writeSquare(folder / "square.glb", {});
+    const auto plain = LightMapReader::open(folder / "lm_0002.png", description(folder));
+    ASSERT_TRUE(plain) << plain.error().line();
+    EXPECT_EQ(plain->bake(), "flat");
+    const auto pages = LightMapReader::open(folder / "lm_0002.png", description(folder, "deluxe"));
+    ASSERT_TRUE(pages) << pages.error().line();
+    EXPECT_EQ(pages->bake(), "deluxe");
+    EXPECT_EQ(pages->recognition().evidence, "the 2 files lm_0002.png to lm_0003.png, as named");
+    EXPECT_THAT(refusal(folder / "lm_0003.png", description(folder, "deluxe")).line(), HasSubstr("name lm_0002.png instead"));
+    writePng(folder / "alone.png", kSide, kSide, 3, lightAt);
+    EXPECT_THAT(
+        refusal(folder / "alone.png", description(folder, "deluxe")).line(),
+        HasSubstr("found no light map of bake format deluxe, expected a file and its directions _deluxe, or pages lm_0000 and lm_0001"));
+}
+
+}  // namespace
+}  // namespace lightcook::formats
