@@ -114,9 +114,7 @@ TEST(Light, TheLargestFloatIsRefused) {
 /// but for layouts whose ranges multiply, and for those of engines, whose halves hold light in the engine's unit. Those of luvw filter two
 /// textures, and where one texel is a million times as bright as those beside it the product is far off between them.
 TEST(Light, OneTexelFarBeyondTheSunIsCooked) {
-    const auto isForEngine = [](const std::string& layout) {
-        return formats::info(*formats::lightMapLayoutFromName(layout)).isForEngine;
-    };
+    const auto isForEngine = [](const std::string& layout) { return formats::info(*formats::lightMapLayoutFromName(layout)).isForEngine; };
     for (const auto& [layout, line] : cookOneTexel(1e24f)) {
         EXPECT_TRUE(layout.starts_with("luvw") || isForEngine(layout)) << layout << ": " << line;
         EXPECT_THAT(line, AnyOf(HasSubstr("block of texel (4, 0)"), HasSubstr("found a layout without band 2")));
