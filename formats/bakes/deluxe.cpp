@@ -93,7 +93,7 @@ private:
 }  // namespace
 
 std::vector<std::filesystem::path> filesBesideDeluxe(const std::filesystem::path& file) {
-    const auto pair = pairOf(file);
+    auto pair = pairOf(file);
     std::error_code code;
     if (std::filesystem::exists(pair[1], code) || file == pair[1]) return pair;
     return pagesOf(file);
