@@ -42,7 +42,7 @@ struct ReducedChart {
     formats::Image<lighting::ShRgb> sh = {};
     formats::Image<std::uint8_t> covered = {};
     formats::Image<glm::vec3> normal = {};
-    /// Of each texel: 1 if a filter inside a triangle reads it.
+    /// 1 for texels that a filter inside a triangle reads.
     formats::Image<std::uint8_t> isRead = {};
     /// Visible error of exit radiance of a white surface, kNormals for each sample. Samples are covered texels of the bake and, at rims,
     /// the middles of quads with covered and uncovered corners, where the reference is the mean of the covered ones.

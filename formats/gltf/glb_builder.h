@@ -16,7 +16,7 @@ struct BuiltGlb {
     MeshSize size;
 };
 
-/// What a written GLB has that its document has not.
+/// Changes that a written GLB has against its document.
 struct GlbChanges {
     /// Quantization of the Draco meshes. If null, only primitives that are Draco streams already and whose attributes change are encoded
     /// again, without loss.

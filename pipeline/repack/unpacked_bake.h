@@ -13,7 +13,7 @@
 
 namespace lightcook::pipeline {
 
-/// How the charts of a light map were packed anew (pipeline/repack/repack.h).
+/// Record of the packing of a light map's charts (pipeline/repack/repack.h).
 struct ChartPacking {
     double maxVisible = 0;                  ///< of fewer texels; 0: charts were moved only
     int widthBefore = 0, heightBefore = 0;  ///< [texels]

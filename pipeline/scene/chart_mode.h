@@ -1,4 +1,4 @@
-// What a cook does with the charts of a light map. One table, from which scene file, command line and documents derive.
+// Choices for the charts of a light map: kept or packed. One table, from which scene file, command line and documents derive.
 #pragma once
 
 #include <array>

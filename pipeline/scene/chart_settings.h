@@ -1,4 +1,4 @@
-// What a cook does with the charts of its light maps: keys `charts` and `charts_max_visible` of [output] and [[light_map]].
+// Settings of a cook for the charts of its light maps: keys `charts` and `charts_max_visible` of [output] and [[light_map]].
 #pragma once
 
 #include <filesystem>

@@ -175,7 +175,7 @@ private:
         std::int8_t corner, decode;
         KindBounds bound;
     };
-    /// What the coarse bounds of a quad need.
+    /// Inputs of the coarse bounds of a quad.
     struct MeasuredQuad {
         std::array<const TexelLengths*, 4> lengths;    ///< of the corners; of covered ones only
         std::array<std::array<glm::dvec3, 2>, 4> low;  ///< [corner][kind], darkest references of its quarter

@@ -25,7 +25,7 @@ using formats::Image;
 
 constexpr float kMuchWorse = 1.1f, kClearlyBetter = 0.9f;
 
-/// What the rows of a strip share.
+/// Inputs and settings that the rows of a strip share.
 struct BasisContext {
     const LightMapPlan& plan;
     const BasisModel& model;
