@@ -26,7 +26,7 @@ bool isFurtherUv(const std::string& semantic) {
 /// Returns the first of TEXCOORD_2, TEXCOORD_3, ... that no triangle primitive has.
 std::string freeUv(const std::vector<Primitive>& primitives) {
     for (int set = 2;; ++set) {
-        const std::string name = fmt::format("TEXCOORD_{}", set);
+        std::string name = fmt::format("TEXCOORD_{}", set);
         const auto has = [&](const Primitive& primitive) { return primitive.isTriangles && primitive.geometry.find(name) != nullptr; };
         if (std::ranges::none_of(primitives, has)) return name;
     }
