@@ -17,10 +17,10 @@
 namespace lightcook::pipeline {
 namespace {
 
-enum class Outcome { Fine, Unknown, BadValue, TooFew, Other };
+enum class ParseResult { Fine, Unknown, BadValue, TooFew, Other };
 
 struct Attempt {
-    Outcome outcome = Outcome::Fine;
+    ParseResult result = ParseResult::Fine;
     std::string message;
 };
 
@@ -41,13 +41,13 @@ Attempt attempt(std::span<const std::string> arguments) {
     try {
         app.parse(std::move(reversed));
     } catch (const CLI::ExtrasError& mistake) {
-        return {Outcome::Unknown, mistake.what()};
+        return {ParseResult::Unknown, mistake.what()};
     } catch (const CLI::ArgumentMismatch& mistake) {
-        return {Outcome::TooFew, mistake.what()};
+        return {ParseResult::TooFew, mistake.what()};
     } catch (const CLI::ValidationError& mistake) {
-        return {Outcome::BadValue, mistake.what()};
+        return {ParseResult::BadValue, mistake.what()};
     } catch (const CLI::ConversionError& mistake) {
-        return {Outcome::BadValue, mistake.what()};
+        return {ParseResult::BadValue, mistake.what()};
     } catch (const CLI::RequiresError&) {
         return {};  // the other option may follow
     } catch (const CLI::CallForHelp&) {
@@ -55,7 +55,7 @@ Attempt attempt(std::span<const std::string> arguments) {
     } catch (const CLI::CallForVersion&) {
         return {};
     } catch (const CLI::ParseError& mistake) {
-        return {Outcome::Other, mistake.what()};
+        return {ParseResult::Other, mistake.what()};
     }
     return {};
 }
@@ -195,11 +195,12 @@ formats::Error firstMistake(std::span<const std::string> arguments, const std::s
         const auto part = arguments.first(count);
         const Syntax syntax(part);
         const Attempt tried = attempt(part);
-        if (isWaiting && isOption(part.back()) && tried.outcome != Outcome::Fine) return tooFewValues(syntax, arguments.first(count - 1));
-        isWaiting = tried.outcome == Outcome::TooFew;
-        if (tried.outcome == Outcome::Unknown) return unknownArgument(syntax, part.back());
-        if (tried.outcome == Outcome::BadValue) return badValue(syntax, part, tried.message);
-        if (tried.outcome == Outcome::Other)
+        if (isWaiting && isOption(part.back()) && tried.result != ParseResult::Fine)
+            return tooFewValues(syntax, arguments.first(count - 1));
+        isWaiting = tried.result == ParseResult::TooFew;
+        if (tried.result == ParseResult::Unknown) return unknownArgument(syntax, part.back());
+        if (tried.result == ParseResult::BadValue) return badValue(syntax, part, tried.message);
+        if (tried.result == ParseResult::Other)
             return refused("command line", fmt::format("found a mistake ({}), expected what --help shows", tried.message));
     }
     if (isWaiting) return tooFewValues(Syntax(arguments), arguments);

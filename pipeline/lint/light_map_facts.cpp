@@ -12,6 +12,7 @@
 #include "lighting/sphere.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/graph/parallel_for.h"
+#include "pipeline/lint/gamma.h"
 #include "verify/light_map.h"
 
 namespace lightcook::pipeline {
@@ -28,7 +29,6 @@ static_assert(kAxisChoices == kSignChoices * kPermutations.size());
 constexpr double kShortestDirection = 0.02;
 /// Rounding of halves, and of baker's windows, in f and g.
 constexpr double kBandTolerance = 0.02;
-constexpr double kGamma = 2.2;
 
 int axisOf(int choice, int component) {
     return kPermutations.at(static_cast<std::size_t>(choice / kSignChoices)).at(static_cast<std::size_t>(component));

@@ -10,6 +10,7 @@
 #include "formats/environment.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/assets/source_colors.h"
+#include "pipeline/lint/gamma.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -17,7 +18,6 @@ namespace {
 using formats::Result;
 using lighting::ShRgb;
 
-constexpr double kGamma = 2.2;
 /// Rounding of halves, in levels of 8 bits.
 constexpr double kLevelTolerance = 0.07;
 /// Fewest levels that tell 8 bits from a painted test image.

@@ -1,6 +1,7 @@
 #include "pipeline/repack/packed_light_map.h"
 
 #include "formats/epic_light_maps.h"
+#include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/assets/source_colors.h"
@@ -14,8 +15,6 @@ namespace {
 namespace fs = std::filesystem;
 using formats::ErrorCode;
 using formats::Result;
-
-const std::string kSourceRole = "source";
 
 ChartPacking packingOf(const Repacked& made, double maxVisible) {
     ChartPacking packing;

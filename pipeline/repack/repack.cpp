@@ -144,7 +144,7 @@ Result<void> checkCoverage(const Meshes& meshes, const atlas::ChartSet& found, c
 std::string freeUvOf(const GltfScene& scene) {
     const auto meshes = scene.triangleMeshes();
     for (int set = 2;; ++set) {
-        const std::string name = fmt::format("TEXCOORD_{}", set);
+        std::string name = fmt::format("TEXCOORD_{}", set);
         if (std::ranges::none_of(meshes, [&](const auto* mesh) { return mesh->find(name) != nullptr; })) return name;
     }
 }

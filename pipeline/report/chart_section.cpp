@@ -31,7 +31,7 @@ const char* colorOf(double visible) {
     return range != kClasses.end() ? range->color : "var(--track)";
 }
 
-std::string nameOf(const Json& chart) {
+std::string chartName(const Json& chart) {
     return fmt::format("chart {}", count(member(chart, "number")));
 }
 
@@ -56,7 +56,7 @@ Html legend() {
     return element("p", {{"class", "soft error-classes"}}, ranges);
 }
 
-Html worstTable(const Json& largest) {
+Html chartTable(const Json& largest) {
     std::vector<const Json*> worst;
     for (const Json& chart : largest)
         if (number(member(chart, "visible_p99")) >= 1) worst.push_back(&chart);
@@ -64,7 +64,7 @@ Html worstTable(const Json& largest) {
     worst.resize(std::min(worst.size(), kShownWorst));
     Html rows;
     for (const Json* chart : worst)
-        rows += element("tr", element("th", {{"scope", "row"}}, text(nameOf(*chart))) +
+        rows += element("tr", element("th", {{"scope", "row"}}, text(chartName(*chart))) +
                                   numberCell(bytesMarkup(count(member(*chart, "bytes")))) +
                                   numberCell(text(pairWords(member(*chart, "first")))) +
                                   numberCell(text(pairWords(member(*chart, "size")))) + numberCell(visibleNumber(*chart, "visible_p99")) +
@@ -82,7 +82,7 @@ Html chartSection(const Json& asset) {
     const Json &charts = member(asset, "charts"), &largest = list(charts, "largest"), &rest = member(charts, "rest");
     std::vector<TreemapTile> tiles;
     std::uint64_t bytes = 0;
-    for (const Json& chart : largest) tiles.push_back(tileOf(chart, nameOf(chart)));
+    for (const Json& chart : largest) tiles.push_back(tileOf(chart, chartName(chart)));
     const std::uint64_t total = count(member(charts, "count"));
     if (rest.is_object())
         tiles.push_back(tileOf(rest, fmt::format("{} smaller charts", total > largest.size() ? total - largest.size() : 0)));
@@ -95,7 +95,7 @@ Html chartSection(const Json& asset) {
         groupedCount(total), total == 1 ? "chart" : "charts");
     return element("div", {{"class", "notes"}},
                    element("h3", word("Charts: memory and visible errors")) + element("p", {{"class", "soft"}}, text(caption)) + legend() +
-                       treemap(std::move(tiles), "GPU memory of each chart, coloured by its visible error") + worstTable(largest));
+                       treemap(std::move(tiles), "GPU memory of each chart, coloured by its visible error") + chartTable(largest));
 }
 
 }  // namespace lightcook::pipeline

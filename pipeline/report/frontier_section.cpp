@@ -28,7 +28,7 @@ double shownError(double visible) {
 }
 
 Html plot(const std::vector<FrontierPoint>& points, double limitBytes) {
-    constexpr double kWidth = 640, kHeight = 280, kLeft = 58, kRight = 14, kTop = 14, kBottom = 38;
+    constexpr double kPlotWidth = 640, kPlotHeight = 280, kPlotLeft = 58, kPlotRight = 14, kPlotTop = 14, kPlotBottom = 38;
     double mostBytes = limitBytes > 0 ? limitBytes : 0, leastBytes = mostBytes > 0 ? mostBytes : HUGE_VAL, mostError = 0,
            leastError = HUGE_VAL;
     for (const FrontierPoint& point : points) {
@@ -39,24 +39,24 @@ Html plot(const std::vector<FrontierPoint>& points, double limitBytes) {
         mostError = std::max(mostError, shownError(point.visible));
     }
     constexpr double kKib = 1024;
-    const Axis bytes(kLeft, kWidth - kRight, leastBytes / kKib, mostBytes / kKib, 0.15),
-        error(kHeight - kBottom, kTop, leastError, mostError);
+    const Axis bytes(kPlotLeft, kPlotWidth - kPlotRight, leastBytes / kKib, mostBytes / kKib, 0.15),
+        error(kPlotHeight - kPlotBottom, kPlotTop, leastError, mostError);
     Html drawing;
     for (const double tick : error.ticks()) {
-        drawing += line("grid", kLeft, error.at(tick), kWidth - kRight, error.at(tick));
-        drawing += label("tick end", kLeft - 7, error.at(tick) + 4, fmt::format("{:g}", tick));
+        drawing += line("grid", kPlotLeft, error.at(tick), kPlotWidth - kPlotRight, error.at(tick));
+        drawing += label("tick end", kPlotLeft - 7, error.at(tick) + 4, fmt::format("{:g}", tick));
     }
     // Powers of two, of which memory has round figures.
     for (int exponent = 0; exponent < 40; ++exponent) {
         const double tick = std::exp2(exponent), x = bytes.at(tick);
-        if (x < kLeft || x > kWidth - kRight) continue;
-        drawing += line("grid", x, kTop, x, kHeight - kBottom);
-        drawing += label("tick middle", x, kHeight - kBottom + 15, humanBytes(static_cast<std::uint64_t>(tick * kKib)));
+        if (x < kPlotLeft || x > kPlotWidth - kPlotRight) continue;
+        drawing += line("grid", x, kPlotTop, x, kPlotHeight - kPlotBottom);
+        drawing += label("tick middle", x, kPlotHeight - kPlotBottom + 15, humanBytes(static_cast<std::uint64_t>(tick * kKib)));
     }
-    drawing += label("tick middle", (kLeft + kWidth - kRight) / 2, kHeight - 4, "GPU memory of the scene");
+    drawing += label("tick middle", (kPlotLeft + kPlotWidth - kPlotRight) / 2, kPlotHeight - 4, "GPU memory of the scene");
     if (limitBytes > 0) {
         const double x = bytes.at(limitBytes / kKib);
-        drawing += line("limit", x, kTop, x, kHeight - kBottom) + label("tick end limit", x - 5, kTop + 8, "budget");
+        drawing += line("limit", x, kPlotTop, x, kPlotHeight - kPlotBottom) + label("tick end limit", x - 5, kPlotTop + 8, "budget");
     }
     // A budget between two points buys the one on the left.
     std::string path;
@@ -79,7 +79,7 @@ Html plot(const std::vector<FrontierPoint>& points, double limitBytes) {
     }
     return element("svg",
                    {{"class", "curve"},
-                    {"viewBox", fmt::format("0 0 {} {}", kWidth, kHeight)},
+                    {"viewBox", fmt::format("0 0 {} {}", kPlotWidth, kPlotHeight)},
                     {"role", "img"},
                     {"aria-label", "Visible error of the whole shading against GPU memory: the best allocations, this cook's marked"}},
                    drawing);

@@ -11,7 +11,7 @@ namespace lightcook::pipeline {
 namespace {
 
 /// Returns the words for a seam: its kind of shading and the place in the world.
-std::string nameOf(const Json& seam) {
+std::string seamName(const Json& seam) {
     return fmt::format("{}, at {}", words(member(seam, "shading")), vectorWords(member(seam, "position")));
 }
 
@@ -54,7 +54,7 @@ Html stepTable(const Json& seams) {
 Html worstRows(const Json& seams, const char* key) {
     Html rows;
     for (const Json& seam : list(seams, key))
-        rows += element("tr", element("th", {{"scope", "row"}}, text(nameOf(seam))) + numberCell(visibleNumber(seam, "added")) +
+        rows += element("tr", element("th", {{"scope", "row"}}, text(seamName(seam))) + numberCell(visibleNumber(seam, "added")) +
                                   numberCell(visibleNumber(seam, "bake_step")) + numberCell(visibleNumber(seam, "cooked_step")) +
                                   element("td", text(sidesOf(member(seam, "texels")))) +
                                   element("td", text(sidesOf(member(seam, "reference")))) +
@@ -62,7 +62,7 @@ Html worstRows(const Json& seams, const char* key) {
     return rows;
 }
 
-Html worstTable(const Json& seams, const char* key, const char* title) {
+Html seamTable(const Json& seams, const char* key, const char* title) {
     const Html rows = worstRows(seams, key);
     if (rows.isEmpty()) return {};
     return table("worst seams",
@@ -76,8 +76,8 @@ Html views(const std::filesystem::path& folder, const Json& asset, const Json& s
     Html content;
     for (std::size_t i = 0; i < drawn.size() && i < worst.size(); ++i) {
         const auto figure = [&](const char* role, const char* name) {
-            return pictureFigure(folder, words(member(drawn[i], role)), std::string(name) + ", seen around the seam " + nameOf(worst[i]),
-                                 element("b", word(name)) + text(", the mesh around the seam " + nameOf(worst[i])), true);
+            return pictureFigure(folder, words(member(drawn[i], role)), std::string(name) + ", seen around the seam " + seamName(worst[i]),
+                                 element("b", word(name)) + text(", the mesh around the seam " + seamName(worst[i])), true);
         };
         content +=
             element("div", element("div", {{"class", "pictures lit views"}}, figure("reference", "Bake") + figure("cooked", "Cooked")));
@@ -102,8 +102,8 @@ Html seamSection(const std::filesystem::path& folder, const Json& asset) {
     if (!note.empty())
         return element("div", {{"class", "notes"}}, content + element("p", {{"class", "soft"}}, text("Not measured: " + note + ".")));
     content += element("p", {{"class", "soft"}}, text(countsOf(seams))) + stepTable(seams) +
-               worstTable(seams, "worst", "Largest steps that cooking adds") + views(folder, asset, seams) +
-               worstTable(seams, "worst_of_bake", "Largest steps of the bake itself");
+               seamTable(seams, "worst", "Largest steps that cooking adds") + views(folder, asset, seams) +
+               seamTable(seams, "worst_of_bake", "Largest steps of the bake itself");
     return element("div", {{"class", "notes"}}, content);
 }
 

@@ -7,22 +7,22 @@
 namespace lightcook::pipeline {
 namespace {
 
-constexpr std::array kLayouts = {
+constexpr std::array kCubemapLayouts = {
     CubemapLayoutInfo{CubemapLayout::PreDivided, "pre-divided",
                       "divided by the probe's own area specular; the shader multiplies by that of the pixel (`lcEnvironment`)",
                       "prefiltered radiance over its own area specular"},
     CubemapLayoutInfo{CubemapLayout::Prefiltered, "prefiltered", "prefiltered radiance as it is (`lcPrefiltered`)", "prefiltered radiance"},
 };
-static_assert(formats::isCompleteTable(kLayouts, CubemapLayout::Prefiltered));
+static_assert(formats::isCompleteTable(kCubemapLayouts, CubemapLayout::Prefiltered));
 
 }  // namespace
 
 std::span<const CubemapLayoutInfo> allCubemapLayouts() {
-    return kLayouts;
+    return kCubemapLayouts;
 }
 
 const CubemapLayoutInfo& info(CubemapLayout layout) {
-    return kLayouts.at(static_cast<std::size_t>(layout));
+    return kCubemapLayouts.at(static_cast<std::size_t>(layout));
 }
 
 const CubemapLayoutInfo* cubemapLayoutFromName(std::string_view name) {

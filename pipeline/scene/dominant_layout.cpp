@@ -7,7 +7,7 @@
 namespace lightcook::pipeline {
 namespace {
 
-constexpr std::array kLayouts = {
+constexpr std::array kDominantLayouts = {
     DominantLayoutInfo{"full", "direction, its residual and intensity, as large as the light map", 1, true},
     DominantLayoutInfo{"full-coarse", "the same without the residual", 1, false},
     DominantLayoutInfo{"half", "the first at half the width and height", 2, true},
@@ -20,7 +20,7 @@ constexpr std::array kLayouts = {
 }  // namespace
 
 std::span<const DominantLayoutInfo> allDominantLayouts() {
-    return kLayouts;
+    return kDominantLayouts;
 }
 
 const DominantLayoutInfo* dominantLayoutFromName(std::string_view name) {

@@ -48,6 +48,12 @@ inline lighting::ShRgb shOf(const LightField& light, const glm::dvec2& place) {
     return sh;
 }
 
+/// Cooks without reporting progress.
+inline Outcome cook(const CookOptions& options) {
+    const RunState state;
+    return cookScene(options, state);
+}
+
 class SmallScene {
 public:
     static constexpr int kWidth = 12, kHeight = 72;  ///< more than one band, and no whole number of them

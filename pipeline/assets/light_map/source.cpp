@@ -16,7 +16,6 @@ namespace {
 using formats::LightMapStrip;
 using formats::Result;
 
-const std::string kSourceRole = "source";
 const std::string kFramesRole = "frames";  ///< the mesh that a bake in tangent space lies on
 constexpr std::size_t kBytesPerTexel = sizeof(lighting::ShRgb) + sizeof(std::uint8_t) + sizeof(glm::vec3);
 

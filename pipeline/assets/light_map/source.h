@@ -24,6 +24,9 @@ inline constexpr int kChunkRows = 64;
 /// Largest number of texels of a strip, which is the work of one task: the strips of a wide map are parts of a chunk.
 inline constexpr int kStripTexels = 1 << 18;
 
+/// Role of the light map among the files of an action; further files of the bake have "source-NAME".
+inline const std::string kSourceRole = "source";
+
 class LightMapSources;
 
 /// Side of the block that stands for a map of constant light [texels].

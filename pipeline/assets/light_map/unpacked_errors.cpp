@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "formats/gltf_scene.h"
+#include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/graph/parallel_for.h"
 #include "pipeline/repack/chart_places.h"
@@ -26,8 +27,6 @@ using formats::Image;
 using formats::LightMapStrip;
 using formats::Result;
 using lighting::ShRgb;
-
-constexpr std::string_view kSourceRole = "source";
 
 /// Returns where the charts of the bake are now, after a check of both meshes.
 Result<ChartPlaces> openPlaces(const UnpackedBake& unpacked, const ActionContext& context) {
@@ -159,10 +158,10 @@ Result<LightMapSource*> openUnpacked(const UnpackedBake& unpacked, const ActionC
     std::map<std::string, std::filesystem::path> inputs;
     for (const auto& [role, file] : context.action.inputs) {
         if (role == kUnpackedRole || role.starts_with(std::string(kUnpackedRole) + "-"))
-            inputs[std::string(kSourceRole) + role.substr(std::string_view(kUnpackedRole).size())] = file;
+            inputs[kSourceRole + role.substr(std::string_view(kUnpackedRole).size())] = file;
         if (!role.starts_with(kSourceRole) && !role.starts_with(kUnpackedRole)) inputs[role] = file;
     }
-    const auto file = inputs.find(std::string(kSourceRole));
+    const auto file = inputs.find(kSourceRole);
     if (file == inputs.end())
         return failure(ErrorCode::Verification, context.action.asset,
                        "found no bake from before its charts were packed, expected its file");

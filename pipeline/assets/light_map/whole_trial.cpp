@@ -14,14 +14,14 @@ namespace {
 using formats::Result;
 
 /// Places of a trial at most, about: with eight views and six materials their 99th percentile is that of a hundred thousand samples.
-constexpr double kPlaces = 2500;
+constexpr double kTrialPlaces = 2500;
 /// Rows at the ends of a strip that have no places: the filter of a texture of a quarter of the map's size reads two rows of the map more.
 constexpr int kFilterRows = 2;
 
 /// Returns the step between places along both axes. It is odd, so that places fall on every texel of a block.
 int placeStep(const LightMapSource& source) {
     const double texels = static_cast<double>(source.width()) * source.height();
-    return static_cast<int>(std::ceil(std::sqrt(texels / kPlaces))) | 1;
+    return static_cast<int>(std::ceil(std::sqrt(texels / kTrialPlaces))) | 1;
 }
 
 void append(std::vector<float>& all, const std::vector<float>& more) {

@@ -17,11 +17,6 @@ namespace {
 using formats::ErrorCode;
 using testing::HasSubstr;
 
-Outcome cook(const CookOptions& options) {
-    const RunState state;
-    return cookScene(options, state);
-}
-
 /// Every file of a folder but the reports (they hold seconds), by name: what has to be the same bytes.
 std::map<std::string, std::string> digestsOf(const std::filesystem::path& folder) {
     std::map<std::string, std::string> digests;

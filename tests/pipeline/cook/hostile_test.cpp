@@ -19,11 +19,6 @@ using testing::HasSubstr;
 using testing::SizeIs;
 using Parts = SmallScene::Parts;
 
-Outcome cook(const CookOptions& options) {
-    const RunState state;
-    return cookScene(options, state);
-}
-
 std::vector<std::string> assetNames(const SmallScene& scene) {
     std::vector<std::string> names;
     const auto manifest = readManifest(scene / "out");

@@ -11,11 +11,6 @@ namespace {
 
 using Parts = SmallScene::Parts;
 
-Outcome cook(const CookOptions& options) {
-    const RunState state;
-    return cookScene(options, state);
-}
-
 const Json& rowOf(const Outcome& outcome, const std::string& name) {
     for (const Json& row : outcome.report.at("assets"))
         if (row.at("name") == name) return row;

@@ -26,12 +26,12 @@ namespace fs = std::filesystem;
 using lighting::ShRgb;
 using testing::HasSubstr;
 
-const fs::path kExample = fs::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell";
+const fs::path kCornell = fs::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell";
 
 RepackRequest requestFor(const fs::path& folder, double maxVisible) {
     RepackRequest request;
-    request.map = kExample / "cornell_lightmap.exr";
-    request.meshes = {kExample / "cornell.glb"};
+    request.map = kCornell / "cornell_lightmap.exr";
+    request.meshes = {kCornell / "cornell.glb"};
     request.folder = folder;
     request.maxVisible = maxVisible;
     return request;
@@ -107,7 +107,7 @@ TEST(Repack, ChartsThatAreMovedOnlyKeepEveryBit) {
     EXPECT_EQ(made->visible.max, 0);
     EXPECT_EQ(made->read, made->readBefore);
     EXPECT_LT(made->size.x * made->size.y, made->sizeBefore.x * made->sizeBefore.y);
-    const Bake before = read(kExample / "cornell_lightmap.exr", kExample / "cornell.glb"), after = read(made->map, made->meshes.front());
+    const Bake before = read(kCornell / "cornell_lightmap.exr", kCornell / "cornell.glb"), after = read(made->map, made->meshes.front());
     int texels = 0;
     forEachTexel(before, after, [&](const glm::ivec2& at, const ShRgb& old, const ShRgb& found) {
         ++texels;
@@ -125,7 +125,7 @@ TEST(Repack, FewerTexelsStayWithinTheLimit) {
     EXPECT_LT(made->read, made->readBefore);
     EXPECT_LE(made->visible.p99, 1);
     EXPECT_GT(made->visible.max, 0);
-    const Bake before = read(kExample / "cornell_lightmap.exr", kExample / "cornell.glb"), after = read(made->map, made->meshes.front());
+    const Bake before = read(kCornell / "cornell_lightmap.exr", kCornell / "cornell.glb"), after = read(made->map, made->meshes.front());
     std::vector<double> luminances;
     const auto exit = [&](const ShRgb& sh, const glm::ivec2& at) {
         return glm::dvec3(lighting::evaluate(lighting::convolve(sh, lighting::kExitRadianceBands), before.texels.normal.at(at.x, at.y)));
@@ -164,7 +164,7 @@ TEST(Repack, TheResultIsTheSameAtAnyNumberOfThreadsAndCooks) {
 
 TEST(Repack, InputsAreNotReplacedAndFaultsLeaveNothing) {
     const formats::TemporaryFolder folder;
-    fs::copy_file(kExample / "cornell.glb", folder / "cornell.glb");
+    fs::copy_file(kCornell / "cornell.glb", folder / "cornell.glb");
     RepackRequest request = requestFor(folder.path(), 1);
     request.meshes = {folder / "cornell.glb"};
     const auto replaced = repack(request, RunState{});

@@ -19,11 +19,11 @@ namespace {
 
 using ::testing::HasSubstr;
 
-Json figures(double relRms) {
+Json figuresOf(double relRms) {
     return {{"rel_rms", relRms}, {"p99", 0.1}, {"max_sampled", 0.2}, {"max_bound", 0.4}};
 }
 Json stage(const char* name, double diffuse, double specular) {
-    return {{"name", name}, {"seconds", 0.0}, {"error", {{"diffuse", figures(diffuse)}, {"specular", figures(specular)}}}};
+    return {{"name", name}, {"seconds", 0.0}, {"error", {{"diffuse", figuresOf(diffuse)}, {"specular", figuresOf(specular)}}}};
 }
 Json asset(const char* name, const char* kind, double diffuse, double specular, const Json& light) {
     Json row = {{"name", name},
@@ -81,7 +81,7 @@ Json wholeOf(const std::vector<Json>& assets) {
 WholeError readWhole(const Json& whole) {
     return fromJson<WholeError>(whole, "whole").value();
 }
-Json reportOf(const std::vector<Json>& assets) {
+Json wholeReport(const std::vector<Json>& assets) {
     return toJson(makeReport({"scene", 1, 1, std::nullopt}, rowsOf(assets), {}));
 }
 
@@ -358,7 +358,7 @@ TEST(WholeError, TablesAreWorthWhatTheyDoToTheMapsOwnLight) {
 }
 
 TEST(WholeError, AReportIsReadWithAndWithoutIt) {
-    Json report = reportOf({lightMap("map", 0.01, 0.02, 4, 1), lightMap("b", 0.01, 0.02, 4, 1), tables(0.01)});
+    Json report = wholeReport({lightMap("map", 0.01, 0.02, 4, 1), lightMap("b", 0.01, 0.02, 4, 1), tables(0.01)});
     ASSERT_TRUE(report.contains("whole"));
     EXPECT_TRUE(fromJson<Report>(report, "report"));
     for (const char* key : {"rel_rms", "light_rms", "lights", "parts", "apart"}) {
@@ -379,7 +379,7 @@ TEST(WholeError, AReportIsReadWithAndWithoutIt) {
 }
 
 TEST(WholeError, ThePageTellsWhatToBuy) {
-    Json report = reportOf({lightMap("<b>", 0.01, 0.02, 4, 1), lightMap("b", 0.03, 0.02, 4, 1), tables(0.01)});
+    Json report = wholeReport({lightMap("<b>", 0.01, 0.02, 4, 1), lightMap("b", 0.03, 0.02, 4, 1), tables(0.01)});
     const std::string page = renderReportHtml(report, ".");
     EXPECT_THAT(page, HasSubstr("Error of the whole shading"));
     EXPECT_THAT(page, HasSubstr("Of the texels"));
