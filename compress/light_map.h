@@ -164,7 +164,7 @@ struct LightMapObjective {
     lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
 };
 
-/// One texture of a layout: a 2-D array of layerCount layers (a plain texture if layerCount is 1), as large as the map.
+/// One texture of a layout: a 2-D array of layerCount layers (a plain texture if layerCount is 1), as large as the map, with mips.
 struct LightMapTexture {
     std::string name;
     formats::PixelFormat format = formats::PixelFormat::Rgba16f;
@@ -177,7 +177,8 @@ struct BasisModel;
 struct LightMapPlan {
     formats::LightMapLayout layout = formats::LightMapLayout::Raw;
     formats::Target target = formats::Target::Float;
-    int width = 0, height = 0;  ///< [texels]
+    int width = 0, height = 0;  ///< of level 0, or of the level that it encodes [texels]
+    int mipCount = 1;           ///< mip levels of the textures
     std::vector<LightMapTexture> textures;
     std::map<std::string, std::vector<float>> constants;  ///< by the names of the members of the shader's constants
     std::optional<LightMapObjective> objective;           ///< empty: errors of shaded light by energy
@@ -188,7 +189,8 @@ struct LightMapPlan {
 
     int blockHeight() const;       ///< [texels] strips must be cut at multiples of it
     double bitsPerTexel() const;   ///< of all textures and layers, tables, and the index or the vertex attribute
-    std::size_t gpuBytes() const;  ///< the same in bytes
+    std::size_t gpuBytes() const;  ///< the same in bytes, with all mip levels
+    std::size_t layerBytes(formats::PixelFormat format) const;  ///< of a layer of a texture, with all mip levels
     /// gpuBytes of a layout that is this one, or this one without its last layers.
     std::size_t gpuBytesAs(formats::LightMapLayout shorter) const;
     std::size_t tableBytes() const { return tableBytesAs(layout); }  ///< of a learned decode's factors: texture "tables"
@@ -200,6 +202,9 @@ struct LightMapPlan {
     std::vector<std::byte> tableTexels() const;
     /// Clusters of the blocks of 4 x 4 texels of a learned layout, row by row.
     std::span<const std::uint8_t> clusterOfBlock() const;
+    /// Returns this plan for the texels of a mip level, which encodeLightMapRows() takes as a map of its own: same constants and tables.
+    /// clusterOfTexel  of a learned layout: the cluster of each texel of the level, row by row. Others: empty
+    LightMapPlan ofMip(int level, std::vector<std::uint8_t> clusterOfTexel) const;
     /// The same as the texture "index": RGBA8, four neighbours of a row of blocks in a texel. Half a bit a texel of the map.
     std::vector<std::byte> indexTexels() const;
     std::size_t indexBytes() const;

@@ -76,8 +76,11 @@ struct LightMapStrip {
     Image<lighting::ShRgb> sh;    ///< zero where not covered
     Image<std::uint8_t> covered;  ///< 1 inside charts: coverage.Y > 0.5, and a normal where the file has normals; without coverage.Y all 1
     Image<glm::vec3> normal;      ///< unit, world; (0, 0, 1) where not covered or the file has none
-    LightMapRepairs repairs;      ///< of these rows
-    LightMapCoverage coverage;    ///< of these rows
+    /// Charts of the covered texels of a mip level, numbered in any way: no surface lies between the centres of texels of different charts.
+    /// Empty: surfaces may lie between any covered texels.
+    Image<std::uint32_t> chart;
+    LightMapRepairs repairs;              ///< of these rows
+    LightMapCoverage coverage;            ///< of these rows
     std::int64_t negativeAfterGamut = 0;  ///< channels of sh00 that the colour conversion made negative
 };
 

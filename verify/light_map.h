@@ -39,6 +39,7 @@ struct CookedLightMap {
     std::vector<formats::PixelFormat> formats = {};
     /// Clusters of the blocks of a learned layout, row by row, as its texture "index" holds them. Empty: the constant index_runs.
     std::vector<std::uint8_t> clusterOfBlock = {};
+    int clusterBlock = 4;  ///< side of these blocks [texels]; 1 at mip levels
 };
 
 /// Shading of the scene. Samples take every m, every F0 and `viewCount` views (spherical Fibonacci points of the upper hemisphere). The

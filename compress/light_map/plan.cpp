@@ -49,10 +49,15 @@ int LightMapPlan::blockHeight() const {
     return largest;
 }
 
+std::size_t LightMapPlan::layerBytes(formats::PixelFormat format) const {
+    std::size_t bytes = 0;
+    for (int mip = 0; mip < mipCount; ++mip) bytes += formats::bytesPerImage(format, std::max(1, width >> mip), std::max(1, height >> mip));
+    return bytes;
+}
+
 std::size_t LightMapPlan::gpuBytes() const {
     std::size_t bytes = tableBytes() + clusterBytes(*this);
-    for (const LightMapTexture& texture : textures)
-        bytes += static_cast<std::size_t>(texture.layerCount) * formats::bytesPerImage(texture.format, width, height);
+    for (const LightMapTexture& texture : textures) bytes += static_cast<std::size_t>(texture.layerCount) * layerBytes(texture.format);
     return bytes;
 }
 
@@ -60,9 +65,26 @@ double LightMapPlan::bitsPerTexel() const {
     double bits = 8.0 * static_cast<double>(tableBytes() + clusterBytes(*this)) / (static_cast<double>(width) * height);
     for (const LightMapTexture& texture : textures) {
         const formats::PixelFormatInfo& format = formats::info(texture.format);
-        bits += 8.0 * texture.layerCount * format.bytesPerBlock / (format.blockWidth * format.blockHeight);
+        const double mips =
+            static_cast<double>(layerBytes(texture.format)) / static_cast<double>(formats::bytesPerImage(texture.format, width, height));
+        bits += mips * 8.0 * texture.layerCount * format.bytesPerBlock / (format.blockWidth * format.blockHeight);
     }
     return bits;
+}
+
+LightMapPlan LightMapPlan::ofMip(int level, std::vector<std::uint8_t> clusterOfTexel) const {
+    LightMapPlan plan = *this;
+    plan.width = width >> level;
+    plan.height = height >> level;
+    plan.mipCount = 1;
+    if (!basis) return plan;
+    assert(clusterOfTexel.size() == static_cast<std::size_t>(plan.width) * static_cast<std::size_t>(plan.height));
+    auto model = std::make_shared<BasisModel>(*basis);
+    model->blockSide = 1;
+    model->blocksAcross = plan.width;
+    model->clusterOfBlock = std::move(clusterOfTexel);
+    plan.basis = std::move(model);
+    return plan;
 }
 
 std::span<const std::uint8_t> LightMapPlan::clusterOfBlock() const {

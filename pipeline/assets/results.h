@@ -126,7 +126,8 @@ void describe(Fields& fields, Self& preview) {
 /// Result of a verify action.
 struct VerifyResult {
     Verdict verdict;
-    std::optional<double> key;  ///< log-average luminance of the exit radiance
+    std::optional<double> key;             ///< log-average luminance of the exit radiance
+    std::vector<verify::StageError> mips;  ///< of a light map: each level from 1 on
     std::optional<LightFigures> light;
     std::optional<MeshErrorFigures> meshError;
     std::optional<PreviewFiles> preview;
@@ -139,6 +140,7 @@ template <class Fields, Is<VerifyResult> Self>
 void describe(Fields& fields, Self& result) {
     fields.required("verdict", result.verdict, "errors, limit, violations");
     fields.optional("key", result.key, kFigure, "log-average luminance of the exit radiance");
+    fields.presentIf(!result.mips.empty(), "mips", result.mips, "errors of the mip levels of a light map, from level 1 on");
     fields.optional("light", result.light, "light that the errors are a part of");
     fields.optional("mesh_error", result.meshError, "how far quantization moved the vertices");
     fields.optional("preview", result.preview, "pictures");

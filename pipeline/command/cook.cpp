@@ -61,6 +61,7 @@ CommandFunction defineCook(CLI::App& app) {
         ->type_name("JND")
         ->check(CLI::Range(0.0, kMostChartsVisible));
     app.add_flag("--gltf", cook.gltf, "Also write each light map with its mesh as glTF (NAME_scene.glb), with the light map bound");
+    app.add_flag("--mips", cook.mips, "Write light maps with mip levels, as far as these keep charts apart");
     app.add_flag(
            "--keep-candidates", cook.keepCandidates,
            "Also cook the scene with each other layout that was tried and may be worth its bytes, into DIR/candidates: view shows them "

@@ -43,6 +43,16 @@ std::string seamWord(const ReportRow& row) {
     return row.seams && !row.seams->stages.empty() ? fmt::format("{:.2f}", row.seams->largestAdded()) : "-";
 }
 
+/// Returns a line for the mip levels of a light map: their number, why there are no more, and their largest errors.
+std::string mipLine(const ReportRow& row) {
+    std::string line = fmt::format("  {}: {} mip level{}", row.name, row.mips.size() + 1, row.mips.empty() ? "" : "s");
+    if (row.mipsEnd) line += fmt::format(" ({})", *row.mipsEnd);
+    for (const verify::StageError& mip : row.mips)
+        line += fmt::format("; {}: diffuse{}, specular{}, visible {}", mip.name, percent(mip.diffuse.relRms), percent(mip.specular.relRms),
+                            visibleWord(visibleP99(mip)));
+    return line;
+}
+
 /// Returns the proven bound: of visible errors, or of assets without any the local relative one.
 std::string boundWord(const verify::StageError& error, const verify::ErrorFigures& worse) {
     const auto visible = visibleBound(error);
@@ -155,6 +165,7 @@ void printReport(Terminal& terminal, const Report& report) {
                         row.bytesGpu, row.bitsPerTexel, relRmsWord(row, &verify::StageError::diffuse, &verify::StageError::specular),
                         relRmsWord(row, &verify::StageError::specular, &verify::StageError::diffuse), percent(worse.p99),
                         visibleWord(visibleP99(error)), boundWord(error, worse), seamWord(row), verdictWord(terminal, row.verdict.passed)));
+        if (row.mipsEnd) terminal.say(mipLine(row));
     }
     const std::string limit = report.budget.limitBytes ? fmt::format(" of {}", *report.budget.limitBytes) : "";
     // Results from the cache keep the time of the run that made them.

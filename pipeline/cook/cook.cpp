@@ -51,6 +51,7 @@ void applyOverrides(const CookOptions& options, OutputSettings& output) {
     if (options.effort) output.effort = *options.effort;
     if (options.rdo) output.rdo = *options.rdo;
     output.gltf = output.gltf || options.gltf;
+    output.mips = output.mips || options.mips;
 }
 
 /// Returns what is wrong with packing the charts of a light map beside its other settings, or an empty text.
@@ -120,6 +121,7 @@ private:
             if (options_.maxVisible) entry.maxVisible.reset();
             if (options_.maxVisibleBound) entry.maxVisibleBound.reset();
             if (options_.maxSeam) entry.maxSeam.reset();
+            if (options_.mips) entry.mips.reset();
         }
         if (options_.maxConverterVisible) forgetConverterLimits();
         outcome_.output = options_.output.empty() ? std::filesystem::path(scene_.name + ".cooked") : options_.output;

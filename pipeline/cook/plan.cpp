@@ -188,6 +188,8 @@ private:
                 if (std::ranges::find(plan_.assets, asset) != plan_.assets.end()) plan_.packed[asset] = *packed;
     }
 
+    bool hasMips(const LightMapEntry& entry) const { return entry.mips.value_or(scene_.output.mips); }
+
     /// Returns what a light map was repacked from; null for others.
     const PackedLightMap* packedOf(const LightMapEntry& entry) const {
         const auto packed = options_.packed.find(entry.name);
@@ -215,9 +217,10 @@ private:
     void addTrial(const LightMapEntry& entry, const formats::LightMapDescription& description, bool isFlatTried,
                   const std::optional<JointTrial>& joint) {
         plan_.undecided.push_back(entry.name);
-        const TrialParameters parameters{description, scene_.output.target, textures_,
-                                         shading_,    scene_.display,       scene_.output.objective,
-                                         isFlatTried, scene_.output.decode, layoutsFor(scene_.output, entry)};
+        const TrialParameters parameters{description,   scene_.output.target, textures_,
+                                         shading_,      scene_.display,       scene_.output.objective,
+                                         isFlatTried,   scene_.output.decode, layoutsFor(scene_.output, entry),
+                                         hasMips(entry)};
         plan_.actions.push_back({"trial/" + entry.name,
                                  joint ? "joint-trial" : "light-map-trial",
                                  entry.name,
@@ -241,7 +244,8 @@ private:
         Inputs verifyInputs = reduction.constantOf ? sourceOf(entry) : viewedInputs(entry);
         const PackedLightMap* packed = packedOf(entry);
         if (packed != nullptr && !reduction.constantOf) verifyInputs.merge(unpackedInputs(*packed));
-        add(entry.name, AssetKind::LightMap, LightMapParameters{description, layout, scene_.output.target, textures_, visible},
+        add(entry.name, AssetKind::LightMap,
+            LightMapParameters{description, layout, scene_.output.target, textures_, visible, hasMips(entry)},
             lightMapInputs(entry, hasLearnedBases(layout)), verification, verifyInputs);
         if (packed != nullptr) plan_.actions.back().parameters[kUnpackedKey] = toJson(packed->bake);
         const std::string asked = layoutAsked(scene_.output);

@@ -103,7 +103,8 @@ private:
     void checkTexture(const CookedAsset& asset, const CookedTexture& texture) {
         const std::string place = fmt::format("{}, texture {}", asset.name, texture.role);
         const bool isLookup = asset.kind == AssetKind::LightMap && isLookupRole(texture.role);
-        const Sampler sampler{isLookup ? "nearest" : std::string(info(asset.kind).filter), "clamp"};
+        const bool hasMips = asset.kind == AssetKind::LightMap && texture.mips > 1;
+        const Sampler sampler{isLookup ? "nearest" : hasMips ? "trilinear" : std::string(info(asset.kind).filter), "clamp"};
         expectEqual(place + ", sampler", toJson(texture.sampler), toJson(sampler));
         checkFileSize(texture.file, texture.bytesDisk, place);
         const auto reader = formats::TextureReader::open(folder_ / texture.file);

@@ -73,7 +73,7 @@ void describe(Fields& fields, Self& texture) {
     fields.optional("api_formats", texture.apiFormats, "the format's number in the graphics APIs");
     fields.required("width", texture.width, kSide, "width [texels]");
     fields.required("height", texture.height, kSide, "height [texels]");
-    fields.required("mips", texture.mips, kCount, "number of mip levels");
+    fields.required("mips", texture.mips, kCount, "number of mip levels; of a light map from level 0 to the last that keeps charts apart");
     fields.required("layers", texture.layers, kCount, "number of array layers");
     fields.optional("array", texture.isArray, "true for an array texture, which a shader samples by layer");
     fields.required("faces", texture.faces, kCount, "6 for a cubemap, else 1");
@@ -149,6 +149,7 @@ struct CookedAsset {
     std::optional<double> bitsPerTexel;
     std::optional<std::string> quantity, distribution, normalization, units, phase, frame;
     std::optional<int> decodeDegree;
+    std::optional<std::string> mipsEnd;  ///< of a light map that was asked for mip levels
     std::optional<bool> dither;
     std::optional<std::string> file;                   ///< of a mesh
     std::optional<std::string> lightMap;               ///< of a mesh or a dominant light
@@ -197,6 +198,7 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("phase", asset.phase, "sign convention of the SH basis: none");
     fields.optional("frame", asset.frame, "frame of directions");
     fields.optional("decode_degree", asset.decodeDegree, "degree of the decode as a polynomial of the filtered texels");
+    fields.optional("mips_end", asset.mipsEnd, "of a light map with `mips = true`: why its textures have no further mip level");
     fields.optional("dither", asset.dither, "true if the codes of a reflection map are dithered");
     fields.optional("light_map", asset.lightMap, "light map that a mesh is lit by, or that a dominant light belongs to");
     fields.optional("probe", asset.probe, "place of a cubemap's probe, as far as the scene states it");

@@ -182,6 +182,38 @@ Html visibleTable(const Json& asset) {
                    word("In just noticeable differences (Delta E ITP): 1 is at the threshold of a trained eye, 10 is plain to see."));
 }
 
+/// Returns a table of the mip levels of a light map from level 1 on, and why there are no more. Empty for assets that were not asked for
+/// them.
+Html mipTable(const Json& asset) {
+    constexpr std::array<std::array<const char*, 2>, 3> kFigures = {{{"p99", "visible p99"}, {"p999", "p99.9"}, {"bound", "bound"}}};
+    const std::string end = words(member(asset, "mips_end"));
+    const Json& mips = list(asset, "mips");
+    if (end.empty() && mips.empty()) return {};
+    const std::vector<const char*> shadings = shadingsOf(asset);
+    Html groups = headCell("Mip level", "", {{"rowspan", "2"}}), names, rows;
+    for (const char* shading : shadings) {
+        groups += headCell(shading, "group", {{"colspan", "4"}});
+        names += headCell("rel_rms", "num first");
+        for (const auto& [key, name] : kFigures) names += headCell(name, "num");
+    }
+    for (const Json& mip : mips) {
+        Html cells = element("th", {{"scope", "row"}}, text(words(member(mip, "name"))));
+        for (const char* shading : shadings) {
+            const Json& figures = member(member(mip, "error"), shading);
+            cells += limitedCell(figures, limitOf(asset));
+            for (const auto& [key, name] : kFigures) cells += numberCell(visibleMarkup(figures, key));
+        }
+        rows += element("tr", cells);
+    }
+    const Html levels =
+        rows.isEmpty() ? rows : table(shadings.size() == 1 ? "stages one" : "stages", element("tr", groups) + element("tr", names), rows);
+    return element(
+        "div", {{"class", "notes"}},
+        element("h3", word("Mip levels")) + levels +
+            element("p", {{"class", "soft"}},
+                    text(fmt::format("{} level{} with level 0; no further one: {}.", mips.size() + 1, mips.empty() ? "" : "s", end))));
+}
+
 /// Returns a row with the place of the largest visible error and both colours. Empty without one.
 Html visibleRow(const char* shading, const Json& visible) {
     const Json& at = member(visible, "max_at");
@@ -415,8 +447,8 @@ Html assetSection(const std::filesystem::path& folder, const Json& asset, std::s
     const Html lists = textureTable(asset) + notes(asset);
     return element("section", {{"class", "card asset"}, {"id", assetAnchor(index)}},
                    title + assetFacts(asset) + pictures(folder, asset) + worstPlaces(folder, asset) + stageTable(asset) +
-                       visibleTable(asset) + seamSection(folder, asset) + chartSection(asset) + worstTable(asset) + groundTruth(asset) +
-                       candidateTable(asset) + (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
+                       visibleTable(asset) + mipTable(asset) + seamSection(folder, asset) + chartSection(asset) + worstTable(asset) +
+                       groundTruth(asset) + candidateTable(asset) + (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
 }
 
 }  // namespace lightcook::pipeline

@@ -53,6 +53,8 @@ Result<ReportRow> reportRow(const CookedAsset& asset, const ActionRecord& cooked
     for (const CookedTexture& texture : asset.textures)
         row.textures.push_back({texture.role, texture.file, texture.format, texture.bytesGpu});
     row.notes = std::move(cook->notes);
+    row.mips = std::move(verification->mips);
+    row.mipsEnd = asset.mipsEnd;
     row.key = verification->key;
     row.light = std::move(verification->light);
     row.meshError = verification->meshError;

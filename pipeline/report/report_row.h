@@ -88,8 +88,10 @@ struct ReportRow {
     double seconds = 0, verifySeconds = 0;
     Verdict verdict;
     std::vector<ReportTexture> textures;
-    std::optional<Json> notes;  ///< see CookResult
-    std::optional<double> key;  ///< this and the members below: see VerifyResult
+    std::optional<std::string> mipsEnd;  ///< CookedAsset::mipsEnd
+    std::optional<Json> notes;           ///< see CookResult
+    std::optional<double> key;           ///< this and the members below: see VerifyResult
+    std::vector<verify::StageError> mips;
     std::optional<LightFigures> light;
     std::optional<MeshErrorFigures> meshError;
     std::optional<PreviewFiles> preview;
@@ -119,6 +121,10 @@ void describe(Fields& fields, Self& row) {
     fields.presentIf(true, "verify_seconds", row.verifySeconds, "wall time of the verification");
     describe(fields, row.verdict);
     fields.presentIf(true, "textures", row.textures, "textures of the layout");
+    fields.presentIf(!row.mips.empty(), "mips", row.mips,
+                     "errors of the mip levels of a light map, from level 1 on, each against the mean of the bake over its texels; the "
+                     "limits hold for each");
+    fields.optional("mips_end", row.mipsEnd, "why a light map with `mips = true` has no further mip level");
     fields.optional("notes", row.notes, "counts and facts of the cook");
     fields.optional("key", row.key, kFigure, "log-average luminance of the exit radiance");
     fields.optional("light", row.light, "light that the errors are a part of");

@@ -136,6 +136,9 @@ SceneSectionInfo outputSection() {
              {"gltf", kBoolean, "false",
               "also write each light map with its mesh as glTF, with the light map bound "
               "([glTF](../guide/into-an-engine.md#the-scene-as-gltf)); as `cook --gltf`"},
+             {"mips", kBoolean, "false",
+              "write the light maps with mip levels, from level 0 to the last that keeps their charts apart "
+              "([mip levels](../guide/into-an-engine.md#mip-levels)); the limits on the error hold for each level. As `cook --mips`"},
              {"keep_unused", kBoolean, "false",
               "cook also what the report would list as skipped for its content: each texel of a map of constant light, bands that no "
               "shading shows, probes that no surface uses, rows of reflection maps that no material reads"}},
@@ -212,6 +215,7 @@ SceneSectionInfo lightMapSection() {
              {"charts_max_visible", "number from 0 to 100", "that of `[output]`",
               "visible error that fewer texels of its packed charts may add"},
              {"max_seam", "number", "that of `[output]`", "limit on the added seams of this light map; it needs a `mesh`"},
+             {"mips", kBoolean, "that of `[output]`", "write this light map with mip levels"},
              {"ground_truth", "path", "none",
               "CSV of light traced at texels of the map, to separate truncation, fit and quantization "
               "([format](../theory/error.md#ground-truth))"},

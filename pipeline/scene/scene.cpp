@@ -11,6 +11,7 @@
 #include <initializer_list>
 #include <set>
 #include <stdexcept>
+#include <type_traits>
 
 #include "fit/specular_tables.h"
 #include "formats/light_map_layout.h"
@@ -95,7 +96,11 @@ public:
         requireRow(key);
         const toml::node* node = table_.get(key);
         if (node == nullptr) return std::nullopt;
-        std::optional<T> value = node->value<T>();
+        std::optional<T> value;
+        if constexpr (std::is_same_v<T, bool>)
+            value = node->value_exact<bool>();  // numbers are none
+        else
+            value = node->value<T>();
         if (!value) fail(*node, fmt::format("found {} for {}.{}, expected {}", typeName(*node), name_, key, expected));
         return value;
     }
@@ -320,6 +325,11 @@ void readDecode(TableReader& reader, OutputSettings& output) {
                                 isAuto ? "a budget chooses the layouts" : "the layout is named"));
 }
 
+/// Reads the key `mips`. A number of levels is refused: charts decide it.
+std::optional<bool> readMips(TableReader& reader) {
+    return reader.optional<bool>("mips", "true or false: the charts of a map decide how many levels it has");
+}
+
 OutputSettings readOutput(TableReader reader) {
     OutputSettings output;
     output.target = reader.oneOfRows("target", formats::allTargets());
@@ -370,6 +380,7 @@ OutputSettings readOutput(TableReader reader) {
     (void)readChartSettings(reader);  // readSceneCharts() has them
     output.gltf = reader.optional<bool>("gltf", "true or false").value_or(false);
     if (const std::string why = whyNotGltf(output); !why.empty()) reader.fail(reader.node("gltf"), why);
+    output.mips = readMips(reader).value_or(false);
     output.keepUnused = reader.optional<bool>("keep_unused", "true or false").value_or(false);
     return output;
 }
@@ -457,6 +468,7 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
     entry.maxVisibleBound = readMaxVisible(reader, "max_visible_bound");
     entry.layouts = readLayouts(reader);
     entry.maxSeam = readMaxVisible(reader, "max_seam");
+    entry.mips = readMips(reader);
     entry.mesh = reader.optionalPath("mesh");
     entry.description.mesh = entry.mesh.value_or("");
     if (entry.maxSeam && !entry.mesh)

@@ -63,6 +63,7 @@ struct OutputSettings {
     bool zstd = false;
     bool draco = true;  ///< meshes as Draco inside glTF
     bool gltf = false;  ///< also writes the scene as glTF with its light maps bound
+    bool mips = false;  ///< light maps have as many mip levels as keep their charts apart; dominant lights have one
 };
 
 /// Returns what is wrong with glTF beside the other settings, or an empty text.
@@ -103,6 +104,7 @@ struct LightMapEntry {
     std::optional<double> maxSeam;                   ///< overrides that of the output
     std::optional<std::filesystem::path> groundTruth;  ///< traced light at texels of the map (formats::readShadingValues)
     formats::LayoutList layouts = {};                  ///< that "auto" may take; empty: those of the output
+    std::optional<bool> mips = {};                     ///< overrides that of the output
 };
 
 /// Returns the layouts that "auto" may take for a light map: its own list, or else that of the output.

@@ -442,6 +442,8 @@ const std::vector<Mistake>& allMistakes() {
         {"a material that no mesh has", kLint, faults::unknownMaterial},
         {"a mesh that is newer than its bake", kLint, faults::staleBake},
         {"a limit above 1", kLint, faults::limitAboveOne},
+        {"a number of mip levels", "lightcook cook scene.toml",
+         [](const ExampleCopy& scene) { scene.replaceInScene("max_error = 0.02 ", "mips = 3\nmax_error = 0.02 "); }},
         {"a finding is allowed whose code is misspelt", "lightcook lint scene.toml",
          [](const ExampleCopy& scene) { scene.replaceInScene("schema = 1", "allow = [\"fliped-v\"]\nschema = 1"); }},
         {"an error is allowed", "lightcook lint scene.toml",

@@ -23,7 +23,6 @@ namespace lightcook::pipeline {
 namespace {
 
 using formats::PixelFormat;
-using formats::SubImage;
 using Bytes = std::span<const std::byte>;
 
 template <class T>
@@ -117,6 +116,7 @@ protected:
         options.cache = folder_ / "cache";
         options.container = formats::Container::Dds;
         options.lightMapLayout = layout;
+        options.mips = true;
         options.onlyKind = std::move(onlyKind);
         options.maxError = 1.0;  // no limit, so that small layouts pass too
         options.effort = 3;

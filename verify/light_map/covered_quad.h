@@ -2,10 +2,12 @@
 //
 // The filter of a GPU reaches all four cooked texels. The reference is that of the covered ones alone: with bilinear weights w_i over them,
 // R = (sum of w_i r_i) / (sum of w_i).
+// A quad with covered texels of two charts of a mip level holds no surface, and counts as not covered.
 #pragma once
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <glm/vec2.hpp>
 
 #include "verify/light_map/rows.h"
@@ -25,13 +27,16 @@ struct CoveredQuad {
     /// above, below  rows y and y + 1, clamped to the map, from column firstX on
     CoveredQuad(const MapRows<Layout>& rows, const Row& above, const Row& below, int quadX, int quadY, int firstX = 0)
         : x(quadX), y(quadY), mapWidth(rows.width()), mapHeight(rows.height()) {
+        std::array<std::uint32_t, 4> charts{};
         for (int corner = 0; corner < 4; ++corner) {
             const Row& row = corner < 2 ? above : below;
             const std::size_t at = index(texelX(corner) - firstX), i = index(corner);
             corners.texels[i] = &row.texels[at];
             corners.references[i] = &row.reference[at];
             covered[i] = row.covered[at] != 0;
+            if (!row.chart.empty()) charts[i] = row.chart[at];
         }
+        if (!above.chart.empty() && holdsTwoCharts(charts)) covered = {};
     }
 
     int coveredCount() const { return covered[0] + covered[1] + covered[2] + covered[3]; }
@@ -75,6 +80,15 @@ struct CoveredQuad {
     /// Returns a place of the quad in the map [texels]: beyond the edge the light is that at the edge.
     glm::dvec2 inMap(const glm::dvec2& place) const {
         return {std::clamp(x + place.x, 0.0, mapWidth - 1.0), std::clamp(y + place.y, 0.0, mapHeight - 1.0)};
+    }
+
+private:
+    /// Returns true if covered corners are of two charts: then no surface lies in the quad.
+    bool holdsTwoCharts(const std::array<std::uint32_t, 4>& charts) const {
+        for (std::size_t i = 0; i < 4; ++i)
+            for (std::size_t j = 0; j < i; ++j)
+                if (covered[i] && covered[j] && charts[i] != charts[j]) return true;
+        return false;
     }
 };
 

@@ -88,8 +88,9 @@ std::optional<formats::Error> readTables(const CookedLightMap& map, const std::s
 /// Takes the clusters of all blocks from the index.
 std::optional<formats::Error> takeIndex(const CookedLightMap& map, std::size_t clusterCount, BasisTables& tables) {
     const std::string place = "light map layout " + map.layout + ", texture index";
-    tables.blocksAcross = (map.width + 3) / 4;
-    const std::size_t blocks = static_cast<std::size_t>(tables.blocksAcross) * static_cast<std::size_t>((map.height + 3) / 4);
+    const int side = tables.blockSide = map.clusterBlock;
+    tables.blocksAcross = (map.width + side - 1) / side;
+    const std::size_t blocks = static_cast<std::size_t>(tables.blocksAcross) * static_cast<std::size_t>((map.height + side - 1) / side);
     if (map.clusterOfBlock.size() != blocks)
         return formats::Error{ErrorCode::WrongShape, place,
                               "found " + std::to_string(map.clusterOfBlock.size()) + " blocks, expected " + std::to_string(blocks)};

@@ -254,12 +254,13 @@ struct BasisTables {
     std::vector<shaders::LcBasisFirst3> first3;                   ///< [cluster], for three codes; or
     std::vector<shaders::LcBasisFirst4> first4;                   ///< [cluster], for four codes
     std::vector<std::vector<shaders::LcBasisResidual>> residual;  ///< [layer][cluster]
-    std::vector<std::uint8_t> index;                              ///< cluster of each 4 x 4 block, row by row
-    int blocksAcross = 0;
+    std::vector<std::uint8_t> index;                              ///< cluster of each block, row by row
+    int blockSide = 4, blocksAcross = 0;
     float range = 1, neutral = 0;
 
     std::size_t clusterAt(int x, int y) const {
-        return index[static_cast<std::size_t>(y / 4) * static_cast<std::size_t>(blocksAcross) + static_cast<std::size_t>(x / 4)];
+        return index[static_cast<std::size_t>(y / blockSide) * static_cast<std::size_t>(blocksAcross) +
+                     static_cast<std::size_t>(x / blockSide)];
     }
 };
 

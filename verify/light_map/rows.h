@@ -45,6 +45,7 @@ public:
     /// One row of the map; light in units of the key.
     struct Row {
         std::vector<std::uint8_t> covered;
+        std::vector<std::uint32_t> chart;  ///< empty as in the reference
         std::vector<LcSh> reference;
         std::vector<LayerTexels> texels;
     };
@@ -81,7 +82,9 @@ public:
     }
     static bool isQuad(const Row& above, const Row& below, int x) {
         const std::size_t i = index(x);
-        return above.covered[i] != 0 && above.covered[i + 1] != 0 && below.covered[i] != 0 && below.covered[i + 1] != 0;
+        if (above.covered[i] == 0 || above.covered[i + 1] == 0 || below.covered[i] == 0 || below.covered[i + 1] == 0) return false;
+        return above.chart.empty() ||
+               (above.chart[i] == above.chart[i + 1] && above.chart[i] == below.chart[i] && above.chart[i] == below.chart[i + 1]);
     }
     /// Calls work(corners, x, y) for every quad of covered texels that begins in these rows.
     template <class Work>
@@ -129,6 +132,10 @@ private:
         row.reference.resize(index(count));
         row.texels.resize(index(count));
         const int stripRow = y - reference_.firstRow, texelRow = y - texels_.firstRow;
+        if (reference_.chart.width() > 0) {
+            const std::uint32_t* const charts = reference_.chart.view().row(stripRow) + firstX;
+            row.chart.assign(charts, charts + count);
+        }
         for (int i = 0; i < count; ++i) {
             const int x = firstX + i;
             row.covered[index(i)] = reference_.covered.at(x, stripRow);

@@ -54,7 +54,11 @@ function compressedTexture(ktx) {
 function plainTexture(ktx, name) {
   const [format, type] = FORMATS[ktx.format.name];
   let texture;
-  if (ktx.faces === 6) {
+  if (ktx.faces !== 6 && ktx.levels.length > 1) {
+    // DataArrayTexture has no mips. CompressedArrayTexture has, and takes RGBA that is not compressed.
+    if (format !== RGBAFormat) throw new Error(`${name}: three.js has no mips of ${ktx.format.name} arrays, cook without mips`);
+    texture = compressedTexture(ktx);
+  } else if (ktx.faces === 6) {
     const faces = (/** @type {number} */ mip) =>
       Array.from({ length: 6 }, (_, face) => {
         const { width, height } = mipSize(ktx, mip), side = new DataTexture(imagesOf(ktx, mip, face, 1), width, height, format, type);
@@ -64,7 +68,6 @@ function plainTexture(ktx, name) {
     texture = new CubeTexture(/** @type {any} */ (faces(0)));
     texture.mipmaps = /** @type {any} */ (ktx.levels.slice(1).map((_, mip) => ({ image: faces(mip + 1) })));
   } else {
-    if (ktx.levels.length > 1) throw new Error(`${name}: mips of uncompressed arrays are not supported`);
     texture = new DataArrayTexture(imagesOf(ktx, 0), ktx.width, ktx.height, ktx.layers);
     texture.unpackAlignment = 1;
   }

@@ -44,12 +44,13 @@ struct BasisModel {
     glm::vec4 codeWeights{1};                          ///< mean cost of a squared error of each channel
     std::vector<glm::vec4> residualWeights;            ///< [layer] the same
     double lightSquare = 0;                            ///< mean square of coefficient 0 of the map, over the range of texture "l0"
-    int blocksAcross = 0;
-    std::vector<std::uint8_t> clusterOfBlock;  ///< [4 x 4 block of the map]
+    int blockSide = 4, blocksAcross = 0;               ///< of the blocks that have a cluster each [texels], and their number in a row
+    std::vector<std::uint8_t> clusterOfBlock;          ///< [block]
 
     std::size_t clusterCount() const { return code.size(); }
     std::size_t clusterAt(int x, int y) const {
-        return clusterOfBlock[static_cast<std::size_t>(y / 4) * static_cast<std::size_t>(blocksAcross) + static_cast<std::size_t>(x / 4)];
+        return clusterOfBlock[static_cast<std::size_t>(y / blockSide) * static_cast<std::size_t>(blocksAcross) +
+                              static_cast<std::size_t>(x / blockSide)];
     }
     /// GPU memory of an RGB factor: a texel of RGBA16F. Halves hold the factors exactly: they are fitted as such.
     static constexpr std::size_t kFactorBytes = 8;

@@ -4,6 +4,7 @@
 #include "compress/light_map_context.h"
 #include "formats/chart_clusters.h"
 #include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/light_map/mips.h"
 #include "pipeline/assets/light_map/planner.h"
 #include "pipeline/assets/light_map/survey.h"
 #include "pipeline/assets/mesh/mesh.h"
@@ -43,9 +44,11 @@ Result<AssetTextures> createTextures(const ActionContext& context, const compres
         shape.format = texture.format;
         shape.width = plan.width;
         shape.height = plan.height;
+        shape.mipCount = plan.mipCount;
         shape.layerCount = texture.layerCount;
         shape.isArray = texture.layerCount > 1;
-        const auto created = textures.create({texture.name, context.action.asset + "_" + texture.name, shape, factsOf(plan, texture)});
+        const auto created = textures.create(
+            {texture.name, context.action.asset + "_" + texture.name, shape, factsOf(plan, texture), plan.mipCount > 1 ? "trilinear" : ""});
         if (!created) return tl::make_unexpected(created.error());
     }
     return textures;
@@ -75,8 +78,12 @@ Result<void> writeTables(const ActionContext& context, const compress::LightMapP
         {plan.tableTexels()});
 }
 
+/// Encodes a mip level.
+/// source  the level
+/// plan    of the level
 Result<compress::EncodeReport> encodeStrips(LightMapSource& source, const compress::LightMapPlan& plan,
-                                            const compress::EncodeOptions& options, AssetTextures& textures, const ActionContext& context) {
+                                            const compress::EncodeOptions& options, AssetTextures& textures, int mip,
+                                            const ActionContext& context) {
     using Report = compress::EncodeReport;
     const auto encodeStrip = [&](int index) -> Result<Report> {
         const auto strip = source.stripWithMargin(index, compress::kLightMapContextRows, compress::kLightMapContextRows);
@@ -87,7 +94,7 @@ Result<compress::EncodeReport> encodeStrips(LightMapSource& source, const compre
             const int firstBlockRow = firstRow / formats::info(plan.textures[texture].format).blockHeight;
             const auto& layers = rows.textures[texture].layers;
             for (std::size_t layer = 0; layer < layers.size(); ++layer)
-                if (auto written = textures.writer(texture).writeBlockRows({0, static_cast<int>(layer), 0}, firstBlockRow, layers[layer]);
+                if (auto written = textures.writer(texture).writeBlockRows({mip, static_cast<int>(layer), 0}, firstBlockRow, layers[layer]);
                     !written)
                     return tl::make_unexpected(written.error());
         }
@@ -98,6 +105,22 @@ Result<compress::EncodeReport> encodeStrips(LightMapSource& source, const compre
                                              [&](const Report& report) { total.add(report); });
     if (!encoded) return tl::make_unexpected(encoded.error());
     return total;
+}
+
+/// Encodes all levels.
+Result<compress::EncodeReport> encodeLevels(LightMapSource& source, const compress::LightMapPlan& plan,
+                                            const compress::EncodeOptions& options, AssetTextures& textures, const ActionContext& context) {
+    auto report = encodeStrips(source, plan, options, textures, 0, context);
+    for (int mip = 1; report && mip < plan.mipCount; ++mip) {
+        const auto survey = source.mipSurvey(context);
+        if (!survey) return tl::make_unexpected(survey.error());
+        auto clusters = plan.clusterOfBlock().empty() ? std::vector<std::uint8_t>()
+                                                      : clustersOfMip(**survey, mip, plan.width, plan.height, plan.clusterOfBlock());
+        auto encoded = encodeStrips(source.mip(mip), plan.ofMip(mip, std::move(clusters)), options, textures, mip, context);
+        if (!encoded) return encoded;
+        report->add(*encoded);
+    }
+    return report;
 }
 
 CookedAsset manifestEntry(const std::string& name, const compress::LightMapPlan& plan, const LightMapParameters& parameters) {
@@ -133,18 +156,25 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     if (!measured) return tl::make_unexpected(measured.error());
     std::optional<compress::LightMapObjective> objective;
     if (parameters->visible) objective = objectiveFor(*parameters->visible, measured->key.displayKey(), (*source)->bt2020FromWorking());
+    const auto mipCount = mipCountOf(**source, parameters->mips, context);
+    if (!mipCount) return tl::make_unexpected(mipCount.error());
     // The planner is a temporary: its samples are freed before the first strip is encoded.
-    const auto plan =
-        LightMapPlanner(**source, parameters->target, parameters->textures, measured->measure, objective, context).plan(parameters->layout);
+    const auto plan = LightMapPlanner(**source, parameters->target, parameters->textures, measured->measure, objective, *mipCount, context)
+                          .plan(parameters->layout);
     if (!plan) return tl::make_unexpected(plan.error());
     auto textures = createTextures(context, *plan, parameters->textures);
     if (!textures) return tl::make_unexpected(textures.error());
-    const auto report = encodeStrips(**source, *plan, parameters->textures.encodeOptions(), *textures, context);
+    const auto report = encodeLevels(**source, *plan, parameters->textures.encodeOptions(), *textures, context);
     if (!report) return tl::make_unexpected(report.error());
     if (auto written = writeIndex(context, *plan, *textures); !written) return tl::make_unexpected(written.error());
     if (auto written = writeTables(context, *plan, *textures); !written) return tl::make_unexpected(written.error());
-    return textures->finish(
-        {manifestEntry(context.action.asset, *plan, *parameters), bakeBytes(context.action), notesOf(*measured, *report)});
+    CookedAsset asset = manifestEntry(context.action.asset, *plan, *parameters);
+    if (parameters->mips) {
+        const auto survey = (*source)->mipSurvey(context);
+        if (!survey) return tl::make_unexpected(survey.error());
+        asset.mipsEnd = (*survey)->end;
+    }
+    return textures->finish({std::move(asset), bakeBytes(context.action), notesOf(*measured, *report)});
 }
 
 }  // namespace lightcook::pipeline

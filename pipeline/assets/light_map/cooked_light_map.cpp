@@ -80,16 +80,33 @@ Result<LightMapConstants> constantsOf(const std::filesystem::path& folder, const
 Result<CookedLightMapReader> CookedLightMapReader::open(const std::filesystem::path& folder, const CookedAsset& asset,
                                                         const verify::LightMapShading& shading, const verify::LightMapSampling& sampling,
                                                         double key, const std::optional<verify::Viewing>& viewing) {
-    auto constants = constantsOf(folder, asset);
-    if (!constants) return tl::make_unexpected(constants.error());
-    verify::CookedLightMap map;
-    map.layout = asset.layout;
-    map.constants = std::move(*constants);
-    map.width = asset.width;
-    map.height = asset.height;
     auto clusters = clustersOfBlocks(folder, asset);
     if (!clusters) return tl::make_unexpected(clusters.error());
+    verify::CookedLightMap map;
     map.clusterOfBlock = std::move(*clusters);
+    return openMap(folder, asset, 0, std::move(map), shading, sampling, key, viewing);
+}
+
+Result<CookedLightMapReader> CookedLightMapReader::openMip(const std::filesystem::path& folder, const CookedAsset& asset, int mip,
+                                                           std::vector<std::uint8_t> clusterOfTexel, const verify::LightMapShading& shading,
+                                                           const verify::LightMapSampling& sampling, double key,
+                                                           const std::optional<verify::Viewing>& viewing) {
+    verify::CookedLightMap map;
+    map.clusterOfBlock = std::move(clusterOfTexel);
+    map.clusterBlock = 1;
+    return openMap(folder, asset, mip, std::move(map), shading, sampling, key, viewing);
+}
+
+Result<CookedLightMapReader> CookedLightMapReader::openMap(const std::filesystem::path& folder, const CookedAsset& asset, int mip,
+                                                           verify::CookedLightMap map, const verify::LightMapShading& shading,
+                                                           const verify::LightMapSampling& sampling, double key,
+                                                           const std::optional<verify::Viewing>& viewing) {
+    auto constants = constantsOf(folder, asset);
+    if (!constants) return tl::make_unexpected(constants.error());
+    map.layout = asset.layout;
+    map.constants = std::move(*constants);
+    map.width = asset.width >> mip;
+    map.height = asset.height >> mip;
     const auto needs = verify::LightMapVerifier::texturesOf(map);
     if (!needs) return tl::make_unexpected(needs.error());
     std::vector<formats::TextureReader> textures;
@@ -97,18 +114,19 @@ Result<CookedLightMapReader> CookedLightMapReader::open(const std::filesystem::p
         auto texture = openTexture(folder, asset, need.name);
         if (!texture) return tl::make_unexpected(texture.error());
         const formats::TextureShape& shape = texture->shape();
-        if (shape.layerCount != need.layerCount || shape.width != map.width || shape.height != map.height)
+        if (shape.layerCount != need.layerCount || shape.width != asset.width || shape.height != asset.height)
             return failure(ErrorCode::Verification, fmt::format("{}, texture {}", asset.name, need.name),
                            fmt::format("found {} x {} with {} layers, expected {} x {} with {}", shape.width, shape.height,
-                                       shape.layerCount, map.width, map.height, need.layerCount));
+                                       shape.layerCount, asset.width, asset.height, need.layerCount));
+        if (shape.mipCount <= mip)
+            return failure(ErrorCode::Verification, fmt::format("{}, texture {}", asset.name, need.name),
+                           fmt::format("found {} mip levels, expected at least {}, as its other textures have", shape.mipCount, mip + 1));
         map.formats.push_back(shape.format);
         textures.push_back(std::move(*texture));
     }
     auto verifier = verify::LightMapVerifier::create(map, shading, sampling, key, viewing);
     if (!verifier) return tl::make_unexpected(verifier.error());
-    CookedLightMapReader reader(std::move(*verifier), map.width, map.height);
-    reader.textures_ = std::move(textures);
-    return reader;
+    return CookedLightMapReader(std::move(*verifier), std::move(textures), map.width, map.height, mip);
 }
 
 Result<verify::DecodedLightMapRows> CookedLightMapReader::read(int firstRow, int rowCount) const {
@@ -122,7 +140,7 @@ Result<verify::DecodedLightMapRows> CookedLightMapReader::read(int firstRow, int
         std::vector<std::byte> blocks(formats::bytesPerBlockRow(format, width_) * static_cast<std::size_t>(blockRows));
         std::vector<formats::Image<glm::vec4>> layers, spans;
         for (int layer = 0; layer < texture.shape().layerCount; ++layer) {
-            if (auto read = texture.readBlockRows({0, layer, 0}, firstRow / blockHeight, blocks); !read)
+            if (auto read = texture.readBlockRows({mip_, layer, 0}, firstRow / blockHeight, blocks); !read)
                 return tl::make_unexpected(read.error());
             layers.emplace_back(width_, texelRows);
             verify::decodeRows(format, blocks, layers.back().view());

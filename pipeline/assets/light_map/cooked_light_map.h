@@ -18,6 +18,12 @@ public:
     static formats::Result<CookedLightMapReader> open(const std::filesystem::path& folder, const CookedAsset& asset,
                                                       const verify::LightMapShading& shading, const verify::LightMapSampling& sampling,
                                                       double key, const std::optional<verify::Viewing>& viewing = std::nullopt);
+    /// Opens a mip level, 1 or more, as a light map of its own.
+    /// clusterOfTexel  of a learned layout: the cluster of each texel of the level (mips.h)
+    static formats::Result<CookedLightMapReader> openMip(const std::filesystem::path& folder, const CookedAsset& asset, int mip,
+                                                         std::vector<std::uint8_t> clusterOfTexel, const verify::LightMapShading& shading,
+                                                         const verify::LightMapSampling& sampling, double key,
+                                                         const std::optional<verify::Viewing>& viewing);
     const verify::LightMapVerifier& verifier() const { return verifier_; }
     int width() const { return width_; }
     int height() const { return height_; }
@@ -25,11 +31,16 @@ public:
     formats::Result<verify::DecodedLightMapRows> read(int firstRow, int rowCount) const;
 
 private:
-    CookedLightMapReader(verify::LightMapVerifier verifier, int width, int height)
-        : verifier_(std::move(verifier)), width_(width), height_(height) {}
+    CookedLightMapReader(verify::LightMapVerifier verifier, std::vector<formats::TextureReader> textures, int width, int height, int mip)
+        : verifier_(std::move(verifier)), textures_(std::move(textures)), width_(width), height_(height), mip_(mip) {}
+    /// map  without formats
+    static formats::Result<CookedLightMapReader> openMap(const std::filesystem::path& folder, const CookedAsset& asset, int mip,
+                                                         verify::CookedLightMap map, const verify::LightMapShading& shading,
+                                                         const verify::LightMapSampling& sampling, double key,
+                                                         const std::optional<verify::Viewing>& viewing);
     verify::LightMapVerifier verifier_;
     std::vector<formats::TextureReader> textures_;
-    int width_, height_;
+    int width_, height_, mip_;
 };
 
 /// Returns the clusters of the blocks of a learned layout, row by row, from its texture "index", as the shader decodes it. Empty for other

@@ -43,6 +43,7 @@ struct LightMapParameters {
     formats::Target target = formats::Target::Bc;
     TextureSettings textures;
     std::optional<SceneView> visible = std::nullopt;  ///< of a learned layout; absent: objective "energy"
+    bool mips = false;                                ///< as many mip levels as keep charts apart (mips.h)
 };
 template <class Fields, Is<LightMapParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -51,6 +52,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("target", parameters.target, "target");
     fields.required("textures", parameters.textures, "settings of the files");
     fields.optional("visible", parameters.visible, "scene and display of objective visible; absent: objective energy");
+    fields.presentIf(parameters.mips, "mips", parameters.mips, "true for mip levels");
 }
 
 /// Parameters of the verify action, beside max_error. Its inputs are "source" and optionally "mesh" and traced light.

@@ -24,15 +24,22 @@ compress::LightMapObjective objectiveFor(const SceneView& view, double displayKe
 
 LightMapPlanner::LightMapPlanner(LightMapSource& source, formats::Target target, const TextureSettings& textures,
                                  const compress::LightMapMeasure& measure, std::optional<compress::LightMapObjective> objective,
-                                 const ActionContext& context)
+                                 int mipCount, const ActionContext& context)
     : source_(source),
       measure_(measure),
       objective_(std::move(objective)),
       context_(context),
       target_(target),
+      mipCount_(mipCount),
       options_(textures.encodeOptions()) {}
 
-Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& name) {
+Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& layout) {
+    auto plan = planLevel0(layout);
+    if (plan) plan->mipCount = mipCount_;
+    return plan;
+}
+
+Result<compress::LightMapPlan> LightMapPlanner::planLevel0(const std::string& name) {
     const formats::LightMapLayout layout = *formats::lightMapLayoutFromName(name);
     if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, target_, source_.width(), source_.height(), measure_);
     if (!samples_)

@@ -16,12 +16,14 @@ namespace lightcook::pipeline {
 /// Plans layouts for one map. The samples of learned layouts are gathered when the first of these layouts is planned.
 class LightMapPlanner {
 public:
+    /// mipCount  levels of the plans
     LightMapPlanner(LightMapSource& source, formats::Target target, const TextureSettings& textures,
-                    const compress::LightMapMeasure& measure, std::optional<compress::LightMapObjective> objective,
+                    const compress::LightMapMeasure& measure, std::optional<compress::LightMapObjective> objective, int mipCount,
                     const ActionContext& context);
     formats::Result<compress::LightMapPlan> plan(const std::string& layout);
 
 private:
+    formats::Result<compress::LightMapPlan> planLevel0(const std::string& layout);
     formats::Result<void> gather();
     formats::Result<void> surveyCharts();
     void readIslands();
@@ -33,6 +35,7 @@ private:
     std::optional<compress::LightMapObjective> objective_;  ///< of learned layouts; empty: energy
     const ActionContext& context_;
     formats::Target target_;
+    int mipCount_;
     compress::EncodeOptions options_;
     compress::LightMapBlocks blocks_;
     std::vector<int> charts_;

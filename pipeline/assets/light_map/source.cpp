@@ -7,7 +7,9 @@
 
 #include "formats/fireflies.h"
 #include "formats/gltf_scene.h"
+#include "formats/mip_reduction.h"
 #include "pipeline/assets/light_map/constant_light.h"
+#include "pipeline/assets/light_map/mips.h"
 #include "pipeline/assets/source_colors.h"
 
 namespace lightcook::pipeline {
@@ -40,8 +42,8 @@ Result<LightMapSource*> LightMapSources::open(const std::filesystem::path& file,
     if (const auto known = sources_.find(key); known != sources_.end()) return known->second.get();
     auto reader = formats::LightMapReader::open(file, description);
     if (!reader) return tl::make_unexpected(reader.error());
-    std::unique_ptr<LightMapSource> source(
-        new LightMapSource(*this, std::move(*reader), {file.string(), description.fireflyLimit, description.repair}));
+    std::unique_ptr<LightMapSource> source(new LightMapSource(*this, std::make_shared<const formats::LightMapReader>(std::move(*reader)),
+                                                              {file.string(), description.fireflyLimit, description.repair}));
     if (description.constantOf)
         if (auto made = source->makeConstant(*description.constantOf, file.string()); !made) return tl::make_unexpected(made.error());
     return sources_.emplace(key, std::move(source)).first->second.get();
@@ -66,10 +68,10 @@ void LightMapSources::keep(LightMapSource& source, int index, std::size_t bytes)
 }
 
 Result<void> LightMapSource::makeConstant(const glm::ivec2& size, const std::string& file) {
-    if (size != glm::ivec2(reader_.width(), reader_.height()))
+    if (size != glm::ivec2(reader_->width(), reader_->height()))
         return formats::failure(
             formats::ErrorCode::Verification, file,
-            fmt::format("found {} x {} texels, expected {} x {} as cooked", reader_.width(), reader_.height(), size.x, size.y));
+            fmt::format("found {} x {} texels, expected {} x {} as cooked", reader_->width(), reader_->height(), size.x, size.y));
     ConstantLight light;
     auto strip = std::make_shared<LightMapStrip>();
     for (int index = 0; index < chunkCount(); ++index) {
@@ -94,8 +96,46 @@ Result<void> LightMapSource::makeConstant(const glm::ivec2& size, const std::str
     return {};
 }
 
+Result<const MipSurvey*> LightMapSource::mipSurvey(const ActionContext& context) {
+    {
+        const std::lock_guard lock(mipMutex_);
+        if (mipSurvey_) return mipSurvey_.get();
+    }
+    // Not under the lock: the survey runs on several threads, and they may turn to another action of this map.
+    auto survey = surveyMips(*this, context);
+    if (!survey) return tl::make_unexpected(survey.error());
+    const std::lock_guard lock(mipMutex_);
+    if (!mipSurvey_) mipSurvey_ = std::make_shared<const MipSurvey>(std::move(*survey));
+    return mipSurvey_.get();
+}
+
+LightMapSource& LightMapSource::mip(int level) {
+    const std::lock_guard lock(mipMutex_);
+    std::unique_ptr<LightMapSource>& mip = mips_[level];
+    if (!mip) {
+        mip.reset(new LightMapSource(*this, level));
+        mip->mipSurvey_ = mipSurvey_;
+    }
+    return *mip;
+}
+
+Result<LightMapStrip> LightMapSource::reduceChunk(int index) const {
+    const int firstRow = index * kChunkRows, rowCount = chunkRows(index);
+    formats::MipReduction reduction(width(), firstRow, rowCount, level_);
+    const int last = (((firstRow + rowCount) << level_) - 1) / kChunkRows;
+    for (int baseIndex = (firstRow << level_) / kChunkRows; baseIndex <= last; ++baseIndex) {
+        const auto chunk = base_->chunk(baseIndex);
+        if (!chunk) return tl::make_unexpected(chunk.error());
+        reduction.add(**chunk);
+    }
+    LightMapStrip strip = reduction.finish();
+    strip.chart = chartsOfMip(*mipSurvey_, level_, width(), firstRow, rowCount);
+    return strip;
+}
+
 Result<LightMapStrip> LightMapSource::readChunk(int index) const {
-    auto chunk = reader_.read(index * kChunkRows, chunkRows(index));
+    if (base_ != nullptr) return reduceChunk(index);
+    auto chunk = reader_->read(index * kChunkRows, chunkRows(index));
     if (!chunk || !(fireflies_.limit > 0)) return chunk;
     if (auto checked = formats::checkFireflies(*chunk, fireflies_.limit, fireflies_.repair, fireflies_.file); !checked)
         return tl::make_unexpected(checked.error());
@@ -133,6 +173,7 @@ Result<LightMapStrip> LightMapSource::rows(int firstRow, int rowCount) {
     result.sh = formats::Image<lighting::ShRgb>(width(), rowCount);
     result.covered = formats::Image<std::uint8_t>(width(), rowCount);
     result.normal = formats::Image<glm::vec3>(width(), rowCount);
+    if (level_ > 0) result.chart = formats::Image<std::uint32_t>(width(), rowCount);
     for (int row = firstRow; row < end;) {
         const auto source = chunk(row / kChunkRows);
         if (!source) return tl::make_unexpected(source.error());
@@ -141,6 +182,7 @@ Result<LightMapStrip> LightMapSource::rows(int firstRow, int rowCount) {
         copyRows((*source)->sh.view(), sourceRow, result.sh.view(), row - firstRow, count);
         copyRows((*source)->covered.view(), sourceRow, result.covered.view(), row - firstRow, count);
         copyRows((*source)->normal.view(), sourceRow, result.normal.view(), row - firstRow, count);
+        if ((*source)->chart.width() > 0) copyRows((*source)->chart.view(), sourceRow, result.chart.view(), row - firstRow, count);
         row += count;
     }
     return result;

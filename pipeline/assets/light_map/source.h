@@ -28,23 +28,25 @@ inline constexpr int kStripTexels = 1 << 18;
 inline const std::string kSourceRole = "source";
 
 class LightMapSources;
+struct MipSurvey;
 
 /// Side of the block that stands for a map of constant light [texels].
 inline constexpr int kConstantSide = 4;
 
 /// An open light map. Its functions may be called from several threads. A map of constant light (LightMapDescription::constantOf) has
-/// kConstantSide rows and columns, all covered, with the normal of the first covered texel.
+/// kConstantSide rows and columns, all covered, with the normal of the first covered texel. A mip level is a light map of its own, averaged
+/// from the chunks of level 0 (formats::MipReduction), which are read again for each level.
 class LightMapSource {
 public:
-    int width() const { return constant_ ? kConstantSide : reader_.width(); }
-    int height() const { return constant_ ? kConstantSide : reader_.height(); }
+    int width() const { return constant_ ? kConstantSide : reader_->width() >> level_; }
+    int height() const { return constant_ ? kConstantSide : reader_->height() >> level_; }
     int chunkCount() const { return (height() + kChunkRows - 1) / kChunkRows; }
-    glm::vec3 luminanceWeights() const { return reader_.luminanceWeights(); }
-    const glm::dmat3& bt2020FromWorking() const { return reader_.bt2020FromWorking(); }
-    bool hasNormals() const { return reader_.hasNormals(); }
-    bool hasCoverage() const { return reader_.hasCoverage(); }
+    glm::vec3 luminanceWeights() const { return reader_->luminanceWeights(); }
+    const glm::dmat3& bt2020FromWorking() const { return reader_->bt2020FromWorking(); }
+    bool hasNormals() const { return reader_->hasNormals(); }
+    bool hasCoverage() const { return reader_->hasCoverage(); }
     /// Returns how the file was recognised.
-    BakeReading reading() const { return readingOf(reader_); }
+    BakeReading reading() const { return readingOf(*reader_); }
     /// Covered texels of the file that a map of constant light stands for. Empty for other maps.
     std::optional<std::int64_t> constantTexels() const { return constantTexels_; }
 
@@ -61,6 +63,11 @@ public:
     /// Returns the rows of a strip and up to `above` and `below` more, as far as the map has them.
     formats::Result<formats::LightMapStrip> stripWithMargin(int index, int above, int below);
 
+    /// Returns the mip levels that the map may have (mips.h), found once however many actions ask.
+    formats::Result<const MipSurvey*> mipSurvey(const ActionContext& context);
+    /// Returns a mip level, 1 or more, of a map whose mipSurvey() has it. It stays open as long as this object.
+    LightMapSource& mip(int level);
+
 private:
     friend class LightMapSources;
     /// Check of each chunk for fireflies.
@@ -69,8 +76,9 @@ private:
         double limit;
         bool repair;
     };
-    LightMapSource(LightMapSources& owner, formats::LightMapReader reader, Fireflies fireflies)
+    LightMapSource(LightMapSources& owner, std::shared_ptr<const formats::LightMapReader> reader, Fireflies fireflies)
         : owner_(owner), reader_(std::move(reader)), fireflies_(std::move(fireflies)) {}
+    LightMapSource(LightMapSource& base, int level) : owner_(base.owner_), reader_(base.reader_), base_(&base), level_(level) {}
     int stripHeight() const {
         int rows = kChunkRows;
         while (rows > 16 && rows * width() > kStripTexels) rows /= 2;
@@ -81,6 +89,8 @@ private:
 
     /// Reads rows of the file and checks them for fireflies.
     formats::Result<formats::LightMapStrip> readChunk(int index) const;
+    /// Averages rows of a mip level.
+    formats::Result<formats::LightMapStrip> reduceChunk(int index) const;
 
     struct Slot {
         std::mutex mutex;
@@ -88,8 +98,13 @@ private:
     };
 
     LightMapSources& owner_;
-    formats::LightMapReader reader_;
+    std::shared_ptr<const formats::LightMapReader> reader_;
     Fireflies fireflies_;
+    LightMapSource* base_ = nullptr;  ///< of a mip level: level 0
+    int level_ = 0;
+    std::mutex mipMutex_;
+    std::shared_ptr<const MipSurvey> mipSurvey_;
+    std::map<int, std::unique_ptr<LightMapSource>> mips_;  ///< [level]
     std::shared_ptr<const formats::LightMapStrip> constant_;
     std::optional<std::int64_t> constantTexels_;
     std::mutex mutex_;

@@ -10,6 +10,7 @@
 #include "compress/light_map_context.h"
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/light_map/joint_trial.h"
+#include "pipeline/assets/light_map/mips.h"
 #include "pipeline/assets/light_map/planner.h"
 #include "pipeline/assets/light_map/survey.h"
 #include "pipeline/assets/light_map/whole_trial.h"
@@ -241,7 +242,9 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
     std::optional<compress::LightMapObjective> objective;
     if (parameters.objective == formats::Objective::Visible)
         objective = objectiveFor({parameters.shading, parameters.display}, measured->key.displayKey(), (*source)->bt2020FromWorking());
-    LightMapPlanner planner(**source, parameters.target, parameters.textures, measured->measure, objective, context);
+    const auto mipCount = mipCountOf(**source, parameters.mips, context);
+    if (!mipCount) return tl::make_unexpected(mipCount.error());
+    LightMapPlanner planner(**source, parameters.target, parameters.textures, measured->measure, objective, *mipCount, context);
     const std::vector<int> strips = trialStrips(**source);
     auto whole = startJointTrial(**source, strips, parameters, joint, viewing, context);
     if (!whole) return tl::make_unexpected(whole.error());

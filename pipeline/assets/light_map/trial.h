@@ -21,6 +21,7 @@ struct TrialParameters {
     bool isFlatTried = false;           ///< band 0 alone may be enough
     formats::DecodeLimits decode = {};  ///< layouts over them are not tried
     formats::LayoutList layouts = {};   ///< that "auto" may take
+    bool mips = false;                  ///< the bytes are those of a map with mip levels; errors are those of level 0
 };
 template <class Fields, Is<TrialParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -34,6 +35,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.optional("max_fetches", parameters.decode.maxFetches, "limit on the texture fetches of a sample");
     fields.optional("max_decode_ops", parameters.decode.maxDecodeOps, "limit on the operations of a sample's decode");
     fields.presentIf(!parameters.layouts.empty(), "layouts", parameters.layouts, "layouts that may be chosen");
+    fields.presentIf(parameters.mips, "mips", parameters.mips, "true for a map with mip levels");
 }
 
 /// Size, cost and error of one layout.

@@ -13,8 +13,10 @@
 #include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/lit_row.h"
+#include "pipeline/assets/light_map/mip_errors.h"
 #include "pipeline/assets/light_map/seams.h"
 #include "pipeline/assets/light_map/survey.h"
+#include "pipeline/assets/light_map/texel_squares.h"
 #include "pipeline/assets/light_map/unpacked_errors.h"
 #include "pipeline/assets/light_map/worst_places.h"
 #include "pipeline/assets/lut/light_moments.h"
@@ -34,27 +36,6 @@ using formats::Result;
 /// Pairs of stages of which the second encodes the residual of the first.
 constexpr std::pair<const char*, const char*> kResidualStages[] = {
     {"stage 1", "stage 2"}, {"code", "residual 1"}, {"residual 1", "residual 2"}, {"residual 2", "residual 3"}};
-
-/// Sums of squares.
-struct Squares {
-    double error = 0, reference = 0;
-    void add(const glm::vec3& truth, const glm::vec3& seen) {
-        const glm::dvec3 difference = glm::dvec3(seen) - glm::dvec3(truth);
-        error += glm::dot(difference, difference);
-        reference += glm::dot(glm::dvec3(truth), glm::dvec3(truth));
-    }
-};
-
-/// Returns the squared error of a texel: of all nine coefficients, or for a flat map of the exit radiance at the texel's own normal.
-Squares squaresOf(const lighting::ShRgb& reference, const lighting::ShRgb& seen, const glm::vec3& normal, bool isFlat) {
-    Squares squares;
-    const auto exit = [&](const lighting::ShRgb& sh) { return lighting::lambertExitRadiance(sh, normal, glm::vec3(1)).value; };
-    if (isFlat)
-        squares.add(exit(reference), exit(seen));
-    else
-        for (std::size_t i = 0; i < reference.size(); ++i) squares.add(reference[i], seen[i]);
-    return squares;
-}
 
 /// Returns the texel, normal and channel of a block with the largest local error of exit radiance, over the texel's own normal and 32 of
 /// the hemisphere around it.
@@ -157,7 +138,7 @@ Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
             if (reference->covered.at(x, y) == 0) continue;
             const glm::vec3 normal = reference->normal.at(x, y);
             light.add(reference->sh.at(x, y), normal);
-            const Squares squares = squaresOf(reference->sh.at(x, y), seen.at(x, y), normal, isFlat);
+            const TexelSquares squares = squaresOf(reference->sh.at(x, y), seen.at(x, y), normal, isFlat);
             blocks.add(x, firstRow + y, squares.error, squares.reference);
             lit.set(x, reference->sh.at(x, y), seen.at(x, y), normal);
         }
@@ -329,8 +310,11 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     auto violations = violationsOf(asset->layout, whole, stages, *maxError, bake, *cooked, key);
     if (!violations) return tl::make_unexpected(violations.error());
     checkLayout(asset->layout, parameters->shading, stages.back(), *maxError, *violations);
+    auto mips = mipErrors({context.upstreamFolder, *asset, bake, *parameters, *maxError, key, viewing}, *violations, context);
+    if (!mips) return tl::make_unexpected(mips.error());
     VerifyResult result = judged(stages, *maxError, watch, std::move(*violations), parameters->maxVisible, parameters->maxVisibleBound);
     result.key = key;
+    result.mips = std::move(*mips);
     if (!measures.is_null()) result.measures = std::move(measures);
     result.light = lightOf(bake, whole.errors, key, whole.light);
     if (!truth->isEmpty()) result.groundTruth = toJson(verify::lightMapTruth(whole.truthPlaces, parameters->shading.lobe, viewing));

@@ -1,5 +1,6 @@
 #include "pipeline/scene/keys.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <set>
@@ -29,7 +30,7 @@ TEST(SceneKeys, EveryRowIsRead) {
     for (const SceneSectionInfo& section : allSceneSections())
         for (const SceneKeyInfo& key : section.keys) {
             const std::string name(key.name), place = section.name.empty() ? "the scene" : std::string(section.name);
-            SCOPED_TRACE(place + "." + name);
+            SCOPED_TRACE(fmt::format("{}.{}", place, name));
             std::string text;
             for (const char* required : {"schema = 1\n", "name = \"s\"\n"})
                 if (!section.name.empty() || !std::string_view(required).starts_with(name)) text += required;
@@ -39,8 +40,15 @@ TEST(SceneKeys, EveryRowIsRead) {
                     if (name != required && formats::findByName(std::span<const SceneKeyInfo>(section.keys), required) != nullptr)
                         text += std::string(required) + " = \"a\"\n";
             }
-            EXPECT_THAT(readError(text + name + date), HasSubstr("found a date or time for " + place + "." + name));
+            EXPECT_THAT(readError(text.append(name).append(date)), HasSubstr(fmt::format("found a date or time for {}.{}", place, name)));
         }
+}
+
+TEST(SceneKeys, NumbersAreNoBooleans) {
+    EXPECT_THAT(readError("schema = 1\nname = \"s\"\n[output]\ngltf = 1\n"),
+                HasSubstr("found the integer 1 for output.gltf, expected true or false"));
+    EXPECT_THAT(readError("schema = 1\nname = \"s\"\n[output]\nmips = 3\n"),
+                HasSubstr("found the integer 3 for output.mips, expected true or false: the charts of a map decide"));
 }
 
 TEST(SceneKeys, AreNamedOnceAndDescribed) {

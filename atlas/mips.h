@@ -1,0 +1,53 @@
+// Mip levels of a light map that keep its charts apart.
+//
+// A texel of level k stands for 2^k x 2^k texels of the map. Charts here are sets of covered texels that touch, also by a corner. A chart
+// is seen at places within its texels; there a bilinear filter of level k reads up to four texels of that level. A level is safe if none
+// of the texels that are read from within a chart holds a covered texel of another chart. Charts that are 3 * 2^(k - 1) - 1 texels apart
+// along both axes are safe at level k wherever they lie; closer ones may be, if they lie well in the grid of 2^k.
+//
+// Use: coveredRuns() for each strip of rows, the runs joined in the order of rows, then findMipCharts() and safeMipLevels().
+#pragma once
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <span>
+#include <vector>
+
+#include "formats/image.h"
+
+namespace lightcook::atlas {
+
+/// Covered texels [begin, end) of a row, with uncovered texels or the map's border on both sides.
+struct CoveredRun {
+    int row, begin, end;      ///< [texels] of level 0
+    std::uint32_t chart = 0;  ///< see findMipCharts()
+};
+
+/// Returns the runs of some rows, by row, then column.
+/// covered   1 for covered texels
+/// firstRow  of `covered` in the map
+std::vector<CoveredRun> coveredRuns(formats::ImageView<const std::uint8_t> covered, int firstRow);
+
+/// Numbers the charts of the runs of a whole map, in the order of coveredRuns(). The numbers have gaps.
+void findMipCharts(std::span<CoveredRun> runs);
+
+/// Sides of levels from 1 on are multiples of this [texels]: whole blocks, as WebGL demands of compressed textures, and each texel stands
+/// for whole texels of level 0.
+inline constexpr int kLevelStep = 4;
+
+/// The mip levels that a map can have, and what ends them.
+struct MipLevels {
+    enum class End {
+        Size,   ///< a side of the next level would be no multiple of kLevelStep
+        Charts  ///< the next level is not safe
+    };
+    int count = 1;  ///< with level 0
+    End end = End::Size;
+    glm::ivec2 texel{0};  ///< of the level after the last: the first that is read from within a chart and holds another one
+};
+
+/// Returns the levels up to the first that is not safe, or not of a size that a level may have.
+/// runs  of findMipCharts()
+MipLevels safeMipLevels(std::span<const CoveredRun> runs, int width, int height);
+
+}  // namespace lightcook::atlas
