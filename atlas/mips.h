@@ -1,11 +1,13 @@
 // Mip levels of a light map that keep its charts apart.
 //
-// A texel of level k stands for 2^k x 2^k texels of the map. Charts here are sets of covered texels that touch, also by a corner. A chart
-// is seen at places within its texels; there a bilinear filter of level k reads up to four texels of that level. A level is safe if none
-// of the texels that are read from within a chart holds a covered texel of another chart. Charts that are 3 * 2^(k - 1) - 1 texels apart
-// along both axes are safe at level k wherever they lie; closer ones may be, if they lie well in the grid of 2^k.
+// A texel of level k stands for 2^k x 2^k texels of the map. Charts are those that the bake numbers, or else sets of covered texels that
+// touch, also by a corner. A chart is seen at places within its texels; there a bilinear filter of level k reads up to four texels of that
+// level. A level is safe if none of the texels that are read from within a chart holds a covered texel of another chart. Charts that are 3
+// * 2^(k - 1) - 1 texels apart along both axes are safe at level k wherever they lie; closer ones may be, if they lie well in the grid of
+// 2^k.
 //
-// Use: coveredRuns() for each strip of rows, the runs joined in the order of rows, then findMipCharts() and safeMipLevels().
+// Use: coveredRuns() for each strip of rows, the runs joined in the order of rows, then findMipCharts() if the bake has no charts, and
+// safeMipLevels().
 #pragma once
 
 #include <cstdint>
@@ -13,22 +15,20 @@
 #include <span>
 #include <vector>
 
-#include "formats/image.h"
+#include "formats/light_map.h"
 
 namespace lightcook::atlas {
 
-/// Covered texels [begin, end) of a row, with uncovered texels or the map's border on both sides.
+/// Covered texels [begin, end) of a row and a chart, with other texels or the map's border on both sides.
 struct CoveredRun {
-    int row, begin, end;      ///< [texels] of level 0
-    std::uint32_t chart = 0;  ///< see findMipCharts()
+    int row, begin, end;                       ///< [texels] of level 0
+    std::uint32_t chart = formats::kAnyChart;  ///< of the bake, or of findMipCharts()
 };
 
-/// Returns the runs of some rows, by row, then column.
-/// covered   1 for covered texels
-/// firstRow  of `covered` in the map
-std::vector<CoveredRun> coveredRuns(formats::ImageView<const std::uint8_t> covered, int firstRow);
+/// Returns the runs of a strip, by row, then column.
+std::vector<CoveredRun> coveredRuns(const formats::LightMapStrip& strip);
 
-/// Numbers the charts of the runs of a whole map, in the order of coveredRuns(). The numbers have gaps.
+/// Numbers the charts of the runs of a whole map, in the order of coveredRuns(), from 1 on. The numbers have gaps.
 void findMipCharts(std::span<CoveredRun> runs);
 
 /// Sides of levels from 1 on are multiples of this [texels]: whole blocks, as WebGL demands of compressed textures, and each texel stands

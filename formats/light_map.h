@@ -2,6 +2,7 @@
 // colour, incident radiance, world axes, no Condon-Shortley signs. Every value is finite, or the file is refused.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <glm/vec2.hpp>
@@ -70,14 +71,27 @@ struct LightMapCoverage {
     LightMapCoverage& operator+=(const LightMapCoverage& other);
 };
 
+/// Chart of texels that tell no charts apart, and of texels that no filter on a surface reads. Charts have numbers between them.
+inline constexpr std::uint32_t kAnyChart = 0, kNoChart = UINT32_MAX;
+
+/// Returns true if a surface may lie between the centres of four neighbouring texels of these charts: all are of one chart, or of any.
+constexpr bool mayHoldSurface(const std::array<std::uint32_t, 4>& charts) {
+    std::uint32_t found = kAnyChart;
+    for (const std::uint32_t chart : charts) {
+        if (chart == kNoChart || (chart != kAnyChart && found != kAnyChart && chart != found)) return false;
+        if (chart != kAnyChart) found = chart;
+    }
+    return true;
+}
+
 /// Rows [firstRow, firstRow + sh.height()) of a map, all of its width.
 struct LightMapStrip {
     int firstRow = 0;
     Image<lighting::ShRgb> sh;    ///< zero where not covered
     Image<std::uint8_t> covered;  ///< 1 inside charts: coverage.Y > 0.5, and a normal where the file has normals; without coverage.Y all 1
     Image<glm::vec3> normal;      ///< unit, world; (0, 0, 1) where not covered or the file has none
-    /// Charts of the covered texels of a mip level, numbered in any way: no surface lies between the centres of texels of different charts.
-    /// Empty: surfaces may lie between any covered texels.
+    /// Charts whose filters read the texels: where mayHoldSurface() is false, nothing is seen of the map. From chart.Y, or of a mip level.
+    /// Empty: surfaces may lie beside every covered texel.
     Image<std::uint32_t> chart;
     LightMapRepairs repairs;              ///< of these rows
     LightMapCoverage coverage;            ///< of these rows
@@ -116,8 +130,15 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// Channels that a LightMapWriter writes beside the coefficients: none, or coverage.Y and normal.X, Y and Z.
-enum class SurfaceOutput { None, CoverageAndNormals };
+/// Channels that a LightMapWriter writes beside the coefficients: none; coverage.Y and normal.X, Y and Z; or these and chart.Y.
+enum class SurfaceOutput { None, CoverageAndNormals, CoverageNormalsAndCharts };
+
+/// What is known of the surface at the texels of some rows. All views have one size.
+struct SurfaceRows {
+    ImageView<const std::uint8_t> covered;
+    ImageView<const glm::vec3> normal;
+    ImageView<const std::uint32_t> chart = {};  ///< of SurfaceOutput::CoverageNormalsAndCharts: numbers below 2^24, or kNoChart
+};
 
 /// Writes bake format sh9 in canonical form, as floats in ZIP tiles of 64 x 64. Rows are appended in order from row 0. The file appears at
 /// commit(), complete.
@@ -129,8 +150,8 @@ public:
     LightMapWriter& operator=(LightMapWriter&&) noexcept;
     ~LightMapWriter();
     Result<void> append(ImageView<const lighting::ShRgb> rows);
-    /// Appends rows of a map with SurfaceOutput::CoverageAndNormals. The three views have one size.
-    Result<void> append(ImageView<const lighting::ShRgb> rows, ImageView<const std::uint8_t> covered, ImageView<const glm::vec3> normal);
+    /// Appends rows of a map with another SurfaceOutput than None. The views have one size.
+    Result<void> append(ImageView<const lighting::ShRgb> rows, const SurfaceRows& surface);
     Result<void> commit();
 
 private:

@@ -80,17 +80,20 @@ std::optional<glm::ivec2> firstUnsafe(const RunRows& rows, int width, int height
 
 }  // namespace
 
-std::vector<CoveredRun> coveredRuns(formats::ImageView<const std::uint8_t> covered, int firstRow) {
+std::vector<CoveredRun> coveredRuns(const formats::LightMapStrip& strip) {
+    const int width = strip.covered.width();
+    const auto chartAt = [&](int x, int y) { return strip.chart.width() > 0 ? strip.chart.at(x, y) : formats::kAnyChart; };
     std::vector<CoveredRun> runs;
-    for (int y = 0; y < covered.height; ++y)
-        for (int x = 0; x < covered.width;) {
-            if (covered.at(x, y) == 0) {
+    for (int y = 0; y < strip.covered.height(); ++y)
+        for (int x = 0; x < width;) {
+            if (strip.covered.at(x, y) == 0) {
                 ++x;
                 continue;
             }
             const int begin = x;
-            while (x < covered.width && covered.at(x, y) != 0) ++x;
-            runs.push_back({firstRow + y, begin, x});
+            const std::uint32_t chart = chartAt(begin, y);
+            while (x < width && strip.covered.at(x, y) != 0 && chartAt(x, y) == chart) ++x;
+            runs.push_back({strip.firstRow + y, begin, x, chart});
         }
     return runs;
 }
@@ -104,7 +107,7 @@ void findMipCharts(std::span<CoveredRun> runs) {
         for (std::size_t j = above; j < i && runs[j].row == run.row - 1 && runs[j].begin <= run.end; ++j)
             charts.join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
     }
-    for (std::size_t i = 0; i < runs.size(); ++i) runs[i].chart = charts.find(static_cast<std::uint32_t>(i));
+    for (std::size_t i = 0; i < runs.size(); ++i) runs[i].chart = charts.find(static_cast<std::uint32_t>(i)) + 1;
 }
 
 MipLevels safeMipLevels(std::span<const CoveredRun> runs, int width, int height) {

@@ -69,9 +69,16 @@ private:
     struct Unknown {
         int x, y;
         std::array<glm::vec3, 9> row;
+        bool isSeen = false;  ///< a filter on a surface reads it
     };
 
     bool isCovered(int x, int y) const { return strip_.covered.at(x, top_ + y) != 0; }
+    /// Returns true if a surface may lie in the quad whose top left texel is (x, y).
+    bool mayHoldSurface(int x, int y) const {
+        if (strip_.chart.width() == 0) return true;
+        const auto chart = [&](int k) { return strip_.chart.at(x + k % 2, top_ + y + k / 2); };
+        return formats::mayHoldSurface({chart(0), chart(1), chart(2), chart(3)});
+    }
     void findUnknowns() {
         const auto covered = strip_.covered.view();
         index_ = Image<int>(plan_.width, rows_, -1);
@@ -139,7 +146,7 @@ private:
             unknown[index(k)] = index_.at(x + k % 2, y + k / 2);
             coveredCount += covered[index(k)] ? 1 : 0;
         }
-        if (coveredCount == 0 || coveredCount == 4) return;
+        if (coveredCount == 0 || coveredCount == 4 || !mayHoldSurface(x, y)) return;
         std::array<glm::vec3, 4> dc;  // coefficient 0, or the exit radiance
         for (int k = 0; k < 4; ++k)
             dc[index(k)] = covered[index(k)] ? valueAt(0, x + k % 2, y + k / 2, false)
@@ -178,6 +185,7 @@ private:
         for (int u = 0; u < 4; ++u) {
             if (covered[index(u)]) continue;
             const auto to = static_cast<std::size_t>(unknown[index(u)]);
+            unknowns_[to].isSeen = true;
             for (int k = 0; k < 4; ++k) {
                 if (covered[index(k)]) {
                     for (std::size_t i = first; i < end; ++i)
@@ -222,7 +230,7 @@ private:
     void store() {
         for (std::size_t u = 0; u < unknowns_.size(); ++u) {
             const int x = unknowns_[u].x, y = unknowns_[u].y + top_ - sourceRow_;
-            if (y < 0 || y >= source_.height) continue;
+            if (y < 0 || y >= source_.height || !unknowns_[u].isSeen) continue;
             for (std::size_t i = 0; i < count_; ++i)
                 source_.values[i].at(x, y) = at(values_, u, i) * (dividesByFirst_ && i > 0 ? at(values_, u, 0) : glm::vec3(1));
             source_.coverage.at(x, y) = dividesByFirst_ ? kDividedCoverage : kSolvedCoverage;

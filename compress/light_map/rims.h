@@ -8,6 +8,8 @@
 // with g(p) = 1 / (exit radiance of R + a share of the key): a viewer sees about the logarithm of light. Places are four Gauss points of
 // the quarter of each quad that belongs to a covered texel, so that the sum is an integral over the footprints of covered texels.
 //
+// Quads in which no surface lies (formats::mayHoldSurface) have no places.
+//
 // Layouts that divide by coefficient 0 filter two factors: l(p) q(p). Coefficient 0 is solved first, as above. With l(p) known, ratios q
 // are linear unknowns again, with weights (g l)^2 in each channel.
 //

@@ -10,6 +10,7 @@
 
 #include "formats/bakes/bake_reader.h"
 #include "formats/bakes/light_encoding.h"
+#include "formats/bakes/surface_channels.h"
 #include "formats/environment.h"
 #include "formats/file/file_kind.h"
 #include "formats/image/radiance_file.h"
@@ -125,9 +126,10 @@ Result<void> BakeImage::readRows(int firstRow, int rowCount, std::span<const Exr
 }
 
 bool isPicture(const ExrInfo& info) {
-    constexpr std::array<std::string_view, 8> kNames = {"R", "G", "B", "A", "coverage.Y", "normal.X", "normal.Y", "normal.Z"};
-    const bool isOther =
-        std::ranges::any_of(info.channels, [&](const std::string& name) { return std::ranges::find(kNames, name) == kNames.end(); });
+    constexpr std::array<std::string_view, 4> kNames = {"R", "G", "B", "A"};
+    const bool isOther = std::ranges::any_of(info.channels, [&](const std::string& name) {
+        return std::ranges::find(kNames, name) == kNames.end() && std::ranges::find(kSurfaceChannels, name) == kSurfaceChannels.end();
+    });
     return !isOther && std::ranges::all_of(kColours, [&](char colour) { return info.has(std::string(1, colour)); });
 }
 

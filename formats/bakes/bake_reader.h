@@ -24,6 +24,7 @@ struct RawStrip {
     Image<lighting::ShRgb> sh;
     Image<float> coverage;    ///< above 0.5 inside charts; empty if the file does not say
     Image<glm::vec3> normal;  ///< world space, any length; empty if the file has none
+    Image<float> chart;       ///< number of the chart whose filter reads the texel, 0: none does; empty if the file does not say
 };
 
 /// Reads the texels of one bake. One class a bake format.

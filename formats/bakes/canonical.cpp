@@ -96,6 +96,18 @@ Result<bool> Canonicalizer::isCovered(const RawStrip& raw, int x, int y, LightMa
     return true;
 }
 
+/// Returns the chart of texel (x, y) of the strip.
+Result<std::uint32_t> Canonicalizer::chartAt(const RawStrip& raw, int x, int y, const LightMapStrip& strip) const {
+    constexpr float kEnd = 0x1p24f;  // floats count no further
+    const float chart = raw.chart.at(x, y);
+    if (chart >= 0 && chart < kEnd && chart == std::floor(chart)) {
+        if (chart > 0) return static_cast<std::uint32_t>(chart);
+        if (strip.covered.at(x, y) == 0) return kNoChart;
+    }
+    return refuse(ErrorCode::ValueOutOfRange, "chart.Y", x, strip.firstRow + y,
+                  fmt::format("found {}, expected the number of a chart, from 1 on, or 0 where the texel is outside charts", chart));
+}
+
 /// Refuses coefficients that no light has, or repairs and counts them.
 Result<void> Canonicalizer::checkTexel(ShRgb& sh, int x, int y, LightMapStrip& strip) const {
     if (!isFinite(sh)) {
@@ -161,16 +173,23 @@ Result<LightMapStrip> Canonicalizer::operator()(RawStrip raw, int firstRow) cons
     strip.firstRow = firstRow;
     strip.covered = Image<std::uint8_t>(width, height, 0);
     strip.normal = Image<glm::vec3>(width, height, glm::vec3(0, 0, 1));
+    const bool hasCharts = raw.chart.width() > 0;
+    if (hasCharts) strip.chart = Image<std::uint32_t>(width, height);
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
             ShRgb& sh = raw.sh.at(x, y);
             const Result<bool> covered = isCovered(raw, x, y, strip);
             if (!covered) return tl::make_unexpected(covered.error());
+            strip.covered.at(x, y) = *covered ? 1 : 0;
+            if (hasCharts) {
+                const auto chart = chartAt(raw, x, y, strip);
+                if (!chart) return tl::make_unexpected(chart.error());
+                strip.chart.at(x, y) = *chart;
+            }
             if (!*covered) {
                 sh = ShRgb{};
                 continue;
             }
-            strip.covered.at(x, y) = 1;
             if (const auto good = checkTexel(sh, x, y, strip); !good) return tl::make_unexpected(good.error());
             if (conversion_.isIdentity()) continue;
             if (const auto good = convert(sh, x, y, strip); !good) return tl::make_unexpected(good.error());

@@ -45,6 +45,7 @@ public:
 
 private:
     Result<bool> isCovered(const RawStrip& raw, int x, int y, LightMapStrip& strip) const;
+    Result<std::uint32_t> chartAt(const RawStrip& raw, int x, int y, const LightMapStrip& strip) const;
     Result<void> checkTexel(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip) const;
     Result<void> checkBandLengths(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip) const;
     Result<void> convert(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip) const;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -35,12 +34,11 @@ std::vector<std::string> knownNames() {
     return names;
 }
 
-/// Channels of an image that are light: not coverage, normal or alpha.
+/// Channels of an image that are light: not of the surface, nor alpha.
 std::vector<std::string> lightChannels(const ExrInfo& info) {
-    constexpr std::array<std::string_view, 5> kOthers = {"A", "coverage.Y", "normal.X", "normal.Y", "normal.Z"};
     std::vector<std::string> channels;
     for (const std::string& name : info.channels)
-        if (std::ranges::find(kOthers, name) == kOthers.end()) channels.push_back(name);
+        if (name != "A" && std::ranges::find(kSurfaceChannels, name) == kSurfaceChannels.end()) channels.push_back(name);
     return channels;
 }
 

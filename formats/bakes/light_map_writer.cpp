@@ -52,7 +52,8 @@ Result<LightMapWriter> LightMapWriter::create(const std::filesystem::path& file,
                        fmt::format("found {} x {} texels, expected 1 to {} a side", width, height, kLargestExtent));
     }
     std::vector<std::string> channels = sh9Channels();
-    if (surface == SurfaceOutput::CoverageAndNormals) channels.insert(channels.end(), {"coverage.Y", "normal.X", "normal.Y", "normal.Z"});
+    if (surface != SurfaceOutput::None) channels.insert(channels.end(), {"coverage.Y", "normal.X", "normal.Y", "normal.Z"});
+    if (surface == SurfaceOutput::CoverageNormalsAndCharts) channels.emplace_back("chart.Y");
     const int floatsPerTexel = static_cast<int>(channels.size());
     Result<ExrWriter> writer = ExrWriter::create(file, width, height, std::move(channels), ExrLayout::Tiles64);
     if (!writer) return tl::make_unexpected(writer.error());
@@ -71,17 +72,22 @@ Result<void> LightMapWriter::append(ImageView<const ShRgb> rows) {
     return {};
 }
 
-Result<void> LightMapWriter::append(ImageView<const ShRgb> rows, ImageView<const std::uint8_t> covered, ImageView<const glm::vec3> normal) {
+Result<void> LightMapWriter::append(ImageView<const ShRgb> rows, const SurfaceRows& surface) {
     State& state = *state_;
-    assert(rows.width == state.width && state.rowsTaken + rows.height <= state.height && state.floatsPerTexel == kShFloats + 4);
+    const bool hasCharts = surface.chart.width > 0;
+    assert(rows.width == state.width && state.rowsTaken + rows.height <= state.height &&
+           state.floatsPerTexel == kShFloats + (hasCharts ? 5 : 4));
     for (int y = 0; y < rows.height; ++y) {
         float* row = state.nextRow();
         copyRow(rows.row(y), rows.width, state.floatsPerTexel, row);
         for (int x = 0; x < rows.width; ++x) {
-            const glm::vec3& n = normal.at(x, y);
-            float* surface = row + static_cast<std::ptrdiff_t>(x) * state.floatsPerTexel + kShFloats;
-            surface[0] = covered.at(x, y) != 0 ? 1.0f : 0.0f;
-            for (int axis = 0; axis < 3; ++axis) surface[1 + axis] = n[axis];
+            const glm::vec3& n = surface.normal.at(x, y);
+            float* out = row + static_cast<std::ptrdiff_t>(x) * state.floatsPerTexel + kShFloats;
+            *out++ = surface.covered.at(x, y) != 0 ? 1.0f : 0.0f;
+            for (int axis = 0; axis < 3; ++axis) *out++ = n[axis];
+            if (!hasCharts) continue;
+            const std::uint32_t chart = surface.chart.at(x, y);
+            *out = chart == kNoChart ? 0.0f : static_cast<float>(chart);
         }
         if (auto written = state.takeRow(); !written) return written;
     }

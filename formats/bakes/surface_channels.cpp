@@ -9,6 +9,7 @@ namespace lightcook::formats {
 namespace {
 
 const char* const kCoverage = "coverage.Y";
+const char* const kChart = "chart.Y";
 const char* const kNormal[3] = {"normal.X", "normal.Y", "normal.Z"};
 
 }  // namespace
@@ -22,6 +23,7 @@ Result<SurfaceChannels> SurfaceChannels::of(const BakeImage& image, const std::s
     }
     SurfaceChannels channels;
     channels.hasNormals_ = count == 3;
+    channels.hasCharts_ = info.has(kChart);
     if (info.has(kCoverage))
         channels.coverage_ = kCoverage;
     else if (!coverage.empty() && info.has(coverage))
@@ -37,6 +39,10 @@ void SurfaceChannels::prepare(RawStrip& raw, int width, int rowCount, std::vecto
     if (hasNormals_) {
         raw.normal = Image<glm::vec3>(width, rowCount);
         for (int axis = 0; axis < 3; ++axis) planes.push_back({kNormal[axis], &raw.normal.texels().data()->x + axis, 3, 3 * width});
+    }
+    if (hasCharts_) {
+        raw.chart = Image<float>(width, rowCount);
+        planes.push_back({kChart, raw.chart.texels().data(), 1, width});
     }
 }
 

@@ -1,12 +1,17 @@
-// Channels that are optional in every bake format: coverage.Y (above 0.5 inside a chart) and normal.X, normal.Y, normal.Z (world space).
+// Channels that are optional in every bake format: coverage.Y (above 0.5 inside a chart), normal.X, normal.Y, normal.Z (world space), and
+// chart.Y (from 1 on, the number of the chart whose filter reads the texel; 0 where no filter on a surface reads it).
 #pragma once
 
+#include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/bakes/bake_reader.h"
 
 namespace lightcook::formats {
+
+inline constexpr std::array<std::string_view, 5> kSurfaceChannels = {"coverage.Y", "normal.X", "normal.Y", "normal.Z", "chart.Y"};
 
 class SurfaceChannels {
 public:
@@ -21,7 +26,7 @@ public:
 
 private:
     std::string coverage_;
-    bool hasNormals_ = false;
+    bool hasNormals_ = false, hasCharts_ = false;
 };
 
 }  // namespace lightcook::formats

@@ -180,7 +180,10 @@ std::vector<std::vector<glm::vec2>> newUvs(const Meshes& meshes, const atlas::Ch
 /// Writes the bake with the charts at their places.
 Result<void> writeMap(const fs::path& file, const std::vector<PlacedChart>& placed, const glm::ivec2& size, const RunState& state) {
     MapTexels map(size);
-    for (const PlacedChart& each : placed)
+    Image<std::uint32_t> charts(size.x, size.y, formats::kNoChart);
+    std::uint32_t chart = formats::kAnyChart;
+    for (const PlacedChart& each : placed) {
+        ++chart;
         for (int y = 0; y < each.reduced.sh.height(); ++y)
             for (int x = 0; x < each.reduced.sh.width(); ++x) {
                 if (each.reduced.isRead.at(x, y) == 0) continue;
@@ -188,15 +191,17 @@ Result<void> writeMap(const fs::path& file, const std::vector<PlacedChart>& plac
                 map.sh.at(to.x, to.y) = each.reduced.sh.at(x, y);
                 map.covered.at(to.x, to.y) = each.reduced.covered.at(x, y);
                 map.normal.at(to.x, to.y) = each.reduced.normal.at(x, y);
+                charts.at(to.x, to.y) = chart;
             }
-    auto writer = formats::LightMapWriter::create(file, size.x, size.y, formats::SurfaceOutput::CoverageAndNormals);
+    }
+    auto writer = formats::LightMapWriter::create(file, size.x, size.y, formats::SurfaceOutput::CoverageNormalsAndCharts);
     if (!writer) return tl::make_unexpected(writer.error());
     const atlas::MapView view = map.view();
     for (int row = 0; row < size.y; row += kChunkRows) {
         if (state.interrupted) return failure(ErrorCode::Interrupted, file.string(), "interrupted");
         const int rows = std::min(kChunkRows, size.y - row);
-        if (auto written = writer->append(view.sh.rows(row, rows), view.covered.rows(row, rows), view.normal.rows(row, rows)); !written)
-            return written;
+        const formats::SurfaceRows surface{view.covered.rows(row, rows), view.normal.rows(row, rows), charts.view().rows(row, rows)};
+        if (auto written = writer->append(view.sh.rows(row, rows), surface); !written) return written;
     }
     return writer->commit();
 }

@@ -430,6 +430,7 @@ const std::vector<Mistake>& allMistakes() {
         {"coverage is nowhere above 0.5", "lightcook cook scene.toml", faults::coverageOfOneHalf},
         {"coverage is missing", kLint, faults::noCoverageChannel},
         {"coverage is NaN", "lightcook cook scene.toml", faults::coverageOfNan},
+        {"a chart without a whole number", "lightcook cook scene.toml", faults::chartOfOneHalf},
         {"all normals are zero", "lightcook cook scene.toml", faults::zeroNormals},
         {"some normals are zero", kLint, faults::someZeroNormals},
         {"a firefly at the rim of a chart", kLint, faults::rimFirefly},

@@ -2,7 +2,7 @@
 //
 // The filter of a GPU reaches all four cooked texels. The reference is that of the covered ones alone: with bilinear weights w_i over them,
 // R = (sum of w_i r_i) / (sum of w_i).
-// A quad with covered texels of two charts of a mip level holds no surface, and counts as not covered.
+// A quad that holds no surface (formats::mayHoldSurface) counts as not covered.
 #pragma once
 
 #include <algorithm>
@@ -36,7 +36,7 @@ struct CoveredQuad {
             covered[i] = row.covered[at] != 0;
             if (!row.chart.empty()) charts[i] = row.chart[at];
         }
-        if (!above.chart.empty() && holdsTwoCharts(charts)) covered = {};
+        if (!above.chart.empty() && !formats::mayHoldSurface(charts)) covered = {};
     }
 
     int coveredCount() const { return covered[0] + covered[1] + covered[2] + covered[3]; }
@@ -80,15 +80,6 @@ struct CoveredQuad {
     /// Returns a place of the quad in the map [texels]: beyond the edge the light is that at the edge.
     glm::dvec2 inMap(const glm::dvec2& place) const {
         return {std::clamp(x + place.x, 0.0, mapWidth - 1.0), std::clamp(y + place.y, 0.0, mapHeight - 1.0)};
-    }
-
-private:
-    /// Returns true if covered corners are of two charts: then no surface lies in the quad.
-    bool holdsTwoCharts(const std::array<std::uint32_t, 4>& charts) const {
-        for (std::size_t i = 0; i < 4; ++i)
-            for (std::size_t j = 0; j < i; ++j)
-                if (covered[i] && covered[j] && charts[i] != charts[j]) return true;
-        return false;
     }
 };
 

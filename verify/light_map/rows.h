@@ -83,8 +83,7 @@ public:
     static bool isQuad(const Row& above, const Row& below, int x) {
         const std::size_t i = index(x);
         if (above.covered[i] == 0 || above.covered[i + 1] == 0 || below.covered[i] == 0 || below.covered[i + 1] == 0) return false;
-        return above.chart.empty() ||
-               (above.chart[i] == above.chart[i + 1] && above.chart[i] == below.chart[i] && above.chart[i] == below.chart[i + 1]);
+        return above.chart.empty() || formats::mayHoldSurface({above.chart[i], above.chart[i + 1], below.chart[i], below.chart[i + 1]});
     }
     /// Calls work(corners, x, y) for every quad of covered texels that begins in these rows.
     template <class Work>

@@ -44,11 +44,12 @@ Result<MipSurvey> surveyMips(LightMapSource& source, const ActionContext& contex
         [&](int index) -> Result<Runs> {
             const auto chunk = source.chunk(index);
             if (!chunk) return tl::make_unexpected(chunk.error());
-            return atlas::coveredRuns((*chunk)->covered.view(), (*chunk)->firstRow);
+            return atlas::coveredRuns(**chunk);
         },
         [&](const Runs& runs) { survey.runs.insert(survey.runs.end(), runs.begin(), runs.end()); });
     if (!found) return tl::make_unexpected(found.error());
-    atlas::findMipCharts(survey.runs);
+    if (std::ranges::any_of(survey.runs, [](const CoveredRun& run) { return run.chart == formats::kAnyChart; }))
+        atlas::findMipCharts(survey.runs);
     const atlas::MipLevels levels = atlas::safeMipLevels(survey.runs, source.width(), source.height());
     survey.count = levels.count;
     survey.end = endWords(levels, source.width(), source.height());
@@ -63,7 +64,7 @@ Result<int> mipCountOf(LightMapSource& source, bool isWanted, const ActionContex
 }
 
 formats::Image<std::uint32_t> chartsOfMip(const MipSurvey& survey, int level, int width, int firstRow, int rowCount) {
-    formats::Image<std::uint32_t> charts(width, rowCount, 0);
+    formats::Image<std::uint32_t> charts(width, rowCount, formats::kAnyChart);
     forEachHeld(survey, level, firstRow, rowCount, [&](const CoveredRun& run, int x, int y) { charts.at(x, y - firstRow) = run.chart; });
     return charts;
 }

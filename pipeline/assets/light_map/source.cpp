@@ -173,7 +173,6 @@ Result<LightMapStrip> LightMapSource::rows(int firstRow, int rowCount) {
     result.sh = formats::Image<lighting::ShRgb>(width(), rowCount);
     result.covered = formats::Image<std::uint8_t>(width(), rowCount);
     result.normal = formats::Image<glm::vec3>(width(), rowCount);
-    if (level_ > 0) result.chart = formats::Image<std::uint32_t>(width(), rowCount);
     for (int row = firstRow; row < end;) {
         const auto source = chunk(row / kChunkRows);
         if (!source) return tl::make_unexpected(source.error());
@@ -182,7 +181,10 @@ Result<LightMapStrip> LightMapSource::rows(int firstRow, int rowCount) {
         copyRows((*source)->sh.view(), sourceRow, result.sh.view(), row - firstRow, count);
         copyRows((*source)->covered.view(), sourceRow, result.covered.view(), row - firstRow, count);
         copyRows((*source)->normal.view(), sourceRow, result.normal.view(), row - firstRow, count);
-        if ((*source)->chart.width() > 0) copyRows((*source)->chart.view(), sourceRow, result.chart.view(), row - firstRow, count);
+        if ((*source)->chart.width() > 0) {
+            if (result.chart.width() == 0) result.chart = formats::Image<std::uint32_t>(width(), rowCount);
+            copyRows((*source)->chart.view(), sourceRow, result.chart.view(), row - firstRow, count);
+        }
         row += count;
     }
     return result;

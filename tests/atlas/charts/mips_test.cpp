@@ -22,16 +22,27 @@ struct Map {
         for (int y = first.y; y < first.y + size.y; ++y)
             for (int x = first.x; x < first.x + size.x; ++x) chart.at(x, y) = number;
     }
-    std::vector<CoveredRun> runs() const {
+    /// isNumbered  the bake has the numbers of its charts
+    std::vector<CoveredRun> runs(bool isNumbered = false) const {
         std::vector<CoveredRun> runs;
         for (int y = 0; y < chart.height(); y += 3) {  // in strips, as they are read
-            const auto rows = coveredRuns(chart.view().rows(y, std::min(3, chart.height() - y)), y);
+            const int count = std::min(3, chart.height() - y);
+            formats::LightMapStrip strip;
+            strip.firstRow = y;
+            strip.covered = Image<std::uint8_t>(chart.width(), count);
+            if (isNumbered) strip.chart = Image<std::uint32_t>(chart.width(), count);
+            for (int row = 0; row < count; ++row)
+                for (int x = 0; x < chart.width(); ++x) {
+                    strip.covered.at(x, row) = chart.at(x, y + row);
+                    if (isNumbered) strip.chart.at(x, row) = chart.at(x, y + row) != 0 ? chart.at(x, y + row) : formats::kNoChart;
+                }
+            const auto rows = coveredRuns(strip);
             runs.insert(runs.end(), rows.begin(), rows.end());
         }
-        findMipCharts(runs);
+        if (!isNumbered) findMipCharts(runs);
         return runs;
     }
-    MipLevels levels() const { return safeMipLevels(runs(), chart.width(), chart.height()); }
+    MipLevels levels(bool isNumbered = false) const { return safeMipLevels(runs(isNumbered), chart.width(), chart.height()); }
 
     /// Returns the texels of a level that have a weight at a place, in texels of level 0 from the map's corner.
     std::vector<glm::ivec2> readAt(const glm::dvec2& place, int level) const {
@@ -114,6 +125,17 @@ TEST(MipLevels, TexelsThatTouchAreOneChartAlsoByACorner) {
     for (const CoveredRun& run : runs) EXPECT_EQ(run.chart, runs.front().chart) << run.row;
     EXPECT_EQ(map.levels().count, 4);
     EXPECT_EQ(map.levels().end, MipLevels::End::Size) << "32, 16, 8, 4";
+}
+
+TEST(MipLevels, ChartsThatTheBakeNumbersMayTouch) {
+    Map map(32, 32);
+    map.add(1, {0, 0}, {16, 32});
+    map.add(2, {16, 0}, {16, 32});
+    EXPECT_EQ(map.levels().count, 4) << "one chart, since nothing tells them apart";
+    const MipLevels numbered = map.levels(true);
+    EXPECT_EQ(numbered.count, 1);
+    EXPECT_EQ(numbered.end, MipLevels::End::Charts);
+    for (const CoveredRun& run : map.runs(true)) EXPECT_EQ(run.chart, run.begin < 16 ? 1u : 2u);
 }
 
 TEST(MipLevels, HaveSidesOfWholeBlocks) {

@@ -113,6 +113,31 @@ TEST(SolvedRims, ChangeNothingElse) {
     }
 }
 
+/// The strip's chart is 1 inside and at `beyond` outside.
+formats::Image<std::uint32_t> chartsOf(const formats::LightMapStrip& strip, std::uint32_t beyond) {
+    formats::Image<std::uint32_t> charts(kWidth, kHeight, 1);
+    for (std::size_t i = 0; i < charts.texels().size(); ++i)
+        if (strip.covered.texels()[i] == 0) charts.texels()[i] = beyond;
+    return charts;
+}
+
+TEST(SolvedRims, AreThoseThatASurfaceReads) {
+    Padded padding = padded(Kind::Gradient, LightMapLayout::Ratio);
+    const auto solvedWith = [&](std::uint32_t beyond) {
+        padding.strip.chart = chartsOf(padding.strip, beyond);
+        Source source = compress::rows::makeSource(padding.plan, padding.strip, 0, kHeight);
+        compress::rows::solveRims(padding.plan, padding.strip, 0, source);
+        return source;
+    };
+    const Source read = solvedWith(1), unread = solvedWith(formats::kNoChart);
+    for (std::size_t i = 0; i < read.values.size(); ++i) {
+        EXPECT_EQ(read.values[i].texels(), padding.solved.values[i].texels());
+        EXPECT_EQ(unread.values[i].texels(), padding.mean.values[i].texels());
+    }
+    EXPECT_EQ(unread.coverage.texels(), padding.mean.coverage.texels());
+    EXPECT_NE(read.values[0].texels(), unread.values[0].texels());
+}
+
 /// Formats without sign hold no negative light, and no ratio below the bias.
 TEST(SolvedRims, StayWithinTheLayout) {
     for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::NegativeBands, Kind::Night, Kind::Black}) {

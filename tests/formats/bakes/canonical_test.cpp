@@ -76,6 +76,38 @@ TEST(Canonical, BadCoveredTexelsAreRefusedWithChannelAndPosition) {
     EXPECT_THAT(refusal(MapFile(recipe).path).line(), AllOf(HasSubstr("normal.Z"), HasSubstr("(1, 2)")));
 }
 
+TEST(Canonical, ChartsAreNumbersThatEveryCoveredTexelHas) {
+    ExrRecipe recipe = seededMap(4, 2);
+    recipe.channels["coverage.Y"] = [](int x, int) { return x < 2 ? 1.0f : 0.0f; };
+    recipe.channels["chart.Y"] = [](int x, int y) { return x == 3 ? 0.0f : 1.0f + static_cast<float>(y); };
+    const LightMapStrip strip = readAll(MapFile(recipe).path);
+    for (int y = 0; y < 2; ++y) {
+        const auto chart = static_cast<std::uint32_t>(1 + y);
+        EXPECT_EQ(strip.chart.at(0, y), chart);
+        EXPECT_EQ(strip.chart.at(2, y), chart) << "a filter reads it";
+        EXPECT_EQ(strip.chart.at(3, y), kNoChart);
+    }
+    for (const float wrong : {0.0f, -1.0f, 1.5f, 0x1p24f, kNan, kInfinity}) {
+        ExrRecipe bad = recipe;
+        poke(bad, "chart.Y", 1, 1, wrong);
+        const Error error = refusal(MapFile(bad).path);
+        EXPECT_EQ(error.code, ErrorCode::ValueOutOfRange) << wrong;
+        EXPECT_THAT(error.line(),
+                    AllOf(HasSubstr("chart.Y, texel (1, 1)"), HasSubstr(fmt::format("found {}", wrong)), HasSubstr("from 1 on")));
+    }
+    EXPECT_EQ(readAll(MapFile(seededMap(4, 2)).path).chart.width(), 0) << "a file without charts";
+}
+
+TEST(LightMapStrip, SurfacesLieBetweenTexelsOfOneChart) {
+    EXPECT_TRUE(mayHoldSurface({kAnyChart, kAnyChart, kAnyChart, kAnyChart}));
+    EXPECT_TRUE(mayHoldSurface({7, 7, 7, 7}));
+    EXPECT_TRUE(mayHoldSurface({7, kAnyChart, kAnyChart, 7}));
+    EXPECT_FALSE(mayHoldSurface({7, 7, 8, 7}));
+    EXPECT_FALSE(mayHoldSurface({kAnyChart, 7, kAnyChart, 8}));
+    EXPECT_FALSE(mayHoldSurface({7, 7, 7, kNoChart}));
+    EXPECT_FALSE(mayHoldSurface({kAnyChart, kAnyChart, kAnyChart, kNoChart}));
+}
+
 TEST(Canonical, NegativeZeroIsNotNegativeEnergy) {
     ExrRecipe recipe = seededMap(2, 1);
     for (int i = 0; i < 9; ++i) poke(recipe, fmt::format("sh{:02}.G", i), 1, 0, -0.0f);

@@ -49,7 +49,7 @@ TEST(LightMapWriter, CoverageAndNormalsReadBackWithTheRows) {
     auto writer = LightMapWriter::create(folder / "map.exr", kWidth, kHeight, SurfaceOutput::CoverageAndNormals);
     ASSERT_TRUE(writer);
     for (const auto& [first, count] : {std::pair{0, 100}, {100, 30}})
-        ASSERT_TRUE(writer->append(sh.view().rows(first, count), covered.view().rows(first, count), normal.view().rows(first, count)));
+        ASSERT_TRUE(writer->append(sh.view().rows(first, count), {covered.view().rows(first, count), normal.view().rows(first, count)}));
     ASSERT_TRUE(writer->commit());
     const auto reader = LightMapReader::open(folder / "map.exr", {});
     ASSERT_TRUE(reader) << reader.error().line();
@@ -64,6 +64,31 @@ TEST(LightMapWriter, CoverageAndNormalsReadBackWithTheRows) {
             EXPECT_EQ(strip->sh.at(x, y), sh.at(x, y)) << x << " " << y;
             EXPECT_LT(glm::distance(strip->normal.at(x, y), normal.at(x, y)), 1e-6f) << x << " " << y;
         }
+}
+
+TEST(LightMapWriter, ChartsReadBackWithTheRows) {
+    const TemporaryFolder folder;
+    constexpr int kWidth = 70, kHeight = 66;
+    constexpr std::uint32_t kLargest = (1u << 24u) - 1;
+    const Image<ShRgb> sh = seededRows(kWidth, 0, kHeight);
+    Image<std::uint8_t> covered(kWidth, kHeight, 1);
+    const Image<glm::vec3> normal(kWidth, kHeight, glm::vec3(0, 0, 1));
+    Image<std::uint32_t> chart(kWidth, kHeight, kNoChart);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            covered.at(x, y) = (x + y) % 3 == 0 ? 0 : 1;
+            if (covered.at(x, y) != 0 || y % 2 == 0) chart.at(x, y) = x < 9 ? 1 + static_cast<std::uint32_t>(y) : kLargest;
+        }
+    auto writer = LightMapWriter::create(folder / "map.exr", kWidth, kHeight, SurfaceOutput::CoverageNormalsAndCharts);
+    ASSERT_TRUE(writer);
+    ASSERT_TRUE(writer->append(sh.view(), {covered.view(), normal.view(), chart.view()}));
+    ASSERT_TRUE(writer->commit());
+    const auto reader = LightMapReader::open(folder / "map.exr", {});
+    ASSERT_TRUE(reader) << reader.error().line();
+    const auto strip = reader->read(1, kHeight - 1);
+    ASSERT_TRUE(strip) << strip.error().line();
+    for (int y = 1; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) ASSERT_EQ(strip->chart.at(x, y - 1), chart.at(x, y)) << x << " " << y;
 }
 
 TEST(LightMapWriter, RowsReadBackBitForBitWhateverTheStrips) {

@@ -34,7 +34,7 @@ public:
                 sh.at(x, y) = shOf(sunAndSky, {(x + 0.5) / kMippedSide, (y + 0.5) / kMippedSide});
                 for (glm::vec3& coefficient : sh.at(x, y)) coefficient *= x < 32 ? 1.0f : 6.0f;
             }
-        (void)writer->append(sh.view(), covered.view(), normal.view());
+        (void)writer->append(sh.view(), {covered.view(), normal.view()});
         (void)writer->commit();
     }
     Outcome cook(const std::string& output, const std::string& folder = "out") const {

@@ -110,6 +110,13 @@ inline void noCoverageChannel(const PlantedScene& scene) {
     scene.editLightMap([](Channels& map) { map.values.erase("coverage.Y"); });
 }
 
+inline void chartOfOneHalf(const PlantedScene& scene) {
+    scene.editLightMap([](Channels& map) {
+        map["chart.Y"] = map["coverage.Y"];
+        map["chart.Y"][map.index(100, 7)] = 0.5f;
+    });
+}
+
 inline void coverageOfNan(const PlantedScene& scene) {
     scene.editLightMap([](Channels& map) { map["coverage.Y"][map.index(100, 7)] = NAN; });
 }
