@@ -3,7 +3,7 @@
 #include <cassert>
 
 #include "compress/light_map/families.h"
-#include "compress/light_map/rims.h"
+#include "compress/light_map/filter_fit.h"
 
 namespace lightcook::compress {
 
@@ -32,7 +32,7 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
     assert(strip.firstRow <= std::max(0, firstRow - kLightMapContextRows));
     assert(strip.firstRow + strip.sh.height() >= std::min(plan.height, firstRow + rowCount + kLightMapContextRows));
     rows::Source source = rows::makeSource(plan, strip, firstRow, rowCount);
-    rows::solveRims(plan, strip, firstRow, source);
+    rows::fitToFilter(plan, strip, firstRow, source);
     rows::dropFarPadding(source, plan.blockHeight());
     switch (formats::info(plan.layout).family) {
         case LightMapFamily::Raw:

@@ -25,6 +25,6 @@ namespace lightcook::compress::rows {
 /// Solves the covered texels' uncovered neighbours in `source`.
 /// strip     as for encodeLightMapRows
 /// firstRow  of `source` in the map
-void solveRims(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, Source& source);
+void fitToFilter(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, Source& source);
 
 }  // namespace lightcook::compress::rows

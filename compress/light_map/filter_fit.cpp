@@ -1,4 +1,4 @@
-#include "compress/light_map/rims.h"
+#include "compress/light_map/filter_fit.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,9 +40,9 @@ struct RatioRange {
     float low = -std::numeric_limits<float>::infinity(), high = std::numeric_limits<float>::infinity();
 };
 
-class Rims {
+class FilterFit {
 public:
-    Rims(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, Source& source)
+    FilterFit(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, Source& source)
         : plan_(plan),
           strip_(strip),
           source_(source),
@@ -257,8 +257,8 @@ private:
 
 }  // namespace
 
-void solveRims(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, Source& source) {
-    Rims(plan, strip, firstRow, source).solve();
+void fitToFilter(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, Source& source) {
+    FilterFit(plan, strip, firstRow, source).solve();
 }
 
 }  // namespace lightcook::compress::rows

@@ -1,4 +1,4 @@
-#include "compress/light_map/rims.h"
+#include "compress/light_map/filter_fit.h"
 
 #include <gtest/gtest.h>
 
@@ -61,7 +61,7 @@ Padded padded(Kind kind, LightMapLayout layout) {
     Padded out{synthetic::planOf(kind, layout, Target::Bc), synthetic::makeBand(kind, kWidth, 0, kHeight), {}, {}};
     out.mean = compress::rows::makeSource(out.plan, out.strip, 0, kHeight);
     out.solved = compress::rows::makeSource(out.plan, out.strip, 0, kHeight);
-    compress::rows::solveRims(out.plan, out.strip, 0, out.solved);
+    compress::rows::fitToFilter(out.plan, out.strip, 0, out.solved);
     return out;
 }
 
@@ -126,7 +126,7 @@ TEST(SolvedRims, AreThoseThatASurfaceReads) {
     const auto solvedWith = [&](std::uint32_t beyond) {
         padding.strip.chart = chartsOf(padding.strip, beyond);
         Source source = compress::rows::makeSource(padding.plan, padding.strip, 0, kHeight);
-        compress::rows::solveRims(padding.plan, padding.strip, 0, source);
+        compress::rows::fitToFilter(padding.plan, padding.strip, 0, source);
         return source;
     };
     const Source read = solvedWith(1), unread = solvedWith(formats::kNoChart);
