@@ -211,7 +211,9 @@ struct LightMapPlan {
 };
 
 /// Plans a layout that is not learned.
-LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height, const LightMapMeasure& measure);
+/// objective  empty: energy
+LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height, const LightMapMeasure& measure,
+                          const std::optional<LightMapObjective>& objective = std::nullopt);
 
 /// Plans a learned layout: fits its decode to a sample of the map.
 /// blocks    of the whole map; charts: blocks.charts()

@@ -32,6 +32,13 @@ constexpr float kLeastShare = 0x1p-8f;
 /// padding: at 1/256 the lamp of the interior loses levels of its block to the padding.
 constexpr float kSolvedCoverage = 1.0f / 16, kDividedCoverage = 1.0f / 512;
 
+/// Least product, in a quad, of the spread of coefficient 0 over its sum and of the spread of a ratio, for which covered texels are fitted:
+/// about the share of the light by which the product of filtered factors is off.
+constexpr float kEdge = 0.01f;
+/// Weight of the centre of a covered texel, over that of a place. A quad has 16 places, so that centres count as much as the surface. With
+/// less, texel centres lose more than the places between them gain.
+constexpr float kCentre = 16;
+
 /// Gauss points of [0, 1/2].
 constexpr std::array<float, 2> kPlaces = {0.10566243f, 0.39433757f};
 
@@ -49,6 +56,7 @@ public:
           sourceRow_(firstRow - strip.firstRow),
           family_(formats::info(plan.layout).family),
           count_(source.values.size()),
+          fitsCovered_(family_ == LightMapFamily::Ratio && plan.objective),
           dividesByFirst_(family_ != LightMapFamily::Raw && family_ != LightMapFamily::Flat && family_ != LightMapFamily::Hdr),
           floor_(std::max(kFloor * static_cast<float>(plan.key), 1e-12f)) {
         top_ = std::max(0, sourceRow_ - kLightMapContextRows);
@@ -56,20 +64,24 @@ public:
     }
 
     void solve() {
-        findUnknowns();
-        if (unknowns_.empty()) return;
         setRanges();
-        solveValues(0, dividesByFirst_ ? 1 : count_, false);
-        if (dividesByFirst_) solveValues(1, count_, true);
+        findUnknowns();
+        if (!unknowns_.empty()) solveValues(0, dividesByFirst_ ? 1 : count_, false);
+        if (dividesByFirst_) {
+            if (fitsCovered_) findEdges();
+            if (!unknowns_.empty()) solveValues(1, count_, true);
+        }
         store();
     }
 
 private:
-    /// An uncovered texel beside a covered one. The row of its normal equation: by 3 x 3 neighbours, itself in the middle.
+    /// An uncovered texel beside a covered one, or a covered one at an edge of light. The row of its normal equation: by 3 x 3 neighbours,
+    /// itself in the middle.
     struct Unknown {
         int x, y;
         std::array<glm::vec3, 9> row;
         bool isSeen = false;  ///< a filter on a surface reads it
+        bool isCovered = false;
     };
 
     bool isCovered(int x, int y) const { return strip_.covered.at(x, top_ + y) != 0; }
@@ -89,10 +101,55 @@ private:
                 unknowns_.push_back({x, y, {}});
             }
     }
+    /// Adds the covered texels of quads in which the product of filtered factors is far from the filtered product.
+    void findEdges() {
+        for (int y = 0; y + 1 < rows_; ++y)
+            for (int x = 0; x + 1 < plan_.width; ++x)
+                if (mayHoldSurface(x, y) && isEdge(x, y))
+                    for (int k = 0; k < 4; ++k) addCovered(x + k % 2, y + k / 2);
+    }
+    bool isEdge(int x, int y) const {
+        float low = std::numeric_limits<float>::infinity(), high = 0;
+        forEachCorner(x, y, [&](int cornerX, int cornerY) {
+            const glm::vec3 dc = valueAt(0, cornerX, cornerY, false);
+            const float light = std::max({dc.x, dc.y, dc.z, 0.0f});
+            low = std::min(low, light);
+            high = std::max(high, light);
+        });
+        if (!(high > low)) return false;
+        const float least = kEdge * (high + low) / (high - low);
+        for (std::size_t i = 1; i < count_; ++i) {
+            glm::vec3 smallest(std::numeric_limits<float>::infinity()), largest(-std::numeric_limits<float>::infinity());
+            forEachCorner(x, y, [&](int cornerX, int cornerY) {
+                const glm::vec3 ratio = valueAt(i, cornerX, cornerY, true);
+                smallest = glm::min(smallest, ratio);
+                largest = glm::max(largest, ratio);
+            });
+            const glm::vec3 spread = largest - smallest;
+            if (std::max({spread.x, spread.y, spread.z}) > least) return true;
+        }
+        return false;
+    }
+    /// Calls visit(x, y) for the covered corners of a quad.
+    template <class Visit>
+    void forEachCorner(int x, int y, Visit visit) const {
+        for (int k = 0; k < 4; ++k)
+            if (isCovered(x + k % 2, y + k / 2)) visit(x + k % 2, y + k / 2);
+    }
+    void addCovered(int x, int y) {
+        if (!isCovered(x, y) || index_.at(x, y) >= 0) return;
+        index_.at(x, y) = static_cast<int>(unknowns_.size());
+        unknowns_.push_back({x, y, {}, false, true});
+        values_.resize(unknowns_.size() * count_);
+        at(values_, unknowns_.size() - 1, 0) = valueAt(0, x, y, false);
+    }
     void setRanges() {
         ranges_.assign(count_, {});
         for (std::size_t i = 1; i < count_; ++i) {
-            if (family_ == LightMapFamily::Hdr) {
+            if (fitsCovered_) {
+                const float bias = constant(plan_, "bias", i - 1);
+                ranges_[i] = {bias, bias + constant(plan_, "scale", i - 1)};
+            } else if (family_ == LightMapFamily::Hdr) {
                 ranges_[i].low = constant(plan_, "bias", i - 1);
             } else if (family_ != LightMapFamily::Raw) {
                 const float largest = 1.25f * std::sqrt(2.0f * static_cast<float>(lighting::kShBand[i]) + 1);
@@ -114,21 +171,27 @@ private:
     }
     glm::vec3& at(std::vector<glm::vec3>& all, std::size_t unknown, std::size_t i) const { return all[unknown * count_ + i]; }
 
-    /// Sets values [first, end) of the unknowns to the means of their covered neighbours, then solves them.
+    /// Sets values [first, end) of the unknowns to their own or to the means of their covered neighbours, then solves them.
     void solveValues(std::size_t first, std::size_t end, bool isRatio) {
         if (values_.empty()) values_.resize(unknowns_.size() * count_);
         start_.assign(unknowns_.size() * count_, glm::vec3(0));
         for (std::size_t u = 0; u < unknowns_.size(); ++u) {
+            unknowns_[u].row.fill(glm::vec3(0));
+            if (unknowns_[u].isCovered) {
+                for (std::size_t i = first; i < end; ++i)
+                    at(values_, u, i) = at(start_, u, i) = valueAt(i, unknowns_[u].x, unknowns_[u].y, isRatio);
+                continue;
+            }
             const int count =
                 formats::visitNearestCovered(strip_.covered.view(), unknowns_[u].x, top_ + unknowns_[u].y, 1, [&](int x, int y) {
                     for (std::size_t i = first; i < end; ++i) at(start_, u, i) += valueAt(i, x, y - top_, isRatio);
                 });
             for (std::size_t i = first; i < end; ++i) at(values_, u, i) = at(start_, u, i) /= static_cast<float>(count);
-            unknowns_[u].row.fill(glm::vec3(0));
         }
         wanted_.assign(unknowns_.size() * count_, glm::vec3(0));
         for (int y = 0; y + 1 < rows_; ++y)
             for (int x = 0; x + 1 < plan_.width; ++x) addQuad(x, y, first, end, isRatio);
+        if (isRatio) addCentres(first, end);
         for (int sweep = 0; sweep < (dividesByFirst_ ? kSweepsOfProducts : kSweeps); ++sweep)
             for (int colour = 0; colour < 4; ++colour)
                 for (std::size_t u = 0; u < unknowns_.size(); ++u)
@@ -136,17 +199,28 @@ private:
                         update(u, first, end, isRatio);
     }
 
+    /// Adds the centres of covered texels to the equations.
+    void addCentres(std::size_t first, std::size_t end) {
+        for (std::size_t u = 0; u < unknowns_.size(); ++u) {
+            if (!unknowns_[u].isCovered) continue;
+            const glm::vec3 dc = at(values_, u, 0), length = dc / (exitOf(dc) + floor_), weight = kCentre * length * length;
+            unknowns_[u].row[4] += weight;
+            for (std::size_t i = first; i < end; ++i) at(wanted_, u, i) += weight * at(start_, u, i);
+        }
+    }
     /// Adds the places of the quad whose top left texel is (x, y) to the equations.
     void addQuad(int x, int y, std::size_t first, std::size_t end, bool isRatio) {
-        std::array<bool, 4> covered{};
+        std::array<bool, 4> covered{}, free{};
         std::array<int, 4> unknown{};
-        int coveredCount = 0;
+        int coveredCount = 0, freeCount = 0;
         for (int k = 0; k < 4; ++k) {
             covered[index(k)] = isCovered(x + k % 2, y + k / 2);
             unknown[index(k)] = index_.at(x + k % 2, y + k / 2);
+            free[index(k)] = unknown[index(k)] >= 0;
             coveredCount += covered[index(k)] ? 1 : 0;
+            freeCount += free[index(k)] ? 1 : 0;
         }
-        if (coveredCount == 0 || coveredCount == 4 || !mayHoldSurface(x, y)) return;
+        if (coveredCount == 0 || freeCount == 0 || !mayHoldSurface(x, y)) return;
         std::array<glm::vec3, 4> dc;  // coefficient 0, or the exit radiance
         for (int k = 0; k < 4; ++k)
             dc[index(k)] = covered[index(k)] ? valueAt(0, x + k % 2, y + k / 2, false)
@@ -171,29 +245,26 @@ private:
                 const glm::vec3 length = isRatio ? filtered : glm::vec3(1);
                 const glm::vec3 slope = length / exit;
                 for (std::size_t u = 0; u < 4; ++u) {
-                    if (covered[u]) continue;
+                    if (!free[u]) continue;
                     for (std::size_t k = 0; k < 4; ++k) {
                         const glm::vec3 both = weights[u] * weights[k] / exit * slope;
-                        if (covered[k])
-                            from[u][k] += both * ((isRatio ? dc[k] : glm::vec3(1)) / sum - length);
-                        else
-                            form[u][k] += both * length;
+                        if (covered[k]) from[u][k] += both * ((isRatio ? dc[k] : glm::vec3(1)) / sum - (free[k] ? glm::vec3(0) : length));
+                        if (free[k]) form[u][k] += both * length;
                     }
                 }
             }
         }
         for (int u = 0; u < 4; ++u) {
-            if (covered[index(u)]) continue;
+            if (!free[index(u)]) continue;
             const auto to = static_cast<std::size_t>(unknown[index(u)]);
             unknowns_[to].isSeen = true;
             for (int k = 0; k < 4; ++k) {
-                if (covered[index(k)]) {
+                if (covered[index(k)])
                     for (std::size_t i = first; i < end; ++i)
                         at(wanted_, to, i) += from[index(u)][index(k)] * valueAt(i, x + k % 2, y + k / 2, isRatio);
-                } else {
-                    const int step = 3 * (k / 2 - u / 2 + 1) + k % 2 - u % 2 + 1;
-                    unknowns_[to].row[index(step)] += form[index(u)][index(k)];
-                }
+                if (!free[index(k)]) continue;
+                const int step = 3 * (k / 2 - u / 2 + 1) + k % 2 - u % 2 + 1;
+                unknowns_[to].row[index(step)] += form[index(u)][index(k)];
             }
         }
     }
@@ -233,6 +304,7 @@ private:
             if (y < 0 || y >= source_.height || !unknowns_[u].isSeen) continue;
             for (std::size_t i = 0; i < count_; ++i)
                 source_.values[i].at(x, y) = at(values_, u, i) * (dividesByFirst_ && i > 0 ? at(values_, u, 0) : glm::vec3(1));
+            if (unknowns_[u].isCovered) continue;
             source_.coverage.at(x, y) = dividesByFirst_ ? kDividedCoverage : kSolvedCoverage;
             weigh(plan_, source_, x, y);
         }
@@ -247,6 +319,7 @@ private:
     int top_ = 0, rows_ = 0;  ///< rows of the strip that are looked at; rows below count from there
     LightMapFamily family_;
     std::size_t count_;    ///< of values: coefficients, or 1
+    bool fitsCovered_;     ///< ratios of covered texels are fitted, too
     bool dividesByFirst_;  ///< the layout filters coefficient 0 and ratios to it
     float floor_;
     Image<int> index_;  ///< of the unknown; -1

@@ -1,17 +1,17 @@
-// Padding solved for the filter: values of the texels beside charts with which filtered texels show what the bake shows between its covered
-// texels alone. Private to compress/.
+// Values of texels with which filtered and decoded texels show what the bake shows between its covered texels alone. Private to compress/.
 //
 // A filter reads texels outside charts on the surface, up to half a texel beyond the outermost centres. At a place p with bilinear weights
 // w_k the reference is R(p) = (sum over covered k of w_k v_k) / W(p), W(p) the sum of their weights, and the result is the sum over all
 // four texels. The uncovered ones are free: they minimise the sum over places of
 //   g(p)^2 |sum_k w_k v_k - R(p)|^2
 // with g(p) = 1 / (exit radiance of R + a share of the key): a viewer sees about the logarithm of light. Places are four Gauss points of
-// the quarter of each quad that belongs to a covered texel, so that the sum is an integral over the footprints of covered texels.
-//
-// Quads in which no surface lies (formats::mayHoldSurface) have no places.
+// the quarter of each quad that belongs to a covered texel, so that the sum is an integral over the footprints of covered texels. Quads in
+// which no surface lies (formats::mayHoldSurface) have none.
 //
 // Layouts that divide by coefficient 0 filter two factors: l(p) q(p). Coefficient 0 is solved first, as above. With l(p) known, ratios q
-// are linear unknowns again, with weights (g l)^2 in each channel.
+// are linear unknowns again, with weights (g l)^2 in each channel. At an edge of light that product is far from the filtered product, most
+// of all on the dark side. Layout ratio under the visible objective therefore fits the ratios of covered texels there, too: the centre of
+// each counts as much as the places around it, so that it moves no further from its own ratio than the places gain.
 //
 // The normal equations join a texel to its eight neighbours. They are solved by Gauss-Seidel in four colours, projected on what the layout
 // holds. A sweep reaches two rows, so that few rows beyond the encoded ones decide them, whatever the cut of the map.
@@ -22,7 +22,7 @@
 
 namespace lightcook::compress::rows {
 
-/// Solves the covered texels' uncovered neighbours in `source`.
+/// Sets the uncovered neighbours of covered texels in `source`, and the covered texels that are fitted.
 /// strip     as for encodeLightMapRows
 /// firstRow  of `source` in the map
 void fitToFilter(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, Source& source);

@@ -107,8 +107,10 @@ std::vector<std::byte> LightMapPlan::indexTexels() const {
     return texels;
 }
 
-LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height, const LightMapMeasure& measure) {
+LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height, const LightMapMeasure& measure,
+                          const std::optional<LightMapObjective>& objective) {
     LightMapPlan plan = rows::emptyPlan(layout, target, width, height, measure);
+    plan.objective = objective;
     switch (formats::info(layout).family) {
         case LightMapFamily::Raw: {
             float largest = 0;

@@ -162,7 +162,7 @@ void OutputOptions::addLayout(CLI::App& app) {
     app.add_option("--layout", layout_, "Layout of light maps; auto: the one that meets --max-error, --max-visible or --budget best")
         ->check(CLI::IsMember(lightMapLayoutChoices()));
     app.add_option("--objective", objective_,
-                   fmt::format("What learned layouts of light maps minimize ({})", captionsOf(formats::allObjectives())))
+                   fmt::format("What learned layouts of light maps and ratio minimize ({})", captionsOf(formats::allObjectives())))
         ->check(CLI::IsMember(formats::namesOf(formats::allObjectives())));
 }
 

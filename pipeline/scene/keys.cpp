@@ -116,7 +116,7 @@ SceneSectionInfo outputSection() {
               "smaller one for bands that no shading shows. [From the trial](../guide/into-an-engine.md#layouts-that-the-engine-reads) the "
               "report says "
               "what the list costs"},
-             enumeratedKey("objective", formats::allObjectives(), "what the learned layouts of light maps minimize"),
+             enumeratedKey("objective", formats::allObjectives(), "what learned layouts of light maps and ratio minimize"),
              {"container", choices({"ktx2", "dds"}), "`\"ktx2\"`", "container of the textures"},
              {"zstd", kBoolean, "false", "Zstandard supercompression of KTX2 levels"},
              {"effort", "0 to 9", "5",

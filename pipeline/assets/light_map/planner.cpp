@@ -41,7 +41,8 @@ Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& layout) 
 
 Result<compress::LightMapPlan> LightMapPlanner::planLevel0(const std::string& name) {
     const formats::LightMapLayout layout = *formats::lightMapLayoutFromName(name);
-    if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, target_, source_.width(), source_.height(), measure_);
+    if (!formats::info(layout).isLearned())
+        return compress::planLightMap(layout, target_, source_.width(), source_.height(), measure_, objective_);
     if (!samples_)
         if (auto gathered = gather(); !gathered) return tl::make_unexpected(gathered.error());
     compress::LightMapPlan plan = compress::planLearnedLightMap(layout, target_, source_.width(), source_.height(), measure_, blocks_,

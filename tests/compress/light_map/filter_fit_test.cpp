@@ -138,6 +138,94 @@ TEST(SolvedRims, AreThoseThatASurfaceReads) {
     EXPECT_NE(read.values[0].texels(), unread.values[0].texels());
 }
 
+/// Sums, over 8 x 8 places of each quad of covered texels, of the squared error of coefficient 3, as the product of filtered factors, over
+/// the light there.
+double productError(const formats::LightMapStrip& strip, const Source& source, double floor) {
+    constexpr int kPlaces = 8;
+    double sum = 0;
+    for (int y = 0; y + 1 < kHeight; ++y)
+        for (int x = 0; x + 1 < kWidth; ++x) {
+            bool isInside = true;
+            for (int k = 0; k < 4; ++k) isInside = isInside && strip.covered.at(x + k % 2, y + k / 2) != 0;
+            for (int place = 0; isInside && place < kPlaces * kPlaces; ++place) {
+                const int column = place % kPlaces, row = place / kPlaces;
+                const double px = (column + 0.5) / kPlaces, py = (row + 0.5) / kPlaces;
+                double light = 0, ratio = 0, reference = 0;
+                for (int k = 0; k < 4; ++k) {
+                    const double w = (k % 2 == 0 ? 1 - px : px) * (k / 2 == 0 ? 1 - py : py);
+                    const auto dc = static_cast<double>(source.values[0].at(x + k % 2, y + k / 2).y);
+                    light += w * dc;
+                    ratio += w * static_cast<double>(source.values[3].at(x + k % 2, y + k / 2).y) / dc;
+                    reference += w * static_cast<double>(strip.sh.at(x + k % 2, y + k / 2)[3].y);
+                }
+                const double error = (light * ratio - reference) / (0.282 * light + floor);
+                sum += error * error;
+            }
+        }
+    return sum;
+}
+
+/// A map with an edge of light along a column, at which the direction of the light turns.
+formats::LightMapStrip edge() {
+    formats::LightMapStrip strip = synthetic::makeBand(Kind::Grey, kWidth, 0, kHeight);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            auto& sh = strip.sh.at(x, y);
+            const bool isBright = x > 8 + y / 3;
+            for (std::size_t i = 1; i < sh.size(); ++i) sh[i] = (isBright ? 0.3f : -0.2f) * sh[0];
+            if (isBright)
+                for (glm::vec3& coefficient : sh) coefficient *= 30.0f;
+        }
+    return strip;
+}
+
+Source fitted(const compress::LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, int rowCount) {
+    Source source = compress::rows::makeSource(plan, strip, firstRow, rowCount);
+    compress::rows::fitToFilter(plan, strip, firstRow, source);
+    return source;
+}
+
+TEST(FittedRatios, ErrLessBetweenTexelsAtEdgesOfLight) {
+    const formats::LightMapStrip strip = edge();
+    compress::LightMapPlan plan = synthetic::planOf(LightMapLayout::Ratio, Target::Bc, strip, {});
+    plan.objective.reset();
+    const Source own = fitted(plan, strip, 0, kHeight);
+    for (std::size_t i = 0; i < own.values.size(); ++i)
+        for (int x = 0; x < kWidth; ++x) EXPECT_EQ(own.values[i].at(x, 5), strip.sh.at(x, 5)[i]) << "under energy texels keep their own";
+    plan.objective.emplace();
+    const Source found = fitted(plan, strip, 0, kHeight);
+    const double floor = 0.05 * plan.key;
+    EXPECT_LT(productError(strip, found, floor), 0.6 * productError(strip, own, floor));
+    int moved = 0;
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            EXPECT_EQ(found.values[0].at(x, y), own.values[0].at(x, y));
+            EXPECT_EQ(found.coverage.at(x, y), own.coverage.at(x, y));
+            const bool isMoved = found.values[3].at(x, y) != own.values[3].at(x, y);
+            moved += isMoved ? 1 : 0;
+            if (std::abs(x - 8 - y / 3) > 3) {
+                EXPECT_FALSE(isMoved) << x << ", " << y << ": no edge is near";
+            }
+        }
+    EXPECT_GT(moved, kHeight);
+}
+
+TEST(FittedRatios, AreTheSameWhateverTheCutOfTheMap) {
+    constexpr int kStrip = 16, kContext = compress::kLightMapContextRows;
+    for (const Kind kind : {Kind::Gradient, Kind::Spikes}) {
+        const formats::LightMapStrip whole = synthetic::makeBand(kind, kWidth, 0, 3 * kStrip);
+        compress::LightMapPlan plan = synthetic::planOf(LightMapLayout::Ratio, Target::Bc, whole, {});
+        plan.objective.emplace();
+        const Source all = fitted(plan, whole, 0, 3 * kStrip);
+        const Source part =
+            fitted(plan, synthetic::makeBandWithContext(kind, kWidth, 3 * kStrip, kStrip, kStrip, kContext), kStrip, kStrip);
+        for (std::size_t i = 0; i < all.values.size(); ++i)
+            for (int y = 0; y < kStrip; ++y)
+                for (int x = 0; x < kWidth; ++x)
+                    ASSERT_EQ(part.values[i].at(x, y), all.values[i].at(x, kStrip + y)) << i << ", " << x << ", " << y;
+    }
+}
+
 /// Formats without sign hold no negative light, and no ratio below the bias.
 TEST(SolvedRims, StayWithinTheLayout) {
     for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::NegativeBands, Kind::Night, Kind::Black}) {

@@ -112,7 +112,7 @@ inline void noCoverageChannel(const PlantedScene& scene) {
 
 inline void chartOfOneHalf(const PlantedScene& scene) {
     scene.editLightMap([](Channels& map) {
-        map["chart.Y"] = map["coverage.Y"];
+        map.values["chart.Y"] = map["coverage.Y"];
         map["chart.Y"][map.index(100, 7)] = 0.5f;
     });
 }

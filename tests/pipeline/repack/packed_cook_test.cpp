@@ -83,6 +83,10 @@ TEST_F(PackedCook, FewerTexelsAreJudgedAgainstTheBake) {
     const Json &repacked = *(map.at("stages").end() - 2), &total = map.at("stages").back();
     const auto atTexels = [](const Json& stage) { return stage.at("at_texels").at("diffuse").at("rel_rms").get<double>(); };
     EXPECT_LT(10 * atTexels(repacked), atTexels(total)) << "\"raw\" holds the repacked bake, which is not the bake";
+    for (const char* shading : {"diffuse", "specular"}) {
+        const auto onSurface = [&](const Json& stage) { return stage.at("error").at(shading).at("rel_rms").get<double>(); };
+        EXPECT_LT(10 * onSurface(repacked), onSurface(total)) << "nothing is judged between charts, nor beyond their rims";
+    }
     EXPECT_EQ(total.at("error").at("diffuse").at("max_bound"), repacked.at("error").at("diffuse").at("max_bound"));
     EXPECT_FALSE(total.at("error").at("diffuse").at("visible").contains("bound"));
 
