@@ -133,7 +133,7 @@ private:
 /// Channels that a LightMapWriter writes beside the coefficients: none; coverage.Y and normal.X, Y and Z; or these and chart.Y.
 enum class SurfaceOutput { None, CoverageAndNormals, CoverageNormalsAndCharts };
 
-/// What is known of the surface at the texels of some rows. All views have one size.
+/// Coverage, normals and charts of the texels of some rows. The views have one size.
 struct SurfaceRows {
     ImageView<const std::uint8_t> covered;
     ImageView<const glm::vec3> normal;

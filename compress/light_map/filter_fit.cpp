@@ -106,7 +106,7 @@ private:
         for (int y = 0; y + 1 < rows_; ++y)
             for (int x = 0; x + 1 < plan_.width; ++x)
                 if (mayHoldSurface(x, y) && isEdge(x, y))
-                    for (int k = 0; k < 4; ++k) addCovered(x + k % 2, y + k / 2);
+                    forEachCorner(x, y, [&](int cornerX, int cornerY) { addCovered(cornerX, cornerY); });
     }
     bool isEdge(int x, int y) const {
         float low = std::numeric_limits<float>::infinity(), high = 0;
@@ -137,7 +137,7 @@ private:
             if (isCovered(x + k % 2, y + k / 2)) visit(x + k % 2, y + k / 2);
     }
     void addCovered(int x, int y) {
-        if (!isCovered(x, y) || index_.at(x, y) >= 0) return;
+        if (index_.at(x, y) >= 0) return;
         index_.at(x, y) = static_cast<int>(unknowns_.size());
         unknowns_.push_back({x, y, {}, false, true});
         values_.resize(unknowns_.size() * count_);

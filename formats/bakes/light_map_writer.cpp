@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "formats/bakes/sh9.h"
+#include "formats/bakes/surface_channels.h"
 #include "formats/light_map.h"
 
 namespace lightcook::formats {
@@ -52,8 +53,11 @@ Result<LightMapWriter> LightMapWriter::create(const std::filesystem::path& file,
                        fmt::format("found {} x {} texels, expected 1 to {} a side", width, height, kLargestExtent));
     }
     std::vector<std::string> channels = sh9Channels();
-    if (surface != SurfaceOutput::None) channels.insert(channels.end(), {"coverage.Y", "normal.X", "normal.Y", "normal.Z"});
-    if (surface == SurfaceOutput::CoverageNormalsAndCharts) channels.emplace_back("chart.Y");
+    if (surface != SurfaceOutput::None) {
+        channels.emplace_back(kCoverageChannel);
+        channels.insert(channels.end(), kNormalChannels.begin(), kNormalChannels.end());
+    }
+    if (surface == SurfaceOutput::CoverageNormalsAndCharts) channels.emplace_back(kChartChannel);
     const int floatsPerTexel = static_cast<int>(channels.size());
     Result<ExrWriter> writer = ExrWriter::create(file, width, height, std::move(channels), ExrLayout::Tiles64);
     if (!writer) return tl::make_unexpected(writer.error());

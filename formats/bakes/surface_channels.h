@@ -11,7 +11,12 @@
 
 namespace lightcook::formats {
 
-inline constexpr std::array<std::string_view, 5> kSurfaceChannels = {"coverage.Y", "normal.X", "normal.Y", "normal.Z", "chart.Y"};
+inline constexpr const char* kCoverageChannel = "coverage.Y";
+inline constexpr std::array<const char*, 3> kNormalChannels = {"normal.X", "normal.Y", "normal.Z"};
+inline constexpr const char* kChartChannel = "chart.Y";
+/// All of them.
+inline constexpr std::array<std::string_view, 5> kSurfaceChannels = {kCoverageChannel, kNormalChannels[0], kNormalChannels[1],
+                                                                     kNormalChannels[2], kChartChannel};
 
 class SurfaceChannels {
 public:

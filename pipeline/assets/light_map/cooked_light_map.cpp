@@ -7,6 +7,7 @@
 #include "formats/chart_clusters.h"
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/textures.h"
 #include "shaders/lightcook_cpp.h"
@@ -150,6 +151,16 @@ Result<verify::DecodedLightMapRows> CookedLightMapReader::read(int firstRow, int
         rows.spans.push_back(std::move(spans));
     }
     return rows;
+}
+
+Result<CookedStrip> readStrip(LightMapSource& bake, const CookedLightMapReader& cooked, int index) {
+    const int firstRow = bake.stripFirstRow(index), rowCount = bake.stripRows(index);
+    auto reference = bake.stripWithMargin(index, 0, 1);
+    if (!reference) return tl::make_unexpected(reference.error());
+    auto texels = cooked.read(firstRow, rowCount + 1);
+    if (!texels) return tl::make_unexpected(texels.error());
+    auto seen = cooked.verifier().reconstruct(*texels, firstRow, rowCount);
+    return CookedStrip{firstRow, rowCount, std::move(*reference), std::move(*texels), std::move(seen)};
 }
 
 }  // namespace lightcook::pipeline

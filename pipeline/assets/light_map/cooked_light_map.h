@@ -7,10 +7,13 @@
 #include <vector>
 
 #include "formats/gpu_texture.h"
+#include "formats/light_map.h"
 #include "pipeline/manifest/cooked_asset.h"
 #include "verify/light_map.h"
 
 namespace lightcook::pipeline {
+
+class LightMapSource;
 
 /// Reads and decodes a cooked light map from its manifest entry and the files beside it.
 class CookedLightMapReader {
@@ -42,6 +45,16 @@ private:
     std::vector<formats::TextureReader> textures_;
     int width_, height_, mip_;
 };
+
+/// A strip of a bake beside what was cooked of it.
+struct CookedStrip {
+    int firstRow = 0, rowCount = 0;
+    formats::LightMapStrip reference;      ///< with the row below
+    verify::DecodedLightMapRows texels;    ///< with the row below
+    formats::Image<lighting::ShRgb> seen;  ///< light of the texel centres
+};
+/// Reads strip `index` of the bake, and the texels that were cooked of it.
+formats::Result<CookedStrip> readStrip(LightMapSource& bake, const CookedLightMapReader& cooked, int index);
 
 /// Returns the clusters of the blocks of a learned layout, row by row, from its texture "index", as the shader decodes it. Empty for other
 /// layouts, and where a mesh names the clusters.

@@ -42,20 +42,17 @@ struct MipPart {
 };
 
 Result<MipPart> compareStrip(LightMapSource& level, const CookedLightMapReader& cooked, bool isFlat, int index) {
-    const int firstRow = level.stripFirstRow(index), rowCount = level.stripRows(index);
-    const auto reference = level.stripWithMargin(index, 0, 1);
-    if (!reference) return tl::make_unexpected(reference.error());
-    const auto texels = cooked.read(firstRow, rowCount + 1);
-    if (!texels) return tl::make_unexpected(texels.error());
-    const auto seen = cooked.verifier().reconstruct(*texels, firstRow, rowCount);
+    const auto strip = readStrip(level, cooked, index);
+    if (!strip) return tl::make_unexpected(strip.error());
+    const auto& [firstRow, rowCount, reference, texels, seen] = *strip;
     verify::BlockErrors blocks(level.width(), rowCount, firstRow);
     for (int y = 0; y < rowCount; ++y)
         for (int x = 0; x < level.width(); ++x) {
-            if (reference->covered.at(x, y) == 0) continue;
-            const TexelSquares squares = squaresOf(reference->sh.at(x, y), seen.at(x, y), reference->normal.at(x, y), isFlat);
+            if (reference.covered.at(x, y) == 0) continue;
+            const TexelSquares squares = squaresOf(reference.sh.at(x, y), seen.at(x, y), reference.normal.at(x, y), isFlat);
             blocks.add(x, firstRow + y, squares.error, squares.reference);
         }
-    return MipPart{cooked.verifier().verifyRows(*texels, *reference, firstRow, rowCount), std::move(blocks)};
+    return MipPart{cooked.verifier().verifyRows(texels, reference, firstRow, rowCount), std::move(blocks)};
 }
 
 /// Adds a violation for each limit that a level is over.

@@ -19,7 +19,11 @@ using formats::LightMapStrip;
 using formats::Result;
 
 const std::string kFramesRole = "frames";  ///< the mesh that a bake in tangent space lies on
-constexpr std::size_t kBytesPerTexel = sizeof(lighting::ShRgb) + sizeof(std::uint8_t) + sizeof(glm::vec3);
+
+std::size_t bytesOf(const LightMapStrip& strip) {
+    const auto bytes = [](const auto& image) { return image.texels().size() * sizeof(image.texels().front()); };
+    return bytes(strip.sh) + bytes(strip.covered) + bytes(strip.normal) + bytes(strip.chart);
+}
 
 /// Returns the role of a file that is read beside the source.
 std::string roleOfPart(std::string_view name) {
@@ -157,7 +161,7 @@ Result<std::shared_ptr<const LightMapStrip>> LightMapSource::chunk(int index) {
         if (!chunk) return tl::make_unexpected(chunk.error());
         slot->chunk = std::make_shared<const LightMapStrip>(std::move(*chunk));
     }
-    owner_.keep(*this, index, kBytesPerTexel * static_cast<std::size_t>(width()) * static_cast<std::size_t>(chunkRows(index)));
+    owner_.keep(*this, index, bytesOf(*slot->chunk));
     return slot->chunk;
 }
 

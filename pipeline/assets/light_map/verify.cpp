@@ -119,12 +119,9 @@ struct Comparison {
 /// Compares one strip of a cooked map with the bake.
 Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
     const auto& [bake, cooked, truth, viewing, isFlat, tilt, charts, preview] = comparison;
-    const int firstRow = bake.stripFirstRow(index), rowCount = bake.stripRows(index);
-    const auto reference = bake.stripWithMargin(index, 0, 1);
-    if (!reference) return tl::make_unexpected(reference.error());
-    const auto texels = cooked.read(firstRow, rowCount + 1);
-    if (!texels) return tl::make_unexpected(texels.error());
-    const auto seen = cooked.verifier().reconstruct(*texels, firstRow, rowCount);
+    const auto strip = readStrip(bake, cooked, index);
+    if (!strip) return tl::make_unexpected(strip.error());
+    const auto& [firstRow, rowCount, reference, texels, seen] = *strip;
     verify::BlockErrors blocks(bake.width(), rowCount, firstRow);
     LightMoments light;
     LitRow lit(bake.width(), viewing);
@@ -135,28 +132,28 @@ Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
     const auto groups = charts ? charts->groupsOf(firstRow, rowCount) : formats::Image<std::uint8_t>();
     for (int y = 0; y < rowCount; ++y) {
         for (int x = 0; x < bake.width(); ++x) {
-            if (reference->covered.at(x, y) == 0) continue;
-            const glm::vec3 normal = reference->normal.at(x, y);
-            light.add(reference->sh.at(x, y), normal);
-            const TexelSquares squares = squaresOf(reference->sh.at(x, y), seen.at(x, y), normal, isFlat);
+            if (reference.covered.at(x, y) == 0) continue;
+            const glm::vec3 normal = reference.normal.at(x, y);
+            light.add(reference.sh.at(x, y), normal);
+            const TexelSquares squares = squaresOf(reference.sh.at(x, y), seen.at(x, y), normal, isFlat);
             blocks.add(x, firstRow + y, squares.error, squares.reference);
-            lit.set(x, reference->sh.at(x, y), seen.at(x, y), normal);
+            lit.set(x, reference.sh.at(x, y), seen.at(x, y), normal);
         }
         lit.compare();
         for (int x = 0; x < bake.width(); ++x)
-            if (reference->covered.at(x, y) != 0) {
+            if (reference.covered.at(x, y) != 0) {
                 preview.set(x, firstRow + y, lit.reference(x), lit.found(x), lit.visible(x));
                 worst.add(x, firstRow + y, lit.visible(x));
                 if (charts) chartErrors.add(groups.at(x, y), x, firstRow + y, lit.visible(x));
                 if (cap && preview.shows(x, firstRow + y))
-                    preview.setAtAnyNormal(x, firstRow + y, cap->worst(reference->sh.at(x, y), seen.at(x, y), reference->normal.at(x, y)));
+                    preview.setAtAnyNormal(x, firstRow + y, cap->worst(reference.sh.at(x, y), seen.at(x, y), reference.normal.at(x, y)));
             }
     }
-    const auto traced = truth.within(*reference, firstRow, rowCount);
+    const auto traced = truth.within(reference, firstRow, rowCount);
     if (!traced) return tl::make_unexpected(traced.error());
-    return LightMapPart{cooked.verifier().verifyRows(*texels, *reference, firstRow, rowCount),
+    return LightMapPart{cooked.verifier().verifyRows(texels, reference, firstRow, rowCount),
                         std::move(blocks),
-                        lightMapPlaces(*traced, *reference, seen, firstRow),
+                        lightMapPlaces(*traced, reference, seen, firstRow),
                         light,
                         worst,
                         std::move(chartErrors)};
