@@ -108,12 +108,22 @@ struct ShadedErrors {
     ErrorFigures specularFigures() const;
 };
 
+/// Squares of diffuse light, summed over places, all normals of the sphere and channels.
+struct DiffuseSquares {
+    double error = 0, reference = 0;
+
+    void merge(const DiffuseSquares& other);
+    /// Returns the RMS of the error over that of the reference; 0 without light.
+    double relRms() const;
+};
+
 /// Errors of some rows of a map.
 class LightMapErrors {
 public:
     struct Stage {
         std::string name;
         ShadedErrors errors;
+        DiffuseSquares surface = {};  ///< at places on the surface
     };
     explicit LightMapErrors(std::vector<Stage> empty = {}) : stages(std::move(empty)) {}
     void merge(const LightMapErrors& other);

@@ -139,16 +139,19 @@ std::optional<verify::BlockErrors::Block> checkBlocks(const verify::BlockErrors&
     return worst;
 }
 
+bool addsError(double before, double after) {
+    constexpr double kSlack = 1.05, kLeast = 2e-4;
+    return after > kSlack * before + kLeast;
+}
+
 void checkStage(const std::vector<verify::StageError>& stages, const std::string& before, const std::string& after,
                 std::vector<verify::Violation>& violations) {
     const auto first = std::ranges::find(stages, before, &verify::StageError::name);
     const auto second = std::ranges::find(stages, after, &verify::StageError::name);
     if (first == stages.end() || second == stages.end()) return;
-    // The rounding of a second stage may exceed the error of a first one that is almost exact.
-    constexpr double kSlack = 1.05, kLeast = 2e-4;
     const double errorBefore = std::max(first->diffuse.relRms, first->specular.relRms);
     const double errorAfter = std::max(second->diffuse.relRms, second->specular.relRms);
-    if (errorAfter <= kSlack * errorBefore + kLeast) return;
+    if (!addsError(errorBefore, errorAfter)) return;
     violations.push_back({"stage " + after, fmt::format("rel_rms {:.4g}", errorAfter),
                           fmt::format("no more than without it ({:.4g}): it belongs to something else", errorBefore)});
 }

@@ -41,6 +41,10 @@ bool isFinite(const verify::ErrorFigures& figures);
 /// image  prefix of the place: "mip 1, face 2, "
 std::optional<verify::BlockErrors::Block> checkBlocks(const verify::BlockErrors& blocks, const std::string& image, double maxError,
                                                       std::vector<verify::Violation>& violations, double leastMean = 0);
+/// Returns true if a stage that encodes the residual of another adds to its error. The rounding of a second stage may exceed the error of a
+/// first one that is almost exact.
+/// before, after  rel_rms without the stage and with it
+bool addsError(double before, double after);
 /// Appends a violation if stage `after`, which encodes the residual of stage `before`, adds to the error: then it belongs to another asset.
 void checkStage(const std::vector<verify::StageError>& stages, const std::string& before, const std::string& after,
                 std::vector<verify::Violation>& violations);

@@ -96,13 +96,25 @@ ErrorFigures ShadedErrors::specularFigures() const {
     return figuresOf(specular, visibleSpecular);
 }
 
+void DiffuseSquares::merge(const DiffuseSquares& other) {
+    error += other.error;
+    reference += other.reference;
+}
+
+double DiffuseSquares::relRms() const {
+    return reference > 0 ? std::sqrt(error / reference) : 0;
+}
+
 void LightMapErrors::merge(const LightMapErrors& other) {
     if (stages.empty()) {
         *this = other;
         return;
     }
     assert(stages.size() == other.stages.size());
-    for (std::size_t i = 0; i < stages.size(); ++i) stages[i].errors.merge(other.stages[i].errors);
+    for (std::size_t i = 0; i < stages.size(); ++i) {
+        stages[i].errors.merge(other.stages[i].errors);
+        stages[i].surface.merge(other.stages[i].surface);
+    }
     surface.merge(other.surface);
 }
 

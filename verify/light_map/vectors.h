@@ -121,6 +121,17 @@ inline BandLengths bandLengths(const LcSh& sh) {
     return largestLengths({&sh, 1});
 }
 
+/// Returns the square of the exit radiance of a white surface, summed over channels and over all normals: the sum of its squared
+/// coefficients.
+inline double diffuseSquare(const LcSh& sh) {
+    const Squares squares = largestSquares({&sh, 1});
+    double sum = 0;
+    for (std::size_t l = 0; l < 3; ++l)
+        for (int c = 0; c < 3; ++c)
+            sum += lighting::kExitRadianceBands[l] * lighting::kExitRadianceBands[l] * static_cast<double>(squares[l][c]);
+    return sum;
+}
+
 /// Adds factor times the largest length of each band to `slack`.
 inline void addLargestLengths(ChannelSlack& slack, std::span<const LcSh> each, double factor) {
     const Squares squares = largestSquares(each);

@@ -182,7 +182,17 @@ bool isRoundingOfResidual(const std::string& name, const std::vector<verify::Sta
     return std::max(stage->diffuse.relRms, stage->specular.relRms) <= kHalfStep;
 }
 
-/// Returns the faults of a map: a block that is too far off, or a residual stage that adds to the error.
+/// Returns true if stage `after` was measured on the surface, and does not add to the error of stage `before` there: a residual that is
+/// fitted to the places between texels need not be right at texel centres.
+bool isRightOnSurface(const std::vector<verify::LightMapErrors::Stage>& stages, const std::string& before, const std::string& after) {
+    const auto first = std::ranges::find(stages, before, &verify::LightMapErrors::Stage::name);
+    const auto second = std::ranges::find(stages, after, &verify::LightMapErrors::Stage::name);
+    if (first == stages.end() || second == stages.end() || !(second->surface.reference > 0)) return false;
+    return !addsError(first->surface.relRms(), second->surface.relRms());
+}
+
+/// Returns the faults of a map: a block that is too far off, or a residual stage that adds to the error both at texel centres and on the
+/// surface.
 Result<std::vector<verify::Violation>> violationsOf(const std::string& layout, const LightMapPart& whole,
                                                     const std::vector<verify::StageError>& stages, double maxError, LightMapSource& bake,
                                                     const CookedLightMapReader& cooked, double key) {
@@ -193,7 +203,8 @@ Result<std::vector<verify::Violation>> violationsOf(const std::string& layout, c
         violations.back().at = *worst;
     }
     for (const auto& [before, after] : kResidualStages)
-        if (!isRoundingOfResidual(layout, stages, after)) checkStage(stages, before, after, violations);
+        if (!isRoundingOfResidual(layout, stages, after) && !isRightOnSurface(whole.errors.stages, before, after))
+            checkStage(stages, before, after, violations);
     return violations;
 }
 
