@@ -83,6 +83,8 @@ struct LightMapLayoutInfo {
 
     /// The decode is fitted to the map.
     constexpr bool isLearned() const { return codeCount > 0; }
+    /// The encoder has an objective to minimize: visible errors or energy.
+    constexpr bool hasObjective() const { return isLearned() || family == LightMapFamily::Ratio; }
     /// Texture fetches of a sample: one a layer.
     constexpr int tapCount() const {
         int taps = 0;

@@ -42,6 +42,12 @@ bool hasLearnedBases(const std::string& layout) {
     return known && formats::info(*known).isLearned();
 }
 
+/// Returns true if the encoder of a layout has an objective to minimize.
+bool hasObjective(const std::string& layout) {
+    const auto known = formats::lightMapLayoutFromName(layout);
+    return known && formats::info(*known).hasObjective();
+}
+
 /// Returns the textures of a layout under a target. "auto" counts as the default layout, since it is not decided for a map that is flat.
 std::vector<SkippedImages> imagesOf(const std::string& layout, formats::Target target) {
     std::vector<SkippedImages> images;
@@ -233,8 +239,7 @@ private:
                      const LightMapReduction& reduction) {
         description.constantOf = reduction.constantOf;
         std::optional<SceneView> visible;
-        if (scene_.output.objective == formats::Objective::Visible && hasLearnedBases(layout))
-            visible = SceneView{shading_, scene_.display};
+        if (scene_.output.objective == formats::Objective::Visible && hasObjective(layout)) visible = SceneView{shading_, scene_.display};
         const LightMapVerifyParameters verification{shading_,
                                                     options_.samples,
                                                     scene_.display,

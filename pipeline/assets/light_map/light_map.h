@@ -42,7 +42,7 @@ struct LightMapParameters {
     std::string layout;
     formats::Target target = formats::Target::Bc;
     TextureSettings textures;
-    std::optional<SceneView> visible = std::nullopt;  ///< of a learned layout; absent: objective "energy"
+    std::optional<SceneView> visible = std::nullopt;  ///< of a layout with an objective; absent: "energy"
     bool mips = false;                                ///< as many mip levels as keep charts apart (mips.h)
 };
 template <class Fields, Is<LightMapParameters> Self>

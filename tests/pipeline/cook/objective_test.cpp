@@ -1,4 +1,4 @@
-// Learned layouts of light maps minimize visible errors by default, and energy if the scene or the command line asks for it.
+// Learned layouts of light maps and ratio minimize visible errors by default, and energy if the scene or the command line asks for it.
 #include <gtest/gtest.h>
 
 #include "pipeline/cook/cook.h"
@@ -35,9 +35,24 @@ TEST_F(Objective, OfTheCommandLineOverridesThatOfTheScene) {
     EXPECT_NE(asked.at("rel_rms"), overridden.at("rel_rms"));
 }
 
-TEST_F(Objective, LayoutsThatAreNotLearnedDoNotDependOnIt) {
-    const Outcome first = cook("light_map_layout = \"ratio\"");
-    const Outcome second = cook("light_map_layout = \"ratio\"\nobjective = \"energy\"");
+/// Half of the map is in the shadow of the sun.
+glm::vec3 halfInShadow(const glm::dvec3& direction, const glm::dvec2& place) {
+    return place.x < 0.5 ? glm::vec3(0.01f) * static_cast<float>(1 + direction.x) : sunAndSky(direction, place);
+}
+
+TEST(ObjectiveOfRatio, IsThePlacesBetweenTexelsAtEdgesOfLight) {
+    const SmallScene scene(SmallScene::Parts::LightMap, halfInShadow);
+    const auto visibleOf = [&](const std::string& objective) {
+        scene.writeSceneFile("light_map_layout = \"ratio\"\nmax_error = 0.9\nobjective = \"" + objective + "\"");
+        const Outcome outcome = cookScene(scene.options(), RunState());
+        return outcome.report.at("assets").at(0).at("stages").back().at("error").at("diffuse").at("visible").at("rms").get<double>();
+    };
+    EXPECT_LT(visibleOf("visible"), 0.9 * visibleOf("energy"));
+}
+
+TEST_F(Objective, IsNothingToOtherLayouts) {
+    const Outcome first = cook("light_map_layout = \"hdr\"");
+    const Outcome second = cook("light_map_layout = \"hdr\"\nobjective = \"energy\"");
     EXPECT_EQ(diffuseOf(first), diffuseOf(second));
 }
 
