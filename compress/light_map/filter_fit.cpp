@@ -56,7 +56,7 @@ public:
           sourceRow_(firstRow - strip.firstRow),
           family_(formats::info(plan.layout).family),
           count_(source.values.size()),
-          fitsCovered_(family_ == LightMapFamily::Ratio && plan.objective),
+          fitsCovered_(formats::info(plan.layout).hasObjective() && plan.objective),
           dividesByFirst_(family_ != LightMapFamily::Raw && family_ != LightMapFamily::Flat && family_ != LightMapFamily::Hdr),
           floor_(std::max(kFloor * static_cast<float>(plan.key), 1e-12f)) {
         top_ = std::max(0, sourceRow_ - kLightMapContextRows);
@@ -146,7 +146,7 @@ private:
     void setRanges() {
         ranges_.assign(count_, {});
         for (std::size_t i = 1; i < count_; ++i) {
-            if (fitsCovered_) {
+            if (family_ == LightMapFamily::Ratio) {
                 const float bias = constant(plan_, "bias", i - 1);
                 ranges_[i] = {bias, bias + constant(plan_, "scale", i - 1)};
             } else if (family_ == LightMapFamily::Hdr) {

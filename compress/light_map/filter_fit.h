@@ -10,8 +10,8 @@
 //
 // Layouts that divide by coefficient 0 filter two factors: l(p) q(p). Coefficient 0 is solved first, as above. With l(p) known, ratios q
 // are linear unknowns again, with weights (g l)^2 in each channel. At an edge of light that product is far from the filtered product, most
-// of all on the dark side. Layout ratio under the visible objective therefore fits the ratios of covered texels there, too. The centre of
-// each texel weighs as much as the places of a quad, since texels are seen at their centres as well.
+// of all on the dark side. Layout ratio and the learned layouts under the visible objective therefore fit the ratios of covered texels
+// there, too. The centre of each texel weighs as much as the places of a quad, since texels are seen at their centres as well.
 //
 // The normal equations join a texel to its eight neighbours. They are solved by Gauss-Seidel in four colours, projected on what the layout
 // holds. A sweep reaches two rows, so that few rows beyond the encoded ones decide them, whatever the cut of the map.

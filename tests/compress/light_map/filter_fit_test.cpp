@@ -185,9 +185,9 @@ Source fitted(const compress::LightMapPlan& plan, const formats::LightMapStrip& 
     return source;
 }
 
-TEST(FittedRatios, ErrLessBetweenTexelsAtEdgesOfLight) {
+void expectLessErrorAtEdges(LightMapLayout layout) {
     const formats::LightMapStrip strip = edge();
-    compress::LightMapPlan plan = synthetic::planOf(LightMapLayout::Ratio, Target::Bc, strip, {});
+    compress::LightMapPlan plan = synthetic::planOf(layout, Target::Bc, strip, synthetic::fast());
     plan.objective.reset();
     const Source own = fitted(plan, strip, 0, kHeight);
     for (std::size_t i = 0; i < own.values.size(); ++i)
@@ -208,6 +208,14 @@ TEST(FittedRatios, ErrLessBetweenTexelsAtEdgesOfLight) {
             }
         }
     EXPECT_GT(moved, kHeight);
+}
+
+TEST(FittedRatios, OfRatioErrLessBetweenTexelsAtEdgesOfLight) {
+    expectLessErrorAtEdges(LightMapLayout::Ratio);
+}
+
+TEST(FittedRatios, OfALearnedLayoutErrLessBetweenTexelsAtEdgesOfLight) {
+    expectLessErrorAtEdges(LightMapLayout::Basis8);
 }
 
 TEST(FittedRatios, AreTheSameWhateverTheCutOfTheMap) {
