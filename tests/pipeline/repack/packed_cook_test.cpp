@@ -210,13 +210,14 @@ TEST_F(PackedCook, TheCommandLineKeepsUvs) {
 }
 
 TEST_F(PackedCook, LayoutsAndBudgetsAreChosenForTheRepackedMap) {
-    writeScene("charts = \"pack\"\ncharts_max_visible = 1\nbudget = \"300 KiB\"");
+    // Of the layouts, those of few fetches: each that is tried takes seconds.
+    writeScene("charts = \"pack\"\ncharts_max_visible = 1\nbudget = \"300 KiB\"\nmax_fetches = 3");
     const Json report = cooked();
     EXPECT_LE(report.at("budget").at("used_bytes").get<std::uint64_t>(), 300u * 1024);
-    writeScene("charts = \"pack\"\nmax_visible = 8");
+    writeScene("charts = \"pack\"\nmax_visible = 10\nmax_fetches = 3");
     const Json chosen = cooked();
     const Json& total = assetOf(chosen.at("assets"), "map").at("stages").back();
-    for (const char* shading : {"diffuse", "specular"}) EXPECT_LE(total.at("error").at(shading).at("visible").at("p99").get<double>(), 8);
+    for (const char* shading : {"diffuse", "specular"}) EXPECT_LE(total.at("error").at(shading).at("visible").at("p99").get<double>(), 10);
 }
 
 TEST_F(PackedCook, WhatCannotBePackedIsRefused) {
