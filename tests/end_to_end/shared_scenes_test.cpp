@@ -90,7 +90,9 @@ INSTANTIATE_TEST_SUITE_P(Some, SharedScenes,
                          testing::Values(Case{"cornell", "ratio"}, Case{"cornell", "basis-4", 0.016},
                                          Case{"cornell", "basis-4", 0.016, 0.016, "energy"}, Case{"cornell", "basis-8"},
                                          Case{"cornell", "zh3", 0.2, 0.2}, Case{"interior", "luvw-linear", 0.045, 0.2},
-                                         Case{"interior", "basis-12", 0.007, 0.2, "energy"}, Case{"outdoor", "luvw"}),
+                                         Case{"interior", "basis-12", 0.007, 0.2, "energy"}, Case{"outdoor", "luvw"},
+                                         // Its first residual is worse at texel centres, and better between them.
+                                         Case{"interior", "basis-16", 0.02, 0.2}),
                          nameOf);
 INSTANTIATE_TEST_SUITE_P(Soak, SharedScenes,
                          testing::Values(Case{"cornell", "luvw"}, Case{"interior", "ratio", 0.05, 0.2}, Case{"interior", "luvw", 0.05, 0.2},
