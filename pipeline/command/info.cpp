@@ -22,6 +22,7 @@
 #include "pipeline/command/session.h"
 #include "pipeline/command/texture_file.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/report/report.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {
@@ -116,18 +117,45 @@ Json describeScene(const Scene& scene) {
     return json;
 }
 
+/// Returns the figures of a whole asset under one kind of shading; without visible errors where none were measured.
+Json describeErrors(const verify::ErrorFigures& figures) {
+    Json json = {{"rel_rms", figures.relRms}};
+    if (!figures.visible) return json;
+    json["visible_p99"] = figures.visible->p99;
+    if (figures.visible->bound) json["visible_bound"] = *figures.visible->bound;
+    return json;
+}
+
+/// row  of the folder's report; null: it has none of this asset
+Json describeAsset(const CookedAsset& asset, const ReportRow* row) {
+    Json json = {{"name", asset.name}, {"kind", std::string(info(asset.kind).name)}, {"layout", asset.layout}};
+    if (asset.file) json["file"] = *asset.file;
+    if (asset.width > 0 && asset.height > 0) json.update({{"width", asset.width}, {"height", asset.height}});
+    if (asset.vertices) json["vertices"] = *asset.vertices;
+    if (asset.triangles) json["triangles"] = *asset.triangles;
+    if (!asset.textures.empty()) json["textures"] = asset.textures.size();
+    json.update({{"bytes_gpu", asset.totalBytesGpu()}, {"bytes_disk", asset.totalBytesDisk()}});
+    if (row == nullptr || row->verdict.stages.empty()) return json;
+    const verify::StageError& whole = row->verdict.stages.back();
+    json.update(
+        {{"passed", row->verdict.passed}, {"diffuse", describeErrors(whole.diffuse)}, {"specular", describeErrors(whole.specular)}});
+    return json;
+}
+
+/// Returns the assets of a cooked folder, with what its report says of them where it has one.
 Result<Json> describeFolder(const std::filesystem::path& folder) {
-    const auto manifest = readManifest(folder);
+    const auto manifest = loadManifest(folder);
     if (!manifest) return tl::make_unexpected(manifest.error());
-    Json json = {
-        {"scene", manifest->at("scene")}, {"tool", manifest->at("tool")}, {"target", manifest->at("target")}, {"assets", Json::array()}};
-    for (const Json& asset : manifest->at("assets"))
-        json["assets"].push_back({{"name", asset.at("name")},
-                                  {"kind", asset.at("kind")},
-                                  {"layout", asset.at("layout")},
-                                  {"width", asset.at("width")},
-                                  {"height", asset.at("height")},
-                                  {"textures", asset.at("textures").size()}});
+    Result<Report> report;
+    std::error_code code;
+    const std::filesystem::path file = folder / kReportName;
+    if (std::filesystem::exists(file, code)) report = loadReport(file);
+    if (!report) return tl::make_unexpected(report.error());
+    Json json = {{"scene", manifest->scene}, {"tool", toJson(manifest->tool)}, {"target", manifest->target}, {"assets", Json::array()}};
+    for (const CookedAsset& asset : manifest->assets) {
+        const auto row = std::ranges::find(report->assets, asset.name, &ReportRow::name);
+        json["assets"].push_back(describeAsset(asset, row == report->assets.end() ? nullptr : &*row));
+    }
     return json;
 }
 

@@ -17,8 +17,8 @@ using formats::UnrealRectangle;
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr int kSide = 16;
-constexpr UnrealRectangle kWhole = {0, 0, kSide, kSide}, kInner = {1, 1, kSide - 2, kSide - 2};
+constexpr int kMapSide = 16;
+constexpr UnrealRectangle kWhole = {0, 0, kMapSide, kMapSide}, kInner = {1, 1, kMapSide - 2, kMapSide - 2};
 
 glm::dvec3 light(int x, int y) {
     return glm::dvec3(0.2 + 0.05 * x, 0.3 + 0.03 * y, 0.5);
@@ -32,7 +32,7 @@ public:
         for (int i = 0; i < 2; ++i) {
             const std::string name = fmt::format("HQ_Lightmap{}", i);
             const UnrealRectangle part = i == 0 ? kWhole : kInner;
-            UnrealImage image(kSide, kSide);
+            UnrealImage image(kMapSide, kMapSide);
             const UnrealConstants constants = image.encode(part, light);
             image.writeTo(*this / (name + ".png"));
             images.push_back({{"name", name}, {"uri", name + ".png"}});
@@ -91,8 +91,8 @@ TEST(UnrealFiles, ALightMapIsCookedForEachImageOfAGltf) {
         EXPECT_NE(asset.at("kind"), "dominant") << "no light has a direction";
         if (asset.at("kind") != "light-map") continue;
         EXPECT_EQ(asset.at("layout"), "flat");
-        EXPECT_EQ(asset.at("width"), kSide);
-        EXPECT_EQ(asset.at("height"), kSide) << "half of the image's";
+        EXPECT_EQ(asset.at("width"), kMapSide);
+        EXPECT_EQ(asset.at("height"), kMapSide) << "half of the image's";
     }
     EXPECT_EQ(manifest->at("assets")[1].at("source").at("description").at("image"), "HQ_Lightmap1");
     VerifyOptions verify;
@@ -102,7 +102,7 @@ TEST(UnrealFiles, ALightMapIsCookedForEachImageOfAGltf) {
     const std::string depfile = formats::contentOf(scene / "out.d");
     for (const char* name : {"level.gltf", "level.bin", "HQ_Lightmap0.png"}) EXPECT_THAT(depfile, HasSubstr((scene / name).string()));
     EXPECT_EQ(scene.cook().actionsRun, 0);
-    UnrealImage other(kSide, kSide);
+    UnrealImage other(kMapSide, kMapSide);
     other.encode(kWhole, [](int x, int y) { return 1.5 * light(y, x); });
     other.writeTo(scene / "HQ_Lightmap0.png");
     EXPECT_GT(scene.cook().actionsRun, 0) << "an image changed";
@@ -141,7 +141,7 @@ TEST(UnrealFiles, InfoListsTheLightMapsOfAGltf) {
     ASSERT_EQ(maps.size(), 2u);
     EXPECT_EQ(maps[0].at("image"), "HQ_Lightmap0");
     EXPECT_EQ(maps[0].at("light_map"), "unreal-hq");
-    EXPECT_EQ(maps[0].at("height"), kSide);
+    EXPECT_EQ(maps[0].at("height"), kMapSide);
     EXPECT_THAT(maps[0].at("assumed").dump(), HasSubstr("0.6"));
     EXPECT_THAT(maps[1].at("error").get<std::string>(), HasSubstr("level.gltf, image 1: found"));
 }

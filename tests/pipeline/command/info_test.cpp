@@ -1,0 +1,76 @@
+// What `info` says of a cooked folder: its manifest, and the figures of its report.
+#include "pipeline/command/info.h"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+
+#include "pipeline/cook/cook.h"
+#include "tests/formats/temporary_folder.h"
+#include "tests/pipeline/small_scene.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(InfoOfACookedFolder, HasTheFiguresOfItsReport) {
+    const SmallScene scene(SmallScene::Parts::LightMap);
+    const Outcome cooked = cook(scene.options());
+    ASSERT_TRUE(cooked.errors.empty());
+    const auto facts = describeFile(scene / "out");
+    ASSERT_TRUE(facts) << facts.error().line();
+    EXPECT_EQ(facts->at("assets").size(), cooked.report.at("assets").size());
+    const Json &asset = facts->at("assets").at(0), &row = cooked.report.at("assets").at(0);
+    EXPECT_EQ(asset.at("name"), row.at("name"));
+    EXPECT_EQ(asset.at("width"), SmallScene::kWidth);
+    EXPECT_EQ(asset.at("bytes_gpu"), row.at("bytes_gpu"));
+    EXPECT_EQ(asset.at("passed"), true);
+    const Json& error = row.at("stages").back().at("error").at("specular");
+    EXPECT_EQ(asset.at("specular").at("rel_rms"), error.at("rel_rms"));
+    EXPECT_EQ(asset.at("specular").at("visible_p99"), error.at("visible").at("p99"));
+    EXPECT_EQ(asset.at("specular").at("visible_bound"), error.at("visible").at("bound"));
+}
+
+TEST(InfoOfACookedFolder, DoesWithoutAReportAndRefusesABrokenOne) {
+    const SmallScene scene(SmallScene::Parts::LightMap);
+    ASSERT_TRUE(cook(scene.options()).errors.empty());
+    std::filesystem::resize_file(scene / "out/report.json", 100);
+    const auto broken = describeFile(scene / "out");
+    ASSERT_FALSE(broken);
+    EXPECT_THAT(broken.error().line(), HasSubstr("report.json"));
+    std::filesystem::remove(scene / "out/report.json");
+    const auto facts = describeFile(scene / "out");
+    ASSERT_TRUE(facts) << facts.error().line();
+    EXPECT_FALSE(facts->at("assets").at(0).contains("passed"));
+    EXPECT_FALSE(facts->at("assets").at(0).contains("specular"));
+}
+
+TEST(InfoOfACookedFolder, CountsTheTrianglesOfAMeshAndNoTexels) {
+    const formats::TemporaryFolder folder;
+    const std::filesystem::path example = std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell";
+    for (const char* file : {"cornell_lightmap.exr", "cornell.glb"}) std::filesystem::copy_file(example / file, folder / file);
+    formats::writeContent(
+        folder / "scene.toml",
+        "schema = 1\nname = \"box\"\n[output]\nlight_map_layout = \"ratio\"\ndraco = true\n[[light_map]]\nname = \"map\"\n"
+        "file = \"cornell_lightmap.exr\"\nmesh = \"cornell.glb\"\n");
+    CookOptions options;
+    options.scene = folder / "scene.toml";
+    options.output = folder / "out";
+    options.cache = folder / "cache";
+    options.onlyKind = "mesh";
+    const Outcome cooked = cook(options);
+    for (const formats::Error& error : cooked.errors) ADD_FAILURE() << error.line();
+    const auto facts = describeFile(folder / "out");
+    ASSERT_TRUE(facts) << facts.error().line();
+    const Json& mesh = facts->at("assets").at(0);
+    EXPECT_EQ(mesh.at("kind"), "mesh");
+    EXPECT_EQ(mesh.at("triangles"), 32);
+    EXPECT_TRUE(std::filesystem::exists(folder / "out" / mesh.at("file").get<std::string>()));
+    EXPECT_FALSE(mesh.contains("width"));
+    EXPECT_FALSE(mesh.contains("textures"));
+    EXPECT_FALSE(mesh.at("diffuse").contains("visible_bound"));
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline
