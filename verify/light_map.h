@@ -123,7 +123,7 @@ public:
     struct Stage {
         std::string name;
         ShadedErrors errors;
-        DiffuseSquares surface = {};  ///< at places on the surface
+        DiffuseSquares surface = {};  ///< at places on the surface; none in a trial
     };
     explicit LightMapErrors(std::vector<Stage> empty = {}) : stages(std::move(empty)) {}
     void merge(const LightMapErrors& other);

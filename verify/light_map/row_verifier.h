@@ -194,16 +194,19 @@ private:
         const LcSh reference = quad.referenceAt(at).first;
         const auto texels = quad.texelsAt(at);
         shader_.setReference(reference, rows_.normalAt(x, y), quad.inMap(glm::dvec2(at)));
+        if (sampling_.isForTrial) {
+            forEachStage(texels, reference, x, y,
+                         [&](std::size_t stage, const LcSh& error) { shader_.add(error, errors_.stages[stage].errors); });
+            return;
+        }
         ShadedErrors& errors = errors_.surface;
         const std::array<double, 2> before = {errors.diffuse.maxSampled(), errors.specular.maxSampled()};
+        const double light = diffuseSquare(reference);
         forEachStage(texels, reference, x, y, [&](std::size_t stage, const LcSh& error) {
             DiffuseSquares& squares = errors_.stages[stage].surface;
             squares.error += diffuseSquare(error);
-            squares.reference += diffuseSquare(reference);
-            if (sampling_.isForTrial)
-                shader_.add(error, errors_.stages[stage].errors);
-            else if (stage == Layout::kEarlyStages)
-                shader_.add(error, errors);
+            squares.reference += light;
+            if (stage == Layout::kEarlyStages) shader_.add(error, errors);
         });
         const std::array<double, 2> after = {errors.diffuse.maxSampled(), errors.specular.maxSampled()};
         for (std::size_t kind = 0; kind < after.size(); ++kind)

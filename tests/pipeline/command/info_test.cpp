@@ -1,4 +1,4 @@
-// What `info` says of a cooked folder: its manifest, and the figures of its report.
+// `info` lists a cooked folder from its manifest, and adds the figures of its report.
 #include "pipeline/command/info.h"
 
 #include <gmock/gmock.h>
@@ -7,6 +7,7 @@
 
 #include "pipeline/cook/cook.h"
 #include "tests/formats/temporary_folder.h"
+#include "tests/pipeline/example_folder.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
@@ -48,8 +49,7 @@ TEST(InfoOfACookedFolder, DoesWithoutAReportAndRefusesABrokenOne) {
 
 TEST(InfoOfACookedFolder, CountsTheTrianglesOfAMeshAndNoTexels) {
     const formats::TemporaryFolder folder;
-    const std::filesystem::path example = std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell";
-    for (const char* file : {"cornell_lightmap.exr", "cornell.glb"}) std::filesystem::copy_file(example / file, folder / file);
+    for (const char* file : {"cornell_lightmap.exr", "cornell.glb"}) std::filesystem::copy_file(exampleFolder() / file, folder / file);
     formats::writeContent(
         folder / "scene.toml",
         "schema = 1\nname = \"box\"\n[output]\nlight_map_layout = \"ratio\"\ndraco = true\n[[light_map]]\nname = \"map\"\n"

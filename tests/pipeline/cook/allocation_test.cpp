@@ -8,6 +8,7 @@
 
 #include "pipeline/cook/cook.h"
 #include "pipeline/manifest/manifest.h"
+#include "tests/pipeline/example_folder.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
@@ -144,8 +145,7 @@ bool hasAsset(const Outcome& outcome, const std::string& name) {
 /// is refused with the least bytes.
 TEST(CookSceneSoak, ABudgetIsSharedOutOverTheExampleScene) {
     const formats::TemporaryFolder folder;
-    std::filesystem::copy(std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell", folder / "scene",
-                          std::filesystem::copy_options::recursive);
+    std::filesystem::copy(exampleFolder(), folder / "scene", std::filesystem::copy_options::recursive);
     std::string text = formats::contentOf(folder / "scene" / "scene.toml");
     text.replace(text.find("max_error = 0.02"), 16, "");
     formats::writeContent(folder / "scene" / "scene.toml", text);

@@ -13,6 +13,7 @@
 #include "pipeline/cook/cook.h"
 #include "tests/formats/gltf/glb.h"
 #include "tests/formats/temporary_folder.h"
+#include "tests/pipeline/example_folder.h"
 
 namespace lightcook::pipeline {
 
@@ -96,10 +97,7 @@ struct Glb {
 
 class PlantedScene {
 public:
-    PlantedScene() {
-        std::filesystem::copy(std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell", folder_.path(),
-                              std::filesystem::copy_options::recursive);
-    }
+    PlantedScene() { std::filesystem::copy(exampleFolder(), folder_.path(), std::filesystem::copy_options::recursive); }
     std::filesystem::path operator/(const std::filesystem::path& name) const { return folder_ / name; }
     const std::filesystem::path& path() const { return folder_.path(); }
 

@@ -17,6 +17,7 @@
 #include "lighting/radiometry.h"
 #include "pipeline/cook/cook.h"
 #include "tests/formats/temporary_folder.h"
+#include "tests/pipeline/example_folder.h"
 #include "verify/visible.h"
 
 namespace lightcook::pipeline {
@@ -26,7 +27,7 @@ namespace fs = std::filesystem;
 using lighting::ShRgb;
 using testing::HasSubstr;
 
-const fs::path kCornell = fs::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell";
+const fs::path kCornell = exampleFolder();
 
 RepackRequest requestFor(const fs::path& folder, double maxVisible) {
     RepackRequest request;
