@@ -314,6 +314,7 @@ private:
     Result<Report> writeSummaries(const Plan& plan, const ExecutionResult& result) {
         SummaryWriter writer(scene_, outcome_.output, options_.only.has_value(), *digests_);
         writer.addNotes(notes_);
+        writer.addNotes(plan.notes);
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
         const RunRecord current{at_, seconds, peakResidentBytes(), outcome_.actionsRun};
         if (outcome_.actionsRun > 0) cache_.storeRun(current);

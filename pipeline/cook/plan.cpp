@@ -393,10 +393,14 @@ private:
                  cubemapBytes(entry.size, scene_.output.target), {"cubemap", static_cast<double>(entry.size) * entry.size});
             return;
         }
+        CubemapVerifyParameters verification{visible(entry.maxVisible), {}};
+        const int firstLevel = firstLevelOf(entry);
+        if (firstLevel > 0) verification.smoothest = needs_.m.low;
         CubemapParameters parameters{.colors = scene_.colors,
                                      .target = scene_.output.target,
                                      .textures = textures_,
                                      .size = entry.size,
+                                     .firstLevel = firstLevel,
                                      .layout = entry.layout,
                                      .repair = options_.repair,
                                      .lobe = shading_.lobe,
@@ -407,7 +411,23 @@ private:
             inputs["sh"] = *entry.sh;
             parameters.probeFile = entry.file.filename().string();
         }
-        add(entry.name, AssetKind::Cubemap, parameters, inputs, visible(entry.maxVisible), sourceOfProbe(entry.file));
+        add(entry.name, AssetKind::Cubemap, parameters, inputs, verification, sourceOfProbe(entry.file));
+    }
+
+    /// Returns the first level of a probe's chain that is cooked. Levels that no material reads are reported as skipped or, if they are
+    /// cooked all the same, noted for the report.
+    int firstLevelOf(const ProbeEntry& entry) {
+        const int unread = unreadLevelsOf(needs_, entry.size), size = entry.size >> unread;
+        if (unread == 0) return 0;
+        const std::uint64_t bytes = cubemapBytes(entry.size, scene_.output.target) - cubemapBytes(size, scene_.output.target);
+        if (scene_.output.keepUnused || !entry.readLevelsOnly.value_or(scene_.output.budgetBytes.has_value())) {
+            plan_.notes[entry.name] = {{"unread_levels", unread}, {"unread_bytes", bytes}};
+            return 0;
+        }
+        skip(fmt::format("{} of {} levels of cubemap '{}'", unread, lastCubemapLevel(entry.size) + 1, entry.name),
+             fmt::format("materials use m from {}, which reads no level larger than {} x {}", needs_.m.low, size, size), bytes,
+             {"cubemap", static_cast<double>(entry.size) * entry.size - static_cast<double>(size) * size});
+        return unread;
     }
 
     /// Returns the GPU memory of a reflection map [bytes]; if the cook chooses the format, that of rgba8.

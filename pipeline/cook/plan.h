@@ -32,6 +32,7 @@ struct Plan {
     std::map<std::string, std::string> meshes = {};     ///< mesh assets, and the light maps that they depend on
     std::vector<std::string> undecided;                 ///< light maps whose layout is chosen after action "trial/<name>"
     std::map<std::string, PackedLightMap> packed = {};  ///< by asset: the repacked light map that it belongs to
+    std::map<std::string, Json> notes = {};             ///< for the report, by asset
 };
 
 /// Returns the GPU memory of images of a size [bytes].

@@ -25,8 +25,8 @@ public:
     /// isPartial   only some assets were cooked: the entries and rows of the others stay as they are
     SummaryWriter(const Scene& scene, const std::filesystem::path& folder, bool isPartial, DigestMemo& digests);
 
-    /// Adds notes to the rows of these assets.
-    void addNotes(std::map<std::string, Json> notes) { notes_ = std::move(notes); }
+    /// Adds notes to the rows of these assets. Those of one asset are given in one call.
+    void addNotes(std::map<std::string, Json> notes) { notes_.merge(std::move(notes)); }
     /// Writes all files, and returns the report. The report of an earlier cook stays if nothing was run and it says the same.
     /// frame   of a new report
     /// rates   of this machine, for what was skipped

@@ -130,31 +130,46 @@ void addUnusedTexels(const Json& asset, std::vector<std::string>& advice) {
                     nameOf(asset), humanPercent(static_cast<double>(unused) / static_cast<double>(bytes)), humanBytes(unused)));
 }
 
-/// Adds what the largest levels of cubemaps take: one sentence for those of one size.
+/// Adds what the largest levels of cubemaps take: one sentence for those of one size that have as many levels which no material reads.
 void addCubemapLevels(const std::vector<AssetShare>& shares, std::vector<std::string>& advice) {
     struct Group {
         std::vector<const Json*> cubemaps;
         std::uint64_t bytes = 0;
     };
-    std::map<int, Group, std::greater<>> groups;  // by width
+    constexpr int kLeastWidth = 64;                                         // smaller levels are a few KiB
+    std::map<std::pair<int, std::uint64_t>, Group, std::greater<>> groups;  // by width and unread levels
     for (const AssetShare& share : shares) {
         const Json &asset = *share.asset, &textures = list(asset, "textures");
         const auto width = static_cast<int>(count(member(asset, "width")));
-        if (words(member(asset, "kind")) != "cubemap" || textures.size() != 1 || width < 32) continue;
+        if (words(member(asset, "kind")) != "cubemap" || textures.size() != 1 || width < kLeastWidth) continue;
         const auto format = formats::pixelFormatFromName(words(member(textures[0], "format")));
         if (!format) continue;
-        const std::uint64_t level = 6 * formats::bytesPerImage(*format, width, width);
-        if (level >= count(member(asset, "bytes_gpu"))) continue;
-        groups[width].cubemaps.push_back(&asset);
-        groups[width].bytes += level;
+        const std::uint64_t unread = count(member(member(asset, "notes"), "unread_levels"));
+        const std::uint64_t bytes =
+            unread > 0 ? count(member(member(asset, "notes"), "unread_bytes")) : 6 * formats::bytesPerImage(*format, width, width);
+        if (bytes >= count(member(asset, "bytes_gpu"))) continue;
+        Group& group = groups[{width, unread}];
+        group.cubemaps.push_back(&asset);
+        group.bytes += bytes;
     }
-    for (const auto& [width, group] : groups) {
+    for (const auto& [key, group] : groups) {
+        const auto& [width, unread] = key;
         const bool isOne = group.cubemaps.size() == 1;
-        advice.push_back(fmt::format(
-            "{}: size = {} in place of {} saves {}, {}. The error of that was not measured: cook it, and compare with report --baseline.",
+        const std::string names =
             isOne ? nameOf(*group.cubemaps[0])
-                  : fmt::format("{} cubemaps, '{}' and others", group.cubemaps.size(), words(member(*group.cubemaps[0], "name"))),
-            width / 2, width, humanBytes(group.bytes), isOne ? "its largest level" : "their largest levels"));
+                  : fmt::format("{} cubemaps, '{}' and others", group.cubemaps.size(), words(member(*group.cubemaps[0], "name")));
+        const std::string whose = isOne ? "its" : "their", saved = humanBytes(group.bytes);
+        if (unread > 0)
+            advice.push_back(
+                fmt::format("{}: no material is smooth enough to read {} {}. size = \"auto\" leaves {} out and saves {}, without "
+                            "any error.",
+                            names, whose, unread == 1 ? "largest level" : fmt::format("{} largest levels", unread),
+                            unread == 1 ? "it" : "them", saved));
+        else
+            advice.push_back(
+                fmt::format("{}: size = {} in place of {} saves {}, {} largest {}. The error of that was not measured: cook it, "
+                            "and compare with report --baseline.",
+                            names, width / 2, width, saved, whose, isOne ? "level" : "levels"));
     }
 }
 

@@ -41,6 +41,8 @@ constexpr std::array kNotes = {
     Caption{"covered_texels", "Texels inside charts"},
     Caption{"packing", "Charts packed anew"},
     Caption{"unread_texels", "Texels inside charts that no triangle reads: left out of the packed map"},
+    Caption{"unread_levels", "Largest levels that no material is smooth enough to read"},
+    Caption{"unread_bytes", "Memory of these levels [bytes]"},
     Caption{"whole_visible", "Visible error of the whole shading (p99), as the trial measured it"},
     Caption{"beyond_positive_bounds", "Texels whose coefficients no positive light could give"},
     Caption{"repaired_not_finite", "Texels set to zero because a coefficient was not finite"},

@@ -259,8 +259,11 @@ SceneSectionInfo probeSection() {
                      {"sh", "path", "projected from the image",
                       "JSON with the probe's own SH, found by the image's file name: "
                       "`{\"probes\": [{\"file\": \"...\", \"sh\": [[r, g, b], ... nine]}]}`"},
-                     {"size", fmt::format("a power of two, {} to {}", kLeastProbeSize, kMostProbeSize),
-                      fmt::format("{}", ProbeEntry{}.size), "texels along the edge of a face. The levels go down to one texel a face"},
+                     {"size", fmt::format("a power of two, {} to {}, or `\"{}\"`", kLeastProbeSize, kMostProbeSize, kAutoProbeSize),
+                      fmt::format("{}; with a `budget` `\"{}\"`", ProbeEntry{}.size, kAutoProbeSize),
+                      fmt::format("texels along the edge of a face. The levels go down to one texel a face. `\"{}\"`: the levels of {} "
+                                  "less the largest ones, if the materials are too rough to read them",
+                                  kAutoProbeSize, ProbeEntry{}.size)},
                      enumeratedKey("layout", allCubemapLayouts(), "what a texel holds"),
                      {"position", "`[x, y, z]`", "that of the file `sh`", "world place of the probe, for the manifest"},
                      {"box", "six numbers", "that of the file `sh`",

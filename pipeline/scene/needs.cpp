@@ -7,6 +7,7 @@
 
 #include "fit/environment_sh.h"
 #include "formats/light_map_layout.h"
+#include "pipeline/scene/cubemap_layout.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -87,6 +88,13 @@ double largestExponentFor(const Needs& needs, const std::vector<double>& exponen
     const double sharpest = needs.m.low > 0 ? fit::phongExponent(needs.m.low) : exponents.back();
     const auto row = std::ranges::lower_bound(exponents, sharpest);
     return row == exponents.end() ? exponents.back() : *row;
+}
+
+int unreadLevelsOf(const Needs& needs, int size) {
+    if (!needs.isRoughnessKnown) return 0;
+    const int last = lastCubemapLevel(size);  // perceptual roughness grows evenly up to 1 there
+    const int unread = static_cast<int>(std::floor(std::sqrt(needs.m.low) * last));
+    return std::clamp(unread, 0, std::max(0, last - lastCubemapLevel(kLeastReadSize)));
 }
 
 TableRows tableRowsFor(const Needs& needs) {

@@ -64,6 +64,12 @@ Needs resolveNeeds(const Scene& scene, const std::vector<const ActionRecord*>& m
 /// as sharp as the smoothest material, or the last.
 double largestExponentFor(const Needs& needs, const std::vector<double>& exponents);
 
+/// Returns the number of the largest levels of a prefiltered cubemap that no material reads: those sharper than its smoothest material.
+/// Levels of kLeastReadSize texels and less are always kept.
+/// size  of a face of the whole chain [texels]
+int unreadLevelsOf(const Needs& needs, int size);
+inline constexpr int kLeastReadSize = 4;
+
 /// Returns the layout of a light map: "flat" if neither normal maps nor specular need directions and the engine reads it, else the one that
 /// the scene asks for.
 std::string lightMapLayoutFor(const Scene& scene, const Needs& needs, const LightMapEntry& entry);

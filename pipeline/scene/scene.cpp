@@ -90,6 +90,7 @@ public:
     }
 
     bool has(const char* key) const { return table_.contains(key); }
+    bool isString(const char* key) const { return table_[key].is_string(); }
 
     template <class T>
     std::optional<T> optional(const char* key, const char* expected) {
@@ -492,9 +493,13 @@ ProbeEntry readProbe(TableReader reader) {
     entry.name = readName(reader);
     entry.file = reader.requiredPath("file");
     entry.sh = reader.optionalPath("sh");
-    if (const auto size = reader.optional<std::int64_t>("size", "a power of two")) {
+    if (reader.isString("size")) {
+        reader.oneOf("size", {std::string(kAutoProbeSize)}, "");
+        entry.readLevelsOnly = true;
+    } else if (const auto size = reader.optional<std::int64_t>("size", "a power of two or \"auto\"")) {
         reader.check("size", objectionToProbeSize(*size));
         entry.size = static_cast<int>(*size);
+        entry.readLevelsOnly = false;
     }
     entry.layout = info(reader.oneOfRows("layout", allCubemapLayouts())).name;
     entry.maxVisible = readMaxVisible(reader);

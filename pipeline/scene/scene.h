@@ -118,6 +118,7 @@ struct ProbeEntry {
     std::filesystem::path file;
     std::optional<std::filesystem::path> sh;  ///< JSON that holds the probe's SH; projected from the image without it
     int size = 128;                           ///< of a face [texels]: a power of two, kLeastProbeSize .. kMostProbeSize
+    std::optional<bool> readLevelsOnly = {};  ///< leave out the large levels that no material reads; absent: with a budget
     std::string layout = "pre-divided";       ///< a name of allCubemapLayouts()
     formats::ProbePlace place = {};           ///< goes before that of the file `sh`
     std::optional<double> maxVisible = {};    ///< overrides maxConverterVisible of the output
@@ -125,6 +126,9 @@ struct ProbeEntry {
 /// Values of `encoding` of a gradient, and of `rsrm --encoding`.
 inline const std::vector<std::string> kGradientEncodings = {"auto", "linear", "srgb"};
 inline constexpr int kMostGradientZones = 4096;
+
+/// Value of `size` of a probe that leaves out the levels that no material reads.
+inline constexpr std::string_view kAutoProbeSize = "auto";
 
 struct GradientEntry {
     std::string name;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 
 #include "fit/cubemap.h"
 #include "fit/pre_divide.h"
@@ -100,6 +101,16 @@ CubemapConstants constantsOf(const fit::CubemapPrefilter& filter, const std::opt
     return constants;
 }
 
+/// Returns size and roughness of the levels that are made. They are those of the whole chain, from the first level on.
+fit::CubemapOptions levelsOf(const CubemapParameters& parameters) {
+    fit::CubemapOptions options;
+    options.size = parameters.size >> parameters.firstLevel;
+    const int last = lastCubemapLevel(parameters.size);
+    for (int level = parameters.firstLevel; parameters.firstLevel > 0 && level <= last; ++level)
+        options.roughness.push_back(std::pow(static_cast<double>(level) / last, 2));
+    return options;
+}
+
 /// Returns the SH of a probe: stored beside it, or projected from its image.
 Result<lighting::ShRgb> incidentSh(const formats::LoadedEnvironment& loaded, const CubemapParameters& parameters, const Action& action) {
     const auto stored = action.inputs.find("sh");
@@ -152,8 +163,7 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
         return formats::failure(
             formats::ErrorCode::InvalidRequest, context.action.asset,
             fmt::format("found the layout \"{}\", expected {}", parameters->layout, formats::listOfNames(allCubemapLayouts())));
-    fit::CubemapOptions options;
-    options.size = parameters->size;
+    fit::CubemapOptions options = levelsOf(*parameters);
     options.kernel = parameters->lobe == lighting::NormalDistribution::Ggx ? fit::PrefilterKernel::Ggx : fit::PrefilterKernel::Beckmann;
     const auto place = placeOf(*parameters, context.action);
     if (!place) return tl::make_unexpected(place.error());
@@ -178,7 +188,9 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
             images.push_back(std::move(face));
         level = {};  // the largest level is 300 MB
     }
-    const Json constants = toJson(constantsOf(*filter, *divide, range, parameters->lobe));
+    CubemapConstants decode = constantsOf(*filter, *divide, range, parameters->lobe);
+    decode.firstLevel = parameters->firstLevel;
+    const Json constants = toJson(decode);
     const std::string& name = context.action.asset;
     AssetTextures textures(context, parameters->textures);
     const Json facts = {{"layout", cubemapTextureLayout(layout->name)}, {"constants", constants}};

@@ -8,6 +8,7 @@
 #include "formats/target.h"
 #include "lighting/sh.h"
 #include "pipeline/assets/textures.h"
+#include "pipeline/assets/verification.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/json/json_fields.h"
 
@@ -18,7 +19,8 @@ struct CubemapParameters {
     formats::ColorSpaces colors;
     formats::Target target = formats::Target::Bc;
     TextureSettings textures;
-    int size = 0;        ///< of a face at the first mip [texels]
+    int size = 0;        ///< of a face at level 0 of the whole chain [texels]
+    int firstLevel = 0;  ///< of the chain: the levels before it are left out, since no material reads them
     std::string layout;  ///< a name of allCubemapLayouts()
     bool repair = false;
     lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
@@ -31,6 +33,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("target", parameters.target, "target");
     fields.required("textures", parameters.textures, "settings of the files");
     fields.required("size", parameters.size, "texels along an edge");
+    fields.presentIf(parameters.firstLevel > 0, "first_level", parameters.firstLevel, "first level of the chain that is made");
     fields.required("layout", parameters.layout, "layout of the texels");
     fields.required("repair", parameters.repair, "true to replace texels that are not finite");
     fields.required("lobe", parameters.lobe, "microfacet distribution of the prefilter");
@@ -48,6 +51,7 @@ struct CubemapConstants {
     float range = 1;
     lighting::NormalDistribution kernel = lighting::NormalDistribution::Beckmann;
     std::vector<Mip> mips;
+    int firstLevel = 0;  ///< of the whole chain, whose level k of n has perceptual roughness k / (n - 1)
     lighting::ShRgb windowedSh{};
     lighting::ShBands window{1, 1, 1};
     double windowLambda = 0, epsilon = 0;
@@ -65,10 +69,23 @@ void describe(Fields& fields, Self& constants) {
     fields.required("range", constants.range, "factor of the stored texels");
     fields.required("kernel", constants.kernel, "microfacet distribution of the prefilter");
     fields.required("mips", constants.mips, "kernel of each mip");
+    fields.presentIf(constants.firstLevel > 0, "first_level", constants.firstLevel,
+                     "number of larger levels that no material reads and that are left out");
     fields.presentIf(constants.isDivided(), "windowed_sh", constants.windowedSh, "SH of the denominator");
     fields.presentIf(constants.isDivided(), "window", constants.window, "window of the bands that keeps the denominator positive");
     fields.presentIf(constants.isDivided(), "window_lambda", constants.windowLambda, "lambda of that window; 0: none");
     fields.presentIf(constants.isDivided(), "epsilon", constants.epsilon, "least denominator, over its mean");
+}
+
+/// Parameters of the verification.
+struct CubemapVerifyParameters {
+    VisibleParameters visible;
+    std::optional<double> smoothest;  ///< least m of a material; the first level has at most that. Absent where no level is left out
+};
+template <class Fields, Is<CubemapVerifyParameters> Self>
+void describe(Fields& fields, Self& parameters) {
+    describe(fields, parameters.visible);
+    fields.optional("smoothest", parameters.smoothest, "least roughness m of a material, which the first level must hold");
 }
 
 /// Returns the name of a layout in the metadata of its texture.

@@ -215,6 +215,15 @@ void checkBands(const verify::CookedCubemap& map, std::vector<verify::Violation>
     }
 }
 
+/// Checks that a map whose largest levels were left out has a level for the smoothest material.
+void checkFirstLevel(const verify::CookedCubemap& map, double smoothest, std::vector<verify::Violation>& violations) {
+    constexpr double kTolerance = 1e-6;
+    const double first = map.mips.front().m;
+    if (first > smoothest + kTolerance)
+        violations.push_back(
+            {"mip 0, m", fmt::format("{:.4f}", first), fmt::format("at most {:.4f} of the smoothest material", smoothest)});
+}
+
 }  // namespace
 
 Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
@@ -223,8 +232,9 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     if (!asset) return tl::make_unexpected(asset.error());
     const auto maxError = maxErrorOf(context);
     if (!maxError) return tl::make_unexpected(maxError.error());
-    const auto visible = parametersOf<VisibleParameters>(context);
-    if (!visible) return tl::make_unexpected(visible.error());
+    const auto parameters = parametersOf<CubemapVerifyParameters>(context);
+    if (!parameters) return tl::make_unexpected(parameters.error());
+    const VisibleParameters& visible = parameters->visible;
     const formats::EnvironmentOptions options = environmentOptions(asset->source, context.action);
     const auto source = formats::loadEnvironment(context.action.inputs.at("source"), options);
     if (!source) return tl::make_unexpected(source.error());
@@ -245,11 +255,12 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
             picture.fillRow(static_cast<int>(index - samples.size()));
     });
     if (!finished) return interrupted(context);
-    const verify::Viewing viewing = visible->viewing(reference.displayKey(colors->luminanceWeights), colors->bt2020FromWorking);
+    const verify::Viewing viewing = visible.viewing(reference.displayKey(colors->luminanceWeights), colors->bt2020FromWorking);
     std::vector<verify::Violation> violations = checkCubemapBlocks(*map, picture, samples, results, *maxError);
     checkBands(*map, violations);
+    if (parameters->smoothest) checkFirstLevel(*map, *parameters->smoothest, violations);
     VerifyResult result = judged(verify::cubemapStages(*map, reference, samples, results, colors->luminanceWeights, viewing), *maxError,
-                                 watch, std::move(violations), visible->maxVisible);
+                                 watch, std::move(violations), visible.maxVisible);
     result.light = lightOf(*map, samples, results);
     return outcomeWithPreview(std::move(result), picture.preview(), context);
 }
@@ -263,6 +274,13 @@ std::vector<formats::Error> checkCubemapConstants(const CookedAsset& asset) {
         if (!(std::abs(perceptual * perceptual - m) <= 1e-6))
             errors.push_back({ErrorCode::Verification, fmt::format("{}, constants/mips/{}", asset.name, mip),
                               fmt::format("found perceptual_roughness {} with m {}, expected m to be its square", perceptual, m)});
+        // An engine finds the level of a roughness without this list, so the levels must be evenly spaced.
+        const double level = static_cast<double>(mip) + constants->firstLevel,
+                     last = static_cast<double>(constants->mips.size()) - 1 + constants->firstLevel;
+        if (m > 0 && !(std::abs(perceptual * last - level) <= 1e-6 * last))
+            errors.push_back(
+                {ErrorCode::Verification, fmt::format("{}, constants/mips/{}", asset.name, mip),
+                 fmt::format("found perceptual_roughness {}, expected {} of level {} of 0 to {}", perceptual, level / last, level, last)});
     }
     return errors;
 }

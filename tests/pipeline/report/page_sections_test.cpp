@@ -109,6 +109,25 @@ TEST(Advice, CubemapsOfOneSizeShareASentence) {
                             HasSubstr("Cubemap 'b': size = 32 in place of 64 saves 24.0 KiB")));
 }
 
+TEST(Advice, LevelsThatNoMaterialReadsAreNamedByWhatTheySave) {
+    const auto cubemap = [](const char* name, int unread, std::uint64_t bytes) -> Json {
+        return {{"name", name},
+                {"kind", "cubemap"},
+                {"width", 128},
+                {"bytes_gpu", 131168},
+                {"notes", {{"unread_levels", unread}, {"unread_bytes", bytes}}},
+                {"textures", Json::array({{{"format", "bc6h-uf16"}}})}};
+    };
+    const auto advice = adviceOf(
+        {{"assets", {cubemap("a", 2, 122880), cubemap("b", 2, 122880), cubemap("c", 1, 98304)}}, {"budget", {{"used_bytes", 1 << 20}}}});
+    EXPECT_THAT(advice,
+                testing::IsSupersetOf(
+                    {testing::Matcher<std::string>(HasSubstr("2 cubemaps, 'a' and others: no material is smooth enough to read their 2 "
+                                                             "largest levels. size = \"auto\" leaves them out and saves 240 KiB")),
+                     testing::Matcher<std::string>(HasSubstr("Cubemap 'c': no material is smooth enough to read its largest level. "
+                                                             "size = \"auto\" leaves it out and saves 96.0 KiB"))}));
+}
+
 Json chartOf(int number, int texels, int bytes, double p99) {
     return {{"number", number}, {"first", {8, 16}},   {"size", {30, 20}},       {"texels", texels},
             {"bytes", bytes},   {"visible_p99", p99}, {"visible_max", 2 * p99}, {"worst", {12, 19}}};

@@ -121,6 +121,49 @@ TEST(PlanScene, RowsOfReflectionMapsThatNoMaterialReadsAreLeftOut) {
     EXPECT_EQ(exponentsOf(resolveNeeds(scene, {})).size(), 6u) << "a mirror reads the sharpest row";
 }
 
+TEST(UnreadLevels, AreThoseSharperThanTheSmoothestMaterial) {
+    Needs needs;
+    EXPECT_EQ(unreadLevelsOf(needs, 128), 0) << "no material says how rough it is";
+    needs.isRoughnessKnown = true;
+    const auto unread = [&](double m, int size) {
+        needs.m = {m, 1};
+        return unreadLevelsOf(needs, size);
+    };
+    EXPECT_EQ(unread(0, 128), 0) << "a mirror reads level 0";
+    EXPECT_EQ(unread(0.02, 128), 0) << "perceptual roughness 0.14 is below level 1 of 7, at 0.143";
+    EXPECT_EQ(unread(0.03, 128), 1);
+    EXPECT_EQ(unread(0.1, 128), 2) << "0.316 lies between levels 2 and 3";
+    EXPECT_EQ(unread(0.1, 2048), 3) << "of 11";
+    EXPECT_EQ(unread(1, 128), 5) << "levels of 4 x 4 texels stay";
+    EXPECT_EQ(unread(1, 16), 2);
+}
+
+TEST(PlanScene, LevelsOfCubemapsThatNoMaterialReadsAreLeftOutIfAsked) {
+    Scene scene = sceneWithOneMap();
+    scene.materials = {{"*", true, true, Range{0.1, 0.5}, std::nullopt}};
+    const auto planned = [&] { return planScene(scene, resolveNeeds(scene, {}), {}).value(); };
+    const auto firstLevel = [&] {
+        for (const Action& action : planned().actions)
+            if (action.id == "cook/probe") return action.parameters.value("first_level", 0);
+        return -1;
+    };
+    EXPECT_EQ(firstLevel(), 0);
+    EXPECT_EQ(planned().notes.at("probe"), Json({{"unread_levels", 2}, {"unread_bytes", 6 * (128 * 128 + 64 * 64)}}));
+    scene.output.budgetBytes = 1 << 20;
+    EXPECT_EQ(firstLevel(), 2);
+    scene.probes[0].readLevelsOnly = false;
+    EXPECT_EQ(firstLevel(), 0) << "a size by number is obeyed";
+    scene.output.budgetBytes = {};
+    scene.probes[0].readLevelsOnly = true;
+    EXPECT_EQ(firstLevel(), 2);
+    EXPECT_TRUE(planned().notes.empty());
+    const std::vector<Skip> skipped = planned().skipped;
+    ASSERT_EQ(std::ranges::count(skipped, "2 of 8 levels of cubemap 'probe'", &Skip::what), 1);
+    EXPECT_EQ(std::ranges::find(skipped, "2 of 8 levels of cubemap 'probe'", &Skip::what)->bytesSaved, 6u * (128 * 128 + 64 * 64));
+    scene.output.keepUnused = true;
+    EXPECT_EQ(firstLevel(), 0);
+}
+
 TEST(PlanScene, AProbeThatNoSurfaceUsesIsSkipped) {
     const Scene scene = sceneWithOneMap();
     Needs needs = resolveNeeds(scene, {});

@@ -120,8 +120,10 @@ f0 = [0.04, 0.6]
     EXPECT_EQ(scene->lightMaps[0].dominantFit, "refined-ambient");
     EXPECT_EQ(scene->probes[0].sh, scene->directory / "p.json");
     EXPECT_EQ(scene->probes[0].size, 128);
+    EXPECT_FALSE(scene->probes[0].readLevelsOnly);
     EXPECT_EQ(scene->probes[0].layout, "pre-divided");
     EXPECT_EQ(scene->probes[1].size, 1024);
+    EXPECT_EQ(scene->probes[1].readLevelsOnly, false);
     EXPECT_EQ(scene->probes[1].layout, "prefiltered");
     EXPECT_EQ(scene->gradients[0].exponents, (std::vector<double>{1, 4, 16}));
     EXPECT_EQ(scene->gradients[0].format, "");

@@ -67,13 +67,15 @@ const MOST_MIPS = 16;
 export function environmentMap(asset, textures) {
   const { constants } = asset;
   const bands = Array.from({ length: MOST_MIPS }, (_, mip) => constants.mips[Math.min(mip, constants.mips.length - 1)].bands);
-  const uniforms = environmentUniforms(asset.layout === "pre-divided", constants.mips.length, constants.range, bands, textures.get("cubemap"));
+  const last = constants.mips.length - 1;
+  const uniforms = environmentUniforms(asset.layout === "pre-divided", [last, constants.first_level ?? 0], constants.range, bands, textures.get("cubemap"));
   const glsl = `
 uniform highp samplerCube environmentMap;
-uniform float environmentRange, environmentMips, environmentIsDivided;
+uniform float environmentRange, environmentIsDivided;
+uniform vec2 environmentLevels;  // the last level, and the number of larger ones that were left out
 uniform vec3 environmentBands[${MOST_MIPS}];
 vec3 environmentRadiance(LcSh sh, vec3 direction, float m) {
-  float level = clamp(sqrt(m) * (environmentMips - 1.0), 0.0, environmentMips - 1.0);
+  float level = clamp(sqrt(m) * (environmentLevels.x + environmentLevels.y) - environmentLevels.y, 0.0, environmentLevels.x);
   vec3 stored = textureLod(environmentMap, direction, level).rgb;
   if (environmentIsDivided < 0.5) return lcPrefiltered(stored, environmentRange);
   int first = int(level);
@@ -83,13 +85,13 @@ vec3 environmentRadiance(LcSh sh, vec3 direction, float m) {
   return { uniforms, glsl };
 }
 
-/** @param {boolean} isDivided @param {number} mips @param {number} range @param {number[][]} bands @param {any} texture
+/** @param {boolean} isDivided @param {[number, number]} levels @param {number} range @param {number[][]} bands @param {any} texture
  * @returns {Record<string, { value: any }>} */
-function environmentUniforms(isDivided, mips, range, bands, texture) {
+function environmentUniforms(isDivided, levels, range, bands, texture) {
   return {
     environmentMap: { value: texture },
     environmentRange: { value: range },
-    environmentMips: { value: mips },
+    environmentLevels: { value: levels },
     environmentIsDivided: { value: isDivided ? 1 : 0 },
     environmentBands: { value: bands.flat() },
   };

@@ -15,6 +15,7 @@
 #include "pipeline/report/exit_codes.h"
 #include "shaders/lightcook_cpp.h"
 #include "tests/pipeline/rewritten_manifest.h"
+#include "tests/pipeline/small_scene.h"
 #include "verify/cubemap.h"
 #include "verify/texture_unit.h"
 
@@ -157,6 +158,83 @@ TEST_F(CookCubemap, ThePlainMapIsThePreDividedOneTimesItsS) {
             for (int channel = 0; channel < 3; ++channel) EXPECT_NEAR(product[channel] / whole[channel], 1, 0.003) << mip << " " << x;
         }
     }
+}
+
+/// The small scene with materials of m from 0.1, whose probe is not divided and has the size "auto".
+class ReadLevels : public testing::Test {
+protected:
+    void SetUp() override {
+        scene_.writeSceneFile("target = \"float\"", "[[material]]\nname = \"*\"\nspecular = true\nm = [0.1, 0.5]\n");
+        setSize("\"auto\"\nlayout = \"prefiltered\"");
+    }
+    void setSize(const std::string& size) const {
+        std::string text = formats::contentOf(scene_.sceneFile());
+        const std::string file = "file = \"probe.exr\"\n", key = "size = ";
+        std::size_t at = text.find(file) + file.size();
+        if (text.compare(at, key.size(), key) == 0) text.erase(at, text.find('\n', at) + 1 - at);
+        formats::writeContent(scene_.sceneFile(), text.insert(at, fmt::format("{}{}\n", key, size)));
+    }
+    /// Cooks the probe, and returns its entry of the manifest.
+    Json entry(const std::filesystem::path& folder) const {
+        CookOptions options = scene_.options();
+        options.only = "probe";
+        options.output = folder;
+        const Outcome outcome = cook(options);
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        return parseJson(formats::contentOf(folder / kManifestName)).at("assets").at(0);
+    }
+
+    SmallScene scene_{SmallScene::Parts::All};
+};
+
+TEST_F(ReadLevels, AreThoseOfTheWholeChain) {
+    const Json read = entry(scene_ / "read");
+    setSize("128");
+    const Json whole = entry(scene_ / "whole");
+    EXPECT_EQ(read.at("width"), 32);
+    EXPECT_EQ(read.at("constants").at("first_level"), 2);
+    EXPECT_FALSE(whole.at("constants").contains("first_level"));
+    const auto a = formats::TextureReader::open(scene_ / "read/probe.ktx2"), b = formats::TextureReader::open(scene_ / "whole/probe.ktx2");
+    ASSERT_TRUE(a && b);
+    ASSERT_EQ(a->shape().mipCount, 6);
+    const double rangeA = read.at("constants").at("range"), rangeB = whole.at("constants").at("range");
+    for (int mip = 0; mip < 6; ++mip) {
+        const Json& kernel = read.at("constants").at("mips").at(static_cast<std::size_t>(mip));
+        EXPECT_NEAR(kernel.at("perceptual_roughness").get<double>() * 7, mip + 2, 1e-9);
+        for (int face = 0; face < 6; ++face) {
+            const auto found = verify::decodeImage(*a, {mip, 0, face}), expected = verify::decodeImage(*b, {mip + 2, 0, face});
+            ASSERT_TRUE(found && expected);
+            for (int x = 0; x < found->width(); ++x)
+                for (int channel = 0; channel < 3; ++channel)
+                    EXPECT_NEAR(rangeA * static_cast<double>(found->at(x, x)[channel]) /
+                                    (rangeB * static_cast<double>(expected->at(x, x)[channel])),
+                                1, 2e-3)
+                        << mip << " " << face << " " << x;
+        }
+    }
+}
+
+TEST_F(ReadLevels, AManifestThatNamesOtherLevelsFails) {
+    const auto errorOf = [&](const std::function<void(Json&)>& change) {
+        (void)entry(scene_ / "out");
+        Json manifest = parseJson(formats::contentOf(scene_ / "out" / kManifestName));
+        change(manifest["assets"][0]);
+        writeManifestAndDigests(scene_ / "out", manifest);
+        const RunState state;
+        const Outcome outcome = verifyCooked({scene_ / "out", {}, {}}, state);
+        EXPECT_FALSE(outcome.errors.empty());
+        return outcome.errors.empty() ? std::string() : outcome.errors[0].line();
+    };
+    EXPECT_THAT(errorOf([](Json& asset) { asset["constants"]["first_level"] = 1; }), HasSubstr("expected 0.16666"));
+    EXPECT_THAT(errorOf([](Json& asset) { asset["constants"].erase("first_level"); }), HasSubstr("found perceptual_roughness"));
+    EXPECT_THAT(errorOf([](Json& asset) { asset["verify"]["smoothest"] = 0.05; }), HasSubstr("at most 0.0500 of the smoothest material"));
+}
+
+TEST_F(ReadLevels, AnotherWordForTheSizeIsRefused) {
+    setSize("\"least\"");
+    const auto scene = readScene(scene_.sceneFile());
+    ASSERT_FALSE(scene);
+    EXPECT_THAT(scene.error().line(), HasSubstr("found 'least' for probe.size, expected one of: auto"));
 }
 
 TEST_F(CookCubemap, LayoutsThatDoNotFitAreRefused) {
