@@ -118,7 +118,7 @@ class GroupShader {
 public:
     static Result<GroupShader> create(const LayoutGroup& group, const compress::LightMapPlan& plan, const verify::LightMapShading& shading,
                                       const WholeTrial* trial) {
-        GroupShader shader(group, trial);
+        GroupShader shader(group, trial, plan.key);
         if (trial == nullptr) return shader;
         verify::LightMapSampling sampling;
         sampling.placesPerTexel = 0;
@@ -135,15 +135,16 @@ public:
         std::vector<std::vector<float>> samples(verifiers_.size());
         for (std::size_t i = verifiers_.size(); i-- > 0;) {  // the longest last in the table
             shorten(rows, *group_->layouts[i].layout);
-            samples[i] = trial_->shadeLightMap(verifiers_[i], rows, texels, strip);
+            samples[i] = trial_->shadeLightMap(verifiers_[i], key_, rows, texels, strip);
         }
         return samples;
     }
 
 private:
-    GroupShader(const LayoutGroup& group, const WholeTrial* trial) : group_(&group), trial_(trial) {}
+    GroupShader(const LayoutGroup& group, const WholeTrial* trial, double key) : group_(&group), trial_(trial), key_(key) {}
     const LayoutGroup* group_;
     const WholeTrial* trial_;
+    double key_;
     std::vector<verify::LightMapVerifier> verifiers_;
 };
 

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <glm/common.hpp>
 
 #include "pipeline/graph/parallel_for.h"
 #include "verify/texture_unit.h"
@@ -22,6 +24,36 @@ constexpr int kFilterRows = 2;
 int placeStep(const LightMapSource& source) {
     const double texels = static_cast<double>(source.width()) * source.height();
     return static_cast<int>(std::ceil(std::sqrt(texels / kTrialPlaces))) | 1;
+}
+
+/// Returns a place of the footprint of a texel, from its centre: the first numbers of a sequence fill the square evenly (Roberts 2018, The
+/// Unreasonable Effectiveness of Quasirandom Sequences: multiples of the plastic number's inverse powers).
+glm::dvec2 placeInTexel(int number) {
+    constexpr glm::dvec2 kStep(0.75487766624669276, 0.56984029099805327);
+    return glm::fract(0.5 + static_cast<double>(number) * kStep) - 0.5;
+}
+
+/// Returns the bake at a place, filtered between covered texels. Nothing where charts meet.
+/// at  in texels of the map, whose rows the filter reads
+std::optional<lighting::ShRgb> bakeAt(const formats::LightMapStrip& texels, const glm::dvec2& at) {
+    const glm::ivec2 corner(glm::floor(at));
+    const glm::dvec2 part = at - glm::dvec2(corner);
+    std::array<std::uint32_t, 4> charts{};
+    std::array<glm::dvec3, lighting::kShCount> sum{};
+    double weights = 0;
+    for (int i = 0; i < 4; ++i) {
+        const int x = std::clamp(corner.x + i % 2, 0, texels.sh.width() - 1),
+                  y = std::clamp(corner.y + i / 2 - texels.firstRow, 0, texels.sh.height() - 1);
+        charts[static_cast<std::size_t>(i)] = texels.chart.width() > 0 ? texels.chart.at(x, y) : formats::kAnyChart;
+        if (texels.covered.at(x, y) == 0) continue;
+        const double weight = (i % 2 == 1 ? part.x : 1 - part.x) * (i / 2 == 1 ? part.y : 1 - part.y);
+        for (std::size_t k = 0; k < lighting::kShCount; ++k) sum[k] += weight * glm::dvec3(texels.sh.at(x, y)[k]);
+        weights += weight;
+    }
+    if (!(weights > 0) || !formats::mayHoldSurface(charts)) return std::nullopt;
+    lighting::ShRgb bake;
+    for (std::size_t k = 0; k < lighting::kShCount; ++k) bake[k] = glm::vec3(sum[k] / weights);
+    return bake;
 }
 
 void append(std::vector<float>& all, const std::vector<float>& more) {
@@ -85,29 +117,30 @@ Result<WholeTrial> WholeTrial::create(LightMapSource& source, const std::vector<
     return WholeTrial(source, strips, std::move(*shader), viewing);
 }
 
-/// Returns the covered places of a strip, row by row.
+/// Returns the places of a strip whose texels are covered, row by row. Where charts touch, a surface does not reach places between them.
 std::vector<WholeTrial::Place> WholeTrial::placesOf(const formats::LightMapStrip& texels, int strip) const {
     const int first = source_->stripFirstRow(strip), end = first + source_->stripRows(strip);
     const int firstPlace = first == 0 ? 0 : first + kFilterRows, endPlace = end == source_->height() ? end : end - kFilterRows;
+    const int placesAcross = (source_->width() + step_ - 1) / step_;
     std::vector<Place> places;
     for (int y = firstPlace; y < endPlace; ++y)
-        for (int x = step_ / 2; y % step_ == step_ / 2 && x < source_->width(); x += step_)
-            if (texels.covered.at(x, y - texels.firstRow) != 0) places.push_back({x, y, y - texels.firstRow});
+        for (int x = step_ / 2; y % step_ == step_ / 2 && x < source_->width(); x += step_) {
+            if (texels.covered.at(x, y - texels.firstRow) == 0) continue;
+            const glm::dvec2 at = glm::dvec2(x, y) + placeInTexel(y / step_ * placesAcross + x / step_);
+            if (const auto bake = bakeAt(texels, at)) places.push_back({at, texels.normal.at(x, y - texels.firstRow), *bake});
+        }
     return places;
 }
 
-std::vector<float> WholeTrial::shadeLightMap(const verify::LightMapVerifier& verifier, const verify::DecodedLightMapRows& rows,
+std::vector<float> WholeTrial::shadeLightMap(const verify::LightMapVerifier& verifier, double key, const verify::DecodedLightMapRows& rows,
                                              const formats::LightMapStrip& texels, int strip) const {
     const std::vector<Place> places = placesOf(texels, strip);
     std::vector<float> samples(places.size() * 3 * shader_.stride());
-    formats::Image<lighting::ShRgb> row;
-    int rowOf = -1;
+    std::vector<lighting::ShRgb> light(verifier.lightCount());
     for (std::size_t i = 0; i < places.size(); ++i) {
-        const Place& place = places[i];
-        if (place.y != rowOf) row = verifier.reconstruct(rows, place.y, 1);
-        rowOf = place.y;
-        shader_.shadeLightMap(row.at(place.x, 0), texels.normal.at(place.x, place.stripRow),
-                              std::span(samples).subspan(i * 3 * shader_.stride(), 3 * shader_.stride()));
+        if (!verifier.lightAt(rows, texels, places[i].at, light)) continue;
+        for (glm::vec3& coefficient : light.back()) coefficient *= static_cast<float>(key);
+        shader_.shadeLightMap(light.back(), places[i].normal, std::span(samples).subspan(i * 3 * shader_.stride(), 3 * shader_.stride()));
     }
     return samples;
 }
@@ -123,12 +156,11 @@ Result<WholeTrial::LitStrip> WholeTrial::shadeBake(int strip, const std::optiona
     map.fit = fit.value_or(map.fit);
     const verify::DominantVerifier verifier(map, {}, source_->luminanceWeights(), 0);
     for (std::size_t i = 0; i < places.size(); ++i) {
-        const lighting::ShRgb& sh = texels->sh.at(places[i].x, places[i].stripRow);
-        const glm::vec3 normal = texels->normal.at(places[i].x, places[i].stripRow);
-        shader_.shadeLightMap(sh, normal, std::span(lit.bake).subspan(i * count, count));
+        const Place& place = places[i];
+        shader_.shadeLightMap(place.bake, place.normal, std::span(lit.bake).subspan(i * count, count));
         if (!fit) continue;
-        const verify::DominantLightSample towardsNormal{glm::dvec3(normal), glm::dvec3(0)};  // decides between equally good lights
-        shader_.shadeDominant(verifier.reference(sh, glm::dvec3(normal), towardsNormal), normal,
+        const verify::DominantLightSample towardsNormal{glm::dvec3(place.normal), glm::dvec3(0)};  // decides between equally good lights
+        shader_.shadeDominant(verifier.reference(place.bake, glm::dvec3(place.normal), towardsNormal), place.normal,
                               std::span(lit.light).subspan(i * count, count));
     }
     return lit;
@@ -152,7 +184,7 @@ Result<WholeTrial::LitStrip> WholeTrial::shadeStrip(int strip, const DominantEnc
         const verify::DecodedDominantRows decoded = decodedRows(encoder, *rows, layout->hasResidual);
         std::vector<float>& samples = lit.dominants.emplace_back(places.size() * count);
         for (std::size_t i = 0; i < places.size(); ++i)
-            shader_.shadeDominant(verifier.decode(decoded, places[i].x, places[i].y), texels->normal.at(places[i].x, places[i].stripRow),
+            shader_.shadeDominant(verifier.decode(decoded, places[i].at.x, places[i].at.y), places[i].normal,
                                   std::span(samples).subspan(i * count, count));
     }
     return lit;

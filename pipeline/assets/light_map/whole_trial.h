@@ -1,12 +1,15 @@
 // The visible error of the whole shading for every pair of a light map's layout and a dominant light's layout, from a few thousand places
-// of the map: what each byte buys, wherever it is spent.
+// of the surface: what each byte buys, wherever it is spent.
 //
-// Method: the places are shaded once by the reference, once by each light-map layout and once by each dominant layout. The light of a pair
-// is the sum of its two parts (verify/whole_shading.h), so a pair costs one addition and one comparison a sample, and no encoding. Dominant
-// layouts of one size share a fit. If a scene without its dominant light differs by less than kUnseenDominant, no other layout is tried.
+// Method: the places lie anywhere in the footprints of covered texels, and light is filtered there as a GPU does. They are shaded once by
+// the reference, once by each light-map layout and once by each dominant layout. The light of a pair is the sum of its two parts
+// (verify/whole_shading.h), so a pair costs one addition and one comparison a sample, and no encoding. Dominant layouts of one size share a
+// fit. If a scene without its dominant light differs by less than kUnseenDominant, no other layout is tried.
 #pragma once
 
 #include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,7 +37,8 @@ public:
     formats::Result<void> tryDominants(const std::optional<DominantTrial>& dominant, const DominantParameters& parameters,
                                        const ActionContext& context);
     /// Returns the places of a strip as a decoded light map lights them. Pure; safe on several threads.
-    std::vector<float> shadeLightMap(const verify::LightMapVerifier& verifier, const verify::DecodedLightMapRows& rows,
+    /// key  of the verifier
+    std::vector<float> shadeLightMap(const verify::LightMapVerifier& verifier, double key, const verify::DecodedLightMapRows& rows,
                                      const formats::LightMapStrip& texels, int strip) const;
     /// Notes the light of all places under a light-map layout.
     void add(std::string layout, std::vector<float> samples) { lightMaps_.push_back({std::move(layout), std::move(samples)}); }
@@ -49,7 +53,9 @@ private:
         std::vector<float> samples;  ///< [place][channel][sample]; empty: no light
     };
     struct Place {
-        int x = 0, y = 0, stripRow = 0;
+        glm::dvec2 at{0};      ///< in texels; integers are texel centres
+        glm::vec3 normal{0};   ///< of the texel whose footprint holds the place
+        lighting::ShRgb bake;  ///< filtered between covered texels
     };
     WholeTrial(LightMapSource& source, std::vector<int> strips, verify::WholeShader shader, const verify::Viewing& viewing);
 

@@ -141,6 +141,23 @@ bool hasAsset(const Outcome& outcome, const std::string& name) {
     return std::ranges::any_of(outcome.report.at("assets"), [&](const Json& row) { return row.at("name") == name; });
 }
 
+/// Halves hold every texel of both layouts, so all errors lie between texels: at the edge of the light, where `ratio` filters products.
+TEST(CookScene, ABudgetCountsErrorsBetweenTexels) {
+    const SmallScene scene(SmallScene::Parts::LightMap, [](const glm::dvec3& direction, const glm::dvec2& place) {
+        const bool isLit = place.x < 0.5;
+        return glm::vec3(isLit ? 50 * std::max(0.0, direction.z) : 0.5 + 0.5 * direction.x);
+    });
+    const auto visibleUnder = [&](const char* layout) {
+        scene.writeSceneFile(fmt::format("target = \"float\"\nlayouts = [\"{}\"]\nbudget = \"1 MiB\"", layout),
+                             "[[material]]\nname = \"*\"\nspecular = false\nnormal_map = true\n");
+        const Outcome outcome = pipeline::cook(scene.options());
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        return notesOf(outcome, "map").at("whole_visible").get<double>();
+    };
+    EXPECT_LT(visibleUnder("hdr"), 1);
+    EXPECT_GT(visibleUnder("ratio"), 10);
+}
+
 /// The example scene: the error never grows with the budget, a small one is met by trading the dominant light, and one that nothing meets
 /// is refused with the least bytes.
 TEST(CookSceneSoak, ABudgetIsSharedOutOverTheExampleScene) {
