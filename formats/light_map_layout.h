@@ -36,7 +36,8 @@ enum class LightMapLayout {
     Hdr,
     Hdr2,
     Halo3,
-    Halo3Linear
+    Halo3Linear,
+    HdrRgb9e5
 };
 
 /// Layouts of one family share their encoder, their decoder and the shader source light_map_<family>.glsl.
@@ -46,6 +47,7 @@ enum class LightMapFamily { Raw, Flat, Luvw, Ratio, Zh3, Basis, Sh4, Godot, Bake
 enum class TexelRole {
     Half,      ///< signed 16-bit floats on every target
     Hdr,       ///< TargetInfo::hdr
+    HdrFine,   ///< TargetInfo::hdrFine
     Ldr,       ///< TargetInfo::ldr
     LdrRgb,    ///< TargetInfo::ldrRgb
     LdrAlpha,  ///< TargetInfo::ldrAlpha
@@ -128,6 +130,7 @@ inline constexpr std::array kBakery = {Texture{"l0", 1, TexelRole::Hdr}, Texture
                                        Texture{"l1y", 1, TexelRole::Ldr}, Texture{"l1z", 1, TexelRole::Ldr}};
 inline constexpr std::array kHdr = {Texture{"sh", 9, TexelRole::Hdr}};
 inline constexpr std::array kHdr2 = {Texture{"sh", 9, TexelRole::Hdr}, Texture{"second", 9, TexelRole::Hdr}};
+inline constexpr std::array kHdrFine = {Texture{"sh", 9, TexelRole::HdrFine}};
 inline constexpr std::array kBasis3 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::LdrRgb}};
 inline constexpr std::array kBasis4 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::Ldr}};
 template <int kResiduals>
@@ -397,8 +400,21 @@ inline constexpr std::array kLightMapLayouts = {
                        .trialStage = "",
                        .lacks = "band 2, except for one zonal lobe about the axis of band 1",
                        .isForEngine = true},
+    LightMapLayoutInfo{.id = LightMapLayout::HdrRgb9e5,
+                       .name = "hdr-rgb9e5",
+                       .family = LightMapFamily::Hdr,
+                       .caption = "hdr in texels of their own, nine bits a channel and an exponent, in place of blocks",
+                       .textures = layout_tables::kHdrFine,
+                       .stages = std::span(layout_tables::kLuvwStages).first(1),
+                       .codeCount = 0,
+                       .isZonal = false,
+                       .decodeDegree = 1,
+                       .decodeOps = 51,
+                       .trialLayout = LightMapLayout::HdrRgb9e5,
+                       .trialStage = "total",
+                       .lacks = ""},
 };
-static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::Halo3Linear));
+static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::HdrRgb9e5));
 
 /// Returns every layout, in the order of the enumeration.
 constexpr std::span<const LightMapLayoutInfo> allLightMapLayouts() {
@@ -433,6 +449,8 @@ constexpr PixelFormat formatFor(TexelRole role, const TargetInfo& target) {
             return PixelFormat::Rgba16f;
         case TexelRole::Hdr:
             return target.hdr;
+        case TexelRole::HdrFine:
+            return target.hdrFine;
         case TexelRole::Ldr:
             return target.ldr;
         case TexelRole::LdrRgb:

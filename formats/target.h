@@ -16,6 +16,7 @@ struct TargetInfo {
     std::string_view name;        ///< as in `[output] target` and `--target`
     std::string_view caption;     ///< for help texts and documents
     PixelFormat hdr;              ///< non-negative HDR colour: coefficient 0, intensity, cubemaps
+    PixelFormat hdrFine;          ///< the same with an exponent of its own in each texel
     PixelFormat ldr;              ///< four channels in [0, 1]
     PixelFormat ldrRgb;           ///< three channels in [0, 1] at the fewest bits
     PixelFormat ldrAlpha;         ///< a coarse colour in [0, 1] with a fine alpha: the textures of the luvw layouts

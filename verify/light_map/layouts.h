@@ -190,6 +190,14 @@ struct Hdr : LayoutRow<LightMapLayout::Hdr> {
     shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapHdr(shaderTexels<shaders::LcHdrTexels>(t), k); }
 };
 
+struct HdrRgb9e5 : LayoutRow<LightMapLayout::HdrRgb9e5> {
+    shaders::LcHdrRgb9e5Constants k{};
+
+    shaders::LcSh decode(const Texels<kLayers>& t) const {
+        return shaders::lcLightMapHdrRgb9e5(shaderTexels<shaders::LcHdrRgb9e5Texels>(t), k);
+    }
+};
+
 struct Hdr2 : LayoutRow<LightMapLayout::Hdr2> {
     shaders::LcHdr2Constants k{};
 
@@ -304,7 +312,7 @@ struct Basis : LayoutRow<kId> {
 /// One alternative for each layout, in the order of the enumeration.
 using Layout = std::variant<Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis<LightMapLayout::Basis3>, Basis<LightMapLayout::Basis4>,
                             Basis<LightMapLayout::Basis8>, Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>, Sh4, Godot,
-                            MonoSh, Bakery, Hdr, Hdr2, Halo3, Halo3Linear>;
+                            MonoSh, Bakery, Hdr, Hdr2, Halo3, Halo3Linear, HdrRgb9e5>;
 
 /// Returns true if the variant has one alternative for each row of the table, in its order.
 template <std::size_t... kIndices>

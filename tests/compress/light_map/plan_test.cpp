@@ -24,6 +24,8 @@ TEST(LightMapPlan, SizesFollowFromTheLayout) {
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Sh4, Target::Bc).bitsPerTexel(), 32);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Hdr, Target::Bc).bitsPerTexel(), 72);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Hdr2, Target::Astc).bitsPerTexel(), 144);
+    for (const Target target : {Target::Bc, Target::Astc})
+        EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::HdrRgb9e5, target).bitsPerTexel(), 288);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Flat, Target::Bc).bitsPerTexel(), 8);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Raw, Target::Float).bitsPerTexel(), 576);
     const compress::LightMapPlan ratio = planOf(Kind::Gradient, LightMapLayout::Ratio, Target::Bc);

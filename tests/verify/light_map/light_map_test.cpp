@@ -350,9 +350,10 @@ TEST(LightMapVerifier, NoSampledShadingExceedsTheBound) {
     std::normal_distribution<double> normal;
     constexpr int places = 4000, normals = 25;
     for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::NegativeBands, Kind::Night})
-        for (const LightMapLayout layout : {LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio,
-                                            LightMapLayout::Zh3, LightMapLayout::Sh4, LightMapLayout::Godot, LightMapLayout::MonoSh,
-                                            LightMapLayout::Bakery, LightMapLayout::Halo3, LightMapLayout::Halo3Linear}) {
+        for (const LightMapLayout layout :
+             {LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio, LightMapLayout::Zh3,
+              LightMapLayout::Sh4, LightMapLayout::Godot, LightMapLayout::MonoSh, LightMapLayout::Bakery, LightMapLayout::Halo3,
+              LightMapLayout::Halo3Linear, LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5}) {
             const Cooked cooked = cook(kind, layout);
             const verify::StageError total = cooked.total();
             const Filtered filtered = filterAt(cooked, places, random);
@@ -670,6 +671,28 @@ TEST(LightMapVerifier, ALinearLayoutIsRightBetweenTexelsAtHardEdges) {
     EXPECT_NEAR(hdr.relRms, raw.relRms, 1e-3 * raw.relRms + 1e-4);
     EXPECT_GT(ratio.relRms, 2 * hdr.relRms);
     EXPECT_GT(ratio.p99, 5 * hdr.p99);
+}
+
+/// A step of RGB9E5 is at most 1/256 of the brightest channel of the texel, which holds at most the range of ratios times coefficient 0.
+TEST(LightMapVerifier, TexelsOfNineBitsErrByTheirSteps) {
+    for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::Night}) {
+        const Cooked cooked = cook(kind, LightMapLayout::HdrRgb9e5);
+        const std::vector<float>& bias = cooked.map.constants.at("bias");
+        const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x) {
+                if (cooked.reference.covered.at(x, y) == 0) continue;
+                const lighting::ShRgb &found = decoded.at(x, y), &expected = cooked.reference.sh.at(x, y);
+                const float brightest = std::max({expected[0].r, expected[0].g, expected[0].b});
+                for (std::size_t i = 0; i < 9; ++i) {
+                    const float most = i == 0 ? 1 : std::sqrt(5.0f) - bias[i - 1];
+                    for (int c = 0; c < 3; ++c)
+                        ASSERT_LE(std::abs(found[i][c] - expected[i][c]), most * brightest / 512 * 1.01f) << x << ' ' << y << ' ' << i;
+                }
+            }
+        EXPECT_LT(cooked.total().diffuse.relRms, 0.002);
+        EXPECT_LT(cooked.total().diffuse.relRms, cook(kind, LightMapLayout::Hdr2).total().diffuse.relRms);
+    }
 }
 
 TEST(LightMapVerifier, FindsAKnownError) {

@@ -450,7 +450,8 @@ INSTANTIATE_TEST_SUITE_P(
                      testing::Values(LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio,
                                      LightMapLayout::Zh3, LightMapLayout::Sh4, LightMapLayout::Basis3, LightMapLayout::Basis4,
                                      LightMapLayout::Basis8, LightMapLayout::Basis12, LightMapLayout::Basis16, LightMapLayout::Godot,
-                                     LightMapLayout::MonoSh, LightMapLayout::Bakery, LightMapLayout::Halo3, LightMapLayout::Halo3Linear)),
+                                     LightMapLayout::MonoSh, LightMapLayout::Bakery, LightMapLayout::Halo3, LightMapLayout::Halo3Linear,
+                                     LightMapLayout::Hdr, LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5)),
     nameOf);
 
 class TightBoundsSoak : public testing::TestWithParam<SceneAndLayout> {};

@@ -269,7 +269,7 @@ TEST_P(TightVisibleBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {
 INSTANTIATE_TEST_SUITE_P(Scenes, TightVisibleBoundsSoak,
                          testing::Combine(testing::Values("cornell", "interior"),
                                           testing::Values(LightMapLayout::Luvw, LightMapLayout::Ratio, LightMapLayout::Basis4,
-                                                          LightMapLayout::Raw, LightMapLayout::Hdr2)),
+                                                          LightMapLayout::Raw, LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5)),
                          nameOf);
 
 }  // namespace
