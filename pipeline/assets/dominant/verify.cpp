@@ -5,19 +5,16 @@
 #include <numbers>
 #include <optional>
 
+#include "pipeline/assets/dominant/cooked_dominant.h"
 #include "pipeline/assets/dominant/dominant.h"
-#include "pipeline/assets/dominant/reduced_strip.h"
 #include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/survey.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/assets/verification.h"
 #include "pipeline/graph/parallel_for.h"
-#include "pipeline/scene/dominant_fit.h"
-#include "pipeline/scene/dominant_layout.h"
 #include "shaders/lightcook_cpp.h"
 #include "verify/block_errors.h"
 #include "verify/dominant.h"
-#include "verify/texture_unit.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -26,18 +23,6 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Image;
 using formats::Result;
-
-/// Decodes rows of a texture, from firstRow (a multiple of the block height) on: at least rowCount, as far as the map has them.
-Result<Image<glm::vec4>> readRows(const formats::TextureReader& texture, int firstRow, int rowCount) {
-    const formats::TextureShape& shape = texture.shape();
-    const int blockHeight = formats::info(shape.format).blockHeight;
-    const int blockRows = formats::blocksDown(shape.format, std::min(rowCount, shape.height - firstRow));
-    Image<glm::vec4> rows(shape.width, std::min(blockRows * blockHeight, shape.height - firstRow));
-    std::vector<std::byte> blocks(formats::bytesPerBlockRow(shape.format, shape.width) * static_cast<std::size_t>(blockRows));
-    if (auto read = texture.readBlockRows({}, firstRow / blockHeight, blocks); !read) return tl::make_unexpected(read.error());
-    verify::decodeRows(shape.format, blocks, rows.view());
-    return rows;
-}
 
 /// Returns the exit radiance of a white Lambert surface under one dominant light.
 glm::vec3 litBy(const glm::vec3& direction, const glm::vec3& intensity, const glm::vec3& normal) {
@@ -82,74 +67,6 @@ void addLight(const verify::DominantLightSample& truth, const verify::DominantLi
     blocks.add(x, y, error, reference);
 }
 
-/// The textures of a cooked dominant light.
-struct DominantTextures {
-    formats::TextureReader direction, intensity;
-    std::optional<formats::TextureReader> residual;
-    int divisor = 1;  ///< of the light map's width and height
-};
-
-/// Returns the divisor that gives the textures their size, or what is wrong with it.
-tl::expected<int, std::string> divisorOf(const DominantTextures& textures, const LightMapSource& bake) {
-    const glm::ivec2 whole(bake.width(), bake.height());
-    const auto sizeOf = [](const formats::TextureReader& texture) { return glm::ivec2(texture.shape().width, texture.shape().height); };
-    const glm::ivec2 found = sizeOf(textures.direction);
-    const bool areAlike = sizeOf(textures.intensity) == found && (!textures.residual || sizeOf(*textures.residual) == found);
-    for (const DominantLayoutInfo& layout : allDominantLayouts())
-        if (layout.divisor > 0 && areAlike && reducedSize(whole, layout.divisor) == found) return layout.divisor;
-    return tl::make_unexpected(
-        fmt::format("found textures of {} x {} texels, expected {} x {} as the source, or a half or a quarter of that", found.x, found.y,
-                    whole.x, whole.y));
-}
-
-Result<DominantTextures> openTextures(const ActionContext& context, const CookedAsset& asset, const DominantConstants& constants,
-                                      const LightMapSource& bake) {
-    auto direction = openTexture(context.upstreamFolder, asset, "direction");
-    if (!direction) return tl::make_unexpected(direction.error());
-    auto intensity = openTexture(context.upstreamFolder, asset, "intensity");
-    if (!intensity) return tl::make_unexpected(intensity.error());
-    DominantTextures textures{std::move(*direction), std::move(*intensity), {}};
-    if (constants.residualScale != 0) {
-        auto residual = openTexture(context.upstreamFolder, asset, "residual");
-        if (!residual) return tl::make_unexpected(residual.error());
-        textures.residual = std::move(*residual);
-    }
-    const auto divisor = divisorOf(textures, bake);
-    if (!divisor) return failure(ErrorCode::Verification, context.action.asset, divisor.error());
-    textures.divisor = *divisor;
-    return textures;
-}
-
-/// Some rows of the textures, decoded.
-struct DecodedRows {
-    verify::DecodedDominantRows rows;    ///< as the shader reads them, with the residual
-    verify::DecodedDominantRows coarse;  ///< without the residual
-};
-
-/// Decodes every row that filters read at the rows [firstRow, firstRow + rowCount] of the light map.
-Result<DecodedRows> decodeRows(const DominantTextures& textures, const DominantConstants& constants, const verify::CookedDominant& map,
-                               int firstRow, int rowCount) {
-    const verify::DominantRowRange needed = verify::dominantRowsFor(map, firstRow, firstRow + rowCount);
-    const int blockHeight = formats::info(textures.direction.shape().format).blockHeight;
-    const int first = needed.first / blockHeight * blockHeight, count = needed.first + needed.count - first;
-    auto directions = readRows(textures.direction, first, count);
-    if (!directions) return tl::make_unexpected(directions.error());
-    auto intensities = readRows(textures.intensity, first, count);
-    if (!intensities) return tl::make_unexpected(intensities.error());
-    const auto copyOf = [](const Image<glm::vec4>& image) {
-        Image<glm::vec4> copy(image.width(), image.height());
-        std::ranges::copy(image.texels(), copy.texels().begin());
-        return copy;
-    };
-    verify::DecodedDominantRows coarse{first, copyOf(*directions), copyOf(*intensities)};
-    if (textures.residual) {
-        const auto residual = readRows(*textures.residual, first, count);
-        if (!residual) return tl::make_unexpected(residual.error());
-        addResidual(*directions, *residual, constants);
-    }
-    return DecodedRows{{first, std::move(*directions), std::move(*intensities)}, std::move(coarse)};
-}
-
 /// Errors of some strips.
 struct DominantPart {
     verify::DominantErrors errors;
@@ -167,18 +84,15 @@ struct DominantPart {
 /// Compares a cooked dominant light with the bake, strip by strip.
 class DominantComparison {
 public:
-    DominantComparison(LightMapSource& bake, const DominantTextures& textures, const DominantConstants& constants,
-                       const verify::CookedDominant& map, const verify::DominantShading& shading, const GroundTruth& groundTruth,
-                       double key, const verify::Viewing& viewing)
+    DominantComparison(LightMapSource& bake, const CookedDominantReader& cooked, const verify::DominantShading& shading,
+                       const GroundTruth& groundTruth, double key, const verify::Viewing& viewing)
         : bake_(bake),
-          textures_(textures),
-          constants_(constants),
-          map_(map),
+          cooked_(cooked),
           groundTruth_(groundTruth),
           key_(key),
-          verifier_(map, shading, bake.luminanceWeights(), key, viewing),
+          verifier_(cooked.map(), shading, bake.luminanceWeights(), key, viewing),
           preview_(bake.width(), bake.height(), key),
-          blockStep_(map.fit == verify::DominantFit::Closed ? 1 : 2) {}
+          blockStep_(cooked.map().fit == verify::DominantFit::Closed ? 1 : 2) {}
 
     Result<DominantPart> compare(const ActionContext& context) {
         DominantPart whole{verify::DominantErrors(key_), verify::BlockErrors(bake_.width(), 0), {}, {}};
@@ -196,15 +110,16 @@ private:
         DominantPart part{verify::DominantErrors(key_), verify::BlockErrors(bake_.width(), rowCount, firstRow), {}, {}};
         const auto reference = bake_.stripWithMargin(index, 0, 1);
         if (!reference) return tl::make_unexpected(reference.error());
-        const auto cooked = decodeRows(textures_, constants_, map_, firstRow, rowCount);
+        const auto cooked = cooked_.read(firstRow, rowCount);
         if (!cooked) return tl::make_unexpected(cooked.error());
         for (int y = 0; y < rowCount; ++y)
-            for (int x = 0; x < map_.width; ++x)
+            for (int x = 0; x < bake_.width(); ++x)
                 if (isCompared(*reference, x, y, firstRow)) compareTexel(*reference, *cooked, x, y, firstRow, part);
-        part.errors = verifier_.verifyRows(cooked->rows, *reference, firstRow, rowCount);
+        part.errors = verifier_.verifyRows(cooked->whole, *reference, firstRow, rowCount);
         const auto traced = groundTruth_.within(*reference, firstRow, rowCount);
         if (!traced) return tl::make_unexpected(traced.error());
-        part.truthPlaces = dominantPlaces(*traced, *reference, verifier_, cooked->rows, map_.fit == verify::DominantFit::RefinedAmbient);
+        part.truthPlaces =
+            dominantPlaces(*traced, *reference, verifier_, cooked->whole, cooked_.map().fit == verify::DominantFit::RefinedAmbient);
         return part;
     }
 
@@ -214,9 +129,10 @@ private:
         return preview_.shows(x, firstRow + y) || (x % blockStep_ == 0 && y % blockStep_ == 0);
     }
 
-    void compareTexel(const formats::LightMapStrip& reference, const DecodedRows& cooked, int x, int y, int firstRow, DominantPart& part) {
+    void compareTexel(const formats::LightMapStrip& reference, const CookedDominantReader::Rows& cooked, int x, int y, int firstRow,
+                      DominantPart& part) {
         const glm::vec3 normal = reference.normal.at(x, y);
-        const auto seen = verifier_.decode(cooked.rows, x, firstRow + y);
+        const auto seen = verifier_.decode(cooked.whole, x, firstRow + y);
         const auto truth = verifier_.reference(reference.sh.at(x, y), glm::dvec3(normal), seen);
         addLight(truth, seen, x, firstRow + y, part.blocks);
         part.gain.add(truth.direction, verifier_.decode(cooked.coarse, x, firstRow + y).direction, seen.direction);
@@ -226,9 +142,7 @@ private:
     }
 
     LightMapSource& bake_;
-    const DominantTextures& textures_;
-    const DominantConstants& constants_;
-    const verify::CookedDominant& map_;
+    const CookedDominantReader& cooked_;
     const GroundTruth& groundTruth_;
     double key_;
     verify::DominantVerifier verifier_;
@@ -258,13 +172,6 @@ std::vector<verify::Violation> violationsOf(const DominantPart& whole, bool hasR
 
 }  // namespace
 
-void addResidual(Image<glm::vec4>& directions, const Image<glm::vec4>& residual, const DominantConstants& constants) {
-    for (std::size_t i = 0; i < residual.texels().size(); ++i)
-        directions.texels()[i] = glm::vec4(shaders::lcDominantStored(glm::vec3(directions.texels()[i]), glm::vec3(residual.texels()[i]),
-                                                                     constants.residualScale, constants.residualCentre),
-                                           1.0f);
-}
-
 Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     const Stopwatch watch;
     const auto asset = upstreamAsset(context);
@@ -273,37 +180,30 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     if (!maxError) return tl::make_unexpected(maxError.error());
     const auto parameters = parametersOf<DominantVerifyParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto constants = fromJson<DominantConstants>(asset->constants.value_or(Json()), asset->name + ", constants");
-    if (!constants) return tl::make_unexpected(constants.error());
     const auto description = descriptionOf(*asset);
     if (!description) return tl::make_unexpected(description.error());
     const auto source = openLightMap(context, *description);
     if (!source) return tl::make_unexpected(source.error());
     LightMapSource& bake = **source;
-    const auto textures = openTextures(context, *asset, *constants, bake);
-    if (!textures) return tl::make_unexpected(textures.error());
+    const auto cooked = CookedDominantReader::open(context.upstreamFolder, *asset, {bake.width(), bake.height()});
+    if (!cooked) return tl::make_unexpected(cooked.error());
     const auto surveyed = surveyKey(bake, context);
     if (!surveyed) return tl::make_unexpected(surveyed.error());
     const double key = surveyed->key();
     const auto groundTruth = GroundTruth::open(context, bake, description->colors);
     if (!groundTruth) return tl::make_unexpected(groundTruth.error());
 
-    const auto fit = dominantFitOf(asset->name, asset->fit.value_or("halo3"));
-    if (!fit) return tl::make_unexpected(fit.error());
-    const verify::CookedDominant map{
-        constants->directionScale, constants->directionBias, constants->intensityRange, bake.width(), bake.height(),
-        (*fit)->verified,          textures->divisor};
     const verify::LightMapShading& materials = parameters->view.shading;
-    const verify::DominantShading shading{materials.m, materials.f0, materials.viewCount, verify::dominantStride(map.width, map.height),
-                                          materials.lobe};
+    const verify::DominantShading shading{materials.m, materials.f0, materials.viewCount,
+                                          verify::dominantStride(bake.width(), bake.height()), materials.lobe};
     const verify::Viewing viewing{parameters->view.display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
-    DominantComparison comparison(bake, *textures, *constants, map, shading, *groundTruth, key, viewing);
+    DominantComparison comparison(bake, *cooked, shading, *groundTruth, key, viewing);
     const auto whole = comparison.compare(context);
     if (!whole) return tl::make_unexpected(whole.error());
 
     const verify::DominantErrors& errors = whole->errors;
-    VerifyResult result = judged(errors.stages(), *maxError, watch, violationsOf(*whole, textures->residual.has_value(), *maxError, bake),
-                                 parameters->maxVisible);
+    VerifyResult result =
+        judged(errors.stages(), *maxError, watch, violationsOf(*whole, cooked->hasResidual(), *maxError, bake), parameters->maxVisible);
     result.key = key;
     result.light.emplace().specularRms = errors.referenceRms();
     if (!whole->truthPlaces.empty()) result.groundTruth = toJson(verify::dominantTruth(whole->truthPlaces, materials.lobe, viewing));

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <glm/common.hpp>
 
 #include "pipeline/graph/parallel_for.h"
 #include "verify/texture_unit.h"
@@ -14,47 +12,6 @@ namespace lightcook::pipeline {
 namespace {
 
 using formats::Result;
-
-/// Places of a trial at most, about: with eight views and six materials their 99th percentile is that of a hundred thousand samples.
-constexpr double kTrialPlaces = 2500;
-/// Rows at the ends of a strip that have no places: the filter of a texture of a quarter of the map's size reads two rows of the map more.
-constexpr int kFilterRows = 2;
-
-/// Returns the step between places along both axes. It is odd, so that places fall on every texel of a block.
-int placeStep(const LightMapSource& source) {
-    const double texels = static_cast<double>(source.width()) * source.height();
-    return static_cast<int>(std::ceil(std::sqrt(texels / kTrialPlaces))) | 1;
-}
-
-/// Returns a place of the footprint of a texel, from its centre: the first numbers of a sequence fill the square evenly (Roberts 2018, The
-/// Unreasonable Effectiveness of Quasirandom Sequences: multiples of the plastic number's inverse powers).
-glm::dvec2 placeInTexel(int number) {
-    constexpr glm::dvec2 kStep(0.75487766624669276, 0.56984029099805327);
-    return glm::fract(0.5 + static_cast<double>(number) * kStep) - 0.5;
-}
-
-/// Returns the bake at a place, filtered between covered texels. Nothing where charts meet.
-/// at  in texels of the map, whose rows the filter reads
-std::optional<lighting::ShRgb> bakeAt(const formats::LightMapStrip& texels, const glm::dvec2& at) {
-    const glm::ivec2 corner(glm::floor(at));
-    const glm::dvec2 part = at - glm::dvec2(corner);
-    std::array<std::uint32_t, 4> charts{};
-    std::array<glm::dvec3, lighting::kShCount> sum{};
-    double weights = 0;
-    for (int i = 0; i < 4; ++i) {
-        const int x = std::clamp(corner.x + i % 2, 0, texels.sh.width() - 1),
-                  y = std::clamp(corner.y + i / 2 - texels.firstRow, 0, texels.sh.height() - 1);
-        charts[static_cast<std::size_t>(i)] = texels.chart.width() > 0 ? texels.chart.at(x, y) : formats::kAnyChart;
-        if (texels.covered.at(x, y) == 0) continue;
-        const double weight = (i % 2 == 1 ? part.x : 1 - part.x) * (i / 2 == 1 ? part.y : 1 - part.y);
-        for (std::size_t k = 0; k < lighting::kShCount; ++k) sum[k] += weight * glm::dvec3(texels.sh.at(x, y)[k]);
-        weights += weight;
-    }
-    if (!(weights > 0) || !formats::mayHoldSurface(charts)) return std::nullopt;
-    lighting::ShRgb bake;
-    for (std::size_t k = 0; k < lighting::kShCount; ++k) bake[k] = glm::vec3(sum[k] / weights);
-    return bake;
-}
 
 void append(std::vector<float>& all, const std::vector<float>& more) {
     all.insert(all.end(), more.begin(), more.end());
@@ -108,7 +65,11 @@ std::vector<const DominantLayoutInfo*> distinctLayouts(const std::vector<std::st
 }  // namespace
 
 WholeTrial::WholeTrial(LightMapSource& source, std::vector<int> strips, verify::WholeShader shader, const verify::Viewing& viewing)
-    : source_(&source), strips_(std::move(strips)), shader_(std::move(shader)), viewing_(viewing), step_(placeStep(source)) {}
+    : source_(&source),
+      strips_(std::move(strips)),
+      shader_(std::move(shader)),
+      viewing_(viewing),
+      places_(source.width(), source.height()) {}
 
 Result<WholeTrial> WholeTrial::create(LightMapSource& source, const std::vector<int>& strips, const verify::LightMapShading& shading,
                                       const verify::Viewing& viewing) {
@@ -117,24 +78,9 @@ Result<WholeTrial> WholeTrial::create(LightMapSource& source, const std::vector<
     return WholeTrial(source, strips, std::move(*shader), viewing);
 }
 
-/// Returns the places of a strip whose texels are covered, row by row. Where charts touch, a surface does not reach places between them.
-std::vector<WholeTrial::Place> WholeTrial::placesOf(const formats::LightMapStrip& texels, int strip) const {
-    const int first = source_->stripFirstRow(strip), end = first + source_->stripRows(strip);
-    const int firstPlace = first == 0 ? 0 : first + kFilterRows, endPlace = end == source_->height() ? end : end - kFilterRows;
-    const int placesAcross = (source_->width() + step_ - 1) / step_;
-    std::vector<Place> places;
-    for (int y = firstPlace; y < endPlace; ++y)
-        for (int x = step_ / 2; y % step_ == step_ / 2 && x < source_->width(); x += step_) {
-            if (texels.covered.at(x, y - texels.firstRow) == 0) continue;
-            const glm::dvec2 at = glm::dvec2(x, y) + placeInTexel(y / step_ * placesAcross + x / step_);
-            if (const auto bake = bakeAt(texels, at)) places.push_back({at, texels.normal.at(x, y - texels.firstRow), *bake});
-        }
-    return places;
-}
-
 std::vector<float> WholeTrial::shadeLightMap(const verify::LightMapVerifier& verifier, double key, const verify::DecodedLightMapRows& rows,
                                              const formats::LightMapStrip& texels, int strip) const {
-    const std::vector<Place> places = placesOf(texels, strip);
+    const std::vector<SurfacePlace> places = places_.of(texels, source_->stripFirstRow(strip), source_->stripRows(strip));
     std::vector<float> samples(places.size() * 3 * shader_.stride());
     std::vector<lighting::ShRgb> light(verifier.lightCount());
     for (std::size_t i = 0; i < places.size(); ++i) {
@@ -149,14 +95,14 @@ std::vector<float> WholeTrial::shadeLightMap(const verify::LightMapVerifier& ver
 Result<WholeTrial::LitStrip> WholeTrial::shadeBake(int strip, const std::optional<verify::DominantFit>& fit) const {
     const auto texels = source_->stripWithMargin(strip, 0, 0);
     if (!texels) return tl::make_unexpected(texels.error());
-    const std::vector<Place> places = placesOf(*texels, strip);
+    const std::vector<SurfacePlace> places = places_.of(*texels, source_->stripFirstRow(strip), source_->stripRows(strip));
     const std::size_t count = 3 * shader_.stride();
     LitStrip lit{std::vector<float>(places.size() * count), std::vector<float>(fit ? places.size() * count : 0), {}};
     verify::CookedDominant map;
     map.fit = fit.value_or(map.fit);
     const verify::DominantVerifier verifier(map, {}, source_->luminanceWeights(), 0);
     for (std::size_t i = 0; i < places.size(); ++i) {
-        const Place& place = places[i];
+        const SurfacePlace& place = places[i];
         shader_.shadeLightMap(place.bake, place.normal, std::span(lit.bake).subspan(i * count, count));
         if (!fit) continue;
         const verify::DominantLightSample towardsNormal{glm::dvec3(place.normal), glm::dvec3(0)};  // decides between equally good lights
@@ -173,7 +119,7 @@ Result<WholeTrial::LitStrip> WholeTrial::shadeStrip(int strip, const DominantEnc
     if (!texels) return tl::make_unexpected(texels.error());
     const auto rows = encoder.encode(strip);
     if (!rows) return tl::make_unexpected(rows.error());
-    const std::vector<Place> places = placesOf(*texels, strip);
+    const std::vector<SurfacePlace> places = places_.of(*texels, source_->stripFirstRow(strip), source_->stripRows(strip));
     const std::size_t count = 3 * shader_.stride();
     const DominantConstants& k = encoder.constants();
     const verify::CookedDominant map{k.directionScale,        k.directionBias, k.intensityRange, source_->width(), source_->height(), fit,

@@ -8,8 +8,6 @@
 #pragma once
 
 #include <cstdint>
-#include <glm/vec2.hpp>
-#include <glm/vec3.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,6 +16,7 @@
 #include "pipeline/assets/dominant/encoder.h"
 #include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/light_map/surface_places.h"
 #include "pipeline/graph/action.h"
 #include "verify/whole_shading.h"
 
@@ -52,14 +51,8 @@ private:
         std::string layout;
         std::vector<float> samples;  ///< [place][channel][sample]; empty: no light
     };
-    struct Place {
-        glm::dvec2 at{0};      ///< in texels; integers are texel centres
-        glm::vec3 normal{0};   ///< of the texel whose footprint holds the place
-        lighting::ShRgb bake;  ///< filtered between covered texels
-    };
     WholeTrial(LightMapSource& source, std::vector<int> strips, verify::WholeShader shader, const verify::Viewing& viewing);
 
-    std::vector<Place> placesOf(const formats::LightMapStrip& texels, int strip) const;
     /// The places of one strip under the reference, and under the dominant layouts of one size.
     struct LitStrip {
         std::vector<float> bake, light;             ///< of the reference
@@ -78,7 +71,7 @@ private:
     std::vector<int> strips_;
     verify::WholeShader shader_;
     verify::Viewing viewing_;
-    int step_ = 1;                         ///< of the places along both axes
+    SurfacePlaces places_;
     std::vector<float> bake_;              ///< the places lit by the bake's coefficients
     std::vector<float> light_;             ///< what the reference's dominant light adds; empty without one
     std::vector<float> reference_;         ///< their sum

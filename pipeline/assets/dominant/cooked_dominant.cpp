@@ -1,0 +1,100 @@
+#include "pipeline/assets/dominant/cooked_dominant.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "pipeline/assets/dominant/reduced_strip.h"
+#include "pipeline/scene/dominant_fit.h"
+#include "pipeline/scene/dominant_layout.h"
+#include "shaders/lightcook_cpp.h"
+#include "verify/texture_unit.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Image;
+using formats::Result;
+
+/// Decodes rows of a texture, from firstRow (a multiple of the block height) on: at least rowCount, as far as the map has them.
+Result<Image<glm::vec4>> readRows(const formats::TextureReader& texture, int firstRow, int rowCount) {
+    const formats::TextureShape& shape = texture.shape();
+    const int blockHeight = formats::info(shape.format).blockHeight;
+    const int blockRows = formats::blocksDown(shape.format, std::min(rowCount, shape.height - firstRow));
+    Image<glm::vec4> rows(shape.width, std::min(blockRows * blockHeight, shape.height - firstRow));
+    std::vector<std::byte> blocks(formats::bytesPerBlockRow(shape.format, shape.width) * static_cast<std::size_t>(blockRows));
+    if (auto read = texture.readBlockRows({}, firstRow / blockHeight, blocks); !read) return tl::make_unexpected(read.error());
+    verify::decodeRows(shape.format, blocks, rows.view());
+    return rows;
+}
+
+Image<glm::vec4> copyOf(const Image<glm::vec4>& image) {
+    Image<glm::vec4> copy(image.width(), image.height());
+    std::ranges::copy(image.texels(), copy.texels().begin());
+    return copy;
+}
+
+/// Returns the divisor that gives textures of a size from that of the light map; nothing if none does.
+std::optional<int> divisorOf(const glm::ivec2& texture, const glm::ivec2& lightMap) {
+    for (const DominantLayoutInfo& layout : allDominantLayouts())
+        if (layout.divisor > 0 && reducedSize(lightMap, layout.divisor) == texture) return layout.divisor;
+    return std::nullopt;
+}
+
+}  // namespace
+
+void addResidual(Image<glm::vec4>& directions, const Image<glm::vec4>& residual, const DominantConstants& constants) {
+    for (std::size_t i = 0; i < residual.texels().size(); ++i)
+        directions.texels()[i] = glm::vec4(shaders::lcDominantStored(glm::vec3(directions.texels()[i]), glm::vec3(residual.texels()[i]),
+                                                                     constants.residualScale, constants.residualCentre),
+                                           1.0f);
+}
+
+Result<CookedDominantReader> CookedDominantReader::open(const std::filesystem::path& folder, const CookedAsset& asset,
+                                                        const glm::ivec2& lightMap) {
+    const auto constants = fromJson<DominantConstants>(asset.constants.value_or(Json()), asset.name + ", constants");
+    if (!constants) return tl::make_unexpected(constants.error());
+    const auto fit = dominantFitOf(asset.name, asset.fit.value_or("halo3"));
+    if (!fit) return tl::make_unexpected(fit.error());
+    auto direction = openTexture(folder, asset, "direction");
+    if (!direction) return tl::make_unexpected(direction.error());
+    auto intensity = openTexture(folder, asset, "intensity");
+    if (!intensity) return tl::make_unexpected(intensity.error());
+    CookedDominantReader reader(std::move(*direction), std::move(*intensity), *constants);
+    if (constants->residualScale != 0) {
+        auto residual = openTexture(folder, asset, "residual");
+        if (!residual) return tl::make_unexpected(residual.error());
+        reader.residual_ = std::move(*residual);
+    }
+    const auto sizeOf = [](const formats::TextureReader& texture) { return glm::ivec2(texture.shape().width, texture.shape().height); };
+    const glm::ivec2 found = sizeOf(reader.direction_);
+    const bool areAlike = sizeOf(reader.intensity_) == found && (!reader.residual_ || sizeOf(*reader.residual_) == found);
+    const auto divisor = areAlike ? divisorOf(found, lightMap) : std::nullopt;
+    if (!divisor)
+        return formats::failure(
+            formats::ErrorCode::Verification, asset.name,
+            fmt::format("found textures of {} x {} texels, expected {} x {} as the source, or a half or a quarter of that", found.x,
+                        found.y, lightMap.x, lightMap.y));
+    reader.map_ = {
+        constants->directionScale, constants->directionBias, constants->intensityRange, lightMap.x, lightMap.y, (*fit)->verified, *divisor};
+    return reader;
+}
+
+Result<CookedDominantReader::Rows> CookedDominantReader::read(int firstRow, int rowCount) const {
+    const verify::DominantRowRange needed = verify::dominantRowsFor(map_, firstRow, firstRow + rowCount);
+    const int blockHeight = formats::info(direction_.shape().format).blockHeight;
+    const int first = needed.first / blockHeight * blockHeight, count = needed.first + needed.count - first;
+    auto directions = readRows(direction_, first, count);
+    if (!directions) return tl::make_unexpected(directions.error());
+    auto intensities = readRows(intensity_, first, count);
+    if (!intensities) return tl::make_unexpected(intensities.error());
+    verify::DecodedDominantRows coarse{first, copyOf(*directions), copyOf(*intensities)};
+    if (residual_) {
+        const auto residual = readRows(*residual_, first, count);
+        if (!residual) return tl::make_unexpected(residual.error());
+        addResidual(*directions, *residual, constants_);
+    }
+    return Rows{{first, std::move(*directions), std::move(*intensities)}, std::move(coarse)};
+}
+
+}  // namespace lightcook::pipeline

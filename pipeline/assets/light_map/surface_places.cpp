@@ -1,0 +1,71 @@
+#include "pipeline/assets/light_map/surface_places.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <glm/common.hpp>
+#include <optional>
+
+namespace lightcook::pipeline {
+namespace {
+
+/// Places of a map at most, about: with eight views and six materials the 99th percentile of their errors is that of a hundred thousand
+/// samples.
+constexpr double kMostPlaces = 2500;
+/// Rows at the ends of a strip that have no places: the filter of a texture of a quarter of the map's size reads two rows of the map more.
+constexpr int kFilterRows = 2;
+
+/// Returns a place of the footprint of a texel, from its centre: the first numbers of a sequence fill the square evenly (Roberts 2018, The
+/// Unreasonable Effectiveness of Quasirandom Sequences: multiples of the plastic number's inverse powers).
+glm::dvec2 placeInTexel(int number) {
+    constexpr glm::dvec2 kStep(0.75487766624669276, 0.56984029099805327);
+    return glm::fract(0.5 + static_cast<double>(number) * kStep) - 0.5;
+}
+
+/// Returns the bake at a place, filtered between covered texels. Nothing where charts meet.
+/// at  in texels of the map, whose rows the filter reads
+std::optional<lighting::ShRgb> bakeAt(const formats::LightMapStrip& texels, const glm::dvec2& at) {
+    const glm::ivec2 corner(glm::floor(at));
+    const glm::dvec2 part = at - glm::dvec2(corner);
+    std::array<std::uint32_t, 4> charts{};
+    std::array<glm::dvec3, lighting::kShCount> sum{};
+    double weights = 0;
+    for (int i = 0; i < 4; ++i) {
+        const int x = std::clamp(corner.x + i % 2, 0, texels.sh.width() - 1),
+                  y = std::clamp(corner.y + i / 2 - texels.firstRow, 0, texels.sh.height() - 1);
+        charts[static_cast<std::size_t>(i)] = texels.chart.width() > 0 ? texels.chart.at(x, y) : formats::kAnyChart;
+        if (texels.covered.at(x, y) == 0) continue;
+        const double weight = (i % 2 == 1 ? part.x : 1 - part.x) * (i / 2 == 1 ? part.y : 1 - part.y);
+        for (std::size_t k = 0; k < lighting::kShCount; ++k) sum[k] += weight * glm::dvec3(texels.sh.at(x, y)[k]);
+        weights += weight;
+    }
+    if (!(weights > 0) || !formats::mayHoldSurface(charts)) return std::nullopt;
+    lighting::ShRgb bake;
+    for (std::size_t k = 0; k < lighting::kShCount; ++k) bake[k] = glm::vec3(sum[k] / weights);
+    return bake;
+}
+
+}  // namespace
+
+/// The step is odd, so that places fall on every texel of a block.
+SurfacePlaces::SurfacePlaces(int width, int height)
+    : width_(width),
+      height_(height),
+      step_(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(width) * height / kMostPlaces))) | 1) {}
+
+std::vector<SurfacePlace> SurfacePlaces::of(const formats::LightMapStrip& texels, int firstRow, int rowCount) const {
+    const int end = firstRow + rowCount;
+    const int firstPlace = firstRow == 0 ? 0 : firstRow + kFilterRows, endPlace = end == height_ ? end : end - kFilterRows;
+    const int placesAcross = (width_ + step_ - 1) / step_;
+    std::vector<SurfacePlace> places;
+    for (int y = firstPlace; y < endPlace; ++y)
+        for (int x = step_ / 2; y % step_ == step_ / 2 && x < width_; x += step_) {
+            if (texels.covered.at(x, y - texels.firstRow) == 0) continue;
+            const glm::dvec2 at = glm::dvec2(x, y) + placeInTexel(y / step_ * placesAcross + x / step_);
+            if (const auto bake = bakeAt(texels, at)) places.push_back({at, texels.normal.at(x, y - texels.firstRow), *bake});
+        }
+    return places;
+}
+
+}  // namespace lightcook::pipeline

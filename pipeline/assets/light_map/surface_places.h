@@ -1,0 +1,34 @@
+// Places of the surface that a light map lights: some thousands, spread evenly over the footprints of covered texels, between texel centres
+// as often as anywhere else. The light of a bake there is filtered between covered texels alone.
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "formats/light_map.h"
+#include "lighting/sh.h"
+
+namespace lightcook::pipeline {
+
+struct SurfacePlace {
+    glm::dvec2 at{0};      ///< in texels of the map; integers are texel centres
+    glm::vec3 normal{0};   ///< of the texel whose footprint holds the place
+    lighting::ShRgb bake;  ///< filtered light
+};
+
+class SurfacePlaces {
+public:
+    /// Size of a map [texels].
+    SurfacePlaces(int width, int height);
+    /// Returns the places of a strip, row by row. Its first and last rows have none, except at the ends of the map: filters of smaller
+    /// textures read rows beyond them.
+    /// texels  hold the strip
+    std::vector<SurfacePlace> of(const formats::LightMapStrip& texels, int firstRow, int rowCount) const;
+
+private:
+    int width_, height_;
+    int step_;  ///< between texels that have a place, along both axes
+};
+
+}  // namespace lightcook::pipeline
