@@ -15,6 +15,7 @@
 #include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/trial.h"
+#include "pipeline/assets/light_map/whole_errors.h"
 #include "pipeline/assets/lut/lut.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/rsrm/rsrm.h"
@@ -126,6 +127,7 @@ constexpr std::array kPlanActions = {PlanAction{"materials", readMaterials},
                                      PlanAction{"gltf", cookGltf},
                                      PlanAction{"light-map-trial", tryLightMap},
                                      PlanAction{"joint-trial", tryJointly},
+                                     PlanAction{"verify-whole", verifyWhole},
                                      PlanAction{"light-map-content", readLightMapContent},
                                      PlanAction{"probe-use", findUnusedProbes},
                                      PlanAction{"lint-light-map", lintLightMap},

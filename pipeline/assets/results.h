@@ -150,6 +150,20 @@ void describe(Fields& fields, Self& result) {
     fields.optional("ground_truth", result.groundTruth, "errors against traced light");
 }
 
+/// Visible error of what a pixel shows of a light map and its dominant light together: result of action "verify-whole".
+struct WholeVisible {
+    verify::VisibleFigures visible;
+    int places = 0;                    ///< that were shaded
+    std::optional<double> maxVisible;  ///< limit on the 99th percentile
+    bool isKept() const { return !maxVisible || visible.p99 <= *maxVisible; }
+};
+template <class Fields, Is<WholeVisible> Self>
+void describe(Fields& fields, Self& whole) {
+    fields.required("visible", whole.visible, "visible error, in just noticeable differences (Delta E ITP)");
+    fields.required("places", whole.places, kFigure, "places of the surface that were shaded");
+    fields.optional("max_visible", whole.maxVisible, kFigure, "limit on the 99th percentile");
+}
+
 /// Returns the outcome of an action with a typed result.
 template <Described Result>
 ActionOutcome outcomeWith(const Result& result, std::vector<std::string> files = {}) {

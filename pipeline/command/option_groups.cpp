@@ -205,6 +205,10 @@ void OutputOptions::addScene(CLI::App& app) {
     app.add_option("--max-converter-visible", maxConverterVisible_,
                    "Limit on the visible error of dominant lights, cubemaps, tables and reflection maps; over it verification fails")
         ->type_name("NUMBER");
+    app.add_option("--max-whole-visible", maxWholeVisible_,
+                   "Limit on the visible error of what a pixel shows of a light map and its dominant light together: their smallest "
+                   "layouts within it are chosen; over it verification fails")
+        ->type_name("NUMBER");
     app.add_option("--max-seam", maxSeam_,
                    "Limit on the seams that cooking adds where charts of a light map meet on its mesh, in just noticeable differences; "
                    "over it verification fails")
@@ -232,6 +236,9 @@ formats::Result<void> OutputOptions::apply(CookOptions& options) const {
     if (maxSeam_)
         if (auto checked = checkOption("--max-seam", objectionToMaxVisible(*maxSeam_)); !checked) return checked;
     options.maxSeam = maxSeam_;
+    if (maxWholeVisible_)
+        if (auto checked = checkOption("--max-whole-visible", objectionToMaxVisible(*maxWholeVisible_)); !checked) return checked;
+    options.maxWholeVisible = maxWholeVisible_;
     if (effort_ && options.target == formats::Target::Float)
         return formats::failure(formats::ErrorCode::InvalidRequest, "--effort",
                                 "found it with --target float, whose texels are not encoded, expected --target bc or astc");

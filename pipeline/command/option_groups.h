@@ -73,7 +73,8 @@ private:
     void addLimits(CLI::App& app);
 
     std::string target_, layout_, objective_, container_, budget_;
-    std::optional<double> maxError_, maxConverterError_, maxVisible_, maxVisibleBound_, maxConverterVisible_, maxSeam_, rdo_;
+    std::optional<double> maxError_, maxConverterError_, maxVisible_, maxVisibleBound_, maxConverterVisible_, maxSeam_, maxWholeVisible_,
+        rdo_;
     std::optional<int> effort_;
     bool zstd_ = false, isOneAsset_ = true;
 };

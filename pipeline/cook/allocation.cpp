@@ -52,4 +52,9 @@ std::size_t pointWithin(const std::vector<AllocationPoint>& frontier, std::uint6
     return over == frontier.begin() ? 0 : static_cast<std::size_t>(over - frontier.begin()) - 1;
 }
 
+std::size_t pointOfError(const std::vector<AllocationPoint>& frontier, double visible) {
+    const auto within = std::ranges::find_if(frontier, [&](const AllocationPoint& point) { return point.visible <= visible; });
+    return within == frontier.end() ? frontier.size() - 1 : static_cast<std::size_t>(within - frontier.begin());
+}
+
 }  // namespace lightcook::pipeline

@@ -38,5 +38,7 @@ std::vector<AllocationPoint> allocationFrontier(const AllocationChoices& choices
 
 /// Returns the index of the last point within a budget; 0, the smallest, where none is.
 std::size_t pointWithin(const std::vector<AllocationPoint>& frontier, std::uint64_t budgetBytes);
+/// Returns the index of the first point within an error; the last, of least error, where none is.
+std::size_t pointOfError(const std::vector<AllocationPoint>& frontier, double visible);
 
 }  // namespace lightcook::pipeline

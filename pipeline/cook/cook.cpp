@@ -41,6 +41,7 @@ void applyOverrides(const CookOptions& options, OutputSettings& output) {
     if (options.maxVisibleBound) output.maxVisibleBound = options.maxVisibleBound;
     if (options.maxConverterVisible) output.maxConverterVisible = options.maxConverterVisible;
     if (options.maxSeam) output.maxSeam = options.maxSeam;
+    if (options.maxWholeVisible) output.maxWholeVisible = options.maxWholeVisible;
     if (options.maxConverterError) output.maxConverterError = options.maxConverterError;
     output.isErrorAsked = output.isErrorAsked || options.maxError;
     if (options.budgetBytes) output.budgetBytes = *options.budgetBytes;
@@ -63,6 +64,8 @@ std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entr
                "ground_truth";
     if ((entry.maxVisibleBound || output.maxVisibleBound) && maxVisible > 0)
         return "found max_visible_bound beside charts with fewer texels, whose error has no bound, expected charts_max_visible = 0";
+    if (output.maxWholeVisible && maxVisible > 0)
+        return "found max_whole_visible beside charts with fewer texels, whose error it does not count, expected charts_max_visible = 0";
     return "";
 }
 
@@ -280,8 +283,9 @@ private:
             options.depfile = {};
             if (auto made = makeFolder(options.output); !made) return made;
             Scene scene = scene_;
-            scene.output.budgetBytes = {};
-            options.budgetBytes = {};
+            scene.output.budgetBytes = options.budgetBytes = {};
+            scene.output.maxWholeVisible = options.maxWholeVisible = {};
+            if (scene.output.lightMapLayout.empty()) scene.output.lightMapLayout = kAutoLayout;  // as the limits had it
             const Outcome done = Cook(std::move(scene), charts_, options, state_, layouts).run();
             outcome_.actionsRun += done.actionsRun;
             outcome_.actionsReused += done.actionsReused;

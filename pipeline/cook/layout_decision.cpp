@@ -98,7 +98,9 @@ std::map<std::string, std::string> LayoutDecision::choose() {
         return chosen_;
     }
     frontier_ = allocationFrontier(allowedChoices(), otherBytes_);
-    chosenPoint_ = pointWithin(frontier_, *scene_.output.budgetBytes);
+    const OutputSettings& output = scene_.output;
+    chosenPoint_ = output.budgetBytes ? pointWithin(frontier_, *output.budgetBytes) : frontier_.size() - 1;
+    if (output.maxWholeVisible) chosenPoint_ = std::min(chosenPoint_, pointOfError(frontier_, *output.maxWholeVisible));
     for (const auto& [map, choice] : frontier_[chosenPoint_].choices) {
         chosen_[map] = choice.lightMap;
         if (!choice.dominant.empty()) chosen_[dominantNameOf(map)] = choice.dominant;
@@ -119,6 +121,7 @@ Result<bool> LayoutDecision::isRefuted(const Plan& plan, const ExecutionResult& 
     if (!lightMap) return lightMap;
     if (choices_.empty()) return *lightMap;
     if (auto noted = noteFailedDominants(chosen); !noted) return tl::make_unexpected(noted.error());
+    if (auto noted = noteFailedWholes(chosen); !noted) return tl::make_unexpected(noted.error());
     if (auto corrected = correctBytes(plan, others, chosen); !corrected) return tl::make_unexpected(corrected.error());
     const std::map<std::string, std::string> before = chosen_;
     return choose() != before;
@@ -154,6 +157,22 @@ Result<void> LayoutDecision::noteFailedDominants(const ExecutionResult& chosen) 
         const std::string& layout = chosen_.at(dominantNameOf(map));
         for (AllocationChoice& choice : choices)
             if (choice.dominant == layout) choice.visible = std::numeric_limits<double>::infinity();
+    }
+    return {};
+}
+
+/// Notes pairs over the limit on what a pixel shows, which the trial of a part of the map had found within it.
+Result<void> LayoutDecision::noteFailedWholes(const ExecutionResult& chosen) {
+    for (auto& [map, choices] : choices_) {
+        const auto record = chosen.records.find("whole/" + map);
+        if (record == chosen.records.end()) continue;
+        const auto whole = fromJson<WholeVisible>(record->second.result, record->second.id);
+        if (!whole) return tl::make_unexpected(whole.error());
+        if (whole->isKept()) continue;
+        const auto dominant = chosen_.find(dominantNameOf(map));
+        for (AllocationChoice& choice : choices)
+            if (choice.lightMap == chosen_.at(map) && choice.dominant == (dominant == chosen_.end() ? "" : dominant->second))
+                choice.visible = std::max(choice.visible, whole->visible.p99);
     }
     return {};
 }

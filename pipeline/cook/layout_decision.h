@@ -1,5 +1,5 @@
 // Decides the layouts that a scene leaves open: those of light maps by error, or those of light maps and dominant lights together by
-// budget; from their trials, and again after verification.
+// budget or by the error of what a pixel shows; from their trials, and again after verification.
 #pragma once
 
 #include <cstdint>
@@ -28,9 +28,9 @@ public:
     static formats::Result<LayoutDecision> create(const Scene& scene, const Plan& open, const ExecutionResult& trials,
                                                   const ExecutionResult& materials);
 
-    /// Returns layouts by asset: of each map, and of each dominant light that a budget chooses. They are the cheapest within the error, or
-    /// with a budget the allocation of least error within it. Under both, maps keep the cheapest within the error, and the budget is for
-    /// the dominant lights.
+    /// Returns layouts by asset: of each map, and of each dominant light that is chosen with it. They are the cheapest within the error; or
+    /// with a budget the allocation of least error within it; or with a limit on what a pixel shows the smallest allocation within it, or
+    /// within the budget as well. Beside an error of light maps, maps keep the cheapest within it, and the rest is for the dominant lights.
     std::map<std::string, std::string> choose();
     /// Notes the verified errors and the bytes of what was chosen. Returns true if choose() would now choose something else: a map missed
     /// the bound that its trial had kept, since a trial of a part of a map may be too good; or meshes turned out smaller than their upper
@@ -41,7 +41,7 @@ public:
     /// other assets are as chosen.
     std::map<std::string, std::map<std::string, std::string>> alternatives() const;
 
-    /// Returns the frontier of the last choose(), with the point that it chose. Empty without a budget.
+    /// Returns the frontier of the last choose(), with the point that it chose. Empty where only errors of light maps decide.
     const std::vector<AllocationPoint>& frontier() const { return frontier_; }
     std::size_t chosenPoint() const { return chosenPoint_; }
 
@@ -52,11 +52,12 @@ private:
     AllocationChoices allowedChoices() const;
     formats::Result<bool> isLightMapRefuted(const ExecutionResult& chosen);
     formats::Result<void> noteFailedDominants(const ExecutionResult& chosen);
+    formats::Result<void> noteFailedWholes(const ExecutionResult& chosen);
     formats::Result<void> correctBytes(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen);
 
     const Scene& scene_;
     LightMapCandidates candidates_;
-    AllocationChoices choices_;                  ///< of a scene with a budget
+    AllocationChoices choices_;                  ///< of a scene whose layouts are chosen together (OutputSettings::isChosenByWhole)
     std::uint64_t otherBytes_ = 0;               ///< GPU memory of the other assets, meshes at their upper bound
     bool mayShrink_ = true;                      ///< otherBytes_ was not corrected downwards yet
     std::map<std::string, std::string> chosen_;  ///< by the last choose(), as are those below

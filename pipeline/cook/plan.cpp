@@ -20,6 +20,7 @@
 #include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/trial.h"
+#include "pipeline/assets/light_map/whole_errors.h"
 #include "pipeline/assets/lut/lut.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/rsrm/rsrm.h"
@@ -160,7 +161,7 @@ private:
         bool isChosen = false;
         if constexpr (std::is_same_v<Parameters, LightMapParameters>) {
             const auto entry = std::ranges::find(scene_.lightMaps, asset, &LightMapEntry::name);
-            isChosen = output.budgetBytes && !output.isErrorAsked && lightMapLayoutFor(scene_, needs_, *entry) == kAutoLayout;
+            isChosen = output.isChosenByWhole() && !output.isErrorAsked && lightMapLayoutFor(scene_, needs_, *entry) == kAutoLayout;
         }
         if constexpr (std::is_same_v<Parameters, DominantParameters>) isChosen = parameters.layout && !output.maxConverterError;
         if (isChosen) return kMostChosenError;
@@ -187,6 +188,7 @@ private:
         if (hasMap && isDecided) addLightMap(entry, description, layout, reduction);
         if (hasMap && isDecided && scene_.output.gltf && entry.mesh) addGltf(entry, description);
         if (isDecided || !isDominantChosen(joint)) planDominant(entry, description, reduction);
+        if (hasMap && isDecided) addWhole(entry, reduction);
         if (hasMesh && isDecided && (scene_.output.draco || hasLearnedBases(layout) || packed != nullptr))
             addMesh(entry, description, layout);
         if (packed != nullptr)
@@ -204,20 +206,39 @@ private:
 
     static bool isDominantChosen(const std::optional<JointTrial>& joint) { return joint && joint->dominant; }
 
-    /// Returns what shares the budget with a light map. Empty: there is no budget, or nothing of the map is left to choose. A dominant
-    /// light that is cooked without its light map was asked for, and is not traded.
+    /// Returns what is chosen together with a light map. Empty: neither a budget nor a limit asks for it, or nothing of the map is left to
+    /// choose. A dominant light that is cooked without its light map was asked for, and is not traded.
     std::optional<JointTrial> jointTrialOf(const LightMapEntry& entry, const LightMapReduction& reduction) const {
-        if (!scene_.output.budgetBytes || reduction.constantOf) return std::nullopt;
+        if (!scene_.output.isChosenByWhole() || reduction.constantOf) return std::nullopt;
         if (!isWanted(options_, entry.name, AssetKind::LightMap, entry.name)) return std::nullopt;
         const bool isLayoutChosen = reduction.layout == kAutoLayout;
         JointTrial joint;
         if (reduction.layout != kAutoLayout) joint.layout = reduction.layout;
-        if (needs_.specular && reduction.hasDominant && !reduction.isDominantConstant &&
-            isWanted(options_, dominantNameOf(entry.name), AssetKind::Dominant, entry.name)) {
+        if (isDominantShown(entry, reduction)) {
             joint.dominant = DominantTrial{
                 entry.dominantFit, entry.dominantLayout ? std::vector{*entry.dominantLayout} : formats::namesOf(allDominantLayouts())};
         }
         return isLayoutChosen || isDominantChosen(joint) ? std::optional(joint) : std::nullopt;
+    }
+
+    /// Returns true if pixels show a dominant light of the map that differs from texel to texel.
+    bool isDominantShown(const LightMapEntry& entry, const LightMapReduction& reduction) const {
+        return needs_.specular && reduction.hasDominant && !reduction.isDominantConstant &&
+               isWanted(options_, dominantNameOf(entry.name), AssetKind::Dominant, entry.name);
+    }
+
+    /// Adds the verification of a light map and its dominant light together, where that chose their layouts.
+    void addWhole(const LightMapEntry& entry, const LightMapReduction& reduction) {
+        if (!scene_.output.isChosenByWhole() || reduction.constantOf || !isWanted(options_, entry.name, AssetKind::LightMap, entry.name))
+            return;
+        WholeVerifyParameters parameters{{shading_, scene_.display}, {}, scene_.output.maxWholeVisible};
+        std::vector<std::string> dependencies = {"cook/" + entry.name};
+        if (isDominantShown(entry, reduction)) {
+            parameters.fit = entry.dominantFit;
+            const std::string dominant = dominantNameOf(entry.name);
+            if (std::ranges::find(plan_.assets, dominant) != plan_.assets.end()) dependencies.push_back("cook/" + dominant);
+        }
+        plan_.actions.push_back(wholeAction(entry.name, sourceOf(entry), toJson(parameters), std::move(dependencies)));
     }
 
     void addTrial(const LightMapEntry& entry, const formats::LightMapDescription& description, bool isFlatTried,
@@ -420,7 +441,7 @@ private:
         const int unread = unreadLevelsOf(needs_, entry.size), size = entry.size >> unread;
         if (unread == 0) return 0;
         const std::uint64_t bytes = cubemapBytes(entry.size, scene_.output.target) - cubemapBytes(size, scene_.output.target);
-        if (scene_.output.keepUnused || !entry.readLevelsOnly.value_or(scene_.output.budgetBytes.has_value())) {
+        if (scene_.output.keepUnused || !entry.readLevelsOnly.value_or(scene_.output.isChosenByWhole())) {
             plan_.notes[entry.name] = {{"unread_levels", unread}, {"unread_bytes", bytes}};
             return 0;
         }
@@ -599,6 +620,11 @@ std::vector<Action> planNeeds(const Scene& scene) {
 Action verifyAction(const std::string& asset, AssetKind kind, const std::map<std::string, std::filesystem::path>& sources,
                     Json parameters) {
     return {"verify/" + asset, "verify-" + std::string(info(kind).name), asset, std::move(parameters), sources, {"cook/" + asset}};
+}
+
+Action wholeAction(const std::string& lightMap, const std::map<std::string, std::filesystem::path>& sources, Json parameters,
+                   std::vector<std::string> dependencies) {
+    return {"whole/" + lightMap, "verify-whole", lightMap, std::move(parameters), sources, std::move(dependencies)};
 }
 
 formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const PlanOptions& options) {

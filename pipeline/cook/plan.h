@@ -58,5 +58,8 @@ std::string dominantNameOf(const std::string& lightMap);
 
 /// Returns the verify action of an asset. sources: by role, as the manifest names them.
 Action verifyAction(const std::string& asset, AssetKind kind, const std::map<std::string, std::filesystem::path>& sources, Json parameters);
+/// Returns the action that verifies a light map and its dominant light together, "whole/a" of light map "a".
+Action wholeAction(const std::string& lightMap, const std::map<std::string, std::filesystem::path>& sources, Json parameters,
+                   std::vector<std::string> dependencies);
 
 }  // namespace lightcook::pipeline

@@ -176,7 +176,9 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
     if (!asset) return tl::make_unexpected(asset.error());
     if (packed != plan.packed.end())
         if (auto described = describeSource(packed->second, *asset); !described) return described;
-    auto row = reportRow(*asset, cooked->second, verified->second);
+    const auto whole = result.records.find("whole/" + name);
+    if (whole != result.records.end()) asset->verifyWhole = actionOf(plan, whole->first).parameters;
+    auto row = reportRow(*asset, cooked->second, verified->second, whole == result.records.end() ? nullptr : &whole->second);
     if (!row) return tl::make_unexpected(row.error());
     if (packed != plan.packed.end()) describeSources(packed->second, *asset, *row);
     if (const auto record = result.records.find("trial/" + name); record != result.records.end()) {

@@ -128,7 +128,30 @@ private:
         verified.result.erase("preview");  // drawn in a scratch folder
         verified.seconds = secondsSince(start);
         if (state_.event) state_.event(action, ActionEvent::Finished, verified.seconds);
-        return reportRow(asset, cooked, verified);
+        if (!asset.verifyWhole) return reportRow(asset, cooked, verified);
+        const auto whole = verifyWhole(manifest, asset, action.inputs, cooked, scratch);
+        if (!whole) return tl::make_unexpected(whole.error());
+        return reportRow(asset, cooked, verified, &*whole);
+    }
+
+    /// Verifies a light map and its dominant light together.
+    Result<ActionRecord> verifyWhole(const Manifest& manifest, const CookedAsset& lightMap,
+                                     const std::map<std::string, std::filesystem::path>& sources, const ActionRecord& cooked,
+                                     const std::filesystem::path& scratch) {
+        ActionRecord dominant, record;
+        std::vector<const ActionRecord*> upstream = {&cooked};
+        for (const CookedAsset& asset : manifest.assets) {
+            if (asset.kind != AssetKind::Dominant || asset.lightMap != lightMap.name) continue;
+            dominant.result = toJson(CookResult{asset, 0, {}});
+            upstream.push_back(&dominant);
+        }
+        const Action action = wholeAction(lightMap.name, sources, *lightMap.verifyWhole, {});
+        const auto start = Clock::now();
+        auto outcome = actionFunction(action.kind)({action, scratch, options_.folder, upstream, shared_, state_});
+        if (!outcome) return tl::make_unexpected(outcome.error());
+        record.result = std::move(outcome->result);
+        record.seconds = secondsSince(start);
+        return record;
     }
 
     /// Packs the charts of an asset's light map again, once for all its assets.

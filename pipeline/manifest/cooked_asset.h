@@ -165,6 +165,7 @@ struct CookedAsset {
     std::optional<VertexBasis> basis;
     std::optional<std::string> digest;  ///< of `file`
     std::optional<Json> verify;         ///< parameters of the verify action
+    std::optional<Json> verifyWhole;    ///< of a light map: parameters of the action that verifies it and its dominant light together
 
     /// Return the GPU memory and the size on disk [bytes] of the textures and of everything beside them.
     std::uint64_t totalBytesGpu() const;
@@ -217,6 +218,9 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("basis", asset.basis, "learned bases that the vertices of a mesh name");
     fields.optional("digest", asset.digest, "XXH3-128 of `file`");
     fields.optional("verify", asset.verify, "parameters of the verification: `max_error`, `shading`, `samples`");
+    fields.optional("verify_whole", asset.verifyWhole,
+                    "of a light map that a budget or `max_whole_visible` chose: parameters of its verification together with its dominant "
+                    "light");
 }
 
 }  // namespace lightcook::pipeline

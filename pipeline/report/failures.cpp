@@ -99,6 +99,18 @@ void addVisible(const ReportRow& row, const std::string& shading, const verify::
                failures);
 }
 
+/// Appends a failure if what a pixel shows of a light map and its dominant light is over its limit.
+void addWhole(const ReportRow& row, std::vector<Failure>& failures) {
+    if (!row.whole || row.whole->isKept()) return;
+    Failure failure;
+    failure.stage = "whole";
+    failure.visible = finiteOrNan(row.whole->visible.p99);
+    failure.limit = *row.whole->maxVisible;
+    failure.detail = fmt::format("found a visible error of {:.3g} (p99), expected at most {:.3g}", *failure.visible, *failure.limit);
+    complete(failure, row, "together with its dominant light", {});
+    failures.push_back(std::move(failure));
+}
+
 /// Appends a failure if the largest step that cooking adds to an edge is over its limit.
 void addSeam(const ReportRow& row, std::vector<Failure>& failures) {
     if (!row.verdict.maxSeam || !row.seams || row.seams->largestAdded() <= *row.verdict.maxSeam) return;
@@ -169,6 +181,7 @@ std::vector<Failure> failuresOf(const ReportRow& row) {
     addVisible(row, "diffuse", row.verdict.stages.back().diffuse, failures);
     addVisible(row, "specular", row.verdict.stages.back().specular, failures);
     addSeam(row, failures);
+    addWhole(row, failures);
     return failures;
 }
 

@@ -115,7 +115,7 @@ Html frontierSection(const Json& budget) {
     return card(
         "What another budget buys",
         element("p", {{"class", "soft"}},
-                word("Light maps and dominant lights share the budget. No other choice of their layouts has fewer bytes and no larger "
+                word("Light maps and dominant lights share the memory. No other choice of their layouts has fewer bytes and no larger "
                      "visible error of the whole shading (p99 of the worst light map, as the trials measured it).")) +
             plot(points, limit.is_null() ? 0 : static_cast<double>(count(limit))) + element("ul", {{"class", "advice"}}, steps) + all);
 }

@@ -29,7 +29,7 @@ Result<std::pair<Json, Report>> readBoth(const std::filesystem::path& file) {
 
 }  // namespace
 
-Result<ReportRow> reportRow(const CookedAsset& asset, const ActionRecord& cooked, const ActionRecord& verified) {
+Result<ReportRow> reportRow(const CookedAsset& asset, const ActionRecord& cooked, const ActionRecord& verified, const ActionRecord* whole) {
     auto cook = fromJson<CookResult>(cooked.result, asset.name);
     if (!cook) return tl::make_unexpected(cook.error());
     auto verification = fromJson<VerifyResult>(verified.result, asset.name);
@@ -63,6 +63,13 @@ Result<ReportRow> reportRow(const CookedAsset& asset, const ActionRecord& cooked
     row.charts = std::move(verification->charts);
     row.measures = std::move(verification->measures);
     row.groundTruth = std::move(verification->groundTruth);
+    if (whole != nullptr) {
+        auto result = fromJson<WholeVisible>(whole->result, asset.name);
+        if (!result) return tl::make_unexpected(result.error());
+        row.whole = std::move(*result);
+        row.verifySeconds += whole->seconds;
+        row.verdict.passed = row.verdict.passed && row.whole->isKept();
+    }
     if (!row.verdict.passed) row.failures = failuresOf(row);
     // Lights and meshes are matched to their light map by these.
     const bool hasBake = row.kind == AssetKind::LightMap || row.kind == AssetKind::Dominant || row.kind == AssetKind::Mesh;

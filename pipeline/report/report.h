@@ -96,7 +96,9 @@ void describe(Fields& fields, Self& report) {
 }
 
 /// Returns the row of an asset: its manifest entry, the results of its cook and its verification, and the time of each.
-formats::Result<ReportRow> reportRow(const CookedAsset& asset, const ActionRecord& cooked, const ActionRecord& verified);
+/// whole  verification of a light map and its dominant light together; null: there was none
+formats::Result<ReportRow> reportRow(const CookedAsset& asset, const ActionRecord& cooked, const ActionRecord& verified,
+                                     const ActionRecord* whole = nullptr);
 
 /// Members of a report that do not depend on the rows.
 struct ReportFrame {

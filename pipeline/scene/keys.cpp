@@ -89,7 +89,9 @@ SceneSectionInfo outputSection() {
              {"max_converter_error", "fraction", "0.1, or `max_error` if that is larger",
               "limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity"},
              {"max_visible", "number",
-              "5 where the layout is `\"auto\"` and none of `max_error`, `max_visible_bound`, `max_seam` and `budget` is given, else none",
+              "5 where the layout is `\"auto\"` and none of `max_error`, `max_visible_bound`, `max_seam`, `max_whole_visible` and `budget` "
+              "is "
+              "given, else none",
               "limit on the [visible error](../theory/visible.md) of light maps and meshes, in just noticeable differences: 99 % of the "
               "samples are within it; above it verification fails (exit code 4)"},
              {"max_visible_bound", "number", "none",
@@ -98,14 +100,18 @@ SceneSectionInfo outputSection() {
              {"max_seam", "number", "none",
               "limit on the [seams](../theory/visible.md#seams) that cooking adds where charts of a light map meet on its mesh, in just "
               "noticeable differences; above it verification fails (exit code 4)"},
+             {"max_whole_visible", "number", "none",
+              "limit on the visible error (p99) of what a pixel shows of a light map and its dominant light together. Their layouts are "
+              "chosen together, [the smallest within it](../guide/memory-budgets.md#a-limit-in-place-of-a-budget); above it verification "
+              "fails (exit code 4)"},
              {"max_converter_visible", "number", "none",
               "the same limit of dominant lights, cubemaps, tables and reflection maps, each in the "
               "[light that it adds to a pixel](../theory/visible.md#other-assets)"},
              {"budget", "size", "none",
               "GPU memory of the whole scene: `\"2 MiB\"`, `\"1.5 GB\"`, `\"4096\"` (bytes); more is exit code 5"},
              {"light_map_layout", choices(lightMapLayoutChoices()),
-              "`\"auto\"` where `max_error`, `max_visible`, `max_visible_bound`, `max_seam`, `budget` or `layouts` is given, else "
-              "`\"ratio\"`",
+              "`\"auto\"` where `max_error`, `max_visible`, `max_visible_bound`, `max_seam`, `max_whole_visible`, `budget` or `layouts` is "
+              "given, else `\"ratio\"`",
               "see [layouts](../theory/layouts.md)"},
              enumeratedKey("cost", formats::allLayoutCosts(),
                            "what `auto` keeps small where an error limits it; [light-map layouts](light-map-layouts.md) has the costs"),
@@ -260,7 +266,7 @@ SceneSectionInfo probeSection() {
                       "JSON with the probe's own SH, found by the image's file name: "
                       "`{\"probes\": [{\"file\": \"...\", \"sh\": [[r, g, b], ... nine]}]}`"},
                      {"size", fmt::format("a power of two, {} to {}, or `\"{}\"`", kLeastProbeSize, kMostProbeSize, kAutoProbeSize),
-                      fmt::format("{}; with a `budget` `\"{}\"`", ProbeEntry{}.size, kAutoProbeSize),
+                      fmt::format("{}; with `budget` or `max_whole_visible` `\"{}\"`", ProbeEntry{}.size, kAutoProbeSize),
                       fmt::format("texels along the edge of a face. The levels go down to one texel a face. `\"{}\"`: the levels of {} "
                                   "less the largest ones, if the materials are too rough to read them",
                                   kAutoProbeSize, ProbeEntry{}.size)},

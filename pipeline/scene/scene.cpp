@@ -348,6 +348,7 @@ OutputSettings readOutput(TableReader reader) {
     output.maxVisibleBound = readMaxVisible(reader, "max_visible_bound");
     output.maxConverterVisible = readMaxVisible(reader, "max_converter_visible");
     output.maxSeam = readMaxVisible(reader, "max_seam");
+    output.maxWholeVisible = readMaxVisible(reader, "max_whole_visible");
     if (const auto text = reader.optional<std::string>("budget", "a size such as \"2 MiB\"")) {
         const auto bytes = parseByteCount(*text, reader.place("budget"));
         if (!bytes) throw SceneMistake{bytes.error()};
@@ -762,13 +763,13 @@ std::optional<double> converterVisibleLimit(const OutputSettings& output, const 
 
 std::string layoutAsked(const OutputSettings& output) {
     if (!output.lightMapLayout.empty()) return output.lightMapLayout;
-    return output.isErrorLimited() || output.budgetBytes || !output.layouts.empty() ? kAutoLayout : "ratio";
+    return output.isErrorLimited() || output.isChosenByWhole() || !output.layouts.empty() ? kAutoLayout : "ratio";
 }
 
 std::optional<double> visibleLimit(const OutputSettings& output, const std::optional<double>& ofLightMap) {
     if (ofLightMap) return ofLightMap;
     if (output.maxVisible) return output.maxVisible;
-    const bool isNothingAsked = layoutAsked(output) == kAutoLayout && !output.isErrorLimited() && !output.budgetBytes;
+    const bool isNothingAsked = layoutAsked(output) == kAutoLayout && !output.isErrorLimited() && !output.isChosenByWhole();
     return isNothingAsked ? std::optional(kDefaultMaxVisible) : std::nullopt;
 }
 

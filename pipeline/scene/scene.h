@@ -47,11 +47,15 @@ struct OutputSettings {
     std::optional<double> maxVisible;       ///< limit on the 99th percentile of visible errors of light maps; see visibleLimit
     std::optional<double> maxVisibleBound;  ///< limit on the proven bound of visible errors of light maps
     std::optional<double> maxSeam;          ///< limit on the largest step that cooking adds to an edge of light maps
+    /// Limit on the 99th percentile of visible errors of what a pixel shows: light map and dominant light together.
+    std::optional<double> maxWholeVisible;
     /// Limit on the 99th percentile of visible errors of dominant lights, cubemaps, tables and reflection maps; see converterVisibleLimit.
     std::optional<double> maxConverterVisible;
     /// Returns true if a limit on the error of light maps is given.
     bool isErrorLimited() const { return isErrorAsked || maxVisible || maxVisibleBound || maxSeam; }
     std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory for the whole scene
+    /// Returns true if light maps and their dominant lights are chosen together, by what a pixel shows.
+    bool isChosenByWhole() const { return budgetBytes || maxWholeVisible; }
     double rdo = 0;  ///< share by which the error may grow so that blocks repeat, 0 .. kLargestRdo; target bc only
     formats::Objective objective = formats::Objective::Visible;  ///< of learned layouts of light maps
     formats::LayoutCost cost = formats::LayoutCost::Bytes;       ///< of layouts, where "auto" chooses one within an error
@@ -118,10 +122,11 @@ struct ProbeEntry {
     std::filesystem::path file;
     std::optional<std::filesystem::path> sh;  ///< JSON that holds the probe's SH; projected from the image without it
     int size = 128;                           ///< of a face [texels]: a power of two, kLeastProbeSize .. kMostProbeSize
-    std::optional<bool> readLevelsOnly = {};  ///< leave out the large levels that no material reads; absent: with a budget
-    std::string layout = "pre-divided";       ///< a name of allCubemapLayouts()
-    formats::ProbePlace place = {};           ///< goes before that of the file `sh`
-    std::optional<double> maxVisible = {};    ///< overrides maxConverterVisible of the output
+    std::optional<bool> readLevelsOnly =
+        {};                                 ///< leave out the large levels that no material reads; absent: OutputSettings::isChosenByWhole
+    std::string layout = "pre-divided";     ///< a name of allCubemapLayouts()
+    formats::ProbePlace place = {};         ///< goes before that of the file `sh`
+    std::optional<double> maxVisible = {};  ///< overrides maxConverterVisible of the output
 };
 /// Values of `encoding` of a gradient, and of `rsrm --encoding`.
 inline const std::vector<std::string> kGradientEncodings = {"auto", "linear", "srgb"};

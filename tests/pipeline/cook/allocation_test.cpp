@@ -4,17 +4,20 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <limits>
 #include <random>
 
 #include "pipeline/cook/cook.h"
 #include "pipeline/manifest/manifest.h"
 #include "tests/pipeline/example_folder.h"
+#include "tests/pipeline/rewritten_manifest.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
 namespace {
 
 using Parts = SmallScene::Parts;
+using testing::HasSubstr;
 
 AllocationChoices randomChoices(std::mt19937& random, int maps) {
     AllocationChoices choices;
@@ -79,6 +82,14 @@ TEST(Allocation, AChoiceWithoutAFiniteErrorIsTheLastResort) {
     const std::vector<AllocationPoint> frontier = allocationFrontier(choices, 0);
     EXPECT_EQ(frontier[pointWithin(frontier, 100)].choices.at("map").lightMap, "large");
     EXPECT_EQ(frontier[pointWithin(frontier, 50)].choices.at("map").lightMap, "small");
+}
+
+TEST(Allocation, ALimitTakesTheFirstPointWithinIt) {
+    const std::vector<AllocationPoint> frontier = {{10, 9, {}}, {20, 4, {}}, {30, 1, {}}};
+    EXPECT_EQ(pointOfError(frontier, 9), 0u);
+    EXPECT_EQ(pointOfError(frontier, 8.9), 1u);
+    EXPECT_EQ(pointOfError(frontier, 1), 2u);
+    EXPECT_EQ(pointOfError(frontier, 0.5), 2u) << "none is within it: the one of least error";
 }
 
 class BudgetedScene {
@@ -156,6 +167,84 @@ TEST(CookScene, ABudgetCountsErrorsBetweenTexels) {
     };
     EXPECT_LT(visibleUnder("hdr"), 1);
     EXPECT_GT(visibleUnder("ratio"), 10);
+}
+
+/// A scene with a sun, glossy materials and a limit on what a pixel shows.
+class WholeLimit : public testing::Test {
+protected:
+    static Outcome cookWithin(const SmallScene& scene, const std::string& output, const std::string& folder = "out") {
+        scene.writeSceneFile(output, "[[material]]\nname = \"*\"\nnormal_map = true\nspecular = true\nm = [0.2, 0.5]\n");
+        CookOptions options = scene.options();
+        options.output = scene / folder;
+        return pipeline::cook(options);
+    }
+    static double wholeOf(const Outcome& outcome) { return mapRow(outcome, "map").at("whole").at("visible").at("p99").get<double>(); }
+
+    SmallScene scene_{SmallScene::Parts::LightMap};
+};
+
+TEST_F(WholeLimit, TakesTheSmallestSceneWithinItAndVerifiesIt) {
+    std::uint64_t bytes = std::numeric_limits<std::uint64_t>::max();
+    for (const double limit : {4.0, 20.0, 200.0}) {
+        const Outcome outcome = cookWithin(scene_, fmt::format("max_whole_visible = {}", limit));
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        const Json& frontier = frontierOf(outcome);
+        const std::size_t chosen = chosenOn(frontier);
+        ASSERT_LT(chosen, frontier.size());
+        EXPECT_LE(frontier[chosen].at("visible").get<double>(), limit);
+        if (chosen > 0) {
+            EXPECT_GT(frontier[chosen - 1].at("visible").get<double>(), limit) << "the next smaller scene is over the limit";
+        }
+        EXPECT_NEAR(wholeOf(outcome), frontier[chosen].at("visible").get<double>(), 1e-6) << "the trial and the files show the same";
+        EXPECT_EQ(mapRow(outcome, "map").at("whole").at("max_visible"), limit);
+        EXPECT_LE(usedBytes(outcome), bytes) << "less memory for a looser limit";
+        bytes = usedBytes(outcome);
+    }
+    EXPECT_FALSE(hasAsset(cookWithin(scene_, "max_whole_visible = 1000"), "map_dominant")) << "a dominant light that nobody misses";
+}
+
+TEST_F(WholeLimit, IsHeldByVerifyToo) {
+    const Outcome cooked = cookWithin(scene_, "max_whole_visible = 20");
+    const RunState state;
+    const Outcome verified = verifyCooked({scene_ / "out", {}, {}}, state);
+    EXPECT_TRUE(verified.errors.empty());
+    EXPECT_EQ(wholeOf(verified), wholeOf(cooked));
+    Json manifest = parseJson(formats::contentOf(scene_ / "out" / kManifestName));
+    for (Json& asset : manifest["assets"])
+        if (asset.at("name") == "map") asset["verify_whole"]["max_visible"] = 0.5 * wholeOf(cooked);
+    writeManifestAndDigests(scene_ / "out", manifest);
+    const Outcome failed = verifyCooked({scene_ / "out", {}, {}}, state);
+    ASSERT_EQ(failed.errors.size(), 1u);
+    EXPECT_THAT(failed.errors[0].line(),
+                HasSubstr(fmt::format("map, together with its dominant light: found a visible error of {:.3g} (p99), "
+                                      "expected at most {:.3g}",
+                                      wholeOf(cooked), 0.5 * wholeOf(cooked))));
+}
+
+TEST_F(WholeLimit, ThatNothingKeepsIsRefusedByWhatWasFound) {
+    const Outcome outcome = cookWithin(scene_, "max_whole_visible = 0.0001");
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.errors[0].code, formats::ErrorCode::Verification);
+    EXPECT_THAT(outcome.errors[0].line(), HasSubstr("expected at most 0.0001"));
+    EXPECT_EQ(chosenOn(frontierOf(outcome)), frontierOf(outcome).size() - 1) << "the least error that there is";
+}
+
+TEST_F(WholeLimit, BesideABudgetTakesTheSmallerOfBoth) {
+    const std::uint64_t loose = usedBytes(cookWithin(scene_, "max_whole_visible = 20"));
+    EXPECT_EQ(usedBytes(cookWithin(scene_, "max_whole_visible = 20\nbudget = \"1 MiB\"")), loose);
+    const Outcome tight = cookWithin(scene_, fmt::format("max_whole_visible = 0.0001\nbudget = \"{}\"", loose));
+    EXPECT_LE(usedBytes(tight), loose);
+    ASSERT_EQ(tight.errors.size(), 1u);
+    EXPECT_EQ(tight.errors[0].code, formats::ErrorCode::Verification);
+}
+
+TEST_F(WholeLimit, DoesNotCountChartsWithFewerTexels) {
+    scene_.writeSceneFile("max_whole_visible = 5\ncharts = \"pack\"\ncharts_max_visible = 1");
+    std::string text = formats::contentOf(scene_.sceneFile());
+    formats::writeContent(scene_.sceneFile(), text.insert(text.find("file = \"map.exr\""), "mesh = \"map.glb\"\n"));
+    const Outcome outcome = pipeline::cook(scene_.options());
+    ASSERT_FALSE(outcome.errors.empty());
+    EXPECT_THAT(outcome.errors[0].line(), HasSubstr("found max_whole_visible beside charts with fewer texels"));
 }
 
 /// The example scene: the error never grows with the budget, a small one is met by trading the dominant light, and one that nothing meets
@@ -237,7 +326,7 @@ TEST(CookScene, ANamedDominantLayoutIsNotTraded) {
     const Outcome none = cookScene(scene.options(), RunState());
     ASSERT_TRUE(none.errors.empty()) << none.errors.front().line();
     EXPECT_FALSE(hasAsset(none, "map_dominant"));
-    EXPECT_THAT(none.report.at("skipped").dump(), testing::HasSubstr("the scene file leaves it out"));
+    EXPECT_THAT(none.report.at("skipped").dump(), HasSubstr("the scene file leaves it out"));
 }
 
 }  // namespace

@@ -75,6 +75,15 @@ TEST_F(KeptCandidates, AreThoseOfABudgetToo) {
         EXPECT_FALSE(loadReport(candidateFolder(folder(), layout) / kReportName)->budget.limitBytes) << "a budget is that of the scene";
 }
 
+TEST_F(KeptCandidates, HaveTheirLayoutsAlsoWhereABudgetAloneChooses) {
+    for (const char* limits : {"budget = \"1 MiB\"", "max_whole_visible = 10"}) {
+        const Outcome outcome = cook(true, limits);
+        EXPECT_GE(outcome.candidates.size(), 2u);
+        for (const std::string& layout : outcome.candidates)
+            EXPECT_EQ(loadReport(candidateFolder(folder(), layout) / kReportName)->assets.front().layout, layout);
+    }
+}
+
 TEST_F(KeptCandidates, NothingIsCookedWhereNoLayoutIsTried) {
     scene_.writeSceneFile("light_map_layout = \"ratio\"");
     CookOptions options = scene_.options();

@@ -1,0 +1,150 @@
+#include "pipeline/assets/light_map/whole_errors.h"
+
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "pipeline/assets/dominant/cooked_dominant.h"
+#include "pipeline/assets/light_map/cooked_light_map.h"
+#include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/light_map/surface_places.h"
+#include "pipeline/assets/light_map/survey.h"
+#include "pipeline/graph/parallel_for.h"
+#include "pipeline/scene/dominant_fit.h"
+#include "verify/whole_shading.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Result;
+
+/// Samples of places, as WholeShader writes them.
+struct WholeSamples {
+    std::vector<float> reference, lightMap, dominant;
+    void append(const WholeSamples& other) {
+        reference.insert(reference.end(), other.reference.begin(), other.reference.end());
+        lightMap.insert(lightMap.end(), other.lightMap.begin(), other.lightMap.end());
+        dominant.insert(dominant.end(), other.dominant.begin(), other.dominant.end());
+    }
+};
+
+/// A light map and its dominant light, beside their bake.
+class WholeComparison {
+public:
+    /// dominant  null: it was left out
+    /// fit       of the reference; empty: the reference has no dominant light
+    WholeComparison(LightMapSource& bake, const CookedLightMapReader& lightMap, double key, const CookedDominantReader* dominant,
+                    const std::optional<verify::DominantFit>& fit, const verify::WholeShader& shader)
+        : bake_(bake),
+          lightMap_(lightMap),
+          key_(key),
+          dominant_(dominant),
+          fit_(fit),
+          shader_(shader),
+          places_(bake.width(), bake.height()) {}
+
+    Result<WholeSamples> shadeStrip(int index) const {
+        const auto strip = readStrip(bake_, lightMap_, index);
+        if (!strip) return tl::make_unexpected(strip.error());
+        const std::vector<SurfacePlace> places = places_.of(strip->reference, strip->firstRow, strip->rowCount);
+        const std::size_t count = 3 * shader_.stride(), all = places.size() * count;
+        WholeSamples samples{std::vector<float>(all), std::vector<float>(all), std::vector<float>(dominant_ != nullptr ? all : 0)};
+        if (auto shaded = shadeDominant(*strip, places, samples); !shaded) return tl::make_unexpected(shaded.error());
+        std::vector<lighting::ShRgb> light(lightMap_.verifier().lightCount());
+        std::vector<float> bake(count);
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            shader_.shadeLightMap(places[i].bake, places[i].normal, bake);
+            for (std::size_t k = 0; k < count; ++k) samples.reference[i * count + k] += bake[k];
+            if (!lightMap_.verifier().lightAt(strip->texels, strip->reference, places[i].at, light)) continue;
+            for (glm::vec3& coefficient : light.back()) coefficient *= static_cast<float>(key_);
+            shader_.shadeLightMap(light.back(), places[i].normal, std::span(samples.lightMap).subspan(i * count, count));
+        }
+        return samples;
+    }
+
+private:
+    /// Shades the dominant light: that of the reference, and the cooked one.
+    Result<void> shadeDominant(const CookedStrip& strip, const std::vector<SurfacePlace>& places, WholeSamples& samples) const {
+        if (!fit_) return {};
+        verify::CookedDominant map;
+        map.fit = *fit_;
+        const std::size_t count = 3 * shader_.stride();
+        const verify::DominantVerifier reference(map, {}, bake_.luminanceWeights(), 0);
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            const glm::dvec3 normal(places[i].normal);
+            const verify::DominantLightSample towardsNormal{normal, glm::dvec3(0)};  // decides between equally good lights
+            shader_.shadeDominant(reference.reference(places[i].bake, normal, towardsNormal), places[i].normal,
+                                  std::span(samples.reference).subspan(i * count, count));
+        }
+        if (dominant_ == nullptr) return {};
+        const auto rows = dominant_->read(strip.firstRow, strip.rowCount);
+        if (!rows) return tl::make_unexpected(rows.error());
+        const verify::DominantVerifier cooked(dominant_->map(), {}, bake_.luminanceWeights(), 0);
+        for (std::size_t i = 0; i < places.size(); ++i)
+            shader_.shadeDominant(cooked.decode(rows->whole, places[i].at.x, places[i].at.y), places[i].normal,
+                                  std::span(samples.dominant).subspan(i * count, count));
+        return {};
+    }
+
+    LightMapSource& bake_;
+    const CookedLightMapReader& lightMap_;
+    double key_;
+    const CookedDominantReader* dominant_;
+    std::optional<verify::DominantFit> fit_;
+    const verify::WholeShader& shader_;
+    SurfacePlaces places_;
+};
+
+/// Opens the dominant light, unless it was left out.
+Result<std::optional<CookedDominantReader>> openDominant(const ActionContext& context, const LightMapSource& bake) {
+    if (context.upstream.size() < 2) return std::optional<CookedDominantReader>();
+    const auto asset = upstreamAsset(context, 1);
+    if (!asset) return tl::make_unexpected(asset.error());
+    auto reader = CookedDominantReader::open(context.upstreamFolder, *asset, {bake.width(), bake.height()});
+    if (!reader) return tl::make_unexpected(reader.error());
+    return std::optional(std::move(*reader));
+}
+
+}  // namespace
+
+Result<ActionOutcome> verifyWhole(const ActionContext& context) {
+    const auto parameters = parametersOf<WholeVerifyParameters>(context);
+    if (!parameters) return tl::make_unexpected(parameters.error());
+    const auto asset = upstreamAsset(context);
+    if (!asset) return tl::make_unexpected(asset.error());
+    const auto description = descriptionOf(*asset);
+    if (!description) return tl::make_unexpected(description.error());
+    const auto source = openLightMap(context, *description);
+    if (!source) return tl::make_unexpected(source.error());
+    LightMapSource& bake = **source;
+    const auto surveyed = surveyKey(bake, context);
+    if (!surveyed) return tl::make_unexpected(surveyed.error());
+    std::optional<verify::DominantFit> fit;
+    if (parameters->fit) {
+        const auto named = dominantFitOf(context.action.asset, *parameters->fit);
+        if (!named) return tl::make_unexpected(named.error());
+        fit = (*named)->verified;
+    }
+    verify::LightMapSampling sampling;
+    sampling.placesPerTexel = 0;
+    sampling.bounds = false;
+    const auto lightMap = CookedLightMapReader::open(context.upstreamFolder, *asset, parameters->view.shading, sampling, surveyed->key());
+    if (!lightMap) return tl::make_unexpected(lightMap.error());
+    const auto dominant = openDominant(context, bake);
+    if (!dominant) return tl::make_unexpected(dominant.error());
+    const auto shader = verify::WholeShader::create(parameters->view.shading);
+    if (!shader) return tl::make_unexpected(shader.error());
+    const WholeComparison comparison(bake, *lightMap, surveyed->key(), *dominant ? &**dominant : nullptr, fit, *shader);
+    WholeSamples samples;
+    const auto shaded = foldInOrder<WholeSamples>(
+        bake.stripCount(), context, fmt::format("verify the whole of {}", context.action.asset),
+        [&](int index) { return comparison.shadeStrip(index); }, [&](const WholeSamples& strip) { samples.append(strip); });
+    if (!shaded) return tl::make_unexpected(shaded.error());
+    const verify::Viewing viewing{parameters->view.display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
+    const WholeVisible result{
+        verify::visibleErrorsOfSum(samples.reference, samples.lightMap, samples.dominant, shader->sampleCount(), shader->stride(), viewing),
+        static_cast<int>(samples.reference.size() / (3 * shader->stride())), parameters->maxVisible};
+    return outcomeWith(result);
+}
+
+}  // namespace lightcook::pipeline

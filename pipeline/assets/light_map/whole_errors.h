@@ -1,0 +1,34 @@
+// Verification of what a pixel shows of a light map and its dominant light together, from the bytes of both.
+//
+// Method: the places of SurfacePlaces are shaded by the bake and the reference fit to it, and by both cooked assets, as a GPU filters them:
+// diffuse light, area specular and the highlight of the dominant light (verify/whole_shading.h).
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "pipeline/assets/light_map/shading.h"
+#include "pipeline/assets/results.h"
+#include "pipeline/graph/action.h"
+#include "pipeline/json/json_fields.h"
+
+namespace lightcook::pipeline {
+
+/// Parameters of action "verify-whole". Its input is "source"; its dependencies are the cook actions of the light map and, unless it was
+/// left out, of the dominant light.
+struct WholeVerifyParameters {
+    SceneView view;
+    std::optional<std::string> fit;    ///< of the dominant light, a name of allDominantFits(); absent: the scene needs none
+    std::optional<double> maxVisible;  ///< limit on the 99th percentile
+};
+template <class Fields, Is<WholeVerifyParameters> Self>
+void describe(Fields& fields, Self& parameters) {
+    describe(fields, parameters.view);
+    fields.optional("fit", parameters.fit, "fit of the dominant light; absent: the scene needs none");
+    fields.optional("max_visible", parameters.maxVisible, "limit on the 99th percentile of visible errors");
+}
+
+/// Returns a WholeVisible.
+formats::Result<ActionOutcome> verifyWhole(const ActionContext& context);
+
+}  // namespace lightcook::pipeline
