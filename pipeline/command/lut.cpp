@@ -72,7 +72,9 @@ CommandFunction defineLut(CLI::App& app) {
     app.add_option("--normalization", tables.normalization, "energy: energy conserving; halo3: four times as bright")
         ->check(CLI::IsMember(kNormalizationNames))
         ->capture_default_str();
-    app.add_option("--views", tables.viewCount, "Number of columns")->check(CLI::Range(2, kMostTableNodes))->capture_default_str();
+    app.add_option("--views", tables.viewCount, "Number of columns")
+        ->check(CLI::Range(2, kMostTableNodes))
+        ->default_str(std::to_string(kUsualViewCount));
     app.add_option("--rows", tables.roughnessCount,
                    "Number of rows over exactly the range of roughness; default: those of the 16 rows m = 1/16 .. 1 that the range needs")
         ->check(CLI::Range(1, kMostTableNodes));

@@ -516,8 +516,9 @@ private:
     void planTables() {
         if ((scene_.lightMaps.empty() && scene_.materials.empty()) || !wanted("specular", AssetKind::Lut, "specular")) return;
         const TableSettings& tables = scene_.tables;
+        const int viewCount = viewCountOf(tables, scene_.output);
         const auto skipRows = [&](std::string what, std::string why, int rows) {
-            const int texels = rows * tables.viewCount;
+            const int texels = rows * viewCount;
             skip(std::move(what), std::move(why), static_cast<std::uint64_t>(texels * kTableTexelBytes),
                  {"lut", static_cast<double>(texels)});
         };
@@ -529,7 +530,7 @@ private:
         add("specular", AssetKind::Lut,
             LutParameters{.lobe = scene_.lobe,
                           .normalization = tables.normalization,
-                          .viewCount = tables.viewCount,
+                          .viewCount = viewCount,
                           .roughnessCount = tables.roughnessCount.value_or(rows.count),
                           .minimumM = tables.roughnessCount ? needs_.m.low : rows.minimumM(),
                           .maximumM = tables.roughnessCount ? needs_.m.high : rows.maximumM(),

@@ -590,7 +590,7 @@ TableSettings readTables(TableReader reader, lighting::SpecularLobe sceneLobe) {
             reader.fail(reader.node(key), fmt::format("found {} for tables.{}, expected an integer from {} to 1024", *value, key, least));
         return value ? std::optional(static_cast<int>(*value)) : std::nullopt;
     };
-    tables.viewCount = count("views", 2).value_or(tables.viewCount);
+    tables.viewCount = count("views", 2);
     tables.roughnessCount = count("rows", 1);
     if (const auto lobe = reader.oneOfRows("lobe", formats::allSpecularLobes()); reader.has("lobe")) {
         reader.check("lobe", objectionToSceneLobe(lobe));
@@ -759,6 +759,10 @@ double converterLimit(const OutputSettings& output) {
 
 std::optional<double> converterVisibleLimit(const OutputSettings& output, const std::optional<double>& ofAsset) {
     return ofAsset ? ofAsset : output.maxConverterVisible;
+}
+
+int viewCountOf(const TableSettings& tables, const OutputSettings& output) {
+    return tables.viewCount.value_or(output.isChosenByWhole() ? kFineViewCount : kUsualViewCount);
 }
 
 std::string layoutAsked(const OutputSettings& output) {

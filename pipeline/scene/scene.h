@@ -160,7 +160,7 @@ struct MaterialEntry {
 
 /// Settings of the specular tables. The analytic light of the shaders agrees with the default normalization.
 struct TableSettings {
-    int viewCount = 8;                     ///< as in Chen and Liu 2008
+    std::optional<int> viewCount;          ///< absent: see viewCountOf
     std::optional<int> roughnessCount;     ///< over exactly the range of m; else those of the 16 rows 1/16 to 1 that it needs
     std::string normalization = "energy";  ///< or halo3, four times as bright
     std::string viewAxis = "auto", roughnessAxis = "auto";  ///< fit::viewMappings(), fit::roughnessMappings()
@@ -168,6 +168,12 @@ struct TableSettings {
 };
 inline const std::vector<std::string> kNormalizationNames = {"energy", "halo3"};
 inline constexpr int kMostTableNodes = 1024;  ///< columns, or rows
+
+inline constexpr int kUsualViewCount = 8;  ///< as in Chen and Liu 2008
+/// Views where assets are chosen together: 3 KiB more, for a fifth of the visible error.
+inline constexpr int kFineViewCount = 24;
+/// Returns the views of the tables: their own or, without, those of the output.
+int viewCountOf(const TableSettings& tables, const OutputSettings& output);
 
 /// Return "auto" and the names of fit::viewMappings() or fit::roughnessMappings().
 std::vector<std::string> viewAxisNames();

@@ -164,6 +164,21 @@ TEST(PlanScene, LevelsOfCubemapsThatNoMaterialReadsAreLeftOutIfAsked) {
     EXPECT_EQ(firstLevel(), 0);
 }
 
+TEST(PlanScene, TablesHaveMoreViewsWhereAssetsAreChosenTogether) {
+    Scene scene = sceneWithOneMap();
+    const auto views = [&] {
+        const Plan plan = planScene(scene, resolveNeeds(scene, {}), {}).value();
+        for (const Action& action : plan.actions)
+            if (action.id == "cook/specular") return action.parameters.at("view_count").get<int>();
+        return 0;
+    };
+    EXPECT_EQ(views(), 8);
+    scene.output.maxWholeVisible = 5;
+    EXPECT_EQ(views(), 24);
+    scene.tables.viewCount = 12;
+    EXPECT_EQ(views(), 12) << "a number of their own is obeyed";
+}
+
 TEST(PlanScene, AProbeThatNoSurfaceUsesIsSkipped) {
     const Scene scene = sceneWithOneMap();
     Needs needs = resolveNeeds(scene, {});

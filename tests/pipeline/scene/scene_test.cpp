@@ -40,6 +40,7 @@ roughness_axis = "sqrt(m)"
 )toml");
     ASSERT_TRUE(scene.has_value()) << scene.error().line();
     EXPECT_EQ(scene->tables.viewCount, 12);
+    EXPECT_EQ(viewCountOf(scene->tables, scene->output), 12);
     EXPECT_EQ(scene->tables.roughnessCount, 6);
     EXPECT_EQ(scene->lobe, lighting::SpecularLobe::Ggx);
     EXPECT_EQ(scene->tables.normalization, "halo3");
