@@ -14,12 +14,17 @@
 
 namespace lightcook::formats {
 
+/// Returns the file of the running program.
+inline Result<std::filesystem::path> programFile() {
+    std::error_code error;
+    std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+    if (error) return failure(ErrorCode::Internal, "/proc/self/exe", "found no link, expected it to tell where the program lies");
+    return program;
+}
+
 /// Returns the folder of the running program.
 inline Result<std::filesystem::path> programFolder() {
-    std::error_code error;
-    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
-    if (error) return failure(ErrorCode::Internal, "/proc/self/exe", "found no link, expected it to tell where the program lies");
-    return program.parent_path();
+    return programFile().map([](const std::filesystem::path& program) { return program.parent_path(); });
 }
 
 /// Returns the folder /proc/N/fd that holds the path, if one does: its links are descriptors, which have no name to rename to.

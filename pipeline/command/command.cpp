@@ -19,6 +19,7 @@ namespace lightcook::pipeline {
 
 // One file each: cook.cpp, verify.cpp, ...
 CommandFunction defineCook(CLI::App& app);
+CommandFunction definePlan(CLI::App& app);
 CommandFunction defineInit(CLI::App& app);
 CommandFunction defineLint(CLI::App& app);
 CommandFunction defineVerify(CLI::App& app);
@@ -42,6 +43,7 @@ namespace {
 
 constexpr std::array kCommands = {
     CommandInfo{"cook", "Cook a whole scene, incrementally, and verify it", defineCook},
+    CommandInfo{"plan", "Write the cook of a scene as a Ninja file, for a build system or a cluster", definePlan},
     CommandInfo{"init", "Write a first scene file for some bakes, meshes and environments", defineInit},
     CommandInfo{"lint", "Look for what is implausible in the inputs of a scene, before a cook", defineLint},
     CommandInfo{"verify", "Reopen a cooked scene; measure and bound its errors again from the files", defineVerify},

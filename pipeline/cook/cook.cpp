@@ -22,6 +22,7 @@
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/work_rates.h"
 #include "pipeline/lint/lint.h"
+#include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 #include "pipeline/scene/needs.h"
 
@@ -181,7 +182,7 @@ private:
         if (!report) return tl::make_unexpected(report.error());
         if (auto kept = cookAlternatives(); !kept) return kept;
         if (options_.depfile)
-            if (auto written = writeDepfile(needsGraph, contentGraph, planned, needs); !written) return written;
+            if (auto written = writeDepfile(*plan, needsGraph, contentGraph, planned, needs); !written) return written;
         cache_.prune();
         appendVerdicts(*report, outcome_.errors);
         return {};
@@ -331,16 +332,20 @@ private:
         return report;
     }
 
-    /// Writes the dependency file. The manifest describes all assets, also those that --only left alone.
-    Result<void> writeDepfile(const std::vector<Action>& needsGraph, const std::vector<Action>& contentGraph, const Scene& planned,
-                              const Needs& needs) {
-        planOptions_.only = {};
-        const auto whole = planScene(planned, needs, planOptions_);
-        if (!whole) return tl::make_unexpected(whole.error());
+    /// Writes the dependency file: the inputs of all assets that the manifest describes, also of those that --only left alone.
+    Result<void> writeDepfile(const Plan& plan, const std::vector<Action>& needsGraph, const std::vector<Action>& contentGraph,
+                              const Scene& planned, const Needs& needs) {
+        const auto manifest = loadManifest(outcome_.output);
+        if (!manifest) return tl::make_unexpected(manifest.error());
+        const auto isPlanned = [&](const CookedAsset& asset) { return std::ranges::find(plan.assets, asset.name) != plan.assets.end(); };
+        const bool isLeftAlone = !std::ranges::all_of(manifest->assets, isPlanned);
+        if (isLeftAlone) planOptions_.only = {};
+        const auto described = isLeftAlone ? planScene(planned, needs, planOptions_) : Result<Plan>(plan);
+        if (!described) return tl::make_unexpected(described.error());
         std::vector<Action> all = needsGraph;
         all.insert(all.end(), packGraph_.begin(), packGraph_.end());
         all.insert(all.end(), contentGraph.begin(), contentGraph.end());
-        all.insert(all.end(), whole->actions.begin(), whole->actions.end());
+        all.insert(all.end(), described->actions.begin(), described->actions.end());
         // Files of the cook's own are no inputs: those that they were made of are.
         for (Action& action : all)
             std::erase_if(action.inputs, [&](const auto& input) { return input.second.string().starts_with(packedFolder().string()); });

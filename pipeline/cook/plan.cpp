@@ -514,7 +514,7 @@ private:
     }
 
     void planTables() {
-        if ((scene_.lightMaps.empty() && scene_.materials.empty()) || !wanted("specular", AssetKind::Lut, "specular")) return;
+        if ((scene_.lightMaps.empty() && scene_.materials.empty()) || !wanted(kTablesName, AssetKind::Lut, kTablesName)) return;
         const TableSettings& tables = scene_.tables;
         const int viewCount = viewCountOf(tables, scene_.output);
         const auto skipRows = [&](std::string what, std::string why, int rows) {
@@ -527,7 +527,7 @@ private:
         if (const int unused = kTableRows - rows.count; unused > 0 && !tables.roughnessCount)
             skipRows(fmt::format("{} of {} roughness rows of the Cook-Torrance tables", unused, kTableRows),
                      fmt::format("materials use m from {} to {} only", needs_.m.low, needs_.m.high), unused);
-        add("specular", AssetKind::Lut,
+        add(kTablesName, AssetKind::Lut,
             LutParameters{.lobe = scene_.lobe,
                           .normalization = tables.normalization,
                           .viewCount = viewCount,

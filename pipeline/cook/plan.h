@@ -53,6 +53,8 @@ std::vector<Action> planNeeds(const Scene& scene);
 /// Plans the assets of a scene: asset "a" gets an action "cook/a" and an action "verify/a".
 formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const PlanOptions& options);
 
+/// Name of the specular tables.
+inline constexpr const char* kTablesName = "specular";
 /// Returns the name of the dominant light of a light map.
 std::string dominantNameOf(const std::string& lightMap);
 

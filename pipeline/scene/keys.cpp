@@ -33,7 +33,7 @@ std::string choices(std::span<const Row> rows) {
     return choices(formats::namesOf(rows));
 }
 
-std::string inQuotes(std::string_view name) {
+std::string inCode(std::string_view name) {
     return fmt::format("`\"{}\"`", name);
 }
 
@@ -48,7 +48,7 @@ std::string captions(std::span<const Row> rows) {
 /// Returns a key whose values are the rows of a table, the default first.
 template <class Row>
 SceneKeyInfo enumeratedKey(std::string_view name, std::span<const Row> rows, std::string_view what) {
-    return {name, choices(rows), inQuotes(rows.front().name), fmt::format("{}. {}", what, captions(rows))};
+    return {name, choices(rows), inCode(rows.front().name), fmt::format("{}. {}", what, captions(rows))};
 }
 template <class Enum>
 SceneKeyInfo conventionKey(std::string_view name, std::string_view what) {
@@ -67,7 +67,7 @@ SceneSectionInfo rootSection() {
                  {"allow", "list", "none",
                   "warnings of [lint](../guide/lint.md) that are right as they are: `[\"code\"]`, or "
                   "`[{ code = \"code\", reason = \"why\" }]` with `asset = \"name\"` for one light map or probe alone"},
-                 {"lobe", choices(formats::sceneLobes()), inQuotes(formats::sceneLobes().front().name),
+                 {"lobe", choices(formats::sceneLobes()), inCode(formats::sceneLobes().front().name),
                   "[specular lobe](../theory/lighting.md#specular-tables) of cubemaps, tables, dominant lights, shader and verification: "
                   "that of the engine's materials"},
                  enumeratedKey("up_axis", allUpAxes(),
@@ -82,7 +82,7 @@ SceneSectionInfo outputSection() {
         .isArray = false,
         .intro = "",
         .keys =
-            {{"target", choices(formats::allTargets()), inQuotes(formats::allTargets().front().name), "family of GPU formats"},
+            {{"target", choices(formats::allTargets()), inCode(formats::allTargets().front().name), "family of GPU formats"},
              {"max_error", "fraction", "0.1",
               "`0.02` or `\"2%\"`: limit on `rel_rms` of diffuse and of specular light, of light maps and meshes; above it verification "
               "fails (exit code 4)"},
@@ -190,7 +190,7 @@ SceneSectionInfo lightMapSection() {
               "one "
               "for each colour, `{ sh00 = { R = \"r.exr\", G = \"g.exr\", B = \"b.exr\" }, ... }`. The first may have the channels of "
               "coverage and normal"},
-             {"bake", choices(formats::bakeNames()), inQuotes(formats::kAutoBake), bakes},
+             {"bake", choices(formats::bakeNames()), inCode(formats::kAutoBake), bakes},
              {"layout", "as `bake`", "none", "older name of `bake`; not beside it"},
              conventionKey<formats::ShPhase>("phase", "sign convention"),
              conventionKey<formats::ShFrame>("frame", "axes of the coefficients"),
@@ -205,7 +205,7 @@ SceneSectionInfo lightMapSection() {
              {"firefly_limit", "number from 1, or 0", "1000",
               "largest ratio of a texel to its brightest neighbour; above it the texel is a firefly. 0: no test (charts of one texel are "
               "never tested)"},
-             {"dominant_fit", choices(allDominantFits()), inQuotes(allDominantFits().front().name),
+             {"dominant_fit", choices(allDominantFits()), inCode(allDominantFits().front().name),
               fmt::format("method of the [dominant light](../theory/lighting.md#dominant-light). {}. `\"closed\"` is an older name of "
                           "`\"halo3\"`",
                           captions(allDominantFits()))},
@@ -246,7 +246,7 @@ SceneSectionInfo tablesSection() {
                       "rows, spread over exactly the materials' range of m"},
                      {"lobe", choices(formats::sceneLobes()), "the scene's `lobe`",
                       "older place of the scene's `lobe`; refused if the two differ. `distribution` in the manifest"},
-                     {"normalization", choices(kNormalizationNames), inQuotes(kNormalizationNames.front()),
+                     {"normalization", choices(kNormalizationNames), inCode(kNormalizationNames.front()),
                       "`halo3`: four times as bright; not for Phong lobes"},
                      {"view_axis", choices(viewAxisNames()), "`\"auto\"`",
                       "quantity along columns; `auto`: the one with the least interpolation error"},
@@ -292,7 +292,7 @@ SceneSectionInfo gradientSection() {
                   "environment as a probe's"},
                  {"exponents", "numbers, 1 to 65536", fmt::format("`[{}]`", fmt::join(GradientEntry{}.exponents, ", ")),
                   "Phong exponents, one row each; 1 is Lambert exit radiance"},
-                 {"encoding", choices(kGradientEncodings), inQuotes(kGradientEncodings.front()),
+                 {"encoding", choices(kGradientEncodings), inCode(kGradientEncodings.front()),
                   "of painted gradients. `auto`: the sRGB curve for PNG, JPEG, TGA and BMP, linear for others. The primaries are those "
                   "of `color.source` either way"},
                  {"axis", "`[x, y, z]`", "none",

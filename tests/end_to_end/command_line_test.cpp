@@ -46,6 +46,7 @@ TEST_F(CommandLine, EveryCommandHasJsonOnStandardOutput) {
     ASSERT_EQ(run("cook scene.toml -o out").code, 0);
     ASSERT_EQ(run("encode probe.exr probe.ktx2 --format bc6h-uf16").code, 0);
     std::vector<std::pair<std::string, std::string>> commands = {{"cook scene.toml -o out", "assets"},
+                                                                 {"plan scene.toml --ninja scene.ninja", "parts"},
                                                                  {"verify out", "assets"},
                                                                  {"report out", "budget"},
                                                                  {"lightmap map.exr lm", "assets"},

@@ -1,6 +1,7 @@
 // The program as users and build systems run it: exit codes, one line for each error, quiet on pipes, nothing left behind.
 #include <gmock/gmock.h>
 
+#include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <limits>
@@ -42,11 +43,48 @@ TEST_F(Command, CookIsOneLineOnAPipeAndVerifyAndReportAreTables) {
     EXPECT_THAT(table, testing::ContainsRegex("light-map +[a-z0-9-]+ +[0-9]+ +[0-9.]+ +[0-9.]+ % +[0-9.]+ %"));
 }
 
+/// Ninja is what builds this project, so that it is there.
+TEST_F(Command, PlanIsANinjaFileThatCooksTheSame) {
+    namespace fs = std::filesystem;
+    startWithoutCache();
+    formats::writeContent(scene_ / "launch.sh", "#!/bin/sh\necho \"$@\" >>launched\nexec \"$@\"\n");
+    fs::permissions(scene_ / "launch.sh", fs::perms::owner_all);
+    const Ended plan = run("plan scene.toml --ninja scene.ninja -o 'out $1' --cache cache --launcher \"'$PWD/launch.sh'\"");
+    ASSERT_EQ(plan.code, 0) << plan.err;
+    EXPECT_EQ(plan.out + plan.err, "");
+    const auto ninja = [&](const std::string& arguments) { return run("--version >/dev/null && ninja -f scene.ninja " + arguments).out; };
+    EXPECT_THAT(ninja(""), HasSubstr("[5/5] cook the scene small"));
+    const std::string launched = formats::contentOf(scene_ / "launched");
+    EXPECT_EQ(std::count(launched.begin(), launched.end(), '\n'), 5) << launched;
+    for (const char* part : {"--only map", "--only probe", "--only sky", "--only specular"}) EXPECT_THAT(launched, HasSubstr(part));
+    EXPECT_THAT(ninja(""), HasSubstr("no work to do"));
+    EXPECT_THAT(run("cook scene.toml -o 'out $1'").out, HasSubstr("10 of 10 actions from the cache")) << "nothing was left for it to do";
+    EXPECT_EQ(run("verify 'out $1'").code, 0);
+    ASSERT_EQ(run("cook scene.toml -o direct --force").code, 0);
+    for (const auto& entry : fs::directory_iterator(scene_ / "direct")) {
+        const fs::path name = entry.path().filename();
+        if (entry.is_regular_file() && name.extension() == ".ktx2") {
+            EXPECT_EQ(contentOf(entry.path()), contentOf(scene_ / "out $1" / name)) << name;
+        }
+    }
+    fs::last_write_time(scene_ / "sky.exr", fs::file_time_type::clock::now() + std::chrono::seconds(2));
+    EXPECT_THAT(contentOf(scene_ / "out $1.assets/map.d"), testing::AllOf(HasSubstr("map.exr"), testing::Not(HasSubstr("sky.exr"))));
+    const std::string again = ninja("-n");
+    EXPECT_THAT(again, testing::AllOf(HasSubstr("cook sky"), HasSubstr("cook the scene small"), testing::Not(HasSubstr("cook map"))));
+}
+
+TEST_F(Command, PlanRefusesWhatCookRefuses) {
+    expectRefused("plan absent.toml --ninja out", 2, {"absent.toml"});
+    expectRefused("plan scene.toml", 2, {"--ninja"});
+    formats::writeContent(scene_ / "wrong.toml", "schema = 1\nname = \"x\"\nsize = 3\n");
+    expectRefused("plan wrong.toml --ninja out", 2, {"unknown key 'size'"});
+}
+
 TEST_F(Command, HelpAndVersionAreNoErrors) {
     EXPECT_EQ(run("--help").code, 0);
     EXPECT_THAT(run("--version").out, HasSubstr("lightcook"));
-    for (const char* command : {"cook", "verify", "report", "reconstruct", "info", "compare", "encode", "decode", "lightmap", "dominant",
-                                "cubemap", "lut", "rsrm", "demo"}) {
+    for (const char* command : {"cook", "plan", "verify", "report", "reconstruct", "info", "compare", "encode", "decode", "lightmap",
+                                "dominant", "cubemap", "lut", "rsrm", "demo"}) {
         const Ended help = run(std::string(command) + " --help");
         EXPECT_EQ(help.code, 0) << command;
         EXPECT_THAT(help.out, HasSubstr("--help")) << command;

@@ -19,9 +19,6 @@
 namespace lightcook::pipeline {
 namespace {
 
-using formats::ErrorCode;
-using formats::failure;
-using formats::Image;
 using formats::Result;
 
 /// Returns the exit radiance of a white Lambert surface under one dominant light.

@@ -12,7 +12,7 @@ Json material(const char* name, bool normalMap, bool specular, double m0, double
     return {{"name", name}, {"normal_map", normalMap}, {"specular", specular}, {"m", {m0, m1}}, {"f0", {f0, f1}}};
 }
 
-ActionRecord meshWith(std::vector<Json> materials) {
+ActionRecord meshWith(const std::vector<Json>& materials) {
     ActionRecord record;
     record.result["materials"] = materials;
     return record;

@@ -1,0 +1,70 @@
+// lightcook plan: a scene as a Ninja file.
+#include <CLI/App.hpp>
+#include <CLI/Formatter.hpp>
+#include <memory>
+
+#include "formats/process.h"
+#include "pipeline/command/command.h"
+#include "pipeline/command/option_groups.h"
+#include "pipeline/command/outputs.h"
+#include "pipeline/command/session.h"
+#include "pipeline/cook/ninja.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+struct PlanCommand {
+    std::filesystem::path scene, ninja, output, cache;
+    std::string launcher;
+    JsonOutput json;
+};
+
+std::filesystem::path absolutePath(const std::filesystem::path& path) {
+    return std::filesystem::absolute(path).lexically_normal();
+}
+
+formats::Result<Json> writePlan(const PlanCommand& options, Session& session) {
+    auto scene = readScene(options.scene);
+    if (!scene) return tl::make_unexpected(scene.error());
+    const auto program = formats::programFile();
+    if (!program) return tl::make_unexpected(program.error());
+    scene->file = absolutePath(options.scene);
+    const std::filesystem::path output = options.output.empty() ? std::filesystem::path(scene->name + ".cooked") : options.output;
+    const NinjaOptions ninja{*program, absolutePath(output), options.cache.empty() ? options.cache : absolutePath(options.cache),
+                             options.launcher};
+    if (auto written = session.write(options.ninja, ninjaFileOf(*scene, ninja)); !written) return tl::make_unexpected(written.error());
+    return Json{
+        {"scene", scene->name}, {"ninja", options.ninja.string()}, {"output", ninja.output.string()}, {"parts", ninjaPartsOf(*scene)}};
+}
+
+}  // namespace
+
+CommandFunction definePlan(CLI::App& app) {
+    const auto options = std::make_shared<PlanCommand>();
+    addFileOption(app, "scene", options->scene, "The scene file (scene.toml)")->required();
+    addFileOption(app, "--ninja", options->ninja, "The Ninja file to write; -: standard output")->required();
+    addFolderOption(app, "-o,--output", options->output, "Output folder of the cook; default: <scene name>.cooked");
+    app.add_option("--launcher", options->launcher, "Put this before every command: a program that runs it elsewhere, with its options")
+        ->type_name("COMMAND");
+    addFolderOption(app, "--cache", options->cache,
+                    "Cache folder of the commands, which all machines must share; default: that of their environment");
+    options->json.add(app, "the parts of the scene that have a command each");
+    app.footer(R"(Each light map with what derives from it, each probe, each gradient and the specular tables are cooked and
+verified by a command of their own, in DIR.assets/NAME. A last command puts the scene together in DIR: it
+finds what the others did in the cache, and has the same result as `cook`. Each command has a depfile,
+so ninja runs those alone whose inputs changed:
+
+  lightcook plan scene.toml --ninja scene.ninja -o out
+  ninja -f scene.ninja
+
+Paths in the file are absolute. With --launcher, commands may run on other machines that see the same
+files, and --cache must name a folder that they share.
+
+Settings are those of the scene file. A scene file with other assets needs another plan.)");
+    return [options](Session& session) {
+        options->json.prepare(session);
+        return options->json.finish(session, writePlan(*options, session));
+    };
+}
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,80 @@
+#include "pipeline/cook/ninja.h"
+
+#include <fmt/format.h>
+
+#include "pipeline/cook/plan.h"
+#include "pipeline/manifest/manifest.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+/// Returns a path as an input or output of a build statement.
+std::string pathWord(const std::filesystem::path& path) {
+    std::string word;
+    for (const char c : path.generic_string()) {
+        if (c == '$' || c == ' ' || c == ':') word += '$';
+        word += c;
+    }
+    return word;
+}
+
+/// Returns text as the value of a Ninja variable.
+std::string dollarsEscaped(const std::string& text) {
+    std::string escaped;
+    for (const char c : text) escaped += c == '$' ? std::string("$$") : std::string(1, c);
+    return escaped;
+}
+
+/// Returns text as one argument of a shell command, as the value of a Ninja variable.
+std::string shellWord(const std::string& text) {
+    std::string word = "'";
+    for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return dollarsEscaped(word + "'");
+}
+std::string shellWord(const std::filesystem::path& path) {
+    return shellWord(path.string());
+}
+
+/// Returns the launcher as the beginning of a command: its variables are those of the shell.
+std::string launcherWords(const std::string& launcher) {
+    return launcher.empty() ? "" : dollarsEscaped(launcher) + " ";
+}
+
+}  // namespace
+
+std::vector<std::string> ninjaPartsOf(const Scene& scene) {
+    std::vector<std::string> parts;
+    for (const LightMapEntry& entry : scene.lightMaps) parts.push_back(entry.name);
+    for (const ProbeEntry& entry : scene.probes) parts.push_back(entry.name);
+    for (const GradientEntry& entry : scene.gradients) parts.push_back(entry.name);
+    if (!scene.lightMaps.empty() || !scene.materials.empty()) parts.emplace_back(kTablesName);
+    return parts;
+}
+
+std::string ninjaFileOf(const Scene& scene, const NinjaOptions& options) {
+    const std::string cook = fmt::format("{}{} --quiet cook {}{}", launcherWords(options.launcher), shellWord(options.program),
+                                         shellWord(scene.file), options.cache.empty() ? "" : " --cache " + shellWord(options.cache));
+    std::string text = fmt::format("# Written by `lightcook plan`: cooks the scene {}.\n", scene.name);
+    const auto addRule = [&](const char* rule, const char* more, const std::string& description) {
+        text += fmt::format("\nrule {}\n  command = {}{} -o $folder --depfile $inputs\n  description = {}\n  restat = 1\n", rule, cook,
+                            more, description);
+    };
+    addRule("asset", " --only $name", "cook $name");
+    addRule("scene", "", fmt::format("cook the scene {}", scene.name));
+    // Adds the command that cooks into a folder, and returns the manifest that it makes.
+    const auto addBuild = [&](const char* rule, const std::filesystem::path& folder, const std::string& after) {
+        const std::string made = pathWord(folder / kManifestName), depfile = folder.string() + ".d";
+        text += fmt::format("\nbuild {}: {} {}{}\n  folder = {}\n  inputs = {}\n  depfile = {}\n", made, rule, pathWord(scene.file), after,
+                            shellWord(folder), shellWord(depfile), dollarsEscaped(depfile));
+        return made;
+    };
+    std::string parts;
+    for (const std::string& name : ninjaPartsOf(scene)) {
+        parts += " " + addBuild("asset", std::filesystem::path(options.output.string() + ".assets") / name, "");
+        text += fmt::format("  name = {}\n", name);
+    }
+    const std::string made = addBuild("scene", options.output, " |" + parts);
+    return text + fmt::format("\ndefault {}\n", made);
+}
+
+}  // namespace lightcook::pipeline
