@@ -32,7 +32,9 @@ struct LightMapDescription {
     LightUnits lightUnits = LightUnits::Radiometric;
     LightEncoding encoding = LightEncoding::None;  ///< of the file, which is an 8-bit picture then; for formats that take it
     std::string image = {};                        ///< name of the image of a glTF that has several light maps; empty: it has one
-    /// Mesh that the map lies on. Read by bake formats whose light depends on it (BakeFormatInfo::needsMesh), which need one.
+    CoverageSource coverage = CoverageSource::File;
+    /// Mesh that the map lies on. Read, and needed, by bake formats whose light depends on it (BakeFormatInfo::needsMesh), and for coverage
+    /// from the mesh.
     std::filesystem::path mesh = {};
     ColorSpaces colors;
     /// Names of the images of a bake whose coefficients are images of their own (formats/bakes/coefficient_files.h). Empty: one file has

@@ -21,6 +21,8 @@ enum class ShQuantity { Radiance, Irradiance };
 enum class LightUnits { Radiometric, Game };
 /// Encoding of the colours of an 8-bit picture: scene key `encoding`.
 enum class LightEncoding { None, Rgbm, Dldr, Srgb };
+/// What says which texels lie inside charts: scene key `coverage`.
+enum class CoverageSource { File, Mesh };
 
 template <class Enum>
 struct ConventionInfo {
@@ -61,6 +63,12 @@ inline constexpr std::array kLightEncodings = {
 };
 static_assert(isCompleteTable(kLightEncodings, LightEncoding::Srgb));
 
+inline constexpr std::array kCoverageSources = {
+    ConventionInfo<CoverageSource>{CoverageSource::File, "file", "channel coverage.Y, or alpha of a picture; without either all texels"},
+    ConventionInfo<CoverageSource>{CoverageSource::Mesh, "mesh", "the triangles of the mesh, which give normals too if the file has none"},
+};
+static_assert(isCompleteTable(kCoverageSources, CoverageSource::Mesh));
+
 /// Returns the table of a convention: `conventions<ShPhase>()`.
 template <class Enum>
 constexpr std::span<const ConventionInfo<Enum>> conventions();
@@ -83,6 +91,11 @@ constexpr std::span<const ConventionInfo<LightUnits>> conventions<LightUnits>() 
 template <>
 constexpr std::span<const ConventionInfo<LightEncoding>> conventions<LightEncoding>() {
     return kLightEncodings;
+}
+
+template <>
+constexpr std::span<const ConventionInfo<CoverageSource>> conventions<CoverageSource>() {
+    return kCoverageSources;
 }
 
 template <class Enum>

@@ -11,6 +11,7 @@
 #include "formats/bakes/bake_reader.h"
 #include "formats/bakes/canonical.h"
 #include "formats/bakes/coefficient_files.h"
+#include "formats/bakes/surface_frames.h"
 #include "formats/bakes/unreal.h"
 #include "formats/epic_light_maps.h"
 
@@ -60,6 +61,37 @@ Result<OpenBake> openBake(const std::filesystem::path& file, const LightMapDescr
     if (!description.parts.empty()) return openParts(description, file.string());
     return isGltfFile(file) ? openGltf(file, description) : openImage(file, description);
 }
+
+/// A bake whose coverage is that of a mesh, and whose normals are if it has none.
+class CoveredByMesh : public BakeReader {
+public:
+    CoveredByMesh(std::unique_ptr<BakeReader> bake, SurfaceFrames frames) : bake_(std::move(bake)), frames_(std::move(frames)) {}
+    int width() const override { return bake_->width(); }
+    int height() const override { return bake_->height(); }
+    int tileHeight() const override { return bake_->tileHeight(); }
+    bool hasNormals() const override { return true; }
+    bool hasCoverage() const override { return true; }
+    Result<RawStrip> read(int firstRow, int rowCount) const override {
+        Result<RawStrip> raw = bake_->read(firstRow, rowCount);
+        if (!raw) return raw;
+        // UVs are rounded: a triangle that only touches a texel does not cover it.
+        constexpr double kMargin = 1.0 / 64;
+        const Image<SurfaceFrame> frames = frames_.rows(firstRow, rowCount, kMargin);
+        const bool hasNormals = raw->normal.width() > 0;
+        raw->coverage = Image<float>(width(), rowCount);
+        if (!hasNormals) raw->normal = Image<glm::vec3>(width(), rowCount);
+        for (int y = 0; y < rowCount; ++y)
+            for (int x = 0; x < width(); ++x) {
+                raw->coverage.at(x, y) = frames.at(x, y).isSurface() ? 1.0f : 0.0f;
+                if (!hasNormals) raw->normal.at(x, y) = frames.at(x, y).normal;
+            }
+        return raw;
+    }
+
+private:
+    std::unique_ptr<BakeReader> bake_;
+    SurfaceFrames frames_;
+};
 
 }  // namespace
 
@@ -138,6 +170,14 @@ Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, c
     if (!reader) return tl::make_unexpected(reader.error());
     if (complete->frame == ShFrame::Tangent && !(*reader)->hasNormals()) {
         return failure(ErrorCode::WrongShape, subject, "found no channels normal.X/Y/Z, expected them because the frame is \"tangent\"");
+    }
+    if (complete->coverage == CoverageSource::Mesh) {
+        if (complete->mesh.empty())
+            return failure(ErrorCode::InvalidRequest, subject,
+                           "found coverage \"mesh\" without a mesh, expected mesh = \"FILE\" (--mesh) with light-map UVs");
+        Result<SurfaceFrames> frames = SurfaceFrames::load(complete->mesh, (*reader)->width(), (*reader)->height());
+        if (!frames) return tl::make_unexpected(frames.error());
+        *reader = std::make_unique<CoveredByMesh>(std::move(*reader), std::move(*frames));
     }
     const Result<LinearConversion> colors = linearConversion(complete->colors);
     if (!colors) return failure(colors.error().code, fmt::format("{}, {}", subject, colors.error().subject), colors.error().detail);

@@ -190,7 +190,7 @@ SurfaceFrame SurfaceFrames::frameAt(const Triangle& triangle, const glm::dvec3& 
     return {glm::vec3(tangent), glm::vec3(static_cast<double>(triangle.sign) * glm::cross(normal, tangent)), glm::vec3(normal)};
 }
 
-Image<SurfaceFrame> SurfaceFrames::rows(int firstRow, int rowCount) const {
+Image<SurfaceFrame> SurfaceFrames::rows(int firstRow, int rowCount, double margin) const {
     constexpr double kHalf = 0.5;
     Image<SurfaceFrame> frames(width_, rowCount);
     Image<double> distances(width_, rowCount, std::numeric_limits<double>::max());
@@ -207,7 +207,7 @@ Image<SurfaceFrame> SurfaceFrames::rows(int firstRow, int rowCount) const {
                 const glm::dvec2 off = weights.x * at[0] + weights.y * at[1] + weights.z * at[2] - centre;
                 const double distance = glm::dot(off, off);
                 double& least = distances.at(x, y - firstRow);
-                if (std::max(std::abs(off.x), std::abs(off.y)) > kHalf || !(distance < least)) continue;
+                if (std::max(std::abs(off.x), std::abs(off.y)) > kHalf - margin || !(distance < least)) continue;
                 const SurfaceFrame frame = frameAt(triangle, weights);
                 if (!frame.isSurface()) continue;
                 least = distance;

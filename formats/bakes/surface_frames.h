@@ -32,7 +32,8 @@ public:
     static Result<SurfaceFrames> load(const std::filesystem::path& mesh, int width, int height);
 
     /// Returns the frames of the rows [firstRow, firstRow + rowCount). Safe to call from several threads.
-    Image<SurfaceFrame> rows(int firstRow, int rowCount) const;
+    /// margin  depth that a triangle must reach into the square of a texel [texels]
+    Image<SurfaceFrame> rows(int firstRow, int rowCount, double margin = 0) const;
 
 private:
     struct Corner {

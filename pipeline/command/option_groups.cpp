@@ -261,9 +261,11 @@ void ConventionOptions::add(CLI::App& app) {
     addConvention<formats::ShQuantity>(app, "--quantity", quantity_, "Quantity that the coefficients expand");
     addConvention<formats::LightUnits>(app, "--light-units", lightUnits_, "Units of the bake's light sources");
     addConvention<formats::LightEncoding>(app, "--encoding", encoding_, "Encoding of the colours of an 8-bit picture");
+    addConvention<formats::CoverageSource>(app, "--coverage", coverage_, "What says which texels lie inside charts");
     app.add_option("--image", image_, "Name or index of the image of a glTF that has light maps in several")->type_name("NAME");
-    addFileOption(app, "--mesh", mesh_,
-                  fmt::format("The glTF whose surfaces the bake lies on, for {}", fmt::join(formats::meshBakeNames(), ", ")));
+    addFileOption(
+        app, "--mesh", mesh_,
+        fmt::format("The glTF whose surfaces the bake lies on, for --coverage mesh and {}", fmt::join(formats::meshBakeNames(), ", ")));
     app.add_option("--firefly-limit", fireflyLimit_,
                    "A texel that is brighter than this many times its brightest neighbour is a firefly and refused; 0: no check")
         ->capture_default_str();
@@ -276,6 +278,7 @@ formats::Result<void> ConventionOptions::apply(formats::LightMapDescription& des
     description.quantity = *formats::conventionFromName<formats::ShQuantity>(quantity_);
     description.lightUnits = *formats::conventionFromName<formats::LightUnits>(lightUnits_);
     description.encoding = *formats::conventionFromName<formats::LightEncoding>(encoding_);
+    description.coverage = *formats::conventionFromName<formats::CoverageSource>(coverage_);
     description.image = image_;
     description.mesh = mesh_;
     description.fireflyLimit = fireflyLimit_;

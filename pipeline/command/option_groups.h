@@ -88,7 +88,7 @@ public:
     formats::Result<void> apply(formats::LightMapDescription& description) const;
 
 private:
-    std::string bake_ = std::string(formats::kAutoBake), phase_, frame_, quantity_, lightUnits_, encoding_, image_;
+    std::string bake_ = std::string(formats::kAutoBake), phase_, frame_, quantity_, lightUnits_, encoding_, coverage_, image_;
     std::filesystem::path mesh_;
     double fireflyLimit_ = formats::LightMapDescription{}.fireflyLimit;
 };

@@ -63,7 +63,8 @@ std::string ninjaFileOf(const Scene& scene, const NinjaOptions& options) {
     addRule("scene", "", fmt::format("cook the scene {}", scene.name));
     // Adds the command that cooks into a folder, and returns the manifest that it makes.
     const auto addBuild = [&](const char* rule, const std::filesystem::path& folder, const std::string& after) {
-        const std::string made = pathWord(folder / kManifestName), depfile = folder.string() + ".d";
+        std::string made = pathWord(folder / kManifestName);
+        const std::string depfile = folder.string() + ".d";
         text += fmt::format("\nbuild {}: {} {}{}\n  folder = {}\n  inputs = {}\n  depfile = {}\n", made, rule, pathWord(scene.file), after,
                             shellWord(folder), shellWord(depfile), dollarsEscaped(depfile));
         return made;

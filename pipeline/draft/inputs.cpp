@@ -115,7 +115,7 @@ private:
         take(file);
         for (const fs::path& beside : formats::bakeFilesBeside(file, map.bake())) take(beside);
         const BakeReading reading = readingOf(map);
-        inputs_.lightMaps.push_back({file, reading, reading.bake != "flat", !map.recognition().isCertain});
+        inputs_.lightMaps.push_back({file, reading, reading.bake != "flat", map.hasCoverage(), !map.recognition().isCertain});
     }
     void addCertainLightMap(const Found& found) {
         if (isTaken(found.file)) return;

@@ -16,6 +16,7 @@ struct DraftLightMap {
     std::filesystem::path file;
     BakeReading reading;
     bool hasDirections = true;                    ///< false: exit radiance alone
+    bool hasCoverage = true;                      ///< false: the file does not say which texels lie inside charts
     bool isGuess = false;                         ///< nothing but the file's shape or name says that it is a light map
     std::optional<std::filesystem::path> mesh{};  ///< that it lies on
 };

@@ -107,11 +107,14 @@ private:
         if (!map.reading.otherReadings.empty())
             text_ +=
                 oneLine(fmt::format("# The file would also fit bake = \"{}\".", fmt::join(map.reading.otherReadings, "\" or \""))) + "\n";
-        for (const std::string& assumed : map.reading.assumed) text_ += oneLine("# Assumed: " + assumed) + "\n";
+        const bool isCoveredByMesh = map.mesh && !map.hasCoverage;
+        for (const std::string& assumed : map.reading.assumed)
+            if (!isCoveredByMesh || assumed != kEveryTexelIsCovered) text_ += oneLine("# Assumed: " + assumed) + "\n";
         if (map.mesh)
             text_ += line("mesh", pathOf(*map.mesh), "TEXCOORD_1 is the light-map UV");
         else
             text_ += line("# mesh", "\"level.glb\"", "the mesh that the map lies on, if there is one");
+        if (isCoveredByMesh) text_ += line("coverage", "\"mesh\"", "the file does not say which texels lie inside charts");
     }
     void write(const DraftProbe& probe) {
         text_ += "\n[[probe]]\n";

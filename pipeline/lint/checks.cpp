@@ -39,9 +39,11 @@ constexpr std::array kLintChecks = {
                   "Write `light_units = \"game\"` in the `[[light_map]]`, or `\"radiometric\"` where `game` is there."},
     LintCheckInfo{LintCheck::NoCoverage, "no-coverage", Error, "no texel has coverage.Y above 0.5: the map is empty",
                   "Write 1 into coverage.Y inside charts and 0 outside, or leave the channel out of a map without gaps."},
-    LintCheckInfo{LintCheck::MissingCoverage, "missing-coverage", Warning,
-                  "the file has no channel coverage.Y, and it has gaps: texels without light or normal",
-                  "Export coverage.Y, 1 inside charts and 0 outside. If the map has no gaps, allow this code."},
+    LintCheckInfo{
+        LintCheck::MissingCoverage, "missing-coverage", Warning,
+        "the file has no channel coverage.Y, and it has gaps: texels without light or normal",
+        "Export coverage.Y, 1 inside charts and 0 outside, or write coverage = \"mesh\" beside the map's mesh. If the map has no gaps, "
+        "allow this code."},
     LintCheckInfo{LintCheck::ZeroNormals, "zero-normals", Error, "the normal of every covered texel is zero, so none counts as covered",
                   "Export unit normals in world space, or leave the channels normal.X/Y/Z out."},
     LintCheckInfo{LintCheck::SomeZeroNormals, "some-zero-normals", Warning,

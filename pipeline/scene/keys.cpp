@@ -199,6 +199,7 @@ SceneSectionInfo lightMapSection() {
              conventionKey<formats::LightEncoding>(
                  "encoding", fmt::format("encoding of the colours of an 8-bit picture (PNG, TGA), for the bake formats {}",
                                          fmt::join(formats::encodedBakeNames(), ", "))),
+             conventionKey<formats::CoverageSource>("coverage", "what says which texels lie inside charts"),
              {"image", "string", "none",
               fmt::format("name or index of the image of a glTF that has light maps in several, for bake format {}",
                           fmt::join(formats::gltfBakeNames(), ", "))},

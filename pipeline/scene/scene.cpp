@@ -459,6 +459,7 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
     entry.description.frame = reader.oneOfRows("frame", formats::conventions<formats::ShFrame>());
     entry.description.quantity = reader.oneOfRows("quantity", formats::conventions<formats::ShQuantity>());
     entry.description.encoding = reader.oneOfRows("encoding", formats::conventions<formats::LightEncoding>());
+    entry.description.coverage = reader.oneOfRows("coverage", formats::conventions<formats::CoverageSource>());
     entry.description.image = reader.optional<std::string>("image", "the name of an image in the glTF").value_or("");
     entry.description.lightUnits = reader.oneOfRows("light_units", formats::conventions<formats::LightUnits>());
     if (const auto limit = reader.optional<double>("firefly_limit", "a number from 1, or 0 for no check")) {
@@ -473,6 +474,8 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
     entry.mips = readMips(reader);
     entry.mesh = reader.optionalPath("mesh");
     entry.description.mesh = entry.mesh.value_or("");
+    if (entry.description.coverage == formats::CoverageSource::Mesh && !entry.mesh)
+        reader.fail(reader.node("coverage"), "found coverage \"mesh\" for a light map without a mesh, expected mesh = \"FILE\"");
     if (entry.maxSeam && !entry.mesh)
         reader.fail(
             reader.node("max_seam"),

@@ -13,7 +13,7 @@ BakeReading readingOf(const formats::BakeRecognition& recognition) {
 
 BakeReading readingOf(const formats::LightMapReader& map) {
     BakeReading reading = readingOf(map.recognition());
-    if (!map.hasCoverage()) reading.assumed.emplace_back("every texel is covered");
+    if (!map.hasCoverage()) reading.assumed.emplace_back(kEveryTexelIsCovered);
     return reading;
 }
 

@@ -23,6 +23,9 @@ void describe(Fields& fields, Self& reading) {
     fields.required("other_readings", reading.otherReadings, "bake formats that the file would fit as well");
 }
 
+/// What is assumed of a file that does not say which texels lie inside charts.
+inline constexpr const char* kEveryTexelIsCovered = "every texel is covered";
+
 /// Returns how an open file was recognised, without the name of the asset.
 BakeReading readingOf(const formats::LightMapReader& map);
 /// Returns the part of it that the header of a file says.

@@ -219,7 +219,8 @@ std::map<std::string, std::filesystem::path> bakeInputs(const std::filesystem::p
     if (!description.parts.empty()) return inputs;
     for (const std::filesystem::path& beside : formats::bakeFilesBeside(file, description.bake))
         inputs[roleOfPart(beside.filename().string())] = beside;
-    if (description.mesh.empty() || !formats::mayNeedMesh(file, description.bake)) return inputs;
+    const bool isRead = description.coverage == formats::CoverageSource::Mesh || formats::mayNeedMesh(file, description.bake);
+    if (description.mesh.empty() || !isRead) return inputs;
     inputs[kFramesRole] = description.mesh;
     int index = 0;
     for (const std::filesystem::path& beside : formats::gltfFilesBeside(description.mesh, formats::GltfFiles::Geometry))

@@ -155,6 +155,8 @@ void describe(Fields& fields, Self& description) {
     fields.required("light_units", description.lightUnits, "radiometric or game");
     fields.presentIf(description.encoding != formats::LightEncoding::None, "encoding", description.encoding,
                      "encoding of the colours of an 8-bit picture");
+    fields.presentIf(description.coverage != formats::CoverageSource::File, "coverage", description.coverage,
+                     "what says which texels lie inside charts");
     fields.presentIf(!description.image.empty(), "image", description.image, "name of the image of a glTF that has several light maps");
     fields.presentIf(!description.parts.empty(), "files", description.parts,
                      "names of the images of a bake that has one for each coefficient, `sh00`, or for each colour, `sh00.R`");

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "tests/formats/light_map_fixture.h"
+#include "tests/formats/surface_fixture.h"
 
 namespace lightcook::formats {
 namespace {
@@ -41,6 +42,62 @@ double exitRadiance(const ShRgb& sh, int c, const glm::dvec3& n) {
 
 const std::array<glm::dvec3, 4> kNormals = {glm::dvec3(0, 0, 1), glm::dvec3(0, -1, 0), glm::normalize(glm::dvec3(1, 2, -2)),
                                             glm::normalize(glm::dvec3(-3, 1, 0.5))};
+
+/// The square covers 10.5 x 35 texels of 20 x 70: of the last column half of each texel.
+TEST(Flat, CoverageAndNormalsAreThoseOfTheMeshIfAsked) {
+    const MapFile map(picture(20, 70));
+    const TemporaryFolder folder;
+    writeSquare(folder / "square.glb", {.lightMap = {10.5f / 20, 0.5f}});
+    LightMapDescription description;
+    description.coverage = CoverageSource::Mesh;
+    description.mesh = folder / "square.glb";
+    const LightMapStrip strip = readAll(map.path, description);
+    int covered = 0;
+    for (int y = 0; y < 70; ++y)
+        for (int x = 0; x < 20; ++x) {
+            ASSERT_EQ(strip.covered.at(x, y), x <= 10 && y < 35 ? 1 : 0)
+                << x << ' ' << y << ": a texel that is only touched is not covered";
+            covered += strip.covered.at(x, y);
+            if (strip.covered.at(x, y) != 0) {
+                ASSERT_EQ(strip.normal.at(x, y), glm::vec3(0, 1, 0));
+            }
+        }
+    EXPECT_EQ(covered, 11 * 35);
+    const auto reader = LightMapReader::open(map.path, description);
+    ASSERT_TRUE(reader);
+    EXPECT_TRUE(reader->hasCoverage());
+    EXPECT_TRUE(reader->hasNormals());
+    // Strips are those of the whole.
+    const auto part = reader->read(32, 5);
+    ASSERT_TRUE(part);
+    for (int y = 0; y < 5; ++y)
+        for (int x = 0; x < 20; ++x) EXPECT_EQ(part->covered.at(x, y), strip.covered.at(x, 32 + y));
+}
+
+TEST(Flat, TheFilesOwnNormalsStayBesideCoverageOfTheMesh) {
+    ExrRecipe recipe = picture(8, 8);
+    for (const char* channel : {"normal.X", "normal.Y"}) recipe.channels[channel] = [](int, int) { return 0.0f; };
+    recipe.channels["normal.Z"] = [](int, int) { return 1.0f; };
+    recipe.channels["coverage.Y"] = [](int x, int) { return x < 2 ? 1.0f : 0.0f; };
+    const MapFile map(recipe);
+    const TemporaryFolder folder;
+    writeSquare(folder / "square.glb", {.lightMap = {0.5f, 1}});
+    LightMapDescription description;
+    description.coverage = CoverageSource::Mesh;
+    description.mesh = folder / "square.glb";
+    const LightMapStrip strip = readAll(map.path, description);
+    for (int x = 0; x < 8; ++x) EXPECT_EQ(strip.covered.at(x, 3), x < 4 ? 1 : 0) << "the mesh says so, not the file";
+    EXPECT_EQ(strip.normal.at(1, 1), glm::vec3(0, 0, 1));
+}
+
+TEST(Flat, CoverageOfAMeshNeedsOne) {
+    const MapFile map(picture(8, 8));
+    LightMapDescription description;
+    description.coverage = CoverageSource::Mesh;
+    const auto refused = LightMapReader::open(map.path, description);
+    ASSERT_FALSE(refused);
+    EXPECT_THAT(refused.error().line(), HasSubstr("found coverage \"mesh\" without a mesh"));
+}
 
 TEST(Flat, ATexelShadesToItsValueAtEveryNormal) {
     for (const ShQuantity quantity : {ShQuantity::Radiance, ShQuantity::Irradiance}) {

@@ -206,6 +206,8 @@ TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
                       "6:", "expected a power of two from 16 to 2048");
     expectRefused(kHead + "[[probe]]\nname = \"p\"\nfile = \"p.exr\"\nlayout = \"plain\"\n", "6:", "pre-divided, prefiltered");
     expectRefused(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\nexponents = [0.5]\n", "6:", "increasing Phong exponents");
+    expectRefused(kHead + "[[light_map]]\nname = \"m\"\nfile = \"m.exr\"\ncoverage = \"mesh\"\n",
+                  "6:", "found coverage \"mesh\" for a light map without a mesh");
     expectRefused(kHead + "[[probe]]\nname = \"../p\"\nfile = \"p.exr\"\n", "4:", "found the name '../p'");
     expectRefused(kHead + "[[probe]]\nname = \"p\"\nfile = 3\n", "5:", "found the integer 3 for probe.file, expected a path");
     expectRefused(kHead + "[output\n", "3:", "syntax error");
