@@ -19,12 +19,12 @@ namespace lightcook::pipeline {
 
 // One file each: cook.cpp, verify.cpp, ...
 CommandFunction defineCook(CLI::App& app);
-CommandFunction definePlan(CLI::App& app);
 CommandFunction defineInit(CLI::App& app);
 CommandFunction defineLint(CLI::App& app);
 CommandFunction defineVerify(CLI::App& app);
 CommandFunction defineReport(CLI::App& app);
 CommandFunction defineView(CLI::App& app);
+CommandFunction definePlan(CLI::App& app);
 CommandFunction defineRepack(CLI::App& app);
 CommandFunction defineLightmap(CLI::App& app);
 CommandFunction defineDominant(CLI::App& app);
@@ -43,12 +43,12 @@ namespace {
 
 constexpr std::array kCommands = {
     CommandInfo{"cook", "Cook a whole scene, incrementally, and verify it", defineCook},
-    CommandInfo{"plan", "Write the cook of a scene as a Ninja file, for a build system or a cluster", definePlan},
     CommandInfo{"init", "Write a first scene file for some bakes, meshes and environments", defineInit},
     CommandInfo{"lint", "Look for what is implausible in the inputs of a scene, before a cook", defineLint},
     CommandInfo{"verify", "Reopen a cooked scene; measure and bound its errors again from the files", defineVerify},
     CommandInfo{"report", "Print the memory and errors of a cooked scene; compare them with a baseline", defineReport},
     CommandInfo{"view", "Show a cooked scene in the browser, beside its bake", defineView},
+    CommandInfo{"plan", "Write the cook of a scene as a Ninja file, for a build system or a cluster", definePlan},
     CommandInfo{"repack", "Pack the charts of a light map anew, with fewer texels where its light is smooth", defineRepack},
     CommandInfo{"lightmap", "Compress one SH light map", defineLightmap},
     CommandInfo{"dominant", "Fit and compress the dominant light of one SH light map", defineDominant},

@@ -38,6 +38,7 @@ const BusyCommand kBusyCommands[] = {
     {"lint", {"scene.toml", "--json", "out"}},
     {"verify", {"cooked", "--json", "out"}},
     {"report", {"cooked", "--json", "out"}},
+    {"plan", {"scene.toml", "--ninja", "out"}},
     {"repack",
      {LIGHTCOOK_SOURCE_DIR "/examples/cornell/cornell_lightmap.exr", LIGHTCOOK_SOURCE_DIR "/examples/cornell/cornell.glb", "-o", "out"}},
     {"lightmap", {"map.exr", "out"}},

@@ -69,7 +69,7 @@ TEST_F(KeptCandidates, MayMissTheLimitsOfTheScene) {
 }
 
 TEST_F(KeptCandidates, AreThoseOfABudgetToo) {
-    const Outcome outcome = cook(true, "layouts = [\"hdr\", \"hdr-2\", \"raw\"]\nbudget = \"12 KiB\"");
+    const Outcome outcome = cook(true, "layouts = [\"hdr\", \"hdr-2\", \"raw\"]\nbudget = \"16 KiB\"");
     EXPECT_EQ(outcome.candidates.size(), 2u);
     for (const std::string& layout : outcome.candidates)
         EXPECT_FALSE(loadReport(candidateFolder(folder(), layout) / kReportName)->budget.limitBytes) << "a budget is that of the scene";
