@@ -111,6 +111,7 @@ RoleFiles unpackedInputs(const PackedLightMap& packed) {
     for (const auto& [role, file] : packed.sources) {
         if (role.starts_with(kSourceRole)) inputs[kUnpackedRole + role.substr(kSourceRole.size())] = file;
         if (role.starts_with(kMeshRole)) inputs[kUnpackedMeshRole + role.substr(std::string(kMeshRole).size())] = file;
+        if (role.starts_with(kFramesRole)) inputs[role] = file;  // of the bake as it was; the packed one reads no mesh
     }
     return inputs;
 }

@@ -18,8 +18,6 @@ namespace {
 using formats::LightMapStrip;
 using formats::Result;
 
-const std::string kFramesRole = "frames";  ///< the mesh that a bake in tangent space lies on
-
 std::size_t bytesOf(const LightMapStrip& strip) {
     const auto bytes = [](const auto& image) { return image.texels().size() * sizeof(image.texels().front()); };
     return bytes(strip.sh) + bytes(strip.covered) + bytes(strip.normal) + bytes(strip.chart);

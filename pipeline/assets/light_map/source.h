@@ -26,6 +26,7 @@ inline constexpr int kStripTexels = 1 << 18;
 
 /// Role of the light map among the files of an action; further files of the bake have "source-NAME".
 inline const std::string kSourceRole = "source";
+inline const std::string kFramesRole = "frames";  ///< the mesh that a bake reads: of one in tangent space, or of coverage from the mesh
 
 class LightMapSources;
 struct MipSurvey;

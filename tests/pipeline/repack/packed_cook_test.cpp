@@ -75,6 +75,16 @@ TEST_F(PackedCook, MovedChartsKeepTheErrorAtTexelsAndTheBound) {
     EXPECT_EQ(map.at("bytes_in").get<std::uint64_t>(), fs::file_size(folder_ / "cornell_lightmap.exr"));
 }
 
+/// The bake before its charts were packed reads its mesh for coverage; the packed one has channels for it.
+TEST_F(PackedCook, CoverageMayComeFromTheMesh) {
+    writeScene("light_map_layout = \"hdr\"\ncharts = \"pack\"", "mesh = \"cornell.glb\"\ncoverage = \"mesh\"\n");
+    const Json report = cooked();
+    const Json& map = assetOf(report.at("assets"), "map");
+    EXPECT_LT(map.at("stages").back().at("error").at("diffuse").at("rel_rms").get<double>(), 0.01);
+    const Outcome verified = verifyCooked({options_.output, {}, {}}, RunState());
+    for (const formats::Error& error : verified.errors) ADD_FAILURE() << error.line();
+}
+
 TEST_F(PackedCook, FewerTexelsAreJudgedAgainstTheBake) {
     writeScene("light_map_layout = \"raw\"\ncharts = \"pack\"\ncharts_max_visible = 2");
     const Json report = cooked();
