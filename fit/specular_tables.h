@@ -15,6 +15,8 @@
 
 namespace lightcook::fit {
 
+inline constexpr double kSmallestNoV = 1e-3;  ///< of a view in the tables
+
 /// Mapping of t (NoV or m) to an axis of the table: sqrt((p0 + p1 t) (q0 + q1 t)), monotone over [0, 1]. A shader decodes it from four
 /// numbers, in single precision, too. The form covers sines, cosines, roots, offsets, and steps that grow away from grazing angles.
 struct AxisMapping {
@@ -79,7 +81,8 @@ struct SpecularTables {
 
 /// Refuses sizes, ranges and point counts outside the limits above.
 formats::Result<void> checkSpecularTableOptions(const SpecularTableOptions& options);
-/// Returns the viewCount kernels of one row of roughness. Pure, so that threads can share the rows. NoV below 1e-3 counts as 1e-3.
+/// Returns the viewCount kernels of one row of roughness. Pure, so that threads can share the rows. A NoV below kSmallestNoV
+/// counts as that.
 std::vector<lighting::AreaSpecularKernel> integrateSpecularTableRow(const SpecularTableOptions& options, int roughnessIndex);
 /// Assembles roughnessCount rows, chooses scales and quantizes.
 SpecularTables assembleSpecularTables(const SpecularTableOptions& options,

@@ -16,6 +16,9 @@ enum class CookTorranceNormalization {
 };
 enum class NormalDistribution { Beckmann, Ggx };
 
+constexpr double fifthPower(double x) {
+    return x * x * x * x * x;
+}
 /// Returns Schlick's Fresnel term f0 + (1 - f0) (1 - LoH)^5.
 double schlick(double f0, double LoH);
 /// Return the microfacet distribution D [1/sr]; the integral of D cos over the hemisphere is 1. m and alpha are greater than 0.

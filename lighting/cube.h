@@ -20,5 +20,7 @@ CubeCoordinate cubeFromDirection(const glm::dvec3& direction);
 glm::dvec3 cubeTexelDirection(int face, int x, int y, int size);
 /// Returns the solid angle of that texel [sr], exact: atan2 at its corners. The six faces add up to 4 pi.
 double cubeTexelSolidAngle(int x, int y, int size);
+/// Returns the solid angle of the rectangle from a face's centre to (u, v) [sr], with the sign of u v.
+double cubeCornerSolidAngle(double u, double v);
 
 }  // namespace lightcook::lighting

@@ -12,10 +12,8 @@
 namespace lightcook::compress {
 namespace {
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr int kOneRegionModes[] = {10, 11, 12, 13}, kTwoRegionModes[] = {9, 1, 6, 7, 8, 5, 0, 2, 3, 4};
-constexpr double kFloorShare = 32;  ///< a colour with less than 1/32 of its weight in a region is left out of the region's bound
-constexpr int kStartMode = 10;      ///< one region, no deltas: any ends are valid
+constexpr int kStartMode = 10;  ///< one region, no deltas: any ends are valid
 
 /// Returns log2(1 + x), x >= 0, nearly to double precision. Own code, because the bytes must not depend on the rounding of a library.
 double log2OfOneAnd(double x) {
@@ -58,13 +56,13 @@ const EndValues& endValues(int bits, bool isSigned) {
 /// Returns the metric of every interpolated value, from the smallest up. The reference is valid until the same thread calls with other
 /// options.
 const std::vector<double>& metricOfValues(bool isSigned, const EncodeOptions& options) {
-    struct Table {
+    struct MetricTable {
         bool isLog = false;
         float scale = 0;
         std::vector<double> values;
     };
-    thread_local std::array<Table, 2> tables;
-    Table& table = tables[isSigned];
+    thread_local std::array<MetricTable, 2> tables;
+    MetricTable& table = tables[isSigned];
     const bool isLog = options.hdrMetric == HdrMetric::Log;
     if (!table.values.empty() && table.isLog == isLog && table.scale == options.hdrScale) return table.values;
     const int largest = isSigned ? 0x7FFF : 0xFFFF, smallest = isSigned ? -largest : 0;

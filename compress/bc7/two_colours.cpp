@@ -11,8 +11,6 @@
 namespace lightcook::compress {
 namespace {
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr double kFloorShare = 32;  ///< a colour with less than 1/32 of its weight in a region is left out of the region's bound
 constexpr Window kAnywhere = {{0, 256}, {0, 256}, false};
 constexpr std::array<Window, 4> kAllAnywhere = {kAnywhere, kAnywhere, kAnywhere, kAnywhere};
 

@@ -12,7 +12,7 @@
 
 namespace lightcook::compress {
 
-constexpr int kTexelCount = 16;  ///< of a 4x4 block
+inline constexpr int kBlockSide = 4, kTexelCount = kBlockSide * kBlockSide;
 
 /// A 4x4 block in planes; the index of a texel is y * 4 + x. Texels beyond the edge of the image repeat the edge and have significance 0.
 struct Block {

@@ -22,7 +22,6 @@ namespace {
 using formats::ImageView;
 using formats::PixelFormat;
 
-constexpr int kBlockSide = 4;
 /// Number of blocks that are passed to an encoder at once: a multiple of the lanes of any vector, small enough for the L1 cache.
 constexpr int kBatch = 64;
 

@@ -20,8 +20,6 @@ namespace {
 using formats::ImageView;
 using formats::PixelFormat;
 
-constexpr int kBlockSide = 4;
-
 // Estimated cost in Zstandard, in bits: of a byte that no match covers; of a match with a new offset; of a match with the last offset; of
 // the continuation of a match.
 constexpr double kLiteralBits = 7.6, kMatchBits = 20, kRepeatedOffsetBits = 11, kContinuedMatchBits = 1;

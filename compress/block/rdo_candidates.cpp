@@ -13,7 +13,6 @@ namespace {
 using formats::ImageView;
 using formats::PixelFormat;
 
-constexpr int kBlockSide = 4;
 /// Maximum distance of the source, in blocks: of a whole block; of a part, which has to be decoded; of a head, which needs new indices.
 constexpr std::size_t kWholeReach = 128, kPartReach = 24, kHeadReach = 32;
 

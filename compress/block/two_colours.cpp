@@ -10,8 +10,6 @@
 namespace lightcook::compress {
 namespace {
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
 int floorDiv(int a, int b) {
     const int quotient = a / b;
     return quotient * b > a ? quotient - 1 : quotient;

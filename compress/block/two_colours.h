@@ -19,6 +19,10 @@
 
 namespace lightcook::compress {
 
+/// A colour with less than 1/32 of its weight in a region is left out of the region's bound.
+inline constexpr double kFloorShare = 32;
+inline constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
 /// The two colours of a block.
 struct TwoColours {
     std::array<std::array<float, 4>, 2> colour{};

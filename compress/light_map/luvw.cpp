@@ -211,7 +211,7 @@ private:
 };
 
 /// Returns the layers of either texture that hold a coefficient each. The last layer of a zonal layout holds the intensity.
-std::size_t coefficientLayers(const LightMapPlan& plan) {
+std::size_t luvwCoefficients(const LightMapPlan& plan) {
     return static_cast<std::size_t>(plan.textures[0].layerCount - (formats::info(plan.layout).isZonal ? 1 : 0));
 }
 
@@ -221,7 +221,7 @@ void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure) {
     const LuvwForm form = formOf(plan);
     const float largestRange = form.neutral.w * std::numeric_limits<float>::max();
     const auto add = [&](float largest) { plan.constants["range"].push_back(std::min(largest, largestRange) / form.neutral.w); };
-    for (int i = 0; i < static_cast<int>(coefficientLayers(plan)); ++i) add(measure.maximumAbsolute(i));
+    for (int i = 0; i < static_cast<int>(luvwCoefficients(plan)); ++i) add(measure.maximumAbsolute(i));
     const bool isZonal = formats::info(plan.layout).isZonal;
     if (isZonal) {
         add(measure.maximumIntensity());
@@ -244,7 +244,7 @@ EncodedLightMapRows encodeLuvw(const LightMapPlan& plan, const Source& source, c
         return coefficient;
     };
     const bool isZonal = formats::info(plan.layout).isZonal;
-    const std::size_t count = coefficientLayers(plan);
+    const std::size_t count = luvwCoefficients(plan);
     std::vector<LuvwCoefficient> decoded;
     for (std::size_t i = 0; i < count; ++i) {
         LuvwCoefficient coefficient = encode(source.values[i], i);

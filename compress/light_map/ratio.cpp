@@ -18,7 +18,7 @@ namespace {
 using formats::Image;
 
 /// Returns the layers of texture "ratio" that hold a coefficient each. The last layer of a zonal layout holds band 2.
-std::size_t coefficientLayers(const LightMapPlan& plan) {
+std::size_t ratioCoefficients(const LightMapPlan& plan) {
     return static_cast<std::size_t>(plan.textures[1].layerCount - (formats::info(plan.layout).isZonal ? 1 : 0));
 }
 
@@ -91,7 +91,7 @@ void planRatio(LightMapPlan& plan, const LightMapMeasure& measure) {
         plan.constants["scale"].push_back(maximum - minimum);
         plan.constants["bias"].push_back(minimum);
     };
-    for (int i = 1; i <= static_cast<int>(coefficientLayers(plan)); ++i) add(measure.minimumRatio(i), measure.maximumRatio(i));
+    for (int i = 1; i <= static_cast<int>(ratioCoefficients(plan)); ++i) add(measure.minimumRatio(i), measure.maximumRatio(i));
     if (!formats::info(plan.layout).isZonal) return;
     add(measure.minimumZonal(), measure.maximumZonal());
     const glm::vec3& weights = measure.luminanceWeights();
@@ -102,7 +102,7 @@ EncodedLightMapRows encodeRatio(const LightMapPlan& plan, const Source& source, 
     RatioLayers layers(plan, source, options);
     const bool isZonal = formats::info(plan.layout).isZonal;
     std::vector<Image<glm::vec4>> decoded;
-    for (std::size_t i = 0; i < coefficientLayers(plan); ++i) decoded.push_back(layers.add(source.values[i + 1], isZonal));
+    for (std::size_t i = 0; i < ratioCoefficients(plan); ++i) decoded.push_back(layers.add(source.values[i + 1], isZonal));
     if (isZonal) {
         const auto band1 = [&](std::size_t i, int x, int y) { return layers.decoded(decoded[i - 1], i - 1, x, y); };
         layers.add(alongAxis(plan, source, band1, zonalAlong), false);

@@ -24,7 +24,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Tag = hn::CappedTag<float, 8>;
 constexpr Tag kTag;
 
-constexpr std::size_t kCount = lighting::kShCount;
 /// The curve of a display is steep at black. A slope right there would make errors much larger than they are seen, since an error leaves
 /// the place of the slope: slopes are taken where the light is brighter by this share of the response to coefficient 0.
 constexpr float kExpectedError = 0.2f;
@@ -37,7 +36,7 @@ using Rows = std::vector<lighting::ShDouble>;
 
 lighting::ShDouble exitRow(const glm::dvec3& normal, double weight) {
     lighting::ShDouble row = lighting::evaluateBasis(normal);
-    for (std::size_t c = 0; c < kCount; ++c)
+    for (std::size_t c = 0; c < kCoefficientCount; ++c)
         row[c] *= weight * lighting::kExitRadianceBands[static_cast<std::size_t>(lighting::kShBand[c])];
     return row;
 }
@@ -49,7 +48,7 @@ lighting::ShDouble specularRow(const glm::dvec3& view, double m, double f0, ligh
     const lighting::AreaSpecularKernel kernel =
         lighting::integrateAreaSpecular(view.z, m, lobe, lighting::CookTorranceNormalization::Energy, 48);
     lighting::ShDouble row;
-    for (std::size_t c = 0; c < kCount; ++c) row[c] = f0 * kernel.c[c] + (1 - f0) * kernel.d[c];
+    for (std::size_t c = 0; c < kCoefficientCount; ++c) row[c] = f0 * kernel.c[c] + (1 - f0) * kernel.d[c];
     return turn.apply(row);
 }
 
@@ -72,7 +71,7 @@ Rows energyRows() {
         sum += r * r.transpose();
     }
     const Eigen::Matrix<double, 9, 9> factor = sum.llt().matrixL();
-    rows.assign(kCount, {});
+    rows.assign(kCoefficientCount, {});
     for (int c = 0; c < 9; ++c)
         for (int r = 0; r < 9; ++r) rows[static_cast<std::size_t>(c)][static_cast<std::size_t>(r)] = factor(r, c);
     return rows;
@@ -168,7 +167,7 @@ void ShadingForm::turnTo(const glm::vec3& normal) {
     for (std::size_t k = 0; k < local_.size(); ++k) {
         const lighting::ShDouble world = turn.apply(local_[k]);
         std::size_t product = 0;
-        for (std::size_t i = 0; i < kCount; ++i) {
+        for (std::size_t i = 0; i < kCoefficientCount; ++i) {
             rows_[i][k] = static_cast<float>(world[i]);
             for (std::size_t j = 0; j <= i; ++j) products_[k][product++] = static_cast<float>(world[i] * world[j]);
         }
@@ -180,7 +179,7 @@ void ShadingForm::shade(std::span<const glm::vec3> light) {
     for (std::size_t c = 0; c < 3; ++c) {
         float* __restrict colour = colours_[c].data(), * __restrict seen = seen_[c].data();
         std::fill_n(colour, count_, 0.0f);
-        for (std::size_t i = 0; i < kCount; ++i) {
+        for (std::size_t i = 0; i < kCoefficientCount; ++i) {
             const float* __restrict row = rows_[i].data();
             const float coefficient = light[i][static_cast<int>(c)];
             for (std::size_t k = 0; k < count_; ++k) colour[k] += coefficient * row[k];
@@ -229,8 +228,9 @@ void addAllDirections(PackedForm& form) {
     constexpr float kShare = 0.1f;
     for (std::size_t channel = 0; channel < 3; ++channel) {
         float trace = 0;
-        for (std::size_t i = 0; i < kCount; ++i) trace += form.part[channel][PackedForm::diagonal(i)];
-        for (std::size_t i = 0; i < kCount; ++i) form.part[channel][PackedForm::diagonal(i)] += kShare * trace / kCount;
+        for (std::size_t i = 0; i < kCoefficientCount; ++i) trace += form.part[channel][PackedForm::diagonal(i)];
+        for (std::size_t i = 0; i < kCoefficientCount; ++i)
+            form.part[channel][PackedForm::diagonal(i)] += kShare * trace / kCoefficientCount;
     }
 }
 
@@ -238,7 +238,7 @@ void addAllDirections(PackedForm& form) {
 void addEnergy(PackedForm& form, float cost) {
     constexpr std::array<float, 3> kBands = {1, 0.6f, 0.3f};
     for (std::size_t channel = 0; channel < 3; ++channel)
-        for (std::size_t i = 0; i < kCount; ++i)
+        for (std::size_t i = 0; i < kCoefficientCount; ++i)
             form.part[channel][PackedForm::diagonal(i)] += cost * kBands[static_cast<std::size_t>(lighting::kShBand[i])];
 }
 
@@ -287,10 +287,10 @@ PackedForm ShadingForm::at(std::span<const glm::vec3> light, const glm::vec3& no
 ErrorForm PackedForm::unpacked() const {
     // Places in `part` of the products of a form.
     constexpr auto kPlaces = [] {
-        std::array<std::uint8_t, kCount * kCount> places{};
-        for (std::size_t i = 0; i < kCount; ++i)
-            for (std::size_t j = 0; j < kCount; ++j)
-                places[i * kCount + j] = static_cast<std::uint8_t>(std::max(i, j) * (std::max(i, j) + 1) / 2 + std::min(i, j));
+        std::array<std::uint8_t, kCoefficientCount * kCoefficientCount> places{};
+        for (std::size_t i = 0; i < kCoefficientCount; ++i)
+            for (std::size_t j = 0; j < kCoefficientCount; ++j)
+                places[i * kCoefficientCount + j] = static_cast<std::uint8_t>(std::max(i, j) * (std::max(i, j) + 1) / 2 + std::min(i, j));
         return places;
     }();
     ErrorForm out;

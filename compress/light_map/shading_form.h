@@ -23,6 +23,8 @@
 
 namespace lightcook::compress {
 
+inline constexpr std::size_t kCoefficientCount = lighting::kShCount;
+
 /// A symmetric form Q: an error e costs the sum over channels c, d and coefficients i, j of e_ci Q_cidj e_dj. Each pair of channels is
 /// symmetric in the coefficients.
 struct ErrorForm {

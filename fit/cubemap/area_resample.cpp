@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "fit/lut/quadrature.h"
+#include "lighting/cube.h"
 
 namespace lightcook::fit {
 namespace {
@@ -15,11 +16,9 @@ using std::numbers::pi;
 /// Widest piece of an azimuth integral [rad]: with a coarse source the integrand is curved inside a texel.
 constexpr double kWidestPiece = pi / 64;
 
-double cornerAngle(double u, double v) {
-    return std::atan2(u * v, std::sqrt(1 + u * u + v * v));
-}
 double rectangleSolidAngle(double u0, double v0, double u1, double v1) {
-    return cornerAngle(u1, v1) - cornerAngle(u0, v1) - cornerAngle(u1, v0) + cornerAngle(u0, v0);
+    return lighting::cubeCornerSolidAngle(u1, v1) - lighting::cubeCornerSolidAngle(u0, v1) - lighting::cubeCornerSolidAngle(u1, v0) +
+           lighting::cubeCornerSolidAngle(u0, v0);
 }
 
 double wrappedNear(double angle, double centre) {

@@ -125,10 +125,6 @@ void splatEquirectangular(formats::ImageView<const glm::vec3> texels, double sca
     }
 }
 
-double cornerAngle(double u, double v) {
-    return std::atan2(u * v, std::sqrt(1 + u * u + v * v));
-}
-
 void splatCubeStrip(formats::ImageView<const glm::vec3> texels, double scale, double pieceWidth, Splatter& splatter) {
     const int pieces = pieceCount(2.0 / texels.width, pieceWidth);
     const int side = texels.width * pieces;
@@ -136,8 +132,8 @@ void splatCubeStrip(formats::ImageView<const glm::vec3> texels, double scale, do
     const auto edge = [&](int i) { return 2.0 * i / side - 1; };
     for (int row = 0; row < side; ++row) {
         for (int i = 0; i <= side; ++i) {
-            corners[static_cast<std::size_t>(i)] = cornerAngle(edge(i), edge(row));
-            next[static_cast<std::size_t>(i)] = cornerAngle(edge(i), edge(row + 1));
+            corners[static_cast<std::size_t>(i)] = lighting::cubeCornerSolidAngle(edge(i), edge(row));
+            next[static_cast<std::size_t>(i)] = lighting::cubeCornerSolidAngle(edge(i), edge(row + 1));
         }
         for (int column = 0; column < side; ++column) {
             const auto i = static_cast<std::size_t>(column);

@@ -12,7 +12,6 @@ namespace {
 constexpr int kPlaces = 48;
 /// Gauss points a piece: error 1e-5, a hundredth of the errors that are compared.
 constexpr int kPoints = 8;
-constexpr double kSmallestNoV = 1e-3;
 /// A plain axis is kept unless another has less than this share of its error.
 constexpr double kWorthARoot = 0.97;
 

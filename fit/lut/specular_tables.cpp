@@ -12,7 +12,6 @@ namespace lightcook::fit {
 namespace {
 
 constexpr double kSmallestM = 1e-4, kLargestM = 1.0;
-constexpr double kSmallestNoV = 1e-3;
 
 TableAxis makeAxis(int count, double minimum, double maximum) {
     TableAxis axis{count, minimum, maximum, 0, 0.5 / count};

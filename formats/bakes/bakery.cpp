@@ -18,7 +18,7 @@ namespace {
 
 using lighting::ShRgb;
 
-constexpr std::array<std::string_view, 4> kEndings = {"_L0", "_L1x", "_L1y", "_L1z"};
+constexpr std::array<std::string_view, 4> kBakeryEndings = {"_L0", "_L1x", "_L1y", "_L1z"};
 constexpr std::array<std::string_view, 2> kMonoEndings = {"_L0", "_L1"};
 /// The coefficient that each file becomes.
 constexpr std::array<std::size_t, 4> kCoefficients = {0, 3, 1, 2};
@@ -36,7 +36,7 @@ public:
             if (const auto read = images()[image].readRows(firstRow, rowCount, planes); !read) return tl::make_unexpected(read.error());
         }
         for (ShRgb& sh : raw.sh.texels()) {
-            for (std::size_t i = 1; i < kEndings.size(); ++i) sh[i] = kLinearOfExit * 4 * sh[0] * (sh[i] - 0.5f);
+            for (std::size_t i = 1; i < kBakeryEndings.size(); ++i) sh[i] = kLinearOfExit * 4 * sh[0] * (sh[i] - 0.5f);
             sh[0] *= kFirstOfExit;
         }
         return raw;
@@ -69,15 +69,15 @@ BakeMatch matchSet(const std::filesystem::path& file, const ExrInfo& info, std::
 }  // namespace
 
 BakeMatch matchBakerySh(const std::filesystem::path& file, const ExrInfo& info) {
-    return matchSet(file, info, kEndings, kMonoEndings, "bakery-sh");
+    return matchSet(file, info, kBakeryEndings, kMonoEndings, "bakery-sh");
 }
 
 BakeMatch matchBakeryMonoSh(const std::filesystem::path& file, const ExrInfo& info) {
-    return matchSet(file, info, kMonoEndings, kEndings, "bakery-mono-sh");
+    return matchSet(file, info, kMonoEndings, kBakeryEndings, "bakery-mono-sh");
 }
 
 std::vector<std::filesystem::path> filesBesideBakerySh(const std::filesystem::path& file) {
-    return filesOfMixedSet(file, kEndings);
+    return filesOfMixedSet(file, kBakeryEndings);
 }
 
 std::vector<std::filesystem::path> filesBesideBakeryMonoSh(const std::filesystem::path& file) {
@@ -85,7 +85,7 @@ std::vector<std::filesystem::path> filesBesideBakeryMonoSh(const std::filesystem
 }
 
 Result<std::unique_ptr<BakeReader>> openBakerySh(BakeImage image) {
-    const auto files = filesOfMixedSet(image.file(), kEndings);
+    const auto files = filesOfMixedSet(image.file(), kBakeryEndings);
     Result<std::vector<BakeImage>> images = openImages(std::move(image), files);
     if (!images) return tl::make_unexpected(images.error());
     Result<SurfaceChannels> surface = SurfaceChannels::of(images->front(), "A");

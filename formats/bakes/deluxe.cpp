@@ -21,7 +21,7 @@ namespace {
 
 using lighting::ShRgb;
 
-constexpr std::array<std::string_view, 2> kEndings = {"", "_deluxe"};
+constexpr std::array<std::string_view, 2> kDeluxeEndings = {"", "_deluxe"};
 constexpr float kLeastCosine = 0.25f, kShortest = 0.125f;
 /// Coefficients to whose red the direction is read.
 constexpr std::size_t kDirection = 1;
@@ -46,10 +46,11 @@ std::vector<std::filesystem::path> pagesOf(const std::filesystem::path& file) {
 }
 
 std::vector<std::filesystem::path> pairOf(const std::filesystem::path& file) {
-    if (file.stem().string().ends_with(kEndings[1])) return filesOfMixedSet(file, kEndings);
-    auto files = filesOfMixedSet(file, std::span(kEndings).first(1));
-    std::filesystem::path directions = file.parent_path() / (file.stem().string() + std::string(kEndings[1]) + file.extension().string());
-    files.push_back(filesOfMixedSet(directions, std::span(kEndings).last(1)).front());
+    if (file.stem().string().ends_with(kDeluxeEndings[1])) return filesOfMixedSet(file, kDeluxeEndings);
+    auto files = filesOfMixedSet(file, std::span(kDeluxeEndings).first(1));
+    std::filesystem::path directions =
+        file.parent_path() / (file.stem().string() + std::string(kDeluxeEndings[1]) + file.extension().string());
+    files.push_back(filesOfMixedSet(directions, std::span(kDeluxeEndings).last(1)).front());
     return files;
 }
 
@@ -104,7 +105,7 @@ BakeMatch matchDeluxe(const std::filesystem::path& file, const ExrInfo& info) {
     const auto files = filesBesideDeluxe(file);
     if (files.empty() || !isPicture(info)) return {};
     BakeMatch match = matchFiles(file, files, kNumbers, "deluxe");
-    if (!files[1].stem().string().ends_with(kEndings[1]))
+    if (!files[1].stem().string().ends_with(kDeluxeEndings[1]))
         match.kind = match.kind == BakeMatch::Kind::Certain ? BakeMatch::Kind::OnlyNamed : BakeMatch::Kind::None;
     return match;
 }

@@ -14,8 +14,8 @@ namespace {
 using lighting::Sh;
 using lighting::ShRgb;
 
-constexpr std::array<std::string_view, 3> kEndings = {"_RNM0", "_RNM1", "_RNM2"};
-constexpr std::size_t kDirectionCount = kEndings.size();
+constexpr std::array<std::string_view, 3> kRnmEndings = {"_RNM0", "_RNM1", "_RNM2"};
+constexpr std::size_t kDirectionCount = kRnmEndings.size();
 using Lobes = std::array<Sh, kDirectionCount>;
 
 /// Coefficients of R_0 = 1 in tangent space that are not zero: even in y, as b_0 is. tests/formats/bakes/rnm_test.cpp derives them.
@@ -92,7 +92,7 @@ BakeMatch matchSourceRnm(const std::filesystem::path& file, const ExrInfo& info)
 }
 
 std::vector<std::filesystem::path> filesBesideRnm(const std::filesystem::path& file) {
-    return filesOfMixedSet(file, kEndings);
+    return filesOfMixedSet(file, kRnmEndings);
 }
 
 Result<std::unique_ptr<BakeReader>> openBakeryRnm(BakeImage image, const std::filesystem::path& mesh) {

@@ -28,7 +28,7 @@ std::string channelOf(std::size_t coefficient, std::size_t colour) {
     return fmt::format("{}.{}", kSplit.at(coefficient).substr(1), "RGB"[colour]);
 }
 
-std::vector<std::string> channels() {
+std::vector<std::string> shBakerChannels() {
     std::vector<std::string> names;
     for (std::size_t i = 0; i < kSplit.size(); ++i)
         for (std::size_t colour = 0; colour < 3; ++colour) names.push_back(channelOf(i, colour));
@@ -83,7 +83,7 @@ Result<std::unique_ptr<BakeReader>> openSplit(BakeImage image) {
 }  // namespace
 
 BakeMatch matchShBaker(const std::filesystem::path& file, const ExrInfo& info) {
-    BakeMatch whole = matchChannels(info, channels(), kName, "L0.R .. L22.B");
+    BakeMatch whole = matchChannels(info, shBakerChannels(), kName, "L0.R .. L22.B");
     if (whole.kind != BakeMatch::Kind::None) return whole;
     if (!isPicture(info)) return {};
     if (const auto files = filesOfSet(file, kSplit); !files.empty()) return matchFiles(file, files, 3 * lighting::kShCount, kName);
@@ -99,7 +99,7 @@ std::vector<std::filesystem::path> filesBesideShBaker(const std::filesystem::pat
 Result<std::unique_ptr<BakeReader>> openShBaker(BakeImage image) {
     if (isPicture(image.info()))
         return filesOfSet(image.file(), kSplit).empty() ? openPacked(std::move(image)) : openSplit(std::move(image));
-    return openShChannels(std::move(image), channels());
+    return openShChannels(std::move(image), shBakerChannels());
 }
 
 }  // namespace lightcook::formats

@@ -22,12 +22,12 @@ constexpr std::array kRows = {
     Row{PixelFormat::Rgba8Srgb, 0x8C43, 71},
 };
 
-constexpr bool tableFollowsTheEnumeration() {
+constexpr bool rowsFollowTheEnumeration() {
     for (std::size_t i = 0; i < kRows.size(); ++i)
         if (static_cast<std::size_t>(kRows[i].format) != i) return false;
     return kRows.size() == static_cast<std::size_t>(PixelFormat::Rgba8Srgb) + 1;
 }
-static_assert(tableFollowsTheEnumeration());
+static_assert(rowsFollowTheEnumeration());
 
 }  // namespace
 

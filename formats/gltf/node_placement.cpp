@@ -10,11 +10,9 @@
 namespace lightcook::formats {
 namespace {
 
-using Json = nlohmann::json;
-
 /// Returns the numbers of an array of that length, or nothing.
 template <std::size_t N>
-std::optional<std::array<double, N>> numbersOf(const Json& node, const char* key) {
+std::optional<std::array<double, N>> numbersOf(const nlohmann::json& node, const char* key) {
     const auto found = node.find(key);
     if (found == node.end() || !found->is_array() || found->size() != N) return std::nullopt;
     std::array<double, N> values{};
@@ -26,7 +24,7 @@ std::optional<std::array<double, N>> numbersOf(const Json& node, const char* key
 }
 
 /// Returns the transform from a node's space to that of its parent.
-glm::dmat4 localTransform(const Json& node) {
+glm::dmat4 localTransform(const nlohmann::json& node) {
     glm::dmat4 transform(1);
     if (const auto matrix = numbersOf<16>(node, "matrix")) {
         for (std::size_t i = 0; i < 16; ++i) transform[static_cast<glm::length_t>(i / 4)][static_cast<glm::length_t>(i % 4)] = (*matrix)[i];
@@ -39,16 +37,16 @@ glm::dmat4 localTransform(const Json& node) {
 }
 
 /// Returns the indices of an array that name one of `count` elements.
-std::vector<std::size_t> indicesOf(const Json& owner, const char* key, std::size_t count) {
+std::vector<std::size_t> indicesOf(const nlohmann::json& owner, const char* key, std::size_t count) {
     std::vector<std::size_t> indices;
     const auto found = owner.find(key);
     if (found == owner.end() || !found->is_array()) return indices;
-    for (const Json& each : *found)
+    for (const nlohmann::json& each : *found)
         if (each.is_number_unsigned() && each.get<std::uint64_t>() < count) indices.push_back(each.get<std::size_t>());
     return indices;
 }
 
-std::vector<std::size_t> rootsOf(const Json& gltf, const Json& nodes) {
+std::vector<std::size_t> rootsOf(const nlohmann::json& gltf, const nlohmann::json& nodes) {
     const auto scenes = gltf.find("scenes");
     if (scenes != gltf.end() && scenes->is_array() && !scenes->empty()) {
         const auto scene = gltf.find("scene");
@@ -56,7 +54,7 @@ std::vector<std::size_t> rootsOf(const Json& gltf, const Json& nodes) {
         return index < scenes->size() ? indicesOf((*scenes)[index], "nodes", nodes.size()) : std::vector<std::size_t>();
     }
     std::vector<bool> isChild(nodes.size(), false);
-    for (const Json& node : nodes)
+    for (const nlohmann::json& node : nodes)
         for (const std::size_t child : indicesOf(node, "children", nodes.size())) isChild[child] = true;
     std::vector<std::size_t> roots;
     for (std::size_t i = 0; i < nodes.size(); ++i)
@@ -66,7 +64,7 @@ std::vector<std::size_t> rootsOf(const Json& gltf, const Json& nodes) {
 
 /// Calls visit(node, world transform, depth) for each node below the roots, once; roots have depth 1.
 template <class Work>
-void visitNodes(const Json& gltf, Work visit) {
+void visitNodes(const nlohmann::json& gltf, Work visit) {
     const auto nodes = gltf.find("nodes");
     if (nodes == gltf.end() || !nodes->is_array()) return;
     struct Visit {
@@ -81,7 +79,7 @@ void visitNodes(const Json& gltf, Work visit) {
         waiting.pop_back();
         if (isVisited[next.node]) continue;
         isVisited[next.node] = true;
-        const Json& node = (*nodes)[next.node];
+        const nlohmann::json& node = (*nodes)[next.node];
         if (!node.is_object()) continue;
         const glm::dmat4 world = next.parent * localTransform(node);
         visit(node, world, next.depth);
@@ -91,18 +89,18 @@ void visitNodes(const Json& gltf, Work visit) {
 
 }  // namespace
 
-std::map<std::uint64_t, std::vector<glm::dmat4>> placesOfMeshes(const Json& gltf) {
+std::map<std::uint64_t, std::vector<glm::dmat4>> placesOfMeshes(const nlohmann::json& gltf) {
     std::map<std::uint64_t, std::vector<glm::dmat4>> places;
-    visitNodes(gltf, [&](const Json& node, const glm::dmat4& world, std::size_t) {
+    visitNodes(gltf, [&](const nlohmann::json& node, const glm::dmat4& world, std::size_t) {
         if (const auto mesh = node.find("mesh"); mesh != node.end() && mesh->is_number_unsigned())
             places[mesh->get<std::uint64_t>()].push_back(world);
     });
     return places;
 }
 
-std::size_t depthOfNodes(const Json& gltf) {
+std::size_t depthOfNodes(const nlohmann::json& gltf) {
     std::size_t deepest = 0;
-    visitNodes(gltf, [&](const Json&, const glm::dmat4&, std::size_t depth) { deepest = std::max(deepest, depth); });
+    visitNodes(gltf, [&](const nlohmann::json&, const glm::dmat4&, std::size_t depth) { deepest = std::max(deepest, depth); });
     return deepest;
 }
 

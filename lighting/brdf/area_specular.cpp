@@ -8,7 +8,7 @@
 namespace lightcook::lighting {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 constexpr double kSmallestNoV = 1e-9;
 /// Limit of the slopes over m: exp(-6.5^2) = 4e-19.
 constexpr double kBeckmannReach = 6.5;
@@ -28,7 +28,7 @@ struct GaussRule {
 GaussRule gaussRule(int count) {
     GaussRule rule;
     for (int i = 0; i < count; ++i) {
-        double x = std::cos(kPi * (i + 0.75) / (count + 0.5)), slope = 1;
+        double x = std::cos(pi * (i + 0.75) / (count + 0.5)), slope = 1;
         for (int step = 0; step < 100; ++step) {
             double previous = 1, value = x;
             for (int k = 2; k <= count; ++k) {
@@ -126,10 +126,6 @@ double densityOf(double squaredTangent, double m, SpecularLobe lobe) {
     return m2 / (root * root);
 }
 
-double fifthPower(double x) {
-    return x * x * x * x * x;
-}
-
 /// Returns coefficients from the integrals of {1, z, x, z^2, xz, x^2}: x^2 - y^2 = 2 x^2 + z^2 - 1 on the sphere.
 ShDouble coefficientsOf(const double* moments) {
     return {kShConstant * moments[0],
@@ -188,9 +184,9 @@ AreaSpecularColumn::AreaSpecularColumn(double NoV, double smallestM, double larg
     if (isPhong(lobe)) return;
     // Circles on which a break of weightedPowers appears or vanishes: |u - 1| = tan(psi) tan(theta), by the formulas of half and triple
     // angles.
-    const double theta = std::acos(NoV_), rest = std::asin(NoV_), end = (kPi / 2 + theta) / 2;
-    std::vector<double> ends = {rest / 3, rest / 2, rest, (kPi / 2 + theta) / 3, theta, kPi / 4, end};
-    double reach = kPi / 2;
+    const double theta = std::acos(NoV_), rest = std::asin(NoV_), end = (pi / 2 + theta) / 2;
+    std::vector<double> ends = {rest / 3, rest / 2, rest, (pi / 2 + theta) / 3, theta, pi / 4, end};
+    double reach = pi / 2;
     if (lobe == SpecularLobe::Beckmann) {
         for (const double times : {1.0, 2.2, 4.0}) ends.push_back(std::atan(times * smallestM));
         reach = std::atan(kBeckmannReach * largestM);
@@ -219,7 +215,7 @@ void AreaSpecularColumn::addPiece(double low, double high, int pointCount) {
         // smooth.
         const double t = rule.points[i], place = t * t * (3 - 2 * t), slope = 6 * t * (1 - t);
         Circle circle = circleAt(low + (high - low) * place);
-        circle.weight = rule.weights[i] * slope * (high - low) * 2 * std::sqrt(circle.squaredTangent) * (1 + circle.squaredTangent) / kPi;
+        circle.weight = rule.weights[i] * slope * (high - low) * 2 * std::sqrt(circle.squaredTangent) * (1 + circle.squaredTangent) / pi;
         circles_.push_back(circle);
     }
 }

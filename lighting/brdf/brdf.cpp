@@ -11,15 +11,11 @@ namespace lightcook::lighting {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 /// Smaller cosines count as under the horizon: opposite grazing directions give 1 / (NoL NoV), which must not overflow, and a
 /// half vector whose squared length must not underflow.
 constexpr double kHorizonCosine = 1e-30;
-
-double fifthPower(double x) {
-    return x * x * x * x * x;
-}
 
 double normalizationScale(CookTorranceNormalization normalization) {
     // Listing 2 has a D without 1 / pi, and eq. 6 divides by pi: D G / (pi NoL NoV). That is four times (D / pi) G / (4 NoL NoV).
@@ -85,14 +81,14 @@ double distributionBeckmann(double NoH, double m) {
     const double squaredCosine = NoH * NoH;
     const double squaredTangent = std::max(0.0, (1 - NoH) * (1 + NoH)) / squaredCosine;
     const double lobe = std::exp(-squaredTangent / (m * m));
-    return lobe == 0 ? 0 : lobe / (kPi * m * m * squaredCosine * squaredCosine);
+    return lobe == 0 ? 0 : lobe / (pi * m * m * squaredCosine * squaredCosine);
 }
 
 double distributionGgx(double NoH, double alpha) {
     assert(alpha > 0);
     if (NoH <= 0) return 0;
     const double denominator = std::max(0.0, (1 - NoH) * (1 + NoH)) + NoH * NoH * alpha * alpha;
-    return alpha * alpha / (kPi * denominator * denominator);
+    return alpha * alpha / (pi * denominator * denominator);
 }
 
 double attenuationCookTorrance(double NoH, double NoV, double NoL, double VoH) {
@@ -113,7 +109,7 @@ double cookTorrance(const glm::dvec3& view, const glm::dvec3& light, const glm::
 }
 
 double phongLobe(double RoL, double exponent) {
-    return RoL <= 0 ? 0 : (exponent + 1) / (2 * kPi) * std::pow(RoL, exponent);
+    return RoL <= 0 ? 0 : (exponent + 1) / (2 * pi) * std::pow(RoL, exponent);
 }
 
 double phongLobeGame(double RoL, double exponent) {
@@ -125,7 +121,7 @@ double phongBeckmannLobe(double cosAlpha, double m) {
     if (cosAlpha <= 0) return 0;
     const double squaredTangent = std::max(0.0, (1 - cosAlpha) * (1 + cosAlpha)) / (cosAlpha * cosAlpha);
     const double lobe = std::exp(-squaredTangent / (m * m));
-    return lobe == 0 ? 0 : lobe / (kPi * m * m * cosAlpha * cosAlpha * cosAlpha);
+    return lobe == 0 ? 0 : lobe / (pi * m * m * cosAlpha * cosAlpha * cosAlpha);
 }
 
 AreaSpecularKernel integrateAreaSpecular(double NoV, double m, NormalDistribution distribution, CookTorranceNormalization normalization,
@@ -137,7 +133,7 @@ AreaSpecularKernel integrateAreaSpecular(double NoV, double m, NormalDistributio
     // The two halves of phi mirror each other; with an odd count the middle sample is its own mirror image.
     const int phiCount = (sampleCount + 1) / 2;
     std::vector<double> cosPhi(static_cast<std::size_t>(phiCount));
-    for (int i = 0; i < phiCount; ++i) cosPhi[static_cast<std::size_t>(i)] = std::cos(2 * kPi * (i + 0.5) / sampleCount);
+    for (int i = 0; i < phiCount; ++i) cosPhi[static_cast<std::size_t>(i)] = std::cos(2 * pi * (i + 0.5) / sampleCount);
     const double lastWeight = sampleCount % 2 == 1 ? 0.5 : 1;
 
     Moments c, d;

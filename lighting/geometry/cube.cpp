@@ -30,11 +30,6 @@ int majorFace(const glm::dvec3& direction) {
     return direction.z >= 0 ? 4 : 5;
 }
 
-/// Returns the solid angle of the rectangle from the face's centre to (u, v), signed.
-double cornerSolidAngle(double u, double v) {
-    return std::atan2(u * v, std::sqrt(u * u + v * v + 1));
-}
-
 }  // namespace
 
 glm::dvec3 directionFromCube(CubeCoordinate coordinate) {
@@ -56,11 +51,15 @@ glm::dvec3 cubeTexelDirection(int face, int x, int y, int size) {
     return directionFromCube({face, {(2.0 * x + 1) / size - 1, (2.0 * y + 1) / size - 1}});
 }
 
+double cubeCornerSolidAngle(double u, double v) {
+    return std::atan2(u * v, std::sqrt(1 + u * u + v * v));
+}
+
 double cubeTexelSolidAngle(int x, int y, int size) {
     assert(0 <= x && x < size && 0 <= y && y < size);
     const double u0 = 2.0 * x / size - 1, u1 = 2.0 * (x + 1) / size - 1;
     const double v0 = 2.0 * y / size - 1, v1 = 2.0 * (y + 1) / size - 1;
-    return cornerSolidAngle(u1, v1) - cornerSolidAngle(u0, v1) - cornerSolidAngle(u1, v0) + cornerSolidAngle(u0, v0);
+    return cubeCornerSolidAngle(u1, v1) - cubeCornerSolidAngle(u0, v1) - cubeCornerSolidAngle(u1, v0) + cubeCornerSolidAngle(u0, v0);
 }
 
 }  // namespace lightcook::lighting

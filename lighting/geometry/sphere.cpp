@@ -8,10 +8,10 @@ namespace lightcook::lighting {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 /// Azimuth between successive Fibonacci points, pi (3 - sqrt 5).
-const double kGoldenAngle = kPi * (3 - std::sqrt(5.0));
+const double kGoldenAngle = pi * (3 - std::sqrt(5.0));
 
 glm::dvec3 fromHeight(double z, double phi) {
     const double radius = std::sqrt(std::fmax(0.0, 1 - z * z));
@@ -41,11 +41,11 @@ glm::dvec3 fibonacciSphere(int index, int count) {
 glm::dvec2 equirectangularFromDirection(const glm::dvec3& direction) {
     // acos(y) by atan2, which keeps its digits near the poles.
     const double radius = std::sqrt(direction.x * direction.x + direction.z * direction.z);
-    return {0.5 + std::atan2(direction.x, -direction.z) / (2 * kPi), std::atan2(radius, direction.y) / kPi};
+    return {0.5 + std::atan2(direction.x, -direction.z) / (2 * pi), std::atan2(radius, direction.y) / pi};
 }
 
 glm::dvec3 directionFromEquirectangular(const glm::dvec2& uv) {
-    const double azimuth = (uv.x - 0.5) * 2 * kPi, theta = uv.y * kPi;
+    const double azimuth = (uv.x - 0.5) * 2 * pi, theta = uv.y * pi;
     const double radius = std::sin(theta);
     return {radius * std::sin(azimuth), std::cos(theta), -radius * std::cos(azimuth)};
 }
@@ -53,8 +53,8 @@ glm::dvec3 directionFromEquirectangular(const glm::dvec2& uv) {
 double equirectangularTexelSolidAngle(int y, int width, int height) {
     assert(0 <= y && y < height && width > 0);
     // cos(top) - cos(bottom) as a product, so that thin rows keep their digits.
-    const double middle = kPi * (y + 0.5) / height, half = kPi * 0.5 / height;
-    return 2 * kPi / width * 2 * std::sin(middle) * std::sin(half);
+    const double middle = pi * (y + 0.5) / height, half = pi * 0.5 / height;
+    return 2 * pi / width * 2 * std::sin(middle) * std::sin(half);
 }
 
 }  // namespace lightcook::lighting

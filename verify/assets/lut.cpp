@@ -21,7 +21,7 @@ constexpr int kReferencePoints = 24;
 /// Coefficients of a kernel, in the order of its entries.
 constexpr std::array<std::size_t, 6> kCoefficients = {0, 2, 3, 6, 7, 8};
 
-SpecularKernelEntries entriesOf(const shaders::LcSpecularKernel& k) {
+SpecularKernelEntries entriesOfShader(const shaders::LcSpecularKernel& k) {
     SpecularKernelEntries entries;
     for (int i = 0; i < 4; ++i) {
         entries[static_cast<std::size_t>(i)] = k.c0236[i];
@@ -173,7 +173,7 @@ SpecularKernelEntries fetchLut(const CookedLut& tables, double NoV, double m) {
     const auto texel = [&](std::size_t texture) { return sampleBilinear(tables.textures[texture].view(), uv); };
     const shaders::LcSpecularConstants constants{{tables.scale[0], tables.scale[1], tables.scale[2]},
                                                  {tables.bias[0], tables.bias[1], tables.bias[2]}};
-    return entriesOf(shaders::lcSpecularKernel({texel(0), texel(1), texel(2)}, constants));
+    return entriesOfShader(shaders::lcSpecularKernel({texel(0), texel(1), texel(2)}, constants));
 }
 
 std::vector<LutSample> lutSamples(const CookedLut& tables, int randomCount, std::uint64_t seed) {

@@ -7,13 +7,13 @@
 namespace lightcook::verify {
 namespace {
 
-struct Mode {
+struct Bc7Mode {
     int subsetCount, partitionBits, rotationBits, selectionBits, colourBits, alphaBits;
     int endpointPBits;  ///< one low bit for each endpoint, or
     int sharedPBits;    ///< one for both endpoints of a subset
     int indexBits, secondIndexBits;
 };
-constexpr std::array<Mode, 8> kModes = {{
+constexpr std::array<Bc7Mode, 8> kBc7Modes = {{
     {3, 4, 0, 0, 4, 0, 1, 0, 3, 0},
     {2, 6, 0, 0, 6, 0, 0, 1, 3, 0},
     {3, 6, 0, 0, 5, 0, 0, 0, 2, 0},
@@ -33,7 +33,7 @@ std::uint32_t expandTo8(std::uint32_t value, int bits) {
 }
 
 /// Endpoints 2 s and 2 s + 1 belong to subset s.
-std::array<Endpoint, 6> readEndpoints(BlockBits& bits, const Mode& mode) {
+std::array<Endpoint, 6> readEndpoints(BlockBits& bits, const Bc7Mode& mode) {
     const std::size_t count = static_cast<std::size_t>(2 * mode.subsetCount);
     std::array<Endpoint, 6> endpoints{};
     for (std::size_t channel = 0; channel < 4; ++channel)
@@ -77,7 +77,7 @@ void decodeBc7(Block16 block, Texels4x4 out) {
         return;
     }
     const int modeIndex = std::countr_zero(head);
-    const Mode& mode = kModes[static_cast<std::size_t>(modeIndex)];
+    const Bc7Mode& mode = kBc7Modes[static_cast<std::size_t>(modeIndex)];
     BlockBits bits(block);
     bits.take(modeIndex + 1);
     const Partition& partition = bptcPartition(mode.subsetCount, static_cast<int>(bits.take(mode.partitionBits)));

@@ -10,8 +10,6 @@ namespace lightcook::compress {
 
 namespace {
 
-constexpr std::size_t kCount = lighting::kShCount;
-
 /// Coefficient 0 of a texel is drawn towards its own value by this share of its weight, so that neighbours stay alike, and changes at most
 /// by this factor.
 constexpr float kPullToLight = 0.1f, kLargestChange = 4;
@@ -77,7 +75,7 @@ void addResidual(const ResidualTable& table, const glm::vec4& texel, ByChannel& 
     for (std::size_t k = 0; k < 4; ++k) {
         const float factor = texel[static_cast<int>(k)] - kResidualNeutral;
         for (std::size_t c = 0; c < 3; ++c)
-            for (std::size_t i = 0; i < kCount; ++i) ratio[c][i] += factor * table[k][c][i];
+            for (std::size_t i = 0; i < kCoefficientCount; ++i) ratio[c][i] += factor * table[k][c][i];
     }
 }
 
@@ -92,7 +90,7 @@ void subtractResidual(const ResidualTable& table, const glm::vec4& texel, ByChan
     ByChannel sum{};
     addResidual(table, texel, sum);
     for (std::size_t c = 0; c < 3; ++c)
-        for (std::size_t i = 0; i < kCount; ++i) ratio[c][i] -= sum[c][i];
+        for (std::size_t i = 0; i < kCoefficientCount; ++i) ratio[c][i] -= sum[c][i];
 }
 
 RatioCost::RatioCost(const ErrorForm& form, const glm::vec3& decodedDc) {
@@ -118,7 +116,7 @@ std::array<float, 3> channelWeightsOf(const PackedForm& form, const glm::vec3& d
     std::array<float, 3> out{};
     for (std::size_t c = 0; c < 3; ++c) {
         const float dc = std::max(decodedDc[static_cast<int>(c)], 0.0f), scale = dc * dc;
-        for (std::size_t i = 1; i < kCount; ++i) out[c] += scale * form.part[c][PackedForm::diagonal(i)] / 8;
+        for (std::size_t i = 1; i < kCoefficientCount; ++i) out[c] += scale * form.part[c][PackedForm::diagonal(i)] / 8;
     }
     return out;
 }
@@ -127,16 +125,16 @@ glm::vec3 solveDc(const ErrorForm& form, std::span<const glm::vec3> light, const
     Eigen::Matrix3f matrix;
     Eigen::Vector3f right = Eigen::Vector3f::Zero();
     for (std::size_t c = 0; c < 3; ++c) {
-        std::array<float, kCount> ratio{1};
+        std::array<float, kCoefficientCount> ratio{1};
         std::ranges::copy(ratios[c], ratio.begin() + 1);
         for (std::size_t d = 0; d < 3; ++d) {
-            std::array<float, kCount> weighted{};
-            for (std::size_t j = 0; j < kCount; ++j)
-                for (std::size_t i = 0; i < kCount; ++i) weighted[i] += form.of(c, d)[j][i] * ratio[j];
+            std::array<float, kCoefficientCount> weighted{};
+            for (std::size_t j = 0; j < kCoefficientCount; ++j)
+                for (std::size_t i = 0; i < kCoefficientCount; ++i) weighted[i] += form.of(c, d)[j][i] * ratio[j];
             float sum = weighted[0];
             for (std::size_t i = 0; i < 8; ++i) sum += weighted[i + 1] * ratios[d][i];
             matrix(static_cast<int>(c), static_cast<int>(d)) = sum;
-            for (std::size_t i = 0; i < kCount; ++i) right(static_cast<int>(c)) += weighted[i] * light[i][static_cast<int>(d)];
+            for (std::size_t i = 0; i < kCoefficientCount; ++i) right(static_cast<int>(c)) += weighted[i] * light[i][static_cast<int>(d)];
         }
     }
     const glm::vec3 own = glm::max(light[0], 0.0f);

@@ -10,7 +10,6 @@ namespace lightcook::compress {
 
 namespace {
 
-constexpr std::size_t kCount = lighting::kShCount;
 constexpr int kMaxClusters = 64;
 /// The code tables of all clusters take at most 1 / kTableShare of the bytes of l0 and code.
 constexpr std::size_t kTableShare = 6;
@@ -60,7 +59,7 @@ void writeConstants(const BasisModel& model, std::map<std::string, std::vector<f
     for (const auto& layer : model.residual)
         for (const ResidualTable& table : layer)
             for (const ByChannel& channel : table)
-                for (std::size_t i = 0; i < kCount; ++i)
+                for (std::size_t i = 0; i < kCoefficientCount; ++i)
                     for (std::size_t c = 0; c < 3; ++c) residual.push_back(channel[c][i]);
 }
 
@@ -99,7 +98,7 @@ std::vector<std::byte> LightMapPlan::tableTexels() const {
             for (std::size_t i = 0; i < 8; ++i) addFactor(basis->code[cluster][m], i);
         for (const auto& layer : basis->residual)
             for (const ByChannel& channel : layer[cluster])
-                for (std::size_t i = 0; i < kCount; ++i) addFactor(channel, i);
+                for (std::size_t i = 0; i < kCoefficientCount; ++i) addFactor(channel, i);
     }
     const auto bytes = std::as_bytes(std::span(halves));
     return {bytes.begin(), bytes.end()};

@@ -11,7 +11,6 @@ namespace lightcook::compress {
 
 namespace {
 
-constexpr std::size_t kCount = lighting::kShCount;
 constexpr int kRounds = 1;
 
 ResidualTable principalDirections(const std::vector<SampleTexel*>& members) {
@@ -26,7 +25,7 @@ ResidualTable principalDirections(const std::vector<SampleTexel*>& members) {
         // The shorter side of the box, 127/255 long, has to hold `reach`.
         const ByChannel direction = space.ratioOf(subspace.directions.col(k) * (reach / (1 - kResidualNeutral)));
         for (std::size_t c = 0; c < 3; ++c)
-            for (std::size_t i = 0; i < kCount; ++i)
+            for (std::size_t i = 0; i < kCoefficientCount; ++i)
                 table[static_cast<std::size_t>(k)][c][i] = roundedToHalf(static_cast<double>(direction[c][i]));
     }
     return table;

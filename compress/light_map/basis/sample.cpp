@@ -11,7 +11,6 @@ namespace {
 
 using formats::Image;
 
-constexpr std::size_t kCount = lighting::kShCount;
 /// Shares of the weights of a sample that count absolute squares.
 constexpr double kSquaresOfVisible = 0.3, kSquaresOfEnergy = 0.5;
 constexpr int kSide = LightMapSamples::kSide, kMargin = LightMapSamples::kMargin;
@@ -177,12 +176,12 @@ void BasisSample::encodeCodes(std::size_t texture, const glm::vec4& channelWeigh
 ByChannel ratiosTo(std::span<const glm::vec3> light, const glm::vec3& dc) {
     ByChannel out{};
     for (int c = 0; c < 3; ++c) {
-        std::array<float, kCount>& ratio = out[static_cast<std::size_t>(c)];
+        std::array<float, kCoefficientCount>& ratio = out[static_cast<std::size_t>(c)];
         if (!(dc[c] > 0)) {
             ratio[0] = 1;
             continue;
         }
-        for (std::size_t i = 0; i < kCount; ++i) ratio[i] = std::clamp(light[i][c] / dc[c], -4.0f, 4.0f);
+        for (std::size_t i = 0; i < kCoefficientCount; ++i) ratio[i] = std::clamp(light[i][c] / dc[c], -4.0f, 4.0f);
     }
     return out;
 }
