@@ -1,7 +1,7 @@
 option(LIGHTCOOK_TESTS "Build the tests" ON)
 option(LIGHTCOOK_BENCH "Build the benchmarks" ON)
 option(LIGHTCOOK_VIEWER "Embed the page of `lightcook view`, which needs Node 18 or later and the npm packages of viewer/" ON)
-option(LIGHTCOOK_UNITY "Compile sources of the pipeline and of its tests eight at a time, in less CPU time")
+option(LIGHTCOOK_UNITY "Compile sources of the modules and of tests/pipeline eight at a time, in less CPU time")
 set(LIGHTCOOK_SANITIZE "" CACHE STRING "Sanitizers: empty, \"address,undefined\" or \"thread\"")
 
 # One set of warnings for all of our targets. Third-party headers come in as SYSTEM and cause none.
@@ -44,10 +44,12 @@ if(LIGHTCOOK_SANITIZE)
   target_compile_definitions(vector_options INTERFACE HWY_COMPILE_ONLY_STATIC)
 endif()
 
-# compile_together(TARGET...): with LIGHTCOOK_UNITY, several sources of a target are compiled as one. What costs time in them are the
-# templates of nlohmann/json, which are then instantiated once for all. The names in their unnamed namespaces have to differ.
-function(compile_together)
-  if(LIGHTCOOK_UNITY)
-    set_target_properties(${ARGN} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
-  endif()
-endfunction()
+# Several sources of a target are compiled as one, since their headers and the templates of nlohmann/json cost more than their own code does.
+# The names in their unnamed namespaces have to differ. Sources with compile options of their own stay alone, and so do kernels that
+# Highway compiles once for each instruction set: hwy/foreach_target.h includes the source again.
+if(LIGHTCOOK_UNITY)
+  set(CMAKE_UNITY_BUILD ON)
+  set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
+  # GCC allows a type of an unnamed namespace as a member in the source itself only, and here sources are included.
+  target_compile_options(project_options INTERFACE $<BUILD_INTERFACE:-Wno-subobject-linkage>)
+endif()
