@@ -11,7 +11,7 @@
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
-#include "pipeline/cook/cook_charts.h"
+#include "pipeline/cook/cook.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/history.h"
 #include "pipeline/report/report.h"
@@ -37,7 +37,6 @@ CommandFunction defineCook(CLI::App& app) {
         std::filesystem::path history;
         std::string chartMode;
         bool keepsUv = false;
-        ChartSettings charts;
     };
     const auto options = std::make_shared<Options>();
     CookOptions& cook = options->cook;
@@ -55,7 +54,7 @@ CommandFunction defineCook(CLI::App& app) {
     CLI::Option* keepsUv = app.add_flag("--keep-uv", options->keepsUv, "Leave the light-map UVs of all meshes as they are: --charts keep");
     keepsUv->excludes(chartMode);
     app.add_option(
-           "--charts-max-visible", options->charts.maxVisible,
+           "--charts-max-visible", cook.charts.maxVisible,
            "Visible error that fewer texels of packed charts may add to 99 % of a chart's samples; 0: charts are moved only, without "
            "loss")
         ->type_name("JND")
@@ -98,14 +97,14 @@ is an object on standard error. --quiet leaves it out. -v prints a line for each
     return [options](Session& session) {
         if (auto applied = options->output.apply(options->cook); !applied) return session.finish(applied);
         if (options->samples) options->cook.samples = *options->samples;
-        ChartSettings& charts = options->charts;
+        ChartSettings& charts = options->cook.charts;
         if (const auto* row = formats::findByName(allChartModes(), options->chartMode); row != nullptr) charts.mode = row->id;
         if (options->keepsUv) charts.mode = ChartMode::Keep;
         if (auto ready = options->files.prepare(session); !ready) return session.finish(ready);
         // A file that is no history is refused before the cook.
         if (!options->history.empty())
             if (const auto history = readHistory(options->history); !history) return session.finish(history);
-        const Outcome outcome = cookScene(options->cook, options->charts, session.state);
+        const Outcome outcome = cookScene(options->cook, session.state);
         printCook(session, outcome);
         std::vector<formats::Error> errors = options->files.write(session, "cook", outcome, options->cook.scene, {});
         if (!options->history.empty() && outcome.report.is_object()) {

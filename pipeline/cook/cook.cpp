@@ -10,7 +10,6 @@
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/cook/contents.h"
-#include "pipeline/cook/cook_charts.h"
 #include "pipeline/cook/depfile.h"
 #include "pipeline/cook/kept_candidates.h"
 #include "pipeline/cook/layout_decision.h"
@@ -35,7 +34,8 @@ using formats::failure;
 using formats::Result;
 using Clock = std::chrono::steady_clock;
 
-void applyOverrides(const CookOptions& options, OutputSettings& output) {
+void applyOverrides(const CookOptions& options, Scene& scene) {
+    OutputSettings& output = scene.output;
     if (options.target) output.target = *options.target;
     if (options.maxError) output.maxError = *options.maxError;
     if (options.maxVisible) output.maxVisible = options.maxVisible;
@@ -54,10 +54,17 @@ void applyOverrides(const CookOptions& options, OutputSettings& output) {
     if (options.rdo) output.rdo = *options.rdo;
     output.gltf = output.gltf || options.gltf;
     output.mips = output.mips || options.mips;
+    if (options.charts.mode) output.charts.mode = options.charts.mode;
+    if (options.charts.maxVisible) output.charts.maxVisible = options.charts.maxVisible;
+    for (LightMapEntry& entry : scene.lightMaps) {
+        if (options.charts.mode) entry.charts.mode = {};
+        if (options.charts.maxVisible) entry.charts.maxVisible = {};
+    }
 }
 
 /// Returns what is wrong with packing the charts of a light map beside its other settings, or an empty text.
-std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entry, double maxVisible) {
+std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entry) {
+    const double maxVisible = chartsMaxVisible(output, entry);
     if (!entry.mesh)
         return "found charts to pack without a mesh, expected mesh = \"FILE\", whose triangles say what a chart is, or charts = \"keep\"";
     if (entry.groundTruth)
@@ -71,7 +78,7 @@ std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entr
 }
 
 /// Refuses settings that cannot be combined.
-Result<void> checkSettings(const Scene& scene, const SceneCharts& charts, const std::filesystem::path& folder) {
+Result<void> checkSettings(const Scene& scene, const std::filesystem::path& folder) {
     const OutputSettings& output = scene.output;
     if (output.zstd && output.container == formats::Container::Dds)
         return failure(ErrorCode::InvalidRequest, "--container dds",
@@ -82,8 +89,7 @@ Result<void> checkSettings(const Scene& scene, const SceneCharts& charts, const 
     for (const LightMapEntry& entry : scene.lightMaps)
         if (const std::string why = whyNotLayouts(output, entry); !why.empty()) return failure(ErrorCode::InvalidRequest, "--layout", why);
     for (const LightMapEntry& entry : scene.lightMaps)
-        if (const std::string why = charts.isPacked(entry.name) ? whyNotPacked(output, entry, charts.maxVisibleOf(entry.name)) : "";
-            !why.empty())
+        if (const std::string why = isPacked(output, entry) ? whyNotPacked(output, entry) : ""; !why.empty())
             return failure(ErrorCode::InvalidRequest, fmt::format("light map '{}'", entry.name), why);
     if (const std::string why = whyNotGltf(output); !why.empty()) return failure(ErrorCode::InvalidRequest, "--gltf", why);
     std::error_code code;
@@ -97,13 +103,11 @@ Result<void> checkSettings(const Scene& scene, const SceneCharts& charts, const 
 class Cook {
 public:
     /// layouts  of the light maps and dominant lights that the scene leaves open; those that are not here are tried
-    Cook(Scene scene, SceneCharts charts, const CookOptions& options, const RunState& state,
-         std::map<std::string, std::string> layouts = {})
+    Cook(Scene scene, const CookOptions& options, const RunState& state, std::map<std::string, std::string> layouts = {})
         : options_(options),
           state_(state),
           start_(Clock::now()),
           scene_(std::move(scene)),
-          charts_(std::move(charts)),
           cache_(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes),
           planOptions_{options.only, options.onlyKind, options.repair, options.samples, std::move(layouts)} {}
 
@@ -120,7 +124,7 @@ private:
         scene_.tables.maxVisible.reset();
     }
     Result<void> tryRun() {
-        applyOverrides(options_, scene_.output);
+        applyOverrides(options_, scene_);
         for (LightMapEntry& entry : scene_.lightMaps) {
             if (options_.maxVisible) entry.maxVisible.reset();
             if (options_.maxVisibleBound) entry.maxVisibleBound.reset();
@@ -129,7 +133,7 @@ private:
         }
         if (options_.maxConverterVisible) forgetConverterLimits();
         outcome_.output = options_.output.empty() ? std::filesystem::path(scene_.name + ".cooked") : options_.output;
-        if (auto checked = checkSettings(scene_, charts_, outcome_.output); !checked) return checked;
+        if (auto checked = checkSettings(scene_, outcome_.output); !checked) return checked;
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();
         digests_.emplace(cache_.root() / "stamps" / digestOfText(absolute.string()));
         // The staging folder is on the file system of the output, so that finished files are renamed: inside the output, or where the
@@ -195,8 +199,8 @@ private:
     /// light map whose charts could not be packed is not in it.
     Result<Scene> packCharts() {
         for (const LightMapEntry& entry : scene_.lightMaps)
-            if (charts_.isPacked(entry.name) && isAnyWanted(scene_, planOptions_, entry))
-                packGraph_.push_back(packAction(scene_, entry, charts_.maxVisibleOf(entry.name), options_.repair));
+            if (isPacked(scene_.output, entry) && isAnyWanted(scene_, planOptions_, entry))
+                packGraph_.push_back(packAction(scene_, entry, chartsMaxVisible(scene_.output, entry), options_.repair));
         Scene planned = scene_;
         if (packGraph_.empty()) return planned;
         if (auto made = makeFolder(packedFolder()); !made) return tl::make_unexpected(made.error());
@@ -287,7 +291,7 @@ private:
             scene.output.budgetBytes = options.budgetBytes = {};
             scene.output.maxWholeVisible = options.maxWholeVisible = {};
             if (scene.output.lightMapLayout.empty()) scene.output.lightMapLayout = kAutoLayout;  // as the limits had it
-            const Outcome done = Cook(std::move(scene), charts_, options, state_, layouts).run();
+            const Outcome done = Cook(std::move(scene), options, state_, layouts).run();
             outcome_.actionsRun += done.actionsRun;
             outcome_.actionsReused += done.actionsReused;
             const auto isFault = [](const Error& error) { return error.code != ErrorCode::Verification; };
@@ -387,7 +391,6 @@ private:
     Clock::time_point start_;
     std::string at_ = timeNow();
     Scene scene_;
-    SceneCharts charts_;
     Cache cache_;
     PlanOptions planOptions_;
     std::optional<DigestMemo> digests_;
@@ -402,20 +405,13 @@ private:
 }  // namespace
 
 Outcome cookScene(Scene scene, const CookOptions& options, const RunState& state) {
-    return Cook(std::move(scene), SceneCharts(), options, state).run();
-}
-
-Outcome cookScene(const CookOptions& options, const ChartSettings& overrides, const RunState& state) {
-    auto scene = readScene(options.scene);
-    if (!scene) return {{scene.error()}, {}, {}, 0, 0};
-    auto charts = readSceneCharts(options.scene);
-    if (!charts) return {{charts.error()}, {}, {}, 0, 0};
-    charts->apply(overrides);
-    return Cook(std::move(*scene), std::move(*charts), options, state).run();
+    return Cook(std::move(scene), options, state).run();
 }
 
 Outcome cookScene(const CookOptions& options, const RunState& state) {
-    return cookScene(options, ChartSettings(), state);
+    auto scene = readScene(options.scene);
+    if (!scene) return {{scene.error()}, {}, {}, 0, 0};
+    return cookScene(std::move(*scene), options, state);
 }
 
 }  // namespace lightcook::pipeline

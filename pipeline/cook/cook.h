@@ -31,6 +31,7 @@ struct CookOptions {
     std::optional<std::string> onlyKind;  ///< a kind: see PlanOptions
     bool gltf = false;                    ///< also the scene as glTF
     bool mips = false;                    ///< light maps with mip levels
+    ChartSettings charts = {};            ///< of all light maps
     bool force = false, keepGoing = false, repair = false;
     bool keepCandidates = false;  ///< also cook the scene with the other layouts that were tried: kept_candidates.h
     bool strict = false;          ///< every finding of lint that the scene does not allow is an error

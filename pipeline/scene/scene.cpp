@@ -18,7 +18,6 @@
 #include "formats/nearest.h"
 #include "formats/read_file.h"
 #include "formats/vocabulary.h"
-#include "pipeline/scene/chart_settings.h"
 #include "pipeline/scene/checks.h"
 #include "pipeline/scene/cubemap_layout.h"
 #include "pipeline/scene/dominant_fit.h"
@@ -379,7 +378,7 @@ OutputSettings readOutput(TableReader reader) {
         output.rdo = *rdo;
     }
     output.draco = reader.optional<bool>("draco", "true or false").value_or(true);
-    (void)readChartSettings(reader);  // readSceneCharts() has them
+    output.charts = readChartSettings(reader);
     output.gltf = reader.optional<bool>("gltf", "true or false").value_or(false);
     if (const std::string why = whyNotGltf(output); !why.empty()) reader.fail(reader.node("gltf"), why);
     output.mips = readMips(reader).value_or(false);
@@ -487,7 +486,7 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
         entry.dominantFit =
             fit != nullptr ? std::string(fit->name) : reader.oneOf("dominant_fit", formats::namesOf(allDominantFits()), entry.dominantFit);
     }
-    (void)readChartSettings(reader);  // readSceneCharts() has them
+    entry.charts = readChartSettings(reader);
     if (reader.has("dominant_layout")) entry.dominantLayout = reader.oneOf("dominant_layout", formats::namesOf(allDominantLayouts()), "");
     return entry;
 }
@@ -825,42 +824,13 @@ Result<std::uint64_t> parseByteCount(std::string_view text, const std::string& s
     return refuse();
 }
 
-void SceneCharts::apply(const ChartSettings& overrides) {
-    if (overrides.mode) output_.mode = overrides.mode;
-    if (overrides.maxVisible) output_.maxVisible = overrides.maxVisible;
-    for (auto& [name, settings] : ofLightMap_) {
-        if (overrides.mode) settings.mode.reset();
-        if (overrides.maxVisible) settings.maxVisible.reset();
-    }
-}
-
-bool SceneCharts::isPacked(const std::string& lightMap) const {
-    const auto own = ofLightMap_.find(lightMap);
-    const std::optional<ChartMode> mode = own != ofLightMap_.end() && own->second.mode ? own->second.mode : output_.mode;
+bool isPacked(const OutputSettings& output, const LightMapEntry& entry) {
+    const std::optional<ChartMode>& mode = entry.charts.mode ? entry.charts.mode : output.charts.mode;
     return mode == ChartMode::Pack;
 }
 
-double SceneCharts::maxVisibleOf(const std::string& lightMap) const {
-    const auto own = ofLightMap_.find(lightMap);
-    return own != ofLightMap_.end() && own->second.maxVisible ? *own->second.maxVisible : output_.maxVisible.value_or(0);
-}
-
-Result<SceneCharts> readSceneCharts(const std::filesystem::path& file) {
-    const auto scene = readScene(file);
-    if (!scene) return tl::make_unexpected(scene.error());
-    const toml::table root = toml::parse_file(file.string());
-    TableReader reader(root, file, "");
-    ChartSettings output;
-    if (const toml::table* table = reader.table("output")) {
-        TableReader section(*table, file, "output");
-        output = readChartSettings(section);
-    }
-    std::map<std::string, ChartSettings> ofLightMap;
-    for (const toml::table* table : reader.tables("light_map")) {
-        TableReader section(*table, file, "light_map");
-        ofLightMap[readName(section)] = readChartSettings(section);
-    }
-    return SceneCharts(output, std::move(ofLightMap));
+double chartsMaxVisible(const OutputSettings& output, const LightMapEntry& entry) {
+    return entry.charts.maxVisible ? *entry.charts.maxVisible : output.charts.maxVisible.value_or(0);
 }
 
 Result<Scene> readScene(const std::filesystem::path& file) {

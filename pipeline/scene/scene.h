@@ -22,6 +22,7 @@
 #include "formats/target.h"
 #include "lighting/display.h"
 #include "pipeline/lint/checks.h"
+#include "pipeline/scene/chart_settings.h"
 #include "pipeline/scene/scene_lines.h"
 #include "pipeline/scene/up_axis.h"
 
@@ -68,6 +69,7 @@ struct OutputSettings {
     bool draco = true;  ///< meshes as Draco inside glTF
     bool gltf = false;  ///< also writes the scene as glTF with its light maps bound
     bool mips = false;  ///< light maps have as many mip levels as keep their charts apart; dominant lights have one
+    ChartSettings charts = {};
 };
 
 /// Returns what is wrong with glTF beside the other settings, or an empty text.
@@ -109,7 +111,13 @@ struct LightMapEntry {
     std::optional<std::filesystem::path> groundTruth;  ///< traced light at texels of the map (formats::readShadingValues)
     formats::LayoutList layouts = {};                  ///< that "auto" may take; empty: those of the output
     std::optional<bool> mips = {};                     ///< overrides that of the output
+    ChartSettings charts = {};                         ///< override those of the output
 };
+
+/// Returns true if the charts of a light map are packed anew.
+bool isPacked(const OutputSettings& output, const LightMapEntry& entry);
+/// Returns the visible error that fewer texels of its charts may add.
+double chartsMaxVisible(const OutputSettings& output, const LightMapEntry& entry);
 
 /// Returns the layouts that "auto" may take for a light map: its own list, or else that of the output.
 const formats::LayoutList& layoutsFor(const OutputSettings& output, const LightMapEntry& entry);

@@ -9,7 +9,7 @@
 
 #include "formats/gltf_scene.h"
 #include "lighting/radiometry.h"
-#include "pipeline/cook/cook_charts.h"
+#include "pipeline/cook/cook.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/repack/unpacked_bake.h"
 #include "tests/formats/temporary_folder.h"
@@ -37,7 +37,11 @@ protected:
                                                   "\n[[light_map]]\nname = \"map\"\nfile = \"cornell_lightmap.exr\"\n" + map +
                                                   "[[material]]\nname = \"*\"\nnormal_map = true\nspecular = true\nm = [0.1, 0.5]\n");
     }
-    Outcome cook(const ChartSettings& overrides = {}) const { return cookScene(options_, overrides, RunState()); }
+    Outcome cook(const ChartSettings& overrides = {}) const {
+        CookOptions options = options_;
+        options.charts = overrides;
+        return cookScene(options, RunState());
+    }
     Json cooked(const ChartSettings& overrides = {}) const {
         const Outcome outcome = cook(overrides);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
