@@ -313,9 +313,10 @@ class SceneSuite(PageSuite):
     def state(self, key):
         return self.browser.evaluate(f'lightcook.page.state[{json.dumps(key)}]')
 
-    def pixels(self):
-        """The canvas [height, width, 3]."""
-        return self.picture(self.browser.evaluate('(lightcook.page.drawNow(), document.getElementById("canvas").toDataURL())'))
+    def pixels(self, before='0'):
+        """The canvas [height, width, 3]. No timer of the page comes between the script `before` and the drawing."""
+        return self.picture(
+            self.browser.evaluate(f'({before}, lightcook.page.drawNow(), document.getElementById("canvas").toDataURL())'))
 
     def visible(self):
         """Pixels inside charts whose texels are all covered: rows and columns, uv, normals, views."""
@@ -412,8 +413,8 @@ class Controls(SceneSuite):
                 const poll = () => lightcook.page.blinked === {str(blinked).lower()} ? done(1) : setTimeout(poll, 20);
                 poll();
             }})""")
-            self.browser.evaluate(f'void (lightcook.page.blinked = {str(blinked).lower()})')
-            np.testing.assert_array_equal(self.pixels(), seen[mode])
+            pixels = self.pixels(before=f'lightcook.page.blinked = {str(blinked).lower()}')
+            np.testing.assert_array_equal(pixels, seen[mode])
 
     def test_area_specular_and_the_dominant_light(self):
         at, uv, n, v = self.visible()
