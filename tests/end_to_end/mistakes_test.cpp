@@ -244,7 +244,10 @@ const std::vector<Mistake>& allMistakes() {
         {"the lobe of the tables is not the scene's", "lightcook cook scene.toml",
          [](const ExampleCopy& scene) { scene.append("scene.toml", "\n[tables]\nlobe = \"ggx\"\n"); }},
         {"a layout without the light that materials need", "lightcook cook scene.toml",
-         [](const ExampleCopy& scene) { scene.replaceInScene("# light_map_layout = \"auto\"", "light_map_layout = \"flat\""); }},
+         [](const ExampleCopy& scene) {
+             scene.replaceInScene("# light_map_layout = \"auto\"", "light_map_layout = \"flat\"");
+             scene.replaceInScene("\nspecular = true", "\nspecular = false");
+         }},
         {"a layout that there is not in a list of layouts", "lightcook cook scene.toml",
          [](const ExampleCopy& scene) { scene.replaceInScene("# light_map_layout = \"auto\"", "layouts = [\"godod\"]"); }},
         {"a named layout that the list of layouts lacks", "lightcook cook scene.toml --layout ratio",
