@@ -9,7 +9,6 @@ namespace lightcook::pipeline {
 namespace {
 
 using formats::contentOf;
-using nlohmann::json;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
@@ -66,14 +65,14 @@ TEST_F(CommandLine, EveryCommandHasJsonOnStandardOutput) {
         SCOPED_TRACE(command);
         const Ended ended = run(command + " --json -");
         EXPECT_EQ(ended.code, 0) << ended.err;
-        ASSERT_TRUE(json::accept(ended.out)) << ended.out;
-        EXPECT_TRUE(json::parse(ended.out).contains(key)) << ended.out;
+        ASSERT_TRUE(nlohmann::json::accept(ended.out)) << ended.out;
+        EXPECT_TRUE(nlohmann::json::parse(ended.out).contains(key)) << ended.out;
         EXPECT_FALSE(std::filesystem::exists(scene_ / "-"));
     }
     const Ended failed = run("info nowhere.exr --json -");
     EXPECT_EQ(failed.code, 3);
-    EXPECT_EQ(json::parse(failed.out).at("exit_code"), 3);
-    EXPECT_THAT(json::parse(failed.out).at("errors")[0].at("subject").get<std::string>(), HasSubstr("nowhere.exr"));
+    EXPECT_EQ(nlohmann::json::parse(failed.out).at("exit_code"), 3);
+    EXPECT_THAT(nlohmann::json::parse(failed.out).at("errors")[0].at("subject").get<std::string>(), HasSubstr("nowhere.exr"));
     EXPECT_EQ(run("verify out --json - --junit -").code, 2);
     EXPECT_THAT(run("verify out --junit -").out, StartsWith("<?xml"));
 }
@@ -81,11 +80,11 @@ TEST_F(CommandLine, EveryCommandHasJsonOnStandardOutput) {
 TEST_F(CommandLine, InfoTakesSeveralFilesAndPatterns) {
     const Ended several = run("info map.exr probe.exr --json -");
     EXPECT_EQ(several.code, 0) << several.err;
-    const json list = json::parse(several.out);
+    const nlohmann::json list = nlohmann::json::parse(several.out);
     ASSERT_EQ(list.size(), 2u);
     EXPECT_EQ(list[0].at("file"), "map.exr");
     EXPECT_EQ(list[1].at("height"), 96);
-    EXPECT_EQ(json::parse(run("info '*.exr' --json -").out).size(), 3u) << "map, probe and sky";
+    EXPECT_EQ(nlohmann::json::parse(run("info '*.exr' --json -").out).size(), 3u) << "map, probe and sky";
     EXPECT_THAT(run("info '*.exr'").out, AllOf(HasSubstr("map.exr:\n  light_map: sh9"), HasSubstr("sky.exr:\n  width: 64")));
     const Ended none = run("info '*.png'");
     EXPECT_EQ(none.code, 3);
@@ -156,10 +155,10 @@ TEST_F(CommandLine, ABaselineIsComparedAndFailsOnlyWhereAsked) {
     const Ended compared = run("report out --baseline old/report.json --json report.json --html report.html");
     EXPECT_EQ(compared.code, 0) << "without --fail-over growth is no failure: " << compared.err;
     EXPECT_THAT(compared.out, AllOf(HasSubstr("map                      changed "), HasSubstr(" of 5 assets unchanged")));
-    const json report = json::parse(contentOf(scene_ / "report.json"));
-    const json& baseline = report.at("baseline");
+    const nlohmann::json report = nlohmann::json::parse(contentOf(scene_ / "report.json"));
+    const nlohmann::json& baseline = report.at("baseline");
     EXPECT_GT(baseline.at("growth_percent").get<double>(), 0);
-    for (const json& asset : baseline.at("assets"))
+    for (const nlohmann::json& asset : baseline.at("assets"))
         if (asset.at("name") == "map") {
             EXPECT_EQ(asset.at("before").at("layout"), "ratio");
             EXPECT_LT(asset.at("now").at("diffuse_rel_rms").get<double>(), asset.at("before").at("diffuse_rel_rms").get<double>());
@@ -185,7 +184,7 @@ TEST_F(CommandLine, VerboseNamesEachActionAndQuietNothing) {
     EXPECT_EQ(run("-q -v cook scene.toml -o out").code, 2);
     const Ended log = run("--log json cook scene.toml -o out");
     EXPECT_EQ(log.out, "");
-    EXPECT_EQ(json::parse(log.err).at("actions_from_cache"), 10);
+    EXPECT_EQ(nlohmann::json::parse(log.err).at("actions_from_cache"), 10);
 }
 
 TEST_F(CommandLine, TerminalsGetColourAndOneLineOfProgress) {
@@ -215,14 +214,14 @@ TEST_F(CommandLine, CookWritesItsChecksForContinuousIntegration) {
     const Ended cook = run("cook scene.toml -o out --max-error 1e-7 --junit cook.xml --sarif cook.sarif --json cook.json");
     EXPECT_EQ(cook.code, 4);
     EXPECT_THAT(contentOf(scene_ / "cook.xml"), HasSubstr("name=\"diffuse-error\" time=\"0.000\"><failure"));
-    const json sarif = json::parse(contentOf(scene_ / "cook.sarif"));
-    const json place = sarif.at("runs")[0].at("results")[0].at("locations")[0].at("physicalLocation");
-    EXPECT_EQ(place.at("artifactLocation"), json({{"uri", "scene.toml"}, {"uriBaseId", "%SRCROOT%"}}));
+    const nlohmann::json sarif = nlohmann::json::parse(contentOf(scene_ / "cook.sarif"));
+    const nlohmann::json place = sarif.at("runs")[0].at("results")[0].at("locations")[0].at("physicalLocation");
+    EXPECT_EQ(place.at("artifactLocation"), nlohmann::json({{"uri", "scene.toml"}, {"uriBaseId", "%SRCROOT%"}}));
     EXPECT_EQ(place.at("region").at("startLine"), 7) << "[[light_map]]";
-    EXPECT_EQ(json::parse(contentOf(scene_ / "cook.json")).at("exit_code"), 4);
+    EXPECT_EQ(nlohmann::json::parse(contentOf(scene_ / "cook.json")).at("exit_code"), 4);
     scene_.writeSceneFile("efort = 3");
     EXPECT_EQ(run("cook scene.toml -o out --sarif cook.sarif").code, 2);
-    const json mistake = json::parse(contentOf(scene_ / "cook.sarif")).at("runs")[0].at("results")[0];
+    const nlohmann::json mistake = nlohmann::json::parse(contentOf(scene_ / "cook.sarif")).at("runs")[0].at("results")[0];
     EXPECT_EQ(mistake.at("ruleId"), "request");
     EXPECT_EQ(mistake.at("locations")[0].at("physicalLocation").at("region").at("startLine"), 5);
 }

@@ -13,13 +13,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Case {
+struct ScoreCase {
     const char* bake;  ///< path in the repository, or in the shared data
     const char* layout;
     const char* charts = "";  ///< lines of [[light_map]]: its mesh, and keys of charts
 };
 
-class VisibleScore : public testing::TestWithParam<Case> {
+class VisibleScore : public testing::TestWithParam<ScoreCase> {
 protected:
     static fs::path bake() {
         const fs::path shipped = fs::path(LIGHTCOOK_SOURCE_DIR) / GetParam().bake;
@@ -81,7 +81,7 @@ TEST_P(VisibleScore, AgreesWithAnIndependentProgram) {
     }
 }
 
-std::string nameOf(const testing::TestParamInfo<Case>& info) {
+std::string nameOfScored(const testing::TestParamInfo<ScoreCase>& info) {
     std::string name = fs::path(info.param.bake).stem().string() + "_" + info.param.layout;
     if (*info.param.charts != 0) name += std::string("_packed_") + info.param.charts[std::string_view(info.param.charts).size() - 2];
     std::ranges::replace(name, '-', '_');
@@ -89,14 +89,17 @@ std::string nameOf(const testing::TestParamInfo<Case>& info) {
 }
 INSTANTIATE_TEST_SUITE_P(
     Example, VisibleScore,
-    testing::Values(Case{"examples/cornell/cornell_lightmap.exr", "basis-4"}, Case{"examples/cornell/cornell_lightmap.exr", "ratio"},
-                    Case{"examples/cornell/cornell_lightmap.exr", "basis-4", "charts = \"pack\"\ncharts_max_visible = 0\n"},
-                    Case{"examples/cornell/cornell_lightmap.exr", "ratio", "charts = \"pack\"\ncharts_max_visible = 2\n"}),
-    nameOf);
+    testing::Values(ScoreCase{"examples/cornell/cornell_lightmap.exr", "basis-4"},
+                    ScoreCase{"examples/cornell/cornell_lightmap.exr", "ratio"},
+                    ScoreCase{"examples/cornell/cornell_lightmap.exr", "basis-4", "charts = \"pack\"\ncharts_max_visible = 0\n"},
+                    ScoreCase{"examples/cornell/cornell_lightmap.exr", "ratio", "charts = \"pack\"\ncharts_max_visible = 2\n"}),
+    nameOfScored);
 INSTANTIATE_TEST_SUITE_P(Soak, VisibleScore,
-                         testing::Values(Case{"scenes/cornell_lightmap.exr", "basis-8"}, Case{"scenes/interior_lightmap.exr", "luvw"},
-                                         Case{"scenes/outdoor_lightmap.exr", "basis-4"}, Case{"scenes/zdm2_sun_lightmap.exr", "ratio"}),
-                         nameOf);
+                         testing::Values(ScoreCase{"scenes/cornell_lightmap.exr", "basis-8"},
+                                         ScoreCase{"scenes/interior_lightmap.exr", "luvw"},
+                                         ScoreCase{"scenes/outdoor_lightmap.exr", "basis-4"},
+                                         ScoreCase{"scenes/zdm2_sun_lightmap.exr", "ratio"}),
+                         nameOfScored);
 
 }  // namespace
 }  // namespace lightcook::pipeline

@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 #include <numbers>
 
@@ -54,6 +56,10 @@ inline Error refusal(const std::filesystem::path& file, const LightMapDescriptio
     ADD_FAILURE() << file << " was not refused";
     return {};
 }
+
+/// Normals at which what an engine shows of a bake is compared with what we read.
+inline const std::array<glm::dvec3, 4> kShadedNormals = {glm::dvec3(0, 0, 1), glm::dvec3(0, -1, 0), glm::normalize(glm::dvec3(1, 2, -2)),
+                                                         glm::normalize(glm::dvec3(-3, 1, 0.5))};
 
 /// Exit radiance of a white surface under radiance SH of order 1, written out: Y of bands 0 and 1, times the 1 and 2/3 of the cosine.
 inline double exitRadianceOfOrder1(const lighting::ShRgb& sh, int c, const glm::dvec3& n) {

@@ -23,7 +23,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr int kWidth = 24, kHeight = 70;
+constexpr int kBakeryWidth = 24, kBakeryHeight = 70;
 
 double firstOf(int c, int x, int y) {
     return 0.25 * static_cast<double>(seededSh(0, c, x, y));
@@ -34,9 +34,9 @@ int storedDirection(int axis, int c, int x, int y) {
 }
 
 /// poked  value of the green of texel (3, 4)
-void writeFirst(const std::filesystem::path& file, int height = kHeight, std::optional<float> poked = {}) {
+void writeFirst(const std::filesystem::path& file, int height = kBakeryHeight, std::optional<float> poked = {}) {
     ExrRecipe recipe;
-    recipe.width = kWidth;
+    recipe.width = kBakeryWidth;
     recipe.height = height;
     for (int c = 0; c < 3; ++c)
         recipe.channels[std::string(1, "RGB"[c])] = [c](int x, int y) { return static_cast<float>(firstOf(c, x, y)); };
@@ -47,22 +47,22 @@ void writeFirst(const std::filesystem::path& file, int height = kHeight, std::op
 void writeBake(const TemporaryFolder& folder) {
     writeFirst(folder / "room_L0.exr");
     for (int axis = 0; axis < 3; ++axis)
-        writePng(folder / (std::string("room_L1") + "xyz"[axis] + ".png"), kWidth, kHeight, 3,
+        writePng(folder / (std::string("room_L1") + "xyz"[axis] + ".png"), kBakeryWidth, kBakeryHeight, 3,
                  [axis](int c, int x, int y) { return storedDirection(axis, c, x, y); });
 }
 
 /// The direction that the colours share: that of the red of the other format.
 void writeMonoBake(const TemporaryFolder& folder) {
     writeFirst(folder / "room_L0.exr");
-    writePng(folder / "room_L1.png", kWidth, kHeight, 3, [](int axis, int x, int y) { return storedDirection(axis, 0, x, y); });
+    writePng(folder / "room_L1.png", kBakeryWidth, kBakeryHeight, 3, [](int axis, int x, int y) { return storedDirection(axis, 0, x, y); });
 }
 
 /// Returns the largest difference between a map's shading and L0 + n . 2 L0 (2 t - 1), relative to the brightest value.
 /// isMono  t is that of the red for all colours
 double largestDeviation(const LightMapStrip& strip, bool isMono) {
     double largest = 0, brightest = 0;
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x)
+    for (int y = 0; y < kBakeryHeight; ++y)
+        for (int x = 0; x < kBakeryWidth; ++x)
             for (int c = 0; c < 3; ++c)
                 for (const glm::dvec3& n : {glm::dvec3(0, 0, 1), glm::dvec3(0, -1, 0), glm::normalize(glm::dvec3(1, 2, -2))}) {
                     double shown = firstOf(c, x, y);
@@ -83,7 +83,7 @@ TEST(BakerySh, ATexelShadesAsTheShaderOfTheBakerShowsIt) {
     EXPECT_EQ(reader->recognition().evidence, "the 4 files room_L0.exr to room_L1z.png");
     EXPECT_EQ(bakeFilesBeside(folder / "room_L0.exr", kAutoBake).size(), 3u);
     const LightMapStrip strip = readAll(folder / "room_L0.exr");
-    ASSERT_EQ(strip.sh.height(), kHeight);
+    ASSERT_EQ(strip.sh.height(), kBakeryHeight);
     const double deviation = largestDeviation(strip, false);
     RecordProperty("deviation", fmt::format("{:.2g}", deviation));
     EXPECT_LT(deviation, 1e-6);
@@ -92,7 +92,7 @@ TEST(BakerySh, ATexelShadesAsTheShaderOfTheBakerShowsIt) {
 TEST(BakerySh, MissingAndForeignFilesAreNamed) {
     const TemporaryFolder folder;
     writeBake(folder);
-    writeFirst(folder / "room_L0.exr", kHeight - 1);
+    writeFirst(folder / "room_L0.exr", kBakeryHeight - 1);
     EXPECT_THAT(refusal(folder / "room_L0.exr").line(),
                 AllOf(HasSubstr("room_L1x.png"), HasSubstr("found 24 x 70 texels, expected 24 x 69")));
     writeContent(folder / "room_L1y.png", "no picture");
@@ -113,7 +113,7 @@ TEST(BakeryMonoSh, ATexelShadesAsTheShaderOfTheBakerShowsIt) {
     EXPECT_THAT(reader->recognition().otherReadings, testing::ElementsAre("flat"));
     EXPECT_THAT(bakeFilesBeside(folder / "room_L0.exr", kAutoBake), testing::ElementsAre(folder / "room_L1.png"));
     const LightMapStrip strip = readAll(folder / "room_L0.exr");
-    ASSERT_EQ(strip.sh.height(), kHeight);
+    ASSERT_EQ(strip.sh.height(), kBakeryHeight);
     for (std::size_t i = 4; i < 9; ++i) ASSERT_EQ(strip.sh.at(5, 60)[i], glm::vec3(0));
     const double deviation = largestDeviation(strip, true);
     RecordProperty("deviation", fmt::format("{:.2g}", deviation));
@@ -139,7 +139,7 @@ TEST(BakeryMonoSh, FilesOfBothFormatsAreAChoice) {
 TEST(BakeryMonoSh, MissingAndForeignFilesAreNamed) {
     const TemporaryFolder folder;
     writeMonoBake(folder);
-    writeFirst(folder / "room_L0.exr", kHeight - 1);
+    writeFirst(folder / "room_L0.exr", kBakeryHeight - 1);
     EXPECT_THAT(refusal(folder / "room_L0.exr").line(),
                 AllOf(HasSubstr("room_L1.png"), HasSubstr("found 24 x 70 texels, expected 24 x 69")));
     writeFirst(folder / "room_L0.exr");
@@ -155,7 +155,7 @@ TEST(BakeryMonoSh, ValuesThatAreNoLightAreNamed) {
          {std::pair(std::numeric_limits<float>::quiet_NaN(), ErrorCode::ValueNotFinite), std::pair(-1.0f, ErrorCode::ValueOutOfRange)}) {
         const TemporaryFolder folder;
         writeMonoBake(folder);
-        writeFirst(folder / "room_L0.exr", kHeight, value);
+        writeFirst(folder / "room_L0.exr", kBakeryHeight, value);
         const Error error = refusal(folder / "room_L0.exr");
         EXPECT_EQ(error.code, code);
         EXPECT_THAT(error.line(), HasSubstr("channel sh00.G, texel (3, 4)"));

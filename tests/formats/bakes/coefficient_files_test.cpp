@@ -12,7 +12,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr int kWidth = 20, kHeight = 9;
+constexpr int kFilesWidth = 20, kFilesHeight = 9;
 
 /// A folder with an image for each coefficient of a seeded map, and one for each colour of them.
 class Images {
@@ -32,8 +32,8 @@ public:
     std::filesystem::path operator/(const std::string& name) const { return folder_ / name; }
     static ExrRecipe recipeOf(std::map<std::string, ChannelValue> channels) {
         ExrRecipe recipe;
-        recipe.width = kWidth;
-        recipe.height = kHeight;
+        recipe.width = kFilesWidth;
+        recipe.height = kFilesHeight;
         recipe.channels = std::move(channels);
         return recipe;
     }
@@ -66,8 +66,8 @@ TEST(CoefficientFiles, HoldTheSameNumbersAsOneFile) {
             EXPECT_THAT(reader->recognition().evidence,
                         HasSubstr(fmt::format("the {} images that the scene lists", description.parts.size())));
             const LightMapStrip strip = readAll(images / "0.exr", description);
-            for (int y = 0; y < kHeight; ++y)
-                for (int x = 0; x < kWidth; ++x) {
+            for (int y = 0; y < kFilesHeight; ++y)
+                for (int x = 0; x < kFilesWidth; ++x) {
                     lighting::ShRgb expected = seededTexel(x, y);
                     std::fill(expected.begin() + count, expected.end(), glm::vec3(0));
                     ASSERT_EQ(strip.sh.at(x, y), expected) << count << ' ' << splitFrom << ' ' << x << ' ' << y;
@@ -125,7 +125,7 @@ TEST(CoefficientFiles, ImagesOfAnotherShapeAreRefused) {
 }
 
 TEST(Sh4, IsOneFileOfTwelveChannels) {
-    ExrRecipe recipe = seededMap(kWidth, kHeight);
+    ExrRecipe recipe = seededMap(kFilesWidth, kFilesHeight);
     std::erase_if(recipe.channels, [](const auto& channel) { return channel.first >= "sh04"; });
     const MapFile map(recipe);
     const auto reader = LightMapReader::open(map.path, {});
@@ -138,7 +138,7 @@ TEST(Sh4, IsOneFileOfTwelveChannels) {
 }
 
 TEST(Sh4, AMissingChannelIsNamedByTheNearerFormat) {
-    ExrRecipe recipe = seededMap(kWidth, kHeight);
+    ExrRecipe recipe = seededMap(kFilesWidth, kFilesHeight);
     recipe.channels.erase("sh02.G");
     EXPECT_THAT(refusal(MapFile(recipe).path).detail, HasSubstr("found 26 of the 27 channels of bake format sh9, sh02.G is missing"));
     std::erase_if(recipe.channels, [](const auto& channel) { return channel.first >= "sh04"; });

@@ -22,7 +22,7 @@ namespace {
 using glm::dvec3;
 using testing::HasSubstr;
 
-constexpr int kSide = 12;
+constexpr int kDeluxeSide = 12;
 const dvec3 kNormal(0, 1, 0);
 
 int lightAt(int c, int x, int y) {
@@ -30,8 +30,8 @@ int lightAt(int c, int x, int y) {
 }
 /// Directions all around: from straight above to far below the surface, and none in the last row.
 int directionAt(int c, int x, int y) {
-    if (y == kSide - 1) return 128;
-    const double slope = -1.5 + 3.0 * y / kSide, turn = 2.1 * x;
+    if (y == kDeluxeSide - 1) return 128;
+    const double slope = -1.5 + 3.0 * y / kDeluxeSide, turn = 2.1 * x;
     const dvec3 d = glm::normalize(dvec3(std::cos(turn), slope, std::sin(turn)));
     return static_cast<int>(std::lround(255 * (0.5 * d[c] + 0.5)));
 }
@@ -69,14 +69,14 @@ double shownBySh(const lighting::ShRgb& sh, int c, const dvec3& n) {
 
 TEST(Deluxe, TheSurfaceShowsItsLightMapAndOtherNormalsNearlyWhatTheShaderShows) {
     const TemporaryFolder folder;
-    writePng(folder / "room.png", kSide, kSide, 3, lightAt);
-    writePng(folder / "room_deluxe.png", kSide, kSide, 3, directionAt);
+    writePng(folder / "room.png", kDeluxeSide, kDeluxeSide, 3, lightAt);
+    writePng(folder / "room_deluxe.png", kDeluxeSide, kDeluxeSide, 3, directionAt);
     writeSquare(folder / "square.glb", {});
     const LightMapStrip strip = readAll(folder / "room.png", description(folder));
-    ASSERT_EQ(strip.sh.height(), kSide);
+    ASSERT_EQ(strip.sh.height(), kDeluxeSide);
     double largest = 0;
-    for (int y = 0; y < kSide; ++y)
-        for (int x = 0; x < kSide; ++x)
+    for (int y = 0; y < kDeluxeSide; ++y)
+        for (int x = 0; x < kDeluxeSide; ++x)
             for (int c = 0; c < 3; ++c) {
                 ASSERT_EQ(strip.covered.at(x, y), 1);
                 const double light = srgbToLinear(lightAt(c, x, y) / 255.0);
@@ -90,7 +90,7 @@ TEST(Deluxe, TheSurfaceShowsItsLightMapAndOtherNormalsNearlyWhatTheShaderShows) 
                 // Light is from where the map says.
                 const lighting::ShRgb& sh = strip.sh.at(x, y);
                 const dvec3 band1(sh[3][c], sh[1][c], sh[2][c]);
-                if (y < kSide - 1) {
+                if (y < kDeluxeSide - 1) {
                     EXPECT_GT(glm::dot(glm::normalize(band1), glm::normalize(directionOf(x, y))), 1 - 1e-6);
                 } else {
                     EXPECT_EQ(band1, dvec3(0));
@@ -102,8 +102,8 @@ TEST(Deluxe, TheSurfaceShowsItsLightMapAndOtherNormalsNearlyWhatTheShaderShows) 
 
 TEST(Deluxe, PagesAreReadOnlyWhereTheSceneNamesTheFormat) {
     const TemporaryFolder folder;
-    writePng(folder / "lm_0002.png", kSide, kSide, 3, lightAt);
-    writePng(folder / "lm_0003.png", kSide, kSide, 3, directionAt);
+    writePng(folder / "lm_0002.png", kDeluxeSide, kDeluxeSide, 3, lightAt);
+    writePng(folder / "lm_0003.png", kDeluxeSide, kDeluxeSide, 3, directionAt);
     writeSquare(folder / "square.glb", {});
     const auto plain = LightMapReader::open(folder / "lm_0002.png", description(folder));
     ASSERT_TRUE(plain) << plain.error().line();
@@ -113,7 +113,7 @@ TEST(Deluxe, PagesAreReadOnlyWhereTheSceneNamesTheFormat) {
     EXPECT_EQ(pages->bake(), "deluxe");
     EXPECT_EQ(pages->recognition().evidence, "the 2 files lm_0002.png to lm_0003.png, as named");
     EXPECT_THAT(refusal(folder / "lm_0003.png", description(folder, "deluxe")).line(), HasSubstr("name lm_0002.png instead"));
-    writePng(folder / "alone.png", kSide, kSide, 3, lightAt);
+    writePng(folder / "alone.png", kDeluxeSide, kDeluxeSide, 3, lightAt);
     EXPECT_THAT(
         refusal(folder / "alone.png", description(folder, "deluxe")).line(),
         HasSubstr("found no light map of bake format deluxe, expected a file and its directions _deluxe, or pages lm_0000 and lm_0001"));

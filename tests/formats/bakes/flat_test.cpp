@@ -19,8 +19,6 @@ using lighting::ShRgb;
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr double kPi = std::numbers::pi;
-
 /// A picture of seeded light between 1 and 3.
 ExrRecipe picture(int width, int height) {
     ExrRecipe recipe;
@@ -33,15 +31,12 @@ ExrRecipe picture(int width, int height) {
 /// Exit radiance of a white surface under radiance SH, written out: (1/pi) sum of A_l lambda_i Y_i(n) with A = pi, 2 pi/3, pi/4.
 double exitRadiance(const ShRgb& sh, int c, const glm::dvec3& n) {
     const auto at = [&](std::size_t i) { return static_cast<double>(sh[i][c]); };
-    const double a = std::sqrt(3 / (4 * kPi)), b = std::sqrt(15 / kPi) / 2;
+    const double a = std::sqrt(3 / (4 * std::numbers::pi)), b = std::sqrt(15 / std::numbers::pi) / 2;
     const double linear = a * (at(1) * n.y + at(2) * n.z + at(3) * n.x);
     const double quadratic = b * (at(4) * n.x * n.y + at(5) * n.y * n.z + at(7) * n.x * n.z) +
-                             std::sqrt(5 / kPi) / 4 * at(6) * (3 * n.z * n.z - 1) + b / 2 * at(8) * (n.x * n.x - n.y * n.y);
-    return at(0) / std::sqrt(4 * kPi) + 2.0 / 3 * linear + quadratic / 4;
+                             std::sqrt(5 / std::numbers::pi) / 4 * at(6) * (3 * n.z * n.z - 1) + b / 2 * at(8) * (n.x * n.x - n.y * n.y);
+    return at(0) / std::sqrt(4 * std::numbers::pi) + 2.0 / 3 * linear + quadratic / 4;
 }
-
-const std::array<glm::dvec3, 4> kNormals = {glm::dvec3(0, 0, 1), glm::dvec3(0, -1, 0), glm::normalize(glm::dvec3(1, 2, -2)),
-                                            glm::normalize(glm::dvec3(-3, 1, 0.5))};
 
 /// The square covers 10.5 x 35 texels of 20 x 70: of the last column half of each texel.
 TEST(Flat, CoverageAndNormalsAreThoseOfTheMeshIfAsked) {
@@ -110,10 +105,10 @@ TEST(Flat, ATexelShadesToItsValueAtEveryNormal) {
             for (int x = 0; x < 20; ++x) {
                 ASSERT_EQ(strip.covered.at(x, y), 1);
                 for (std::size_t i = 1; i < 9; ++i) ASSERT_EQ(strip.sh.at(x, y)[i], glm::vec3(0));
-                for (const glm::dvec3& normal : kNormals)
+                for (const glm::dvec3& normal : kShadedNormals)
                     for (int c = 0; c < 3; ++c) {
                         const double stored = static_cast<double>(seededSh(0, c, x, y));
-                        const double shown = quantity == ShQuantity::Irradiance ? stored / kPi : stored;
+                        const double shown = quantity == ShQuantity::Irradiance ? stored / std::numbers::pi : stored;
                         ASSERT_NEAR(exitRadiance(strip.sh.at(x, y), c, normal), shown, 1e-6 * shown);
                     }
             }
@@ -158,7 +153,7 @@ TEST(Flat, ARadiancePictureIsReadAsItsTexels) {
     ASSERT_EQ(strip.sh.width(), 2);
     const double colours[3] = {1, 0.5, 0.25};
     for (int x = 0; x < 2; ++x)
-        for (int c = 0; c < 3; ++c) EXPECT_NEAR(exitRadiance(strip.sh.at(x, 0), c, kNormals[0]), (x + 1) * colours[c], 1e-6);
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(exitRadiance(strip.sh.at(x, 0), c, kShadedNormals[0]), (x + 1) * colours[c], 1e-6);
 }
 
 TEST(Flat, AStripOfSixFacesIsReadOnlyIfNamed) {

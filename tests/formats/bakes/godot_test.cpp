@@ -22,8 +22,6 @@ using lighting::ShRgb;
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr double kPi = std::numbers::pi;
-
 /// One colour of a texel as the engine bakes it: L0 and the vector L1.
 struct Baked {
     double first;
@@ -72,9 +70,6 @@ void writeImport(const std::filesystem::path& file, int slices) {
                              slices));
 }
 
-const std::array<glm::dvec3, 4> kNormals = {glm::dvec3(0, 0, 1), glm::dvec3(0, -1, 0), glm::normalize(glm::dvec3(1, 2, -2)),
-                                            glm::normalize(glm::dvec3(-3, 1, 0.5))};
-
 TEST(Godot, ATexelShadesAsTheEngineShowsIt) {
     constexpr int kWidth = 20, kHeight = 70;
     const ExrRecipe recipe = stacked(kWidth, kHeight, seededLight);
@@ -89,7 +84,7 @@ TEST(Godot, ATexelShadesAsTheEngineShowsIt) {
                 // The engine's own decode.
                 const auto& stored = recipe.channels.at(std::string(1, "RGB"[c]));
                 const auto slice = [&](int index) { return static_cast<double>(stored(x, y + index * kHeight)); };
-                for (const glm::dvec3& n : kNormals) {
+                for (const glm::dvec3& n : kShadedNormals) {
                     const double shown =
                         slice(0) * (1 + 4 * ((2 * slice(1) - 1) * n.y + (2 * slice(2) - 1) * n.z + (2 * slice(3) - 1) * n.x));
                     largest = std::max(largest, std::abs(exitRadianceOfOrder1(strip.sh.at(x, y), c, n) - shown));
@@ -106,8 +101,8 @@ TEST(Godot, UniformLightOfTheHemisphereIsReadAsThatLight) {
     const MapFile map(stacked(8, 8, [&](int, int, int) { return Baked{0.6 / 4, 0.6 * 2 / 3 * n}; }));
     const LightMapStrip strip = readAll(map.path, named("godot-radiance"));
     const ShRgb& sh = strip.sh.at(3, 5);
-    const double linear = std::sqrt(3 * kPi) / 2 * 0.6;
-    EXPECT_NEAR(sh[0].g, std::sqrt(kPi) * 0.6, 1e-3);
+    const double linear = std::sqrt(3 * std::numbers::pi) / 2 * 0.6;
+    EXPECT_NEAR(sh[0].g, std::sqrt(std::numbers::pi) * 0.6, 1e-3);
     EXPECT_NEAR(sh[1].g, linear * n.y, 2e-3);
     EXPECT_NEAR(sh[2].g, linear * n.z, 2e-3);
     EXPECT_NEAR(sh[3].g, linear * n.x, 2e-3);
@@ -130,8 +125,8 @@ TEST(Godot, ImportSettingsNameTheSlicesAndPagesFollowEachOther) {
     ASSERT_EQ(whole.sh.height(), kHeight * kPages);
     for (int y = 0; y < kHeight * kPages; ++y)
         for (int x = 0; x < kWidth; ++x)
-            ASSERT_NEAR(exitRadianceOfOrder1(whole.sh.at(x, y), 1, kNormals[3]),
-                        seededLight(1, x, y).first + glm::dot(seededLight(1, x, y).linear, kNormals[3]), 4e-3 * 4);
+            ASSERT_NEAR(exitRadianceOfOrder1(whole.sh.at(x, y), 1, kShadedNormals[3]),
+                        seededLight(1, x, y).first + glm::dot(seededLight(1, x, y).linear, kShadedNormals[3]), 4e-3 * 4);
     for (const auto& [first, count] : {std::pair(0, 1), {9, 2}, {5, 20}, {29, 1}}) {
         const auto strip = reader->read(first, count);
         ASSERT_TRUE(strip) << strip.error().line();

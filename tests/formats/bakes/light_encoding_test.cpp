@@ -18,7 +18,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr int kSide = 64;
+constexpr int kPictureSide = 64;
 
 /// Every byte as a colour, with alphas from 0 to 255.
 int byteAt(int channel, int x, int y) {
@@ -41,13 +41,13 @@ LightMapDescription encoded(LightEncoding encoding, const std::string& bake = st
 
 TEST(LightEncoding, ATexelIsTheLightThatUnityDecodes) {
     const TemporaryFolder folder;
-    writePng(folder / "room.png", kSide, kSide, 4, byteAt);
+    writePng(folder / "room.png", kPictureSide, kPictureSide, 4, byteAt);
     for (const LightEncoding encoding : {LightEncoding::Rgbm, LightEncoding::Dldr}) {
         const LightMapStrip strip = readAll(folder / "room.png", encoded(encoding));
-        ASSERT_EQ(strip.sh.height(), kSide);
+        ASSERT_EQ(strip.sh.height(), kPictureSide);
         double largest = 0, brightest = 0;
-        for (int y = 0; y < kSide; ++y)
-            for (int x = 0; x < kSide; ++x) {
+        for (int y = 0; y < kPictureSide; ++y)
+            for (int x = 0; x < kPictureSide; ++x) {
                 ASSERT_EQ(strip.covered.at(x, y), 1) << "the alpha of RGBM is no coverage";
                 for (int c = 0; c < 3; ++c) {
                     const double shown = static_cast<double>(strip.sh.at(x, y)[0][c]) / std::sqrt(4 * std::numbers::pi);
@@ -62,8 +62,8 @@ TEST(LightEncoding, ATexelIsTheLightThatUnityDecodes) {
 
 TEST(LightEncoding, TheColourOfSeveralFilesIsDecodedAndTheDirectionsAreNot) {
     const TemporaryFolder folder;
-    writePng(folder / "room_L0.png", kSide, kSide, 4, byteAt);
-    writePng(folder / "room_L1.png", kSide, kSide, 3, [](int axis, int, int) { return 64 + 64 * axis; });
+    writePng(folder / "room_L0.png", kPictureSide, kPictureSide, 4, byteAt);
+    writePng(folder / "room_L1.png", kPictureSide, kPictureSide, 3, [](int axis, int, int) { return 64 + 64 * axis; });
     const auto reader = LightMapReader::open(folder / "room_L0.png", encoded(LightEncoding::Rgbm));
     ASSERT_TRUE(reader) << reader.error().line();
     EXPECT_EQ(reader->bake(), "bakery-mono-sh");
@@ -78,10 +78,10 @@ TEST(LightEncoding, TheColourOfSeveralFilesIsDecodedAndTheDirectionsAreNot) {
 
 TEST(LightEncoding, AFileThatIsNotEncodedSoIsRefused) {
     const TemporaryFolder folder;
-    writePng(folder / "room.png", kSide, kSide, 3, byteAt);
+    writePng(folder / "room.png", kPictureSide, kPictureSide, 3, byteAt);
     EXPECT_THAT(refusal(folder / "room.png", encoded(LightEncoding::Rgbm)).line(),
                 AllOf(HasSubstr("room.png: found no alpha, expected the multiplier of RGBM"), HasSubstr("encoding = \"dldr\"")));
-    EXPECT_EQ(readAll(folder / "room.png", encoded(LightEncoding::Dldr)).sh.width(), kSide);
+    EXPECT_EQ(readAll(folder / "room.png", encoded(LightEncoding::Dldr)).sh.width(), kPictureSide);
     EXPECT_THAT(refusal(folder / "room.png").line(),
                 AllOf(HasSubstr("found an 8-bit picture, expected OpenEXR or Radiance HDR"), HasSubstr("encoding = \"rgbm\" or \"dldr\"")));
     const MapFile map(seededMap(8, 8));

@@ -10,18 +10,18 @@
 namespace lightcook::formats {
 namespace {
 
-constexpr int kWidth = 24, kHeight = 40;
+constexpr int kMipWidth = 24, kMipHeight = 40;
 
 /// Random light, normals and coverage; texels that are not covered hold light that no mean may have.
 LightMapStrip randomMap() {
     std::mt19937 random(11);
     std::uniform_real_distribution<float> light(-1, 3);
     LightMapStrip map;
-    map.sh = Image<lighting::ShRgb>(kWidth, kHeight);
-    map.covered = Image<std::uint8_t>(kWidth, kHeight, 0);
-    map.normal = Image<glm::vec3>(kWidth, kHeight, glm::vec3(0, 0, 1));
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    map.sh = Image<lighting::ShRgb>(kMipWidth, kMipHeight);
+    map.covered = Image<std::uint8_t>(kMipWidth, kMipHeight, 0);
+    map.normal = Image<glm::vec3>(kMipWidth, kMipHeight, glm::vec3(0, 0, 1));
+    for (int y = 0; y < kMipHeight; ++y)
+        for (int x = 0; x < kMipWidth; ++x) {
             const bool isCovered = x + y > 20 && random() % 3 != 0;
             map.covered.at(x, y) = isCovered ? 1 : 0;
             for (glm::vec3& coefficient : map.sh.at(x, y))
@@ -34,11 +34,11 @@ LightMapStrip randomMap() {
 LightMapStrip rowsOf(const LightMapStrip& map, int first, int count) {
     LightMapStrip strip;
     strip.firstRow = first;
-    strip.sh = Image<lighting::ShRgb>(kWidth, count);
-    strip.covered = Image<std::uint8_t>(kWidth, count);
-    strip.normal = Image<glm::vec3>(kWidth, count);
+    strip.sh = Image<lighting::ShRgb>(kMipWidth, count);
+    strip.covered = Image<std::uint8_t>(kMipWidth, count);
+    strip.normal = Image<glm::vec3>(kMipWidth, count);
     for (int y = 0; y < count; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+        for (int x = 0; x < kMipWidth; ++x) {
             strip.sh.at(x, y) = map.sh.at(x, first + y);
             strip.covered.at(x, y) = map.covered.at(x, first + y);
             strip.normal.at(x, y) = map.normal.at(x, first + y);
@@ -49,7 +49,7 @@ LightMapStrip rowsOf(const LightMapStrip& map, int first, int count) {
 TEST(MipReduction, IsTheMeanOfCoveredTexels) {
     const LightMapStrip map = randomMap();
     for (int level = 1; level <= 3; ++level) {
-        const int side = 1 << level, width = kWidth / side, height = kHeight / side;
+        const int side = 1 << level, width = kMipWidth / side, height = kMipHeight / side;
         MipReduction reduction(width, 0, height, level);
         reduction.add(map);
         const LightMapStrip mip = reduction.finish();
@@ -82,14 +82,14 @@ TEST(MipReduction, IsTheMeanOfCoveredTexels) {
 
 TEST(MipReduction, StripsGiveTheBitsOfTheWholeMap) {
     const LightMapStrip map = randomMap();
-    constexpr int kLevel = 2, kRows = kHeight >> kLevel, kFirst = 3, kCount = 5;
-    MipReduction whole(kWidth >> kLevel, 0, kRows, kLevel), part(kWidth >> kLevel, kFirst, kCount, kLevel);
+    constexpr int kLevel = 2, kRows = kMipHeight >> kLevel, kFirst = 3, kCount = 5;
+    MipReduction whole(kMipWidth >> kLevel, 0, kRows, kLevel), part(kMipWidth >> kLevel, kFirst, kCount, kLevel);
     whole.add(map);
-    for (int row = 0; row < kHeight; row += 7) part.add(rowsOf(map, row, std::min(7, kHeight - row)));
+    for (int row = 0; row < kMipHeight; row += 7) part.add(rowsOf(map, row, std::min(7, kMipHeight - row)));
     const LightMapStrip expected = whole.finish(), found = part.finish();
     EXPECT_EQ(found.firstRow, kFirst);
     for (int y = 0; y < kCount; ++y)
-        for (int x = 0; x < kWidth >> kLevel; ++x) {
+        for (int x = 0; x < kMipWidth >> kLevel; ++x) {
             EXPECT_EQ(found.sh.at(x, y), expected.sh.at(x, kFirst + y));
             EXPECT_EQ(found.normal.at(x, y), expected.normal.at(x, kFirst + y));
             EXPECT_EQ(found.covered.at(x, y), expected.covered.at(x, kFirst + y));
@@ -98,12 +98,12 @@ TEST(MipReduction, StripsGiveTheBitsOfTheWholeMap) {
 
 TEST(MipReduction, OppositeNormalsGiveTheFirst) {
     LightMapStrip map = randomMap();
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kMipHeight; ++y)
+        for (int x = 0; x < kMipWidth; ++x) {
             map.covered.at(x, y) = 1;
             map.normal.at(x, y) = glm::vec3(x % 2 == 0 ? 1 : -1, 0, 0);
         }
-    MipReduction reduction(kWidth / 2, 0, kHeight / 2, 1);
+    MipReduction reduction(kMipWidth / 2, 0, kMipHeight / 2, 1);
     reduction.add(map);
     EXPECT_EQ(reduction.finish().normal.at(3, 3), glm::vec3(1, 0, 0));
 }

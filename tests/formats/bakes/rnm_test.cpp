@@ -26,7 +26,7 @@ using glm::dvec3;
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr int kSide = 16, kHemisphere = 4000;
+constexpr int kRnmSide = 16, kHemisphere = 4000;
 using Nine = std::array<double, 9>;
 
 /// The basis of Half-Life 2, in (tangent, down the picture, normal).
@@ -89,14 +89,14 @@ Nine bestFor(int map, bool isSource) {
 }
 
 double stored(int map, int c, int x, int y) {
-    return 0.5 * static_cast<double>(seededSh(0, c, (x + 5 * map) % kSide, y)) * (map == 1 ? 3 : 1);
+    return 0.5 * static_cast<double>(seededSh(0, c, (x + 5 * map) % kRnmSide, y)) * (map == 1 ? 3 : 1);
 }
 
-void writeMaps(const TemporaryFolder& folder, int height = kSide) {
+void writeMaps(const TemporaryFolder& folder, int height = kRnmSide) {
     for (int map = 0; map < 3; ++map) {
         ExrRecipe recipe;
-        recipe.width = kSide;
-        recipe.height = map == 2 ? height : kSide;
+        recipe.width = kRnmSide;
+        recipe.height = map == 2 ? height : kRnmSide;
         for (int c = 0; c < 3; ++c)
             recipe.channels[std::string(1, "RGB"[c])] = [map, c](int x, int y) { return static_cast<float>(stored(map, c, x, y)); };
         writeRecipe(folder / fmt::format("room_RNM{}.exr", map), recipe);
@@ -124,14 +124,14 @@ TEST_P(Rnm, ATexelIsTheNearestLightToWhatTheShaderShows) {
     writeMaps(folder);
     writeSquare(folder / "square.glb", {.texture = glm::mat2(0, 1, 1, 0)});
     const LightMapStrip strip = readAll(folder / "room_RNM0.exr", onMesh(folder, bake));
-    ASSERT_EQ(strip.sh.height(), kSide);
+    ASSERT_EQ(strip.sh.height(), kRnmSide);
     // u = z and v = x: the tangent is z, down the picture is x.
     const glm::dmat3 worldFromTangents(dvec3(0, 0, 1), dvec3(1, 0, 0), dvec3(0, 1, 0));
     std::array<Nine, 3> best;
     for (int map = 0; map < 3; ++map) best[static_cast<std::size_t>(map)] = bestFor(map, isSource);
     double squares = 0, count = 0;
-    for (int y = 0; y < kSide; ++y)
-        for (int x = 0; x < kSide; ++x)
+    for (int y = 0; y < kRnmSide; ++y)
+        for (int x = 0; x < kRnmSide; ++x)
             for (int c = 0; c < 3; ++c) {
                 ASSERT_EQ(strip.covered.at(x, y), 1);
                 const auto shown = [&](const dvec3& n) {
@@ -185,7 +185,7 @@ TEST(Rnm, NamesOfFilesTellBakeryAndTheMeshIsAskedFor) {
     EXPECT_EQ(reader->bake(), "bakery-rnm");
     EXPECT_TRUE(reader->recognition().isCertain);
     EXPECT_TRUE(reader->hasNormals() && reader->hasCoverage());
-    const auto strip = reader->read(0, kSide);
+    const auto strip = reader->read(0, kRnmSide);
     ASSERT_TRUE(strip) << strip.error().line();
     EXPECT_EQ(strip->covered.at(3, 3), 1);
     EXPECT_EQ(strip->covered.at(12, 3), 0) << "no surface";
@@ -200,7 +200,7 @@ TEST(Rnm, NamesOfFilesTellBakeryAndTheMeshIsAskedFor) {
     EXPECT_TRUE(mayNeedMesh(folder / "room_RNM0.exr", kAutoBake));
     EXPECT_FALSE(mayNeedMesh(folder / "room_RNM0.exr", "flat"));
 
-    writeMaps(folder, kSide / 2);
+    writeMaps(folder, kRnmSide / 2);
     EXPECT_THAT(refusal(folder / "room_RNM0.exr", onMesh(folder, "bakery-rnm")).line(),
                 AllOf(HasSubstr("room_RNM2.exr"), HasSubstr("found 16 x 8 texels, expected 16 x 16")));
     std::filesystem::remove(folder / "room_RNM2.exr");

@@ -13,12 +13,12 @@ namespace {
 
 using glm::vec3;
 
-constexpr int kSide = 8;
+constexpr int kFramesSide = 8;
 
 SurfaceFrame frameOf(const Square& square, int x = 3, int y = 5) {
     const TemporaryFolder folder;
     writeSquare(folder / "square.glb", square);
-    const auto frames = SurfaceFrames::load(folder / "square.glb", kSide, kSide);
+    const auto frames = SurfaceFrames::load(folder / "square.glb", kFramesSide, kFramesSide);
     if (!frames) {
         ADD_FAILURE() << frames.error().line();
         return {};
@@ -72,12 +72,12 @@ TEST(SurfaceFrames, TexelsThatNoTriangleTouchesHaveNoSurface) {
 TEST(SurfaceFrames, CutsIntoStripsGiveTheSameFrames) {
     const TemporaryFolder folder;
     writeSquare(folder / "square.glb", {.lightMap = {0.8f, 0.7f}});
-    const auto frames = SurfaceFrames::load(folder / "square.glb", kSide, kSide);
+    const auto frames = SurfaceFrames::load(folder / "square.glb", kFramesSide, kFramesSide);
     ASSERT_TRUE(frames) << frames.error().line();
-    const Image<SurfaceFrame> whole = frames->rows(0, kSide);
-    for (int y = 0; y < kSide; ++y) {
+    const Image<SurfaceFrame> whole = frames->rows(0, kFramesSide);
+    for (int y = 0; y < kFramesSide; ++y) {
         const Image<SurfaceFrame> row = frames->rows(y, 1);
-        for (int x = 0; x < kSide; ++x) {
+        for (int x = 0; x < kFramesSide; ++x) {
             EXPECT_EQ(row.at(x, 0).normal, whole.at(x, y).normal);
             EXPECT_EQ(row.at(x, 0).tangent, whole.at(x, y).tangent);
         }

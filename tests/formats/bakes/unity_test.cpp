@@ -23,7 +23,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr int kWidth = 20, kHeight = 66;
+constexpr int kUnityWidth = 20, kUnityHeight = 66;
 
 /// The four bytes of a direction: inside the ball of radius 0.5, with an alpha from 0.5 to 0.9.
 int directionByte(int channel, int x, int y) {
@@ -31,7 +31,7 @@ int directionByte(int channel, int x, int y) {
     return static_cast<int>(std::lround(255 * (channel < 3 ? 0.5 + 0.28 * seed : 0.7 + 0.2 * seed)));
 }
 
-ExrRecipe colours(int width = kWidth, int height = kHeight) {
+ExrRecipe colours(int width = kUnityWidth, int height = kUnityHeight) {
     ExrRecipe recipe;
     recipe.width = width;
     recipe.height = height;
@@ -46,7 +46,7 @@ struct UnityBake {
 
     explicit UnityBake(const ExrRecipe& recipe = colours(), const ByteValue& bytes = directionByte, int channelCount = 4) {
         writeRecipe(light, recipe);
-        writePng(direction, kWidth, kHeight, channelCount, bytes);
+        writePng(direction, kUnityWidth, kUnityHeight, channelCount, bytes);
     }
 };
 
@@ -56,21 +56,18 @@ double shownByUnity(double colour, const glm::dvec4& stored, const glm::dvec3& n
     return colour * halfLambert / std::max(1e-4, stored.w);
 }
 
-const std::array<glm::dvec3, 4> kNormals = {glm::dvec3(0, 0, 1), glm::dvec3(0, -1, 0), glm::normalize(glm::dvec3(1, 2, -2)),
-                                            glm::normalize(glm::dvec3(-3, 1, 0.5))};
-
 TEST(UnityDirectional, ATexelShadesAsTheShaderOfTheEngineShowsIt) {
     const UnityBake bake;
     const LightMapStrip strip = readAll(bake.light);
-    ASSERT_EQ(strip.sh.height(), kHeight);
+    ASSERT_EQ(strip.sh.height(), kUnityHeight);
     double largest = 0, brightest = 0;
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kUnityHeight; ++y)
+        for (int x = 0; x < kUnityWidth; ++x) {
             for (std::size_t i = 4; i < 9; ++i) ASSERT_EQ(strip.sh.at(x, y)[i], glm::vec3(0));
             glm::dvec4 stored;
             for (int channel = 0; channel < 4; ++channel) stored[channel] = directionByte(channel, x, y) / 255.0;
             for (int c = 0; c < 3; ++c)
-                for (const glm::dvec3& n : kNormals) {
+                for (const glm::dvec3& n : kShadedNormals) {
                     const double shown = shownByUnity(static_cast<double>(seededSh(0, c, x, y)), stored, n);
                     largest = std::max(largest, std::abs(exitRadianceOfOrder1(strip.sh.at(x, y), c, n) - shown));
                     brightest = std::max(brightest, shown);
@@ -111,7 +108,7 @@ TEST(UnityDirectional, FilesThatDoNotFitAreNamed) {
         const UnityBake bake(colours(), directionByte, 3);
         EXPECT_THAT(refusal(bake.light).line(), AllOf(HasSubstr("Lightmap-0_comp_dir.png: found no alpha"), HasSubstr("Export the map")));
     }
-    const UnityBake bake(colours(kWidth, kHeight - 2));
+    const UnityBake bake(colours(kUnityWidth, kUnityHeight - 2));
     EXPECT_THAT(refusal(bake.light).line(),
                 AllOf(HasSubstr("Lightmap-0_comp_dir.png"), HasSubstr("found 20 x 66 texels, expected 20 x 64")));
     std::filesystem::remove(bake.direction);

@@ -24,7 +24,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr int kWidth = 40, kHeight = 24;
+constexpr int kUnrealWidth = 40, kUnrealHeight = 24;
 /// Two meshes in one image, with a row of padding around each.
 constexpr UnrealRectangle kLeft = {1, 1, 18, 22}, kRight = {21, 1, 18, 20};
 
@@ -36,7 +36,7 @@ glm::dvec3 lightAt(int x, int y) {
 /// A glTF beside its image, level.gltf and "light map.png".
 struct UnrealBake {
     TemporaryFolder folder;
-    UnrealImage image{kWidth, kHeight};
+    UnrealImage image{kUnrealWidth, kUnrealHeight};
     std::array<UnrealConstants, 2> constants = {image.encode(kLeft, lightAt), image.encode(kRight, lightAt)};
     Json gltf = unrealGltf(Json::array({{{"name", "HQ_Lightmap0"}, {"uri", "light%20map.png"}}}),
                            Json::array({unrealLightMap(image, kLeft, constants[0], 0), unrealLightMap(image, kRight, constants[1], 0)}));
@@ -84,8 +84,8 @@ LightMapDescription imageNamed(const std::string& image) {
 TEST(UnrealHq, ATexelShadesAsTheShaderShowsItWithoutDirections) {
     const UnrealBake bake;
     const LightMapStrip strip = readAll(bake.write());
-    ASSERT_EQ(strip.sh.width(), kWidth);
-    ASSERT_EQ(strip.sh.height(), kHeight);
+    ASSERT_EQ(strip.sh.width(), kUnrealWidth);
+    ASSERT_EQ(strip.sh.height(), kUnrealHeight);
     constexpr double kBlackPoint = 0.0186;  // logarithms tell less light apart less well
     double fromShader = 0, fromLight = 0, brightest = 0;
     const std::array<UnrealRectangle, 2> parts = {kLeft, kRight};
@@ -113,8 +113,8 @@ TEST(UnrealHq, ATexelShadesAsTheShaderShowsItWithoutDirections) {
 TEST(UnrealHq, TexelsOutsideTheRectanglesOfTheMeshesAreNotCovered) {
     UnrealBake bake;
     const LightMapStrip strip = readAll(bake.write());
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kUnrealHeight; ++y)
+        for (int x = 0; x < kUnrealWidth; ++x) {
             const auto isIn = [&](const UnrealRectangle& part) {
                 return part.x <= x && x < part.x + part.width && part.y <= y && y < part.y + part.height;
             };
@@ -200,7 +200,7 @@ TEST(UnrealHq, OneOfSeveralImagesIsChosenByNameOrIndex) {
     EXPECT_THAT(error.line(), testing::EndsWith("level.gltf: found 2 light maps, expected one of them: image = \"HQ_Lightmap0\" or "
                                                 "image = \"HQ_Lightmap1\""));
     EXPECT_THAT(*epicImageNames(bake.write()), ElementsAre("HQ_Lightmap0", "HQ_Lightmap1"));
-    EXPECT_EQ(readAll(bake.write(), imageNamed("HQ_Lightmap0")).sh.width(), kWidth);
+    EXPECT_EQ(readAll(bake.write(), imageNamed("HQ_Lightmap0")).sh.width(), kUnrealWidth);
     for (const char* name : {"HQ_Lightmap1", "1"}) EXPECT_EQ(readAll(bake.write(), imageNamed(name)).sh.width(), 8);
     for (const char* name : {"BaseColor", "2", "HQ"}) {
         const Error unknown = refusal(bake.write(), imageNamed(name));
@@ -213,7 +213,7 @@ TEST(UnrealHq, OneOfSeveralImagesIsChosenByNameOrIndex) {
     bake.gltf["images"][0].erase("name");
     bake.gltf["images"][1]["name"] = "0";
     EXPECT_THAT(*epicImageNames(bake.write()), ElementsAre("0", "1")) << "names that are missing, or numbers";
-    EXPECT_EQ(readAll(bake.write(), imageNamed("0")).sh.width(), kWidth);
+    EXPECT_EQ(readAll(bake.write(), imageNamed("0")).sh.width(), kUnrealWidth);
 }
 
 TEST(UnrealHq, FaultsOfTheExtensionAreNamed) {

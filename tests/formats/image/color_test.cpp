@@ -77,7 +77,7 @@ LinearConversion converted(const std::string& source, const std::string& working
     return result.value_or(LinearConversion{});
 }
 
-std::string refusal(const ColorSpaces& spaces) {
+std::string refusalOf(const ColorSpaces& spaces) {
     const auto result = linearConversion(spaces);
     EXPECT_FALSE(result);
     if (result) return {};
@@ -140,20 +140,21 @@ TEST(LinearConversion, TheSameSpaceIsTheIdentityUnderAnyOfItsNames) {
 
 TEST(LinearConversion, EncodedSpacesAreRefusedByNameAndWithTheReason) {
     for (const char* name : {"srgb_texture", "g22_rec709"}) {
-        const std::string line = refusal({name, "lin_rec709", {}});
+        const std::string line = refusalOf({name, "lin_rec709", {}});
         EXPECT_THAT(line, HasSubstr(std::string("colour space '") + name + "' is not linear"));
         EXPECT_THAT(line, HasSubstr("SH coefficients, cubemaps and gradients only keep their meaning under linear conversions"));
         EXPECT_THAT(line, HasSubstr("found ("));
         EXPECT_THAT(line, HasSubstr("expected ("));
-        EXPECT_THAT(refusal({"acescg", name, {}}), HasSubstr(std::string("'") + name + "' is not linear"));
-        EXPECT_THAT(refusal({name, name, {}}), HasSubstr("is not linear")) << "curves that cancel do not make the working space linear";
+        EXPECT_THAT(refusalOf({"acescg", name, {}}), HasSubstr(std::string("'") + name + "' is not linear"));
+        EXPECT_THAT(refusalOf({name, name, {}}), HasSubstr("is not linear")) << "curves that cancel do not make the working space linear";
     }
 }
 
 TEST(LinearConversion, UnknownSpacesSuggestTheNearest) {
-    EXPECT_THAT(refusal({"lin_rec790", "lin_rec709", {}}), testing::AllOf(HasSubstr("'lin_rec790'"), HasSubstr("nearest is 'lin_rec709'")));
-    EXPECT_THAT(refusal({"lin_rec709", "asescg", {}}), HasSubstr("nearest is 'acescg'"));
-    EXPECT_THAT(refusal({"", "acescg", {}}), HasSubstr("found no such space"));
+    EXPECT_THAT(refusalOf({"lin_rec790", "lin_rec709", {}}),
+                testing::AllOf(HasSubstr("'lin_rec790'"), HasSubstr("nearest is 'lin_rec709'")));
+    EXPECT_THAT(refusalOf({"lin_rec709", "asescg", {}}), HasSubstr("nearest is 'acescg'"));
+    EXPECT_THAT(refusalOf({"", "acescg", {}}), HasSubstr("found no such space"));
 }
 
 const char* const kUserConfig = R"(ocio_profile_version: 2
@@ -190,18 +191,18 @@ TEST(LinearConversion, AUsersConfigIsProbedAndNotBelieved) {
     const auto doubled = linearConversion({"doubled", "plain", config});
     ASSERT_TRUE(doubled) << doubled.error().line();
     EXPECT_FLOAT_EQ(doubled->workingFromSource[1][1], 2.0f);
-    EXPECT_THAT(refusal({"lifted", "plain", config}), HasSubstr("'lifted' is not linear"));
-    EXPECT_THAT(refusal({"clipped", "plain", config}), HasSubstr("'clipped' is not linear"));
-    EXPECT_THAT(refusal({"data", "plain", config}), HasSubstr("data without primaries"));
-    EXPECT_THAT(refusal({"absent_table", "plain", config}), HasSubstr("nowhere.spi3d"));
-    EXPECT_THAT(refusal({"doublet", "plain", config}), HasSubstr("nearest is 'doubled'"));
+    EXPECT_THAT(refusalOf({"lifted", "plain", config}), HasSubstr("'lifted' is not linear"));
+    EXPECT_THAT(refusalOf({"clipped", "plain", config}), HasSubstr("'clipped' is not linear"));
+    EXPECT_THAT(refusalOf({"data", "plain", config}), HasSubstr("data without primaries"));
+    EXPECT_THAT(refusalOf({"absent_table", "plain", config}), HasSubstr("nowhere.spi3d"));
+    EXPECT_THAT(refusalOf({"doublet", "plain", config}), HasSubstr("nearest is 'doubled'"));
 }
 
 TEST(LinearConversion, ABrokenConfigFileIsOneLine) {
     const TemporaryFolder folder;
     writeContent(folder / "broken.ocio", "ocio_profile_version: 2\ncolorspaces:\n  - [unclosed\n");
-    EXPECT_THAT(refusal({"a", "b", folder / "broken.ocio"}), HasSubstr("expected an OpenColorIO config file"));
-    EXPECT_THAT(refusal({"a", "b", folder / "absent.ocio"}), HasSubstr("absent.ocio"));
+    EXPECT_THAT(refusalOf({"a", "b", folder / "broken.ocio"}), HasSubstr("expected an OpenColorIO config file"));
+    EXPECT_THAT(refusalOf({"a", "b", folder / "absent.ocio"}), HasSubstr("absent.ocio"));
 }
 
 }  // namespace

@@ -15,17 +15,17 @@
 namespace lightcook::verify {
 namespace {
 
-constexpr int kWidth = 24, kHeight = 20;
+constexpr int kDominantWidth = 24, kDominantHeight = 20;
 constexpr double kKey = 0.5;
 
 /// A light source that moves over the map, ambient light, and a hole in the charts.
 formats::LightMapStrip bake(bool isUneven = true) {
     formats::LightMapStrip band;
-    band.sh = formats::Image<lighting::ShRgb>(kWidth, kHeight);
-    band.covered = formats::Image<std::uint8_t>(kWidth, kHeight, 1);
-    band.normal = formats::Image<glm::vec3>(kWidth, kHeight);
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    band.sh = formats::Image<lighting::ShRgb>(kDominantWidth, kDominantHeight);
+    band.covered = formats::Image<std::uint8_t>(kDominantWidth, kDominantHeight, 1);
+    band.normal = formats::Image<glm::vec3>(kDominantWidth, kDominantHeight);
+    for (int y = 0; y < kDominantHeight; ++y)
+        for (int x = 0; x < kDominantWidth; ++x) {
             const double s = isUneven ? 0.03 * x : 0.2, t = isUneven ? 0.04 * y : 0.1;
             band.sh.at(x, y) = lighting::projectDirectional(glm::vec3(glm::normalize(glm::dvec3(s, t, 1))), glm::vec3(3, 2, 1));
             band.sh.at(x, y)[0] += glm::vec3(0.4f, 0.5f, 0.9f);
@@ -36,14 +36,15 @@ formats::LightMapStrip bake(bool isUneven = true) {
 }
 
 CookedDominant description() {
-    return {2, -1, 4, kWidth, kHeight};
+    return {2, -1, 4, kDominantWidth, kDominantHeight};
 }
 
 /// The closed form in floats, stored without loss.
-DecodedDominantRows exact(const formats::LightMapStrip& band, int firstRow = 0, int rowCount = kHeight) {
-    DecodedDominantRows rows{firstRow, formats::Image<glm::vec4>(kWidth, rowCount), formats::Image<glm::vec4>(kWidth, rowCount)};
+DecodedDominantRows exact(const formats::LightMapStrip& band, int firstRow = 0, int rowCount = kDominantHeight) {
+    DecodedDominantRows rows{firstRow, formats::Image<glm::vec4>(kDominantWidth, rowCount),
+                             formats::Image<glm::vec4>(kDominantWidth, rowCount)};
     for (int y = 0; y < rowCount; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+        for (int x = 0; x < kDominantWidth; ++x) {
             const auto light =
                 dominantReference(band.sh.at(x, firstRow + y), glm::dvec3(band.normal.at(x, firstRow + y)), lighting::kRec709Luminance);
             rows.direction.at(x, y) = glm::vec4(glm::vec3(0.5 * light.direction + 0.5), 1);
@@ -165,7 +166,7 @@ TEST(RefinedReference, StaysFinite) {
 
 TEST(VerifyDominant, LosslessTexturesHaveNoErrorAtTexels) {
     const auto band = bake();
-    const DominantErrors errors = verifier().verifyRows(exact(band), band, 0, kHeight);
+    const DominantErrors errors = verifier().verifyRows(exact(band), band, 0, kDominantHeight);
     const auto stages = errors.stages();
     ASSERT_EQ(stages.size(), 2u);
     EXPECT_EQ(stages[0].name, "magnified");
@@ -181,7 +182,7 @@ TEST(VerifyDominant, LosslessTexturesHaveNoErrorAtTexels) {
 
 TEST(VerifyDominant, AMapThatIsEvenIsAlsoExactBetweenTexels) {
     const auto band = bake(false);
-    EXPECT_LT(verifier().verifyRows(exact(band), band, 0, kHeight).stages()[0].specular.relRms, 1e-5);
+    EXPECT_LT(verifier().verifyRows(exact(band), band, 0, kDominantHeight).stages()[0].specular.relRms, 1e-5);
 }
 
 TEST(VerifyDominant, ReportsARotatedDirectionInDegrees) {
@@ -193,7 +194,7 @@ TEST(VerifyDominant, ReportsARotatedDirectionInDegrees) {
         const glm::dvec3 axis = glm::normalize(glm::cross(d, glm::dvec3(1, 0, 0)));
         texel = glm::vec4(glm::vec3(0.5 * (d * std::cos(angle) + glm::cross(axis, d) * std::sin(angle)) + 0.5), 1);
     }
-    const DominantErrors errors = verifier().verifyRows(rows, band, 0, kHeight);
+    const DominantErrors errors = verifier().verifyRows(rows, band, 0, kDominantHeight);
     EXPECT_NEAR(errors.meanDirectionError(), 3, 1e-3);
     EXPECT_NEAR(errors.maxDirectionError(), 3, 1e-3);
     EXPECT_GT(errors.stages()[1].specular.relRms, 0.05);
@@ -203,25 +204,25 @@ TEST(VerifyDominant, IntensityErrorsAreRelativeAndHolesAreLeftOut) {
     const auto band = bake();
     DecodedDominantRows rows = exact(band);
     for (glm::vec4& texel : rows.intensity.texels()) texel *= 1.1f;
-    EXPECT_NEAR(verifier().verifyRows(rows, band, 0, kHeight).stages()[1].specular.relRms, 0.1, 1e-4);
+    EXPECT_NEAR(verifier().verifyRows(rows, band, 0, kDominantHeight).stages()[1].specular.relRms, 0.1, 1e-4);
     DecodedDominantRows holed = exact(band);
     holed.intensity.at(5, 5) = glm::vec4(1e6f);
-    EXPECT_LT(verifier().verifyRows(holed, band, 0, kHeight).stages()[1].specular.relRms, 1e-5);
-    EXPECT_LT(verifier().verifyRows(holed, band, 0, kHeight).stages()[0].specular.relRms, 0.02);
+    EXPECT_LT(verifier().verifyRows(holed, band, 0, kDominantHeight).stages()[1].specular.relRms, 1e-5);
+    EXPECT_LT(verifier().verifyRows(holed, band, 0, kDominantHeight).stages()[0].specular.relRms, 0.02);
 }
 
 TEST(VerifyDominant, StripsMergeToTheWholeAndTheBoundCoversOtherViews) {
     const auto band = bake();
     DecodedDominantRows rows = exact(band);
     for (glm::vec4& texel : rows.direction.texels()) texel = glm::vec4(glm::round(glm::vec3(texel) * 31.0f) / 31.0f, 1);
-    const auto whole = verifier().verifyRows(rows, band, 0, kHeight).stages();
+    const auto whole = verifier().verifyRows(rows, band, 0, kDominantHeight).stages();
     DominantErrors merged(kKey);
     for (const auto& [first, count] : {std::pair{0, 7}, std::pair{7, 9}, std::pair{16, 4}})
         merged.merge(verifier().verifyRows(rows, band, first, count));
     EXPECT_NEAR(merged.stages()[1].specular.relRms, whole[1].specular.relRms, 1e-12);
     EXPECT_EQ(merged.stages()[0].specular.maxSampled, whole[0].specular.maxSampled);
     const DominantVerifier dense(description(), {{0.1, 0.2, 0.5}, {0, 0.3, 1}, 400, 4}, lighting::kRec709Luminance, kKey);
-    const auto manyViews = dense.verifyRows(rows, band, 0, kHeight).stages();
+    const auto manyViews = dense.verifyRows(rows, band, 0, kDominantHeight).stages();
     EXPECT_GE(whole[1].specular.maxBound, manyViews[1].specular.maxSampled);
     EXPECT_GE(whole[0].specular.maxBound, manyViews[0].specular.maxSampled);
 }
@@ -229,7 +230,7 @@ TEST(VerifyDominant, StripsMergeToTheWholeAndTheBoundCoversOtherViews) {
 TEST(VerifyDominant, ShadesWithTheLobeOfTheSceneAndBoundsIt) {
     const auto band = bake(false);
     for (const auto lobe : {lighting::NormalDistribution::Beckmann, lighting::NormalDistribution::Ggx}) {
-        const DominantErrors errors = verifier(1, lobe).verifyRows(exact(band), band, 0, kHeight);
+        const DominantErrors errors = verifier(1, lobe).verifyRows(exact(band), band, 0, kDominantHeight);
         // Every texel has the same light: the RMS is that of one.
         const glm::dvec3 normal(band.normal.at(0, 0));
         const DominantLightSample light = dominantReference(band.sh.at(0, 0), normal, lighting::kRec709Luminance);
@@ -250,23 +251,23 @@ TEST(VerifyDominant, ShadesWithTheLobeOfTheSceneAndBoundsIt) {
         EXPECT_NEAR(errors.referenceRms(), std::sqrt(squares / count), 1e-3 * std::sqrt(squares / count));
         DecodedDominantRows rows = exact(band);
         for (glm::vec4& texel : rows.direction.texels()) texel = glm::vec4(glm::round(glm::vec3(texel) * 31.0f) / 31.0f, 1);
-        const auto whole = verifier(1, lobe).verifyRows(rows, band, 0, kHeight).stages();
+        const auto whole = verifier(1, lobe).verifyRows(rows, band, 0, kDominantHeight).stages();
         const DominantVerifier dense(description(), {{0.1, 0.2, 0.5}, {0, 0.3, 1}, 400, 4, lobe}, lighting::kRec709Luminance, kKey);
-        EXPECT_GE(whole[1].specular.maxBound, dense.verifyRows(rows, band, 0, kHeight).stages()[1].specular.maxSampled);
+        EXPECT_GE(whole[1].specular.maxBound, dense.verifyRows(rows, band, 0, kDominantHeight).stages()[1].specular.maxSampled);
     }
 }
 
 TEST(VerifyDominant, ComparesARefinedFitWithTheBestLight) {
     auto band = bake();
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kDominantHeight; ++y)
+        for (int x = 0; x < kDominantWidth; ++x) {
             const auto side = lighting::projectDirectional(glm::vec3(1, 0, 0), glm::vec3(1.5f, 1, 0.5f));
             for (std::size_t i = 0; i < side.size(); ++i) band.sh.at(x, y)[i] += side[i];
         }
     const DecodedDominantRows closed = exact(band);
     DecodedDominantRows refined = exact(band);
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kDominantHeight; ++y)
+        for (int x = 0; x < kDominantWidth; ++x) {
             fit::DominantLightOptions options;
             options.fit = fit::DominantFit::Refined;
             const auto light = fit::dominantLight(band.sh.at(x, y), band.normal.at(x, y), options);
@@ -276,10 +277,11 @@ TEST(VerifyDominant, ComparesARefinedFitWithTheBestLight) {
     CookedDominant map = description();
     map.fit = DominantFit::Refined;
     const DominantVerifier strict(map, {{0.1, 0.5}, {0.04, 0.6}, 8, 1}, lighting::kRec709Luminance, kKey);
-    const DominantErrors good = strict.verifyRows(refined, band, 0, kHeight), bad = strict.verifyRows(closed, band, 0, kHeight);
+    const DominantErrors good = strict.verifyRows(refined, band, 0, kDominantHeight),
+                         bad = strict.verifyRows(closed, band, 0, kDominantHeight);
     EXPECT_LT(good.stages()[1].specular.relRms, 2e-3);
     EXPECT_GT(bad.stages()[1].specular.relRms, 0.2) << "the closed form is not what was promised";
-    EXPECT_GT(verifier().verifyRows(refined, band, 0, kHeight).stages()[1].specular.relRms, 0.2);
+    EXPECT_GT(verifier().verifyRows(refined, band, 0, kDominantHeight).stages()[1].specular.relRms, 0.2);
     EXPECT_LT(good.unexplainedStored(), bad.unexplainedStored());
     EXPECT_NEAR(good.unexplainedStored(), good.unexplainedReference(), 1e-6);
     EXPECT_NEAR(good.unexplainedReference(), bad.unexplainedReference(), 1e-6);
@@ -298,8 +300,8 @@ TEST(VerifyDominant, VisibleErrorsAreThoseOfTheDefinition) {
     const DominantVerifier verifier(description(), shading, lighting::kRec709Luminance, kKey, viewing);
     double squares = 0, largest = 0;
     std::int64_t count = 0;
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kDominantHeight; ++y)
+        for (int x = 0; x < kDominantWidth; ++x) {
             if (band.covered.at(x, y) == 0) continue;
             const glm::dvec3 normal(band.normal.at(x, y));
             const DominantLightSample seen = verifier.decode(rows, x, y), truth = verifier.reference(band.sh.at(x, y), normal, seen);
@@ -320,7 +322,7 @@ TEST(VerifyDominant, VisibleErrorsAreThoseOfTheDefinition) {
                 }
         }
     // The last stage also has the maxima between texels.
-    const std::vector<StageError> stages = verifier.verifyRows(rows, band, 0, kHeight).stages();
+    const std::vector<StageError> stages = verifier.verifyRows(rows, band, 0, kDominantHeight).stages();
     ASSERT_TRUE(stages[0].specular.visible && stages[1].specular.visible);
     const double rms = std::sqrt(squares / static_cast<double>(count));
     const VisibleFigures& total = *stages[1].specular.visible;
@@ -333,7 +335,8 @@ TEST(VerifyDominant, VisibleErrorsAreThoseOfTheDefinition) {
 
 TEST(VerifyDominant, WithoutADisplayThereAreNoVisibleErrors) {
     const auto band = bake();
-    for (const StageError& stage : verifier().verifyRows(exact(band), band, 0, kHeight).stages()) EXPECT_FALSE(stage.specular.visible);
+    for (const StageError& stage : verifier().verifyRows(exact(band), band, 0, kDominantHeight).stages())
+        EXPECT_FALSE(stage.specular.visible);
 }
 
 TEST(DominantStride, KeepsLargeMapsAffordable) {

@@ -32,14 +32,14 @@ LutAxis axisOf(int count, double low, double high, const Factors& factors) {
     return axis;
 }
 
-struct Kind {
+struct TableKind {
     Factors view = kSine, roughness = kPlain;
     SpecularLobe lobe = SpecularLobe::Beckmann;
     CookTorranceNormalization normalization = CookTorranceNormalization::Energy;
 };
 
 /// Returns 16-bit tables of the kernel, integrated node by node.
-CookedLut cook(int views, int rows, double minimumM, double maximumM, const Kind& kind = {}) {
+CookedLut cook(int views, int rows, double minimumM, double maximumM, const TableKind& kind = {}) {
     CookedLut tables;
     tables.lobe = kind.lobe;
     tables.normalization = kind.normalization;

@@ -9,13 +9,13 @@
 namespace lightcook::verify {
 namespace {
 
-constexpr int kWidth = 22, kHeight = 10;  ///< not a whole number of blocks
+constexpr int kBlocksWidth = 22, kBlocksHeight = 10;  ///< not a whole number of blocks
 
 /// Returns sums for light of 1 and an error of 1 % everywhere, with a larger error in one texel.
 BlockErrors blocksWith(int x, int y, double error, double light = 1) {
-    BlockErrors blocks(kWidth, kHeight);
-    for (int row = 0; row < kHeight; ++row)
-        for (int column = 0; column < kWidth; ++column) {
+    BlockErrors blocks(kBlocksWidth, kBlocksHeight);
+    for (int row = 0; row < kBlocksHeight; ++row)
+        for (int column = 0; column < kBlocksWidth; ++column) {
             const bool isHere = column / 4 == x / 4 && row / 4 == y / 4;
             const double reference = isHere ? light : 1, wrong = isHere ? error * light : 0.01;
             blocks.add(column, row, wrong * wrong, reference * reference);
@@ -49,13 +49,13 @@ TEST(BlockErrors, ErrorsInTheDarkCountLessAndLightInsteadOfBlackCountsInFull) {
 TEST(BlockErrors, MergedRowsGiveTheResultOfTheWhole) {
     std::mt19937 random(5);
     for (int round = 0; round < 200; ++round) {
-        BlockErrors whole(kWidth, kHeight), merged(kWidth, 0);
+        BlockErrors whole(kBlocksWidth, kBlocksHeight), merged(kBlocksWidth, 0);
         std::uniform_real_distribution<double> exponent(-6, 2);
-        for (int row = 0; row < kHeight; row += 4) {
-            const int count = std::min(4, kHeight - row);
-            BlockErrors rows(kWidth, count, row);
+        for (int row = 0; row < kBlocksHeight; row += 4) {
+            const int count = std::min(4, kBlocksHeight - row);
+            BlockErrors rows(kBlocksWidth, count, row);
             for (int y = row; y < row + count; ++y)
-                for (int x = 0; x < kWidth; ++x) {
+                for (int x = 0; x < kBlocksWidth; ++x) {
                     const double error = std::pow(10, exponent(random)), reference = std::pow(10, exponent(random));
                     whole.add(x, y, error, reference);
                     rows.add(x, y, error, reference);

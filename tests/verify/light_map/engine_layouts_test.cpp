@@ -19,11 +19,11 @@ using formats::LightMapLayout;
 using formats::Target;
 using synthetic::Kind;
 
-constexpr int kWidth = 46, kHeight = 38;
+constexpr int kEngineWidth = 46, kEngineHeight = 38;
 
 /// Light of order 1, and for the layout whose colours share a direction the same light in three strengths.
 formats::LightMapStrip bakeFor(LightMapLayout layout) {
-    formats::LightMapStrip bake = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+    formats::LightMapStrip bake = synthetic::makeBand(Kind::Gradient, kEngineWidth, 0, kEngineHeight);
     for (lighting::ShRgb& sh : bake.sh.texels()) {
         std::fill(sh.begin() + 4, sh.end(), glm::vec3(0));
         if (layout != LightMapLayout::MonoSh) continue;
@@ -34,11 +34,11 @@ formats::LightMapStrip bakeFor(LightMapLayout layout) {
 
 /// Writes layers one below the other, as Godot's bakes are, with the coverage of the first as alpha.
 void writeStack(const std::filesystem::path& file, const std::vector<const Image<glm::vec4>*>& layers, const formats::LightMapStrip& bake) {
-    Image<glm::vec4> stack(kWidth, kHeight * static_cast<int>(layers.size()));
+    Image<glm::vec4> stack(kEngineWidth, kEngineHeight * static_cast<int>(layers.size()));
     for (std::size_t layer = 0; layer < layers.size(); ++layer)
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x)
-                stack.at(x, static_cast<int>(layer) * kHeight + y) =
+        for (int y = 0; y < kEngineHeight; ++y)
+            for (int x = 0; x < kEngineWidth; ++x)
+                stack.at(x, static_cast<int>(layer) * kEngineHeight + y) =
                     glm::vec4(glm::vec3(layers[layer]->at(x, y)), bake.covered.at(x, y) != 0 ? 1 : 0);
     const auto written = formats::writeExr(file, stack.view(), 4);
     ASSERT_TRUE(written.has_value()) << written.error().line();
@@ -80,13 +80,13 @@ TEST_P(EngineLayouts, AreReadBackAsTheEngineShowsThem) {
         description.bake = tested.bake;
         const auto reader = formats::LightMapReader::open(writeBake(folder, tested.layout, cooked), description);
         ASSERT_TRUE(reader.has_value()) << reader.error().line();
-        const auto strip = reader->read(0, kHeight);
+        const auto strip = reader->read(0, kEngineHeight);
         ASSERT_TRUE(strip.has_value()) << strip.error().line();
-        ASSERT_EQ(strip->sh.height(), kHeight);
-        const Image<lighting::ShRgb> decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
+        ASSERT_EQ(strip->sh.height(), kEngineHeight);
+        const Image<lighting::ShRgb> decoded = cooked.verifier().reconstruct(cooked.texels, 0, kEngineHeight);
         int covered = 0;
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x) {
+        for (int y = 0; y < kEngineHeight; ++y)
+            for (int x = 0; x < kEngineWidth; ++x) {
                 ASSERT_EQ(strip->covered.at(x, y), cooked.reference.covered.at(x, y));
                 if (strip->covered.at(x, y) == 0) continue;
                 ++covered;
@@ -121,7 +121,7 @@ INSTANTIATE_TEST_SUITE_P(All, EngineLayouts,
 /// A surface has normals of its own hemisphere alone: there L0 and L1 follow much of the band that they lack.
 TEST(EngineLayoutFit, ShowsMoreOfBand2ThanBands0And1Alone) {
     const auto errorOf = [](LightMapLayout layout) {
-        return test::cook(synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight), layout, Target::Float, 3).total();
+        return test::cook(synthetic::makeBand(Kind::Gradient, kEngineWidth, 0, kEngineHeight), layout, Target::Float, 3).total();
     };
     const verify::StageError truncated = errorOf(LightMapLayout::Sh4);
     for (const LightMapLayout layout : {LightMapLayout::Godot, LightMapLayout::Bakery}) {

@@ -27,7 +27,7 @@ using formats::Target;
 using synthetic::Kind;
 
 using test::kEveryLayout;
-constexpr int kWidth = 46, kHeight = 38;
+constexpr int kMapWidth = 46, kMapHeight = 38;
 
 /// Returns true if the layout keeps band 2 as it is: zonal layouts approximate it, sh4 and most of those of engines drop it.
 bool keepsBand2(LightMapLayout layout) {
@@ -40,7 +40,7 @@ Cooked cook(formats::LightMapStrip reference, LightMapLayout layout, Target targ
     return test::cook(std::move(reference), layout, target, 3);
 }
 Cooked cook(Kind kind, LightMapLayout layout, Target target = Target::Bc) {
-    return cook(synthetic::makeBand(kind, kWidth, 0, kHeight), layout, target);
+    return cook(synthetic::makeBand(kind, kMapWidth, 0, kMapHeight), layout, target);
 }
 
 lighting::ShDouble channelOf(const lighting::ShRgb& sh, int channel) {
@@ -106,27 +106,27 @@ Filtered filterAt(const Cooked& cooked, int count, std::mt19937& random) {
 
 TEST(LightMapVerifier, PlacesBetweenChartsAreNotJudged) {
     constexpr int kGap = 20;
-    formats::LightMapStrip reference = synthetic::makeBand(Kind::Grey, kWidth, 0, kHeight);
-    reference.chart = formats::Image<std::uint32_t>(kWidth, kHeight, 1);
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = kGap; x < kWidth; ++x) reference.chart.at(x, y) = x == kGap ? formats::kNoChart : 2;
-    for (int y = 0; y < kHeight; ++y) {
+    formats::LightMapStrip reference = synthetic::makeBand(Kind::Grey, kMapWidth, 0, kMapHeight);
+    reference.chart = formats::Image<std::uint32_t>(kMapWidth, kMapHeight, 1);
+    for (int y = 0; y < kMapHeight; ++y)
+        for (int x = kGap; x < kMapWidth; ++x) reference.chart.at(x, y) = x == kGap ? formats::kNoChart : 2;
+    for (int y = 0; y < kMapHeight; ++y) {
         reference.covered.at(kGap, y) = 0;
         reference.sh.at(kGap, y) = {};
     }
     Cooked cooked = cook(std::move(reference), LightMapLayout::Raw, Target::Float);
     for (auto& texture : cooked.texels.textures)
         for (auto& layer : texture)
-            for (int y = 0; y < kHeight; ++y) layer.at(kGap, y) = glm::vec4(65504);
+            for (int y = 0; y < kMapHeight; ++y) layer.at(kGap, y) = glm::vec4(65504);
     const auto surface = [&] {
-        return cooked.verifier().verifyRows(cooked.texels, cooked.reference, 0, kHeight).surface.diffuse.figures();
+        return cooked.verifier().verifyRows(cooked.texels, cooked.reference, 0, kMapHeight).surface.diffuse.figures();
     };
     const verify::ErrorFigures apart = surface();
     EXPECT_LT(apart.relRms, 1e-3);
     EXPECT_LT(apart.maxBound, 0.1);
-    for (int y = 0; y < kHeight; ++y) cooked.reference.chart.at(kGap, y) = 1;  // now the first chart ends at the texel's centre
+    for (int y = 0; y < kMapHeight; ++y) cooked.reference.chart.at(kGap, y) = 1;  // now the first chart ends at the texel's centre
     EXPECT_GT(surface().relRms, 0.1);
-    for (int y = 0; y < kHeight; ++y) cooked.reference.chart.at(kGap, y) = formats::kAnyChart;
+    for (int y = 0; y < kMapHeight; ++y) cooked.reference.chart.at(kGap, y) = formats::kAnyChart;
     EXPECT_GT(surface().relRms, 0.1);
     cooked.reference.chart = {};
     EXPECT_GT(surface().relRms, 0.1);
@@ -143,9 +143,9 @@ TEST(LightMapVerifier, GreyStaysGreyThroughEveryLayoutFromItsBytes) {
             const float most = 0.5e-3f + (hasNoHalf                            ? 0.5f * 2 * std::numbers::sqrt3_v<float> / 255
                                           : isHalo3 && target != Target::Float ? 0.5f / 255
                                                                                : 0.0f);
-            const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
-            for (int y = 0; y < kHeight; ++y)
-                for (int x = 0; x < kWidth; ++x)
+            const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
+            for (int y = 0; y < kMapHeight; ++y)
+                for (int x = 0; x < kMapWidth; ++x)
                     for (int k = 0; k < 8; ++k) {
                         const glm::vec3 n(lighting::fibonacciSphere(k, 8));
                         const glm::vec3 exit = lighting::lambertExitRadiance(decoded.at(x, y), n, glm::vec3(1)).value;
@@ -160,7 +160,7 @@ TEST(LightMapVerifier, GreyStaysGreyThroughEveryLayoutFromItsBytes) {
 TEST(LightMapVerifier, BlackStaysBlackWithoutError) {
     for (const LightMapLayout layout : kEveryLayout) {
         const Cooked cooked = cook(Kind::Black, layout);
-        const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
+        const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
         for (const lighting::ShRgb& sh : decoded.texels())
             for (const glm::vec3& c : sh) ASSERT_EQ(c, glm::vec3(0));
         const verify::StageError total = cooked.total();
@@ -172,7 +172,7 @@ TEST(LightMapVerifier, BlackStaysBlackWithoutError) {
 
 TEST(LightMapVerifier, FiguresAreThoseOfABruteForceInDouble) {
     const Cooked cooked = cook(Kind::Gradient, LightMapLayout::Ratio);
-    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
+    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
     const std::vector<verify::StageError> stages = cooked.stages();
     struct Sum {
         double error = 0, reference = 0, largest = 0;
@@ -200,8 +200,8 @@ TEST(LightMapVerifier, FiguresAreThoseOfABruteForceInDouble) {
                 kernels.emplace_back(view, sum);
             }
         }
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kMapHeight; ++y)
+        for (int x = 0; x < kMapWidth; ++x) {
             if (cooked.reference.covered.at(x, y) == 0) continue;
             const glm::dvec3 normal(cooked.reference.normal.at(x, y));
             const glm::dmat3 world = lighting::worldFromTangentFrame(normal);
@@ -254,7 +254,7 @@ double shadedAs(const verify::ErrorPlace& place, const lighting::ShDouble& light
 TEST(LightMapVerifier, TheWorstSampleIsFoundAgainAtItsPlace) {
     for (const LightMapLayout layout : {LightMapLayout::Luvw, LightMapLayout::Basis4, LightMapLayout::Flat}) {
         const Cooked cooked = cook(Kind::Gradient, layout);
-        const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
+        const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
         const std::vector<verify::StageError> stages = cooked.stages();
         const verify::StageError& last = stages[stages.size() - 2];
         for (const verify::ErrorFigures* figures : {&last.diffuse, &last.specular}) {
@@ -271,7 +271,7 @@ TEST(LightMapVerifier, TheWorstSampleIsFoundAgainAtItsPlace) {
         }
         // Between texels: from the filtered texels of a quad.
         const verify::ErrorPlace between =
-            cooked.verifier().verifyRows(cooked.texels, cooked.reference, 0, kHeight).surface.diffuse.figures().sampledAt;
+            cooked.verifier().verifyRows(cooked.texels, cooked.reference, 0, kMapHeight).surface.diffuse.figures().sampledAt;
         EXPECT_TRUE(between.x != std::floor(between.x) || between.y != std::floor(between.y));
         EXPECT_LE(between.local, stages.back().diffuse.maxSampled);
     }
@@ -280,7 +280,7 @@ TEST(LightMapVerifier, TheWorstSampleIsFoundAgainAtItsPlace) {
 TEST(LightMapVerifier, TheWorstBoundOfATexelIsReachedAtItsPlace) {
     Cooked cooked = cook(Kind::Gradient, LightMapLayout::Luvw);
     cooked.map.formats.clear();  // an ideal sampler: the bound is exact if the reference is not negative
-    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
+    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
     const std::vector<verify::StageError> stages = cooked.stages();
     const verify::ErrorFigures& last = stages[stages.size() - 2].diffuse;
     const verify::ErrorPlace& place = last.boundAt;
@@ -302,7 +302,7 @@ TEST(LightMapVerifier, TheWorstBoundOfATexelIsReachedAtItsPlace) {
     for (int dy = 0; dy < 2; ++dy)
         for (int dx = 0; dx < 2; ++dx) {
             const int left = static_cast<int>(std::ceil(between.x)) - dx, top = static_cast<int>(std::ceil(between.y)) - dy;
-            if (left < kWidth && top < kHeight)
+            if (left < kMapWidth && top < kMapHeight)
                 isFound = isFound || verifier.boundQuad(cooked.texels, cooked.reference, left, top).diffuse == between.local;
         }
     EXPECT_TRUE(isFound);
@@ -315,7 +315,7 @@ TEST(LightMapVerifier, TheLightOfABoundIsWhatTheTexturesDecodeToThere) {
         const auto stages = cooked.stages();
         const verify::ErrorPlace& place = stages.back().diffuse.boundAt;
         ASSERT_TRUE(place.isKnown()) << cooked.map.layout;
-        const int x = std::min(static_cast<int>(place.x), kWidth - 2), y = std::min(static_cast<int>(place.y), kHeight - 2);
+        const int x = std::min(static_cast<int>(place.x), kMapWidth - 2), y = std::min(static_cast<int>(place.y), kMapHeight - 2);
         const double u = place.x - x, v = place.y - y;
         // A map of one place: every texel holds the filtered texels, so that reconstruct decodes them.
         verify::DecodedLightMapRows filtered;
@@ -324,10 +324,10 @@ TEST(LightMapVerifier, TheLightOfABoundIsWhatTheTexturesDecodeToThere) {
             for (const formats::Image<glm::vec4>& image : texture) {
                 const glm::vec4 above = glm::mix(image.at(x, y), image.at(x + 1, y), static_cast<float>(u));
                 const glm::vec4 below = glm::mix(image.at(x, y + 1), image.at(x + 1, y + 1), static_cast<float>(u));
-                filtered.textures.back().emplace_back(kWidth, kHeight, glm::mix(above, below, static_cast<float>(v)));
+                filtered.textures.back().emplace_back(kMapWidth, kMapHeight, glm::mix(above, below, static_cast<float>(v)));
             }
         }
-        const auto decoded = cooked.verifier().reconstruct(filtered, 0, kHeight);
+        const auto decoded = cooked.verifier().reconstruct(filtered, 0, kMapHeight);
         const lighting::ShRgb& seen = decoded.at(x + (u > 0.5 ? 1 : 0), y + (v > 0.5 ? 1 : 0));
         const double found = exitRadiance(channelOf(seen, place.channel), place.normal);
         EXPECT_NEAR(place.found, found, 1e-4 * std::abs(found) + 1e-5 * cooked.key) << cooked.map.layout;
@@ -460,9 +460,9 @@ TEST(LightMapVerifier, StripsInAnyCutGiveTheSameFigures) {
         const verify::LightMapVerifier verifier = cooked.verifier();
         const std::vector<verify::StageError> whole = cooked.stages();
         verify::LightMapErrors merged = verifier.noErrors();
-        for (int row = 0; row < kHeight; row += 9) {
-            const int count = std::min(9, kHeight - row);
-            const formats::LightMapStrip band = synthetic::makeBandWithContext(Kind::Gradient, kWidth, kHeight, row, count, 1);
+        for (int row = 0; row < kMapHeight; row += 9) {
+            const int count = std::min(9, kMapHeight - row);
+            const formats::LightMapStrip band = synthetic::makeBandWithContext(Kind::Gradient, kMapWidth, kMapHeight, row, count, 1);
             merged.merge(verifier.verifyRows(cooked.texels, band, row, count));
         }
         const std::vector<verify::StageError> parts = merged.figures();
@@ -561,11 +561,11 @@ TEST(LightMapVerifier, LayoutsOfHalo3HaveRangesAloneAndMoreErrorThanOurs) {
 /// The decode of Halo 3 in the words of its talk, written again: L is the product of both alphas.
 TEST(LightMapVerifier, Halo3IsDecodedByTheFormulaOfItsTalk) {
     const Cooked cooked = cook(Kind::Gradient, LightMapLayout::Halo3);
-    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
+    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
     const auto& textures = cooked.texels.textures;
     const std::vector<float>& range = cooked.map.constants.at("range");
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x)
+    for (int y = 0; y < kMapHeight; ++y)
+        for (int x = 0; x < kMapWidth; ++x)
             for (std::size_t i = 0; i < 9; ++i) {
                 const glm::dvec4 first(textures[0][i].at(x, y)), second(textures[1][i].at(x, y));
                 for (int c = 0; c < 3; ++c) {
@@ -599,8 +599,8 @@ double largestBoundInside(Cooked& cooked) {
     cooked.map.formats.clear();
     const verify::LightMapVerifier verifier = cooked.verifier();
     double largest = 0;
-    for (int y = 0; y + 1 < kHeight; ++y)
-        for (int x = 0; x + 1 < kWidth; ++x) {
+    for (int y = 0; y + 1 < kMapHeight; ++y)
+        for (int x = 0; x + 1 < kMapWidth; ++x) {
             const auto isCovered = [&](int i) { return cooked.reference.covered.at(x + i % 2, y + i / 2) != 0; };
             if (isCovered(0) && isCovered(1) && isCovered(2) && isCovered(3))
                 largest = std::max(largest, verifier.boundQuad(cooked.texels, cooked.reference, x, y).diffuse);
@@ -609,16 +609,16 @@ double largestBoundInside(Cooked& cooked) {
 }
 
 TEST(LightMapVerifier, ZonalLayoutsAreExactForOneLightSource) {
-    formats::LightMapStrip reference = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    formats::LightMapStrip reference = synthetic::makeBand(Kind::Gradient, kMapWidth, 0, kMapHeight);
+    for (int y = 0; y < kMapHeight; ++y)
+        for (int x = 0; x < kMapWidth; ++x) {
             const auto fx = static_cast<float>(x), fy = static_cast<float>(y);
             const glm::vec3 towards = glm::normalize(glm::vec3(0.5f + 0.01f * fx, 0.7f, 0.2f - 0.02f * fy));
             reference.sh.at(x, y) = lighting::projectDirectional(towards, (1 + 0.02f * fx) * glm::vec3(1.0f, 0.7f + 0.005f * fy, 0.4f));
         }
     for (const LightMapLayout layout : {LightMapLayout::LuvwLinear, LightMapLayout::Zh3})
         for (const auto& [target, most] : {std::pair(Target::Float, 1e-3), std::pair(Target::Bc, 0.02)}) {
-            formats::LightMapStrip copy = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+            formats::LightMapStrip copy = synthetic::makeBand(Kind::Gradient, kMapWidth, 0, kMapHeight);
             copy.sh = reference.sh.copy();
             std::ranges::fill(copy.normal.texels(), glm::normalize(glm::vec3(0.5f, 0.7f, 0.2f)));
             Cooked cooked = cook(std::move(copy), layout, target);
@@ -640,7 +640,7 @@ TEST(LightMapVerifier, NightIsCookedAsWellAsDay) {
         const double rounding = formats::info(layout).isForEngine ? 0.02 : 1e-6;
         const verify::StageError day = cook(Kind::Gradient, layout).total(), night = cook(Kind::Night, layout).total();
         for (const float scale : {0x1p-17f, 0x1p9f}) {
-            formats::LightMapStrip band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+            formats::LightMapStrip band = synthetic::makeBand(Kind::Gradient, kMapWidth, 0, kMapHeight);
             for (lighting::ShRgb& sh : band.sh.texels())
                 for (glm::vec3& coefficient : sh) coefficient *= scale;
             const verify::StageError scaled = cook(std::move(band), layout, Target::Bc).total();
@@ -656,9 +656,9 @@ TEST(LightMapVerifier, NightIsCookedAsWellAsDay) {
 
 TEST(LightMapVerifier, ALinearLayoutIsRightBetweenTexelsAtHardEdges) {
     const auto surfaceError = [](LightMapLayout layout) {
-        formats::LightMapStrip band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth / 2; ++x) {
+        formats::LightMapStrip band = synthetic::makeBand(Kind::Gradient, kMapWidth, 0, kMapHeight);
+        for (int y = 0; y < kMapHeight; ++y)
+            for (int x = 0; x < kMapWidth / 2; ++x) {
                 lighting::ShRgb& sh = band.sh.at(x, y);
                 for (glm::vec3& coefficient : sh) coefficient *= 100.0f;
                 for (int i = 1; i < 4; ++i) std::swap(sh[static_cast<std::size_t>(i)], sh[static_cast<std::size_t>(i % 3 + 1)]);
@@ -678,9 +678,9 @@ TEST(LightMapVerifier, TexelsOfNineBitsErrByTheirSteps) {
     for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::Night}) {
         const Cooked cooked = cook(kind, LightMapLayout::HdrRgb9e5);
         const std::vector<float>& bias = cooked.map.constants.at("bias");
-        const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kHeight);
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x) {
+        const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
+        for (int y = 0; y < kMapHeight; ++y)
+            for (int x = 0; x < kMapWidth; ++x) {
                 if (cooked.reference.covered.at(x, y) == 0) continue;
                 const lighting::ShRgb &found = decoded.at(x, y), &expected = cooked.reference.sh.at(x, y);
                 const float brightest = std::max({expected[0].r, expected[0].g, expected[0].b});
@@ -710,8 +710,8 @@ TEST(LightMapVerifier, ADefectBetweenTexelsIsSeenOnTheSurfaceAlone) {
     // Exact at every texel centre, wrong between them: L = a0 a1, with a0 and a1 exchanged from texel to texel.
     Cooked cooked = cook(Kind::Grey, LightMapLayout::Luvw, Target::Float);
     const auto at = [&](std::size_t texture, int x, int y) -> glm::vec4& { return cooked.texels.textures[texture][0].at(x, y); };
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kMapHeight; ++y)
+        for (int x = 0; x < kMapWidth; ++x) {
             const float product = at(0, x, y).w * at(1, x, y).w, high = (x + y) % 2 == 0 ? 1.0f : 0.8f;
             at(0, x, y).w = high;
             at(1, x, y).w = product / high;

@@ -19,6 +19,7 @@
 #include "lighting/sphere.h"
 #include "tests/verify/cooked_light_map.h"
 #include "tests/verify/on_all_cores.h"
+#include "tests/verify/public_scenes.h"
 #include "verify/assets/random.h"
 #include "verify/light_map/layouts.h"
 
@@ -28,7 +29,9 @@ namespace {
 using formats::LightMapLayout;
 using lighting::ShDouble;
 using test::Cooked;
+using test::medianOf;
 using test::onAllCores;
+using test::SceneAndLayout;
 using verify::Random;
 
 constexpr std::size_t kCount = lighting::kShCount, kLanes = 16;
@@ -364,11 +367,6 @@ private:
     std::vector<float> tolerance_;
 };
 
-double medianOf(std::vector<double> values) {
-    std::ranges::sort(values);
-    return values.empty() ? 0 : values[values.size() / 2];
-}
-
 struct Tightness {
     double diffuseIdeal, diffuse, specularIdeal, specular;
 };
@@ -407,13 +405,9 @@ Tightness tightness(const Map& map, std::size_t quadCount) {
 
 // ---- the tests ----
 
-std::filesystem::path fileOf(const std::string& scene) {
-    return std::filesystem::path(LIGHTCOOK_SHARED_DATA) / "scenes" / (scene + "_lightmap.exr");
-}
-
 void expectWithinTheBound(const std::string& scene, LightMapLayout layout, int effort, std::int64_t shadings) {
-    if (!std::filesystem::exists(fileOf(scene))) GTEST_SKIP() << "the shared scenes are not here";
-    const Map map(fileOf(scene), layout, effort);
+    if (!std::filesystem::exists(test::lightMapOf(scene))) GTEST_SKIP() << "the shared scenes are not here";
+    const Map map(test::lightMapOf(scene), layout, effort);
     const Tally tally = shadeAtRandom(map, shadings, 23);
     EXPECT_EQ(tally.above, 0) << scene << ' ' << formats::info(layout).name;
     // A bound far above all errors would always hold.
@@ -423,21 +417,14 @@ void expectWithinTheBound(const std::string& scene, LightMapLayout layout, int e
                static_cast<double>(tally.shadings) / tally.seconds, tally.above, tally.nearest);
 }
 
-using SceneAndLayout = std::tuple<const char*, LightMapLayout>;
-std::string nameOf(const testing::TestParamInfo<SceneAndLayout>& tested) {
-    std::string name = std::string(std::get<0>(tested.param)) + "_" + std::string(formats::info(std::get<1>(tested.param)).name);
-    std::ranges::replace(name, '-', '_');
-    return name;
-}
-constexpr auto kScenes = {"cornell", "interior", "outdoor", "zdm2_sun"};
-
 class MagnifiedScenes : public testing::TestWithParam<SceneAndLayout> {};
 TEST_P(MagnifiedScenes, NoShadingExceedsTheBoundOfItsQuad) {
     expectWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 1, 2'000'000);
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, MagnifiedScenes,
-                         testing::Combine(testing::ValuesIn(kScenes), testing::Values(LightMapLayout::Ratio, LightMapLayout::Basis4)),
-                         nameOf);
+                         testing::Combine(testing::Values("cornell", "interior"),
+                                          testing::Values(LightMapLayout::Ratio, LightMapLayout::Basis4)),
+                         test::nameOfSceneAndLayout);
 
 class MagnifiedScenesSoak : public testing::TestWithParam<SceneAndLayout> {};
 TEST_P(MagnifiedScenesSoak, NoShadingExceedsTheBoundOfItsQuad) {
@@ -446,19 +433,19 @@ TEST_P(MagnifiedScenesSoak, NoShadingExceedsTheBoundOfItsQuad) {
 /// A thousand million in total.
 INSTANTIATE_TEST_SUITE_P(
     Scenes, MagnifiedScenesSoak,
-    testing::Combine(testing::ValuesIn(kScenes),
+    testing::Combine(testing::ValuesIn(test::kPublicScenes),
                      testing::Values(LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio,
                                      LightMapLayout::Zh3, LightMapLayout::Sh4, LightMapLayout::Basis3, LightMapLayout::Basis4,
                                      LightMapLayout::Basis8, LightMapLayout::Basis12, LightMapLayout::Basis16, LightMapLayout::Godot,
                                      LightMapLayout::MonoSh, LightMapLayout::Bakery, LightMapLayout::Halo3, LightMapLayout::Halo3Linear,
                                      LightMapLayout::Hdr, LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5)),
-    nameOf);
+    test::nameOfSceneAndLayout);
 
 class TightBoundsSoak : public testing::TestWithParam<SceneAndLayout> {};
 TEST_P(TightBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {
     const auto& [scene, layout] = GetParam();
-    if (!std::filesystem::exists(fileOf(scene))) GTEST_SKIP() << "the shared scenes are not here";
-    const Map map(fileOf(scene), layout, 3);
+    if (!std::filesystem::exists(test::lightMapOf(scene))) GTEST_SKIP() << "the shared scenes are not here";
+    const Map map(test::lightMapOf(scene), layout, 3);
     const Tightness median = tightness(map, 200);
     fmt::print("tight {:8} {:11} diffuse {:.2f}, with tolerance {:.2f}; specular {:.2f}, with tolerance {:.2f}\n", scene,
                formats::info(layout).name, median.diffuseIdeal, median.diffuse, median.specularIdeal, median.specular);
@@ -466,13 +453,13 @@ TEST_P(TightBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {
     EXPECT_LE(median.specular, 6);
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, TightBoundsSoak,
-                         testing::Combine(testing::ValuesIn(kScenes),
+                         testing::Combine(testing::ValuesIn(test::kPublicScenes),
                                           testing::Values(LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio,
                                                           LightMapLayout::Zh3, LightMapLayout::Sh4, LightMapLayout::Basis3,
                                                           LightMapLayout::Basis4, LightMapLayout::Basis8, LightMapLayout::Basis16,
                                                           LightMapLayout::Godot, LightMapLayout::MonoSh, LightMapLayout::Bakery,
                                                           LightMapLayout::Halo3, LightMapLayout::Halo3Linear)),
-                         nameOf);
+                         test::nameOfSceneAndLayout);
 
 }  // namespace
 }  // namespace lightcook

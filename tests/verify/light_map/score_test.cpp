@@ -17,7 +17,7 @@ namespace {
 
 using synthetic::Kind;
 
-constexpr int kWidth = 46, kHeight = 38;
+constexpr int kScoreWidth = 46, kScoreHeight = 38;
 
 double keyOf(const formats::LightMapStrip& band) {
     verify::LightMapKey key;
@@ -40,24 +40,25 @@ Coded code(const formats::LightMapStrip& band, formats::LightMapLayout layout) {
     compress::EncodeOptions options;
     options.effort = 2;
     const auto plan = synthetic::planOf(layout, formats::Target::Bc, band, options);
-    const auto rows = compress::encodeLightMapRows(plan, band, 0, kHeight, options);
+    const auto rows = compress::encodeLightMapRows(plan, band, 0, kScoreHeight, options);
     verify::DecodedLightMapRows texels;
     for (std::size_t t = 0; t < rows.textures.size(); ++t) {
         texels.textures.emplace_back();
         for (const auto& bytes : rows.textures[t].layers) {
-            texels.textures.back().emplace_back(kWidth, kHeight);
+            texels.textures.back().emplace_back(kScoreWidth, kScoreHeight);
             verify::decodeRows(plan.textures[t].format, bytes, texels.textures.back().back().view());
         }
     }
-    const verify::CookedLightMap map{std::string(formats::info(layout).name), plan.constants, kWidth, kHeight};
+    const verify::CookedLightMap map{std::string(formats::info(layout).name), plan.constants, kScoreWidth, kScoreHeight};
     const auto verifier = verify::LightMapVerifier::create(map, {}, {}, keyOf(band));
-    return {verifier->reconstruct(texels, 0, kHeight), verifier->verifyRows(texels, band, 0, kHeight).figures().back().atTexels.value()};
+    return {verifier->reconstruct(texels, 0, kScoreHeight),
+            verifier->verifyRows(texels, band, 0, kScoreHeight).figures().back().atTexels.value()};
 }
 
 TEST(LightMapScore, AgreesWithTheVerifierForOurOwnLayouts) {
     for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::Night})
         for (const auto layout : {formats::LightMapLayout::Ratio, formats::LightMapLayout::Luvw, formats::LightMapLayout::Basis8}) {
-            const auto band = synthetic::makeBand(kind, kWidth, 0, kHeight);
+            const auto band = synthetic::makeBand(kind, kScoreWidth, 0, kScoreHeight);
             const Coded coded = code(band, layout);
             const auto errors = scoreFor(band).score(band, coded.decoded.view(), 0);
             const auto diffuse = errors.diffuse.figures(), specular = errors.specular.figures();
@@ -71,7 +72,7 @@ TEST(LightMapScore, AgreesWithTheVerifierForOurOwnLayouts) {
 
 /// Layouts that lack directions or bands are shaded like every other: the light that they lose is an error.
 TEST(LightMapScore, AgreesWithTheVerifierForLayoutsThatLackLight) {
-    const auto band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+    const auto band = synthetic::makeBand(Kind::Gradient, kScoreWidth, 0, kScoreHeight);
     int lacking = 0;
     for (const formats::LightMapLayoutInfo& row : formats::allLightMapLayouts()) {
         if (row.lacks.empty()) continue;
@@ -118,7 +119,7 @@ TEST(LightMapScore, ShadesWithTheLobeOfTheScene) {
 }
 
 TEST(LightMapScore, IsZeroForTheBakeAndTheScaleOfAScaledOne) {
-    const auto band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+    const auto band = synthetic::makeBand(Kind::Gradient, kScoreWidth, 0, kScoreHeight);
     const auto score = scoreFor(band);
     formats::Image<lighting::ShRgb> result = band.sh.copy();
     EXPECT_EQ(score.score(band, result.view(), 0).diffuse.figures().maxSampled, 0);
@@ -131,14 +132,14 @@ TEST(LightMapScore, IsZeroForTheBakeAndTheScaleOfAScaledOne) {
 }
 
 TEST(LightMapScore, StripsMergeToTheWhole) {
-    const auto band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+    const auto band = synthetic::makeBand(Kind::Gradient, kScoreWidth, 0, kScoreHeight);
     const auto score = scoreFor(band);
     formats::Image<lighting::ShRgb> result = band.sh.copy();
     for (lighting::ShRgb& sh : result.texels()) sh[2] *= 0.9f;
     const auto whole = score.score(band, result.view(), 0);
     verify::ShadedErrors merged;
-    for (int row = 0; row < kHeight; row += 12)
-        merged.merge(score.score(band, std::as_const(result).view().rows(row, std::min(12, kHeight - row)), row));
+    for (int row = 0; row < kScoreHeight; row += 12)
+        merged.merge(score.score(band, std::as_const(result).view().rows(row, std::min(12, kScoreHeight - row)), row));
     EXPECT_NEAR(merged.diffuse.figures().relRms, whole.diffuse.figures().relRms, 1e-14);
     EXPECT_EQ(merged.diffuse.figures().p99, whole.diffuse.figures().p99);
     EXPECT_EQ(merged.specular.figures().maxSampled, whole.specular.figures().maxSampled);
@@ -146,11 +147,11 @@ TEST(LightMapScore, StripsMergeToTheWhole) {
 }
 
 TEST(LightMapScore, TexelsOutsideChartsDoNotCountAndNotANumberIsTheWorst) {
-    const auto band = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+    const auto band = synthetic::makeBand(Kind::Gradient, kScoreWidth, 0, kScoreHeight);
     const auto score = scoreFor(band);
     formats::Image<lighting::ShRgb> result = band.sh.copy();
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x)
+    for (int y = 0; y < kScoreHeight; ++y)
+        for (int x = 0; x < kScoreWidth; ++x)
             if (band.covered.at(x, y) == 0) result.at(x, y).fill(glm::vec3(std::numeric_limits<float>::quiet_NaN()));
     EXPECT_EQ(score.score(band, result.view(), 0).diffuse.figures().maxSampled, 0);
     result.at(1, 1)[0].y = std::numeric_limits<float>::quiet_NaN();

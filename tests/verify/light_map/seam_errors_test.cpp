@@ -17,7 +17,7 @@ namespace {
 
 using formats::LightMapStrip;
 
-constexpr int kWidth = 24, kHeight = 12;
+constexpr int kSeamsWidth = 24, kSeamsHeight = 12;
 constexpr double kY0 = 0.28209479177387814;
 
 /// Returns constant light with some exit radiance.
@@ -29,12 +29,13 @@ lighting::ShRgb constant(const glm::vec3& exit) {
 
 /// A map with two charts of one plane: columns 1 to 8 and 13 to 20 of rows 1 to 10. Uncovered texels hold no light.
 struct TwoCharts {
-    LightMapStrip bake{0, {kWidth, kHeight}, {kWidth, kHeight}, {kWidth, kHeight, glm::vec3(0, 0, 1)}, {}, {}, 0};
+    LightMapStrip bake{0, {kSeamsWidth, kSeamsHeight}, {kSeamsWidth, kSeamsHeight}, {kSeamsWidth, kSeamsHeight, glm::vec3(0, 0, 1)}, {}, {},
+                       0};
     DecodedLightMapRows cooked;
 
     TwoCharts() {
         auto& layers = cooked.textures.emplace_back();
-        for (std::size_t i = 0; i < lighting::kShCount; ++i) layers.emplace_back(kWidth, kHeight);
+        for (std::size_t i = 0; i < lighting::kShCount; ++i) layers.emplace_back(kSeamsWidth, kSeamsHeight);
     }
     static int chartOf(int x, int y) {
         if (y < 1 || y > 10) return -1;
@@ -64,13 +65,13 @@ struct TwoCharts {
         edge.uv[1] = {uv(12.5, 1), uv(12.5, 10)};
         return edge;
     }
-    static glm::dvec2 uv(double x, double y) { return (glm::dvec2(x, y) + 0.5) / glm::dvec2(kWidth, kHeight); }
+    static glm::dvec2 uv(double x, double y) { return (glm::dvec2(x, y) + 0.5) / glm::dvec2(kSeamsWidth, kSeamsHeight); }
 
 private:
     template <class Work>
     static void forEach(Work&& work) {
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x) work(x, y, chartOf(x, y));
+        for (int y = 0; y < kSeamsHeight; ++y)
+            for (int x = 0; x < kSeamsWidth; ++x) work(x, y, chartOf(x, y));
     }
 };
 
@@ -85,7 +86,7 @@ struct Meter {
         : shading(shadingOf(hasNormalMaps, isSpecular)), verifier(verifierOf(viewing, shading, key)) {}
 
     SeamErrors errors(const TwoCharts& charts, const SplitEdge& edge) const {
-        const glm::dvec2 size(kWidth, kHeight);
+        const glm::dvec2 size(kSeamsWidth, kSeamsHeight);
         const int count = edge.placeCount(size);
         std::vector<std::vector<lighting::ShRgb>> lights;
         std::vector<LitSeamPlace> places;
@@ -115,7 +116,7 @@ private:
     static LightMapVerifier verifierOf(const Viewing& viewing, const LightMapShading& shading, double key) {
         LightMapSampling sampling;
         sampling.bounds = false;
-        CookedLightMap map{"raw", {{"range", {1.0f}}}, kWidth, kHeight};
+        CookedLightMap map{"raw", {{"range", {1.0f}}}, kSeamsWidth, kSeamsHeight};
         return std::move(*LightMapVerifier::create(map, shading, sampling, key, viewing));
     }
 };
@@ -259,13 +260,14 @@ TEST(SeamErrors, MergingKeepsOneEntryForEachEdge) {
 /// Light of a place is what reconstruct decodes there, for every layout, and its bake that of the covered texels.
 TEST(SeamErrors, LightAtAPlaceIsThatOfTheShader) {
     for (const formats::LightMapLayout layout : test::kEveryLayout) {
-        const auto cooked = test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight), layout, formats::Target::Bc, 0);
+        const auto cooked =
+            test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kSeamsWidth, 0, kSeamsHeight), layout, formats::Target::Bc, 0);
         const LightMapVerifier verifier = cooked.verifier();
         constexpr int kPlaces = 3;
-        const auto decoded = verifier.reconstruct(cooked.texels, 0, kHeight, kPlaces);
+        const auto decoded = verifier.reconstruct(cooked.texels, 0, kSeamsHeight, kPlaces);
         std::vector<lighting::ShRgb> light(verifier.lightCount());
-        for (int y = kPlaces; y < kPlaces * (kHeight - 1); y += 5)
-            for (int x = kPlaces; x < kPlaces * (kWidth - 1); x += 4) {
+        for (int y = kPlaces; y < kPlaces * (kSeamsHeight - 1); y += 5)
+            for (int x = kPlaces; x < kPlaces * (kSeamsWidth - 1); x += 4) {
                 const glm::dvec2 at((x + 0.5) / kPlaces - 0.5, (y + 0.5) / kPlaces - 0.5);
                 if (cooked.reference.covered.at(x / kPlaces, y / kPlaces) == 0) continue;
                 ASSERT_TRUE(verifier.lightAt(cooked.texels, cooked.reference, at, light));

@@ -22,14 +22,14 @@ using test::SampledPlace;
 using test::ShadingRows;
 using verify::Random;
 
-constexpr int kWidth = 46, kHeight = 38, kBlock = 12;
+constexpr int kBoundWidth = 46, kBoundHeight = 38, kBoundBlock = 12;
 
 /// Light of strong colours with hard edges, dark charts and rims.
 formats::LightMapStrip harsh() {
-    formats::LightMapStrip strip = synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight);
+    formats::LightMapStrip strip = synthetic::makeBand(Kind::Gradient, kBoundWidth, 0, kBoundHeight);
     Random random(5);
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kBoundHeight; ++y)
+        for (int x = 0; x < kBoundWidth; ++x) {
             const bool isDark = (x / 5 + y / 7) % 3 == 0;
             const glm::vec3 tint = (x / 9) % 2 == 0 ? glm::vec3(1, 0.1f, 0.02f) : glm::vec3(0.1f, 0.3f, 1);
             for (glm::vec3& c : strip.sh.at(x, y)) c *= (isDark ? 0.002f : 1.0f) * tint;
@@ -40,9 +40,9 @@ formats::LightMapStrip harsh() {
 
 std::vector<formats::LightMapStrip> strips() {
     std::vector<formats::LightMapStrip> out;
-    out.push_back(synthetic::makeBand(Kind::Gradient, kWidth, 0, kHeight));
-    out.push_back(synthetic::makeBand(Kind::NegativeBands, kWidth, 0, kHeight));
-    out.push_back(synthetic::makeBand(Kind::Spikes, kWidth, 0, kHeight));
+    out.push_back(synthetic::makeBand(Kind::Gradient, kBoundWidth, 0, kBoundHeight));
+    out.push_back(synthetic::makeBand(Kind::NegativeBands, kBoundWidth, 0, kBoundHeight));
+    out.push_back(synthetic::makeBand(Kind::Spikes, kBoundWidth, 0, kBoundHeight));
     out.push_back(harsh());
     return out;
 }
@@ -60,12 +60,12 @@ TEST_P(VisibleBoundOfLayout, IsNeverExceeded) {
         const auto verifier = verify::LightMapVerifier::create(cooked.map, test::sampledShading(), {}, cooked.key, viewing);
         ASSERT_TRUE(verifier.has_value());
         const auto start = std::chrono::steady_clock::now();
-        constexpr int kAcross = (kWidth + kBlock - 1) / kBlock, kDown = (kHeight + kBlock - 1) / kBlock;
+        constexpr int kAcross = (kBoundWidth + kBoundBlock - 1) / kBoundBlock, kDown = (kBoundHeight + kBoundBlock - 1) / kBoundBlock;
         std::array<std::array<verify::LightMapVerifier::AreaVisibleBound, kAcross>, kDown> bounds;
         for (int y = 0; y < kDown; ++y)
             for (int x = 0; x < kAcross; ++x)
                 bounds[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)] =
-                    verifier->visibleBound(cooked.texels, cooked.reference, {kBlock * x, kBlock * y, kBlock, kBlock});
+                    verifier->visibleBound(cooked.texels, cooked.reference, {kBoundBlock * x, kBoundBlock * y, kBoundBlock, kBoundBlock});
         const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         Random random(++seed);
         double nearestDiffuse = 0, nearestSpecular = 0;
@@ -73,8 +73,8 @@ TEST_P(VisibleBoundOfLayout, IsNeverExceeded) {
             const auto [x, y] = sampler.covered[static_cast<std::size_t>(random.next() * static_cast<double>(sampler.covered.size()))];
             const SampledPlace place = sampler.placeAt(x, y, random);
             const auto light = sampler.lightAt(place);
-            const auto& bound = bounds[static_cast<std::size_t>(std::max(place.quadY(), 0) / kBlock)]
-                                      [static_cast<std::size_t>(std::max(place.quadX(), 0) / kBlock)];
+            const auto& bound = bounds[static_cast<std::size_t>(std::max(place.quadY(), 0) / kBoundBlock)]
+                                      [static_cast<std::size_t>(std::max(place.quadX(), 0) / kBoundBlock)];
             for (int group = 0; group < 2; ++group) {
                 const auto first = static_cast<std::size_t>(random.below(128)) * ShadingRows::kLanes;
                 std::array<float, ShadingRows::kLanes> diffuse, specular;

@@ -10,22 +10,21 @@
 #include <numeric>
 
 #include "tests/verify/on_all_cores.h"
+#include "tests/verify/public_scenes.h"
 #include "tests/verify/visible_sampler.h"
 
 namespace lightcook {
 namespace {
 
 using formats::LightMapLayout;
+using test::medianOf;
 using test::onAllCores;
 using test::SampledPlace;
+using test::SceneAndLayout;
 using test::ShadingRows;
 using verify::Random;
 
-constexpr int kBlock = 64;
-
-std::filesystem::path fileOf(const std::string& scene) {
-    return std::filesystem::path(LIGHTCOOK_SHARED_DATA) / "scenes" / (scene + "_lightmap.exr");
-}
+constexpr int kSceneBlock = 64;
 
 /// The rows of all samples.
 const ShadingRows& rowsOf(bool isSpecular) {
@@ -47,12 +46,12 @@ public:
     /// Returns the blocks with at least a quarter of covered texels.
     std::vector<verify::TexelArea> blocks() const {
         std::vector<verify::TexelArea> out;
-        for (int y = 0; y < cooked_.map.height; y += kBlock)
-            for (int x = 0; x < cooked_.map.width; x += kBlock) {
+        for (int y = 0; y < cooked_.map.height; y += kSceneBlock)
+            for (int x = 0; x < cooked_.map.width; x += kSceneBlock) {
                 const auto count = std::ranges::count_if(sampler.covered, [&](const auto& texel) {
-                    return texel.first / kBlock == x / kBlock && texel.second / kBlock == y / kBlock;
+                    return texel.first / kSceneBlock == x / kSceneBlock && texel.second / kSceneBlock == y / kSceneBlock;
                 });
-                if (4 * count >= kBlock * kBlock) out.push_back({x, y, kBlock, kBlock});
+                if (4 * count >= kSceneBlock * kSceneBlock) out.push_back({x, y, kSceneBlock, kSceneBlock});
             }
         return out;
     }
@@ -61,7 +60,7 @@ public:
 
 private:
     static test::Cooked cook(const std::string& scene, LightMapLayout layout, int effort) {
-        const auto reader = formats::LightMapReader::open(fileOf(scene), {});
+        const auto reader = formats::LightMapReader::open(test::lightMapOf(scene), {});
         EXPECT_TRUE(reader.has_value());
         auto band = reader->read(0, reader->height());
         EXPECT_TRUE(band.has_value());
@@ -174,28 +173,15 @@ private:
     std::vector<Start> starts_;
 };
 
-double medianOf(std::vector<double> values) {
-    std::ranges::sort(values);
-    return values.empty() ? 0 : values[values.size() / 2];
-}
-
-using SceneAndLayout = std::tuple<const char*, LightMapLayout>;
-std::string nameOf(const testing::TestParamInfo<SceneAndLayout>& tested) {
-    std::string name = std::string(std::get<0>(tested.param)) + "_" + std::string(formats::info(std::get<1>(tested.param)).name);
-    std::ranges::replace(name, '-', '_');
-    return name;
-}
-constexpr auto kScenes = {"cornell", "interior", "outdoor", "zdm2_sun"};
-
 /// Compares random shadings with the bound of their block.
-void expectWithinTheBound(const std::string& scene, LightMapLayout layout, int effort, std::int64_t shadings) {
-    if (!std::filesystem::exists(fileOf(scene))) GTEST_SKIP() << "the shared scenes are not here";
+void expectVisibleWithinTheBound(const std::string& scene, LightMapLayout layout, int effort, std::int64_t shadings) {
+    if (!std::filesystem::exists(test::lightMapOf(scene))) GTEST_SKIP() << "the shared scenes are not here";
     const SceneMap map(scene, layout, effort);
-    const int across = (map.width() + kBlock - 1) / kBlock, down = (map.height() + kBlock - 1) / kBlock;
+    const int across = (map.width() + kSceneBlock - 1) / kSceneBlock, down = (map.height() + kSceneBlock - 1) / kSceneBlock;
     std::vector<verify::LightMapVerifier::AreaVisibleBound> bounds(static_cast<std::size_t>(across * down));
     onAllCores(bounds.size(), [&](std::size_t i) {
         const auto block = static_cast<int>(i);
-        bounds[i] = map.bound({kBlock * (block % across), kBlock * (block / across), kBlock, kBlock});
+        bounds[i] = map.bound({kSceneBlock * (block % across), kSceneBlock * (block / across), kSceneBlock, kSceneBlock});
     });
     constexpr std::size_t kPlaces = 1024, kGroups = 8;
     constexpr auto kEach = static_cast<std::int64_t>(kPlaces * kGroups * 2 * ShadingRows::kLanes);
@@ -207,8 +193,8 @@ void expectWithinTheBound(const std::string& scene, LightMapLayout layout, int e
                 map.sampler.covered[static_cast<std::size_t>(random.next() * static_cast<double>(map.sampler.covered.size()))];
             const SampledPlace place = map.sampler.placeAt(x, y, random);
             const auto light = map.sampler.lightAt(place);
-            const auto& bound =
-                bounds[static_cast<std::size_t>(std::max(place.quadY(), 0) / kBlock * across + std::max(place.quadX(), 0) / kBlock)];
+            const auto& bound = bounds[static_cast<std::size_t>(std::max(place.quadY(), 0) / kSceneBlock * across +
+                                                                std::max(place.quadX(), 0) / kSceneBlock)];
             for (std::size_t group = 0; group < kGroups; ++group)
                 for (const bool isSpecular : {false, true}) {
                     std::array<float, ShadingRows::kLanes> found;
@@ -223,24 +209,25 @@ void expectWithinTheBound(const std::string& scene, LightMapLayout layout, int e
 
 class VisibleScenes : public testing::TestWithParam<SceneAndLayout> {};
 TEST_P(VisibleScenes, NoShadingExceedsTheBoundOfItsBlock) {
-    expectWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 1, 1'000'000);
+    expectVisibleWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 1, 1'000'000);
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, VisibleScenes,
                          testing::Combine(testing::Values("cornell"), testing::Values(LightMapLayout::Ratio, LightMapLayout::Basis4)),
-                         nameOf);
+                         test::nameOfSceneAndLayout);
 
 class VisibleScenesSoak : public testing::TestWithParam<SceneAndLayout> {};
 TEST_P(VisibleScenesSoak, NoShadingExceedsTheBoundOfItsBlock) {
-    expectWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 3, 25'000'000);
+    expectVisibleWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 3, 25'000'000);
 }
 /// A thousand million in total.
-INSTANTIATE_TEST_SUITE_P(Scenes, VisibleScenesSoak, testing::Combine(testing::ValuesIn(kScenes), testing::ValuesIn(test::kEveryLayout)),
-                         nameOf);
+INSTANTIATE_TEST_SUITE_P(Scenes, VisibleScenesSoak,
+                         testing::Combine(testing::ValuesIn(test::kPublicScenes), testing::ValuesIn(test::kEveryLayout)),
+                         test::nameOfSceneAndLayout);
 
 class TightVisibleBoundsSoak : public testing::TestWithParam<SceneAndLayout> {};
 TEST_P(TightVisibleBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {
     const auto& [scene, layout] = GetParam();
-    if (!std::filesystem::exists(fileOf(scene))) GTEST_SKIP() << "the shared scenes are not here";
+    if (!std::filesystem::exists(test::lightMapOf(scene))) GTEST_SKIP() << "the shared scenes are not here";
     const SceneMap map(scene, layout, 3);
     std::vector<verify::TexelArea> blocks = map.blocks();
     constexpr std::size_t kMost = 16;
@@ -270,7 +257,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, TightVisibleBoundsSoak,
                          testing::Combine(testing::Values("cornell", "interior"),
                                           testing::Values(LightMapLayout::Luvw, LightMapLayout::Ratio, LightMapLayout::Basis4,
                                                           LightMapLayout::Raw, LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5)),
-                         nameOf);
+                         test::nameOfSceneAndLayout);
 
 }  // namespace
 }  // namespace lightcook

@@ -17,7 +17,7 @@ namespace {
 
 using formats::LightMapStrip;
 
-constexpr int kWidth = 24, kHeight = 16;
+constexpr int kVisibleWidth = 24, kVisibleHeight = 16;
 
 /// Differences of all samples, sorted.
 struct Sorted {
@@ -34,8 +34,8 @@ struct Sorted {
 Sorted diffuseDifferences(const LightMapStrip& reference, const formats::Image<lighting::ShRgb>& found, double tilt,
                           const lighting::Display& display) {
     Sorted sorted;
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kVisibleHeight; ++y)
+        for (int x = 0; x < kVisibleWidth; ++x) {
             if (reference.covered.at(x, y) == 0) continue;
             const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(reference.normal.at(x, y)));
             for (int i = -1; i < (tilt > 0 ? 24 : 0); ++i) {
@@ -70,10 +70,10 @@ formats::Image<lighting::ShRgb> rounded(const LightMapStrip& bake, float share) 
 TEST(VisibleError, OfDiffuseLightIsThatOfTheDefinition) {
     for (const synthetic::Kind kind : {synthetic::Kind::Gradient, synthetic::Kind::Night})
         for (const double tilt : {0.0, 60.0}) {
-            const LightMapStrip bake = synthetic::makeBand(kind, kWidth, 0, kHeight);
+            const LightMapStrip bake = synthetic::makeBand(kind, kVisibleWidth, 0, kVisibleHeight);
             const formats::Image<lighting::ShRgb> found = rounded(bake, 0.2f);
             LightMapKey key;
-            key.add(bake, 0, kHeight);
+            key.add(bake, 0, kVisibleHeight);
             const Viewing viewing{lighting::DisplaySettings{}.of(key.displayKey())};
             LightMapShading shading;
             shading.normalMapTilt = tilt;
@@ -97,10 +97,10 @@ TEST(VisibleError, OfDiffuseLightIsThatOfTheDefinition) {
 }
 
 TEST(VisibleError, OfSpecularLightIsThatOfItsKernels) {
-    const LightMapStrip bake = synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight);
+    const LightMapStrip bake = synthetic::makeBand(synthetic::Kind::Gradient, kVisibleWidth, 0, kVisibleHeight);
     const formats::Image<lighting::ShRgb> found = rounded(bake, 0.3f);
     LightMapKey key;
-    key.add(bake, 0, kHeight);
+    key.add(bake, 0, kVisibleHeight);
     const Viewing viewing{lighting::DisplaySettings{}.of(key.displayKey())};
     LightMapShading shading;
     shading.m = {0.3};
@@ -110,8 +110,8 @@ TEST(VisibleError, OfSpecularLightIsThatOfItsKernels) {
     const ErrorFigures figures = score->score(bake, found.view(), 0).specularFigures();
     ASSERT_TRUE(figures.visible.has_value());
     double largest = 0;
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kVisibleHeight; ++y)
+        for (int x = 0; x < kVisibleWidth; ++x) {
             if (bake.covered.at(x, y) == 0) continue;
             const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(bake.normal.at(x, y)));
             for (int i = 0; i < shading.viewCount; ++i) {
@@ -136,7 +136,7 @@ TEST(VisibleError, OfSpecularLightIsThatOfItsKernels) {
 }
 
 TEST(VisibleError, OfTheBakeItselfIsNoneAndWithoutAViewingThereIsNone) {
-    const LightMapStrip bake = synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight);
+    const LightMapStrip bake = synthetic::makeBand(synthetic::Kind::Gradient, kVisibleWidth, 0, kVisibleHeight);
     const auto score = LightMapScore::create({}, 1, Viewing{});
     const ShadedErrors errors = score->score(bake, bake.sh.view(), 0);
     EXPECT_EQ(errors.diffuseFigures().visible->max, 0);
@@ -145,11 +145,12 @@ TEST(VisibleError, OfTheBakeItselfIsNoneAndWithoutAViewingThereIsNone) {
 }
 
 TEST(VisibleError, OfStripsMergedIsThatOfTheWhole) {
-    const LightMapStrip bake = synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight);
+    const LightMapStrip bake = synthetic::makeBand(synthetic::Kind::Gradient, kVisibleWidth, 0, kVisibleHeight);
     const formats::Image<lighting::ShRgb> found = rounded(bake, 0.2f);
     const auto score = LightMapScore::create({}, 1, Viewing{});
     ShadedErrors merged;
-    for (int row = 0; row < kHeight; row += 5) merged.merge(score->score(bake, found.view().rows(row, std::min(5, kHeight - row)), row));
+    for (int row = 0; row < kVisibleHeight; row += 5)
+        merged.merge(score->score(bake, found.view().rows(row, std::min(5, kVisibleHeight - row)), row));
     const VisibleFigures whole = *score->score(bake, found.view(), 0).diffuseFigures().visible, parts = *merged.diffuseFigures().visible;
     EXPECT_EQ(parts.p99, whole.p99);
     EXPECT_EQ(parts.max, whole.max);
@@ -159,10 +160,10 @@ TEST(VisibleError, OfStripsMergedIsThatOfTheWhole) {
 
 TEST(LightMapKey, OfTheDisplayIsTheDefinition) {
     for (const synthetic::Kind kind : {synthetic::Kind::Gradient, synthetic::Kind::Night, synthetic::Kind::Spikes}) {
-        const LightMapStrip bake = synthetic::makeBand(kind, kWidth, 0, kHeight);
+        const LightMapStrip bake = synthetic::makeBand(kind, kVisibleWidth, 0, kVisibleHeight);
         std::vector<double> luminances;
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x)
+        for (int y = 0; y < kVisibleHeight; ++y)
+            for (int x = 0; x < kVisibleWidth; ++x)
                 if (bake.covered.at(x, y) != 0)
                     luminances.push_back(static_cast<double>(
                         glm::dot(lighting::lambertExitRadiance(bake.sh.at(x, y), bake.normal.at(x, y), glm::vec3(1)).value,
@@ -171,11 +172,11 @@ TEST(LightMapKey, OfTheDisplayIsTheDefinition) {
         for (const double y : luminances) mean += std::max(y, 0.0) / static_cast<double>(luminances.size());
         for (const double y : luminances) logs += std::log(std::max(y, mean / 1024)) / static_cast<double>(luminances.size());
         LightMapKey key, top, bottom;
-        key.add(bake, 0, kHeight);
+        key.add(bake, 0, kVisibleHeight);
         EXPECT_NEAR(key.displayKey(), std::exp(logs), 1e-3 * std::exp(logs));
         EXPECT_GE(key.displayKey(), key.key() * (1 - 1e-3));
         top.add(bake, 0, 7);
-        bottom.add(bake, 7, kHeight - 7);
+        bottom.add(bake, 7, kVisibleHeight - 7);
         bottom.merge(top);
         EXPECT_EQ(bottom.displayKey(), key.displayKey());
         EXPECT_EQ(bottom.key(), key.key());
@@ -184,11 +185,11 @@ TEST(LightMapKey, OfTheDisplayIsTheDefinition) {
 
 /// The verdict is that of the surface; figures of texel centres stand beside it, and the largest error is that of both.
 TEST(VisibleError, OfTheWholeIsThatOfTheSurface) {
-    test::Cooked cooked =
-        test::cook(synthetic::makeBand(synthetic::Kind::Spikes, kWidth, 0, kHeight), formats::LightMapLayout::Luvw, formats::Target::Bc, 1);
+    test::Cooked cooked = test::cook(synthetic::makeBand(synthetic::Kind::Spikes, kVisibleWidth, 0, kVisibleHeight),
+                                     formats::LightMapLayout::Luvw, formats::Target::Bc, 1);
     const auto verifier = LightMapVerifier::create(cooked.map, {}, {}, cooked.key, Viewing{});
     ASSERT_TRUE(verifier.has_value());
-    const LightMapErrors errors = verifier->verifyRows(cooked.texels, cooked.reference, 0, kHeight);
+    const LightMapErrors errors = verifier->verifyRows(cooked.texels, cooked.reference, 0, kVisibleHeight);
     const auto stages = errors.figures();
     const VisibleFigures total = *stages.back().diffuse.visible, surface = errors.surface.visibleDiffuse.figures(),
                          centres = *stages[stages.size() - 2].diffuse.visible;
@@ -204,7 +205,7 @@ TEST(VisibleError, OfTheWholeIsThatOfTheSurface) {
 TEST(LightMapTrial, MeasuresEveryStageOnTheSurface) {
     for (const auto layout : {formats::LightMapLayout::Ratio, formats::LightMapLayout::Basis8}) {
         const test::Cooked cooked =
-            test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight), layout, formats::Target::Bc, 1);
+            test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kVisibleWidth, 0, kVisibleHeight), layout, formats::Target::Bc, 1);
         LightMapSampling trial;
         trial.isForTrial = true;
         trial.bounds = false;
@@ -219,30 +220,30 @@ TEST(LightMapTrial, MeasuresEveryStageOnTheSurface) {
 
 /// Squares of diffuse light on the surface are, but for the directions, those of its figures.
 TEST(LightMapStages, HaveTheSquaresOfTheSurface) {
-    test::Cooked cooked = test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight), formats::LightMapLayout::Basis8,
-                                     formats::Target::Bc, 1);
+    test::Cooked cooked = test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kVisibleWidth, 0, kVisibleHeight),
+                                     formats::LightMapLayout::Basis8, formats::Target::Bc, 1);
     LightMapSampling sampling;
     sampling.bounds = false;
-    const LightMapErrors errors = cooked.verifier({}, sampling).verifyRows(cooked.texels, cooked.reference, 0, kHeight);
+    const LightMapErrors errors = cooked.verifier({}, sampling).verifyRows(cooked.texels, cooked.reference, 0, kVisibleHeight);
     const double onSurface = errors.surface.diffuseFigures().relRms;
     EXPECT_NEAR(errors.stages[2].surface.relRms(), onSurface, 0.3 * onSurface) << "hemispheres of the normals beside the sphere";
     EXPECT_GT(errors.stages[1].surface.relRms(), errors.stages[2].surface.relRms()) << "the residual is of this map";
-    cooked.texels.textures[2][0] = formats::Image<glm::vec4>(kWidth, kHeight, glm::vec4(1));
-    const LightMapErrors wrong = cooked.verifier({}, sampling).verifyRows(cooked.texels, cooked.reference, 0, kHeight);
+    cooked.texels.textures[2][0] = formats::Image<glm::vec4>(kVisibleWidth, kVisibleHeight, glm::vec4(1));
+    const LightMapErrors wrong = cooked.verifier({}, sampling).verifyRows(cooked.texels, cooked.reference, 0, kVisibleHeight);
     EXPECT_EQ(wrong.stages[1].surface.relRms(), errors.stages[1].surface.relRms());
     EXPECT_GT(wrong.stages[2].surface.relRms(), 2 * wrong.stages[1].surface.relRms()) << "the residual is of no map";
 }
 
 /// Every covered texel has as many places as another, also at the rims of charts and at the edges of the map.
 TEST(SurfacePlaces, LieEvenlyOnTheFootprintsOfCoveredTexels) {
-    const test::Cooked cooked = test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight), formats::LightMapLayout::Raw,
-                                           formats::Target::Float, 1);
+    const test::Cooked cooked = test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kVisibleWidth, 0, kVisibleHeight),
+                                           formats::LightMapLayout::Raw, formats::Target::Float, 1);
     std::int64_t covered = 0;
     for (const std::uint8_t each : cooked.reference.covered.texels()) covered += each != 0;
     LightMapSampling sampling;
     sampling.placesPerTexel = 64;
     sampling.bounds = false;
-    const LightMapErrors errors = cooked.verifier({}, sampling).verifyRows(cooked.texels, cooked.reference, 0, kHeight);
+    const LightMapErrors errors = cooked.verifier({}, sampling).verifyRows(cooked.texels, cooked.reference, 0, kVisibleHeight);
     const double texels = static_cast<double>(errors.surface.diffuse.sampleCount()) /
                           static_cast<double>(errors.stages[0].errors.diffuse.sampleCount()) * static_cast<double>(covered) / 64;
     EXPECT_NEAR(texels, static_cast<double>(covered), 0.01 * static_cast<double>(covered));
