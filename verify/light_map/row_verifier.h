@@ -6,8 +6,8 @@
 //   3. Every quad is bounded (quads.h, rim_bounds.h), beginning with those that had the worst samples: large bounds found early save
 //      refinements.
 //
-// Templates of one layout each: only the sources that instantiate them (rows_direct.cpp, rows_learned.cpp, rows_residual.cpp) include
-// this header. Others include verified_rows.h.
+// Templates of one layout each: only the sources that instantiate them (rows_*.cpp) include this header. Others include
+// verified_rows.h.
 #pragma once
 
 #include "verify/light_map/quads.h"

@@ -1,7 +1,7 @@
 // Verification of rows, one instance for each layout. Private to verify/.
 //
-// The instances are compiled in several sources, because one source with all of them takes most of a minute. A layout without an instance
-// does not link: add it to rows_direct.cpp, rows_learned.cpp or rows_residual.cpp.
+// The instances are compiled in several sources (rows_*.cpp), because one source with all of them takes two minutes. A layout without an
+// instance does not link: add it to the source of its kind.
 #pragma once
 
 #include "verify/light_map.h"
