@@ -66,9 +66,11 @@ struct LightMapRepairs {
 
 /// Counts of the texels of a strip by coverage and normal. A texel counts as covered if it has both.
 struct LightMapCoverage {
-    std::int64_t inside = 0;         ///< texels with coverage.Y > 0.5; all texels of a file without coverage.Y
-    std::int64_t withoutNormal = 0;  ///< of these, texels whose normal is zero, which do not count as covered
-    float largest = 0;               ///< largest coverage.Y
+    std::int64_t inside = 0;          ///< texels with coverage.Y > 0.5; all texels of a file without coverage.Y
+    std::int64_t withoutNormal = 0;   ///< of these, texels whose normal is shorter than 1/2, which do not count as covered
+    std::int64_t oddNormals = 0;      ///< of these, texels whose normal is far from unit length
+    std::int64_t encodedNormals = 0;  ///< of these, texels whose normal n is no unit vector, but 2 n - 1 is: stored as a colour
+    float smallest = 0, largest = 0;  ///< coverage.Y
 
     LightMapCoverage& operator+=(const LightMapCoverage& other);
 };

@@ -65,6 +65,16 @@ tl::unexpected<Error> Canonicalizer::refuse(ErrorCode code, const std::string& c
     return failure(code, fmt::format("{}, channel {}, texel ({}, {})", file_, channel, x, y), std::move(detail));
 }
 
+/// Lengths of normals that a baker's filter may leave, and more than rounding does.
+constexpr double kShortNormal = 0.8, kLongNormal = 1.25;
+
+/// Returns true for a normal that is no unit vector, but is one as a colour: n = (unit + 1) / 2.
+bool isEncodedNormal(const glm::vec3& normal) {
+    constexpr double kTolerance = 0.03;  // of 8 bits
+    const auto isUnit = [&](const glm::dvec3& vector) { return std::abs(glm::length(vector) - 1) <= kTolerance; };
+    return !isUnit(glm::dvec3(normal)) && isUnit(2.0 * glm::dvec3(normal) - 1.0);
+}
+
 /// Returns true if texel (x, y) of the strip lies inside a chart, and stores its normal then.
 Result<bool> Canonicalizer::isCovered(const RawStrip& raw, int x, int y, LightMapStrip& strip) const {
     if (raw.coverage.width() > 0) {
@@ -74,6 +84,7 @@ Result<bool> Canonicalizer::isCovered(const RawStrip& raw, int x, int y, LightMa
             ++strip.repairs.notFinite;
             return false;
         }
+        strip.coverage.smallest = std::min(strip.coverage.smallest, coverage);
         strip.coverage.largest = std::max(strip.coverage.largest, coverage);
         if (!(coverage > 0.5f)) return false;
     }
@@ -88,6 +99,8 @@ Result<bool> Canonicalizer::isCovered(const RawStrip& raw, int x, int y, LightMa
         return false;
     }
     const double length = glm::length(glm::dvec3(normal));
+    strip.coverage.oddNormals += length < kShortNormal || length > kLongNormal ? 1 : 0;
+    strip.coverage.encodedNormals += isEncodedNormal(normal) ? 1 : 0;
     if (length <= 0.5) {  // bakers write zero where they have no surface
         ++strip.coverage.withoutNormal;
         return false;

@@ -114,6 +114,9 @@ LightMapRepairs& LightMapRepairs::operator+=(const LightMapRepairs& other) {
 LightMapCoverage& LightMapCoverage::operator+=(const LightMapCoverage& other) {
     inside += other.inside;
     withoutNormal += other.withoutNormal;
+    oddNormals += other.oddNormals;
+    encodedNormals += other.encodedNormals;
+    smallest = std::min(smallest, other.smallest);
     largest = std::max(largest, other.largest);
     return *this;
 }

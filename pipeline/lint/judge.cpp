@@ -27,6 +27,12 @@ constexpr std::int64_t kMostBlackTexels = 64;
 constexpr double kMostGapsWithoutCoverage = 0.01;
 /// Share of covered texels that may lack a normal.
 constexpr double kMostWithoutNormal = 0.001;
+/// Share of covered texels whose normal may be far from unit length, and share from which on normals are taken for colours.
+constexpr double kMostOddNormals = 0.05, kEncodedNormals = 0.9;
+/// Coverage that is 1 but for rounding.
+constexpr double kMostCoverage = 1.01, kLeastCoverage = -0.01;
+/// Shares of a probe's texels with a channel of exactly 1, its largest value: more than a highlight, and less than a painted image.
+constexpr double kLeastClipped = 0.001, kMostClipped = 0.9;
 /// Keys that halves and BC6H hold with their usual precision.
 constexpr double kDarkestKey = 1e-4, kBrightestKey = 3e4;
 /// Shares of the texels that a mesh reads.
@@ -69,7 +75,7 @@ public:
     Findings judge() {
         judgeCoverage();
         if (facts_.covered == 0) return std::move(findings_);
-        if (!judgeDirections()) judgeBands();
+        if (!hasEncodedNormals() && !judgeDirections()) judgeBands();
         judgeLight();
         return std::move(findings_);
     }
@@ -86,8 +92,13 @@ private:
                        fmt::format("found coverage.Y of at most {:.3g} in {} x {} texels, expected more than 0.5 inside charts",
                                    facts_.largestCoverage, facts_.width, facts_.height),
                        {{"largest_coverage", facts_.largestCoverage}});
+        if (facts_.smallestCoverage < kLeastCoverage || facts_.largestCoverage > kMostCoverage)
+            add(LintCheck::CoverageRange, "file",
+                fmt::format("found coverage.Y from {:.3g} to {:.3g}, expected 0 (outside charts) to 1 (inside)", facts_.smallestCoverage,
+                            facts_.largestCoverage),
+                {{"smallest_coverage", facts_.smallestCoverage}, {"largest_coverage", facts_.largestCoverage}});
         const double withoutNormal = share(facts_.withoutNormal, facts_.inside);
-        if (facts_.hasCoverage || withoutNormal == 1) judgeNormals(withoutNormal);
+        if (facts_.hasNormals) judgeNormals(withoutNormal);
         const double gaps = share(facts_.withoutNormal + facts_.black, facts_.inside);
         if (facts_.hasCoverage || facts_.covered == 0 || gaps <= kMostGapsWithoutCoverage) return;
         const std::string taken = facts_.hasNormals ? "; those with a normal count as covered" : "; all count as covered";
@@ -97,15 +108,38 @@ private:
             {{"gaps", gaps}});
     }
 
+    /// Normals that count as none may be encoded, too: some are shorter than 1/2.
+    bool hasEncodedNormals() const {
+        const auto normals = static_cast<double>(facts_.inside - facts_.withoutNormal);
+        return facts_.encodedNormals > 0 && static_cast<double>(facts_.encodedNormals) >= kEncodedNormals * normals;
+    }
+
     void judgeNormals(double withoutNormal) {
+        if (hasEncodedNormals()) {
+            const double encoded = share(facts_.encodedNormals, facts_.inside);
+            return add(
+                LintCheck::EncodedNormals, "file",
+                fmt::format("found normals n of which 2 n - 1 has unit length in {} of {} texels inside charts, expected unit normals",
+                            percent(encoded), facts_.inside),
+                {{"share", encoded}});
+        }
+        // Normals that count as none have a check of their own.
+        const std::int64_t normals = facts_.inside - facts_.withoutNormal;
+        const double odd = share(facts_.oddNormals - facts_.withoutNormal, normals);
+        if (odd > kMostOddNormals)
+            add(LintCheck::NormalLength, "file",
+                fmt::format("found normals far from unit length in {} of {} texels inside charts, expected unit normals", percent(odd),
+                            normals),
+                {{"share", odd}});
         if (withoutNormal == 1)
             add(LintCheck::ZeroNormals, "file",
-                fmt::format("found a normal of zero in all {} texels inside charts, expected unit normals", facts_.inside),
-                {{"share", withoutNormal}});
-        else if (withoutNormal > kMostWithoutNormal)
-            add(LintCheck::SomeZeroNormals, "file",
-                fmt::format("found a normal of zero in {} of {} texels inside charts, expected unit normals", percent(withoutNormal),
+                fmt::format("found a normal of zero, or shorter than 1/2, in all {} texels inside charts, expected unit normals",
                             facts_.inside),
+                {{"share", withoutNormal}});
+        else if (facts_.hasCoverage && withoutNormal > kMostWithoutNormal)
+            add(LintCheck::SomeZeroNormals, "file",
+                fmt::format("found a normal of zero, or shorter than 1/2, in {} of {} texels inside charts, expected unit normals",
+                            percent(withoutNormal), facts_.inside),
                 {{"share", withoutNormal}});
     }
 
@@ -232,10 +266,16 @@ Findings judgeProbe(const ProbeEntry& entry, const ProbeFacts& facts) {
     const auto finding = [&](LintCheck check, const char* key, std::string found, std::map<std::string, double> figures) {
         return Findings{makeFinding(check, entry.name, entry.file, {"probe", entry.name, key}, std::move(found), std::move(figures))};
     };
+    if (facts.largest == 0) return finding(LintCheck::BlackProbe, "file", "found no light in the whole image, expected some", {});
     if (facts.isEightBit)
         return finding(LintCheck::EightBitProbe, "file",
                        fmt::format("found only 256 levels and values up to {:.3g}, expected radiance without a bound", facts.largest),
                        {{"largest", facts.largest}});
+    if (facts.largest == 1 && facts.atLargest >= kLeastClipped && facts.atLargest <= kMostClipped)
+        return finding(
+            LintCheck::ClippedProbe, "file",
+            fmt::format("found a largest value of 1, in {} of the texels, expected radiance without a bound", percent(facts.atLargest)),
+            {{"share", facts.atLargest}});
     if (!facts.shDifference || *facts.shDifference <= kMostShDifference) return {};
     const double decoded = facts.shDifferenceDecoded.value_or(HUGE_VAL);
     const std::string what =

@@ -108,6 +108,9 @@ public:
         part.key.add(strip, strip.firstRow, strip.sh.height());
         part.facts.inside = strip.coverage.inside;
         part.facts.withoutNormal = strip.coverage.withoutNormal;
+        part.facts.oddNormals = strip.coverage.oddNormals;
+        part.facts.encodedNormals = strip.coverage.encodedNormals;
+        part.facts.smallestCoverage = strip.coverage.smallest;
         part.facts.largestCoverage = strip.coverage.largest;
         for (int y = 0; y < strip.sh.height(); ++y) {
             std::vector<float>& light = part.light.emplace_back(static_cast<std::size_t>(strip.sh.width()), -1.0f);
@@ -166,6 +169,9 @@ private:
 void merge(LightMapFacts& whole, const LightMapFacts& part) {
     whole.inside += part.inside;
     whole.withoutNormal += part.withoutNormal;
+    whole.oddNormals += part.oddNormals;
+    whole.encodedNormals += part.encodedNormals;
+    whole.smallestCoverage = std::min(whole.smallestCoverage, part.smallestCoverage);
     whole.largestCoverage = std::max(whole.largestCoverage, part.largestCoverage);
     whole.covered += part.covered;
     whole.black += part.black;

@@ -60,8 +60,11 @@ Result<ActionOutcome> lintProbe(const ActionContext& context) {
     if (!loaded) return tl::make_unexpected(loaded.error());
     formats::Environment& environment = loaded->environment;
     ProbeFacts facts;
-    for (const glm::vec3& texel : environment.texels.texels())
-        facts.largest = std::max({facts.largest, 1.0 * texel.x, 1.0 * texel.y, 1.0 * texel.z});
+    const auto& texels = environment.texels.texels();
+    const auto largestOf = [](const glm::vec3& texel) { return 1.0 * std::max({texel.x, texel.y, texel.z}); };
+    for (const glm::vec3& texel : texels) facts.largest = std::max(facts.largest, largestOf(texel));
+    const auto atLargest = std::ranges::count(texels, facts.largest, largestOf);
+    facts.atLargest = static_cast<double>(atLargest) / static_cast<double>(texels.size());
     facts.isEightBit =
         hasEightBits(environment.texels, [](double value) { return value; }) || hasEightBits(environment.texels, encodedSrgb);
     const ShRgb projected = fit::projectEnvironment(environment);

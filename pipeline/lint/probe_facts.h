@@ -13,6 +13,7 @@ namespace lightcook::pipeline {
 struct ProbeFacts {
     bool isEightBit = false;                         ///< every value is one of 256 levels in [0, 1], linear or under the sRGB curve
     double largest = 0;                              ///< largest channel of any texel
+    double atLargest = 0;                            ///< share of the texels with a channel of that value
     double meanRadiance = 0;                         ///< mean luminance over the sphere
     std::optional<double> shDifference = {};         ///< RMS of image's SH minus given SH, over the RMS of the given SH
     std::optional<double> shDifferenceDecoded = {};  ///< the same after a gamma curve of 2.2 is undone in the image
@@ -21,6 +22,7 @@ template <class Fields, Is<ProbeFacts> Self>
 void describe(Fields& fields, Self& facts) {
     fields.required("is_eight_bit", facts.isEightBit, "true if every value is one of 256 levels in [0, 1], linear or under the sRGB curve");
     fields.required("largest", facts.largest, "largest channel of any texel");
+    fields.required("at_largest", facts.atLargest, "share of the texels with a channel of that value");
     fields.required("mean_radiance", facts.meanRadiance, "mean luminance over the sphere");
     fields.optional("sh_difference", facts.shDifference, "RMS of the image's SH minus the given SH, over the RMS of the given SH");
     fields.optional("sh_difference_decoded", facts.shDifferenceDecoded, "the same after a gamma curve of 2.2 is undone in the image");

@@ -92,6 +92,15 @@ inline void eightBitProbe(const PlantedScene& scene) {
     editProbeValues(scene, [](float value) { return std::round(255 * std::min(1.0f, underCurve(value))) / 255; });
 }
 
+/// No light above 1, in floats.
+inline void clippedProbe(const PlantedScene& scene) {
+    editProbeValues(scene, [](float value) { return std::min(1.0f, value); });
+}
+
+inline void blackProbe(const PlantedScene& scene) {
+    editProbeValues(scene, [](float) { return 0.0f; });
+}
+
 inline void probeOfAnotherPlace(const PlantedScene& scene) {
     scene.editProbe([](Channels& probe) {
         for (auto& [name, texels] : probe.values) std::ranges::reverse(texels);
@@ -125,6 +134,30 @@ inline void zeroNormals(const PlantedScene& scene) {
     scene.editLightMap([](Channels& map) {
         for (const char* name : {"normal.X", "normal.Y", "normal.Z"}) map[name].assign(map[name].size(), 0);
     });
+}
+
+inline void editNormals(const PlantedScene& scene, float (*edit)(float)) {
+    scene.editLightMap([&](Channels& map) {
+        for (const char* name : {"normal.X", "normal.Y", "normal.Z"}) std::ranges::transform(map[name], map[name].begin(), edit);
+    });
+}
+
+inline void encodedNormals(const PlantedScene& scene) {
+    editNormals(scene, [](float value) { return 0.5f * value + 0.5f; });
+}
+
+inline void longNormals(const PlantedScene& scene) {
+    editNormals(scene, [](float value) { return 3 * value; });
+}
+
+inline void coverageOf255(const PlantedScene& scene) {
+    scene.editLightMap([](Channels& map) {
+        for (float& value : map["coverage.Y"]) value *= 255;
+    });
+}
+
+inline void negativeCoverage(const PlantedScene& scene) {
+    scene.editLightMap([](Channels& map) { map["coverage.Y"][map.index(100, 7)] = -1; });
 }
 
 inline void someZeroNormals(const PlantedScene& scene) {

@@ -151,6 +151,20 @@ TEST(Lint, NamesAProbeOfEightBits) {
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("eight-bit-probe"));
 }
 
+TEST(Lint, NamesAProbeWhoseLightIsCutAtOne) {
+    const PlantedScene scene;
+    faults::clippedProbe(scene);
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("clipped-probe"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("found a largest value of 1, in "));
+}
+
+TEST(Lint, NamesAProbeWithoutLight) {
+    const PlantedScene scene;
+    faults::blackProbe(scene);
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre("black-probe"));
+}
+
 TEST(Lint, NamesAProbeWhoseShIsAnother) {
     const PlantedScene scene;
     faults::probeOfAnotherPlace(scene);
@@ -190,6 +204,34 @@ TEST(Lint, RefusesCoverageThatIsNotFinite) {
     ASSERT_FALSE(outcome.errors.empty());
     EXPECT_EQ(outcome.errors[0].code, ErrorCode::ValueNotFinite);
     EXPECT_THAT(outcome.errors[0].line(), HasSubstr("cornell_lightmap.exr, channel coverage.Y, texel (100, 7): found nan"));
+}
+
+TEST(Lint, RefusesCoverageOutsideItsRange) {
+    for (const auto& [fault, found] :
+         {std::pair(&faults::coverageOf255, "from 0 to 255"), std::pair(&faults::negativeCoverage, "from -1 to 1")}) {
+        const PlantedScene scene;
+        fault(scene);
+        const Outcome outcome = scene.lint();
+        ASSERT_THAT(codesOf(outcome), ElementsAre("coverage-range"));
+        EXPECT_EQ(outcome.errors.size(), 1u);
+        EXPECT_THAT(outcome.findings[0].found, HasSubstr(found));
+    }
+}
+
+TEST(Lint, RefusesNormalsThatAreStoredAsColours) {
+    const PlantedScene scene;
+    faults::encodedNormals(scene);
+    const Outcome outcome = scene.lint();
+    EXPECT_THAT(codesOf(outcome), ElementsAre("encoded-normals"));
+    EXPECT_FALSE(outcome.errors.empty());
+}
+
+TEST(Lint, NamesNormalsFarFromUnitLength) {
+    const PlantedScene scene;
+    faults::longNormals(scene);
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("normal-length"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("100.0 % of 43254"));
 }
 
 TEST(Lint, RefusesNormalsThatAreAllZero) {
