@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <utility>
 
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
@@ -49,6 +50,18 @@ struct ImageError {
     }
 };
 
+/// Fails if one of the first channels of an image is not finite: no figure says how far off it is.
+Result<void> checkFinite(const formats::PlainImage& image, int channels, const std::filesystem::path& file) {
+    const auto& texels = image.texels;
+    for (int y = 0; y < texels.height(); ++y)
+        for (int x = 0; x < texels.width(); ++x)
+            for (int c = 0; c < channels; ++c)
+                if (const float value = texels.at(x, y)[c]; !std::isfinite(value))
+                    return failure(ErrorCode::ValueNotFinite, fmt::format("{}, channel {}, texel ({}, {})", file.string(), c, x, y),
+                                   fmt::format("found {}, expected a finite value", value));
+    return {};
+}
+
 Result<Json> compareImages(const std::filesystem::path& a, const std::filesystem::path& b) {
     const auto first = readAnyImage(a), second = readAnyImage(b);
     if (!first) return tl::make_unexpected(first.error());
@@ -58,6 +71,8 @@ Result<Json> compareImages(const std::filesystem::path& a, const std::filesystem
                        fmt::format("found {} x {} texels, expected {} x {} as in {}", second->texels.width(), second->texels.height(),
                                    first->texels.width(), first->texels.height(), a.string()));
     const int channels = std::min({first->channelCount, second->channelCount, 4});
+    for (const auto& [image, file] : {std::pair(&*first, a), std::pair(&*second, b)})
+        if (const auto checked = checkFinite(*image, channels, file); !checked) return tl::make_unexpected(checked.error());
     ImageError error;
     for (std::size_t i = 0; i < first->texels.texels().size(); ++i)
         for (int c = 0; c < channels; ++c)
@@ -88,8 +103,14 @@ Result<Json> compareScenes(const std::filesystem::path& a, const std::filesystem
 
 Result<Json> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b) {
     std::error_code code;
-    const bool areFolders = std::filesystem::is_directory(a, code) && std::filesystem::is_directory(b, code);
-    return areFolders ? compareScenes(a, b) : compareImages(a, b);
+    const bool isFirst = std::filesystem::is_directory(a, code), isSecond = std::filesystem::is_directory(b, code);
+    if (isFirst != isSecond) {
+        const auto &folder = isFirst ? a : b, &other = isFirst ? b : a;
+        return failure(ErrorCode::FileUnreadable, other.string(),
+                       fmt::format("found {}, expected a cooked folder as {} is",
+                                   std::filesystem::exists(other, code) ? "a file" : "no such folder", folder.string()));
+    }
+    return isFirst ? compareScenes(a, b) : compareImages(a, b);
 }
 
 CommandFunction defineCompare(CLI::App& app) {

@@ -5,6 +5,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -256,9 +257,14 @@ decodes to -1 like byte -127; the encoder writes only the latter.)");
         options->json.prepare(session);
         const auto facts = encodeTexture(*options, session.threads);
         if (!facts) return options->json.finish(session, facts);
-        for (const char* key : {"clamped_high", "clamped_negative", "repaired"})
-            if (facts->at(key).get<std::int64_t>() > 0)
-                session.terminal.warning(options->input.string(), fmt::format("{} values {}", facts->at(key).get<std::int64_t>(), key));
+        constexpr std::array<std::pair<const char*, const char*>, 3> kChanges = {{
+            {"clamped_high", "values beyond the range of the format, which became its end"},
+            {"clamped_negative", "negative values, which became 0"},
+            {"repaired", "values repaired"},
+        }};
+        for (const auto& [key, words] : kChanges)
+            if (const auto count = facts->at(key).get<std::int64_t>(); count > 0)
+                session.terminal.warning(options->input.string(), fmt::format("found {} {}", count, words));
         return options->json.finish(session, facts);
     };
 }

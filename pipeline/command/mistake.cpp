@@ -7,6 +7,7 @@
 #include <CLI/Formatter.hpp>
 #include <algorithm>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "formats/nearest.h"
@@ -17,7 +18,7 @@
 namespace lightcook::pipeline {
 namespace {
 
-enum class ParseResult { Fine, Unknown, BadValue, TooFew, Other };
+enum class ParseResult { Fine, Unknown, BadValue, TooFew, Excluded, Other };
 
 struct Attempt {
     ParseResult result = ParseResult::Fine;
@@ -25,7 +26,7 @@ struct Attempt {
 };
 
 void requireNothing(CLI::App& app) {
-    app.require_subcommand(0);
+    app.require_subcommand(0, 1);  // a file may have the name of a command
     for (CLI::Option* option : app.get_options()) option->required(false);
     for (CLI::App* sub : app.get_subcommands(nullptr)) requireNothing(*sub);
 }
@@ -50,6 +51,8 @@ Attempt attempt(std::span<const std::string> arguments) {
         return {ParseResult::BadValue, mistake.what()};
     } catch (const CLI::RequiresError&) {
         return {};  // the other option may follow
+    } catch (const CLI::ExcludesError& mistake) {
+        return {ParseResult::Excluded, mistake.what()};
     } catch (const CLI::CallForHelp&) {
         return {};
     } catch (const CLI::CallForVersion&) {
@@ -176,6 +179,20 @@ formats::Error tooFewValues(const Syntax& syntax, std::span<const std::string> a
     return refused(name, fmt::format("found {}, expected {}", hasSome ? "too few values" : "no value", expected));
 }
 
+/// Returns the options before and after a word of CLI11's message: "--fail-over" and "--baseline" of "--fail-over requires --baseline".
+std::optional<std::pair<std::string, std::string>> optionsAround(const std::string& message, const std::string& word) {
+    const std::size_t at = message.find(word);
+    if (at == std::string::npos || !isOption(message)) return std::nullopt;
+    return std::pair(message.substr(0, at), message.substr(at + word.size()));
+}
+
+/// Returns the error of two options of which a command takes only one.
+formats::Error excluded(const std::string& message) {
+    const auto options = optionsAround(message, " excludes ");
+    if (!options) return refused("command line", fmt::format("found a mistake ({}), expected what --help shows", message));
+    return refused(options->first, fmt::format("found {} beside it, expected one of them", options->second));
+}
+
 /// Returns the error of something that is missing from a command line without other mistakes.
 formats::Error missing(const Syntax& syntax, const std::string& message) {
     if (syntax.command() == nullptr)
@@ -184,6 +201,13 @@ formats::Error missing(const Syntax& syntax, const std::string& message) {
     if (const OptionDoc* positional = syntax.positional(name))
         return refused("command line",
                        fmt::format("found no {}, expected `lightcook {}`: {}", name, syntax.command()->usage(), positional->description));
+    if (const auto options = optionsAround(message, " requires "))
+        return refused(options->first, fmt::format("found no {}, expected it beside this option", options->second));
+    if (const auto option = optionsAround(message, " is required")) {
+        const OptionDoc* const known = syntax.option(option->first);
+        return refused("command line", fmt::format("found no {}, expected `lightcook {}`{}", option->first, syntax.command()->usage(),
+                                                   known != nullptr ? ": " + known->description : ""));
+    }
     return refused("command line", fmt::format("found a mistake ({}), expected `lightcook {}`", message, syntax.command()->usage()));
 }
 
@@ -200,6 +224,7 @@ formats::Error firstMistake(std::span<const std::string> arguments, const std::s
         isWaiting = tried.result == ParseResult::TooFew;
         if (tried.result == ParseResult::Unknown) return unknownArgument(syntax, part.back());
         if (tried.result == ParseResult::BadValue) return badValue(syntax, part, tried.message);
+        if (tried.result == ParseResult::Excluded) return excluded(tried.message);
         if (tried.result == ParseResult::Other)
             return refused("command line", fmt::format("found a mistake ({}), expected what --help shows", tried.message));
     }

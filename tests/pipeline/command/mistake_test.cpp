@@ -57,6 +57,28 @@ TEST(Mistake, SaysWhatAValueMayBe) {
     EXPECT_THAT(mistakeOf("encode a b --format bc7 --effort"), StartsWith("--effort: found no value, expected 0 to 9"));
 }
 
+TEST(Mistake, TakesFilesThatHaveTheNameOfACommand) {
+    EXPECT_THAT(mistakeOf("verify demo --samples -1"), StartsWith("--samples: found '-1', expected 0 to 1000000"));
+    EXPECT_THAT(mistakeOf("reconstruct out lightmap x.exr --supersample 17"), StartsWith("--supersample: found '17', expected 1 to 16"));
+    EXPECT_THAT(mistakeOf("verify out demo"), HasSubstr("found 'demo' after everything that verify takes"));
+    EXPECT_THAT(mistakeOf("-q report demo lut --no-such"), HasSubstr("'--no-such', expected an option of report"));
+}
+
+TEST(Mistake, SaysWhichOptionsGoTogether) {
+    EXPECT_EQ(mistakeOf("cook scene.toml --charts pack --keep-uv"), "--charts: found --keep-uv beside it, expected one of them");
+    const auto firstLine = [](std::vector<const char*> arguments) {
+        GlobalOptions global;
+        arguments.insert(arguments.begin(), "lightcook");
+        testing::internal::CaptureStderr();
+        EXPECT_EQ(parseCommandLine(static_cast<int>(arguments.size()), arguments.data(), global).exitCode, 2);
+        return testing::internal::GetCapturedStderr();
+    };
+    EXPECT_THAT(firstLine({"report", "out", "--fail-over", "5"}),
+                HasSubstr("--fail-over: found no --baseline, expected it beside this option"));
+    EXPECT_THAT(firstLine({"plan", "scene.toml"}),
+                HasSubstr("command line: found no --ninja, expected `lightcook plan scene [options]`: "));
+}
+
 TEST(Mistake, SaysWhatIsMissingLast) {
     EXPECT_THAT(mistakeOf(""), AllOf(HasSubstr("found no command"), HasSubstr("cook, init, lint, verify, report")));
     GlobalOptions global;
