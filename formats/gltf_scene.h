@@ -50,8 +50,8 @@ struct MeshError {
 
 struct GlbChanges;
 
-/// A glTF or GLB file, Draco-compressed or not. load() refuses missing buffers, indices out of range, and positions or UVs that are not
-/// finite; the error names the file and the accessor.
+/// A glTF or GLB file, Draco-compressed or not. load() refuses missing buffers, indices out of range, positions or UVs that are not finite,
+/// and what breaks the rules of gltf/scene_rules.h; the error names the file and the accessor, node or material.
 class GltfScene {
 public:
     static Result<GltfScene> load(const std::filesystem::path& file);
@@ -82,7 +82,7 @@ public:
     std::vector<const TriangleMesh*> triangleMeshes() const;
     /// A triangle primitive in the world. Meshes that several nodes draw come several times; those that no node draws are left out.
     struct Placed {
-        const TriangleMesh* mesh;
+        const TriangleMesh* mesh;  ///< one of triangleMeshes()
         glm::dmat4 worldFromMesh;
     };
     std::vector<Placed> placedMeshes() const;

@@ -16,6 +16,7 @@
 #include "formats/gltf/material_needs.h"
 #include "formats/gltf/node_placement.h"
 #include "formats/gltf/primitive.h"
+#include "formats/gltf/scene_rules.h"
 #include "formats/pending_file.h"
 
 namespace lightcook::formats {
@@ -74,6 +75,7 @@ struct GltfScene::State {
     bool hasLightMapUvs = false;
 
     explicit State(const std::filesystem::path& file) : document(file), primitives(readPrimitives(document)) {
+        checkSceneRules(document);
         readMaterials();
         hasLightMapUvs = !primitives.empty();
         std::set<std::uint64_t> counted;

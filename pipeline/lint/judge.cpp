@@ -37,6 +37,8 @@ constexpr double kLeastClipped = 0.001, kMostClipped = 0.9;
 constexpr double kDarkestKey = 1e-4, kBrightestKey = 3e4;
 /// Shares of the texels that a mesh reads.
 constexpr double kMostUncovered = 0.005, kMostShared = 0.03;
+/// Share of the light-map UV area that may lie on triangles without area in the world: slivers.
+constexpr double kMostFlat = 0.5;
 /// Time by which a mesh may be newer: copies and checkouts write the files of a scene in any order.
 constexpr double kNewerHours = 1;
 /// Difference of a probe's image and its SH.
@@ -259,6 +261,19 @@ Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts) {
             fmt::format("found {} of the {} texels that the mesh reads in two or more triangles, expected 0 %", percent(shared),
                         facts.read),
             {{"shared", shared}});
+    if (facts.mostDrawn > 1)
+        add(LintCheck::DrawnTwice, fmt::format("found a mesh that {} nodes draw, expected one", facts.mostDrawn),
+            {{"nodes", static_cast<double>(facts.mostDrawn)}});
+    const double flat = facts.uvArea > 0 ? facts.flatUvArea / facts.uvArea : 0;
+    if (flat > kMostFlat)
+        add(LintCheck::FlatTriangles,
+            fmt::format("found {} of the area of light-map UVs on triangles without area in the world, expected 0 %", percent(flat)),
+            {{"share", flat}});
+    else if (const double lacking = share(facts.withoutNormal, facts.vertices); lacking > kMostWithoutNormal)
+        add(LintCheck::MeshNormals,
+            fmt::format("found a normal of zero, or shorter than 1/2, at {} of {} vertices, expected unit normals", percent(lacking),
+                        facts.vertices),
+            {{"share", lacking}});
     return findings;
 }
 

@@ -1,5 +1,12 @@
 #include "pipeline/lint/mesh_facts.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <map>
+
 #include "formats/epic_light_maps.h"
 #include "formats/gltf_scene.h"
 #include "pipeline/assets/mesh/mesh.h"
@@ -37,6 +44,46 @@ bool addMesh(const formats::TriangleMesh& mesh, UvRaster& raster, MeshFacts& fac
     return true;
 }
 
+/// Measures the triangles of a mesh as a node draws them.
+void addPlaced(const formats::GltfScene::Placed& placed, MeshFacts& facts) {
+    const formats::MeshAttribute &uvs = *placed.mesh->find("TEXCOORD_1"), &positions = *placed.mesh->find("POSITION");
+    const auto areaOf = [](const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
+        return glm::length(glm::cross(b - a, c - a)) / 2;
+    };
+    const auto world = [&](std::uint32_t vertex) { return glm::dvec3(placed.worldFromMesh * glm::dvec4(positions.at(vertex), 1)); };
+    const auto uv = [&](std::uint32_t vertex) { return glm::dvec3(glm::dvec2(uvs.at(vertex)), 0); };
+    for (std::size_t i = 0; i + 2 < placed.mesh->indices.size(); i += 3) {
+        const std::uint32_t* const corner = &placed.mesh->indices[i];
+        const double area = areaOf(uv(corner[0]), uv(corner[1]), uv(corner[2]));
+        facts.uvArea += area;
+        if (areaOf(world(corner[0]), world(corner[1]), world(corner[2])) == 0) facts.flatUvArea += area;
+    }
+}
+
+std::int64_t verticesWithoutNormal(const formats::TriangleMesh& mesh) {
+    constexpr double kShortest = 0.5;
+    const formats::MeshAttribute* const normals = mesh.find("NORMAL");
+    std::int64_t count = 0;
+    for (std::size_t vertex = 0; normals != nullptr && vertex < mesh.vertexCount(); ++vertex)
+        count += glm::length(normals->at(vertex)) < kShortest ? 1 : 0;
+    return count;
+}
+
+/// Counts what the nodes of a scene draw. Fails for a scene that shows no triangles.
+Result<void> addScene(const formats::GltfScene& scene, const std::string& file, MeshFacts& facts) {
+    using formats::ErrorCode, formats::failure;
+    if (scene.triangleMeshes().empty()) return failure(ErrorCode::WrongShape, file, "found no triangles, expected the mesh that was baked");
+    const auto placed = scene.placedMeshes();
+    if (placed.empty())
+        return failure(ErrorCode::WrongShape, file, "found no node that draws a mesh of triangles, expected the scene that was baked");
+    std::map<const formats::TriangleMesh*, std::int64_t> draws;
+    for (const auto& each : placed) facts.mostDrawn = std::max(facts.mostDrawn, ++draws[each.mesh]);
+    if (!facts.hasUvs) return {};
+    for (const auto& each : placed) addPlaced(each, facts);
+    for (const formats::TriangleMesh* mesh : scene.triangleMeshes()) facts.withoutNormal += verticesWithoutNormal(*mesh);
+    return {};
+}
+
 /// Returns the covered texels of a light map.
 Result<TexelSet> coverageOf(LightMapSource& source, const ActionContext& context) {
     TexelSet covered(source.width(), source.height());
@@ -65,6 +112,8 @@ Result<ActionOutcome> lintMesh(const ActionContext& context) {
     MeshFacts facts;
     const std::vector<const formats::TriangleMesh*> meshes = scene->triangleMeshes();
     facts.hasUvs = !meshes.empty() && std::ranges::all_of(meshes, [](const auto* mesh) { return mesh->find("TEXCOORD_1") != nullptr; });
+    if (const auto counted = addScene(*scene, context.action.inputs.at(kMeshRole).string(), facts); !counted)
+        return tl::make_unexpected(counted.error());
     if (!facts.hasUvs) return outcomeWith(facts);
     const auto source = openLightMap(context, parameters->description);
     if (!source) return tl::make_unexpected(source.error());

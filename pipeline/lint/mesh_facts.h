@@ -16,6 +16,9 @@ struct MeshFacts {
     std::int64_t uncovered = 0;           ///< of these, texels outside charts
     std::int64_t uncoveredIfFlipped = 0;  ///< the same with V upside down
     std::int64_t shared = 0;              ///< texels that two or more triangles read
+    std::int64_t withoutNormal = 0;       ///< vertices whose normal is shorter than 1/2
+    std::int64_t mostDrawn = 0;           ///< nodes that draw one mesh, at most
+    double uvArea = 0, flatUvArea = 0;    ///< [UV units squared] of all triangles as drawn, and of those without area in the world
 };
 template <class Fields, Is<MeshFacts> Self>
 void describe(Fields& fields, Self& facts) {
@@ -26,6 +29,10 @@ void describe(Fields& fields, Self& facts) {
     fields.required("uncovered", facts.uncovered, "of these, texels outside charts");
     fields.required("uncovered_if_flipped", facts.uncoveredIfFlipped, "the same with V upside down");
     fields.required("shared", facts.shared, "texels that two or more triangles read");
+    fields.required("without_normal", facts.withoutNormal, "vertices whose normal is shorter than 1/2");
+    fields.required("most_drawn", facts.mostDrawn, "nodes that draw one mesh, at most");
+    fields.required("uv_area", facts.uvArea, "light-map UV area of all triangles as nodes draw them");
+    fields.required("flat_uv_area", facts.flatUvArea, "the same of those without area in the world");
 }
 
 /// Parameters of the action. Its inputs are "source" (the light map) and "mesh".

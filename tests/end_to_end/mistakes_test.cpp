@@ -293,6 +293,9 @@ const std::vector<Mistake>& allMistakes() {
          [](const ExampleCopy& scene) { scene.replace("cornell_probes.json", "cornell_probe0.exr", "cornell_probe1.exr"); }},
         {"a list of probes nested 100,000 deep", "lightcook cook scene.toml",
          [](const ExampleCopy& scene) { writeContent(scene / "cornell_probes.json", std::string(100000, '[')); }},
+        {"a mesh that is its own child", "lightcook cook scene.toml", faults::meshBelowItself},
+        {"a mesh that no node draws", "lightcook cook scene.toml", faults::noNodes},
+        {"a roughness of 5 in the glTF", "lightcook cook scene.toml", faults::roughnessOfFive},
         {"the mesh is truncated", "lightcook info cornell.glb", [](const ExampleCopy& scene) { scene.truncate("cornell.glb", 0.5); }},
         {"a glTF nested 100,000 deep", "lightcook info deep.gltf",
          [](const ExampleCopy& scene) {
@@ -413,7 +416,10 @@ const std::vector<Mistake>& allMistakes() {
          }},
         {"a mesh of Unreal with a rectangle of the light map", "lightcook cook scene.toml",
          [](const ExampleCopy& scene) {
-             writeUnrealGltf(scene, 1, [](nlohmann::json& gltf) { gltf["nodes"][0]["mesh"] = 0; });
+             writeUnrealGltf(scene, 1, [](nlohmann::json& gltf) {
+                 gltf["nodes"][0]["mesh"] = 0;
+                 gltf["meshes"] = {{{"primitives", nlohmann::json::array()}}};
+             });
              writeContent(scene / "scene.toml",
                           "schema = 1\nname = \"level\"\n\n[output]\n\n[[light_map]]\nname = \"level\"\nfile = \"level.gltf\"\n"
                           "mesh = \"level.gltf\"\n");
@@ -448,6 +454,8 @@ const std::vector<Mistake>& allMistakes() {
         {"V of the mesh is flipped", kLint, faults::flippedV},
         {"UVs outside the light map", kLint, faults::uvsOutside},
         {"UVs that overlap", kLint, faults::overlappingUvs},
+        {"a mesh that two nodes draw", kLint, faults::drawnTwice},
+        {"a mesh with a scale of 0", "lightcook cook scene.toml", faults::flatTriangles},
         {"a material that no mesh has", kLint, faults::unknownMaterial},
         {"a mesh that is newer than its bake", kLint, faults::staleBake},
         {"a limit above 1", kLint, faults::limitAboveOne},

@@ -734,6 +734,7 @@ MaterialNeeds needsOf(const json& material) {
     const TemporaryFolder folder;
     GltfMaker maker = cube();
     maker.document["materials"][0] = material;
+    maker.document["textures"] = json::array({json::object()});
     maker.writeGlb(folder / "scene.glb");
     return loaded(folder / "scene.glb").materials()[0];
 }

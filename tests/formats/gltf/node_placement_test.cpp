@@ -7,14 +7,12 @@
 namespace lightcook::formats {
 namespace {
 
-using Json = nlohmann::json;
-
 glm::dvec3 originOf(const glm::dmat4& place) {
     return glm::dvec3(place * glm::dvec4(0, 0, 0, 1));
 }
 
 TEST(PlacesOfMeshes, MultiplyTheTransformsOfAllAncestors) {
-    const Json gltf = Json::parse(R"({"scene": 0, "scenes": [{"nodes": [0]}], "nodes": [
+    const nlohmann::json gltf = nlohmann::json::parse(R"({"scene": 0, "scenes": [{"nodes": [0]}], "nodes": [
         {"translation": [1, 2, 3], "rotation": [0, 0.7071067811865476, 0, 0.7071067811865476], "children": [1]},
         {"translation": [0, 0, 2], "scale": [2, 2, 2], "mesh": 4}]})");
     const auto places = placesOfMeshes(gltf);
@@ -26,7 +24,7 @@ TEST(PlacesOfMeshes, MultiplyTheTransformsOfAllAncestors) {
 }
 
 TEST(PlacesOfMeshes, AMeshDrawnTwiceHasTwoPlacesAndAnUndrawnOneNone) {
-    const Json gltf = Json::parse(R"({"scenes": [{"nodes": [0, 1]}], "nodes": [
+    const nlohmann::json gltf = nlohmann::json::parse(R"({"scenes": [{"nodes": [0, 1]}], "nodes": [
         {"mesh": 0}, {"mesh": 0, "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 7,8,9,1]}, {"mesh": 1}]})");
     const auto places = placesOfMeshes(gltf);
     EXPECT_EQ(places.at(0).size(), 2u);
@@ -34,17 +32,17 @@ TEST(PlacesOfMeshes, AMeshDrawnTwiceHasTwoPlacesAndAnUndrawnOneNone) {
 }
 
 TEST(PlacesOfMeshes, WithoutScenesTheRootsAreTheNodesWithoutParents) {
-    const Json gltf = Json::parse(R"({"nodes": [{"mesh": 0}, {"children": [0], "translation": [5, 0, 0]}]})");
+    const nlohmann::json gltf = nlohmann::json::parse(R"({"nodes": [{"mesh": 0}, {"children": [0], "translation": [5, 0, 0]}]})");
     EXPECT_EQ(originOf(placesOfMeshes(gltf).at(0)[0]).x, 5);
 }
 
 TEST(PlacesOfMeshes, ACycleEndsAndWrongShapesCountAsUntransformed) {
-    const Json gltf = Json::parse(R"({"scenes": [{"nodes": [0, 99, -1]}], "nodes": [
+    const nlohmann::json gltf = nlohmann::json::parse(R"({"scenes": [{"nodes": [0, 99, -1]}], "nodes": [
         {"children": [1], "translation": "far"}, {"children": [0, 1], "mesh": 0}]})");
     const auto places = placesOfMeshes(gltf);
     ASSERT_EQ(places.at(0).size(), 1u);
     EXPECT_EQ(places.at(0)[0], glm::dmat4(1));
-    EXPECT_TRUE(placesOfMeshes(Json::object()).empty());
+    EXPECT_TRUE(placesOfMeshes(nlohmann::json::object()).empty());
 }
 
 }  // namespace

@@ -225,6 +225,29 @@ inline void overlappingUvs(const PlantedScene& scene) {
     });
 }
 
+inline void drawnTwice(const PlantedScene& scene) {
+    scene.editMesh([](Glb& glb) {
+        glb.json["nodes"].push_back(glb.json["nodes"][0]);
+        glb.json["scenes"][0]["nodes"].push_back(glb.json["nodes"].size() - 1);
+    });
+}
+
+inline void flatTriangles(const PlantedScene& scene) {
+    scene.editMesh([](Glb& glb) { glb.json["nodes"][0]["scale"] = {0, 0, 0}; });
+}
+
+inline void meshBelowItself(const PlantedScene& scene) {
+    scene.editMesh([](Glb& glb) { glb.json["nodes"][0]["children"] = {0}; });
+}
+
+inline void noNodes(const PlantedScene& scene) {
+    scene.editMesh([](Glb& glb) { glb.json["scenes"][0]["nodes"].clear(); });
+}
+
+inline void roughnessOfFive(const PlantedScene& scene) {
+    scene.editMesh([](Glb& glb) { glb.json["materials"][0]["pbrMetallicRoughness"]["roughnessFactor"] = 5; });
+}
+
 inline void unknownMaterial(const PlantedScene& scene) {
     scene.replaceInScene("name = \"*\"", "name = \"whit\"");
 }

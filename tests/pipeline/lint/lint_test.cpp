@@ -274,6 +274,42 @@ TEST(Lint, NamesAnExposureThatNoScreenShows) {
 
 // Mesh
 
+TEST(Lint, NamesAMeshThatSeveralNodesDraw) {
+    const PlantedScene scene;
+    faults::drawnTwice(scene);
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("drawn-twice"));
+    EXPECT_EQ(outcome.findings[0].figures.at("nodes"), 2);
+}
+
+TEST(Lint, RefusesAMeshWithoutArea) {
+    const PlantedScene scene;
+    faults::flatTriangles(scene);
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("flat-triangles"));
+    EXPECT_EQ(outcome.findings[0].figures.at("share"), 1);
+    EXPECT_EQ(outcome.errors.size(), 1u);
+}
+
+TEST(Lint, NamesNormalsOfAMeshThatAreZero) {
+    const PlantedScene scene;
+    scene.editMesh([](Glb& glb) {
+        // The first primitive's NORMAL is all zeros.
+        nlohmann::json& normals = glb.json["accessors"][glb.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"].get<std::size_t>()];
+        normals.erase("bufferView");
+        normals["sparse"] = {{"count", 0}, {"indices", {{"componentType", 5123}, {"bufferView", 0}}}, {"values", {{"bufferView", 0}}}};
+    });
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre("mesh-normals"));
+}
+
+TEST(Lint, RefusesAMeshThatNoNodeDraws) {
+    const PlantedScene scene;
+    faults::noNodes(scene);
+    const Outcome outcome = scene.lint();
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_THAT(outcome.errors[0].line(), HasSubstr("cornell.glb: found no node that draws a mesh of triangles"));
+}
+
 TEST(Lint, NamesTheMeshOfAnotherScene) {
     const PlantedScene scene;
     faults::turnedUvs(scene);
