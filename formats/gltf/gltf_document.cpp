@@ -121,6 +121,10 @@ void GltfDocument::parse(std::span<const std::byte> bytes) {
         }
     }
     const auto* const first = reinterpret_cast<const char*>(text.data());
+    // Bytes that are no text at all would be named by the first rule that they break.
+    if (const std::size_t start = std::string_view(first, text.size()).find_first_not_of("\xEF\xBB\xBF \t\r\n");
+        start == std::string_view::npos || first[start] != '{')
+        fail(ErrorCode::FileUnreadable, "", "found no JSON object, expected a glTF 2.0 file");
     if (const auto fault = faultOfStructure({first, text.size()}, kDeepestJson))
         fail(ErrorCode::FileUnreadable, "", fmt::format("found {}, expected a glTF 2.0 file", *fault));
     json_ = Json::parse(first, first + text.size(), nullptr, false);

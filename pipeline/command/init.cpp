@@ -91,9 +91,7 @@ formats::Result<Json> writeScene(const InitOptions& options, Session& session) {
 
 CommandFunction defineInit(CLI::App& app) {
     const auto options = std::make_shared<InitOptions>();
-    app.add_option("inputs", options->inputs, "Light maps, meshes, environments and gradients, or folders that hold them")
-        ->required()
-        ->type_name(kFilePlaceholder);
+    addFilesOption(app, "inputs", options->inputs, "Light maps, meshes, environments and gradients, or folders that hold them")->required();
     addFileOption(app, "-o,--output", options->output, "The scene file; default: scene.toml in the folder that is named, else here");
     app.add_flag("--force", options->force, "Replace the scene file if it exists");
     options->json.add(app, "what each file was taken for");

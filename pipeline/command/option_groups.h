@@ -27,9 +27,11 @@ inline constexpr const char* kFolderPlaceholder = "FOLDER";
 inline constexpr const char* kPercentPlaceholder = "PERCENT";
 inline constexpr const char* kFractionPlaceholder = "FRACTION";
 
+/// Add an option that takes a file or a folder, one or several. An empty path is refused.
 CLI::Option* addFileOption(CLI::App& app, const std::string& names, std::filesystem::path& file, const std::string& description);
+CLI::Option* addFilesOption(CLI::App& app, const std::string& names, std::vector<std::filesystem::path>& files,
+                            const std::string& description);
 CLI::Option* addFolderOption(CLI::App& app, const std::string& names, std::filesystem::path& folder, const std::string& description);
-/// Adds an option that takes one or several folders.
 CLI::Option* addFoldersOption(CLI::App& app, const std::string& names, std::vector<std::filesystem::path>& folders,
                               const std::string& description);
 

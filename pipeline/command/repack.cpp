@@ -40,9 +40,7 @@ CommandFunction defineRepack(CLI::App& app) {
     };
     const auto options = std::make_shared<Options>();
     addFileOption(app, "input", options->map, "The bake")->required();
-    app.add_option("meshes", options->meshes, "glTF files whose TEXCOORD_1 are UVs in the bake: all that use it")
-        ->required()
-        ->type_name(kFilePlaceholder);
+    addFilesOption(app, "meshes", options->meshes, "glTF files whose TEXCOORD_1 are UVs in the bake: all that use it")->required();
     addFolderOption(app, "-o,--output", options->folder, "Folder that gets the bake and the meshes")->required();
     app.add_option("--max-visible", options->maxVisible,
                    "Largest visible error that fewer texels may add to 99 % of a chart's samples; 0: charts are moved only, without loss")

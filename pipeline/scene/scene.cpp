@@ -133,11 +133,15 @@ public:
 
     /// Returns the path relative to the scene file's folder.
     std::filesystem::path resolve(const std::string& text) const { return (file_.parent_path() / text).lexically_normal(); }
-    std::filesystem::path requiredPath(const char* key) { return resolve(required<std::string>(key, "a path")); }
+    std::filesystem::path requiredPath(const char* key) { return pathOf(key, required<std::string>(key, "a path")); }
     std::optional<std::filesystem::path> optionalPath(const char* key) {
         const auto text = optional<std::string>(key, "a path");
         if (!text) return std::nullopt;
-        return resolve(*text);
+        return pathOf(key, *text);
+    }
+    std::filesystem::path pathOf(const char* key, const std::string& text) {
+        if (text.empty()) fail(node(key), fmt::format("found an empty path for {}.{}, expected a path", name_, key));
+        return resolve(text);
     }
 
     /// Returns nullptr if the key is missing.
@@ -420,7 +424,8 @@ std::map<std::string, std::filesystem::path> readPartFiles(const TableReader& re
     std::map<std::string, std::filesystem::path> paths;
     const auto add = [&](const std::string& name, const toml::node& node) {
         const auto text = node.value<std::string>();
-        if (!text) reader.fail(node, fmt::format("found no path for {} in light_map.files, expected a string", inQuotes(name)));
+        if (!text || text->empty())
+            reader.fail(node, fmt::format("found no path for {} in light_map.files, expected a string", inQuotes(name)));
         paths[name] = reader.resolve(*text);
     };
     for (const auto& [key, node] : files) {

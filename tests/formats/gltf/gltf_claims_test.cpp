@@ -34,8 +34,8 @@ TEST_F(GltfClaims, JsonIsNotNestedDeeply) {
         open += R"({"children":[)";
         close += "]}";
     }
-    for (const std::string& text :
-         {head + open, head + open + close + "]}", fmt::format(R"({{"asset":{{"version":"2.0"}},"extras":{})", std::string(200000, '['))}) {
+    for (const std::string& text : {head + open, fmt::format("{}{}{}]}}", head, open, close),
+                                    fmt::format(R"({{"asset":{{"version":"2.0"}},"extras":{})", std::string(200000, '['))}) {
         const Error error = refusalOf(text);
         EXPECT_EQ(error.code, ErrorCode::FileUnreadable);
         EXPECT_THAT(error.line(), HasSubstr("found JSON nested more than 256 deep, expected a glTF 2.0 file"));
@@ -63,7 +63,8 @@ TEST_F(GltfClaims, AChainOfNodesHasALimit) {
 TEST_F(GltfClaims, DracoCountsAreCheckedAgainstTheMemory) {
     // A mesh of 2.2 * 10^9 faces and points: 7 bits a byte. 2.2: version of the stream; then kind (mesh), method, flags.
     const std::string count = "\xff\xff\xff\xff\x07", head = std::string("DRACO\2\2\1", 8);
-    for (const std::string& stream : {head + std::string("\0\0\0", 3) + count + count, head + std::string("\1\0\0\0", 4) + count + count}) {
+    for (const std::string& stream : {fmt::format("{}{}{}{}", head, std::string("\0\0\0", 3), count, count),
+                                      fmt::format("{}{}{}{}", head, std::string("\1\0\0\0", 4), count, count)}) {
         writeContent(folder_ / "a.bin", stream + std::string(64, '\0'));
         const Error error = refusalOf(fmt::format(
             R"({{"asset":{{"version":"2.0"}},"accessors":[{{"componentType":5126,"count":3,"type":"VEC3"}}],

@@ -64,6 +64,14 @@ TEST(Mistake, TakesFilesThatHaveTheNameOfACommand) {
     EXPECT_THAT(mistakeOf("-q report demo lut --no-such"), HasSubstr("'--no-such', expected an option of report"));
 }
 
+TEST(Mistake, AnEmptyPathIsRefused) {
+    const auto mistakeOfAll = [](const std::vector<std::string>& arguments) { return firstMistake(arguments, "").line(); };
+    EXPECT_EQ(mistakeOfAll({"encode", "", "out.ktx2", "--format", "bc7"}), "command line: found '', expected a path");
+    EXPECT_EQ(mistakeOfAll({"cook", "scene.toml", "-o", ""}), "-o: found '', expected a path");
+    EXPECT_EQ(mistakeOfAll({"report", "out", ""}), "command line: found '', expected a path");
+    EXPECT_EQ(mistakeOfAll({"cook", "scene.toml", "--cache="}), "--cache: found no value, expected FOLDER");
+}
+
 TEST(Mistake, SaysWhichOptionsGoTogether) {
     EXPECT_EQ(mistakeOf("cook scene.toml --charts pack --keep-uv"), "--charts: found --keep-uv beside it, expected one of them");
     const auto firstLine = [](std::vector<const char*> arguments) {

@@ -61,6 +61,12 @@ roughness_axis = "sqrt(m)"
     expectRefused(kHead + "tables = 3\n", "3:10", "expected a table [tables]");
 }
 
+TEST(ReadScene, AnEmptyPathIsRefused) {
+    expectRefused(kHead + "[[probe]]\nname = \"p\"\nfile = \"\"\n", "5:8", "found an empty path for probe.file, expected a path");
+    expectRefused(kHead + "[[light_map]]\nname = \"m\"\nfile = \"m.exr\"\nmesh = \"\"\n", "6:8",
+                  "found an empty path for light_map.mesh, expected a path");
+}
+
 TEST(ReadScene, TheFixedNamesAreUnderstood) {
     const auto scene = sceneFromText(R"(
 schema = 1
