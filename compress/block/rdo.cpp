@@ -113,10 +113,11 @@ Choices chooseWithin(const RowCandidates& row, double errorBefore, double allowe
     Choices best = choose(row, 0);
     const double rowBits = kLiteralBits * static_cast<double>(row.count() * row.blockBytes());
     const double unit = std::max(errorBefore, 1e-300) / rowBits;
-    double exponent = -40;
-    for (const double step : {16.0, 4.0, 1.0, 0.25, 0.0625})
-        for (; exponent < 40; exponent += step) {
-            Choices tried = choose(row, unit * std::exp2(exponent + step));
+    constexpr int kPerOctave = 16;
+    int exponent = -40 * kPerOctave;
+    for (const int step : {256, 64, 16, 4, 1})
+        for (; exponent < 40 * kPerOctave; exponent += step) {
+            Choices tried = choose(row, unit * std::exp2(static_cast<double>(exponent + step) / kPerOctave));
             if (!(tried.error <= allowed)) break;
             if (tried.bits <= best.bits) best = std::move(tried);
         }

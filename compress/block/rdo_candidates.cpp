@@ -81,9 +81,12 @@ void RowCandidates::apply(std::size_t j, const CopyCandidate& candidate, std::by
 /// Sets the powers of two that bring the largest weights near 1. Only ratios count, and no sum must overflow or lose precision in
 /// subnormals.
 void RowCandidates::scaleWeights(ImageView<const float> significance) {
-    float largest = significance.texels ? 0.0f : 1.0f;
-    for (int y = 0; y < significance.height; ++y)
-        for (int x = 0; x < significance.width; ++x) largest = std::max(largest, significance.at(x, y));
+    float largest = 1;
+    if (significance.texels != nullptr) {
+        largest = 0;
+        for (int y = 0; y < significance.height; ++y)
+            for (int x = 0; x < significance.width; ++x) largest = std::max(largest, significance.at(x, y));
+    }
     significanceExponent_ = largest > 0 ? -std::ilogb(largest) : 0;
     const float channel = *std::max_element(options_.channelWeights.begin(), options_.channelWeights.end());
     channelExponent_ = channel > 0 ? -std::ilogb(channel) : 0;

@@ -149,18 +149,14 @@ void chooseMappings(SpecularTableOptions& options, double lowF0, double highF0) 
     const Trial trial(options, lowF0, highF0);
     // One axis after the other: they hardly interact, and memory holds the samples of one of them at a time.
     const auto best = [&](const std::vector<AxisMapping>& mappings, AxisMapping SpecularTableOptions::*member) {
-        const AxisMapping* chosen = nullptr;
-        double least = 0, plain = 0;
+        std::vector<double> losses;
         for (const AxisMapping& mapping : mappings) {
             options.*member = mapping;
-            const double loss = trial.measure(options.view, options.roughness).reflected;
-            if (chosen == nullptr) plain = loss;
-            if (chosen == nullptr || loss < least) {
-                chosen = &mapping;
-                least = loss;
-            }
+            losses.push_back(trial.measure(options.view, options.roughness).reflected);
         }
-        options.*member = least > kWorthARoot * plain ? mappings.front() : *chosen;
+        const auto least = std::ranges::min_element(losses);
+        const auto chosen = static_cast<std::size_t>(least - losses.begin());
+        options.*member = mappings[*least > kWorthARoot * losses.front() ? 0 : chosen];
     };
     best(viewMappings(), &SpecularTableOptions::view);
     if (options.roughnessCount > 1) best(roughnessMappings(), &SpecularTableOptions::roughness);
