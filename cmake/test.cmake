@@ -15,19 +15,23 @@ endforeach()
 target_precompile_headers(json_test_headers PRIVATE <nlohmann/json.hpp> <fmt/format.h>)
 
 # lightcook_test(<module> SOURCES a_test.cpp... [OPENIMAGEIO b_test.cpp...] [NOT_SANITIZED c_test.cpp...] [LIBRARIES more...]
-#                [DEFINITIONS name=value...] [JSON])
+#                [DEFINITIONS name=value...] [JSON] [UNITY])
 # One GoogleTest program a module, build/<preset>/tests/<module>/<module>_tests; ctest knows each of its tests by name.
 #   OPENIMAGEIO    sources that call OpenImageIO. They make a program of their own, <module>_openimageio_tests: loading that library and
 #                  the 250 others that it needs takes 0.3 s, and ctest starts one process a test
 #   NOT_SANITIZED  sources left out of the sanitizers' builds: they run for minutes there, over code that others run on worse input
+#   UNITY          with LIGHTCOOK_UNITY the sources of <module>_tests are compiled eight at a time, so names in their unnamed namespaces differ
 #   JSON           the sources include nlohmann/json.hpp and fmt/format.h
 # Suites with Soak in their name carry the label "soak": ./dev test leaves them out, ./dev soak runs them with LIGHTCOOK_SOAK=1.
 function(lightcook_test module)
-  cmake_parse_arguments(ARG "JSON" "" "SOURCES;OPENIMAGEIO;NOT_SANITIZED;LIBRARIES;DEFINITIONS" ${ARGN})
+  cmake_parse_arguments(ARG "JSON;UNITY" "" "SOURCES;OPENIMAGEIO;NOT_SANITIZED;LIBRARIES;DEFINITIONS" ${ARGN})
   if(NOT LIGHTCOOK_SANITIZE)
     list(APPEND ARG_SOURCES ${ARG_NOT_SANITIZED})
   endif()
   add_executable(${module}_tests ${ARG_SOURCES})
+  if(ARG_UNITY)
+    set_target_properties(${module}_tests PROPERTIES UNITY_BUILD ${LIGHTCOOK_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+  endif()
   set(programs ${module}_tests)
   if(ARG_OPENIMAGEIO)
     add_executable(${module}_openimageio_tests ${ARG_OPENIMAGEIO})
