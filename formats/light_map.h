@@ -70,7 +70,7 @@ struct LightMapCoverage {
     std::int64_t withoutNormal = 0;   ///< of these, texels whose normal is shorter than 1/2, which do not count as covered
     std::int64_t oddNormals = 0;      ///< of these, texels whose normal is far from unit length
     std::int64_t encodedNormals = 0;  ///< of these, texels whose normal n is no unit vector, but 2 n - 1 is: stored as a colour
-    float smallest = 0, largest = 0;  ///< coverage.Y
+    float smallest = 0, largest = 0;  ///< of coverage.Y
 
     LightMapCoverage& operator+=(const LightMapCoverage& other);
 };

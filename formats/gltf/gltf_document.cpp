@@ -203,13 +203,20 @@ void GltfDocument::readBuffers() {
     }
 }
 
-const Json& GltfDocument::entry(const char* array, std::uint64_t index) const {
-    const auto found = json_.find(array);
-    const std::size_t count = found != json_.end() && found->is_array() ? found->size() : 0;
-    if (index >= count)
-        fail(ErrorCode::WrongShape, array, fmt::format("found a reference to entry {}, expected less than {}", index, count));
-    const Json& result = (*found)[index];
-    if (!result.is_object()) fail(ErrorCode::WrongShape, fmt::format("{}, entry {}", array, index), "found no JSON object, expected one");
+const Json& GltfDocument::array(const char* key) const {
+    static const Json kEmpty = Json::array();
+    const auto found = json_.find(key);
+    if (found == json_.end()) return kEmpty;
+    if (!found->is_array()) fail(ErrorCode::WrongShape, key, "found no JSON array, expected one");
+    return *found;
+}
+
+const Json& GltfDocument::entry(const char* key, std::uint64_t index) const {
+    const Json& entries = array(key);
+    if (index >= entries.size())
+        fail(ErrorCode::WrongShape, key, fmt::format("found a reference to entry {}, expected less than {}", index, entries.size()));
+    const Json& result = entries[index];
+    if (!result.is_object()) fail(ErrorCode::WrongShape, fmt::format("{}, entry {}", key, index), "found no JSON object, expected one");
     return result;
 }
 

@@ -42,8 +42,10 @@ public:
     std::size_t fileBytes() const { return fileBytes_; }  ///< of the file and of the buffers beside it
 
     [[noreturn]] void fail(ErrorCode code, const std::string& place, const std::string& detail) const;
-    /// Returns entry `index` of a top-level array such as "accessors".
-    const Json& entry(const char* array, std::uint64_t index) const;
+    /// Returns a top-level array such as "accessors"; an empty one if the document has none.
+    const Json& array(const char* key) const;
+    /// Returns entry `index` of such an array.
+    const Json& entry(const char* key, std::uint64_t index) const;
     /// Returns a member that is a whole number from 0; `fallback` if it is absent.
     std::uint64_t number(const Json& object, const char* key, std::uint64_t fallback, const std::string& place) const;
 

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -25,12 +24,12 @@ constexpr std::array<std::string_view, 9> kHarmless = {"KHR_materials_", "KHR_te
 
 class SceneRules {
 public:
-    explicit SceneRules(const GltfDocument& document) : document_(document), json_(document.json()) {}
+    explicit SceneRules(const GltfDocument& document) : document_(document) {}
 
     void check() const {
         checkExtensions();
         checkNodes();
-        const Json materials = json_.value("materials", Json::array());
+        const Json& materials = document_.array("materials");
         for (std::size_t i = 0; i < materials.size(); ++i) checkMaterial(materials[i], fmt::format("material {}", i));
     }
 
@@ -39,8 +38,9 @@ private:
         document_.fail(ErrorCode::WrongShape, place, detail);
     }
 
+    /// EXT_meshopt_compression was refused before its buffers were read.
     void checkExtensions() const {
-        for (const Json& extension : json_.value("extensionsRequired", Json::array())) {
+        for (const Json& extension : document_.array("extensionsRequired")) {
             const auto name = extension.get<std::string>();
             const auto begins = [&](std::string_view start) { return name.starts_with(start); };
             if (std::ranges::find(kRead, name) == kRead.end() && std::ranges::none_of(kHarmless, begins))
@@ -50,22 +50,21 @@ private:
         }
     }
 
-    /// Returns a member that names an entry of a top-level array; empty if it is absent.
-    std::optional<std::uint64_t> reference(const Json& owner, const char* key, const char* array, const std::string& place) const {
-        if (!owner.contains(key)) return std::nullopt;
-        const std::uint64_t index = document_.number(owner, key, 0, place), count = json_.value(array, Json::array()).size();
+    /// Checks a member that names an entry of a top-level array, if it is there.
+    void checkReference(const Json& owner, const char* key, const char* array, const std::string& place) const {
+        if (!owner.contains(key)) return;
+        const std::uint64_t index = document_.number(owner, key, 0, place), count = document_.array(array).size();
         if (index >= count) fail(place, fmt::format("found {} = {}, expected less than {}", key, index, count));
-        return index;
     }
 
     void checkNodes() const {
-        const Json nodes = json_.value("nodes", Json::array());
+        const Json& nodes = document_.array("nodes");
         constexpr std::size_t kNone = SIZE_MAX;
         std::vector<std::size_t> parents(nodes.size(), kNone);
         for (std::size_t i = 0; i < nodes.size(); ++i) {
             const std::string place = fmt::format("node {}", i);
             checkTransform(nodes[i], place);
-            reference(nodes[i], "mesh", "meshes", place);
+            checkReference(nodes[i], "mesh", "meshes", place);
             for (const Json& child : nodes[i].value("children", Json::array())) {
                 if (!child.is_number_unsigned() || child.get<std::uint64_t>() >= nodes.size())
                     fail(place, fmt::format("found child {}, expected a node below {}", oneLine(child.dump()), nodes.size()));
@@ -120,7 +119,7 @@ private:
         if (ior.contains("ior") && ior["ior"] != 0) checkFactor(ior, "ior", 1, HUGE_VAL, place);
     }
     void checkTexture(const Json& owner, const char* key, const std::string& place) const {
-        if (owner.contains(key)) reference(owner[key], "index", "textures", place + ", " + key);
+        if (owner.contains(key)) checkReference(owner[key], "index", "textures", place + ", " + key);
     }
     void checkFactor(const Json& owner, const char* key, double low, double high, const std::string& place) const {
         if (owner.contains(key)) checkValue(owner[key], key, low, high, place);
@@ -139,7 +138,6 @@ private:
     }
 
     const GltfDocument& document_;
-    const Json& json_;
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Rules of glTF 2.0 for what a scene says beside its geometry: nodes are trees, factors of materials lie in their ranges, references name
-// what is there, and extensions that a reader must know are known. Sources: glTF 2.0 sections 3.5 (nodes), 3.9 (materials) and 3.12
-// (extensions); KHR_materials_ior; KHR_materials_specular.
+// Checks a glTF scene against the rules of glTF 2.0 that are not about geometry: nodes form trees, factors of materials lie in their
+// ranges, references name entries that exist, and every required extension is one that we read or that leaves the geometry alone.
+// Sources: glTF 2.0 sections 3.5 (nodes), 3.9 (materials) and 3.12 (extensions); KHR_materials_ior; KHR_materials_specular.
 #pragma once
 
 #include "formats/gltf/gltf_document.h"

@@ -89,45 +89,45 @@ private:
     }
 
     void judgeCoverage() {
-        if (facts_.hasCoverage && facts_.inside == 0)
+        if (facts_.hasCoverage && facts_.coverage.inside == 0)
             return add(LintCheck::NoCoverage, "file",
                        fmt::format("found coverage.Y of at most {:.3g} in {} x {} texels, expected more than 0.5 inside charts",
-                                   facts_.largestCoverage, facts_.width, facts_.height),
-                       {{"largest_coverage", facts_.largestCoverage}});
-        if (facts_.smallestCoverage < kLeastCoverage || facts_.largestCoverage > kMostCoverage)
+                                   facts_.coverage.largest, facts_.width, facts_.height),
+                       {{"largest_coverage", facts_.coverage.largest}});
+        if (facts_.coverage.smallest < kLeastCoverage || facts_.coverage.largest > kMostCoverage)
             add(LintCheck::CoverageRange, "file",
-                fmt::format("found coverage.Y from {:.3g} to {:.3g}, expected 0 (outside charts) to 1 (inside)", facts_.smallestCoverage,
-                            facts_.largestCoverage),
-                {{"smallest_coverage", facts_.smallestCoverage}, {"largest_coverage", facts_.largestCoverage}});
-        const double withoutNormal = share(facts_.withoutNormal, facts_.inside);
+                fmt::format("found coverage.Y from {:.3g} to {:.3g}, expected 0 (outside charts) to 1 (inside)", facts_.coverage.smallest,
+                            facts_.coverage.largest),
+                {{"smallest_coverage", facts_.coverage.smallest}, {"largest_coverage", facts_.coverage.largest}});
+        const double withoutNormal = share(facts_.coverage.withoutNormal, facts_.coverage.inside);
         if (facts_.hasNormals) judgeNormals(withoutNormal);
-        const double gaps = share(facts_.withoutNormal + facts_.black, facts_.inside);
+        const double gaps = share(facts_.coverage.withoutNormal + facts_.black, facts_.coverage.inside);
         if (facts_.hasCoverage || facts_.covered == 0 || gaps <= kMostGapsWithoutCoverage) return;
         const std::string taken = facts_.hasNormals ? "; those with a normal count as covered" : "; all count as covered";
         add(LintCheck::MissingCoverage, "file",
-            fmt::format("found no channel coverage.Y, and neither light nor normal in {} of {} texels{}", percent(gaps), facts_.inside,
-                        taken),
+            fmt::format("found no channel coverage.Y, and neither light nor normal in {} of {} texels{}", percent(gaps),
+                        facts_.coverage.inside, taken),
             {{"gaps", gaps}});
     }
 
     /// Normals that count as none may be encoded, too: some are shorter than 1/2.
     bool hasEncodedNormals() const {
-        const auto normals = static_cast<double>(facts_.inside - facts_.withoutNormal);
-        return facts_.encodedNormals > 0 && static_cast<double>(facts_.encodedNormals) >= kEncodedNormals * normals;
+        const auto normals = static_cast<double>(facts_.coverage.inside - facts_.coverage.withoutNormal);
+        return facts_.coverage.encodedNormals > 0 && static_cast<double>(facts_.coverage.encodedNormals) >= kEncodedNormals * normals;
     }
 
     void judgeNormals(double withoutNormal) {
         if (hasEncodedNormals()) {
-            const double encoded = share(facts_.encodedNormals, facts_.inside);
+            const double encoded = share(facts_.coverage.encodedNormals, facts_.coverage.inside);
             return add(
                 LintCheck::EncodedNormals, "file",
                 fmt::format("found normals n of which 2 n - 1 has unit length in {} of {} texels inside charts, expected unit normals",
-                            percent(encoded), facts_.inside),
+                            percent(encoded), facts_.coverage.inside),
                 {{"share", encoded}});
         }
         // Normals that count as none have a check of their own.
-        const std::int64_t normals = facts_.inside - facts_.withoutNormal;
-        const double odd = share(facts_.oddNormals - facts_.withoutNormal, normals);
+        const std::int64_t normals = facts_.coverage.inside - facts_.coverage.withoutNormal;
+        const double odd = share(facts_.coverage.oddNormals - facts_.coverage.withoutNormal, normals);
         if (odd > kMostOddNormals)
             add(LintCheck::NormalLength, "file",
                 fmt::format("found normals far from unit length in {} of {} texels inside charts, expected unit normals", percent(odd),
@@ -136,12 +136,12 @@ private:
         if (withoutNormal == 1)
             add(LintCheck::ZeroNormals, "file",
                 fmt::format("found a normal of zero, or shorter than 1/2, in all {} texels inside charts, expected unit normals",
-                            facts_.inside),
+                            facts_.coverage.inside),
                 {{"share", withoutNormal}});
         else if (facts_.hasCoverage && withoutNormal > kMostWithoutNormal)
             add(LintCheck::SomeZeroNormals, "file",
                 fmt::format("found a normal of zero, or shorter than 1/2, in {} of {} texels inside charts, expected unit normals",
-                            percent(withoutNormal), facts_.inside),
+                            percent(withoutNormal), facts_.coverage.inside),
                 {{"share", withoutNormal}});
     }
 

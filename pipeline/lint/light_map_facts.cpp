@@ -106,12 +106,7 @@ public:
         Part part;
         part.key = verify::LightMapKey(weights_);
         part.key.add(strip, strip.firstRow, strip.sh.height());
-        part.facts.inside = strip.coverage.inside;
-        part.facts.withoutNormal = strip.coverage.withoutNormal;
-        part.facts.oddNormals = strip.coverage.oddNormals;
-        part.facts.encodedNormals = strip.coverage.encodedNormals;
-        part.facts.smallestCoverage = strip.coverage.smallest;
-        part.facts.largestCoverage = strip.coverage.largest;
+        part.facts.coverage = strip.coverage;
         for (int y = 0; y < strip.sh.height(); ++y) {
             std::vector<float>& light = part.light.emplace_back(static_cast<std::size_t>(strip.sh.width()), -1.0f);
             for (int x = 0; x < strip.sh.width(); ++x) {
@@ -167,12 +162,7 @@ private:
 };
 
 void merge(LightMapFacts& whole, const LightMapFacts& part) {
-    whole.inside += part.inside;
-    whole.withoutNormal += part.withoutNormal;
-    whole.oddNormals += part.oddNormals;
-    whole.encodedNormals += part.encodedNormals;
-    whole.smallestCoverage = std::min(whole.smallestCoverage, part.smallestCoverage);
-    whole.largestCoverage = std::max(whole.largestCoverage, part.largestCoverage);
+    whole.coverage += part.coverage;
     whole.covered += part.covered;
     whole.black += part.black;
     whole.directional += part.directional;

@@ -43,8 +43,8 @@ struct LightMapFacts {
     int width = 0, height = 0;
     bool hasCoverage = false, hasNormals = false;
     BakeReading reading;
-    std::int64_t inside = 0, withoutNormal = 0, oddNormals = 0, encodedNormals = 0, covered = 0;
-    double smallestCoverage = 0, largestCoverage = 0;
+    formats::LightMapCoverage coverage;
+    std::int64_t covered = 0;
     std::int64_t black = 0;                           ///< covered texels without any light
     double key = 0;                                   ///< log-average luminance of the exit radiance of a white surface
     double meanRadiance = 0;                          ///< mean luminance of the incident radiance over the hemisphere, where there is light
@@ -61,13 +61,13 @@ void describe(Fields& fields, Self& facts) {
     fields.required("has_coverage", facts.hasCoverage, "true if the file has coverage.Y");
     fields.required("has_normals", facts.hasNormals, "true if the file has normal.X/Y/Z");
     fields.required("reading", facts.reading, "how the file was recognised");
-    fields.required("inside", facts.inside, "texels with coverage.Y above 0.5");
-    fields.required("without_normal", facts.withoutNormal, "of these, texels whose normal is shorter than 1/2");
-    fields.required("odd_normals", facts.oddNormals, "of these, texels whose normal is far from unit length");
-    fields.required("encoded_normals", facts.encodedNormals, "of these, texels whose normal is stored as a colour");
+    fields.required("inside", facts.coverage.inside, "texels with coverage.Y above 0.5");
+    fields.required("without_normal", facts.coverage.withoutNormal, "of these, texels whose normal is shorter than 1/2");
+    fields.required("odd_normals", facts.coverage.oddNormals, "of these, texels whose normal is far from unit length");
+    fields.required("encoded_normals", facts.coverage.encodedNormals, "of these, texels whose normal is stored as a colour");
     fields.required("covered", facts.covered, "texels that count as covered");
-    fields.required("smallest_coverage", facts.smallestCoverage, "smallest coverage.Y");
-    fields.required("largest_coverage", facts.largestCoverage, "largest coverage.Y");
+    fields.required("smallest_coverage", facts.coverage.smallest, "smallest coverage.Y");
+    fields.required("largest_coverage", facts.coverage.largest, "largest coverage.Y");
     fields.required("black", facts.black, "covered texels without any light");
     fields.required("key", facts.key, kNumberOrNull, "log-average luminance of the exit radiance of a white surface");
     fields.required("mean_radiance", facts.meanRadiance, kNumberOrNull,

@@ -21,17 +21,21 @@ using formats::Result;
 
 /// Distance from [0, 1] that rounding explains.
 constexpr double kUvTolerance = 1e-4;
+/// Length below which a normal counts as none.
+constexpr double kShortestNormal = 0.5;
 /// Visits for each texel of the map after which the rest of the triangles is left out: by then the mesh overlaps many times.
 constexpr std::int64_t kMostVisits = 64;
 
 /// Counts vertices and rasterizes the triangles of a mesh. Returns false after an interrupt.
 bool addMesh(const formats::TriangleMesh& mesh, UvRaster& raster, MeshFacts& facts, const ActionContext& context) {
     const formats::MeshAttribute& uvs = *mesh.find("TEXCOORD_1");
+    const formats::MeshAttribute* const normals = mesh.find("NORMAL");
     const auto isOutside = [](double value) { return value < -kUvTolerance || value > 1 + kUvTolerance; };
     facts.vertices += static_cast<std::int64_t>(mesh.vertexCount());
     for (std::size_t vertex = 0; vertex < mesh.vertexCount(); ++vertex) {
         const glm::dvec3 uv = uvs.at(vertex);
         facts.outside += isOutside(uv.x) || isOutside(uv.y) ? 1 : 0;
+        facts.withoutNormal += normals != nullptr && glm::length(normals->at(vertex)) < kShortestNormal ? 1 : 0;
     }
     const std::int64_t most = kMostVisits * raster.read().width() * raster.read().height();
     for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
@@ -60,27 +64,12 @@ void addPlaced(const formats::GltfScene::Placed& placed, MeshFacts& facts) {
     }
 }
 
-std::int64_t verticesWithoutNormal(const formats::TriangleMesh& mesh) {
-    constexpr double kShortest = 0.5;
-    const formats::MeshAttribute* const normals = mesh.find("NORMAL");
-    std::int64_t count = 0;
-    for (std::size_t vertex = 0; normals != nullptr && vertex < mesh.vertexCount(); ++vertex)
-        count += glm::length(normals->at(vertex)) < kShortest ? 1 : 0;
-    return count;
-}
-
-/// Counts what the nodes of a scene draw. Fails for a scene that shows no triangles.
-Result<void> addScene(const formats::GltfScene& scene, const std::string& file, MeshFacts& facts) {
+/// Fails for a scene that shows no triangles.
+Result<void> checkShown(bool hasTriangles, bool isDrawn, const std::string& file) {
     using formats::ErrorCode, formats::failure;
-    if (scene.triangleMeshes().empty()) return failure(ErrorCode::WrongShape, file, "found no triangles, expected the mesh that was baked");
-    const auto placed = scene.placedMeshes();
-    if (placed.empty())
+    if (!hasTriangles) return failure(ErrorCode::WrongShape, file, "found no triangles, expected the mesh that was baked");
+    if (!isDrawn)
         return failure(ErrorCode::WrongShape, file, "found no node that draws a mesh of triangles, expected the scene that was baked");
-    std::map<const formats::TriangleMesh*, std::int64_t> draws;
-    for (const auto& each : placed) facts.mostDrawn = std::max(facts.mostDrawn, ++draws[each.mesh]);
-    if (!facts.hasUvs) return {};
-    for (const auto& each : placed) addPlaced(each, facts);
-    for (const formats::TriangleMesh* mesh : scene.triangleMeshes()) facts.withoutNormal += verticesWithoutNormal(*mesh);
     return {};
 }
 
@@ -111,9 +100,12 @@ Result<ActionOutcome> lintMesh(const ActionContext& context) {
     if (!uvs) return tl::make_unexpected(uvs.error());
     MeshFacts facts;
     const std::vector<const formats::TriangleMesh*> meshes = scene->triangleMeshes();
-    facts.hasUvs = !meshes.empty() && std::ranges::all_of(meshes, [](const auto* mesh) { return mesh->find("TEXCOORD_1") != nullptr; });
-    if (const auto counted = addScene(*scene, context.action.inputs.at(kMeshRole).string(), facts); !counted)
-        return tl::make_unexpected(counted.error());
+    const auto placed = scene->placedMeshes();
+    if (auto shown = checkShown(!meshes.empty(), !placed.empty(), context.action.inputs.at(kMeshRole).string()); !shown)
+        return tl::make_unexpected(shown.error());
+    std::map<const formats::TriangleMesh*, std::int64_t> draws;
+    for (const auto& each : placed) facts.mostDrawn = std::max(facts.mostDrawn, ++draws[each.mesh]);
+    facts.hasUvs = std::ranges::all_of(meshes, [](const auto* mesh) { return mesh->find("TEXCOORD_1") != nullptr; });
     if (!facts.hasUvs) return outcomeWith(facts);
     const auto source = openLightMap(context, parameters->description);
     if (!source) return tl::make_unexpected(source.error());
@@ -121,6 +113,10 @@ Result<ActionOutcome> lintMesh(const ActionContext& context) {
     if (!covered) return tl::make_unexpected(covered.error());
     const int width = (*source)->width(), height = (*source)->height();
     UvRaster raster(width, height);
+    for (const auto& each : placed) {
+        if (context.state.interrupted) return interrupted(context);
+        addPlaced(each, facts);
+    }
     for (const formats::TriangleMesh* mesh : meshes)
         if (!addMesh(*mesh, raster, facts, context)) return interrupted(context);
     for (int y = 0; y < height; ++y)
