@@ -57,7 +57,7 @@ Result<void> checkFinite(const formats::PlainImage& image, int channels, const s
         for (int x = 0; x < texels.width(); ++x)
             for (int c = 0; c < channels; ++c)
                 if (const float value = texels.at(x, y)[c]; !std::isfinite(value))
-                    return failure(ErrorCode::ValueNotFinite, fmt::format("{}, channel {}, texel ({}, {})", file.string(), c, x, y),
+                    return failure(ErrorCode::ValueNotFinite, fmt::format("{}, channel {}, texel ({}, {})", file.string(), "RGBA"[c], x, y),
                                    fmt::format("found {}, expected a finite value", value));
     return {};
 }

@@ -84,7 +84,7 @@ std::string nameOfCase(const testing::TestParamInfo<SceneCase>& info) {
     return name;
 }
 
-// Scoring a map in Python takes up to half a minute, so the largest scene is left to ./dev soak (SharedTruth below has it). Each family of
+// Scoring a map in Python takes up to half a minute, so the largest scene is left to ./dev soak (SharedMeshes below has it). Each family of
 // layouts is here at least once.
 INSTANTIATE_TEST_SUITE_P(Some, SharedScenes,
                          testing::Values(SceneCase{"cornell", "ratio"}, SceneCase{"cornell", "basis-4", 0.016},

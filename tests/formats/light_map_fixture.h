@@ -57,7 +57,7 @@ inline Error refusal(const std::filesystem::path& file, const LightMapDescriptio
     return {};
 }
 
-/// Normals at which what an engine shows of a bake is compared with what we read.
+/// Tests compare the light that an engine shows with the light that we read at these normals.
 inline const std::array<glm::dvec3, 4> kShadedNormals = {glm::dvec3(0, 0, 1), glm::dvec3(0, -1, 0), glm::normalize(glm::dvec3(1, 2, -2)),
                                                          glm::normalize(glm::dvec3(-3, 1, 0.5))};
 
