@@ -215,7 +215,8 @@ struct LightMapPlan {
 LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height, const LightMapMeasure& measure,
                           const std::optional<LightMapObjective>& objective = std::nullopt);
 
-/// Plans a learned layout: fits its decode to a sample of the map.
+/// Plans a learned layout: fits its decode to a sample of the map, on the threads of the caller's TBB arena. The result is the same for
+/// any number of them.
 /// blocks    of the whole map; charts: blocks.charts()
 /// samples   of blocks.choose(charts, learningBlocks(...)), filled from the whole map
 /// objective empty: energy

@@ -162,8 +162,8 @@ ShadingForm::ShadingForm(const std::optional<LightMapObjective>& objective, doub
 
 void ShadingForm::turnTo(const glm::vec3& normal) {
     if (normal == normal_) return;
-    normal_ = normal;
-    const lighting::ShRotation turn(lighting::worldFromTangentFrame(glm::dvec3(normal)));
+    normal_ = normal + 0.0f;  // no -0: it equals 0 and has another frame, so the form would depend on the texel before
+    const lighting::ShRotation turn(lighting::worldFromTangentFrame(glm::dvec3(normal_)));
     for (std::size_t k = 0; k < local_.size(); ++k) {
         const lighting::ShDouble world = turn.apply(local_[k]);
         std::size_t product = 0;

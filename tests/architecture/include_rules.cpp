@@ -59,7 +59,7 @@ const std::vector<Library> kLibraries = {
     {"Eigen/", {"compress", "fit"}},
     {"hwy/", {"compress"}},
     {"astcenc.h", {"compress"}},
-    {"tbb/", {"pipeline"}},
+    {"tbb/", {"compress", "pipeline"}},
     {"oneapi/", {"pipeline"}},
     {"toml++/", {"pipeline"}},
     {"CLI/", {"pipeline"}},

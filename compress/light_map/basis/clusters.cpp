@@ -6,6 +6,8 @@
 #include <numeric>
 #include <optional>
 
+#include "compress/light_map/basis/parallel.h"
+
 namespace lightcook::compress {
 
 namespace {
@@ -136,13 +138,11 @@ private:
             changed[static_cast<std::size_t>(own)] = changed[static_cast<std::size_t>(best)] = true;
             own = best;
         }
-        bool any = false;
-        for (std::size_t cluster = 0; cluster < changed.size(); ++cluster) {
-            if (!changed[cluster]) continue;
-            any = true;
-            fit(cluster, [&](int chart) { return clusterOf_[static_cast<std::size_t>(chart)] == static_cast<int>(cluster); });
-        }
-        return any;
+        forEachInParallel(changed.size(), [&](std::size_t cluster) {
+            if (changed[cluster])
+                fit(cluster, [&](int chart) { return clusterOf_[static_cast<std::size_t>(chart)] == static_cast<int>(cluster); });
+        });
+        return std::ranges::find(changed, true) != changed.end();
     }
 
     ChartPoints points_;

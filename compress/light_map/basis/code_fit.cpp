@@ -8,6 +8,7 @@
 #include "compress/light_map/basis/clusters.h"
 #include "compress/light_map/basis/code_solver.h"
 #include "compress/light_map/basis/error_space.h"
+#include "compress/light_map/basis/parallel.h"
 #include "compress/light_map/basis/table_fit.h"
 
 namespace lightcook::compress {
@@ -55,31 +56,29 @@ private:
     }
 
     void fitTablesAndCodes() {
-        for (std::size_t cluster = 0; cluster < sample_.clusters().size(); ++cluster)
-            fitTable(sample_.clusters()[cluster], model_.shape, model_.code[cluster]);
-        forEachTexel([](SampleTexel& texel, const BasisTarget& target, const CodeSpace& space) {
-            texel.code = space.solve(target, texel.code).code;
-        });
+        forEachInParallel(sample_.clusters().size(),
+                          [&](std::size_t cluster) { fitTable(sample_.clusters()[cluster], model_.shape, model_.code[cluster]); });
+        for (std::size_t cluster = 0; cluster < sample_.clusters().size(); ++cluster) {
+            const CodeSpace space(model_.code[cluster], model_.shape);
+            const std::vector<SampleTexel*>& members = sample_.clusters()[cluster];
+            forEachInParallel(members.size(), [&](std::size_t i) {
+                SampleTexel& texel = *members[i];
+                texel.code = space.solve(BasisSample::targetOf(texel), texel.code).code;
+            });
+        }
         solveCoefficients0();
     }
 
     /// Sets the coefficients 0 to those that suit the codes best.
     void solveCoefficients0() {
-        for (SampleTexel& texel : sample_.texels())
-            BasisSample::setDc(
-                texel, solveDc(texel.form.unpacked(), texel.light, evaluateCode(tableOf(texel), model_.shape.monomialCount(), texel.code)));
+        forEachInParallel(sample_.texels().size(), [&](std::size_t i) {
+            SampleTexel& texel = sample_.texels()[i];
+            const HigherByChannel decode = evaluateCode(tableOf(texel), model_.shape.monomialCount(), texel.code);
+            BasisSample::setDc(texel, solveDc(texel.form.unpacked(), texel.light, decode));
+        });
     }
 
     const CodeTable& tableOf(const SampleTexel& texel) const { return model_.code[static_cast<std::size_t>(texel.cluster)]; }
-
-    /// Calls visit(texel, its target, the decode of its cluster) for all texels, cluster by cluster.
-    template <class Visit>
-    void forEachTexel(Visit visit) {
-        for (std::size_t cluster = 0; cluster < sample_.clusters().size(); ++cluster) {
-            const CodeSpace space(model_.code[cluster], model_.shape);
-            for (SampleTexel* texel : sample_.clusters()[cluster]) visit(*texel, BasisSample::targetOf(*texel), space);
-        }
-    }
 
     void stretchCodes() {
         for (const std::vector<SampleTexel*>& members : sample_.clusters())
@@ -107,9 +106,12 @@ private:
     /// Updates the channel weights and sends the codes through the block encoder.
     void encodeCodes() {
         glm::dvec4 sensitivity(0);
-        forEachTexel([&](const SampleTexel& texel, const BasisTarget& target, const CodeSpace& space) {
-            sensitivity += static_cast<double>(texel.weight) * glm::dvec4(space.sensitivity(target, texel.code));
-        });
+        for (std::size_t cluster = 0; cluster < sample_.clusters().size(); ++cluster) {
+            const CodeSpace space(model_.code[cluster], model_.shape);
+            for (const SampleTexel* texel : sample_.clusters()[cluster])
+                sensitivity +=
+                    static_cast<double>(texel->weight) * glm::dvec4(space.sensitivity(BasisSample::targetOf(*texel), texel->code));
+        }
         model_.codeWeights = channelWeightsOf(sensitivity);
         sample_.encodeCodes(1, model_.codeWeights);
     }

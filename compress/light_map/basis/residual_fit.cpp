@@ -6,6 +6,7 @@
 #include "compress/light_map/basis/code_fit.h"
 #include "compress/light_map/basis/error_space.h"
 #include "compress/light_map/basis/form_regression.h"
+#include "compress/light_map/basis/parallel.h"
 
 namespace lightcook::compress {
 
@@ -60,14 +61,17 @@ void fitDirections(const std::vector<SampleTexel*>& members, ResidualTable& tabl
 }  // namespace
 
 void addResidualLayer(BasisSample& sample, BasisModel& model) {
-    std::vector<ResidualTable> tables;
-    for (const std::vector<SampleTexel*>& members : sample.clusters()) tables.push_back(principalDirections(members));
+    std::vector<ResidualTable> tables(sample.clusters().size());
+    forEachInParallel(tables.size(), [&](std::size_t cluster) { tables[cluster] = principalDirections(sample.clusters()[cluster]); });
     const auto tableOf = [&](const SampleTexel& texel) -> const ResidualTable& { return tables[static_cast<std::size_t>(texel.cluster)]; };
     const auto solveTexels = [&] {
-        for (SampleTexel& texel : sample.texels()) texel.code = solveResidual(tableOf(texel), BasisSample::targetOf(texel));
+        forEachInParallel(sample.texels().size(), [&](std::size_t i) {
+            SampleTexel& texel = sample.texels()[i];
+            texel.code = solveResidual(tableOf(texel), BasisSample::targetOf(texel));
+        });
     };
     const auto fitTables = [&] {
-        for (std::size_t cluster = 0; cluster < tables.size(); ++cluster) fitDirections(sample.clusters()[cluster], tables[cluster]);
+        forEachInParallel(tables.size(), [&](std::size_t cluster) { fitDirections(sample.clusters()[cluster], tables[cluster]); });
     };
     solveTexels();
     for (int round = 0; round < kRounds; ++round) {

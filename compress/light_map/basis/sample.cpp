@@ -5,6 +5,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "compress/light_map/basis/parallel.h"
+
 namespace lightcook::compress {
 
 namespace {
@@ -92,7 +94,6 @@ double BasisSample::measureLight() const {
 
 void BasisSample::collect() {
     const float range = rows::constant(plan_, "range", 0);
-    ShadingForm shading(plan_.objective, static_cast<double>(range), lightSquare_);
     const bool isVisible = plan_.objective.has_value();
     texels_.reserve(static_cast<std::size_t>(source_.width) * static_cast<std::size_t>(kChartBlock));
     for (int x = 0; x < source_.width; ++x)
@@ -100,12 +101,24 @@ void BasisSample::collect() {
             if (source_.coverage.at(x, y) < 1) continue;
             SampleTexel texel{x, y};
             texel.light = source_.lightAt(x, y, range);
-            const glm::ivec2 owner = source_.owner.at(x, y);
-            texel.form = shading.at(texel.light, samples_.texels().normal.at(owner.x, owner.y));
-            setDc(texel, glm::max(texel.light[0], 0.0f));
             texel.weight = blockWeight(x) * (isVisible ? 1.0f : std::sqrt(source_.importance.at(x, y)));
             texels_.push_back(texel);
         }
+    measureForms(ShadingForm(plan_.objective, static_cast<double>(range), lightSquare_));
+}
+
+/// Sets the forms of all texels, and coefficients 0 to those of the reference.
+void BasisSample::measureForms(const ShadingForm& shading) {
+    constexpr std::size_t kTogether = 256;  // neighbours, which often have the same normal
+    forEachInParallel((texels_.size() + kTogether - 1) / kTogether, [&](std::size_t part) {
+        ShadingForm own = shading;
+        for (std::size_t i = part * kTogether; i < std::min((part + 1) * kTogether, texels_.size()); ++i) {
+            SampleTexel& texel = texels_[i];
+            const glm::ivec2 owner = source_.owner.at(texel.x, texel.y);
+            texel.form = own.at(texel.light, samples_.texels().normal.at(owner.x, owner.y));
+            setDc(texel, glm::max(texel.light[0], 0.0f));
+        }
+    });
 }
 
 void BasisSample::setDc(SampleTexel& texel, const glm::vec3& dc) {

@@ -59,6 +59,7 @@ public:
 private:
     double measureLight() const;
     void collect();
+    void measureForms(const ShadingForm& shading);
     void addSquareWeights(double share);
     /// x  in the sample's images
     float blockWeight(int x) const;
