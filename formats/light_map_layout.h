@@ -87,6 +87,12 @@ struct LightMapLayoutInfo {
     constexpr bool isLearned() const { return codeCount > 0; }
     /// The encoder has an objective to minimize: visible errors or energy.
     constexpr bool hasObjective() const { return isLearned() || family == LightMapFamily::Ratio; }
+    /// Coefficient 0 is stored more exactly than in one texture of TargetInfo::hdr, which is what `flat` has.
+    constexpr bool refinesCoefficient0() const {
+        const TexelRole first = textures.front().role;
+        const bool hasSecondHdr = textures.size() > 1 && textures[1].role == TexelRole::Hdr;
+        return first == TexelRole::Half || first == TexelRole::HdrFine || hasSecondHdr || residualCount() > 0;
+    }
     /// Texture fetches of a sample: one a layer.
     constexpr int tapCount() const {
         int taps = 0;

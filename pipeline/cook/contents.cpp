@@ -122,7 +122,8 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
     if (found == needs.contents.end()) return reduction;
     const LightMapContent& content = found->second;
     const bool isAuto = asked == kAutoLayout, isNamed = !isAuto && !scene.output.lightMapLayout.empty();
-    reduction.hasDominant = !content.isBlack && content.errorOfOrder0 != 0.0;
+    reduction.hasDirections = content.errorOfOrder0 != 0.0;
+    reduction.hasDominant = !content.isBlack && reduction.hasDirections;
     reduction.isDominantConstant = content.isConstant && content.hasOneNormal;
     const formats::LayoutList& layouts = layoutsFor(scene.output, entry);
     const bool isRawTaken = isAuto && formats::mayTake(layouts, formats::info(formats::LightMapLayout::Raw));

@@ -32,6 +32,7 @@ struct LightMapReduction {
     bool hasDominant = true;               ///< false: the light is black, or has no direction anywhere
     bool isDominantConstant = false;       ///< the dominant light of every texel is that of the first
     bool isFlatTried = false;              ///< for "auto": band 0 alone may be enough
+    bool hasDirections = true;             ///< false: bands 1 and 2 are zero
     std::string why;                       ///< a lower order or a constant was chosen; empty: neither was
 };
 /// asked  the layout that the materials need: lightMapLayoutFor()

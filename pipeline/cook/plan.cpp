@@ -184,7 +184,7 @@ private:
                              wanted(meshAssetName(scene_, entry), AssetKind::Mesh, entry.name);
         // A mesh whose vertices name clusters depends on its light map.
         const bool hasMap = wanted(entry.name, AssetKind::LightMap, entry.name) || (hasMesh && mayBeLearned);
-        if ((hasMap || joint) && !isDecided) addTrial(entry, description, reduction.isFlatTried, joint);
+        if ((hasMap || joint) && !isDecided) addTrial(entry, description, reduction, joint);
         if (hasMap && isDecided) addLightMap(entry, description, layout, reduction);
         if (hasMap && isDecided && scene_.output.gltf && entry.mesh) addGltf(entry, description);
         if (isDecided || !isDominantChosen(joint)) planDominant(entry, description, reduction);
@@ -241,12 +241,19 @@ private:
         plan_.actions.push_back(wholeAction(entry.name, sourceOf(entry), toJson(parameters), std::move(dependencies)));
     }
 
-    void addTrial(const LightMapEntry& entry, const formats::LightMapDescription& description, bool isFlatTried,
+    void addTrial(const LightMapEntry& entry, const formats::LightMapDescription& description, const LightMapReduction& reduction,
                   const std::optional<JointTrial>& joint) {
         plan_.undecided.push_back(entry.name);
-        const TrialParameters parameters{description,   scene_.output.target, textures_,
-                                         shading_,      scene_.display,       scene_.output.objective,
-                                         isFlatTried,   scene_.output.decode, layoutsFor(scene_.output, entry),
+        const TrialParameters parameters{description,
+                                         scene_.output.target,
+                                         textures_,
+                                         shading_,
+                                         scene_.display,
+                                         scene_.output.objective,
+                                         reduction.isFlatTried,
+                                         reduction.hasDirections,
+                                         scene_.output.decode,
+                                         layoutsFor(scene_.output, entry),
                                          hasMips(entry)};
         plan_.actions.push_back({"trial/" + entry.name,
                                  joint ? "joint-trial" : "light-map-trial",

@@ -50,6 +50,9 @@ std::vector<Trial> trialsOf(const TrialParameters& parameters, const std::option
         trials.push_back({&layout, !isTaken});
         if (isTaken) measured.insert(trialOf(layout));
     }
+    const auto isFlat = [](const Trial& each) { return each.layout->id == formats::LightMapLayout::Flat; };
+    if (!parameters.hasDirections && std::ranges::any_of(trials, [&](const Trial& each) { return isFlat(each) && !each.isExcluded; }))
+        std::erase_if(trials, [&](const Trial& each) { return !isFlat(each) && !each.layout->refinesCoefficient0(); });
     if (texels > kExcludedTexels)
         std::erase_if(trials, [&](const Trial& each) { return each.isExcluded && !measured.contains(trialOf(*each.layout)); });
     return trials;

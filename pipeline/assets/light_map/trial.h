@@ -19,6 +19,7 @@ struct TrialParameters {
     lighting::DisplaySettings display;
     formats::Objective objective = formats::Objective::Visible;
     bool isFlatTried = false;           ///< band 0 alone may be enough
+    bool hasDirections = true;          ///< false: bands 1 and 2 are zero, so layouts that store coefficient 0 as flat does are not tried
     formats::DecodeLimits decode = {};  ///< layouts over them are not tried
     formats::LayoutList layouts = {};   ///< that "auto" may take
     bool mips = false;                  ///< the bytes are those of a map with mip levels; errors are those of level 0
@@ -32,6 +33,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("display", parameters.display, "display that visible errors are judged on");
     fields.required("objective", parameters.objective, "what encoders minimize");
     fields.required("is_flat_tried", parameters.isFlatTried, "true if band 0 alone may be enough");
+    fields.presentIf(!parameters.hasDirections, "has_directions", parameters.hasDirections, "false if bands 1 and 2 are zero");
     fields.optional("max_fetches", parameters.decode.maxFetches, "limit on the texture fetches of a sample");
     fields.optional("max_decode_ops", parameters.decode.maxDecodeOps, "limit on the operations of a sample's decode");
     fields.presentIf(!parameters.layouts.empty(), "layouts", parameters.layouts, "layouts that may be chosen");

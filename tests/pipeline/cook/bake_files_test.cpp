@@ -63,6 +63,20 @@ lighting::ShRgb texelOf(int x, int y) {
     return shOf(sunAndSky, {(x + 0.5) / kSide, (y + 0.5) / kSide});
 }
 
+/// Layouts that add directions alone would have the bytes of flat and more.
+TEST(BakeFiles, AMapWithoutDirectionsIsTriedAsFlatAndInLayoutsThatRefineIt) {
+    const BakeScene scene;
+    scene.writePicture("hall.exr", kSide, kSide, 3, [](int x, int y) { return glm::vec4(0.1 + 0.02 * x, 0.5, 0.2 + 0.04 * y, 1); });
+    scene.writeScene("hall.exr", "", "max_visible = 5");
+    const Outcome outcome = scene.cook();
+    ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+    const Json& map = outcome.report.at("assets").at(0);
+    EXPECT_EQ(map.at("layout"), "flat");
+    std::vector<std::string> layouts;
+    for (const Json& candidate : map.at("trial_candidates")) layouts.push_back(candidate.at("layout"));
+    EXPECT_THAT(layouts, testing::UnorderedElementsAre("flat", "basis-8", "basis-12", "basis-16", "hdr-2", "hdr-rgb9e5", "raw"));
+}
+
 TEST(BakeFiles, AllFilesOfASplitBakeAreInputs) {
     const BakeScene scene;
     constexpr std::array kNames = {"L0", "L1m1", "L10", "L11", "L2m2", "L2m1", "L20", "L21", "L22"};
