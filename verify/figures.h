@@ -88,6 +88,8 @@ public:
     static constexpr std::size_t kLanes = 16;
     /// Adds the first `count` samples. Both spans are padded with zeros up to a multiple of kLanes.
     void addPaddedErrors(std::span<const float> reference, std::span<const float> error, std::size_t count);
+    /// Adds `count` samples of no light, without an error.
+    void addDark(std::size_t count);
     /// Raises maxBound to a proven bound of local relative errors.
     void addBound(double bound, const ErrorPlace& place = {});
     /// Sets the place of the largest sample, after an add that raised maxSampled().

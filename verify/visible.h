@@ -85,6 +85,8 @@ class VisibleAccumulator {
 public:
     VisibleAccumulator();
     void add(std::span<const float> differences);
+    /// Adds `count` differences of 0.
+    void addExact(std::size_t count);
     /// Sets the place of the largest difference, after an add that raised largest().
     void setMaxAt(const VisiblePlace& place) { maxAt_ = place; }
     /// Merge strips in a fixed order for reproducible bits.

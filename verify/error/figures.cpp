@@ -73,6 +73,11 @@ void ErrorAccumulator::addPaddedErrors(std::span<const float> reference, std::sp
         addPiece(reference.data() + start, error.data() + start, std::min(kPiece, count - start));
 }
 
+void ErrorAccumulator::addDark(std::size_t count) {
+    histogram_[static_cast<std::size_t>(floatBinOf(0))] += static_cast<std::int64_t>(count);
+    sampleCount_ += static_cast<std::int64_t>(count);
+}
+
 void ErrorAccumulator::addPiece(const float* reference, const float* error, std::size_t count) {
     // Each lane has its own sums, which are added up in a fixed order: the bits are the same at any vector width. With 8 lanes, GCC's -O3
     // unrolls the loop first and generates scalar code.

@@ -90,6 +90,11 @@ void VisibleAccumulator::add(std::span<const float> differences) {
     sampleCount_ += static_cast<std::int64_t>(differences.size());
 }
 
+void VisibleAccumulator::addExact(std::size_t count) {
+    histogram_.front() += static_cast<std::int64_t>(count);
+    sampleCount_ += static_cast<std::int64_t>(count);
+}
+
 void VisibleAccumulator::addBound(double bound, const VisiblePlace& place) {
     if (!(bound > bound_)) return;
     bound_ = bound;

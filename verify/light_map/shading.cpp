@@ -320,10 +320,18 @@ namespace {
 void shade(const std::array<lighting::Sh, kChannels>& local, const ShadingMatrix& matrix, std::vector<float>& out) {
     for (std::size_t c = 0; c < kChannels; ++c) matrix.apply(local[c], out.data() + c * matrix.stride());
 }
+
+bool isZero(const shaders::LcSh& sh) {
+    return std::ranges::all_of(sh.c, [](const glm::vec3& coefficient) { return coefficient == glm::vec3(0); });
+}
 }  // namespace
 
 void ErrorShader::setReference(const shaders::LcSh& reference, const glm::vec3& normal, const glm::dvec2& place) {
     place_ = place;
+    // Neighbours are often alike: black, or of one colour.
+    if (reference_ && normal == normal_ && std::ranges::equal(reference.c, reference_->c)) return;
+    reference_ = reference;
+    isDark_ = isZero(reference);
     if (normal != normal_) {
         const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(normal));
         frame_ = {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])};
@@ -340,15 +348,32 @@ void ErrorShader::setReference(const shaders::LcSh& reference, const glm::vec3& 
 }
 
 void ErrorShader::add(const shaders::LcSh& error, ShadedErrors& errors) {
+    const bool isExact = isZero(error);
+    if (isExact && isDark_) {
+        errors.diffuse.addDark(kChannels * matrices_.diffuse.count());
+        errors.specular.addDark(kChannels * matrices_.specular.count());
+        addUnseen(errors);
+        return;
+    }
     const auto local = channelsOf(shaders::lcLocalSh(error, frame_[0], frame_[1], frame_[2]));
     shade(local, matrices_.diffuse, diffuse_.error);
     shade(local, matrices_.specular, specular_.error);
     addEnergy(matrices_.diffuse, diffuse_, errors.diffuse);
     addEnergy(matrices_.specular, specular_, errors.specular);
+    if (isExact) {
+        addUnseen(errors);
+        return;
+    }
     if (!matrices_.visible) return;
     shade(local, matrices_.visible->cap, cap_.error);
     addVisible(matrices_.visible->cap, cap_, shownCap_, errors.visibleDiffuse);
     addVisible(matrices_.specular, specular_, shownSpecular_, errors.visibleSpecular);
+}
+
+void ErrorShader::addUnseen(ShadedErrors& errors) const {
+    if (!matrices_.visible) return;
+    errors.visibleDiffuse.addExact(matrices_.visible->cap.count());
+    errors.visibleSpecular.addExact(matrices_.specular.count());
 }
 
 void ErrorShader::addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, ErrorAccumulator& accumulator) const {

@@ -105,6 +105,8 @@ private:
 
     void addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, ErrorAccumulator& accumulator) const;
     void addVisible(const ShadingMatrix& matrix, const Shaded& shaded, Shown& shown, VisibleAccumulator& accumulator);
+    /// Adds visible errors of 0 in all rows.
+    void addUnseen(ShadedErrors& errors) const;
     /// Returns the place of the largest error.
     ErrorPlace worstOf(const ShadingMatrix& matrix, const Shaded& shaded) const;
     VisiblePlace visibleAt(const ShadingMatrix& matrix, const Shaded& shaded, std::size_t row) const;
@@ -114,6 +116,8 @@ private:
     Shaded diffuse_, specular_, cap_;
     Shown shownCap_, shownSpecular_;
     std::vector<float> found_, differences_;  ///< reused
+    std::optional<shaders::LcSh> reference_;  ///< of the last texel
+    bool isDark_ = false;                     ///< it is zero
     glm::vec3 normal_{0};
     std::array<glm::vec3, 3> frame_{};
     double unit_;

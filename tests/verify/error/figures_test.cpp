@@ -85,6 +85,19 @@ TEST(ErrorAccumulator, NothingAndNoErrorAreZero) {
     EXPECT_EQ(black.figures().maxSampled, 0);
 }
 
+TEST(ErrorAccumulator, DarkSamplesCountLikeOthers) {
+    const Samples samples = makeSamples(500, 3);
+    ErrorAccumulator dark(1), zeros(1);
+    dark.addErrors(samples.reference, samples.error);
+    zeros.addErrors(samples.reference, samples.error);
+    dark.addDark(1500);
+    for (int i = 0; i < 1500; ++i) zeros.add(0, 0);
+    EXPECT_EQ(dark.sampleCount(), 2000);
+    EXPECT_EQ(dark.figures().relRms, zeros.figures().relRms);
+    EXPECT_EQ(dark.figures().p99, zeros.figures().p99);
+    EXPECT_EQ(dark.referenceRms(), zeros.referenceRms());
+}
+
 /// An infinite reference would make every relative error 0.
 TEST(ErrorAccumulator, AnInfiniteReferenceExceedsEveryLimit) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();

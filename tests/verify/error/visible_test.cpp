@@ -123,6 +123,8 @@ TEST(VisibleAccumulator, AnExactAssetHasNoError) {
     EXPECT_EQ(accumulator.figures().max, 0);
     const std::vector<float> zeros(100);
     accumulator.add(zeros);
+    accumulator.addExact(50);
+    EXPECT_EQ(accumulator.sampleCount(), 150);
     const VisibleFigures figures = accumulator.figures();
     EXPECT_EQ(figures.p999, 0);
     EXPECT_EQ(figures.max, 0);
