@@ -20,7 +20,7 @@ target_precompile_headers(json_test_headers PRIVATE <nlohmann/json.hpp> <fmt/for
 #   OPENIMAGEIO    sources that call OpenImageIO. They make a program of their own, <module>_openimageio_tests: loading that library and
 #                  the 250 others that it needs takes 0.3 s, and ctest starts one process a test
 #   NOT_SANITIZED  sources left out of the sanitizers' builds: they run for minutes there, over code that others run on worse input
-#   UNITY          with LIGHTCOOK_UNITY the sources of <module>_tests are compiled eight at a time, so names in their unnamed namespaces differ
+#   UNITY          with LIGHTCOOK_UNITY the sources of <module>_tests are compiled several at a time, so names in their unnamed namespaces differ
 #   JSON           the sources include nlohmann/json.hpp and fmt/format.h
 # Suites with Soak in their name carry the label "soak": ./dev test leaves them out, ./dev soak runs them with LIGHTCOOK_SOAK=1.
 function(lightcook_test module)
@@ -30,7 +30,7 @@ function(lightcook_test module)
   endif()
   add_executable(${module}_tests ${ARG_SOURCES})
   if(ARG_UNITY)
-    set_target_properties(${module}_tests PROPERTIES UNITY_BUILD ${LIGHTCOOK_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+    set_target_properties(${module}_tests PROPERTIES UNITY_BUILD ${LIGHTCOOK_UNITY} UNITY_BUILD_BATCH_SIZE "${CMAKE_UNITY_BUILD_BATCH_SIZE}")
   endif()
   set(programs ${module}_tests)
   if(ARG_OPENIMAGEIO)

@@ -11,6 +11,9 @@
 
 namespace lightcook::pipeline {
 
+/// Pixels without a surface, or of texels outside charts.
+inline constexpr glm::u8vec3 kOutside(40);
+
 /// Returns the pixel of a light: the key, a log-average luminance, is shown as middle grey. A key of 0 shows everything black.
 glm::u8vec3 toneMapped(const glm::vec3& radiance, double key);
 /// Returns the pixel of a visible error: the colour ramp ends at 10 just noticeable differences.

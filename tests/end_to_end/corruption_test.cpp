@@ -48,6 +48,28 @@ protected:
         const std::vector<ErrorCode> codes = {ErrorCode::Verification, ErrorCode::FileUnreadable, ErrorCode::FormatUnsupported};
         EXPECT_THAT(codes, testing::Contains(outcome.errors[0].code)) << outcome.errors[0].line();
     }
+    /// Flips a bit of the first, the middle and the last byte of each file, and of some at random.
+    /// inText, inOthers  how many of these, in JSON and in other files
+    static void expectFlipsNamed(int inText, int inOthers) {
+        std::mt19937 random(3);
+        int flips = 0;
+        const auto files = filesOf(cooked());
+        for (const char* file : {kManifestName, kReportName, kReportHtmlName, kShaderName}) EXPECT_TRUE(files.contains(file)) << file;
+        EXPECT_GT(files.size(), 25u) << "textures, a mesh, pictures";
+        for (const auto& [file, content] : files) {
+            std::vector<std::size_t> places = {0, content.size() / 2, content.size() - 1};
+            for (int i = 0; i < (file.ends_with(".json") ? inText : inOthers); ++i) places.push_back(random() % content.size());
+            for (const std::size_t place : places) {
+                const char flipped = static_cast<char>(content[place] ^ static_cast<char>(1 << random() % 8));
+                formats::setByte(cooked() / file, place, flipped);
+                expectNamed(file, fmt::format("byte {}", place));
+                formats::setByte(cooked() / file, place, content[place]);
+                ++flips;
+            }
+        }
+        std::printf("figures %d flipped bytes in %zu files\n", flips, files.size());
+        EXPECT_THAT(verify().errors, testing::IsEmpty());
+    }
 
 private:
     static void cook(const char* name, double maxError) {
@@ -68,25 +90,12 @@ TEST_F(CookedFolder, IsFoundWholeAsItWasCooked) {
 }
 
 TEST_F(CookedFolder, AFlippedByteOfAnyFileIsFoundAndNamed) {
-    std::mt19937 random(3);
-    int flips = 0;
-    const auto files = filesOf(cooked());
-    for (const char* file : {kManifestName, kReportName, kReportHtmlName, kShaderName}) EXPECT_TRUE(files.contains(file)) << file;
-    EXPECT_GT(files.size(), 25u) << "textures, a mesh, pictures";
-    for (const auto& [file, content] : files) {
-        const bool isText = file.ends_with(".json");
-        std::vector<std::size_t> places = {0, content.size() / 2, content.size() - 1};
-        for (int i = 0; i < (isText ? 100 : 3); ++i) places.push_back(random() % content.size());
-        for (const std::size_t place : places) {
-            const char flipped = static_cast<char>(content[place] ^ static_cast<char>(1 << random() % 8));
-            formats::setByte(cooked() / file, place, flipped);
-            expectNamed(file, fmt::format("byte {}", place));
-            formats::setByte(cooked() / file, place, content[place]);
-            ++flips;
-        }
-    }
-    std::printf("figures %d flipped bytes in %zu files\n", flips, files.size());
-    EXPECT_THAT(verify().errors, testing::IsEmpty());
+    expectFlipsNamed(20, 1);
+}
+
+using CookedFolderSoak = CookedFolder;
+TEST_F(CookedFolderSoak, AFlippedByteOfAnyFileIsFoundAndNamed) {
+    expectFlipsNamed(200, 10);
 }
 
 TEST_F(CookedFolder, AFileOfAnotherCookIsFoundAndNamed) {

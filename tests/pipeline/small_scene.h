@@ -91,6 +91,12 @@ public:
         options.cache = folder_ / "cache";
         return options;
     }
+    /// The same with the cache that all tests share, for tests that are not about what runs anew.
+    CookOptions optionsWithSharedCache() const {
+        CookOptions shared = options();
+        shared.cache = LIGHTCOOK_TEST_CACHE;
+        return shared;
+    }
 
 private:
     void writeLightMap(const LightField& light) const {

@@ -19,7 +19,6 @@ using formats::Result;
 
 constexpr int kSide = 192;                         ///< [pixels]
 constexpr double kRadiusTexels = 20;               ///< half of the picture's side at the place
-constexpr glm::u8vec3 kOutside(40);                ///< no surface, or texels outside charts
 constexpr int kNear = 24;                          ///< [rows] around the texel, whose places are the finer ones
 constexpr int kFinePlaces = 4, kCoarsePlaces = 2;  ///< places a texel at which the cooked map is decoded
 

@@ -20,8 +20,7 @@ namespace {
 using formats::Result;
 
 constexpr std::size_t kPlaces = 4;
-constexpr int kSide = 24, kGap = 1, kPanels = 3;  ///< [pixels] of a picture: a texel is a pixel
-constexpr glm::u8vec3 kOutside(40);               ///< texels outside charts
+constexpr int kCropSide = 24, kGap = 1, kPanels = 3;  ///< [pixels] of a picture: a texel is a pixel
 
 /// Sets a row of each panel.
 /// left  column of the map that texel 0 of the row is
@@ -39,7 +38,7 @@ void drawRow(const LitRow& lit, const formats::LightMapStrip& reference, int lef
 /// Draws the surroundings of a texel, and sets the light there.
 Result<formats::Image<glm::u8vec3>> draw(const WorstTexel& texel, LightMapSource& bake, const CookedLightMapReader& cooked,
                                          const verify::Viewing& viewing, WorstPlacePicture& place) {
-    const int width = std::min(kSide, bake.width()), height = std::min(kSide, bake.height());
+    const int width = std::min(kCropSide, bake.width()), height = std::min(kCropSide, bake.height());
     const int left = std::clamp(texel.x - width / 2, 0, bake.width() - width),
               top = std::clamp(texel.y - height / 2, 0, bake.height() - height);
     const auto reference = bake.rows(top, height);
@@ -92,7 +91,7 @@ Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst
                                                         const verify::Viewing& viewing, std::span<const verify::SurfaceTriangle> triangles,
                                                         const ActionContext& context) {
     std::vector<WorstPlacePicture> places;
-    for (const WorstTexel& texel : worst.apart(kPlaces, kSide)) {
+    for (const WorstTexel& texel : worst.apart(kPlaces, kCropSide)) {
         if (texel.visible < kLeastShown) break;
         WorstPlacePicture place;
         place.file = fmt::format("preview/{}_worst_{}.png", context.action.asset, places.size() + 1);

@@ -21,7 +21,7 @@ class KeptCandidates : public testing::Test {
 protected:
     Outcome cook(bool keep, const std::string& output = kOutput) {
         scene_.writeSceneFile(output);
-        CookOptions options = scene_.options();
+        CookOptions options = scene_.optionsWithSharedCache();
         options.keepCandidates = keep;
         Outcome outcome = cookScene(options, state_);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();

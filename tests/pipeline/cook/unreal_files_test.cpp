@@ -20,7 +20,7 @@ using testing::HasSubstr;
 constexpr int kMapSide = 16;
 constexpr UnrealRectangle kWhole = {0, 0, kMapSide, kMapSide}, kInner = {1, 1, kMapSide - 2, kMapSide - 2};
 
-glm::dvec3 light(int x, int y) {
+glm::dvec3 lightOf(int x, int y) {
     return glm::dvec3(0.2 + 0.05 * x, 0.3 + 0.03 * y, 0.5);
 }
 
@@ -33,7 +33,7 @@ public:
             const std::string name = fmt::format("HQ_Lightmap{}", i);
             const UnrealRectangle part = i == 0 ? kWhole : kInner;
             UnrealImage image(kMapSide, kMapSide);
-            const UnrealConstants constants = image.encode(part, light);
+            const UnrealConstants constants = image.encode(part, lightOf);
             image.writeTo(*this / (name + ".png"));
             images.push_back({{"name", name}, {"uri", name + ".png"}});
             maps.push_back(formats::unrealLightMap(image, part, constants, i));
@@ -103,7 +103,7 @@ TEST(UnrealFiles, ALightMapIsCookedForEachImageOfAGltf) {
     for (const char* name : {"level.gltf", "level.bin", "HQ_Lightmap0.png"}) EXPECT_THAT(depfile, HasSubstr((scene / name).string()));
     EXPECT_EQ(scene.cook().actionsRun, 0);
     UnrealImage other(kMapSide, kMapSide);
-    other.encode(kWhole, [](int x, int y) { return 1.5 * light(y, x); });
+    other.encode(kWhole, [](int x, int y) { return 1.5 * lightOf(y, x); });
     other.writeTo(scene / "HQ_Lightmap0.png");
     EXPECT_GT(scene.cook().actionsRun, 0) << "an image changed";
 }

@@ -29,7 +29,7 @@ protected:
         for (const char* file : {"cornell_lightmap.exr", "cornell.glb"}) fs::copy_file(exampleFolder() / file, folder_ / file);
         options_.scene = folder_ / "scene.toml";
         options_.output = folder_ / "out";
-        options_.cache = folder_ / "cache";
+        options_.cache = LIGHTCOOK_TEST_CACHE;
     }
     /// output  lines of [output]; map  lines of [[light_map]]
     void writeScene(const std::string& output, const std::string& map = "mesh = \"cornell.glb\"\n") const {

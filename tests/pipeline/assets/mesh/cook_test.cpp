@@ -100,7 +100,7 @@ protected:
         CookOptions options;
         options.scene = folder_ / "scene.toml";
         options.output = folder_ / "out";
-        options.cache = folder_ / "cache";
+        options.cache = cache_;
         options.only = only;
         const RunState state;
         return cookScene(options, state);
@@ -169,6 +169,7 @@ protected:
     }
 
     const formats::TemporaryFolder folder_;
+    std::filesystem::path cache_ = LIGHTCOOK_TEST_CACHE;  ///< many tests cook the same
 };
 
 TEST_F(TwoSquares, TheirClustersDifferUnlessAnIslandJoinsThem) {
@@ -265,7 +266,7 @@ TEST_F(TwoSquares, BitsAreTheLeastThatKeepATenthOfTheLimit) {
         CookOptions options;
         options.scene = folder_ / "scene.toml";
         options.output = folder_ / "out";
-        options.cache = folder_ / "cache";
+        options.cache = cache_;
         const Outcome outcome = cookScene(options, state);
         ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
         for (const Json& row : outcome.report.at("assets")) {
@@ -383,6 +384,7 @@ TEST_F(TwoSquares, AManifestThatNamesNoSuchLightMapIsRefused) {
 }
 
 TEST_F(TwoSquares, TheMeshIsAnInputOfTheLightMapOnlyWhereBasesAreLearned) {
+    cache_ = folder_ / "cache";  // nothing is known from elsewhere
     writeMesh(Neck::Absent);
     const auto again = [&](Neck neck) {
         writeMesh(neck);
@@ -420,7 +422,7 @@ TEST_F(TwoSquares, AMeshThatCannotBeReadDoesNotStopALearnedLightMap) {
         CookOptions options;
         options.scene = folder_ / "scene.toml";
         options.output = folder_ / "out";
-        options.cache = folder_ / "cache";
+        options.cache = cache_;
         options.keepGoing = true;
         const RunState state;
         const Outcome outcome = cookScene(options, state);
