@@ -19,6 +19,7 @@
 #include "pipeline/assets/lut/lut.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/rsrm/rsrm.h"
+#include "pipeline/lint/gradient_facts.h"
 #include "pipeline/lint/light_map_facts.h"
 #include "pipeline/lint/mesh_facts.h"
 #include "pipeline/lint/probe_facts.h"
@@ -132,7 +133,8 @@ constexpr std::array kPlanActions = {PlanAction{"materials", readMaterials},
                                      PlanAction{"probe-use", findUnusedProbes},
                                      PlanAction{"lint-light-map", lintLightMap},
                                      PlanAction{"lint-mesh", lintMesh},
-                                     PlanAction{"lint-probe", lintProbe}};
+                                     PlanAction{"lint-probe", lintProbe},
+                                     PlanAction{"lint-gradient", lintGradient}};
 
 formats::Result<ActionOutcome> failUnknownKind(const ActionContext& context) {
     return formats::failure(formats::ErrorCode::FileUnreadable, context.action.asset,

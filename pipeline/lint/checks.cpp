@@ -91,6 +91,8 @@ constexpr std::array kLintChecks = {
                   "Look for lights and objects that were left out of the bake."},
     LintCheckInfo{LintCheck::ProbeSh, "probe-sh", Warning, "the image of a probe and its SH disagree",
                   "Check that `file` and `sh` are of the same probe and bake, the order and the axes of the faces, and the exposure."},
+    LintCheckInfo{LintCheck::BlackGradient, "black-gradient", Warning, "the gradient has no light at all",
+                  "Look for a sky that was switched off, or for an image under another name."},
     LintCheckInfo{LintCheck::LimitAboveOne, "limit-above-one", Warning, "a limit of an error is above 1, which allows any result",
                   "Write a fraction: `max_error = 0.02` is 2 %."},
 };

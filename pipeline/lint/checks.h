@@ -42,6 +42,7 @@ enum class LintCheck {
     ClippedProbe,
     BlackProbe,
     ProbeSh,
+    BlackGradient,
     LimitAboveOne,
 };
 

@@ -302,6 +302,12 @@ Findings judgeProbe(const ProbeEntry& entry, const ProbeFacts& facts) {
     return finding(LintCheck::ProbeSh, "sh", what, {{"difference", *facts.shDifference}});
 }
 
+Findings judgeGradient(const GradientEntry& entry, const GradientFacts& facts) {
+    if (facts.largest > 0) return {};
+    return {makeFinding(LintCheck::BlackGradient, entry.name, entry.file, {"gradient", entry.name, "file"},
+                        "found no light in the whole gradient, expected some", {})};
+}
+
 Findings judgeUnits(const LightMapEntry& entry, const LightMapFacts& facts, const std::vector<ProbeFacts>& probes) {
     double ofProbes = 0;
     for (const ProbeFacts& probe : probes) ofProbes += probe.meanRadiance / static_cast<double>(probes.size());

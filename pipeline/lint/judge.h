@@ -5,6 +5,7 @@
 
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/lint/finding.h"
+#include "pipeline/lint/gradient_facts.h"
 #include "pipeline/lint/light_map_facts.h"
 #include "pipeline/lint/mesh_facts.h"
 #include "pipeline/lint/probe_facts.h"
@@ -17,6 +18,7 @@ using Findings = std::vector<Finding>;
 Findings judgeLightMap(const LightMapEntry& entry, const LightMapFacts& facts);
 Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts);
 Findings judgeProbe(const ProbeEntry& entry, const ProbeFacts& facts);
+Findings judgeGradient(const GradientEntry& entry, const GradientFacts& facts);
 /// Compares the brightness of a light map with that of the probes of its scene.
 Findings judgeUnits(const LightMapEntry& entry, const LightMapFacts& facts, const std::vector<ProbeFacts>& probes);
 /// Looks for limits above 1.

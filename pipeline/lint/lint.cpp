@@ -42,20 +42,32 @@ Action meshAction(const LightMapEntry& entry, const formats::LightMapDescription
     return {"lint/mesh/" + entry.name, "lint-mesh", entry.name, toJson(MeshLintParameters{description}), std::move(inputs), {}};
 }
 
+/// Returns the file of an environment, with those of its other faces.
+Inputs environmentInputs(const std::filesystem::path& file, const formats::ColorSpaces& colors) {
+    Inputs inputs = sourceOf(file, colors);
+    std::error_code code;
+    for (const std::filesystem::path& face : formats::faceFiles(file))
+        if (face != file && std::filesystem::exists(face, code)) inputs["source-" + face.stem().string()] = face;
+    return inputs;
+}
+
 Action probeAction(const Scene& scene, const ProbeEntry& entry, bool repair) {
     // As stored: levels of 8 bits, and SH that the baker computed in the colours of the image.
     formats::ColorSpaces colors = scene.colors;
     colors.working = colors.source;
-    Inputs inputs = sourceOf(entry.file, colors);
-    std::error_code code;
-    for (const std::filesystem::path& face : formats::faceFiles(entry.file))
-        if (face != entry.file && std::filesystem::exists(face, code)) inputs["source-" + face.stem().string()] = face;
+    Inputs inputs = environmentInputs(entry.file, colors);
     ProbeLintParameters parameters{colors, repair, {}};
     if (entry.sh) {
         inputs["sh"] = *entry.sh;
         parameters.probeFile = entry.file.filename().string();
     }
     return {"lint/probe/" + entry.name, "lint-probe", entry.name, toJson(parameters), std::move(inputs), {}};
+}
+
+Action gradientAction(const Scene& scene, const GradientEntry& entry, bool repair) {
+    const GradientLintParameters parameters{scene.colors, repair, entry.encoding, entry.axis.has_value()};
+    return {
+        "lint/gradient/" + entry.name, "lint-gradient", entry.name, toJson(parameters), environmentInputs(entry.file, scene.colors), {}};
 }
 
 /// Judges the scene from the records that there are.
@@ -71,6 +83,8 @@ public:
                 if (findings.empty()) probes.push_back(*facts);  // others say nothing of the units
                 add(std::move(findings));
             }
+        for (const GradientEntry& entry : scene_.gradients)
+            if (const auto facts = factsOf<GradientFacts>("lint/gradient/" + entry.name)) add(judgeGradient(entry, *facts));
         for (const LightMapEntry& entry : scene_.lightMaps) judgeLightMapAndMesh(entry, probes);
         add(judgeSettings(scene_));
         add(judgeMaterials(scene_, materials()));
@@ -154,6 +168,8 @@ std::vector<Action> planLint(const Scene& scene, bool repair, const std::optiona
     }
     for (const ProbeEntry& entry : scene.probes)
         if (isMeant(entry.name)) actions.push_back(probeAction(scene, entry, repair));
+    for (const GradientEntry& entry : scene.gradients)
+        if (isMeant(entry.name)) actions.push_back(gradientAction(scene, entry, repair));
     return actions;
 }
 

@@ -30,7 +30,7 @@ void describe(Fields& fields, Self& report) {
 }
 
 /// Returns the actions that gather the facts of a scene's inputs.
-/// assets  the light maps and probes that are meant; none: all
+/// assets  the light maps, probes and gradients that are meant; none: all
 std::vector<Action> planLint(const Scene& scene, bool repair, const std::optional<std::set<std::string>>& assets = {});
 
 /// Judges a scene.

@@ -437,6 +437,7 @@ const std::vector<Mistake>& allMistakes() {
         {"the probe was an 8-bit image", kLint, faults::eightBitProbe},
         {"the light of the probe was cut at 1", kLint, faults::clippedProbe},
         {"the probe has no light", kLint, faults::blackProbe},
+        {"the gradient has no light", kLint, faults::blackGradient},
         {"the probe is not that of its SH", kLint, faults::probeOfAnotherPlace},
         {"coverage is nowhere above 0.5", "lightcook cook scene.toml", faults::coverageOfOneHalf},
         {"coverage is missing", kLint, faults::noCoverageChannel},

@@ -101,6 +101,12 @@ inline void blackProbe(const PlantedScene& scene) {
     editProbeValues(scene, [](float) { return 0.0f; });
 }
 
+inline void blackGradient(const PlantedScene& scene) {
+    scene.editGradient([](Channels& gradient) {
+        for (auto& [name, texels] : gradient.values) std::ranges::fill(texels, 0.0f);
+    });
+}
+
 inline void probeOfAnotherPlace(const PlantedScene& scene) {
     scene.editProbe([](Channels& probe) {
         for (auto& [name, texels] : probe.values) std::ranges::reverse(texels);

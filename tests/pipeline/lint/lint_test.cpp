@@ -165,6 +165,12 @@ TEST(Lint, NamesAProbeWithoutLight) {
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("black-probe"));
 }
 
+TEST(Lint, NamesAGradientWithoutLight) {
+    const PlantedScene scene;
+    faults::blackGradient(scene);
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre("black-gradient"));
+}
+
 TEST(Lint, NamesAProbeWhoseShIsAnother) {
     const PlantedScene scene;
     faults::probeOfAnotherPlace(scene);

@@ -103,6 +103,7 @@ public:
 
     void editLightMap(const std::function<void(Channels&)>& edit) const { editExr("cornell_lightmap.exr", edit); }
     void editProbe(const std::function<void(Channels&)>& edit) const { editExr("cornell_probe0.exr", edit); }
+    void editGradient(const std::function<void(Channels&)>& edit) const { editExr("clear_sky_256x1.exr", edit); }
     void editMesh(const std::function<void(Glb&)>& edit) const {
         Glb glb = Glb::read(folder_ / "cornell.glb");
         edit(glb);

@@ -1,0 +1,35 @@
+#include "pipeline/lint/gradient_facts.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "formats/environment.h"
+#include "pipeline/assets/results.h"
+#include "pipeline/assets/rsrm/rsrm.h"
+#include "pipeline/assets/source_colors.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+formats::Result<std::vector<glm::vec3>> texelsOf(const GradientLintParameters& parameters, const Action& action) {
+    const std::filesystem::path& file = action.inputs.at("source");
+    const formats::EnvironmentOptions options{withConfig(parameters.colors, action), parameters.repair};
+    if (!parameters.isEnvironment) return formats::loadGradient(file, options, encodingOf(parameters.encoding));
+    auto loaded = formats::loadEnvironment(file, options);
+    if (!loaded) return tl::make_unexpected(loaded.error());
+    return std::move(loaded->environment.texels.texels());
+}
+
+}  // namespace
+
+formats::Result<ActionOutcome> lintGradient(const ActionContext& context) {
+    const auto parameters = parametersOf<GradientLintParameters>(context);
+    if (!parameters) return tl::make_unexpected(parameters.error());
+    const auto texels = texelsOf(*parameters, context.action);
+    if (!texels) return tl::make_unexpected(texels.error());
+    GradientFacts facts;
+    for (const glm::vec3& texel : *texels) facts.largest = std::max(facts.largest, 1.0 * std::max({texel.x, texel.y, texel.z}));
+    return outcomeWith(facts);
+}
+
+}  // namespace lightcook::pipeline
