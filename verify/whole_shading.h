@@ -40,6 +40,10 @@ private:
     std::unique_ptr<const State> state_;
 };
 
+/// Returns the RMS of the error of samples over the RMS of the reference, with the arguments of visibleErrorsOfSum; 0 without light.
+double relRmsOfSum(std::span<const float> reference, std::span<const float> a, std::span<const float> b, std::size_t sampleCount,
+                   std::size_t stride);
+
 /// Returns the visible errors of samples: of `a` and `b` together against those of the reference.
 /// a, b, reference  places of 3 stride values each; b may be empty, for nothing
 VisibleFigures visibleErrorsOfSum(std::span<const float> reference, std::span<const float> a, std::span<const float> b,

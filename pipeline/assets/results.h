@@ -150,18 +150,24 @@ void describe(Fields& fields, Self& result) {
     fields.optional("ground_truth", result.groundTruth, "errors against traced light");
 }
 
-/// Visible error of what a pixel shows of a light map and its dominant light together: result of action "verify-whole".
-struct WholeVisible {
+/// Errors of what a pixel shows of a light map and its dominant light together: result of action "verify-whole".
+struct WholeFigures {
     verify::VisibleFigures visible;
+    double relRms = 0;                 ///< RMS of the error over that of the reference
     int places = 0;                    ///< that were shaded
     std::optional<double> maxVisible;  ///< limit on the 99th percentile
-    bool isKept() const { return !maxVisible || visible.p99 <= *maxVisible; }
+    std::optional<double> maxError;    ///< limit on relRms
+    bool isVisibleKept() const { return !maxVisible || visible.p99 <= *maxVisible; }
+    bool isErrorKept() const { return !maxError || relRms <= *maxError; }
+    bool isKept() const { return isVisibleKept() && isErrorKept(); }
 };
-template <class Fields, Is<WholeVisible> Self>
+template <class Fields, Is<WholeFigures> Self>
 void describe(Fields& fields, Self& whole) {
     fields.required("visible", whole.visible, "visible error, in just noticeable differences (Delta E ITP)");
+    fields.required("rel_rms", whole.relRms, kFigure, "RMS of the error over that of the reference");
     fields.required("places", whole.places, kFigure, "places of the surface that were shaded");
     fields.optional("max_visible", whole.maxVisible, kFigure, "limit on the 99th percentile");
+    fields.optional("max_error", whole.maxError, kFigure, "limit on rel_rms");
 }
 
 /// Returns the outcome of an action with a typed result.

@@ -219,6 +219,7 @@ void OutputOptions::addScene(CLI::App& app) {
                    "Limit on the visible error of what a pixel shows of a light map and its dominant light together: their smallest "
                    "layouts within it are chosen; over it verification fails")
         ->type_name("NUMBER");
+    addFractionOption(app, "--max-whole-error", maxWholeError_, "The same limit on rel_rms of what a pixel shows of them together");
     app.add_option("--max-seam", maxSeam_,
                    "Limit on the seams that cooking adds where charts of a light map meet on its mesh, in just noticeable differences; "
                    "over it verification fails")
@@ -249,6 +250,7 @@ formats::Result<void> OutputOptions::apply(CookOptions& options) const {
     if (maxWholeVisible_)
         if (auto checked = checkOption("--max-whole-visible", objectionToMaxVisible(*maxWholeVisible_)); !checked) return checked;
     options.maxWholeVisible = maxWholeVisible_;
+    options.maxWholeError = maxWholeError_;
     if (effort_ && options.target == formats::Target::Float)
         return formats::failure(formats::ErrorCode::InvalidRequest, "--effort",
                                 "found it with --target float, whose texels are not encoded, expected --target bc or astc");

@@ -76,7 +76,7 @@ private:
 
     std::string target_, layout_, objective_, container_, budget_;
     std::optional<double> maxError_, maxConverterError_, maxVisible_, maxVisibleBound_, maxConverterVisible_, maxSeam_, maxWholeVisible_,
-        rdo_;
+        maxWholeError_, rdo_;
     std::optional<int> effort_;
     bool zstd_ = false, isOneAsset_ = true;
 };

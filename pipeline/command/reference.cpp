@@ -190,7 +190,7 @@ std::string sceneFileReference() {
         "keys are "
         "refused, with the nearest known key. Every mistake is one line with file, line and column, actual and expected value, and exit "
         "code 2. On the command line, `--target`, `--layout`, `--objective`, `--container`, `--max-error`, `--max-converter-error`, "
-        "`--max-visible`, `--max-visible-bound`, `--max-whole-visible`, `--max-converter-visible`, `--budget`, "
+        "`--max-visible`, `--max-visible-bound`, `--max-whole-visible`, `--max-whole-error`, `--max-converter-visible`, `--budget`, "
         "`--effort`, `--rdo` and `--zstd` "
         "override keys of `[output]`.",
         kMarkdownColumns);

@@ -21,6 +21,7 @@ struct AllocationChoice {
     std::string lightMap, dominant;  ///< layouts; dominant: empty where the map has none
     std::uint64_t bytes = 0;         ///< of both
     double visible = 0;              ///< 99th percentile of visible errors of the whole shading
+    double relRms = 0;               ///< of the whole shading
 };
 /// Choices by the name of the light map; none is empty.
 using AllocationChoices = std::map<std::string, std::vector<AllocationChoice>>;

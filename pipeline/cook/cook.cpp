@@ -43,6 +43,7 @@ void applyOverrides(const CookOptions& options, Scene& scene) {
     if (options.maxConverterVisible) output.maxConverterVisible = options.maxConverterVisible;
     if (options.maxSeam) output.maxSeam = options.maxSeam;
     if (options.maxWholeVisible) output.maxWholeVisible = options.maxWholeVisible;
+    if (options.maxWholeError) output.maxWholeError = options.maxWholeError;
     if (options.maxConverterError) output.maxConverterError = options.maxConverterError;
     output.isErrorAsked = output.isErrorAsked || options.maxError;
     if (options.budgetBytes) output.budgetBytes = *options.budgetBytes;
@@ -72,8 +73,9 @@ std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entr
                "ground_truth";
     if ((entry.maxVisibleBound || output.maxVisibleBound) && maxVisible > 0)
         return "found max_visible_bound beside charts with fewer texels, whose error has no bound, expected charts_max_visible = 0";
-    if (output.maxWholeVisible && maxVisible > 0)
-        return "found max_whole_visible beside charts with fewer texels, whose error it does not count, expected charts_max_visible = 0";
+    if (output.isWholeLimited() && maxVisible > 0)
+        return fmt::format("found {} beside charts with fewer texels, whose error it does not count, expected charts_max_visible = 0",
+                           output.maxWholeVisible ? "max_whole_visible" : "max_whole_error");
     return "";
 }
 
@@ -290,6 +292,7 @@ private:
             Scene scene = scene_;
             scene.output.budgetBytes = options.budgetBytes = {};
             scene.output.maxWholeVisible = options.maxWholeVisible = {};
+            scene.output.maxWholeError = options.maxWholeError = {};
             if (scene.output.lightMapLayout.empty()) scene.output.lightMapLayout = kAutoLayout;  // as the limits had it
             const Outcome done = Cook(std::move(scene), options, state_, layouts).run();
             outcome_.actionsRun += done.actionsRun;

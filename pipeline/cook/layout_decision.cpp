@@ -28,6 +28,13 @@ Result<std::uint64_t> mostMeshBytes(const Scene& scene, const std::vector<std::s
     return bytes;
 }
 
+/// Leaves the choices within a limit on rel_rms of the whole shading; where none is, those of least error.
+void keepWithin(double limit, std::vector<AllocationChoice>& choices) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const AllocationChoice& each : choices) least = std::min(least, each.relRms);
+    std::erase_if(choices, [&](const AllocationChoice& each) { return each.relRms > std::max(limit, least); });
+}
+
 }  // namespace
 
 LayoutLimits limitsOf(const Scene& scene, const std::string& map) {
@@ -75,19 +82,22 @@ void LayoutDecision::addChoices(const std::string& map, const JointTrialResult& 
         const auto dominant = std::ranges::find(trial.dominants, pair.dominant, &DominantCandidate::layout);
         const std::uint64_t dominantBytes = dominant == trial.dominants.end() ? 0 : dominant->bytesGpu;
         if (dominantBytes > 0 && dominant->relRms > limit) continue;
-        choices_[map].push_back({pair.lightMap, pair.dominant, lightMap->bytesGpu + dominantBytes, pair.visible});
+        choices_[map].push_back({pair.lightMap, pair.dominant, lightMap->bytesGpu + dominantBytes, pair.visible, pair.relRms});
     }
 }
 
-/// Returns the choices that a limit on the error of light maps leaves.
+/// Returns the choices that the limits on light maps, and on rel_rms of the whole shading, leave.
 AllocationChoices LayoutDecision::allowedChoices() const {
-    if (!isErrorLimited()) return choices_;
     AllocationChoices allowed = choices_;
-    const auto layouts = cheapestWithin(candidates_, 1, scene_.output.cost);
-    for (auto& [map, choices] : allowed) {
-        const std::string& layout = layouts.at(map);
-        std::erase_if(choices, [&](const AllocationChoice& each) { return each.lightMap != layout; });
+    if (isErrorLimited()) {
+        const auto layouts = cheapestWithin(candidates_, 1, scene_.output.cost);
+        for (auto& [map, choices] : allowed) {
+            const std::string& layout = layouts.at(map);
+            std::erase_if(choices, [&](const AllocationChoice& each) { return each.lightMap != layout; });
+        }
     }
+    if (scene_.output.maxWholeError)
+        for (auto& [map, choices] : allowed) keepWithin(*scene_.output.maxWholeError, choices);
     return allowed;
 }
 
@@ -100,12 +110,17 @@ std::map<std::string, std::string> LayoutDecision::choose() {
     frontier_ = allocationFrontier(allowedChoices(), otherBytes_);
     const OutputSettings& output = scene_.output;
     chosenPoint_ = output.budgetBytes ? pointWithin(frontier_, *output.budgetBytes) : frontier_.size() - 1;
-    if (output.maxWholeVisible) chosenPoint_ = std::min(chosenPoint_, pointOfError(frontier_, *output.maxWholeVisible));
+    if (output.isWholeLimited()) chosenPoint_ = std::min(chosenPoint_, pointOfLimits());
     for (const auto& [map, choice] : frontier_[chosenPoint_].choices) {
         chosen_[map] = choice.lightMap;
         if (!choice.dominant.empty()) chosen_[dominantNameOf(map)] = choice.dominant;
     }
     return chosen_;
+}
+
+/// Returns the smallest point that keeps the limits on the whole shading. All points keep the one on rel_rms.
+std::size_t LayoutDecision::pointOfLimits() const {
+    return scene_.output.maxWholeVisible ? pointOfError(frontier_, *scene_.output.maxWholeVisible) : 0;
 }
 
 std::map<std::string, std::map<std::string, std::string>> LayoutDecision::alternatives() const {
@@ -156,23 +171,25 @@ Result<void> LayoutDecision::noteFailedDominants(const ExecutionResult& chosen) 
         if (verified->verdict.passed) continue;
         const std::string& layout = chosen_.at(dominantNameOf(map));
         for (AllocationChoice& choice : choices)
-            if (choice.dominant == layout) choice.visible = std::numeric_limits<double>::infinity();
+            if (choice.dominant == layout) choice.visible = choice.relRms = std::numeric_limits<double>::infinity();
     }
     return {};
 }
 
-/// Notes pairs over the limit on what a pixel shows, which the trial of a part of the map had found within it.
+/// Notes pairs over a limit on what a pixel shows, which the trial of a part of the map had found within it.
 Result<void> LayoutDecision::noteFailedWholes(const ExecutionResult& chosen) {
     for (auto& [map, choices] : choices_) {
         const auto record = chosen.records.find("whole/" + map);
         if (record == chosen.records.end()) continue;
-        const auto whole = fromJson<WholeVisible>(record->second.result, record->second.id);
+        const auto whole = fromJson<WholeFigures>(record->second.result, record->second.id);
         if (!whole) return tl::make_unexpected(whole.error());
         if (whole->isKept()) continue;
         const auto dominant = chosen_.find(dominantNameOf(map));
         for (AllocationChoice& choice : choices)
-            if (choice.lightMap == chosen_.at(map) && choice.dominant == (dominant == chosen_.end() ? "" : dominant->second))
+            if (choice.lightMap == chosen_.at(map) && choice.dominant == (dominant == chosen_.end() ? "" : dominant->second)) {
                 choice.visible = std::max(choice.visible, whole->visible.p99);
+                choice.relRms = std::max(choice.relRms, whole->relRms);
+            }
     }
     return {};
 }

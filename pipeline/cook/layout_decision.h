@@ -50,6 +50,7 @@ private:
     bool isErrorLimited() const;
     void addChoices(const std::string& map, const JointTrialResult& trial);
     AllocationChoices allowedChoices() const;
+    std::size_t pointOfLimits() const;
     formats::Result<bool> isLightMapRefuted(const ExecutionResult& chosen);
     formats::Result<void> noteFailedDominants(const ExecutionResult& chosen);
     formats::Result<void> noteFailedWholes(const ExecutionResult& chosen);

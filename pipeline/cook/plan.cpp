@@ -231,7 +231,7 @@ private:
     void addWhole(const LightMapEntry& entry, const LightMapReduction& reduction) {
         if (!scene_.output.isChosenByWhole() || reduction.constantOf || !isWanted(options_, entry.name, AssetKind::LightMap, entry.name))
             return;
-        WholeVerifyParameters parameters{{shading_, scene_.display}, {}, scene_.output.maxWholeVisible};
+        WholeVerifyParameters parameters{{shading_, scene_.display}, {}, scene_.output.maxWholeVisible, scene_.output.maxWholeError};
         std::vector<std::string> dependencies = {"cook/" + entry.name};
         if (isDominantShown(entry, reduction)) {
             parameters.fit = entry.dominantFit;

@@ -336,6 +336,7 @@ Findings judgeSettings(const Scene& scene) {
     };
     check("max_error", scene.output.maxError);
     check("max_converter_error", scene.output.maxConverterError.value_or(0));
+    check("max_whole_error", scene.output.maxWholeError.value_or(0));
     return findings;
 }
 

@@ -219,7 +219,7 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("digest", asset.digest, "XXH3-128 of `file`");
     fields.optional("verify", asset.verify, "parameters of the verification: `max_error`, `shading`, `samples`");
     fields.optional("verify_whole", asset.verifyWhole,
-                    "of a light map that a budget or `max_whole_visible` chose: parameters of its verification together with its dominant "
+                    "of a light map that a budget or a limit on the whole chose: parameters of its verification together with its dominant "
                     "light");
 }
 

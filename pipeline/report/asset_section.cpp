@@ -182,18 +182,19 @@ Html visibleTable(const Json& asset) {
                    word("In just noticeable differences (Delta E ITP): 1 is at the threshold of a trained eye, 10 is plain to see."));
 }
 
-/// Returns the visible error of a light map and its dominant light together, in words. Empty where they were not verified together.
+/// Returns the errors of a light map and its dominant light together, in words. Empty where they were not verified together.
 Html wholeVisible(const Json& asset) {
     const Json &whole = member(asset, "whole"), &visible = member(whole, "visible");
     if (!visible.is_object()) return {};
     const auto figure = [&](const char* key) { return humanNumber(number(member(visible, key))); };
-    const Json& limit = member(whole, "max_visible");
-    return element(
-        "p",
-        text(fmt::format("Together with its dominant light, at {} places of the surface: visible error {} (p99{}), median {}, "
-                         "p99.9 {}, max {}.",
-                         groupedCount(count(member(whole, "places"))), figure("p99"),
-                         limit.is_number() ? ", limit " + humanNumber(number(limit)) : "", figure("p50"), figure("p999"), figure("max"))));
+    const Json &limit = member(whole, "max_visible"), &errorLimit = member(whole, "max_error");
+    return element("p",
+                   text(fmt::format("Together with its dominant light, at {} places of the surface: visible error {} (p99{}), median {}, "
+                                    "p99.9 {}, max {}; rel_rms {}{}.",
+                                    groupedCount(count(member(whole, "places"))), figure("p99"),
+                                    limit.is_number() ? ", limit " + humanNumber(number(limit)) : "", figure("p50"), figure("p999"),
+                                    figure("max"), humanPercent(number(member(whole, "rel_rms"))),
+                                    errorLimit.is_number() ? " (limit " + humanPercent(number(errorLimit)) + ")" : "")));
 }
 
 /// Returns a table of the mip levels of a light map from level 1 on, and why there are no more. Empty for assets that were not asked for

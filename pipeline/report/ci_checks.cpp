@@ -17,6 +17,8 @@ namespace {
 
 CiRule ruleOf(const Failure& failure, const Verdict& verdict) {
     if (failure.seam) return CiRule::Seam;
+    if (!failure.shading && failure.visible) return CiRule::VisibleError;  // of a light map with its dominant light
+    if (!failure.shading && failure.relRms) return CiRule::SpecularError;  // likewise
     if (!failure.shading) return CiRule::LocalError;
     const bool isDiffuse = *failure.shading == "diffuse";
     const auto stage = std::ranges::find(verdict.stages, failure.stage, &verify::StageError::name);

@@ -99,16 +99,28 @@ void addVisible(const ReportRow& row, const std::string& shading, const verify::
                failures);
 }
 
-/// Appends a failure if what a pixel shows of a light map and its dominant light is over its limit.
+/// Appends a failure for each limit that what a pixel shows of a light map and its dominant light is over.
 void addWhole(const ReportRow& row, std::vector<Failure>& failures) {
-    if (!row.whole || row.whole->isKept()) return;
-    Failure failure;
-    failure.stage = "whole";
-    failure.visible = finiteOrNan(row.whole->visible.p99);
-    failure.limit = *row.whole->maxVisible;
-    failure.detail = fmt::format("found a visible error of {:.3g} (p99), expected at most {:.3g}", *failure.visible, *failure.limit);
-    complete(failure, row, "together with its dominant light", {});
-    failures.push_back(std::move(failure));
+    if (!row.whole) return;
+    const auto add = [&](Failure failure) {
+        failure.stage = "whole";
+        complete(failure, row, "together with its dominant light", {});
+        failures.push_back(std::move(failure));
+    };
+    if (!row.whole->isVisibleKept()) {
+        Failure failure;
+        failure.visible = finiteOrNan(row.whole->visible.p99);
+        failure.limit = *row.whole->maxVisible;
+        failure.detail = fmt::format("found a visible error of {:.3g} (p99), expected at most {:.3g}", *failure.visible, *failure.limit);
+        add(std::move(failure));
+    }
+    if (!row.whole->isErrorKept()) {
+        Failure failure;
+        failure.relRms = finiteOrNan(row.whole->relRms);
+        failure.limit = *row.whole->maxError;
+        failure.detail = fmt::format("found rel_rms {:.4g}, expected at most {:.4g}", *failure.relRms, *failure.limit);
+        add(std::move(failure));
+    }
 }
 
 /// Appends a failure if the largest step that cooking adds to an edge is over its limit.

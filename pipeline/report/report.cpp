@@ -64,7 +64,7 @@ Result<ReportRow> reportRow(const CookedAsset& asset, const ActionRecord& cooked
     row.measures = std::move(verification->measures);
     row.groundTruth = std::move(verification->groundTruth);
     if (whole != nullptr) {
-        auto result = fromJson<WholeVisible>(whole->result, asset.name);
+        auto result = fromJson<WholeFigures>(whole->result, asset.name);
         if (!result) return tl::make_unexpected(result.error());
         row.whole = std::move(*result);
         row.verifySeconds += whole->seconds;

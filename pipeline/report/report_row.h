@@ -98,7 +98,7 @@ struct ReportRow {
     std::optional<SeamFigures> seams;
     std::optional<ChartSummary> charts;
     std::optional<Json> measures, groundTruth;
-    std::optional<WholeVisible> whole;
+    std::optional<WholeFigures> whole;
     std::vector<Failure> failures;  ///< of an asset that did not pass
     std::optional<std::vector<TrialCandidate>> trialCandidates;
     std::optional<double> trialShare;
@@ -136,7 +136,7 @@ void describe(Fields& fields, Self& row) {
     fields.optional("measures", row.measures, "further figures of the kind");
     fields.optional("ground_truth", row.groundTruth, "errors against traced light");
     fields.optional("whole", row.whole,
-                    "of a light map that a budget or `max_whole_visible` chose: what a pixel shows of it and its dominant light together");
+                    "of a light map that a budget or a limit on the whole chose: what a pixel shows of it and its dominant light together");
     fields.presentIf(!row.verdict.passed, "failures", row.failures, "reasons of an asset that did not pass");
     fields.optional("trial_candidates", row.trialCandidates, "layouts that were tried, the smallest first");
     fields.optional("trial_share", row.trialShare, kFigure, "part of the map that was tried");

@@ -89,9 +89,8 @@ SceneSectionInfo outputSection() {
              {"max_converter_error", "fraction", "0.1, or `max_error` if that is larger",
               "limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity"},
              {"max_visible", "number",
-              "5 where the layout is `\"auto\"` and none of `max_error`, `max_visible_bound`, `max_seam`, `max_whole_visible` and `budget` "
-              "is "
-              "given, else none",
+              "5 where the layout is `\"auto\"` and none of `max_error`, `max_visible_bound`, `max_seam`, `max_whole_visible`, "
+              "`max_whole_error` and `budget` is given, else none",
               "limit on the [visible error](../theory/visible.md) of light maps and meshes, in just noticeable differences: 99 % of the "
               "samples are within it; above it verification fails (exit code 4)"},
              {"max_visible_bound", "number", "none",
@@ -104,14 +103,15 @@ SceneSectionInfo outputSection() {
               "limit on the visible error (p99) of what a pixel shows of a light map and its dominant light together. Their layouts are "
               "chosen together, [the smallest within it](../guide/memory-budgets.md#a-limit-in-place-of-a-budget); above it verification "
               "fails (exit code 4)"},
+             {"max_whole_error", "fraction", "none", "the same limit on `rel_rms` of what a pixel shows of them together"},
              {"max_converter_visible", "number", "none",
               "the same limit of dominant lights, cubemaps, tables and reflection maps, each in the "
               "[light that it adds to a pixel](../theory/visible.md#other-assets)"},
              {"budget", "size", "none",
               "GPU memory of the whole scene: `\"2 MiB\"`, `\"1.5 GB\"`, `\"4096\"` (bytes); more is exit code 5"},
              {"light_map_layout", choices(lightMapLayoutChoices()),
-              "`\"auto\"` where `max_error`, `max_visible`, `max_visible_bound`, `max_seam`, `max_whole_visible`, `budget` or `layouts` is "
-              "given, else `\"ratio\"`",
+              "`\"auto\"` where `max_error`, `max_visible`, `max_visible_bound`, `max_seam`, `max_whole_visible`, `max_whole_error`, "
+              "`budget` or `layouts` is given, else `\"ratio\"`",
               "see [layouts](../theory/layouts.md)"},
              enumeratedKey("cost", formats::allLayoutCosts(),
                            "what `auto` keeps small where an error limits it; [light-map layouts](light-map-layouts.md) has the costs"),
@@ -242,7 +242,7 @@ SceneSectionInfo tablesSection() {
             .isArray = false,
             .intro = "Specular tables, made where a material is specular. `lightcook lut` has the same options.",
             .keys = {{"views", fmt::format("2 to {}", kMostTableNodes),
-                      fmt::format("{}; with `budget` or `max_whole_visible` {}", kUsualViewCount, kFineViewCount), "columns: views"},
+                      fmt::format("{}; with `budget` or a limit on the whole {}", kUsualViewCount, kFineViewCount), "columns: views"},
                      {"rows", fmt::format("1 to {}", kMostTableNodes), "those of 16, m 1/16 to 1, that the materials need",
                       "rows, spread over exactly the materials' range of m"},
                      {"lobe", choices(formats::sceneLobes()), "the scene's `lobe`",
@@ -268,7 +268,7 @@ SceneSectionInfo probeSection() {
                       "JSON with the probe's own SH, found by the image's file name: "
                       "`{\"probes\": [{\"file\": \"...\", \"sh\": [[r, g, b], ... nine]}]}`"},
                      {"size", fmt::format("a power of two, {} to {}, or `\"{}\"`", kLeastProbeSize, kMostProbeSize, kAutoProbeSize),
-                      fmt::format("{}; with `budget` or `max_whole_visible` `\"{}\"`", ProbeEntry{}.size, kAutoProbeSize),
+                      fmt::format("{}; with `budget` or a limit on the whole `\"{}\"`", ProbeEntry{}.size, kAutoProbeSize),
                       fmt::format("texels along the edge of a face. The levels go down to one texel a face. `\"{}\"`: the levels of {} "
                                   "less the largest ones, if the materials are too rough to read them",
                                   kAutoProbeSize, ProbeEntry{}.size)},

@@ -352,6 +352,7 @@ OutputSettings readOutput(TableReader reader) {
     output.maxConverterVisible = readMaxVisible(reader, "max_converter_visible");
     output.maxSeam = readMaxVisible(reader, "max_seam");
     output.maxWholeVisible = readMaxVisible(reader, "max_whole_visible");
+    if (reader.has("max_whole_error")) output.maxWholeError = fraction("max_whole_error", kDefaultMaxError);
     if (const auto text = reader.optional<std::string>("budget", "a size such as \"2 MiB\"")) {
         const auto bytes = parseByteCount(*text, reader.place("budget"));
         if (!bytes) throw SceneMistake{bytes.error()};

@@ -50,13 +50,15 @@ struct OutputSettings {
     std::optional<double> maxSeam;          ///< limit on the largest step that cooking adds to an edge of light maps
     /// Limit on the 99th percentile of visible errors of what a pixel shows: light map and dominant light together.
     std::optional<double> maxWholeVisible;
+    std::optional<double> maxWholeError;  ///< limit on rel_rms of the same
     /// Limit on the 99th percentile of visible errors of dominant lights, cubemaps, tables and reflection maps; see converterVisibleLimit.
     std::optional<double> maxConverterVisible;
     /// Returns true if a limit on the error of light maps is given.
     bool isErrorLimited() const { return isErrorAsked || maxVisible || maxVisibleBound || maxSeam; }
     std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory for the whole scene
     /// Returns true if light maps and their dominant lights are chosen together, by what a pixel shows.
-    bool isChosenByWhole() const { return budgetBytes || maxWholeVisible; }
+    bool isChosenByWhole() const { return budgetBytes || isWholeLimited(); }
+    bool isWholeLimited() const { return maxWholeVisible || maxWholeError; }
     double rdo = 0;  ///< share by which the error may grow so that blocks repeat, 0 .. kLargestRdo; target bc only
     formats::Objective objective = formats::Objective::Visible;  ///< of learned layouts of light maps
     formats::LayoutCost cost = formats::LayoutCost::Bytes;       ///< of layouts, where "auto" chooses one within an error

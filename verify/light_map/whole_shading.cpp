@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
 #include <vector>
 
 #include "lighting/sphere.h"
@@ -80,6 +81,20 @@ void WholeShader::shadeDominant(const DominantLightSample& light, const glm::vec
                                                      static_cast<float>(sample.m), glm::vec3(static_cast<float>(sample.f0)));
         for (std::size_t channel = 0; channel < 3; ++channel) out[channel * stride() + k] += highlight[static_cast<int>(channel)];
     }
+}
+
+double relRmsOfSum(std::span<const float> reference, std::span<const float> a, std::span<const float> b, std::size_t sampleCount,
+                   std::size_t stride) {
+    assert(reference.size() == a.size() && (b.empty() || b.size() == a.size()));
+    double squaredError = 0, squaredReference = 0;
+    for (std::size_t first = 0; first < reference.size(); first += stride)  // the planes of all places
+        for (std::size_t i = first; i < first + sampleCount; ++i) {
+            const auto expected = static_cast<double>(reference[i]);
+            const double error = static_cast<double>(a[i]) + (b.empty() ? 0.0 : static_cast<double>(b[i])) - expected;
+            squaredError += error * error;
+            squaredReference += expected * expected;
+        }
+    return squaredReference > 0 ? std::sqrt(squaredError / squaredReference) : 0;
 }
 
 VisibleFigures visibleErrorsOfSum(std::span<const float> reference, std::span<const float> a, std::span<const float> b,

@@ -36,16 +36,18 @@ void describe(Fields& fields, Self& candidate) {
     fields.required("rel_rms", candidate.relRms, kFigure, "rel_rms of the light that it adds");
 }
 
-/// Visible error of the whole shading under a pair of layouts.
+/// Errors of the whole shading under a pair of layouts.
 struct WholeCandidate {
     std::string lightMap, dominant;  ///< layouts; dominant: empty where the scene needs none
-    double visible = 0;              ///< 99th percentile
+    double visible = 0;              ///< 99th percentile of visible errors
+    double relRms = 0;
 };
 template <class Fields, Is<WholeCandidate> Self>
 void describe(Fields& fields, Self& candidate) {
     fields.required("light_map", candidate.lightMap, "layout of the light map");
     fields.required("dominant", candidate.dominant, "layout of the dominant light; empty: the map has none");
     fields.required("visible", candidate.visible, kFigure, "99th percentile of visible errors of the whole shading");
+    fields.required("rel_rms", candidate.relRms, kFigure, "rel_rms of the whole shading");
 }
 
 /// Assets that share the memory of a scene with the light map: their layouts are tried with its own.
@@ -79,7 +81,7 @@ template <class Fields, Is<JointTrialResult> Self>
 void describe(Fields& fields, Self& result) {
     fields.required("trial", result.trial, "layouts of the light map");
     fields.required("dominants", result.dominants, "layouts of the dominant light");
-    fields.required("whole", result.whole, "visible errors of the whole shading, for each pair of layouts");
+    fields.required("whole", result.whole, "errors of the whole shading, for each pair of layouts");
 }
 
 /// Does the same as tryLightMap, and shades each layout with each layout of the dominant light.

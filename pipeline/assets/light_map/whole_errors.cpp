@@ -141,9 +141,10 @@ Result<ActionOutcome> verifyWhole(const ActionContext& context) {
         [&](int index) { return comparison.shadeStrip(index); }, [&](const WholeSamples& strip) { samples.append(strip); });
     if (!shaded) return tl::make_unexpected(shaded.error());
     const verify::Viewing viewing{parameters->view.display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
-    const WholeVisible result{
-        verify::visibleErrorsOfSum(samples.reference, samples.lightMap, samples.dominant, shader->sampleCount(), shader->stride(), viewing),
-        static_cast<int>(samples.reference.size() / (3 * shader->stride())), parameters->maxVisible};
+    const std::size_t count = shader->sampleCount(), stride = shader->stride();
+    const WholeFigures result{verify::visibleErrorsOfSum(samples.reference, samples.lightMap, samples.dominant, count, stride, viewing),
+                              verify::relRmsOfSum(samples.reference, samples.lightMap, samples.dominant, count, stride),
+                              static_cast<int>(samples.reference.size() / (3 * stride)), parameters->maxVisible, parameters->maxError};
     return outcomeWith(result);
 }
 

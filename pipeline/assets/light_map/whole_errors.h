@@ -20,15 +20,17 @@ struct WholeVerifyParameters {
     SceneView view;
     std::optional<std::string> fit;    ///< of the dominant light, a name of allDominantFits(); absent: the scene needs none
     std::optional<double> maxVisible;  ///< limit on the 99th percentile
+    std::optional<double> maxError;    ///< limit on rel_rms
 };
 template <class Fields, Is<WholeVerifyParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     describe(fields, parameters.view);
     fields.optional("fit", parameters.fit, "fit of the dominant light; absent: the scene needs none");
     fields.optional("max_visible", parameters.maxVisible, "limit on the 99th percentile of visible errors");
+    fields.optional("max_error", parameters.maxError, "limit on rel_rms");
 }
 
-/// Returns a WholeVisible.
+/// Returns a WholeFigures.
 formats::Result<ActionOutcome> verifyWhole(const ActionContext& context);
 
 }  // namespace lightcook::pipeline

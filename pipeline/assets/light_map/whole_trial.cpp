@@ -205,7 +205,8 @@ std::vector<WholeCandidate> WholeTrial::pairs(const ActionContext& context) cons
     std::vector<WholeCandidate> pairs(combinations.size());
     forEachIndex(combinations.size(), context, fmt::format("compare layouts of {}", context.action.asset), [&](std::size_t i) {
         const auto& [map, light] = combinations[i];
-        pairs[i] = {map->layout, light->layout, visibleOf(map->samples, light->samples)};
+        pairs[i] = {map->layout, light->layout, visibleOf(map->samples, light->samples),
+                    verify::relRmsOfSum(reference_, map->samples, light->samples, shader_.sampleCount(), shader_.stride())};
     });
     return pairs;
 }

@@ -203,6 +203,32 @@ TEST_F(WholeLimit, TakesTheSmallestSceneWithinItAndVerifiesIt) {
     EXPECT_FALSE(hasAsset(cookWithin(scene_, "max_whole_visible = 1000"), "map_dominant")) << "a dominant light that nobody misses";
 }
 
+TEST_F(WholeLimit, OnRelRmsTakesTheSmallestSceneWithinIt) {
+    std::uint64_t bytes = std::numeric_limits<std::uint64_t>::max();
+    for (const double limit : {0.02, 0.1, 0.9}) {
+        const Outcome outcome = cookWithin(scene_, fmt::format("max_whole_error = {}", limit));
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        const Json& whole = mapRow(outcome, "map").at("whole");
+        EXPECT_EQ(whole.at("max_error"), limit);
+        EXPECT_GT(whole.at("rel_rms").get<double>(), 0);
+        EXPECT_LE(whole.at("rel_rms").get<double>(), limit);
+        EXPECT_EQ(chosenOn(frontierOf(outcome)), 0u) << "the smallest of those within the limit";
+        EXPECT_LE(usedBytes(outcome), bytes) << "less memory for a looser limit";
+        bytes = usedBytes(outcome);
+    }
+    const Outcome both = cookWithin(scene_, "max_whole_error = 0.9\nmax_whole_visible = 4");
+    EXPECT_LE(wholeOf(both), 4);
+    EXPECT_GT(usedBytes(both), bytes);
+}
+
+TEST_F(WholeLimit, OnRelRmsThatNothingKeepsIsRefusedByWhatWasFound) {
+    const Outcome outcome = cookWithin(scene_, "max_whole_error = 0.000001");
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.errors[0].code, formats::ErrorCode::Verification);
+    EXPECT_THAT(outcome.errors[0].line(),
+                testing::AllOf(HasSubstr("map, together with its dominant light: found rel_rms "), HasSubstr("expected at most 1e-06")));
+}
+
 TEST_F(WholeLimit, IsHeldByVerifyToo) {
     const Outcome cooked = cookWithin(scene_, "max_whole_visible = 20");
     const RunState state;

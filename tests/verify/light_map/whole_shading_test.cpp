@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <random>
 
@@ -107,6 +108,14 @@ TEST(WholeShader, VisibleErrorsOfASumAreThoseOfEachSample) {
         }
     EXPECT_NEAR(visibleErrorsOfSum(reference, a, b, kStride, kStride, viewing).max, largest, 1e-3 * largest);
     EXPECT_EQ(visibleErrorsOfSum(reference, reference, {}, kStride, kStride, viewing).max, 0);
+    double squaredError = 0, squaredReference = 0;
+    for (std::size_t i = 0; i < reference.size(); ++i) {
+        const double error = static_cast<double>(a[i]) + static_cast<double>(b[i]) - static_cast<double>(reference[i]);
+        squaredError += error * error;
+        squaredReference += static_cast<double>(reference[i]) * static_cast<double>(reference[i]);
+    }
+    EXPECT_NEAR(relRmsOfSum(reference, a, b, kStride, kStride), std::sqrt(squaredError / squaredReference), 1e-12);
+    EXPECT_EQ(relRmsOfSum(reference, reference, {}, kStride, kStride), 0);
 }
 
 /// Textures of half the size are fetched as a GPU fetches them at the light map's texel centres: 1/4 and 3/4 between their own.
