@@ -92,8 +92,14 @@ AllocationChoices LayoutDecision::allowedChoices() const {
     if (isErrorLimited()) {
         const auto layouts = cheapestWithin(candidates_, 1, scene_.output.cost);
         for (auto& [map, choices] : allowed) {
-            const std::string& layout = layouts.at(map);
-            std::erase_if(choices, [&](const AllocationChoice& each) { return each.lightMap != layout; });
+            const std::string& cheapest = layouts.at(map);
+            const std::vector<LightMapCandidate>& candidates = candidates_.at(map);
+            // A limit on the whole may need more than the cheapest of those that keep the limits of the map alone.
+            const auto isAllowed = [&](const std::string& layout) {
+                return layout == cheapest ||
+                       (scene_.output.isWholeLimited() && std::ranges::find(candidates, layout, &LightMapCandidate::layout)->error <= 1);
+            };
+            std::erase_if(choices, [&](const AllocationChoice& each) { return !isAllowed(each.lightMap); });
         }
     }
     if (scene_.output.maxWholeError)

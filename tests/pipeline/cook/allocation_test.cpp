@@ -221,6 +221,24 @@ TEST_F(WholeLimit, OnRelRmsTakesTheSmallestSceneWithinIt) {
     EXPECT_GT(usedBytes(both), bytes);
 }
 
+/// max_error alone takes the cheapest layout that keeps it, whose whole shading may be over the other limit.
+TEST_F(WholeLimit, BesideALimitOfTheMapTakesAFinerLayoutWhereItMust) {
+    const auto cookedWith = [&](double limit) {
+        const Outcome outcome = cookWithin(scene_, fmt::format("max_error = 0.5\nmax_whole_error = {}", limit));
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        return mapRow(outcome, "map");
+    };
+    const Json cheapest = cookedWith(0.9);
+    double limit = cheapest.at("whole").at("rel_rms");
+    Json finer = cheapest;
+    for (int i = 0; i < 12 && finer.at("layout") == cheapest.at("layout"); ++i) {
+        limit *= 0.7;  // first a dominant light, then a larger one
+        finer = cookedWith(limit);
+    }
+    EXPECT_NE(finer.at("layout"), cheapest.at("layout"));
+    EXPECT_LE(finer.at("whole").at("rel_rms").get<double>(), limit);
+}
+
 TEST_F(WholeLimit, OnRelRmsThatNothingKeepsIsRefusedByWhatWasFound) {
     const Outcome outcome = cookWithin(scene_, "max_whole_error = 0.000001");
     ASSERT_EQ(outcome.errors.size(), 1u);
