@@ -1,6 +1,10 @@
 // Colour spaces of an action's sources.
 #pragma once
 
+#include <filesystem>
+#include <map>
+#include <string>
+
 #include "formats/color.h"
 #include "formats/environment.h"
 #include "pipeline/graph/action.h"
@@ -11,6 +15,11 @@ namespace lightcook::pipeline {
 /// Input of an action whose colours are converted by an OCIO configuration of the scene. The file is an input, so that its content counts
 /// and the file may move; parameters name the spaces alone.
 inline constexpr const char* kColorConfigRole = "color_config";
+
+/// Returns the inputs of an action that reads one file: "source", and the configuration of its colours.
+std::map<std::string, std::filesystem::path> sourceInputs(const std::filesystem::path& file, const formats::ColorSpaces& colors);
+/// The same of an environment: where it is one of six files, those of the other faces too that exist, as "source-NAME".
+std::map<std::string, std::filesystem::path> environmentInputs(const std::filesystem::path& file, const formats::ColorSpaces& colors);
 
 /// Returns the colour spaces with the configuration file of the action.
 formats::ColorSpaces withConfig(const formats::ColorSpaces& colors, const Action& action);

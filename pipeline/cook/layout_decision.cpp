@@ -86,24 +86,22 @@ void LayoutDecision::addChoices(const std::string& map, const JointTrialResult& 
     }
 }
 
+/// Returns true if the limits of a light map alone leave a layout. A limit on the whole may need a finer one than the cheapest.
+bool LayoutDecision::keepsLimits(const std::string& map, const std::string& layout, const std::string& cheapest) const {
+    if (layout == cheapest) return true;
+    return scene_.output.isWholeLimited() && std::ranges::find(candidates_.at(map), layout, &LightMapCandidate::layout)->error <= 1;
+}
+
 /// Returns the choices that the limits on light maps, and on rel_rms of the whole shading, leave.
 AllocationChoices LayoutDecision::allowedChoices() const {
     AllocationChoices allowed = choices_;
-    if (isErrorLimited()) {
-        const auto layouts = cheapestWithin(candidates_, 1, scene_.output.cost);
-        for (auto& [map, choices] : allowed) {
-            const std::string& cheapest = layouts.at(map);
-            const std::vector<LightMapCandidate>& candidates = candidates_.at(map);
-            // A limit on the whole may need more than the cheapest of those that keep the limits of the map alone.
-            const auto isAllowed = [&](const std::string& layout) {
-                return layout == cheapest ||
-                       (scene_.output.isWholeLimited() && std::ranges::find(candidates, layout, &LightMapCandidate::layout)->error <= 1);
-            };
-            std::erase_if(choices, [&](const AllocationChoice& each) { return !isAllowed(each.lightMap); });
-        }
+    std::map<std::string, std::string> cheapest;
+    if (isErrorLimited()) cheapest = cheapestWithin(candidates_, 1, scene_.output.cost);
+    for (auto& [map, choices] : allowed) {
+        if (const auto layout = cheapest.find(map); layout != cheapest.end())
+            std::erase_if(choices, [&](const AllocationChoice& each) { return !keepsLimits(map, each.lightMap, layout->second); });
+        if (scene_.output.maxWholeError) keepWithin(*scene_.output.maxWholeError, choices);
     }
-    if (scene_.output.maxWholeError)
-        for (auto& [map, choices] : allowed) keepWithin(*scene_.output.maxWholeError, choices);
     return allowed;
 }
 

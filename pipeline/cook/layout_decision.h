@@ -49,6 +49,7 @@ private:
     explicit LayoutDecision(const Scene& scene) : scene_(scene) {}
     bool isErrorLimited() const;
     void addChoices(const std::string& map, const JointTrialResult& trial);
+    bool keepsLimits(const std::string& map, const std::string& layout, const std::string& cheapest) const;
     AllocationChoices allowedChoices() const;
     std::size_t pointOfLimits() const;
     formats::Result<bool> isLightMapRefuted(const ExecutionResult& chosen);

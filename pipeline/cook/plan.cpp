@@ -129,16 +129,9 @@ private:
         return {scene_.display, converterVisibleLimit(scene_.output, ofAsset)};
     }
 
-    /// Returns the inputs of an asset with one source: the file, and the colour configuration that it is read with.
-    Inputs sourceOf(const std::filesystem::path& file) const {
-        Inputs inputs = {{"source", file}};
-        if (!scene_.colors.config.empty()) inputs[kColorConfigRole] = scene_.colors.config;
-        return inputs;
-    }
-
     Inputs sourceOf(const LightMapEntry& entry) const {
         Inputs inputs = bakeInputs(entry.file, entry.description);
-        inputs.merge(sourceOf(entry.file));
+        inputs.merge(sourceInputs(entry.file, scene_.colors));
         return inputs;
     }
 
@@ -388,7 +381,7 @@ private:
         const auto probe = std::ranges::find_if(scene_.probes, [&](const auto& each) { return !needs_.unusedProbes.contains(each.name); });
         if (probe != scene_.probes.end()) {
             parameters.probe = {probe->name, scene_.colors, probe->file.filename().string()};
-            for (const auto& [role, file] : sourceOfProbe(probe->file))
+            for (const auto& [role, file] : environmentInputs(probe->file, scene_.colors))
                 if (role != kColorConfigRole) inputs["probe-" + role] = file;
             if (probe->sh) inputs[kProbeShRole] = *probe->sh;
         }
@@ -398,15 +391,6 @@ private:
                                  toJson(parameters),
                                  std::move(inputs),
                                  {"cook/" + entry.name, "verify/" + entry.name}});
-    }
-
-    /// Returns the inputs of a probe: of six files, all that exist.
-    Inputs sourceOfProbe(const std::filesystem::path& file) const {
-        Inputs inputs = sourceOf(file);
-        std::error_code code;
-        for (const std::filesystem::path& face : formats::faceFiles(file))
-            if (face != file && std::filesystem::exists(face, code)) inputs["source-" + face.stem().string()] = face;
-        return inputs;
     }
 
     void planProbe(const ProbeEntry& entry) {
@@ -434,12 +418,12 @@ private:
                                      .lobe = shading_.lobe,
                                      .probeFile = {},
                                      .place = entry.place};
-        Inputs inputs = sourceOfProbe(entry.file);
+        Inputs inputs = environmentInputs(entry.file, scene_.colors);
         if (entry.sh) {
             inputs["sh"] = *entry.sh;
             parameters.probeFile = entry.file.filename().string();
         }
-        add(entry.name, AssetKind::Cubemap, parameters, inputs, verification, sourceOfProbe(entry.file));
+        add(entry.name, AssetKind::Cubemap, parameters, inputs, verification, environmentInputs(entry.file, scene_.colors));
     }
 
     /// Returns the first level of a probe's chain that is cooked. Levels that no material reads are reported as skipped or, if they are
@@ -517,7 +501,8 @@ private:
             parameters.zones = entry.zones;
         else
             parameters.encoding = entry.encoding;
-        add(entry.name, AssetKind::Rsrm, parameters, sourceOf(entry.file), visible(entry.maxVisible), sourceOf(entry.file));
+        const Inputs inputs = environmentInputs(entry.file, scene_.colors);
+        add(entry.name, AssetKind::Rsrm, parameters, inputs, visible(entry.maxVisible), inputs);
     }
 
     void planTables() {

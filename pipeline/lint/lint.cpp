@@ -21,15 +21,9 @@ std::string lightMapFactsId(const LightMapEntry& entry) {
     return "lint/light-map/" + entry.name;
 }
 
-Inputs sourceOf(const std::filesystem::path& file, const formats::ColorSpaces& colors) {
-    Inputs inputs = {{"source", file}};
-    if (!colors.config.empty()) inputs[kColorConfigRole] = colors.config;
-    return inputs;
-}
-
 Inputs sourceOf(const LightMapEntry& entry) {
     Inputs inputs = bakeInputs(entry.file, entry.description);
-    inputs.merge(sourceOf(entry.file, entry.description.colors));
+    inputs.merge(sourceInputs(entry.file, entry.description.colors));
     return inputs;
 }
 
@@ -40,15 +34,6 @@ Action meshAction(const LightMapEntry& entry, const formats::LightMapDescription
     for (const std::filesystem::path& beside : formats::gltfFilesBeside(*entry.mesh, formats::GltfFiles::Geometry))
         inputs[fmt::format("mesh_file{}", index++)] = beside;
     return {"lint/mesh/" + entry.name, "lint-mesh", entry.name, toJson(MeshLintParameters{description}), std::move(inputs), {}};
-}
-
-/// Returns the file of an environment, with those of its other faces.
-Inputs environmentInputs(const std::filesystem::path& file, const formats::ColorSpaces& colors) {
-    Inputs inputs = sourceOf(file, colors);
-    std::error_code code;
-    for (const std::filesystem::path& face : formats::faceFiles(file))
-        if (face != file && std::filesystem::exists(face, code)) inputs["source-" + face.stem().string()] = face;
-    return inputs;
 }
 
 Action probeAction(const Scene& scene, const ProbeEntry& entry, bool repair) {

@@ -17,9 +17,8 @@ namespace {
 
 CiRule ruleOf(const Failure& failure, const Verdict& verdict) {
     if (failure.seam) return CiRule::Seam;
-    if (!failure.shading && failure.visible) return CiRule::VisibleError;  // of a light map with its dominant light
-    if (!failure.shading && failure.relRms) return CiRule::SpecularError;  // likewise
-    if (!failure.shading) return CiRule::LocalError;
+    if (!failure.shading)  // a broken law, or a limit on a light map and its dominant light together
+        return failure.visible ? CiRule::VisibleError : failure.relRms ? CiRule::SpecularError : CiRule::LocalError;
     const bool isDiffuse = *failure.shading == "diffuse";
     const auto stage = std::ranges::find(verdict.stages, failure.stage, &verify::StageError::name);
     if (stage != verdict.stages.end() && !isFinite(isDiffuse ? stage->diffuse : stage->specular)) return CiRule::FiniteFigures;

@@ -99,7 +99,7 @@ void addVisible(const ReportRow& row, const std::string& shading, const verify::
                failures);
 }
 
-/// Appends a failure for each limit that what a pixel shows of a light map and its dominant light is over.
+/// Appends a failure for each limit that a light map and its dominant light together exceed.
 void addWhole(const ReportRow& row, std::vector<Failure>& failures) {
     if (!row.whole) return;
     const auto add = [&](Failure failure) {

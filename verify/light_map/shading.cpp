@@ -331,7 +331,6 @@ void ErrorShader::setReference(const shaders::LcSh& reference, const glm::vec3& 
     // Neighbours are often alike: black, or of one colour.
     if (reference_ && normal == normal_ && std::ranges::equal(reference.c, reference_->c)) return;
     reference_ = reference;
-    isDark_ = isZero(reference);
     if (normal != normal_) {
         const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(normal));
         frame_ = {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])};
@@ -349,10 +348,10 @@ void ErrorShader::setReference(const shaders::LcSh& reference, const glm::vec3& 
 
 void ErrorShader::add(const shaders::LcSh& error, ShadedErrors& errors) {
     const bool isExact = isZero(error);
-    if (isExact && isDark_) {
+    if (isExact) addUnseen(errors);
+    if (isExact && isZero(*reference_)) {
         errors.diffuse.addDark(kChannels * matrices_.diffuse.count());
         errors.specular.addDark(kChannels * matrices_.specular.count());
-        addUnseen(errors);
         return;
     }
     const auto local = channelsOf(shaders::lcLocalSh(error, frame_[0], frame_[1], frame_[2]));
@@ -360,11 +359,7 @@ void ErrorShader::add(const shaders::LcSh& error, ShadedErrors& errors) {
     shade(local, matrices_.specular, specular_.error);
     addEnergy(matrices_.diffuse, diffuse_, errors.diffuse);
     addEnergy(matrices_.specular, specular_, errors.specular);
-    if (isExact) {
-        addUnseen(errors);
-        return;
-    }
-    if (!matrices_.visible) return;
+    if (isExact || !matrices_.visible) return;
     shade(local, matrices_.visible->cap, cap_.error);
     addVisible(matrices_.visible->cap, cap_, shownCap_, errors.visibleDiffuse);
     addVisible(matrices_.specular, specular_, shownSpecular_, errors.visibleSpecular);

@@ -117,7 +117,6 @@ private:
     Shown shownCap_, shownSpecular_;
     std::vector<float> found_, differences_;  ///< reused
     std::optional<shaders::LcSh> reference_;  ///< of the last texel
-    bool isDark_ = false;                     ///< it is zero
     glm::vec3 normal_{0};
     std::array<glm::vec3, 3> frame_{};
     double unit_;

@@ -58,14 +58,12 @@ private:
     void fitTablesAndCodes() {
         forEachInParallel(sample_.clusters().size(),
                           [&](std::size_t cluster) { fitTable(sample_.clusters()[cluster], model_.shape, model_.code[cluster]); });
-        for (std::size_t cluster = 0; cluster < sample_.clusters().size(); ++cluster) {
-            const CodeSpace space(model_.code[cluster], model_.shape);
-            const std::vector<SampleTexel*>& members = sample_.clusters()[cluster];
+        forEachCluster([](const std::vector<SampleTexel*>& members, const CodeSpace& space) {
             forEachInParallel(members.size(), [&](std::size_t i) {
                 SampleTexel& texel = *members[i];
                 texel.code = space.solve(BasisSample::targetOf(texel), texel.code).code;
             });
-        }
+        });
         solveCoefficients0();
     }
 
@@ -79,6 +77,13 @@ private:
     }
 
     const CodeTable& tableOf(const SampleTexel& texel) const { return model_.code[static_cast<std::size_t>(texel.cluster)]; }
+
+    /// Calls visit(texels, decode) for each cluster in turn.
+    template <class Visit>
+    void forEachCluster(Visit visit) {
+        for (std::size_t cluster = 0; cluster < sample_.clusters().size(); ++cluster)
+            visit(sample_.clusters()[cluster], CodeSpace(model_.code[cluster], model_.shape));
+    }
 
     void stretchCodes() {
         for (const std::vector<SampleTexel*>& members : sample_.clusters())
@@ -106,12 +111,11 @@ private:
     /// Updates the channel weights and sends the codes through the block encoder.
     void encodeCodes() {
         glm::dvec4 sensitivity(0);
-        for (std::size_t cluster = 0; cluster < sample_.clusters().size(); ++cluster) {
-            const CodeSpace space(model_.code[cluster], model_.shape);
-            for (const SampleTexel* texel : sample_.clusters()[cluster])
+        forEachCluster([&](const std::vector<SampleTexel*>& members, const CodeSpace& space) {
+            for (const SampleTexel* texel : members)
                 sensitivity +=
                     static_cast<double>(texel->weight) * glm::dvec4(space.sensitivity(BasisSample::targetOf(*texel), texel->code));
-        }
+        });
         model_.codeWeights = channelWeightsOf(sensitivity);
         sample_.encodeCodes(1, model_.codeWeights);
     }

@@ -9,6 +9,7 @@
 
 #include "pipeline/cook/cook.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/report/ci_checks.h"
 #include "tests/pipeline/example_folder.h"
 #include "tests/pipeline/rewritten_manifest.h"
 #include "tests/pipeline/small_scene.h"
@@ -178,6 +179,13 @@ protected:
         options.output = scene / folder;
         return pipeline::cook(options);
     }
+    /// Expects JUnit and SARIF to have the refusal of a cook as a finding of this check, and no other.
+    void expectFindingOf(CiRule rule, const Outcome& outcome) const {
+        const CiRun run = ciRun({"cook", scene_ / "out", scene_.sceneFile(), {}, outcome.report, outcome.errors});
+        for (const CiSuite& suite : run.suites)
+            for (const CiCheck& check : suite.checks)
+                EXPECT_EQ(check.findings.size(), suite.name == "map" && check.rule == rule ? 1u : 0u) << suite.name;
+    }
     static double wholeOf(const Outcome& outcome) { return mapRow(outcome, "map").at("whole").at("visible").at("p99").get<double>(); }
 
     SmallScene scene_{SmallScene::Parts::LightMap};
@@ -245,6 +253,7 @@ TEST_F(WholeLimit, OnRelRmsThatNothingKeepsIsRefusedByWhatWasFound) {
     EXPECT_EQ(outcome.errors[0].code, formats::ErrorCode::Verification);
     EXPECT_THAT(outcome.errors[0].line(),
                 testing::AllOf(HasSubstr("map, together with its dominant light: found rel_rms "), HasSubstr("expected at most 1e-06")));
+    expectFindingOf(CiRule::SpecularError, outcome);
 }
 
 TEST_F(WholeLimit, IsHeldByVerifyToo) {
@@ -270,6 +279,7 @@ TEST_F(WholeLimit, ThatNothingKeepsIsRefusedByWhatWasFound) {
     ASSERT_EQ(outcome.errors.size(), 1u);
     EXPECT_EQ(outcome.errors[0].code, formats::ErrorCode::Verification);
     EXPECT_THAT(outcome.errors[0].line(), HasSubstr("expected at most 0.0001"));
+    expectFindingOf(CiRule::VisibleError, outcome);
     EXPECT_EQ(chosenOn(frontierOf(outcome)), frontierOf(outcome).size() - 1) << "the least error that there is";
 }
 

@@ -58,6 +58,16 @@ glm::vec3 warm(int x, int) {
     return (0.2f + 0.01f * static_cast<float>(x)) * glm::vec3(3, 2, 1);
 }
 
+TEST_F(Rsrm, EachOfSixFilesAroundAnAxisIsAnInput) {
+    for (const char* face : {"px", "nx", "py", "ny", "pz", "nz"}) write(std::string("cube_") + face + ".exr", 8, 8, warm);
+    RsrmOptions wanted = options("cube_px.exr");
+    wanted.axis = {0, 1, 0};
+    asset(wanted);
+    EXPECT_EQ(convertRsrm(wanted, state_).actionsRun, 0);
+    write("cube_ny.exr", 8, 8, [](int x, int y) { return 2.0f * warm(x, y); });
+    EXPECT_GT(convertRsrm(wanted, state_).actionsRun, 0) << "a file beside the named one changed";
+}
+
 TEST_F(Rsrm, EveryFormatAndTheDitherAreVerified) {
     write("warm.exr", 64, 1, warm);
     std::map<std::string, std::uint64_t> bytes;
