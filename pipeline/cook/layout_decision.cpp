@@ -97,7 +97,9 @@ AllocationChoices LayoutDecision::allowedChoices() const {
     AllocationChoices allowed = choices_;
     std::map<std::string, std::string> cheapest;
     if (isErrorLimited()) cheapest = cheapestWithin(candidates_, 1, scene_.output.cost);
-    for (auto& [map, choices] : allowed) {
+    for (auto& entry : allowed) {
+        const std::string& map = entry.first;
+        AllocationChoices::mapped_type& choices = entry.second;
         if (const auto layout = cheapest.find(map); layout != cheapest.end())
             std::erase_if(choices, [&](const AllocationChoice& each) { return !keepsLimits(map, each.lightMap, layout->second); });
         if (scene_.output.maxWholeError) keepWithin(*scene_.output.maxWholeError, choices);
