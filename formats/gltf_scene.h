@@ -48,6 +48,12 @@ struct MeshError {
     double positionExtent = 0, lightMapUvExtent = 0;
 };
 
+/// A part of the triangles of a scene.
+struct TrianglePart {
+    std::vector<std::vector<std::uint8_t>> isKept;  ///< of each triangle of each of GltfScene::triangleMeshes()
+    bool hasLines = true;                           ///< lines and points, too
+};
+
 struct GlbChanges;
 
 /// A glTF or GLB file, Draco-compressed or not. load() refuses missing buffers, indices out of range, positions or UVs that are not finite,
@@ -74,10 +80,15 @@ public:
     /// Writes the scene as a GLB that differs by kBasisAttribute only. All values are kept bit for bit. Vertices and triangles keep their
     /// order, except in Draco streams, which are encoded again without loss.
     Result<MeshSize> writePlain(const std::filesystem::path& file, const ClusterMap* clusters) const;
-    /// Writes the scene as a GLB that differs by its light-map UVs (TEXCOORD_1) only, which are floats then. Keeps the rest as writePlain()
-    /// does.
-    /// uvs  new UVs of the vertices of each of triangleMeshes()
+    /// Writes the scene as a GLB that differs by its light-map UVs (TEXCOORD_1) only, which are floats then; those that it had become the
+    /// first free TEXCOORD_n. All other values are kept bit for bit, and so is the order of vertices and triangles: Draco streams are
+    /// written plain. uvs  new UVs of the vertices of each of triangleMeshes()
     Result<MeshSize> writeLightMapUvs(const std::filesystem::path& file, const std::vector<std::vector<glm::vec2>>& uvs) const;
+    /// Does the same with some of the triangles and with the vertices that they use; withTriangles() tells their
+    /// order. Primitives and meshes without triangles are left out, and nodes draw none in their place. Fails with
+    /// ErrorCode::FormatUnsupported for morph targets.
+    Result<MeshSize> writePart(const std::filesystem::path& file, const std::vector<std::vector<glm::vec2>>& uvs,
+                               const TrianglePart& part) const;
     /// Returns the triangle primitives in the order of the file; they live as long as the scene.
     std::vector<const TriangleMesh*> triangleMeshes() const;
     /// A triangle primitive in the world. Meshes that several nodes draw come several times; those that no node draws are left out.

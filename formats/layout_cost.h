@@ -33,6 +33,10 @@ inline std::span<const LayoutCostInfo> allLayoutCosts() {
     return kLayoutCosts;
 }
 
+inline const LayoutCostInfo& info(LayoutCost cost) {
+    return kLayoutCosts[static_cast<std::size_t>(cost)];
+}
+
 /// Limits on the decode in the shader.
 struct DecodeLimits {
     std::optional<int> maxFetches;    ///< texture fetches of a sample

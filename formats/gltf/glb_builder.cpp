@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <set>
 #include <span>
@@ -18,6 +19,9 @@ namespace {
 
 /// Quantization of TEXCOORD_2 and up [bits]: sets that an engine reads next to never, such as the UVs from before a light map was repacked.
 constexpr int kFurtherUvBits = 16;
+
+/// Place of a mesh that is left out.
+constexpr std::size_t kNoMesh = std::numeric_limits<std::size_t>::max();
 
 bool isFurtherUv(const std::string& semantic) {
     return semantic.starts_with("TEXCOORD_") && semantic != "TEXCOORD_0" && semantic != "TEXCOORD_1";
@@ -130,6 +134,7 @@ public:
         : document_(document),
           primitives_(primitives),
           clusters_(changes.clusters),
+          part_(changes.part),
           oldUvs_(freeUv(primitives)),
           json_(document.json()),
           views_(document) {
@@ -139,7 +144,8 @@ public:
     BuiltGlb build(const DracoOptions* options) {
         const std::vector<std::optional<DracoMesh>> coded = encodeAll(options);
         findFreeAccessors(coded);
-        if (!uvs_.empty()) replaceUvs(coded);
+        const std::vector<TriangleMesh> plain = writePlain();
+        if (part_ == nullptr && !uvs_.empty()) replaceUvs(coded);
         for (std::size_t i = 0; i < primitives_.size(); ++i) {
             if (coded[i]) {
                 replace(primitives_[i], *coded[i]);
@@ -148,6 +154,8 @@ public:
             }
         }
         if (std::any_of(coded.begin(), coded.end(), [](const auto& mesh) { return mesh.has_value(); })) declareDraco();
+        if (part_ != nullptr) removeEmpty(plain);
+        if (!uvs_.empty()) forgetDraco();
         views_.embedImages(json_);
         const std::vector<std::byte> buffer = views_.pack(json_);
         if (buffer.empty()) {
@@ -161,7 +169,7 @@ public:
         size.fileBytesIn = document_.fileBytes();
         size.fileBytesOut = glb.bytes.size();
         for (std::size_t i = 0; i < primitives_.size(); ++i) {
-            const TriangleMesh& written = coded[i] ? coded[i]->decoded : primitives_[i].geometry;
+            const TriangleMesh& written = coded[i] ? coded[i]->decoded : plain[i];
             size.vertexCount += static_cast<std::int64_t>(written.vertexCount());
             size.triangleCount += static_cast<std::int64_t>(written.triangleCount());
         }
@@ -174,7 +182,7 @@ private:
         std::vector<std::optional<DracoMesh>> coded(primitives_.size());
         for (std::size_t i = 0; i < primitives_.size(); ++i) {
             if (!primitives_[i].canCompress || primitives_[i].geometry.indices.empty()) continue;
-            if (options == nullptr && !((clusters_ != nullptr || !uvs_.empty()) && primitives_[i].dracoView)) continue;
+            if (isPlain(primitives_[i]) || (options == nullptr && !(clusters_ != nullptr && primitives_[i].dracoView))) continue;
             const TriangleMesh mesh = changed(primitives_[i]);
             std::vector<std::optional<Quantization>> quantization;
             for (const MeshAttribute& attribute : mesh.attributes) {
@@ -234,15 +242,15 @@ private:
         return attribute;
     }
 
-    /// Writes the new UVs of primitives that are not encoded. Primitives that share an accessor share the new one, whose vertices that no
-    /// triangle uses are 0.
+    /// Writes the new UVs of primitives that are not written anew as a whole. Primitives that share an accessor share the new one, whose
+    /// vertices that no triangle uses are 0.
     void replaceUvs(const std::vector<std::optional<DracoMesh>>& coded) {
-        const auto isCoded = [&](const Primitive& primitive) {
-            return coded[static_cast<std::size_t>(&primitive - primitives_.data())].has_value();
+        const auto isDone = [&](const Primitive& primitive) {
+            return isPlain(primitive) || coded[static_cast<std::size_t>(&primitive - primitives_.data())].has_value();
         };
         std::map<std::uint64_t, std::vector<glm::vec2>> values;
         for (const auto& [primitive, uvs] : uvs_) {
-            if (isCoded(*primitive)) continue;
+            if (isDone(*primitive)) continue;
             if (primitive->dracoView) failToCode(*primitive);
             Json& attributes = jsonOf(*primitive)["attributes"];
             const auto accessor = attributes["TEXCOORD_1"].get<std::uint64_t>();
@@ -260,7 +268,7 @@ private:
             const std::size_t added = addAccessor(std::move(made));
             for (const auto& [primitive, ignored] : uvs_) {
                 Json& uv = jsonOf(*primitive)["attributes"]["TEXCOORD_1"];
-                if (!isCoded(*primitive) && uv == accessor) uv = added;
+                if (!isDone(*primitive) && uv == accessor) uv = added;
             }
         }
     }
@@ -293,7 +301,7 @@ private:
         std::set<std::uint64_t> used, kept;
         for (std::size_t i = 0; i < primitives_.size(); ++i) {
             const Json& primitive = jsonOf(primitives_[i]);
-            std::set<std::uint64_t>& users = coded[i] ? used : kept;
+            std::set<std::uint64_t>& users = coded[i] || isPlain(primitives_[i]) ? used : kept;
             for (const Json& accessor : primitive["attributes"]) users.insert(accessor.get<std::uint64_t>());
             if (primitive.contains("indices")) users.insert(primitive["indices"].get<std::uint64_t>());
             for (const Json& target : primitive.value("targets", Json::array())) {
@@ -325,21 +333,26 @@ private:
         return slot;
     }
 
+    /// Returns the accessor of an attribute that is written anew, without a buffer view.
+    Json declaredAccessor(const Primitive& primitive, const MeshAttribute& attribute) {
+        const bool isOurs = clusters_ != nullptr && attribute.semantic == kBasisAttribute;
+        const bool isNewUv = uvs_.contains(&primitive) && attribute.semantic == "TEXCOORD_1";
+        const bool isOldUv = uvs_.contains(&primitive) && attribute.semantic == oldUvs_;
+        const std::string source = isOldUv ? "TEXCOORD_1" : attribute.semantic;
+        Json accessor = isOurs    ? clusterAccessor(0)
+                        : isNewUv ? uvAccessor(0)
+                                  : document_.entry("accessors", jsonOf(primitive)["attributes"][source].get<std::uint64_t>());
+        for (const char* gone : {"bufferView", "byteOffset", "sparse", "min", "max"}) accessor.erase(gone);
+        accessor["count"] = attribute.vertexCount();
+        if (attribute.semantic == "POSITION") addBounds(attribute, accessor);
+        return accessor;
+    }
+
     void replace(const Primitive& primitive, const DracoMesh& coded) {
         Json attributes = Json::object(), ids = Json::object();
         for (std::size_t i = 0; i < coded.decoded.attributes.size(); ++i) {
             const MeshAttribute& attribute = coded.decoded.attributes[i];
-            const bool isOurs = clusters_ != nullptr && attribute.semantic == kBasisAttribute;
-            const bool isNewUv = uvs_.contains(&primitive) && attribute.semantic == "TEXCOORD_1";
-            const bool isOldUv = uvs_.contains(&primitive) && attribute.semantic == oldUvs_;
-            const std::string source = isOldUv ? "TEXCOORD_1" : attribute.semantic;
-            Json accessor = isOurs    ? clusterAccessor(0)
-                            : isNewUv ? uvAccessor(0)
-                                      : document_.entry("accessors", jsonOf(primitive)["attributes"][source].get<std::uint64_t>());
-            for (const char* gone : {"bufferView", "byteOffset", "sparse", "min", "max"}) accessor.erase(gone);
-            accessor["count"] = attribute.vertexCount();
-            if (attribute.semantic == "POSITION") addBounds(attribute, accessor);
-            attributes[attribute.semantic] = addAccessor(std::move(accessor));
+            attributes[attribute.semantic] = addAccessor(declaredAccessor(primitive, attribute));
             ids[attribute.semantic] = coded.uniqueIds[i];
         }
         const bool isShort = coded.decoded.vertexCount() < 0xFFFF;  // the last value of each width restarts primitives
@@ -352,6 +365,104 @@ private:
         json["indices"] = indexAccessor;
         json.erase("mode");  // single triangles, also of a strip or a fan
         json["extensions"][kDracoExtension] = {{"bufferView", views_.add(coded.bytes)}, {"attributes", std::move(ids)}};
+    }
+
+    /// Returns true for primitives that are written anew without Draco: all of a part, and Draco streams that get other light-map UVs,
+    /// since an encoder would change the order of their vertices.
+    bool isPlain(const Primitive& primitive) const {
+        if (!primitive.isTriangles) return false;
+        return part_ != nullptr || (!uvs_.empty() && primitive.dracoView && primitive.canCompress);
+    }
+
+    /// Writes these primitives. Returns the geometry that each primitive has then.
+    std::vector<TriangleMesh> writePlain() {
+        std::vector<TriangleMesh> written;
+        std::size_t next = 0;
+        for (const Primitive& primitive : primitives_) {
+            TriangleMesh& mesh = written.emplace_back();
+            if (part_ != nullptr && primitive.isTriangles) {
+                if (!primitive.canCompress)
+                    document_.fail(ErrorCode::FormatUnsupported, primitive.place(),
+                                   "found morph targets, expected none in a mesh whose charts are split: charts = \"pack\" keeps them");
+                mesh = withTriangles(changed(primitive), part_->isKept[next++]);
+                if (mesh.indices.empty()) continue;
+            } else if (isPlain(primitive)) {
+                mesh = changed(primitive);
+            } else if (part_ == nullptr || part_->hasLines) {
+                mesh = primitive.geometry;
+            }
+            if (isPlain(primitive)) replace(primitive, mesh);
+        }
+        return written;
+    }
+
+    /// Writes the geometry of a primitive plain.
+    void replace(const Primitive& primitive, const TriangleMesh& mesh) {
+        constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
+        Json attributes = Json::object();
+        for (const MeshAttribute& attribute : mesh.attributes) {
+            Json accessor = declaredAccessor(primitive, attribute);
+            // glTF aligns vertex attributes to four bytes.
+            const std::size_t bytes = attribute.bytesPerVertex(), stride = (bytes + 3) / 4 * 4;
+            std::vector<std::byte> values(stride * attribute.vertexCount());
+            for (std::size_t vertex = 0; vertex < attribute.vertexCount(); ++vertex)
+                std::copy_n(attribute.values.begin() + static_cast<std::ptrdiff_t>(bytes * vertex), bytes,
+                            values.begin() + static_cast<std::ptrdiff_t>(stride * vertex));
+            accessor["bufferView"] = views_.add(std::move(values), {{"byteStride", stride}, {"target", kArrayBuffer}});
+            attributes[attribute.semantic] = addAccessor(std::move(accessor));
+        }
+        const std::span<const std::byte> indices = std::as_bytes(std::span(mesh.indices));
+        Json accessor = {{"componentType", static_cast<int>(ComponentType::Uint32)}, {"count", mesh.indices.size()}, {"type", "SCALAR"}};
+        accessor["bufferView"] = views_.add({indices.begin(), indices.end()}, {{"target", kElementArrayBuffer}});
+        Json& json = jsonOf(primitive);
+        json["attributes"] = std::move(attributes);
+        json["indices"] = addAccessor(std::move(accessor));
+        json.erase("mode");
+        if (!json.contains("extensions")) return;
+        json["extensions"].erase(kDracoExtension);
+        if (json["extensions"].empty()) json.erase("extensions");
+    }
+
+    /// Removes the primitives and meshes without geometry, and what nodes say of such meshes.
+    void removeEmpty(const std::vector<TriangleMesh>& parts) {
+        for (std::size_t i = primitives_.size(); i-- > 0;)
+            if (parts[i].vertexCount() == 0) json_["meshes"][primitives_[i].mesh]["primitives"].erase(primitives_[i].index);
+        std::vector<std::size_t> newIndexOf;
+        Json meshes = Json::array();
+        for (Json& mesh : json_["meshes"]) {
+            newIndexOf.push_back(meshes.size());
+            if (!mesh["primitives"].empty())
+                meshes.push_back(std::move(mesh));
+            else
+                newIndexOf.back() = kNoMesh;
+        }
+        json_["meshes"] = std::move(meshes);
+        if (json_["meshes"].empty()) json_.erase("meshes");
+        if (json_.contains("nodes"))
+            for (Json& node : json_["nodes"]) renumberMesh(node, newIndexOf);
+    }
+
+    /// Removes Draco from the extensions that are used if no primitive has it.
+    void forgetDraco() {
+        for (const Json& mesh : json_.value("meshes", Json::array()))
+            for (const Json& primitive : mesh["primitives"])
+                if (primitive.value("extensions", Json::object()).contains(kDracoExtension)) return;
+        for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
+            if (!json_.contains(list)) continue;
+            std::erase(json_[list].get_ref<Json::array_t&>(), kDracoExtension);
+            if (json_[list].empty()) json_.erase(list);
+        }
+    }
+
+    static void renumberMesh(Json& node, const std::vector<std::size_t>& newIndexOf) {
+        if (!node.contains("mesh")) return;
+        const std::size_t mesh = newIndexOf[node["mesh"].get<std::size_t>()];
+        if (mesh != kNoMesh) {
+            node["mesh"] = mesh;
+            return;
+        }
+        for (const char* ofMesh : {"mesh", "skin", "weights"}) node.erase(ofMesh);
+        if (node.contains("extensions")) node["extensions"].erase("EXT_mesh_gpu_instancing");
     }
 
     static void addBounds(const MeshAttribute& position, Json& accessor) {
@@ -372,6 +483,7 @@ private:
     const GltfDocument& document_;
     const std::vector<Primitive>& primitives_;
     const ClusterMap* clusters_;  ///< none: vertices get no cluster
+    const TrianglePart* part_;    ///< none: all triangles
     std::string oldUvs_;          ///< attribute that keeps light-map UVs which are replaced
     /// New light-map UVs of triangle primitives; empty: they stay. Ordered as the primitives, which lie in one array.
     std::map<const Primitive*, const std::vector<glm::vec2>*> uvs_;

@@ -18,12 +18,14 @@ struct BuiltGlb {
 
 /// Changes that a written GLB has against its document.
 struct GlbChanges {
-    /// Quantization of the Draco meshes. If null, only primitives that are Draco streams already and whose attributes change are encoded
-    /// again, without loss.
+    /// Quantization of the Draco meshes. If null, only primitives that are Draco streams already and get clusters are encoded again,
+    /// without loss.
     const DracoOptions* draco = nullptr;
     const ClusterMap* clusters = nullptr;  ///< adds kBasisAttribute to the vertices of triangles
-    /// Replaces TEXCOORD_1 of the triangle primitives, in the order of the file.
+    /// Replaces TEXCOORD_1 of the triangle primitives, in the order of the file. Their Draco streams are written plain. Not beside draco.
     const std::vector<std::vector<glm::vec2>>* lightMapUvs = nullptr;
+    /// Leaves out the other triangles, and writes these plain. Not beside draco and clusters.
+    const TrianglePart* part = nullptr;
 };
 
 /// Builds the GLB. Accessors and buffer views that nothing refers to any more are left out of the buffer; no other reference moves.

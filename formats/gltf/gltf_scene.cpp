@@ -160,6 +160,11 @@ Result<MeshSize> GltfScene::writeLightMapUvs(const std::filesystem::path& file, 
     return write(file, {.lightMapUvs = &uvs});
 }
 
+Result<MeshSize> GltfScene::writePart(const std::filesystem::path& file, const std::vector<std::vector<glm::vec2>>& uvs,
+                                      const TrianglePart& part) const {
+    return write(file, {.lightMapUvs = &uvs, .part = &part});
+}
+
 Result<MeshSize> GltfScene::write(const std::filesystem::path& file, const GlbChanges& changes) const {
     const auto glb = resultOf(state_->document.file(), [&] { return buildGlb(state_->document, state_->primitives, changes); });
     if (!glb) return tl::make_unexpected(glb.error());

@@ -208,6 +208,15 @@ TriangleMesh withoutUnusedVertices(const TriangleMesh& mesh) {
     return used;
 }
 
+TriangleMesh withTriangles(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isKept) {
+    TriangleMesh kept{mesh.attributes, {}};
+    for (std::size_t triangle = 0; triangle < mesh.triangleCount(); ++triangle) {
+        const auto corner = mesh.indices.begin() + static_cast<std::ptrdiff_t>(3 * triangle);
+        if (isKept[triangle] != 0) kept.indices.insert(kept.indices.end(), corner, corner + 3);
+    }
+    return withoutUnusedVertices(kept);
+}
+
 tl::expected<TriangleMatch, std::string> matchTriangles(const TriangleMesh& original, const TriangleMesh& coded, double positionStep) {
     const bool normals = original.find("NORMAL") != nullptr && coded.find("NORMAL") != nullptr;
     const bool uvs = original.find("TEXCOORD_1") != nullptr && coded.find("TEXCOORD_1") != nullptr;

@@ -46,6 +46,9 @@ struct TriangleMesh {
 
 /// Returns the mesh with only the vertices that triangles use, in their old order.
 TriangleMesh withoutUnusedVertices(const TriangleMesh& mesh);
+/// Returns the mesh with some of its triangles and the vertices that they use, both in their old order.
+/// isKept  of each triangle: 1 for those that stay
+TriangleMesh withTriangles(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isKept);
 
 /// The largest differences between matched corners.
 struct TriangleMatch {

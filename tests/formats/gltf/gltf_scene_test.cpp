@@ -382,6 +382,81 @@ TEST(GltfScene, AnAccessorThatIsAnotherUvSetTooKeepsItsValues) {
     }
 }
 
+/// Returns a part of the cube: one triangle of each primitive, or none.
+TrianglePart partOfCube(const GltfScene& scene, std::size_t triangle, std::optional<std::size_t> withoutPrimitive = {}) {
+    TrianglePart part;
+    for (const TriangleMesh* mesh : scene.triangleMeshes()) {
+        part.isKept.emplace_back(mesh->triangleCount(), 0);
+        if (part.isKept.size() - 1 != withoutPrimitive) part.isKept.back()[triangle] = 1;
+    }
+    return part;
+}
+
+TEST(GltfScene, APartHasItsTrianglesAndTheirVertices) {
+    const TemporaryFolder folder;
+    cube().writeGlb(folder / "cube.glb");
+    ASSERT_TRUE(loaded(folder / "cube.glb").writeDraco(folder / "draco.glb", {}));
+    for (const char* file : {"cube.glb", "draco.glb"}) {
+        const GltfScene scene = loaded(folder / file);
+        const auto uvs = numberedUvs(scene);
+        const TrianglePart part = partOfCube(scene, 1);
+        const auto size = scene.writePart(folder / "part.glb", uvs, part);
+        ASSERT_TRUE(size) << size.error().line();
+        EXPECT_EQ(size->triangleCount, 2);
+        EXPECT_EQ(size->vertexCount, 6);
+        const GltfScene made = loaded(folder / "part.glb");
+        const auto before = scene.triangleMeshes(), after = made.triangleMeshes();
+        ASSERT_EQ(after.size(), before.size());
+        for (std::size_t mesh = 0; mesh < before.size(); ++mesh) {
+            const TriangleMesh wanted = withTriangles(*before[mesh], part.isKept[mesh]);
+            EXPECT_EQ(after[mesh]->indices, wanted.indices);
+            for (const MeshAttribute& attribute : wanted.attributes) {
+                const std::string name = attribute.semantic == "TEXCOORD_1" ? "TEXCOORD_2" : attribute.semantic;
+                ASSERT_NE(after[mesh]->find(name), nullptr) << name;
+                EXPECT_EQ(after[mesh]->find(name)->values, attribute.values) << name;
+            }
+            for (std::size_t corner = 0; corner < 3; ++corner) {
+                const std::uint32_t source = before[mesh]->indices[3 + corner];
+                EXPECT_EQ(glm::vec2(after[mesh]->find("TEXCOORD_1")->at(after[mesh]->indices[corner])), uvs[mesh][source]);
+            }
+        }
+        EXPECT_THAT(jsonOf(folder / "part.glb").dump(), testing::Not(testing::HasSubstr("KHR_draco_mesh_compression")));
+    }
+}
+
+TEST(GltfScene, APartLeavesOutEmptyPrimitivesAndMeshes) {
+    const TemporaryFolder folder;
+    cube().writeGlb(folder / "cube.glb");
+    const GltfScene scene = loaded(folder / "cube.glb");
+    ASSERT_TRUE(scene.writePart(folder / "one.glb", numberedUvs(scene), partOfCube(scene, 0, 0)));
+    const GltfScene one = loaded(folder / "one.glb");
+    ASSERT_EQ(one.triangleMeshes().size(), 1u);
+    const TriangleMesh wanted = withTriangles(*scene.triangleMeshes()[1], partOfCube(scene, 0).isKept[1]);
+    EXPECT_EQ(one.triangleMeshes().front()->find("POSITION")->values, wanted.find("POSITION")->values);
+
+    TrianglePart nothing = partOfCube(scene, 0);
+    for (auto& isKept : nothing.isKept) isKept.assign(isKept.size(), 0);
+    ASSERT_TRUE(scene.writePart(folder / "none.glb", numberedUvs(scene), nothing));
+    const json none = jsonOf(folder / "none.glb"), before = jsonOf(folder / "cube.glb");
+    EXPECT_FALSE(none.contains("meshes"));
+    EXPECT_EQ(none["nodes"].size(), before["nodes"].size()) << "other nodes, and animations, may name it";
+    for (const json& node : none["nodes"]) EXPECT_FALSE(node.contains("mesh"));
+}
+
+TEST(GltfScene, APartOfMorphTargetsIsRefused) {
+    const TemporaryFolder folder;
+    GltfMaker maker = cube();
+    const std::size_t moved = maker.floats(std::vector<float>(72, 0.125f), 3);
+    for (json& primitive : maker.primitives()) primitive["targets"] = json::array({{{"POSITION", moved}}});
+    maker.writeGlb(folder / "scene.glb");
+    const GltfScene scene = loaded(folder / "scene.glb");
+    const auto refused = scene.writePart(folder / "part.glb", numberedUvs(scene), partOfCube(scene, 0));
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::FormatUnsupported);
+    EXPECT_THAT(refused.error().line(), testing::HasSubstr("mesh 0, primitive 0: found morph targets, expected none"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "part.glb"));
+}
+
 TEST(GltfScene, VerticesOfUnknownOrderKeepItAndBearTheirCluster) {
     const TemporaryFolder folder;
     GltfMaker maker = cube();
