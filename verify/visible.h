@@ -97,12 +97,15 @@ public:
     /// Returns the place of the largest difference.
     const VisiblePlace& maxAt() const { return maxAt_; }
     std::int64_t sampleCount() const { return sampleCount_; }
+    /// Returns the number of samples above a difference of at least 0.001, rounded up to the edge of its bin.
+    std::int64_t countAbove(double difference) const;
     VisibleFigures figures() const;
 
 private:
     static constexpr int kBinsPerOctave = 256;
     static constexpr int kLowestExponent = -12, kHighestExponent = 10;
     static constexpr int kBinCount = (kHighestExponent - kLowestExponent) * kBinsPerOctave + 2;  ///< and one each below and above
+    static std::size_t binOf(float difference);
     /// Returns VisibleFigures::histogram.
     std::vector<std::int64_t> octaves() const;
     /// Returns the value that a share of the samples does not exceed.

@@ -11,6 +11,7 @@
 #include "pipeline/assets/cubemap/probe_use.h"
 #include "pipeline/assets/dominant/dominant.h"
 #include "pipeline/assets/gltf/gltf.h"
+#include "pipeline/assets/light_map/chart_split.h"
 #include "pipeline/assets/light_map/content.h"
 #include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/light_map.h"
@@ -123,17 +124,12 @@ struct PlanAction {
     std::string_view kind;
     ActionFunction function;
 };
-constexpr std::array kPlanActions = {PlanAction{"materials", readMaterials},
-                                     PlanAction{"pack-charts", packCharts},
-                                     PlanAction{"gltf", cookGltf},
-                                     PlanAction{"light-map-trial", tryLightMap},
-                                     PlanAction{"joint-trial", tryJointly},
-                                     PlanAction{"verify-whole", verifyWhole},
-                                     PlanAction{"light-map-content", readLightMapContent},
-                                     PlanAction{"probe-use", findUnusedProbes},
-                                     PlanAction{"lint-light-map", lintLightMap},
-                                     PlanAction{"lint-mesh", lintMesh},
-                                     PlanAction{"lint-probe", lintProbe},
+constexpr std::array kPlanActions = {PlanAction{"materials", readMaterials},     PlanAction{"split-charts", splitCharts},
+                                     PlanAction{"pack-charts", packCharts},      PlanAction{"gltf", cookGltf},
+                                     PlanAction{"light-map-trial", tryLightMap}, PlanAction{"joint-trial", tryJointly},
+                                     PlanAction{"verify-whole", verifyWhole},    PlanAction{"light-map-content", readLightMapContent},
+                                     PlanAction{"probe-use", findUnusedProbes},  PlanAction{"lint-light-map", lintLightMap},
+                                     PlanAction{"lint-mesh", lintMesh},          PlanAction{"lint-probe", lintProbe},
                                      PlanAction{"lint-gradient", lintGradient}};
 
 formats::Result<ActionOutcome> failUnknownKind(const ActionContext& context) {

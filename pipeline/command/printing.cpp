@@ -115,9 +115,13 @@ void printSummary(Terminal& terminal, const Report& report, const Outcome& outco
         return terminal.detail(summary.dump(-1, ' ', false, Json::error_handler_t::replace));
     }
     printFrontier(terminal, report.budget.frontier);
-    for (const ReportRow& row : report.assets)
-        if (row.notes && row.notes->contains("packing"))
+    for (const ReportRow& row : report.assets) {
+        if (!row.notes) continue;
+        if (row.notes->contains("split"))
+            terminal.say(fmt::format("charts of {} split: {}", row.name, (*row.notes)["split"].get<std::string>()));
+        if (row.notes->contains("packing"))
             terminal.say(fmt::format("charts of {} packed anew: {}", row.name, (*row.notes)["packing"].get<std::string>()));
+    }
     if (!outcome.candidates.empty()) terminal.say(fmt::format("candidates kept for view: {}", fmt::join(outcome.candidates, ", ")));
     const std::string assets = fmt::format("{}{} asset{}", failed > 0 ? fmt::format("{} of ", failed) : "", report.assets.size(),
                                            report.assets.size() == 1 ? "" : "s");

@@ -8,7 +8,6 @@
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/cubemap/probe_use.h"
 #include "pipeline/assets/results.h"
-#include "pipeline/assets/source_colors.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -29,13 +28,11 @@ bool isLearned(const std::string& layout) {
 Action contentAction(const Scene& scene, const LightMapEntry& entry, const verify::LightMapShading& shading, bool repair) {
     formats::LightMapDescription description = entry.description;
     description.repair = repair;
-    std::map<std::string, std::filesystem::path> inputs = bakeInputs(entry.file, entry.description);
-    if (!scene.colors.config.empty()) inputs[kColorConfigRole] = scene.colors.config;
     return {"content/" + entry.name,
             "light-map-content",
             entry.name,
             toJson(LightMapContentParameters{description, shading, scene.output.maxError}),
-            std::move(inputs),
+            bakeInputs(entry.file, entry.description),
             {}};
 }
 

@@ -13,6 +13,7 @@
 #include "pipeline/cook/depfile.h"
 #include "pipeline/cook/kept_candidates.h"
 #include "pipeline/cook/layout_decision.h"
+#include "pipeline/cook/map_preparation.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/cook/summary.h"
 #include "pipeline/cook/verdicts.h"
@@ -91,8 +92,9 @@ Result<void> checkSettings(const Scene& scene, const std::filesystem::path& fold
     for (const LightMapEntry& entry : scene.lightMaps)
         if (const std::string why = whyNotLayouts(output, entry); !why.empty()) return failure(ErrorCode::InvalidRequest, "--layout", why);
     for (const LightMapEntry& entry : scene.lightMaps)
-        if (const std::string why = isPacked(output, entry) ? whyNotPacked(output, entry) : ""; !why.empty())
-            return failure(ErrorCode::InvalidRequest, fmt::format("light map '{}'", entry.name), why);
+        for (const std::string& why : {isPacked(output, entry) ? whyNotPacked(output, entry) : std::string(),
+                                       isSplit(output, entry) ? whyNotSplit(output, entry) : std::string()})
+            if (!why.empty()) return failure(ErrorCode::InvalidRequest, fmt::format("light map '{}'", entry.name), why);
     if (const std::string why = whyNotGltf(output); !why.empty()) return failure(ErrorCode::InvalidRequest, "--gltf", why);
     std::error_code code;
     if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))
@@ -110,6 +112,7 @@ public:
           state_(state),
           start_(Clock::now()),
           scene_(std::move(scene)),
+          asked_(scene_),
           cache_(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes),
           planOptions_{options.only, options.onlyKind, options.repair, options.samples, std::move(layouts)} {}
 
@@ -157,10 +160,18 @@ private:
         outcome_.errors = materials.errors;
         if (isStopped(materials)) return {};
         Needs needs = needsOf(materials);
-        auto packed = packCharts();
-        if (!packed) return tl::make_unexpected(packed.error());
-        if (!outcome_.errors.empty() && (!options_.keepGoing || state_.interrupted)) return {};
-        const Scene& planned = *packed;
+        MapPreparation preparation(planOptions_, options_.keepGoing, packedFolder(), [this](const auto& graph, const auto& folder) {
+            return folder.empty() ? execute(graph) : executeInto(folder, graph);
+        });
+        const auto prepared = preparation.prepare(scene_, needs);
+        packGraph_ = preparation.graph();
+        preparationNotes_ = preparation.notes();
+        addErrors(preparation.result());
+        outcome_.actionsRun += preparation.result().actionsRun;
+        outcome_.actionsReused += preparation.result().actionsReused;
+        if (!prepared) return tl::make_unexpected(prepared.error());
+        if (isStopped()) return {};
+        const Scene& planned = *prepared;
         const std::vector<Action> contentGraph = planContents(planned, needs, planOptions_);
         const ExecutionResult contents = execute(contentGraph);
         addErrors(contents);
@@ -173,7 +184,7 @@ private:
                            "found no light map whose layout is tried, expected --layout auto with a limit (--max-visible, --max-error) or "
                            "a budget");
         if (auto linted = lint(*plan, materials); !linted) return linted;
-        if (!outcome_.errors.empty() && (!options_.keepGoing || state_.interrupted)) return {};
+        if (isStopped()) return {};
         ExecutionResult result = execute(plan->actions);
         if (!plan->undecided.empty() && !isStopped(result)) {
             auto decided = decideLayouts(*plan, planned, needs, materials, result);
@@ -195,39 +206,16 @@ private:
     }
 
     /// Returns the folder of repacked bakes and meshes, which no output has.
-    std::filesystem::path packedFolder() const { return staging_ / "packed"; }
-
-    /// Packs the charts of the light maps that ask for it. Returns the scene with the repacked bakes and meshes in place of the user's; a
-    /// light map whose charts could not be packed is not in it.
-    Result<Scene> packCharts() {
-        for (const LightMapEntry& entry : scene_.lightMaps)
-            if (isPacked(scene_.output, entry) && isAnyWanted(scene_, planOptions_, entry))
-                packGraph_.push_back(packAction(scene_, entry, chartsMaxVisible(scene_.output, entry), options_.repair));
-        Scene planned = scene_;
-        if (packGraph_.empty()) return planned;
-        if (auto made = makeFolder(packedFolder()); !made) return tl::make_unexpected(made.error());
-        const ExecutionResult result = pipeline::execute(packGraph_, {packedFolder(), options_.force, options_.keepGoing}, packedFolder(),
-                                                         {actionFunction, cache_, *digests_, state_, at_});
-        addErrors(result);
-        outcome_.actionsRun += result.actionsRun;
-        outcome_.actionsReused += result.actionsReused;
-        for (const Action& action : packGraph_) {
-            const auto record = result.records.find(action.id);
-            const auto entry = std::ranges::find(planned.lightMaps, action.asset, &LightMapEntry::name);
-            if (record == result.records.end()) {
-                planned.lightMaps.erase(entry);
-                continue;
-            }
-            auto packed = packedLightMap(action, record->second, packedFolder());
-            if (!packed) return tl::make_unexpected(packed.error());
-            *entry = packedEntry(std::move(*entry), *packed);
-            planOptions_.packed[action.asset] = std::move(*packed);
-        }
-        return planned;
-    }
+    std::filesystem::path packedFolder() const { return staging_ / "charts"; }
 
     ExecutionResult execute(const std::vector<Action>& graph) {
         return pipeline::execute(graph, {outcome_.output, options_.force, options_.keepGoing}, staging_,
+                                 {actionFunction, cache_, *digests_, state_, at_});
+    }
+
+    /// Leaves the files of the actions in a folder.
+    ExecutionResult executeInto(const std::filesystem::path& folder, const std::vector<Action>& graph) {
+        return pipeline::execute(graph, {folder, options_.force, options_.keepGoing}, folder,
                                  {actionFunction, cache_, *digests_, state_, at_});
     }
 
@@ -237,6 +225,12 @@ private:
         assets.insert(plan.undecided.begin(), plan.undecided.end());
         for (const LightMapEntry& entry : scene_.lightMaps)
             if (assets.contains(dominantNameOf(entry.name))) assets.insert(entry.name);
+        // Both maps of a split one have its inputs.
+        for (const LightMapEntry& entry : scene_.lightMaps)
+            if (assets.contains(entry.name) && entry.name != entry.nameInScene()) {
+                assets.erase(entry.name);
+                assets.insert(entry.nameInScene());
+            }
         ExecutionResult facts = execute(planLint(scene_, options_.repair, assets));
         addErrors(facts);
         facts.records.insert(materials.records.begin(), materials.records.end());
@@ -248,6 +242,7 @@ private:
         return {};
     }
 
+    bool isStopped() const { return !outcome_.errors.empty() && (!options_.keepGoing || state_.interrupted); }
     bool isStopped(const ExecutionResult& result) const { return !result.errors.empty() && (!options_.keepGoing || state_.interrupted); }
 
     /// Returns the needs of the materials. Meshes that could not be read count as unknown.
@@ -289,7 +284,7 @@ private:
             options.keepCandidates = false;
             options.depfile = {};
             if (auto made = makeFolder(options.output); !made) return made;
-            Scene scene = scene_;
+            Scene scene = asked_;
             scene.output.budgetBytes = options.budgetBytes = {};
             scene.output.maxWholeVisible = options.maxWholeVisible = {};
             scene.output.maxWholeError = options.maxWholeError = {};
@@ -325,6 +320,7 @@ private:
 
     Result<Report> writeSummaries(const Plan& plan, const ExecutionResult& result) {
         SummaryWriter writer(scene_, outcome_.output, options_.only.has_value(), *digests_);
+        writer.addNotes(preparationNotes_);
         writer.addNotes(notes_);
         writer.addNotes(plan.notes);
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
@@ -394,12 +390,14 @@ private:
     Clock::time_point start_;
     std::string at_ = timeNow();
     Scene scene_;
+    const Scene asked_;  ///< as scene_ was before the cook put two maps in place of those that are split
     Cache cache_;
     PlanOptions planOptions_;
     std::optional<DigestMemo> digests_;
     std::map<std::string, Json> notes_;                                       ///< of a scene with a budget, by light map
     std::vector<FrontierPoint> frontier_;                                     ///< of such a scene
     std::map<std::string, std::map<std::string, std::string>> alternatives_;  ///< to cook as well: LayoutDecision::alternatives
+    std::map<std::string, Json> preparationNotes_;                            ///< by light map
     std::vector<Action> packGraph_;
     std::filesystem::path staging_;
     Outcome outcome_;

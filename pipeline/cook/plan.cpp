@@ -27,6 +27,7 @@
 #include "pipeline/assets/source_colors.h"
 #include "pipeline/assets/verification.h"
 #include "pipeline/cook/contents.h"
+#include "pipeline/cook/trial_actions.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/scene/cubemap_layout.h"
 #include "pipeline/scene/dominant_layout.h"
@@ -55,13 +56,6 @@ std::vector<SkippedImages> imagesOf(const std::string& layout, formats::Target t
     for (const formats::LightMapTextureInfo& texture :
          formats::info(formats::lightMapLayoutFromName(layout).value_or(formats::LightMapLayout::Ratio)).textures)
         images.push_back({formats::formatFor(texture.role, formats::info(target)), texture.layerCount});
-    return images;
-}
-
-/// Returns the textures of a dominant light under a target.
-std::vector<SkippedImages> dominantImages(formats::Target target) {
-    std::vector<SkippedImages> images;
-    for (const formats::PixelFormat format : dominantFormats(target)) images.push_back({format, 1});
     return images;
 }
 
@@ -118,7 +112,9 @@ public:
     const std::vector<std::string>& knownNames() const { return knownNames_; }
 
 private:
-    bool wanted(const std::string& asset, AssetKind kind, const std::string& parent) {
+    /// parent  name or light map that the asset derives from
+    template <class Parent>
+    bool wanted(const std::string& asset, AssetKind kind, const Parent& parent) {
         knownNames_.push_back(asset);
         return isWanted(options_, asset, kind, parent);
     }
@@ -127,12 +123,6 @@ private:
     /// ofAsset  its own limit
     VisibleParameters visible(const std::optional<double>& ofAsset) const {
         return {scene_.display, converterVisibleLimit(scene_.output, ofAsset)};
-    }
-
-    Inputs sourceOf(const LightMapEntry& entry) const {
-        Inputs inputs = bakeInputs(entry.file, entry.description);
-        inputs.merge(sourceInputs(entry.file, scene_.colors));
-        return inputs;
     }
 
     template <Described Parameters, Described VerifyParameters>
@@ -174,10 +164,10 @@ private:
         const bool mayBeLearned = !isDecided || hasLearnedBases(layout);
         const PackedLightMap* packed = packedOf(entry);
         const bool hasMesh = entry.mesh && (scene_.output.draco || mayBeLearned || packed != nullptr) &&
-                             wanted(meshAssetName(scene_, entry), AssetKind::Mesh, entry.name);
+                             wanted(meshAssetName(scene_, entry), AssetKind::Mesh, entry);
         // A mesh whose vertices name clusters depends on its light map.
-        const bool hasMap = wanted(entry.name, AssetKind::LightMap, entry.name) || (hasMesh && mayBeLearned);
-        if ((hasMap || joint) && !isDecided) addTrial(entry, description, reduction, joint);
+        const bool hasMap = wanted(entry.name, AssetKind::LightMap, entry) || (hasMesh && mayBeLearned);
+        if ((hasMap || joint) && !isDecided) addTrial(entry, reduction, joint);
         if (hasMap && isDecided) addLightMap(entry, description, layout, reduction);
         if (hasMap && isDecided && scene_.output.gltf && entry.mesh) addGltf(entry, description);
         if (isDecided || !isDominantChosen(joint)) planDominant(entry, description, reduction);
@@ -188,8 +178,6 @@ private:
             for (const std::string& asset : {entry.name, dominantNameOf(entry.name), meshAssetName(scene_, entry)})
                 if (std::ranges::find(plan_.assets, asset) != plan_.assets.end()) plan_.packed[asset] = *packed;
     }
-
-    bool hasMips(const LightMapEntry& entry) const { return entry.mips.value_or(scene_.output.mips); }
 
     /// Returns what a light map was repacked from; null for others.
     const PackedLightMap* packedOf(const LightMapEntry& entry) const {
@@ -203,7 +191,7 @@ private:
     /// choose. A dominant light that is cooked without its light map was asked for, and is not traded.
     std::optional<JointTrial> jointTrialOf(const LightMapEntry& entry, const LightMapReduction& reduction) const {
         if (!scene_.output.isChosenByWhole() || reduction.constantOf) return std::nullopt;
-        if (!isWanted(options_, entry.name, AssetKind::LightMap, entry.name)) return std::nullopt;
+        if (!isWanted(options_, entry.name, AssetKind::LightMap, entry)) return std::nullopt;
         const bool isLayoutChosen = reduction.layout == kAutoLayout;
         JointTrial joint;
         if (reduction.layout != kAutoLayout) joint.layout = reduction.layout;
@@ -217,62 +205,48 @@ private:
     /// Returns true if pixels show a dominant light of the map that differs from texel to texel.
     bool isDominantShown(const LightMapEntry& entry, const LightMapReduction& reduction) const {
         return needs_.specular && reduction.hasDominant && !reduction.isDominantConstant &&
-               isWanted(options_, dominantNameOf(entry.name), AssetKind::Dominant, entry.name);
+               isWanted(options_, dominantNameOf(entry.name), AssetKind::Dominant, entry);
     }
 
     /// Adds the verification of a light map and its dominant light together, where that chose their layouts.
     void addWhole(const LightMapEntry& entry, const LightMapReduction& reduction) {
-        if (!scene_.output.isChosenByWhole() || reduction.constantOf || !isWanted(options_, entry.name, AssetKind::LightMap, entry.name))
-            return;
-        WholeVerifyParameters parameters{{shading_, scene_.display}, {}, scene_.output.maxWholeVisible, scene_.output.maxWholeError};
+        if (!scene_.output.isChosenByWhole() || reduction.constantOf || !isWanted(options_, entry.name, AssetKind::LightMap, entry)) return;
+        WholeVerifyParameters parameters{
+            {shading_, displayOf(scene_, entry)}, {}, scene_.output.maxWholeVisible, scene_.output.maxWholeError};
         std::vector<std::string> dependencies = {"cook/" + entry.name};
         if (isDominantShown(entry, reduction)) {
             parameters.fit = entry.dominantFit;
             const std::string dominant = dominantNameOf(entry.name);
             if (std::ranges::find(plan_.assets, dominant) != plan_.assets.end()) dependencies.push_back("cook/" + dominant);
         }
-        plan_.actions.push_back(wholeAction(entry.name, sourceOf(entry), toJson(parameters), std::move(dependencies)));
+        plan_.actions.push_back(
+            wholeAction(entry.name, bakeInputs(entry.file, entry.description), toJson(parameters), std::move(dependencies)));
     }
 
-    void addTrial(const LightMapEntry& entry, const formats::LightMapDescription& description, const LightMapReduction& reduction,
-                  const std::optional<JointTrial>& joint) {
+    void addTrial(const LightMapEntry& entry, const LightMapReduction& reduction, const std::optional<JointTrial>& joint) {
         plan_.undecided.push_back(entry.name);
-        const TrialParameters parameters{description,
-                                         scene_.output.target,
-                                         textures_,
-                                         shading_,
-                                         scene_.display,
-                                         scene_.output.objective,
-                                         reduction.isFlatTried,
-                                         reduction.hasDirections,
-                                         scene_.output.decode,
-                                         layoutsFor(scene_.output, entry),
-                                         hasMips(entry)};
-        plan_.actions.push_back({"trial/" + entry.name,
-                                 joint ? "joint-trial" : "light-map-trial",
-                                 entry.name,
-                                 joint ? toJson(JointTrialParameters{parameters, *joint}) : toJson(parameters),
-                                 lightMapInputs(entry, true),
-                                 {}});
+        const TrialParameters parameters = trialParametersOf(scene_, needs_, entry, reduction, options_.repair);
+        plan_.actions.push_back(trialAction(entry, parameters, joint));
     }
 
     void addLightMap(const LightMapEntry& entry, formats::LightMapDescription description, const std::string& layout,
                      const LightMapReduction& reduction) {
         description.constantOf = reduction.constantOf;
         std::optional<SceneView> visible;
-        if (scene_.output.objective == formats::Objective::Visible && hasObjective(layout)) visible = SceneView{shading_, scene_.display};
+        if (scene_.output.objective == formats::Objective::Visible && hasObjective(layout))
+            visible = SceneView{shading_, displayOf(scene_, entry)};
         const LightMapVerifyParameters verification{shading_,
                                                     options_.samples,
-                                                    scene_.display,
+                                                    displayOf(scene_, entry),
                                                     visibleLimit(scene_.output, entry.maxVisible),
                                                     entry.maxVisibleBound ? entry.maxVisibleBound : scene_.output.maxVisibleBound,
                                                     seamLimit(scene_.output, entry)};
-        Inputs verifyInputs = reduction.constantOf ? sourceOf(entry) : viewedInputs(entry);
+        Inputs verifyInputs = reduction.constantOf ? bakeInputs(entry.file, entry.description) : viewedInputs(entry);
         const PackedLightMap* packed = packedOf(entry);
         if (packed != nullptr && !reduction.constantOf) verifyInputs.merge(unpackedInputs(*packed));
         add(entry.name, AssetKind::LightMap,
-            LightMapParameters{description, layout, scene_.output.target, textures_, visible, hasMips(entry)},
-            lightMapInputs(entry, hasLearnedBases(layout)), verification, verifyInputs);
+            LightMapParameters{description, layout, scene_.output.target, textures_, visible, hasMips(scene_.output, entry)},
+            hasLearnedBases(layout) ? learnedInputsOf(entry) : bakeInputs(entry.file, entry.description), verification, verifyInputs);
         if (packed != nullptr) plan_.actions.back().parameters[kUnpackedKey] = toJson(packed->bake);
         const std::string asked = layoutAsked(scene_.output);
         const auto would = imagesOf(asked, scene_.output.target), is = imagesOf(layout, scene_.output.target);
@@ -289,7 +263,7 @@ private:
 
     void planDominant(const LightMapEntry& entry, formats::LightMapDescription description, const LightMapReduction& reduction) {
         const std::string dominant = dominantNameOf(entry.name);
-        if (!wanted(dominant, AssetKind::Dominant, entry.name)) return;
+        if (!wanted(dominant, AssetKind::Dominant, entry)) return;
         const std::vector<SkippedImages> images = dominantImages(scene_.output.target);
         if (!needs_.specular)
             return skip("dominant light of '" + entry.name + "'", "no material is specular", "dominant", entry.name, images, {});
@@ -310,9 +284,9 @@ private:
         }
         DominantParameters parameters{description, entry.dominantFit, scene_.output.target, textures_, entry.name, {}};
         if (layout != allDominantLayouts().front().name && !description.constantOf) parameters.layout = layout;
-        add(dominant, AssetKind::Dominant, parameters, sourceOf(entry),
-            DominantVerifyParameters{{shading_, scene_.display}, visible({}).maxVisible},
-            description.constantOf ? sourceOf(entry) : tracedInputs(entry));
+        add(dominant, AssetKind::Dominant, parameters, bakeInputs(entry.file, entry.description),
+            DominantVerifyParameters{{shading_, displayOf(scene_, entry)}, visible({}).maxVisible},
+            description.constantOf ? bakeInputs(entry.file, entry.description) : tracedInputs(entry));
         if (const PackedLightMap* packed = packedOf(entry))
             plan_.actions.back().parameters[kUnpackedKey] = toJson(withoutPlaces(packed->bake));
     }
@@ -330,18 +304,9 @@ private:
         return chosen == options_.layouts.end() ? std::string(allDominantLayouts().front().name) : chosen->second;
     }
 
-    /// Returns the inputs of a light map. No two learned bases may meet on an island of the mesh, so the mesh is one of them if it exists.
-    Inputs lightMapInputs(const LightMapEntry& entry, bool mayBeLearned) const {
-        Inputs inputs = sourceOf(entry);
-        std::error_code code;
-        if (mayBeLearned && entry.mesh && std::filesystem::exists(*entry.mesh, code))
-            inputs.merge(meshInputs(kMeshRole, *entry.mesh, formats::GltfFiles::Geometry));
-        return inputs;
-    }
-
     /// Returns the inputs of a verification with traced light, which no cook reads.
     Inputs tracedInputs(const LightMapEntry& entry) const {
-        Inputs inputs = sourceOf(entry);
+        Inputs inputs = bakeInputs(entry.file, entry.description);
         if (entry.groundTruth) inputs[kGroundTruthRole] = *entry.groundTruth;
         return inputs;
     }
@@ -358,11 +323,11 @@ private:
     void addMesh(const LightMapEntry& entry, const formats::LightMapDescription& description, const std::string& layout) {
         const std::string asset = meshAssetName(scene_, entry);
         const Inputs inputs = meshInputs(kMeshRole, *entry.mesh);
-        Inputs verifyInputs = sourceOf(entry);
+        Inputs verifyInputs = bakeInputs(entry.file, entry.description);
         verifyInputs.insert(inputs.begin(), inputs.end());
         add(asset, AssetKind::Mesh, MeshParameters{description, scene_.output.draco, scene_.output.maxError, entry.name},
-            scene_.output.draco ? verifyInputs : inputs, VisibleParameters{scene_.display, visibleLimit(scene_.output, entry.maxVisible)},
-            verifyInputs);
+            scene_.output.draco ? verifyInputs : inputs,
+            VisibleParameters{displayOf(scene_, entry), visibleLimit(scene_.output, entry.maxVisible)}, verifyInputs);
         plan_.meshes[asset] = entry.name;
         if (const PackedLightMap* packed = packedOf(entry)) {
             plan_.actions.back().parameters[kUnpackedKey] = toJson(withoutPlaces(packed->bake));
@@ -376,7 +341,7 @@ private:
     void addGltf(const LightMapEntry& entry, const formats::LightMapDescription& description) {
         if (!fileNames_.insert(gltfNameOf(entry.name)).second && takenName_.empty()) takenName_ = gltfNameOf(entry.name);
         GltfParameters parameters{description, kShaderName, options_.repair};
-        Inputs inputs = sourceOf(entry);
+        Inputs inputs = bakeInputs(entry.file, entry.description);
         inputs.merge(meshInputs(kMeshRole, *entry.mesh));
         const auto probe = std::ranges::find_if(scene_.probes, [&](const auto& each) { return !needs_.unusedProbes.contains(each.name); });
         if (probe != scene_.probes.end()) {
@@ -571,6 +536,12 @@ std::string dominantNameOf(const std::string& lightMap) {
     return lightMap + "_dominant";
 }
 
+std::vector<SkippedImages> dominantImages(formats::Target target) {
+    std::vector<SkippedImages> images;
+    for (const formats::PixelFormat format : dominantFormats(target)) images.push_back({format, 1});
+    return images;
+}
+
 std::uint64_t bytesOf(const std::vector<SkippedImages>& images, const glm::ivec2& size) {
     std::uint64_t bytes = 0;
     for (const SkippedImages& each : images)
@@ -583,10 +554,14 @@ bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind ki
     return !options.only || *options.only == asset || *options.only == parent;
 }
 
+bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind kind, const LightMapEntry& entry) {
+    return isWanted(options, asset, kind, entry.name) || isWanted(options, asset, kind, entry.nameInScene());
+}
+
 bool isAnyWanted(const Scene& scene, const PlanOptions& options, const LightMapEntry& entry) {
-    return isWanted(options, entry.name, AssetKind::LightMap, entry.name) ||
-           isWanted(options, dominantNameOf(entry.name), AssetKind::Dominant, entry.name) ||
-           (entry.mesh && isWanted(options, meshAssetName(scene, entry), AssetKind::Mesh, entry.name));
+    return isWanted(options, entry.name, AssetKind::LightMap, entry) ||
+           isWanted(options, dominantNameOf(entry.name), AssetKind::Dominant, entry) ||
+           (entry.mesh && isWanted(options, meshAssetName(scene, entry), AssetKind::Mesh, entry));
 }
 
 std::string meshAssetName(const Scene& scene, const LightMapEntry& entry) {

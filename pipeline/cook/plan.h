@@ -35,6 +35,9 @@ struct Plan {
     std::map<std::string, Json> notes = {};             ///< for the report, by asset
 };
 
+/// Returns the textures of a dominant light under a target.
+std::vector<SkippedImages> dominantImages(formats::Target target);
+
 /// Returns the GPU memory of images of a size [bytes].
 std::uint64_t bytesOf(const std::vector<SkippedImages>& images, const glm::ivec2& size);
 
@@ -44,6 +47,8 @@ std::string meshAssetName(const Scene& scene, const LightMapEntry& entry);
 
 /// Returns true if the options want an asset: by its name or that of the entry which it derives from, and by its kind.
 bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind kind, const std::string& parent);
+/// The same of an asset of a light map, which the light map of the scene file names, too.
+bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind kind, const LightMapEntry& entry);
 
 /// Returns true if the options want an asset of a light map: itself, its dominant light or its mesh.
 bool isAnyWanted(const Scene& scene, const PlanOptions& options, const LightMapEntry& entry);

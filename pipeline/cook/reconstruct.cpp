@@ -65,20 +65,61 @@ Result<ChartPlaces> chartPlacesOf(const CookedAsset& asset, const UnpackedBake& 
         return failure(ErrorCode::Verification, asset.name, "found packed charts without a mesh, expected the folder as cooked");
     const auto scene = formats::GltfScene::load(mesh->second);
     if (!scene) return tl::make_unexpected(scene.error());
-    return ChartPlaces::create(*scene, mesh->second.string(), {bake.packing.widthBefore, bake.packing.heightBefore}, placesOf(bake.places));
+    return ChartPlaces::create(*scene, mesh->second.string(), bake);
 }
 
-/// Writes a map whose charts were packed at the texels of its bake.
-Result<void> writeUnpacked(const CookedAsset& asset, const UnpackedBake& bake, const std::filesystem::path& sceneFolder,
-                           const CookedLightMapReader& cooked, const std::filesystem::path& output, int placesPerTexel,
-                           const RunState& state) {
-    const auto charts = chartPlacesOf(asset, bake, sceneFolder);
+/// A cooked map whose charts were packed.
+struct PackedMap {
+    ChartPlaces charts;
+    CookedLightMapReader cooked;
+    std::optional<lighting::ShRgb> constant;  ///< of every texel
+};
+
+/// Opens a light map of the manifest. Empty: its charts were not packed.
+Result<std::optional<PackedMap>> openPacked(const Manifest& manifest, const std::filesystem::path& folder, const CookedAsset& asset) {
+    const auto unpacked = unpackedBakeOf(asset);
+    if (!unpacked) return tl::make_unexpected(unpacked.error());
+    if (!*unpacked) return std::optional<PackedMap>();
+    const auto description = descriptionOf(asset);
+    if (!description) return tl::make_unexpected(description.error());
+    auto charts = chartPlacesOf(asset, **unpacked, folder / manifest.sceneDirectory);
     if (!charts) return tl::make_unexpected(charts.error());
-    const glm::ivec2 size = placesPerTexel * glm::ivec2(bake.packing.widthBefore, bake.packing.heightBefore);
+    auto cooked = CookedLightMapReader::open(folder, asset, {}, {}, 0);
+    if (!cooked) return tl::make_unexpected(cooked.error());
+    PackedMap map{std::move(*charts), std::move(*cooked), {}};
+    if (description->constantOf) {
+        const auto texels = map.cooked.read(0, map.cooked.height());
+        if (!texels) return tl::make_unexpected(texels.error());
+        map.constant = map.cooked.verifier().reconstruct(*texels, 0, map.cooked.height()).at(0, 0);
+    }
+    return std::optional(std::move(map));
+}
+
+/// Returns the maps that hold the charts of a light map: itself and, where its charts were split, the other. None: its charts were not
+/// packed.
+Result<std::vector<PackedMap>> openPackedMaps(const Manifest& manifest, const std::filesystem::path& folder, const CookedAsset& lightMap) {
+    std::vector<PackedMap> maps;
+    for (const CookedAsset& asset : manifest.assets) {
+        if (asset.kind != AssetKind::LightMap) continue;
+        const auto unpacked = unpackedBakeOf(asset);
+        if (!unpacked) return tl::make_unexpected(unpacked.error());
+        const bool isPart = *unpacked && (*unpacked)->part && (*unpacked)->part->of == lightMap.name;
+        if (asset.name != lightMap.name && !isPart) continue;
+        auto map = openPacked(manifest, folder, asset);
+        if (!map) return tl::make_unexpected(map.error());
+        if (*map) maps.push_back(std::move(**map));
+    }
+    return maps;
+}
+
+/// Writes maps whose charts were packed at the texels of their bake.
+/// size  [texels of the output]
+Result<void> writeUnpacked(const std::vector<PackedMap>& maps, const glm::ivec2& size, const std::filesystem::path& output,
+                           int placesPerTexel, const RunState& state) {
     auto writer = formats::LightMapWriter::create(output, size.x, size.y);
     if (!writer) return tl::make_unexpected(writer.error());
     SharedObjects shared;
-    const Action action{"", "", asset.name, {}, {}, {}};
+    const Action action{"", "", output.filename().string(), {}, {}, {}};
     const ActionContext context{action, {}, {}, {}, shared, state};
     const int rowsAtOnce = std::max(1, kPlacesAtOnce / size.x);
     for (int row = 0; row < size.y; row += rowsAtOnce) {
@@ -87,9 +128,13 @@ Result<void> writeUnpacked(const CookedAsset& asset, const UnpackedBake& bake, c
         places.reserve(rows.texels().size());
         for (int y = row; y < row + rows.height(); ++y)
             for (int x = 0; x < size.x; ++x) places.push_back((glm::dvec2(x, y) + 0.5) / static_cast<double>(placesPerTexel) - 0.5);
-        auto decoded = decodedAt(places, {*charts, cooked}, context);
-        if (!decoded) return tl::make_unexpected(decoded.error());
-        rows.texels() = std::move(*decoded);
+        for (const PackedMap& map : maps) {
+            const auto decoded =
+                map.constant ? Result<std::vector<lighting::ShRgb>>() : decodedAt(places, {map.charts, map.cooked}, context);
+            if (!decoded) return tl::make_unexpected(decoded.error());
+            for (std::size_t i = 0; i < places.size(); ++i)
+                if (map.charts.packed(places[i])) rows.texels()[i] = map.constant ? *map.constant : (*decoded)[i];
+        }
         if (auto appended = writer->append(rows.view()); !appended) return appended;
     }
     return writer->commit();
@@ -103,14 +148,18 @@ Result<void> reconstructLightMap(const std::filesystem::path& folder, const std:
     if (!manifest) return tl::make_unexpected(manifest.error());
     const auto asset = findLightMap(*manifest, folder, name);
     if (!asset) return tl::make_unexpected(asset.error());
-    const auto cooked = CookedLightMapReader::open(folder, **asset, {}, {}, 0);
-    if (!cooked) return tl::make_unexpected(cooked.error());
-    const auto description = descriptionOf(**asset);
-    if (!description) return tl::make_unexpected(description.error());
     const auto unpacked = unpackedBakeOf(**asset);
     if (!unpacked) return tl::make_unexpected(unpacked.error());
-    if (*unpacked && !description->constantOf)
-        return writeUnpacked(**asset, **unpacked, folder / manifest->sceneDirectory, *cooked, output, placesPerTexel, state);
+    const auto description = descriptionOf(**asset);
+    if (!description) return tl::make_unexpected(description.error());
+    if (*unpacked && (!description->constantOf || (*unpacked)->part)) {
+        const auto maps = openPackedMaps(*manifest, folder, **asset);
+        if (!maps) return tl::make_unexpected(maps.error());
+        const ChartPacking& packing = (*unpacked)->packing;
+        return writeUnpacked(*maps, placesPerTexel * glm::ivec2(packing.widthBefore, packing.heightBefore), output, placesPerTexel, state);
+    }
+    const auto cooked = CookedLightMapReader::open(folder, **asset, {}, {}, 0);
+    if (!cooked) return tl::make_unexpected(cooked.error());
     const glm::ivec2 size = placesPerTexel * description->constantOf.value_or(glm::ivec2(cooked->width(), cooked->height()));
     auto writer = formats::LightMapWriter::create(output, size.x, size.y);
     if (!writer) return tl::make_unexpected(writer.error());

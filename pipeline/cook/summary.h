@@ -26,7 +26,9 @@ public:
     SummaryWriter(const Scene& scene, const std::filesystem::path& folder, bool isPartial, DigestMemo& digests);
 
     /// Adds notes to the rows of these assets. Those of one asset are given in one call.
-    void addNotes(std::map<std::string, Json> notes) { notes_.merge(std::move(notes)); }
+    void addNotes(const std::map<std::string, Json>& notes) {
+        for (const auto& [asset, added] : notes) notes_[asset].update(added);
+    }
     /// Writes all files, and returns the report. The report of an earlier cook stays if nothing was run and it says the same.
     /// frame   of a new report
     /// rates   of this machine, for what was skipped

@@ -161,7 +161,7 @@ private:
         const std::string name = asset.lightMap.value_or(asset.name);
         if (const auto known = packed_.find(name); known != packed_.end()) return &known->second;
         const Action action{
-            "pack/" + name, "pack-charts", name, toJson(PackParameters{bake.description, bake.packing.maxVisible}), sources, {}};
+            "pack/" + name, "pack-charts", name, toJson(PackParameters{bake.description, bake.packing.maxVisible, bake.part}), sources, {}};
         ActionRecord record;
         auto outcome = actionFunction(action.kind)({action, scratch, scratch, {}, shared_, state_});
         if (!outcome) return tl::make_unexpected(outcome.error());
@@ -198,6 +198,7 @@ private:
             added.name = asset.name;
             added.file = source->second;
             added.description = withFiles(std::move(*description), sources);
+            added.description.constantOf = {};  // may be true of one of two maps alone
             scene_.lightMaps.push_back(std::move(added));
             entry = std::prev(scene_.lightMaps.end());
         }

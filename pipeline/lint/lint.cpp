@@ -21,14 +21,8 @@ std::string lightMapFactsId(const LightMapEntry& entry) {
     return "lint/light-map/" + entry.name;
 }
 
-Inputs sourceOf(const LightMapEntry& entry) {
-    Inputs inputs = bakeInputs(entry.file, entry.description);
-    inputs.merge(sourceInputs(entry.file, entry.description.colors));
-    return inputs;
-}
-
 Action meshAction(const LightMapEntry& entry, const formats::LightMapDescription& description) {
-    Inputs inputs = sourceOf(entry);
+    Inputs inputs = bakeInputs(entry.file, entry.description);
     inputs[kMeshRole] = *entry.mesh;
     int index = 0;
     for (const std::filesystem::path& beside : formats::gltfFilesBeside(*entry.mesh, formats::GltfFiles::Geometry))
@@ -147,8 +141,12 @@ std::vector<Action> planLint(const Scene& scene, bool repair, const std::optiona
         if (!isMeant(entry.name)) continue;
         formats::LightMapDescription description = entry.description;
         description.repair = description.repair || repair;
-        actions.push_back(
-            {lightMapFactsId(entry), "lint-light-map", entry.name, toJson(LightMapLintParameters{description}), sourceOf(entry), {}});
+        actions.push_back({lightMapFactsId(entry),
+                           "lint-light-map",
+                           entry.name,
+                           toJson(LightMapLintParameters{description}),
+                           bakeInputs(entry.file, entry.description),
+                           {}});
         if (entry.mesh) actions.push_back(meshAction(entry, description));
     }
     for (const ProbeEntry& entry : scene.probes)

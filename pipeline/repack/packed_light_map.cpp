@@ -45,12 +45,11 @@ formats::LightMapDescription writtenDescription(const formats::LightMapDescripti
 
 }  // namespace
 
-Action packAction(const Scene& scene, const LightMapEntry& entry, double maxVisible, bool repair) {
-    PackParameters parameters{entry.description, maxVisible};
+Action packAction(const LightMapEntry& entry, double maxVisible, bool repair) {
+    PackParameters parameters{entry.description, maxVisible, entry.part};
     parameters.description.repair = repair;
     RoleFiles inputs = bakeInputs(entry.file, entry.description);
     inputs.merge(meshInputs(kMeshRole, *entry.mesh));
-    if (!scene.colors.config.empty()) inputs[kColorConfigRole] = scene.colors.config;
     return {"pack/" + entry.name, "pack-charts", entry.name, toJson(parameters), std::move(inputs), {}};
 }
 
@@ -66,6 +65,10 @@ Result<ActionOutcome> packCharts(const ActionContext& context) {
     request.meshes = {inputs.at(kMeshRole)};
     request.folder = context.folder / context.action.asset;
     request.maxVisible = parameters->maxVisible;
+    if (parameters->part) {
+        request.charts = parameters->part->charts;
+        request.hasLines = parameters->part->of == context.action.asset;
+    }
     auto made = repack(request, context.state, &context.action);
     if (!made) {
         formats::Error error = made.error();
@@ -93,7 +96,7 @@ Result<PackedLightMap> packedLightMap(const Action& action, const ActionRecord& 
     packed.sources = action.inputs;
     packed.files = {{kSourceRole, folder / result->map}, {kMeshRole, folder / result->mesh}};
     if (const auto config = action.inputs.find(kColorConfigRole); config != action.inputs.end()) packed.files.insert(*config);
-    packed.bake = {parameters->description, result->packing, result->places};
+    packed.bake = {parameters->description, result->packing, result->places, parameters->part};
     packed.packed = writtenDescription(withFiles(parameters->description, action.inputs));
     packed.notes = result->notes;
     return packed;

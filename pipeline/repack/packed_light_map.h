@@ -23,11 +23,13 @@ using RoleFiles = std::map<std::string, std::filesystem::path>;
 struct PackParameters {
     formats::LightMapDescription description;
     double maxVisible = 0;
+    std::optional<ChartPart> part = {};  ///< absent: all charts
 };
 template <class Fields, Is<PackParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     fields.required("description", parameters.description, "conventions of the bake");
     fields.required("max_visible", parameters.maxVisible, "visible error that fewer texels may add");
+    fields.optional("part", parameters.part, "charts that are packed; absent: all");
 }
 
 struct PackResult {
@@ -56,7 +58,7 @@ struct PackedLightMap {
 
 /// Returns the action that repacks a light map: "pack/" and its name.
 /// maxVisible  see PackParameters
-Action packAction(const Scene& scene, const LightMapEntry& entry, double maxVisible, bool repair);
+Action packAction(const LightMapEntry& entry, double maxVisible, bool repair);
 formats::Result<ActionOutcome> packCharts(const ActionContext& context);
 /// Returns what an action made.
 /// folder  where its files lie

@@ -17,6 +17,7 @@
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/parallel_for.h"
+#include "pipeline/repack/chart_places.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -161,8 +162,14 @@ struct PlacedChart {
     }
 };
 
+/// The charts that are written, of those that were found.
+struct WrittenCharts {
+    std::vector<PlacedChart> placed = {};
+    std::vector<std::optional<std::size_t>> indexOf = {};  ///< [chart]: its index in `placed`; empty: it is not written
+};
+
 /// Returns the new light-map UVs of the meshes.
-std::vector<std::vector<glm::vec2>> newUvs(const Meshes& meshes, const atlas::ChartSet& found, const std::vector<PlacedChart>& placed,
+std::vector<std::vector<glm::vec2>> newUvs(const Meshes& meshes, const atlas::ChartSet& found, const WrittenCharts& charts,
                                            const glm::dvec2& sizeBefore, const glm::dvec2& size) {
     std::vector<std::vector<glm::vec2>> uvs;
     for (std::size_t mesh = 0; mesh < meshes.triangles.size(); ++mesh) {
@@ -170,8 +177,8 @@ std::vector<std::vector<glm::vec2>> newUvs(const Meshes& meshes, const atlas::Ch
         std::vector<glm::vec2>& made = uvs.emplace_back();
         for (std::size_t vertex = 0; vertex < found.ofVertex[mesh].size(); ++vertex) {
             const std::uint32_t chart = found.ofVertex[mesh][vertex];
-            made.emplace_back(chart == atlas::ChartSet::kNoChart ? glm::dvec2(0)
-                                                                 : placed[chart].moved(glm::dvec2(uv.at(vertex)) * sizeBefore) / size);
+            const auto index = chart == atlas::ChartSet::kNoChart ? std::nullopt : charts.indexOf[chart];
+            made.emplace_back(index ? charts.placed[*index].moved(glm::dvec2(uv.at(vertex)) * sizeBefore) / size : glm::dvec2(0));
         }
     }
     return uvs;
@@ -225,6 +232,31 @@ Result<std::vector<fs::path>> outputsOf(const RepackRequest& request) {
         }
     }
     return outputs;
+}
+
+/// Returns the charts to write, as indices of those that were found.
+Result<std::vector<std::size_t>> chartsToWrite(const RepackRequest& request, const atlas::ChartSet& found) {
+    std::vector<std::size_t> charts;
+    if (!request.charts) {
+        for (std::size_t i = 0; i < found.charts.size(); ++i) charts.push_back(i);
+        return charts;
+    }
+    for (const int chart : *request.charts) {
+        const auto index = static_cast<std::size_t>(chart);
+        if (chart < 0 || index >= found.charts.size() || (!charts.empty() && index <= charts.back()))
+            return failure(
+                ErrorCode::InvalidRequest, request.meshes.front().string(),
+                fmt::format("found chart {} among those to pack, expected ascending numbers below {}", chart, found.charts.size()));
+        charts.push_back(index);
+    }
+    return charts;
+}
+
+/// Moves entries [begin, end) out.
+template <class T>
+std::vector<T> slice(std::vector<T>& all, std::size_t begin, std::size_t end) {
+    return {std::make_move_iterator(all.begin() + static_cast<std::ptrdiff_t>(begin)),
+            std::make_move_iterator(all.begin() + static_cast<std::ptrdiff_t>(end))};
 }
 
 Result<void> moveAll(const std::vector<fs::path>& outputs, const fs::path& from, const fs::path& folder) {
@@ -289,8 +321,10 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
     if (!reduced) return tl::make_unexpected(reduced.error());
     if (auto fits = checkCoverage(*meshes, *found, *reduced, *map, request.map); !fits) return tl::make_unexpected(fits.error());
 
+    const auto written = chartsToWrite(request, *found);
+    if (!written) return tl::make_unexpected(written.error());
     std::vector<formats::ImageView<const std::uint8_t>> isRead;
-    for (const atlas::ReducedChart& chart : *reduced) isRead.push_back(chart.isRead.view());
+    for (const std::size_t chart : *written) isRead.push_back((*reduced)[chart].isRead.view());
     const auto packing = atlas::packCharts(isRead, state.interrupted);
     if (!packing) return tl::make_unexpected(interrupted(context).value());
 
@@ -298,16 +332,19 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
                     .meshes = {outputs->begin() + 1, outputs->end()},
                     .sizeBefore = sizeBefore,
                     .size = packing->size,
-                    .charts = reduced->size(),
+                    .charts = written->size(),
                     .repairs = map->repairs,
                     .negativeAfterGamut = map->negativeAfterGamut};
-    std::vector<PlacedChart> placed;
+    WrittenCharts charts;
+    charts.indexOf.resize(reduced->size());
     verify::VisibleAccumulator visible;
     double squaredError = 0, squaredLight = 0;
-    for (std::size_t i = 0; i < reduced->size(); ++i) {
-        const atlas::ReducedChart& chart = (*reduced)[i];
-        placed.push_back({found->charts[i], chart, packing->places[i]});
-        result.places.push_back({chart.step, packing->places[i]});
+    for (const std::size_t index : *written) {
+        const atlas::ReducedChart& chart = (*reduced)[index];
+        const glm::ivec2 place = packing->places[charts.placed.size()];
+        charts.indexOf[index] = charts.placed.size();
+        charts.placed.push_back({found->charts[index], chart, place});
+        result.places.push_back({chart.step, place});
         visible.add(chart.visible);
         squaredError += chart.squaredError;
         squaredLight += chart.squaredLight;
@@ -321,16 +358,22 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
     result.uvBefore = freeUvOf(meshes->scenes.front());
     const auto temporary = TemporaryFolder::create(request.folder);
     if (!temporary) return tl::make_unexpected(temporary.error());
-    if (auto written = writeMap(*temporary / outputs->front().filename(), placed, packing->size, state); !written)
-        return tl::make_unexpected(written.error());
-    std::vector<std::vector<glm::vec2>> uvs = newUvs(*meshes, *found, placed, glm::dvec2(sizeBefore), glm::dvec2(packing->size));
-    auto next = uvs.begin();
+    if (auto done = writeMap(*temporary / outputs->front().filename(), charts.placed, packing->size, state); !done)
+        return tl::make_unexpected(done.error());
+    std::vector<std::vector<glm::vec2>> uvs = newUvs(*meshes, *found, charts, glm::dvec2(sizeBefore), glm::dvec2(packing->size));
+    std::vector<std::uint8_t> isWritten;
+    for (const auto& index : charts.indexOf) isWritten.push_back(index ? 1 : 0);
+    std::vector<std::vector<std::uint8_t>> isKept = trianglesOfCharts(meshes->triangles, *found, isWritten);
+    std::size_t first = 0;
     for (std::size_t i = 0; i < meshes->scenes.size(); ++i) {
-        const auto count = static_cast<std::ptrdiff_t>(meshes->scenes[i].triangleMeshes().size());
-        const std::vector<std::vector<glm::vec2>> ofScene(std::make_move_iterator(next), std::make_move_iterator(next + count));
-        next += count;
-        if (const auto written = meshes->scenes[i].writeLightMapUvs(*temporary / (*outputs)[i + 1].filename(), ofScene); !written)
-            return tl::make_unexpected(written.error());
+        const GltfScene& scene = meshes->scenes[i];
+        const std::size_t end = first + scene.triangleMeshes().size();
+        const fs::path file = *temporary / (*outputs)[i + 1].filename();
+        const std::vector<std::vector<glm::vec2>> ofScene = slice(uvs, first, end);
+        const auto done = request.charts ? scene.writePart(file, ofScene, {slice(isKept, first, end), request.hasLines})
+                                         : scene.writeLightMapUvs(file, ofScene);
+        if (!done) return tl::make_unexpected(done.error());
+        first = end;
     }
     if (auto moved = moveAll(*outputs, temporary->path(), request.folder); !moved) return tl::make_unexpected(moved.error());
     return result;

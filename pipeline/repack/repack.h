@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/vec2.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,9 @@ struct RepackRequest {
     std::vector<std::filesystem::path> meshes;  ///< glTF files with light-map UVs (TEXCOORD_1) in the map
     std::filesystem::path folder;               ///< gets the bake as EXR and each mesh as GLB, by the names that they have
     double maxVisible = 1;                      ///< of 99 % of each chart's samples [Delta E ITP]; 0: charts are moved only
+    /// Charts to write, in the order of atlas::findCharts, ascending: the meshes are written without the triangles of others. Empty: all.
+    std::optional<std::vector<int>> charts = {};
+    bool hasLines = true;  ///< with `charts`: lines and points of the meshes are written, too
 };
 
 /// Place of a chart in the repacked map.
@@ -36,7 +40,7 @@ struct Repacked {
     std::size_t charts = 0, reducedCharts = 0;
     verify::VisibleFigures visible = {};  ///< of exit radiance, against the bake (atlas/reduction.h says where)
     double relRms = 0;                    ///< of exit radiance, over the same samples
-    std::vector<ChartPlace> places = {};  ///< in the order of atlas::findCharts
+    std::vector<ChartPlace> places = {};  ///< of the charts that were written, in the order of atlas::findCharts
     formats::LightMapRepairs repairs = {};
     std::int64_t negativeAfterGamut = 0;  ///< see formats::LightMapStrip
     std::string uvBefore = {};            ///< attribute of the first mesh with the UVs that it had
@@ -45,8 +49,9 @@ struct Repacked {
 };
 
 /// Reads the bake, and writes the repacked one and its meshes. Nothing is written if it fails. Holds the bake in memory.
-/// Fails with ErrorCode::WrongShape, naming mesh and triangle, for meshes without light-map UVs, UVs outside [0, 1], and meshes that do not
-/// belong to the bake: they read charts without a covered texel, or leave more than kMostUnread of the covered texels unread.
+/// Fails with ErrorCode::InvalidRequest for charts that the meshes do not have; and with ErrorCode::WrongShape, naming mesh and triangle,
+/// for meshes without light-map UVs, UVs outside [0, 1], and meshes that do not belong to the bake: they read charts without a covered
+/// texel, or leave more than kMostUnread of the covered texels unread.
 inline constexpr double kMostUnread = 0.1;
 /// action  that progress is reported for; null: one of its own
 formats::Result<Repacked> repack(const RepackRequest& request, const RunState& state, const Action* action = nullptr);

@@ -10,6 +10,7 @@
 
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/json/json_fields.h"
+#include "pipeline/scene/chart_settings.h"
 
 namespace lightcook::pipeline {
 
@@ -40,16 +41,24 @@ void describe(Fields& fields, Self& packing) {
     fields.required("uv_before", packing.uvBefore, "vertex attribute of the cooked mesh with the light-map UVs that it had: `TEXCOORD_2`");
 }
 
+template <class Fields, Is<ChartPart> Self>
+void describe(Fields& fields, Self& part) {
+    fields.required("of", part.of, "light map of the scene file");
+    fields.required("charts", part.charts, "charts of the source mesh that this map has, from 0, in the order of their first triangles");
+}
+
 struct UnpackedBake {
     formats::LightMapDescription description;
     ChartPacking packing;
-    std::vector<int> places;  ///< of each chart: step in x and y, first texel's x and y (ChartPlace)
+    std::vector<int> places;        ///< of each chart of the map: step in x and y, first texel's x and y (ChartPlace)
+    std::optional<ChartPart> part;  ///< absent: all charts
 };
 template <class Fields, Is<UnpackedBake> Self>
 void describe(Fields& fields, Self& bake) {
     fields.required("description", bake.description, "conventions of the bake");
     fields.required("packing", bake.packing, "how its charts were packed");
     fields.required("places", bake.places, "of each chart: texels of the bake for each texel in x and y, and x and y of its first texel");
+    fields.optional("part", bake.part, "the charts that this map has, where they were split among two maps; absent: all");
 }
 
 /// The parameter of a verification, beside those of the asset's kind. Absent: no charts were packed.

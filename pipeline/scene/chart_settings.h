@@ -2,6 +2,8 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "pipeline/scene/chart_mode.h"
 
@@ -14,6 +16,13 @@ inline constexpr double kMostChartsVisible = 100;
 struct ChartSettings {
     std::optional<ChartMode> mode;
     std::optional<double> maxVisible;  ///< visible error that fewer texels may add; 0: charts are moved only
+};
+
+/// The charts that one of two maps has, where a cook split those of a light map (pipeline/assets/light_map/chart_split.h).
+struct ChartPart {
+    std::string of;           ///< light map of the scene file; the part of this name has the lines and points of the mesh, too
+    std::vector<int> charts;  ///< in the order of atlas::findCharts, ascending
+    bool operator==(const ChartPart&) const = default;
 };
 
 }  // namespace lightcook::pipeline

@@ -135,7 +135,7 @@ SceneSectionInfo outputSection() {
               "([meshes](../guide/into-an-engine.md#meshes)). `false`: a mesh is written only under a learned layout, unchanged except for "
               "the added attribute"},
              enumeratedKey("charts", allChartModes(),
-                           "[charts](../guide/memory-budgets.md#fewer-texels) of the light maps. `\"pack\"` needs their meshes"),
+                           "[charts](../guide/memory-budgets.md#fewer-texels) of the light maps. Other than `\"keep\"` need their meshes"),
              {"charts_max_visible", "number from 0 to 100", "0",
               "`charts = \"pack\"`: visible error that fewer texels may add to 99 % of a chart's samples, in just noticeable differences. "
               "0: charts are moved only, without loss"},

@@ -790,6 +790,12 @@ std::optional<double> seamLimit(const OutputSettings& output, const LightMapEntr
     return entry.mesh ? output.maxSeam : std::nullopt;
 }
 
+lighting::DisplaySettings displayOf(const Scene& scene, const LightMapEntry& entry) {
+    lighting::DisplaySettings display = scene.display;
+    if (!display.white) display.white = entry.white;
+    return display;
+}
+
 const std::vector<std::string>& lightMapLayoutNames() {
     static const std::vector<std::string> names = formats::namesOf(formats::allLightMapLayouts());
     return names;
@@ -830,9 +836,37 @@ Result<std::uint64_t> parseByteCount(std::string_view text, const std::string& s
     return refuse();
 }
 
+namespace {
+
+ChartMode chartModeOf(const OutputSettings& output, const LightMapEntry& entry) {
+    return entry.charts.mode ? *entry.charts.mode : output.charts.mode.value_or(ChartMode::Keep);
+}
+
+}  // namespace
+
+bool hasMips(const OutputSettings& output, const LightMapEntry& entry) {
+    return entry.mips.value_or(output.mips);
+}
+
 bool isPacked(const OutputSettings& output, const LightMapEntry& entry) {
-    const std::optional<ChartMode>& mode = entry.charts.mode ? entry.charts.mode : output.charts.mode;
-    return mode == ChartMode::Pack;
+    return chartModeOf(output, entry) != ChartMode::Keep;
+}
+
+bool isSplit(const OutputSettings& output, const LightMapEntry& entry) {
+    return chartModeOf(output, entry) == ChartMode::Split;
+}
+
+std::string whyNotSplit(const OutputSettings& output, const LightMapEntry& entry) {
+    if (layoutAsked(output) != kAutoLayout || !(output.isErrorAsked || visibleLimit(output, entry.maxVisible)))
+        return "found charts to split without a limit within which both maps get a layout, expected max_visible or max_error, and "
+               "light_map_layout = \"auto\" or none";
+    if (output.cost != formats::LayoutCost::Bytes)
+        return fmt::format("found charts to split beside cost = \"{}\", expected cost = \"bytes\": two maps save bytes alone",
+                           formats::info(output.cost).name);
+    if (seamLimit(output, entry))
+        return "found charts to split beside max_seam, which does not see the edges between the two maps, expected charts = \"pack\" or no "
+               "max_seam";
+    return "";
 }
 
 double chartsMaxVisible(const OutputSettings& output, const LightMapEntry& entry) {

@@ -114,10 +114,21 @@ struct LightMapEntry {
     formats::LayoutList layouts = {};                  ///< that "auto" may take; empty: those of the output
     std::optional<bool> mips = {};                     ///< overrides that of the output
     ChartSettings charts = {};                         ///< override those of the output
+    std::optional<ChartPart> part = {};                ///< set by a cook that splits the charts: those that this map has
+    std::optional<double> white = {};  ///< set with `part`: exit radiance that a display shows as diffuse white, by the key of all charts
+
+    /// Returns the name that the light map has in the scene file.
+    const std::string& nameInScene() const { return part ? part->of : name; }
 };
 
-/// Returns true if the charts of a light map are packed anew.
+/// Returns true if a light map gets mip levels.
+bool hasMips(const OutputSettings& output, const LightMapEntry& entry);
+/// Returns true if the charts of a light map are packed anew, into one map or two.
 bool isPacked(const OutputSettings& output, const LightMapEntry& entry);
+/// Returns true if the charts of a light map are split among two maps where that takes fewer bytes.
+bool isSplit(const OutputSettings& output, const LightMapEntry& entry);
+/// Returns what is wrong with splitting the charts of a light map beside its other settings, or an empty text.
+std::string whyNotSplit(const OutputSettings& output, const LightMapEntry& entry);
 /// Returns the visible error that fewer texels of its charts may add.
 double chartsMaxVisible(const OutputSettings& output, const LightMapEntry& entry);
 
@@ -208,6 +219,9 @@ struct Scene {
     std::vector<Allowance> allowances;  ///< key `allow`
     UpAxis up = UpAxis::Y;              ///< of world space: the axis of painted gradients
 };
+
+/// Returns the display that a light map and its assets are judged on.
+lighting::DisplaySettings displayOf(const Scene& scene, const LightMapEntry& entry);
 
 /// Returns the limit on the largest step that cooking adds to an edge: that of the light map or else, if it has a mesh, that of the output.
 /// Empty: no limit.

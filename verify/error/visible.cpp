@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/matrix.hpp>
 #include <limits>
+#include <numeric>
 
 #include "verify/error/perceptual_quantizer.h"
 
@@ -74,16 +75,20 @@ void takeLarger(VisibleFigures& figures, const VisibleFigures& other) {
 
 VisibleAccumulator::VisibleAccumulator() : histogram_(static_cast<std::size_t>(kBinCount)) {}
 
-void VisibleAccumulator::add(std::span<const float> differences) {
+std::size_t VisibleAccumulator::binOf(float difference) {
     // The bin is the exponent and the upper 8 bits of the mantissa.
     constexpr std::int32_t kFirst = (127 + kLowestExponent) * kBinsPerOctave;
+    const std::int32_t bin = (std::bit_cast<std::int32_t>(difference) >> 15) - kFirst + 1;
+    return static_cast<std::size_t>(std::clamp(bin, 0, kBinCount - 1));
+}
+
+void VisibleAccumulator::add(std::span<const float> differences) {
     double squares = 0;
     float largest = 0;
     for (const float difference : differences) {
         squares += static_cast<double>(difference) * static_cast<double>(difference);
         largest = std::max(largest, difference);
-        const std::int32_t bin = (std::bit_cast<std::int32_t>(difference) >> 15) - kFirst + 1;
-        ++histogram_[static_cast<std::size_t>(std::clamp(bin, 0, kBinCount - 1))];
+        ++histogram_[binOf(difference)];
     }
     squares_ += squares;
     largest_ = std::max(largest_, static_cast<double>(largest));
@@ -93,6 +98,11 @@ void VisibleAccumulator::add(std::span<const float> differences) {
 void VisibleAccumulator::addExact(std::size_t count) {
     histogram_.front() += static_cast<std::int64_t>(count);
     sampleCount_ += static_cast<std::int64_t>(count);
+}
+
+std::int64_t VisibleAccumulator::countAbove(double difference) const {
+    const auto next = static_cast<std::ptrdiff_t>(binOf(static_cast<float>(difference))) + 1;
+    return std::accumulate(histogram_.begin() + next, histogram_.end(), std::int64_t{0});
 }
 
 void VisibleAccumulator::addBound(double bound, const VisiblePlace& place) {

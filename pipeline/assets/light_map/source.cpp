@@ -212,7 +212,7 @@ Result<formats::LightMapDescription> descriptionOf(const CookedAsset& asset) {
 
 std::map<std::string, std::filesystem::path> bakeInputs(const std::filesystem::path& file,
                                                         const formats::LightMapDescription& description) {
-    std::map<std::string, std::filesystem::path> inputs = {{kSourceRole, file}};
+    std::map<std::string, std::filesystem::path> inputs = sourceInputs(file, description.colors);
     for (const auto& [name, part] : description.partFiles) inputs[roleOfPart(name)] = part;
     if (!description.parts.empty()) return inputs;
     for (const std::filesystem::path& beside : formats::bakeFilesBeside(file, description.bake))

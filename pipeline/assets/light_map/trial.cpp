@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <set>
 
@@ -58,10 +59,10 @@ std::vector<Trial> trialsOf(const TrialParameters& parameters, const std::option
     return trials;
 }
 
-/// Returns every n-th strip, from the middle of the first n on.
-std::vector<int> trialStrips(const LightMapSource& source) {
+/// Returns every n-th strip, from the middle of the first n on, so that they have about `most` texels.
+std::vector<int> trialStrips(const LightMapSource& source, std::int64_t most) {
     const std::int64_t texels = static_cast<std::int64_t>(source.width()) * source.height();
-    const int step = static_cast<int>(std::max<std::int64_t>(1, (texels + kTrialTexels - 1) / kTrialTexels));
+    const int step = static_cast<int>(std::max<std::int64_t>(1, texels / most + (texels % most != 0 ? 1 : 0)));
     std::vector<int> strips;
     for (int strip = (step - 1) / 2; strip < source.stripCount(); strip += step) strips.push_back(strip);
     return strips;
@@ -154,17 +155,29 @@ private:
 /// Errors of every stage of a plan, and the light of its layouts.
 struct TriedPlan {
     std::vector<verify::StageError> stages;
-    std::vector<std::vector<float>> samples;  ///< [layout of the group]
+    std::vector<std::vector<float>> samples;         ///< [layout of the group]
+    std::vector<std::vector<ChartSamples>> byChart;  ///< [stage][group of charts]; none without a trial of charts
 };
 struct TriedStrip {
     verify::LightMapErrors errors;
+    std::vector<std::vector<ChartSamples>> byChart;
     std::vector<std::vector<float>> samples;
 };
+
+/// Adds samples, stage by stage and group by group.
+void add(std::vector<std::vector<ChartSamples>>& sum, const std::vector<std::vector<ChartSamples>>& part) {
+    if (sum.empty()) {
+        sum = part;
+        return;
+    }
+    for (std::size_t stage = 0; stage < part.size(); ++stage)
+        for (std::size_t group = 0; group < part[stage].size(); ++group) sum[stage][group].add(part[stage][group]);
+}
 
 /// Returns the errors of every stage of a plan on the surface of some strips.
 Result<TriedPlan> tryPlan(LightMapSource& source, const compress::LightMapPlan& plan, const std::vector<int>& strips,
                           const TrialParameters& parameters, const verify::Viewing& viewing, const GroupShader& shader,
-                          const ActionContext& context) {
+                          const ChartTrial* charts, const ActionContext& context) {
     const std::string layout(formats::info(plan.layout).name);
     const compress::EncodeOptions options = parameters.textures.encodeOptions();
     verify::LightMapSampling sampling;
@@ -187,12 +200,14 @@ Result<TriedPlan> tryPlan(LightMapSource& source, const compress::LightMapPlan& 
             if (!texels) return tl::make_unexpected(texels.error());
             const auto rows = compress::encodeLightMapRows(plan, *texels, firstRow, encodedRows, options);
             verify::DecodedLightMapRows decoded = decodedRows(plan, rows, firstRow, encodedRows);
-            TriedStrip result{verifier->verifyRows(decoded, *texels, firstRow, rowCount), {}};
+            TriedStrip result{verifier->verifyRows(decoded, *texels, firstRow, rowCount), {}, {}};
+            if (charts != nullptr) result.byChart = charts->measure(*verifier, decoded, *texels, firstRow, rowCount);
             result.samples = shader.shade(std::move(decoded), *texels, strip);
             return result;
         },
         [&](const TriedStrip& part) {
             errors.merge(part.errors);
+            add(tried.byChart, part.byChart);
             tried.samples.resize(part.samples.size());
             for (std::size_t i = 0; i < part.samples.size(); ++i)
                 tried.samples[i].insert(tried.samples[i].end(), part.samples[i].begin(), part.samples[i].end());
@@ -202,13 +217,19 @@ Result<TriedPlan> tryPlan(LightMapSource& source, const compress::LightMapPlan& 
     return tried;
 }
 
+/// Returns the index of the last stage of a layout among those of the trial that it is a part of. "total" comes after them and has the
+/// figures of the last.
+std::size_t lastStageOf(const formats::LightMapLayoutInfo& layout, const std::vector<verify::StageError>& stages) {
+    const std::string_view last = layout.trialLayout ? layout.trialStage : layout.stages.back();
+    return static_cast<std::size_t>(std::ranges::find(stages, last, &verify::StageError::name) - stages.begin());
+}
+
 /// Returns the candidate of a layout from the trial of the layout that it is a part of: basis-4, -8 and -12 have the bits of basis-16
 /// without the last stages of its residual.
 TrialCandidate candidateOf(const formats::LightMapLayoutInfo& layout, const compress::LightMapPlan& plan,
                            const std::vector<verify::StageError>& stages) {
     const std::uint64_t bytes = plan.gpuBytesAs(layout.id);
-    const std::string_view last = layout.trialLayout ? layout.trialStage : layout.stages.back();
-    const verify::StageError& error = *std::ranges::find(stages, last, &verify::StageError::name);
+    const verify::StageError& error = stages[lastStageOf(layout, stages)];
     return {std::string(layout.name),
             bytes,
             8.0 * static_cast<double>(bytes) / (static_cast<double>(plan.width) * plan.height),
@@ -235,8 +256,15 @@ Result<std::optional<WholeTrial>> startJointTrial(LightMapSource& source, const 
     return std::optional(std::move(*trial));
 }
 
+/// Layouts on charts, as a trial of charts finds them.
+struct ChartCandidates {
+    const ChartTrial& trial;
+    std::vector<CandidateByChart> found = {};
+};
+
 /// Tries the layouts of a light map, with `joint` those of its dominant light too.
-Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std::optional<JointTrial>& joint,
+/// charts  gets the samples by chart, of the whole map; null: nobody asks for them
+Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std::optional<JointTrial>& joint, ChartCandidates* charts,
                                     const ActionContext& context) {
     const auto source = openLightMap(context, parameters.description);
     if (!source) return tl::make_unexpected(source.error());
@@ -249,7 +277,7 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
     const auto mipCount = mipCountOf(**source, parameters.mips, context);
     if (!mipCount) return tl::make_unexpected(mipCount.error());
     LightMapPlanner planner(**source, parameters.target, parameters.textures, measured->measure, objective, *mipCount, context);
-    const std::vector<int> strips = trialStrips(**source);
+    const std::vector<int> strips = trialStrips(**source, charts != nullptr ? std::numeric_limits<std::int64_t>::max() : kTrialTexels);
     auto whole = startJointTrial(**source, strips, parameters, joint, viewing, context);
     if (!whole) return tl::make_unexpected(whole.error());
     JointTrialResult result;
@@ -260,12 +288,15 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
         if (!plan) return tl::make_unexpected(plan.error());
         const auto shader = GroupShader::create(group, *plan, parameters.shading, *whole ? &**whole : nullptr);
         if (!shader) return tl::make_unexpected(shader.error());
-        auto tried = tryPlan(**source, *plan, strips, parameters, viewing, *shader, context);
+        auto tried = tryPlan(**source, *plan, strips, parameters, viewing, *shader, charts != nullptr ? &charts->trial : nullptr, context);
         if (!tried) return tl::make_unexpected(tried.error());
         for (std::size_t i = 0; i < group.layouts.size(); ++i) {
             const auto& [layout, isExcluded] = group.layouts[i];
             result.trial.candidates.push_back(candidateOf(*layout, *plan, tried->stages));
             result.trial.candidates.back().isExcluded = isExcluded;
+            if (charts != nullptr && !isExcluded)
+                charts->found.push_back({result.trial.candidates.back(),
+                                         tried->byChart[std::min(lastStageOf(*layout, tried->stages), tried->byChart.size() - 1)]});
             if (*whole && !isExcluded) (*whole)->add(std::string(layout->name), std::move(tried->samples[i]));
         }
     }
@@ -284,7 +315,7 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
 Result<ActionOutcome> tryLightMap(const ActionContext& context) {
     const auto parameters = parametersOf<TrialParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto result = tryLayouts(*parameters, std::nullopt, context);
+    const auto result = tryLayouts(*parameters, std::nullopt, nullptr, context);
     if (!result) return tl::make_unexpected(result.error());
     return outcomeWith(result->trial);
 }
@@ -292,9 +323,17 @@ Result<ActionOutcome> tryLightMap(const ActionContext& context) {
 Result<ActionOutcome> tryJointly(const ActionContext& context) {
     const auto parameters = parametersOf<JointTrialParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto result = tryLayouts(parameters->trial, parameters->joint, context);
+    const auto result = tryLayouts(parameters->trial, parameters->joint, nullptr, context);
     if (!result) return tl::make_unexpected(result.error());
     return outcomeWith(*result);
+}
+
+Result<std::vector<CandidateByChart>> tryLayoutsByChart(const TrialParameters& parameters, const ChartTrial& charts,
+                                                        const ActionContext& context) {
+    ChartCandidates candidates{charts};
+    const auto result = tryLayouts(parameters, std::nullopt, &candidates, context);
+    if (!result) return tl::make_unexpected(result.error());
+    return std::move(candidates.found);
 }
 
 Result<JointTrialResult> trialIn(const ActionRecord& record) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/layout_cost.h"
+#include "pipeline/assets/light_map/chart_trial.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/graph/action.h"
 
@@ -67,6 +68,12 @@ void describe(Fields& fields, Self& candidate) {
     fields.presentIf(candidate.isExcluded, "excluded", candidate.isExcluded, "true if the scene's list of layouts lacks it");
 }
 
+/// A layout with its errors on each group of charts.
+struct CandidateByChart {
+    TrialCandidate whole;
+    std::vector<ChartSamples> samples;  ///< [group of charts]
+};
+
 struct TrialResult {
     std::vector<TrialCandidate> candidates;  ///< by bytes
     double share = 1;                        ///< part of the map that was tried
@@ -81,5 +88,9 @@ void describe(Fields& fields, Self& result) {
 /// the scene lists layouts, the others are measured too if that is cheap: on small maps, and where the trial of a listed one has them as
 /// stages.
 formats::Result<ActionOutcome> tryLightMap(const ActionContext& context);
+
+/// Tries every layout that the parameters let "auto" take, on the whole map however large it is, and measures it by groups of charts.
+formats::Result<std::vector<CandidateByChart>> tryLayoutsByChart(const TrialParameters& parameters, const ChartTrial& charts,
+                                                                 const ActionContext& context);
 
 }  // namespace lightcook::pipeline

@@ -39,8 +39,7 @@ Result<ChartPlaces> openPlaces(const UnpackedBake& unpacked, const ActionContext
     const auto after = formats::GltfScene::load(made->second);
     if (!after) return tl::make_unexpected(after.error());
     const ChartPacking& packing = unpacked.packing;
-    auto places =
-        ChartPlaces::create(*before, old->second.string(), {packing.widthBefore, packing.heightBefore}, placesOf(unpacked.places));
+    auto places = ChartPlaces::create(*before, old->second.string(), unpacked);
     if (!places) return places;
     if (auto fits = places->check(*before, *after, made->second.string(), {packing.width, packing.height}); !fits)
         return tl::make_unexpected(fits.error());
@@ -89,7 +88,7 @@ public:
                 if (rows->covered.at(x, y - before) == 0) continue;
                 if (reading_.charts.packed({x, y}))
                     texels.emplace_back(x, y);
-                else
+                else if (!reading_.charts.isRead({x, y}))
                     ++unread;
             }
         std::vector<glm::dvec2> places(texels.begin(), texels.end());

@@ -18,7 +18,7 @@ namespace {
 using formats::ErrorCode;
 using formats::Image;
 
-Image<glm::vec4> ramp(int width, int height) {
+Image<glm::vec4> gradientImage(int width, int height) {
     Image<glm::vec4> image(width, height);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
@@ -28,7 +28,7 @@ Image<glm::vec4> ramp(int width, int height) {
 
 TEST(EncodeTexture, EveryFormatComesBackCloseThroughKtx2AndDds) {
     const formats::TemporaryFolder folder;
-    ASSERT_TRUE(formats::writeExr(folder / "in.exr", ramp(37, 22).view(), 4).has_value());
+    ASSERT_TRUE(formats::writeExr(folder / "in.exr", gradientImage(37, 22).view(), 4).has_value());
     for (const formats::PixelFormatInfo& format : formats::allPixelFormats())
         for (const char* extension : {".ktx2", ".dds"}) {
             if (format.dxgiFormat == 0 && std::string(extension) == ".dds") continue;
@@ -52,7 +52,7 @@ TEST(EncodeTexture, EveryFormatComesBackCloseThroughKtx2AndDds) {
 
 TEST(EncodeTexture, WhatAFormatCannotMeanIsRefusedWithItsPlaceOrRepaired) {
     const formats::TemporaryFolder folder;
-    Image<glm::vec4> image = ramp(8, 8);
+    Image<glm::vec4> image = gradientImage(8, 8);
     EncodeCommand command;
     command.input = folder / "in.exr";
     command.output = folder / "out.ktx2";
@@ -79,7 +79,7 @@ TEST(EncodeTexture, WhatAFormatCannotMeanIsRefusedWithItsPlaceOrRepaired) {
     command.format = "bc6h-sf16";
     EXPECT_TRUE(encodeTexture(command, 1).has_value()) << "a signed format holds -1";
     for (const char* format : {"bc7", "rgb9e5", "r16-unorm"}) {
-        image = ramp(8, 8);
+        image = gradientImage(8, 8);
         image.at(2, 1).x = -0.25f;
         ASSERT_TRUE(formats::writeExr(command.input, image.view(), 3).has_value());
         command.format = format;
@@ -118,7 +118,7 @@ TEST(EncodeTexture, SignedBlocksComeBackFromBothContainers) {
 
 TEST(EncodeTexture, WhatIsTooLargeIsClampedAndCounted) {
     const formats::TemporaryFolder folder;
-    Image<glm::vec4> image = ramp(8, 8);
+    Image<glm::vec4> image = gradientImage(8, 8);
     image.at(1, 6).x = 1e9f;
     image.at(7, 7).z = 2e9f;
     ASSERT_TRUE(formats::writeExr(folder / "in.exr", image.view(), 3).has_value());
@@ -315,7 +315,7 @@ TEST_F(EncodeOptionsOfTheCommand, ImpossibleOnesAreRefused) {
 
 TEST(EncodeTexture, WrongRequestsAreRefused) {
     const formats::TemporaryFolder folder;
-    ASSERT_TRUE(formats::writeExr(folder / "in.exr", ramp(8, 8).view(), 3).has_value());
+    ASSERT_TRUE(formats::writeExr(folder / "in.exr", gradientImage(8, 8).view(), 3).has_value());
     EncodeCommand command{folder / "in.exr", folder / "out.ktx2", "bc6", 5, false, false, false};
     const auto format = encodeTexture(command, 1);
     ASSERT_FALSE(format.has_value());
@@ -332,7 +332,7 @@ TEST(EncodeTexture, WrongRequestsAreRefused) {
 
 TEST(EncodeTexture, ACubeKeepsItsFaces) {
     const formats::TemporaryFolder folder;
-    ASSERT_TRUE(formats::writeExr(folder / "in.exr", ramp(8, 48).view(), 3).has_value());
+    ASSERT_TRUE(formats::writeExr(folder / "in.exr", gradientImage(8, 48).view(), 3).has_value());
     const EncodeCommand command{folder / "in.exr", folder / "out.ktx2", "rgba16f", 5, true, true, false};
     const auto facts = encodeTexture(command, 1);
     ASSERT_TRUE(facts.has_value());

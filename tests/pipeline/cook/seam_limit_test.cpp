@@ -2,12 +2,12 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "pipeline/cook/cook.h"
 #include "pipeline/report/ci_checks.h"
 #include "tests/pipeline/small_scene.h"
+#include "tests/pipeline/walls.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -20,28 +20,11 @@ using testing::HasSubstr;
 /// elsewhere, and its node takes it to its place.
 /// uvs  name of the attribute with the light-map UVs
 void writeTwoMeshes(const std::filesystem::path& folder, const std::string& uvs) {
-    std::string bytes;
-    const auto add = [&](const auto& values) { bytes.append(reinterpret_cast<const char*>(values.data()), sizeof(values)); };
-    add(std::array<float, 12>{0, 7, 0, 0, 0, 0, 2, 0, 0, 2, 7, 0});
-    add(std::array<float, 12>{1, 6, 5, 1, -1, 5, 3, -1, 5, 3, 6, 5});
-    add(std::array<float, 8>{0.05f, 0, 0.05f, 1, 0.45f, 1, 0.45f, 0});
-    add(std::array<float, 8>{0.55f, 0, 0.55f, 1, 0.95f, 1, 0.95f, 0});
-    add(std::array<std::uint16_t, 6>{0, 1, 2, 0, 2, 3});
-    formats::writeContent(folder / "walls.bin", bytes);
-    formats::writeContent(folder / "walls.gltf",
-                          fmt::format(R"({{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0, 1]}}],
-"nodes": [{{"mesh": 0}}, {{"mesh": 1, "translation": [1, 1, -5]}}],
-"meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, "{0}": 2}}, "indices": 4}}]}},
-  {{"primitives": [{{"attributes": {{"POSITION": 1, "{0}": 3}}, "indices": 4}}]}}],
-"buffers": [{{"uri": "walls.bin", "byteLength": 172}}],
-"bufferViews": [{{"buffer": 0, "byteOffset": 0, "byteLength": 48}}, {{"buffer": 0, "byteOffset": 48, "byteLength": 48}},
-  {{"buffer": 0, "byteOffset": 96, "byteLength": 32}}, {{"buffer": 0, "byteOffset": 128, "byteLength": 32}},
-  {{"buffer": 0, "byteOffset": 160, "byteLength": 12}}],
-"accessors": [{{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [2, 7, 0]}},
-  {{"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC3", "min": [1, -1, 5], "max": [3, 6, 5]}},
-  {{"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC2"}}, {{"bufferView": 3, "componentType": 5126, "count": 4, "type": "VEC2"}},
-  {{"bufferView": 4, "componentType": 5123, "count": 6, "type": "SCALAR"}}]}})",
-                                      uvs));
+    writeWalls(folder, {.leftUvs = {0.05f, 0, 0.05f, 1, 0.45f, 1, 0.45f, 0},
+                        .rightUvs = {0.55f, 0, 0.55f, 1, 0.95f, 1, 0.95f, 0},
+                        .right = {1, 6, 5, 1, -1, 5, 3, -1, 5, 3, 6, 5},
+                        .rightTranslation = {1, 1, -5},
+                        .uvs = uvs});
 }
 
 class SeamLimit : public testing::Test {

@@ -1,0 +1,90 @@
+// Charts of a light map split among two maps, so that the charts which need a fine layout do not make all others take it.
+//
+// Charts differ: along a shadow's edge a learned layout is far off where it is invisibly so elsewhere, and one layout for the map is the
+// one that its worst charts need. The trial of the map measures every layout on every chart. For each layout, the charts that take it
+// furthest from the limits are left out, one after the other, until the rest keep the limits; the charts that were left out get the
+// smallest layout that keeps the limits on them. The pair of layouts that takes the fewest bits is the split. Each of the two maps is then
+// tried and cooked as any other.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "pipeline/assets/light_map/trial.h"
+#include "pipeline/graph/action.h"
+
+namespace lightcook::pipeline {
+
+/// Limits that both maps keep.
+struct SplitLimits {
+    double maxError = 0;               ///< on rel_rms
+    std::optional<double> maxVisible;  ///< on the 99th percentile of visible errors
+    double margin = 1;                 ///< part of each limit that the choice uses
+};
+
+struct ChartSplit {
+    std::string layout, fineLayout;  ///< that the choice expects: of the charts that stay, and of the others
+    double bits = 0, bitsOfOne = 0;  ///< of a texel in the mean, and with one layout for all charts
+    std::vector<std::size_t> fine;   ///< groups of charts that a finer layout gets; empty: one map is as small
+};
+
+/// Least part of the bits that a split has to save: two maps have more borders of blocks and more tables than one.
+inline constexpr double kLeastSplitSaving = 0.03;
+/// Margins that are tried, one after the other: learned layouts are fitted anew to the charts of each map, and blocks at rims differ.
+inline constexpr std::array kSplitMargins = {0.9, 0.7, 0.5, 0.3};
+
+/// Chooses the split of least bits.
+/// candidates  layouts that may be chosen
+/// texels      of each group
+ChartSplit chooseSplit(std::span<const CandidateByChart> candidates, std::span<const std::int64_t> texels, const SplitLimits& limits);
+
+/// Parameters of action "split-charts". Its inputs are "source" and "mesh": a map and its mesh whose charts were packed.
+struct SplitParameters {
+    TrialParameters trial;
+    double maxError = 0;
+    std::optional<double> maxVisible = {};
+    std::vector<int> places = {};  ///< of the charts, as PackResult has them
+};
+template <class Fields, Is<SplitParameters> Self>
+void describe(Fields& fields, Self& parameters) {
+    fields.required("trial", parameters.trial, "trial of the light map");
+    fields.required("max_error", parameters.maxError, "limit on rel_rms");
+    fields.optional("max_visible", parameters.maxVisible, "limit on the 99th percentile of visible errors");
+    fields.required("places", parameters.places, "places of the charts");
+}
+
+/// A split with the charts of both maps.
+struct TriedSplit {
+    std::vector<int> charts, fineCharts;  ///< in the order of the places
+    std::string layout, fineLayout;
+    double bits = 0, bitsOfOne = 0;  ///< see ChartSplit
+};
+template <class Fields, Is<TriedSplit> Self>
+void describe(Fields& fields, Self& split) {
+    fields.required("charts", split.charts, "charts that stay");
+    fields.required("fine_charts", split.fineCharts, "charts that get a map of their own");
+    fields.required("layout", split.layout, "layout expected for the charts that stay");
+    fields.required("fine_layout", split.fineLayout, "layout expected for the others");
+    fields.required("bits", split.bits, "expected memory of a texel [bits]");
+    fields.required("bits_of_one", split.bitsOfOne, "that of one map [bits]");
+}
+
+struct SplitResult {
+    std::vector<TriedSplit> splits;  ///< those that are expected to take fewer bits than one map, the one of least margin first
+    double displayKey = 0;           ///< of all charts (verify::LightMapKey): both maps are shown on the display of the whole
+    TrialResult one;                 ///< the trial of one map with all charts
+};
+template <class Fields, Is<SplitResult> Self>
+void describe(Fields& fields, Self& result) {
+    fields.required("splits", result.splits, "splits to try");
+    fields.required("display_key", result.displayKey, "key of the whole map, for the display");
+    fields.required("one", result.one, "layouts of one map with all charts");
+}
+
+/// Tries every layout on every chart and chooses splits.
+formats::Result<ActionOutcome> splitCharts(const ActionContext& context);
+
+}  // namespace lightcook::pipeline

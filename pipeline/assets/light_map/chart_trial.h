@@ -1,0 +1,58 @@
+// Errors of a trial by chart: how far off each part of a light map is under each layout, so that charts can be given layouts of their own.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "atlas/charts.h"
+#include "formats/image.h"
+#include "formats/light_map.h"
+#include "verify/light_map.h"
+
+namespace lightcook::pipeline {
+
+/// Samples of shaded light on some charts, under one layout.
+struct ChartSamples {
+    struct Light {
+        std::int64_t count = 0;  ///< samples
+        std::int64_t above = 0;  ///< samples whose visible error is above the limit of the trial
+        double squaredError = 0, squaredLight = 0;
+
+        void add(const Light& other);
+    };
+    Light diffuse, specular;
+
+    void add(const ChartSamples& other);
+};
+
+/// Charts that get one layout: a large chart, or small ones that lie near each other.
+struct ChartGroup {
+    std::vector<int> charts;        ///< in the order of atlas::findCharts, ascending
+    std::int64_t texels = 0;        ///< that filters read
+    int firstRow = 0, rowsEnd = 0;  ///< rows of these texels
+};
+
+class ChartTrial {
+public:
+    /// Charts with fewer texels are put into groups of at least this many.
+    static constexpr std::int64_t kLeastTexels = 1024;
+
+    /// charts      of the light map's mesh
+    /// maxVisible  limit that samples are counted above
+    ChartTrial(const std::vector<atlas::Chart>& charts, int width, int height, double maxVisible);
+    const std::vector<ChartGroup>& groups() const { return groups_; }
+    /// Returns the samples of rows [firstRow, firstRow + rowCount), by stage of the layout and group. Texels and reference as
+    /// verify::LightMapVerifier::verifyRows takes them. Pure; safe to call from several threads.
+    std::vector<std::vector<ChartSamples>> measure(const verify::LightMapVerifier& verifier, const verify::DecodedLightMapRows& texels,
+                                                   const formats::LightMapStrip& reference, int firstRow, int rowCount) const;
+
+private:
+    void addGroup(const std::vector<atlas::Chart>& charts, std::span<const int> members, std::span<const std::int64_t> texels);
+
+    std::vector<ChartGroup> groups_;
+    formats::Image<std::uint32_t> groupOf_;  ///< of each texel; kNoChart of atlas::ChartSet: of none
+    double maxVisible_;
+};
+
+}  // namespace lightcook::pipeline

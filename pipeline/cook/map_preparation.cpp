@@ -1,0 +1,171 @@
+#include "pipeline/cook/map_preparation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "pipeline/cook/contents.h"
+#include "pipeline/graph/files.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::Result;
+
+/// A split that takes this part more than it was expected to take has not kept its layouts: one with a larger margin may do better.
+constexpr double kHeldExpectation = 1.05;
+
+/// Returns what the report says of a light map that was to be split.
+std::string splitWords(const LightMapEntry& entry, const TriedSplit& split, const std::optional<std::uint64_t>& bytes,
+                       const std::optional<std::uint64_t>& bytesOfOne) {
+    const auto size = [](const std::optional<std::uint64_t>& of) {
+        return of ? fmt::format("{:.1f} KiB", static_cast<double>(*of) / 1024) : "nothing within the limits";
+    };
+    const std::size_t count = split.charts.size() + split.fineCharts.size();
+    const std::string maps = fmt::format("{} of {} charts in a map of their own: two maps take {}, one takes {}", split.fineCharts.size(),
+                                         count, size(bytes), size(bytesOfOne));
+    const bool isSplit = bytes && (!bytesOfOne || *bytes < *bytesOfOne);
+    return isSplit ? fmt::format("{}, '{}'", maps, fineNameOf(entry.name)) : fmt::format("no, {}", maps);
+}
+
+}  // namespace
+
+ExecutionResult MapPreparation::run(const std::vector<Action>& graph, const std::filesystem::path& folder) {
+    ExecutionResult result = run_(graph, folder);
+    result_.errors.insert(result_.errors.end(), result.errors.begin(), result.errors.end());
+    result_.actionsRun += result.actionsRun;
+    result_.actionsReused += result.actionsReused;
+    return result;
+}
+
+bool MapPreparation::isStopped() const {
+    const auto isInterrupt = [](const formats::Error& error) { return error.code == formats::ErrorCode::Interrupted; };
+    return !result_.errors.empty() && (!keepGoing_ || std::ranges::any_of(result_.errors, isInterrupt));
+}
+
+Result<Scene> MapPreparation::prepare(Scene& scene, const Needs& needs) {
+    if (auto done = split(scene, needs); !done) return tl::make_unexpected(done.error());
+    Scene wanted = scene;
+    std::erase_if(wanted.lightMaps, [&](const LightMapEntry& entry) { return !isAnyWanted(scene, options_, entry); });
+    graph_ = packActions(wanted);
+    return pack(scene, graph_, folder_ / "packed");
+}
+
+/// Returns the actions that pack the light maps of a scene, as far as it asks for that.
+std::vector<Action> MapPreparation::packActions(const Scene& scene) const {
+    std::vector<Action> graph;
+    for (const LightMapEntry& entry : scene.lightMaps)
+        if (isPacked(scene.output, entry)) graph.push_back(packAction(entry, chartsMaxVisible(scene.output, entry), options_.repair));
+    return graph;
+}
+
+Result<Scene> MapPreparation::pack(const Scene& scene, const std::vector<Action>& graph, const std::filesystem::path& folder) {
+    Scene packedScene = scene;
+    if (isStopped() || graph.empty()) return packedScene;
+    if (auto made = makeFolder(folder); !made) return tl::make_unexpected(made.error());
+    const ExecutionResult result = run(graph, folder);
+    for (const Action& action : graph) {
+        const auto record = result.records.find(action.id);
+        const auto entry = std::ranges::find(packedScene.lightMaps, action.asset, &LightMapEntry::name);
+        if (record == result.records.end()) {
+            packedScene.lightMaps.erase(entry);
+            continue;
+        }
+        auto packed = packedLightMap(action, record->second, folder);
+        if (!packed) return tl::make_unexpected(packed.error());
+        *entry = packedEntry(std::move(*entry), *packed);
+        options_.packed[action.asset] = std::move(*packed);
+    }
+    return packedScene;
+}
+
+/// Returns the needs with the contents of packed maps. Its actions do not count as run or reused: they make nothing.
+Result<Needs> MapPreparation::withContents(const Scene& packed, Needs needs) {
+    const ExecutionResult contents = run_(planContents(packed, needs, options_), {});
+    result_.errors.insert(result_.errors.end(), contents.errors.begin(), contents.errors.end());
+    if (auto added = addContents(contents, needs); !added) return tl::make_unexpected(added.error());
+    return needs;
+}
+
+/// Puts two maps in place of each light map whose charts are to be split, where that takes fewer bytes.
+Result<void> MapPreparation::split(Scene& scene, const Needs& needs) {
+    const Scene maps = onlyMapsToSplit(scene, options_);
+    if (maps.lightMaps.empty()) return {};
+    const auto whole = pack(maps, packActions(maps), folder_ / "whole");
+    if (!whole) return tl::make_unexpected(whole.error());
+    if (isStopped()) return {};
+    const auto known = withContents(*whole, needs);
+    if (!known) return tl::make_unexpected(known.error());
+    std::vector<Action> splits;
+    for (const LightMapEntry& entry : whole->lightMaps)
+        if (auto action = splitAction(*whole, *known, entry, options_.packed.at(entry.name), options_.repair))
+            splits.push_back(std::move(*action));
+    if (isStopped()) return {};
+    const ExecutionResult result = run(splits);
+    for (const LightMapEntry& entry : maps.lightMaps) {
+        std::ranges::find(scene.lightMaps, entry.name, &LightMapEntry::name)->charts.mode = ChartMode::Pack;
+        const auto record = result.records.find("split/" + entry.name);
+        if (record == result.records.end() || isStopped()) continue;
+        const auto chosen = fromJson<SplitResult>(record->second.result, record->first);
+        if (!chosen) return tl::make_unexpected(chosen.error());
+        if (auto tried = trySplits(scene, maps, entry, *chosen, needs); !tried) return tried;
+    }
+    return {};
+}
+
+/// Tries splits of a light map, and puts the two maps of the smallest in its place if they take fewer bytes than one.
+Result<void> MapPreparation::trySplits(Scene& scene, const Scene& maps, const LightMapEntry& entry, const SplitResult& found,
+                                       const Needs& needs) {
+    const ChartPacking packing = options_.packed.at(entry.name).bake.packing;
+    const auto bytesOfOne = leastBytes(found.one, packing, scene, needs, entry);
+    const TriedSplit* best = nullptr;
+    std::optional<std::uint64_t> least;
+    for (const TriedSplit& split : found.splits) {
+        Scene parts = maps;
+        parts.lightMaps = partsOf(entry, split, found.displayKey);
+        const auto bytes = bytesOfParts(parts, needs);
+        if (!bytes) return tl::make_unexpected(bytes.error());
+        if (best == nullptr || bytes->value_or(UINT64_MAX) < least.value_or(UINT64_MAX)) {
+            best = &split;
+            least = *bytes;
+        }
+        const double expected = split.bits / split.bitsOfOne * static_cast<double>(bytesOfOne.value_or(0));
+        if (*bytes && static_cast<double>(**bytes) <= kHeldExpectation * expected) break;
+    }
+    notes_[entry.name] = {{"split", best != nullptr
+                                        ? splitWords(entry, *best, least, bytesOfOne)
+                                        : fmt::format("no, one layout for all {} charts takes the fewest bytes", packing.charts)}};
+    if (!least || (bytesOfOne && *least >= *bytesOfOne)) return {};
+    const std::vector<LightMapEntry> parts = partsOf(entry, *best, found.displayKey);
+    const auto place = std::ranges::find(scene.lightMaps, entry.name, &LightMapEntry::name);
+    *place = parts.front();
+    scene.lightMaps.insert(place + 1, parts.back());
+    return {};
+}
+
+/// Returns the GPU memory of both maps [bytes]. Empty: one has no layout within the limits.
+Result<std::optional<std::uint64_t>> MapPreparation::bytesOfParts(const Scene& parts, const Needs& needs) {
+    const auto packed = pack(parts, packActions(parts), folder_ / "parts");
+    if (!packed) return tl::make_unexpected(packed.error());
+    if (isStopped()) return std::optional<std::uint64_t>();
+    const auto known = withContents(*packed, needs);
+    if (!known) return tl::make_unexpected(known.error());
+    std::vector<Action> trials;
+    for (const LightMapEntry& entry : packed->lightMaps)
+        if (auto trial = partTrial(*packed, *known, entry, options_.repair)) trials.push_back(std::move(*trial));
+    if (isStopped()) return std::optional<std::uint64_t>();
+    const ExecutionResult result = run(trials);
+    std::uint64_t sum = 0;  // a map of constant light, which has no trial, takes a block
+    for (const Action& action : trials) {
+        const auto record = result.records.find(action.id);
+        if (record == result.records.end()) return std::optional<std::uint64_t>();
+        const auto trial = fromJson<TrialResult>(record->second.result, action.id);
+        if (!trial) return tl::make_unexpected(trial.error());
+        const auto least = leastBytes(*trial, options_.packed.at(action.asset).bake.packing, parts, needs, parts.lightMaps.front());
+        if (!least) return std::optional<std::uint64_t>();
+        sum += *least;
+    }
+    return std::optional(sum);
+}
+
+}  // namespace lightcook::pipeline

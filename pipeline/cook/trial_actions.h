@@ -1,0 +1,29 @@
+// Trials of light maps as actions of a graph.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "pipeline/assets/light_map/joint_trial.h"
+#include "pipeline/cook/contents.h"
+#include "pipeline/graph/action.h"
+#include "pipeline/scene/needs.h"
+#include "pipeline/scene/scene.h"
+
+namespace lightcook::pipeline {
+
+/// Returns the parameters of the trial of a light map.
+TrialParameters trialParametersOf(const Scene& scene, const Needs& needs, const LightMapEntry& entry, const LightMapReduction& reduction,
+                                  bool repair);
+
+/// Returns the inputs of a light map that may get a learned layout. No two learned bases may meet on an island of the mesh, so the mesh is
+/// one of them if it exists.
+std::map<std::string, std::filesystem::path> learnedInputsOf(const LightMapEntry& entry);
+
+/// Returns the trial of a light map, "trial/" and its name.
+/// joint  what is chosen with it; empty: nothing is
+Action trialAction(const LightMapEntry& entry, const TrialParameters& parameters, const std::optional<JointTrial>& joint = std::nullopt);
+
+}  // namespace lightcook::pipeline

@@ -1,0 +1,276 @@
+// A cook that splits the charts of a light map among two maps: each gets the layout that its charts need.
+#include <gmock/gmock.h>
+#include <tbb/task_arena.h>
+
+#include <array>
+#include <cmath>
+
+#include "formats/gltf_scene.h"
+#include "pipeline/assets/light_map/layout_choice.h"
+#include "pipeline/cook/cook.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/repack/unpacked_bake.h"
+#include "tests/pipeline/small_scene.h"
+#include "tests/pipeline/walls.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using formats::ErrorCode;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr int kSide = 64;
+
+/// Light of a chart, at a texel.
+using ChartLight = lighting::ShRgb (*)(int x, int y);
+
+lighting::ShRgb constantLight(int, int) {
+    return shOf(sunAndSky, {0.5, 0.5});
+}
+/// Light that changes over hundreds of texels.
+lighting::ShRgb smoothLight(int x, int y) {
+    return shOf(sunAndSky, {0.5 + 0.001 * x, 0.5 + 0.001 * y});
+}
+/// A lattice of shadows, whose light has another direction in each of its cells.
+lighting::ShRgb hardLight(int x, int y) {
+    const int cell = (x / 3 + 5 * (y / 3)) % 7;
+    lighting::ShRgb sh = shOf(sunAndSky, {0.1 * cell, 1 - 0.1 * cell});
+    for (std::size_t i = 0; i < sh.size(); ++i) sh[i] *= (cell % 2 != 0 ? 0.05f : 1.0f) * (i > 0 && cell % 3 == 0 ? -1.0f : 1.0f);
+    return sh;
+}
+
+class SplitCook : public testing::Test {
+protected:
+    SplitCook() {
+        writeWalls(folder_ / "", {.leftUvs = {0.05f, 0.05f, 0.05f, 0.95f, 0.45f, 0.95f, 0.45f, 0.05f},
+                                  .rightUvs = {0.55f, 0.05f, 0.55f, 0.95f, 0.95f, 0.95f, 0.95f, 0.05f},
+                                  .right = {3, 7, 0, 3, 0, 0, 5, 0, 0, 5, 7, 0}});
+        options_.scene = folder_ / "scene.toml";
+        options_.output = folder_ / "out";
+        options_.cache = LIGHTCOOK_TEST_CACHE;
+    }
+    /// left, right  light of the two charts
+    void writeMap(ChartLight left, ChartLight right) const {
+        formats::Image<lighting::ShRgb> sh(kSide, kSide, lighting::ShRgb{});
+        formats::Image<std::uint8_t> covered(kSide, kSide, 0);
+        formats::Image<glm::vec3> normal(kSide, kSide, glm::vec3(0, 0, 1));
+        for (int y = 3; y < kSide - 3; ++y)
+            for (int x = 3; x < kSide - 3; ++x) {
+                if (x >= 29 && x < 35) continue;
+                covered.at(x, y) = 1;
+                sh.at(x, y) = x < 32 ? left(x, y) : right(x, y);
+            }
+        auto writer = formats::LightMapWriter::create(folder_ / "map.exr", kSide, kSide, formats::SurfaceOutput::CoverageAndNormals);
+        ASSERT_TRUE(writer && writer->append(sh.view(), {covered.view(), normal.view()}) && writer->commit());
+    }
+    /// output  lines of [output]; map  lines of [[light_map]]
+    void writeScene(const std::string& output, const std::string& map = "mesh = \"walls.gltf\"\n") const {
+        formats::writeContent(options_.scene, "schema = 1\nname = \"walls\"\n[output]\n" + output +
+                                                  "\n[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\n" + map +
+                                                  "[[material]]\nname = \"*\"\nnormal_map = true\nspecular = false\n");
+    }
+    Json cooked(const std::string& output) const {
+        writeScene(output);
+        const Outcome outcome = cookScene(options_, RunState());
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        return outcome.report;
+    }
+    std::string mistake() const {
+        const Outcome outcome = cookScene(options_, RunState());
+        return outcome.errors.empty() ? "" : outcome.errors.front().line();
+    }
+    static const Json* find(const Json& report, const std::string& name) {
+        for (const Json& asset : report.at("assets"))
+            if (asset.at("name") == name) return &asset;
+        return nullptr;
+    }
+    static std::uint64_t bytesOf(const Json& report) { return report.at("budget").at("used_bytes").get<std::uint64_t>(); }
+    static double visibleOf(const Json& asset) {
+        return asset.at("stages").back().at("error").at("diffuse").at("visible").at("p99").get<double>();
+    }
+    formats::GltfScene meshOf(const std::string& file) const {
+        auto scene = formats::GltfScene::load(options_.output / file);
+        EXPECT_TRUE(scene) << scene.error().line();
+        return std::move(*scene);
+    }
+
+    const formats::TemporaryFolder folder_;
+    CookOptions options_;
+};
+
+constexpr const char* kSplit = "charts = \"split\"\nmax_visible = 3";
+
+TEST_F(SplitCook, ChartsWithHardLightGetAMapOfTheirOwn) {
+    writeMap(smoothLight, hardLight);
+    const Json packed = cooked("charts = \"pack\"\nmax_visible = 3");
+    const Json report = cooked(kSplit);
+    const Json *map = find(report, "map"), *fine = find(report, "map_fine");
+    ASSERT_TRUE(map != nullptr && fine != nullptr) << find(report, "map")->at("notes").dump();
+    EXPECT_LT(map->at("bits_per_texel").get<double>(), fine->at("bits_per_texel").get<double>());
+    EXPECT_LT(bytesOf(report), bytesOf(packed));
+    for (const Json* each : {map, fine}) {
+        EXPECT_LE(visibleOf(*each), 3) << each->at("name");
+        EXPECT_LT(each->at("width").get<int>(), kSide) << each->at("name");
+        EXPECT_FALSE(each->at("notes").contains("unread_texels")) << "texels of the other chart are no fault";
+    }
+    EXPECT_THAT(map->at("notes").at("split").get<std::string>(), HasSubstr("1 of 2 charts in a map of their own"));
+    EXPECT_EQ(find(packed, "map_fine"), nullptr);
+
+    // Each mesh has one of the walls; nodes and their names stay.
+    for (const auto& [file, low] : {std::pair("map_walls_mesh.glb", 0.0), std::pair("map_fine_walls_mesh.glb", 3.0)}) {
+        const formats::GltfScene scene = meshOf(file);
+        EXPECT_EQ(scene.triangleCount(), 2) << file;
+        ASSERT_EQ(scene.placedMeshes().size(), 1u) << file;
+        const formats::MeshAttribute* position = scene.triangleMeshes().front()->find("POSITION");
+        double least = 9;
+        for (std::size_t i = 0; i < position->vertexCount(); ++i) least = std::min(least, position->at(i).x);
+        EXPECT_NEAR(least, low, 0.01) << file;
+    }
+    EXPECT_FALSE(fs::exists(options_.output / "charts")) << "packed bakes are no output";
+}
+
+TEST_F(SplitCook, BothMapsTogetherAreTheBake) {
+    writeMap(smoothLight, hardLight);
+    cooked(kSplit);
+    ASSERT_TRUE(reconstructLightMap(options_.output, "map", folder_ / "both.exr", 1, RunState()).has_value());
+    ASSERT_TRUE(reconstructLightMap(options_.output, "map_fine", folder_ / "fine.exr", 1, RunState()).has_value());
+    formats::LightMapDescription any;
+    any.repair = true;
+    auto bake = formats::LightMapReader::open(folder_ / "map.exr", {});
+    auto both = formats::LightMapReader::open(folder_ / "both.exr", any), fine = formats::LightMapReader::open(folder_ / "fine.exr", any);
+    ASSERT_TRUE(bake && both && fine);
+    const auto wanted = bake->read(0, kSide), found = both->read(0, kSide), part = fine->read(0, kSide);
+    ASSERT_TRUE(wanted && found && part);
+    double error = 0, light = 0;
+    for (int y = 0; y < kSide; ++y)
+        for (int x = 0; x < kSide; ++x) {
+            if (wanted->covered.at(x, y) == 0) continue;
+            const glm::dvec3 truth(wanted->sh.at(x, y)[0]), difference = glm::dvec3(found->sh.at(x, y)[0]) - truth;
+            error += glm::dot(difference, difference);
+            light += glm::dot(truth, truth);
+            const bool isOfFine = x >= 32;
+            EXPECT_EQ(part->sh.at(x, y)[0] == glm::vec3(0), !isOfFine) << x << ", " << y;
+        }
+    EXPECT_LT(std::sqrt(error / light), 0.05);
+}
+
+TEST_F(SplitCook, VerificationCachesAndSourcesAreThoseOfTheUser) {
+    writeMap(smoothLight, hardLight);
+    options_.depfile = folder_ / "walls.d";
+    const Json first = cooked(kSplit);
+    EXPECT_EQ(cookScene(options_, RunState()).actionsRun, 0) << "nothing has changed";
+    const auto manifest = loadManifest(options_.output);
+    ASSERT_TRUE(manifest) << manifest.error().line();
+    for (const CookedAsset& asset : manifest->assets) {
+        if (asset.kind != AssetKind::LightMap) continue;
+        EXPECT_EQ(asset.source.files->at("source").file, "map.exr") << asset.name;
+        const auto unpacked = unpackedBakeOf(asset);
+        ASSERT_TRUE(unpacked && *unpacked && (*unpacked)->part) << asset.name;
+        EXPECT_EQ((*unpacked)->part->of, "map");
+        EXPECT_EQ((*unpacked)->part->charts, std::vector<int>{asset.name == "map" ? 0 : 1});
+    }
+    EXPECT_THAT(formats::contentOf(folder_ / "walls.d"), HasSubstr("map.exr"));
+    EXPECT_THAT(formats::contentOf(folder_ / "walls.d"), Not(HasSubstr("packed")));
+
+    const Outcome verified = verifyCooked({options_.output, {}, {}}, RunState());
+    for (const formats::Error& error : verified.errors) ADD_FAILURE() << error.line();
+    for (const char* name : {"map", "map_fine"})
+        EXPECT_EQ(find(first, name)->at("stages").back().at("error"), find(verified.report, name)->at("stages").back().at("error")) << name;
+    for (const Json* report : {&first, &verified.report}) {
+        ASSERT_EQ(report->at("findings").size(), 1u) << "no finding comes twice";
+        EXPECT_EQ(report->at("findings").at(0).at("asset"), "map");
+    }
+}
+
+/// A mesh that was cooked for other charts is refused.
+TEST_F(SplitCook, VerificationRefusesAMeshOfOtherCharts) {
+    writeMap(smoothLight, hardLight);
+    cooked(std::string(kSplit) + "\ndraco = false");
+    auto manifest = loadManifest(options_.output);
+    ASSERT_TRUE(manifest);
+    std::string text = formats::contentOf(folder_ / "walls.gltf");
+    text.replace(text.find("\"nodes\": [0, 1]"), 15, "\"nodes\": [1, 0]");
+    formats::writeContent(folder_ / "walls.gltf", text);
+    const Outcome verified = verifyCooked({options_.output, {}, {}}, RunState());
+    ASSERT_FALSE(verified.errors.empty());
+    EXPECT_EQ(verified.errors.front().code, ErrorCode::Verification);
+}
+
+TEST_F(SplitCook, AChartOfConstantLightTakesABlock) {
+    writeMap(constantLight, hardLight);
+    const Json report = cooked(kSplit);
+    const Json *map = find(report, "map"), *fine = find(report, "map_fine");
+    ASSERT_TRUE(map != nullptr && fine != nullptr) << find(report, "map")->at("notes").dump();
+    EXPECT_LE(map->at("width").get<int>(), 16);
+    EXPECT_LE(visibleOf(*map), 3);
+    const Outcome verified = verifyCooked({options_.output, {}, {}}, RunState());
+    for (const formats::Error& error : verified.errors) ADD_FAILURE() << error.line();
+    ASSERT_TRUE(reconstructLightMap(options_.output, "map", folder_ / "both.exr", 1, RunState()).has_value());
+    formats::LightMapDescription any;
+    any.repair = true;
+    auto both = formats::LightMapReader::open(folder_ / "both.exr", any);
+    ASSERT_TRUE(both);
+    const auto rows = both->read(0, kSide);
+    ASSERT_TRUE(rows);
+    for (const int x : {5, 20}) EXPECT_NEAR(rows->sh.at(x, 30)[0].x, constantLight(0, 0)[0].x, 0.02f * constantLight(0, 0)[0].x) << x;
+    EXPECT_NE(rows->sh.at(50, 30)[0], rows->sh.at(51, 33)[0]) << "the other chart is there, too";
+}
+
+TEST_F(SplitCook, ChartsOfOneKindStayTogether) {
+    writeMap(smoothLight, smoothLight);
+    const Json packed = cooked("charts = \"pack\"\nmax_visible = 3");
+    const Json report = cooked(kSplit);
+    EXPECT_EQ(find(report, "map_fine"), nullptr);
+    EXPECT_THAT(find(report, "map")->at("notes").at("split").get<std::string>(), HasSubstr("no, one layout for all 2 charts"));
+    EXPECT_EQ(bytesOf(report), bytesOf(packed));
+    EXPECT_EQ(find(report, "map")->at("stages"), find(packed, "map")->at("stages"));
+}
+
+TEST_F(SplitCook, OnlyCooksBothOrOneOfThem) {
+    writeMap(smoothLight, hardLight);
+    cooked(kSplit);
+    options_.output = folder_ / "some";
+    options_.only = "map";
+    EXPECT_EQ(cooked(kSplit).at("assets").size(), 4u) << "two maps and two meshes";
+    options_.output = folder_ / "one";
+    options_.only = "map_fine";
+    const Json report = cooked(kSplit);
+    ASSERT_EQ(report.at("assets").size(), 2u);
+    EXPECT_NE(find(report, "map_fine"), nullptr);
+}
+
+TEST_F(SplitCook, BytesDoNotDependOnThreads) {
+    writeMap(smoothLight, hardLight);
+    std::array<std::string, 2> manifests;
+    for (const int threads : {1, 3}) {
+        options_.output = folder_ / fmt::format("out{}", threads);
+        options_.force = true;
+        tbb::task_arena arena(threads);
+        arena.execute([&] { cooked(kSplit); });
+        std::string& digests = manifests[threads == 1 ? 0 : 1];
+        const auto manifest = loadManifest(options_.output);
+        ASSERT_TRUE(manifest);
+        for (const FileRecord& file : filesOf(*manifest)) digests += file.name + " " + file.digest + "\n";
+    }
+    EXPECT_EQ(manifests[0], manifests[1]);
+}
+
+TEST_F(SplitCook, WhatCannotBeSplitIsRefused) {
+    writeMap(smoothLight, hardLight);
+    writeScene("charts = \"split\"\nlight_map_layout = \"ratio\"");
+    EXPECT_THAT(mistake(), HasSubstr("light map 'map': found charts to split without a limit within which both maps get a layout"));
+    writeScene("charts = \"split\"\nbudget = \"1 MiB\"");
+    EXPECT_THAT(mistake(), HasSubstr("expected max_visible or max_error"));
+    writeScene("charts = \"split\"\nmax_visible = 3\nmax_seam = 2");
+    EXPECT_THAT(mistake(), HasSubstr("found charts to split beside max_seam"));
+    writeScene("charts = \"split\"\nmax_visible = 3\ncost = \"taps\"");
+    EXPECT_THAT(mistake(), HasSubstr("found charts to split beside cost = \"taps\", expected cost = \"bytes\""));
+    writeScene("charts = \"split\"\nmax_visible = 3", "");
+    EXPECT_THAT(mistake(), HasSubstr("without a mesh"));
+    EXPECT_FALSE(fs::exists(options_.output));
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline
