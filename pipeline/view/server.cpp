@@ -126,7 +126,8 @@ int SiteServer::port() const {
 void SiteServer::run(const RunState& state) {
     std::atomic<bool> isOver{false};
     std::thread watcher([&] {
-        while (!state.interrupted && !isOver) std::this_thread::sleep_for(kPoll);
+        // A server that does not listen yet ignores stop(), and would never end.
+        while (!isOver && !(state.interrupted && state_->server.is_running())) std::this_thread::sleep_for(kPoll);
         state_->server.stop();
     });
     state_->server.listen_after_bind();

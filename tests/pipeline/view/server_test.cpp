@@ -111,5 +111,14 @@ TEST_F(RunningServer, TakesTheWantedPortOrSaysThatItIsInUse) {
     EXPECT_NE(first->port(), other->port());
 }
 
+/// The signal may come while the server is about to listen.
+TEST_F(RunningServer, EndsWhenItIsInterruptedBeforeItListens) {
+    RunState interrupted;
+    interrupted.interrupted = true;
+    auto server = SiteServer::open(*site_, 0);
+    ASSERT_TRUE(server.has_value());
+    server->run(interrupted);
+}
+
 }  // namespace
 }  // namespace lightcook::pipeline
