@@ -16,6 +16,7 @@
 #include "pipeline/assets/source_colors.h"
 #include "pipeline/cook/integrity.h"
 #include "pipeline/cook/plan.h"
+#include "pipeline/repack/unpacked_bake.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -112,6 +113,9 @@ public:
         if (!sources) return tl::make_unexpected(sources.error());
         auto description = descriptionOf(asset);
         if (!description) return tl::make_unexpected(description.error());
+        const auto unpacked = unpackedBakeOf(asset);
+        if (!unpacked) return tl::make_unexpected(unpacked.error());
+        if (*unpacked) description->constantOf = {};  // may be true of one of two maps alone
         if (const auto config = sources->find(kColorConfigRole); config != sources->end()) description->colors.config = config->second;
         const Action action = verifyAction(asset.name, asset.kind, *sources, asset.verify.value_or(Json::object()));
         const ActionContext context{action, folder_, cooked_, {}, shared_, state_};

@@ -275,6 +275,7 @@ class Layouts(LayoutsSoak):
 class SceneSuite(PageSuite):
     """The example, cooked once: `options` of cook, shown in a browser of 900 x 700."""
     options = ()
+    max_error = 1
     scene = ROOT / 'examples' / 'cornell' / 'scene.toml'
 
     @classmethod
@@ -282,7 +283,7 @@ class SceneSuite(PageSuite):
         super().setUpClass()
         cls.browser = cls.browse(width=900, height=700)
         cls.cooked, cls.site = cls.folder / 'cooked', cls.folder / 'site'
-        run(LIGHTCOOK, 'cook', cls.scene, '-o', cls.cooked, '--max-error', 1, '--max-converter-error', 1, '--effort', 1, '--cache', cls.folder / 'cache',
+        run(LIGHTCOOK, 'cook', cls.scene, '-o', cls.cooked, '--max-error', cls.max_error, '--max-converter-error', 1, '--effort', 1, '--cache', cls.folder / 'cache',
             *cls.options)
         export(LIGHTCOOK, cls.cooked, cls.site, cls.bundle())
         cls.url = cls.serve(cls.site)
@@ -674,6 +675,51 @@ class Learned(SceneSuite):
         self.browser.evaluate("(() => { const s = document.getElementById('overlay'); s.value = 'clusters'; s.dispatchEvent(new Event('change')); })()")
         self.browser.settle()
         self.assertGreater(np.mean(np.abs(self.pixels()[at] - expected)), 5)
+
+
+class Packed(SceneSuite):
+    """Charts packed into two maps: the reference is the bake as it was, through the UVs that the mesh had."""
+    options = ('--charts', 'split', '--max-visible', 4)
+    max_error = 0.1
+
+    def test_reference_and_cooked_are_those_of_the_scene_as_it_was(self):
+        self.assertEqual([asset['name'] for asset in self.manifest['assets'] if asset['kind'] == 'light-map'], ['lightmap', 'lightmap_fine'])
+        self.press_mode('reference')
+        reference = self.pixels()
+        self.press_mode('cooked')
+        cooked = self.pixels()
+        unpacked, site = self.folder / 'unpacked', self.folder / 'unpacked_site'
+        run(LIGHTCOOK, 'cook', self.scene, '-o', unpacked, '--layout', 'hdr', '--max-converter-error', 1, '--cache', self.folder / 'cache')
+        export(LIGHTCOOK, unpacked, site, self.folder / 'dist')
+        self.browser.open(self.serve(site))
+        self.press_mode('reference')
+        expected = self.pixels()
+        height, width = expected.shape[:2]
+        at = [(x, y) for y in range(4, height - 4, 9) for x in range(4, width - 4, 9)]
+        look = lambda dx, dy: self.browser.evaluate(f'lightcook.look({[[x + 0.5 + dx, y + 0.5 + dy] for x, y in at]})')
+        hits = [look(*offset) for offset in ((0, 0), (2, 0), (-2, 0), (0, 2), (0, -2))]
+        inside = [i for i, around in enumerate(zip(*hits)) if None not in around and len({hit['chart'] for hit in around}) == 1]
+        self.assertGreater(len(inside), 500)
+        rows, columns = [at[i][1] for i in inside], [at[i][0] for i in inside]
+        self.assert_shown(reference[rows, columns], expected[rows, columns].astype(float), 'reference', codes=2)
+        self.assertLess(np.mean(np.abs(cooked[rows, columns].astype(float) - expected[rows, columns])), 1)
+        self.browser.open(self.url)
+
+    def test_worst_places_lie_where_the_bake_has_them(self):
+        places = self.browser.evaluate('[...document.querySelectorAll("#worst button")].map((button) => [button.title, button.textContent])')
+        checked = 0
+        for i, (title, text) in enumerate(places):
+            if 'on the surface' not in text:
+                continue
+            self.browser.click(f'#worst li:nth-child({i + 1}) button')
+            found = self.browser.evaluate("""(() => {
+                const { state, view } = lightcook.page, [index, u, v] = state.picked, map = view.maps[index], [x, y] = view.bakeUvAt(map, [u, v]);
+                return [x * map.bake.width - 0.5, y * map.bake.height - 0.5];
+            })()""")
+            texel = [float(part) for part in re.findall(r'[-0-9.]+', title)]
+            self.assertLess(np.max(np.abs(np.array(found) - texel)), 1, title)
+            checked += 1
+        self.assertEqual(checked, 4, 'diffuse and specular of two maps')
 
 
 class Candidates(SceneSuite):

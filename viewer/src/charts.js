@@ -90,6 +90,8 @@ export function findCharts(meshes, width, height) {
 /**
  * @typedef {object} Found
  * @property {import("three").Mesh} mesh
+ * @property {[number, number]} uv in the light map
+ * @property {[number, number]} bakeUv in its bake
  * @property {Vector3} position in world space
  * @property {Vector3} normal unit, in world space
  * @property {number} chart
@@ -103,8 +105,14 @@ export function surfaceAt(mesh, corner, weight) {
     position.addScaledVector(part.fromBufferAttribute(geometry.getAttribute("position"), vertex), weight[k]);
     normal.addScaledVector(part.fromBufferAttribute(geometry.getAttribute("normal"), vertex), weight[k]);
   });
+  const uvOf = (/** @type {string} */ name) => {
+    const uv = geometry.getAttribute(name), sum = (/** @type {number} */ k) => corner.reduce((all, vertex, i) => all + weight[i] * uv.getComponent(vertex, k), 0);
+    return /** @type {[number, number]} */ ([sum(0), sum(1)]);
+  };
   return {
     mesh,
+    uv: uvOf("uv1"),
+    bakeUv: uvOf("bakeUv"),
     position: position.applyMatrix4(mesh.matrixWorld),
     normal: normal.transformDirection(mesh.matrixWorld),
     chart: geometry.getAttribute("chartId").getX(corner[0]),
@@ -114,12 +122,13 @@ export function surfaceAt(mesh, corner, weight) {
 
 /**
  * Returns the surface at, or nearest in the light map to, a place.
- * @param {import("three").Mesh[]} meshes @param {number} u @param {number} v @returns {Found | null} null without triangles
+ * @param {import("three").Mesh[]} meshes @param {number} u @param {number} v @param {string} [uvs] attribute that the place is of
+ * @returns {Found | null} null without triangles
  */
-export function findSurface(meshes, u, v) {
+export function findSurface(meshes, u, v, uvs = "uv1") {
   let best = null, least = Infinity;
   for (const mesh of meshes) {
-    const uv = mesh.geometry.getAttribute("uv1"), index = /** @type {BufferAttribute} */ (mesh.geometry.index);
+    const uv = mesh.geometry.getAttribute(uvs), index = /** @type {BufferAttribute} */ (mesh.geometry.index);
     for (let i = 0; i + 2 < index.count; i += 3) {
       const corner = [index.getX(i), index.getX(i + 1), index.getX(i + 2)];
       const [ax, bx, cx] = corner.map((k) => uv.getX(k) - u), [ay, by, cy] = corner.map((k) => uv.getY(k) - v);

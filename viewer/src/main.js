@@ -412,16 +412,17 @@ class Page {
       const { data } = view.maps[place.map];
       const stage = { total: "on the surface", "texel centres": "at a texel" }[place.stage] ?? place.stage;
       const where = `${view.maps.length > 1 ? `${data.name}: ` : ""}${place.what}, ${stage}`;
-      return make("li", {}, make("button", { onclick: () => this.flyToTexel(place.map, place.texel), title: `Texel ${place.texel.map((x) => x.toFixed(1)).join(", ")}` },
+      return make("li", {}, make("button", { onclick: () => this.flyToPlace(place), title: `Texel ${place.texel.map((x) => x.toFixed(1)).join(", ")}` },
         make("b", {}, place.visible.toFixed(1)), make("span", {}, where), make("span", { class: "soft" }, place.texel.map((x) => x.toFixed(0)).join(", "))));
     });
     return make("section", { class: "card" }, make("h2", {}, "Worst places"), make("ul", { class: "places", id: "worst" }, ...items),
       make("p", { class: "note" }, "Visible error (Delta E ITP; 1 is just noticeable), light, texel."));
   }
-  /** @param {number} map @param {[number, number]} texel integers are centres */
-  flyToTexel(map, texel) {
-    const { asset } = /** @type {View} */ (this.view).maps[map];
-    this.flyTo(map, (texel[0] + 0.5) / asset.width, (texel[1] + 0.5) / asset.height);
+  /** Flies to a worst place. Those of stage "total" are texels of the bake, others of the light map. @param {{ map: number, stage: string, texel: [number, number] }} place integers are centres */
+  flyToPlace({ map, stage, texel: [x, y] }) {
+    const view = /** @type {View} */ (this.view), shown = view.maps[map], { width, height } = shown.asset;
+    const uv = stage === "total" && shown.bake !== shown.asset ? view.surfaceOfBake(shown, [x, y])?.uv : [(x + 0.5) / width, (y + 0.5) / height];
+    if (uv) this.flyTo(map, uv[0], uv[1]);
   }
   /** @param {number} map @param {number} u @param {number} v */
   flyTo(map, u, v) {
@@ -471,7 +472,7 @@ class Page {
     view.apply(this.state, this.blinked);
     const eye = /** @type {Camera} */ (this.camera).view.position.clone().sub(found.position).normalize();
     const none = [0, 0, 0];
-    const [values] = view.values(map, [{ uv: [u, v], cluster: found.cluster, normal: map.hasMesh ? found.normal.toArray() : none, view: map.hasMesh ? eye.toArray() : none }]);
+    const [values] = view.values(map, [{ uv: [u, v], bakeUv: view.bakeUvAt(map, [u, v]), cluster: found.cluster, normal: map.hasMesh ? found.normal.toArray() : none, view: map.hasMesh ? eye.toArray() : none }]);
     const rows = [["Light map", `${data.name}, ${asset.layout}`], ["Texel", `${(u * asset.width - 0.5).toFixed(2)}, ${(v * asset.height - 0.5).toFixed(2)}`]];
     if (map.decode.needsCluster) rows.push(["Cluster", String(found.cluster)]);
     if (map.hasMesh && asset.bits_per_texel) {
@@ -605,9 +606,11 @@ class Page {
     if (!map) throw new Error(`no light map "${name}"`);
     view.apply(this.state, this.blinked);
     const { width, height } = map.asset;
-    return view.values(map, places.map(([x, y], i) => ({
-      uv: [(x + 0.5) / width, (y + 0.5) / height], cluster: view.clusterOf(map, Math.floor(x + 0.5), Math.floor(y + 0.5)), normal: normals[i], view: views[i],
-    })));
+    return view.values(map, places.map(([x, y], i) => {
+      /** @type {[number, number]} */
+      const uv = [(x + 0.5) / width, (y + 0.5) / height];
+      return { uv, bakeUv: view.bakeUvAt(map, uv), cluster: view.clusterOf(map, Math.floor(x + 0.5), Math.floor(y + 0.5)), normal: normals[i], view: views[i] };
+    }));
   }
 
   /** Surfaces at pixels of the canvas: light map, uv, normal and direction to the viewer; null beside the scene.

@@ -149,6 +149,7 @@ vec3 colourOf(float id) {
 
 export const FRAGMENT_MAIN = `
 in vec2 lightMapUv;
+in vec2 placeOfBake;
 in vec3 worldNormal;
 in vec3 worldPosition;
 flat in float cluster;
@@ -168,7 +169,7 @@ void main() {
   vec3 colour;
   float coverage = 1.0;
   vec3 reference = vec3(0.0), cooked = vec3(0.0);
-  if (side != 2) reference = shade(referenceSh(lightMapUv, coverage), tilted, v, lightMapUv);
+  if (side != 2) reference = shade(referenceSh(placeOfBake, coverage), tilted, v, lightMapUv);
   if (side != 1) cooked = shade(lightMapSh(lightMapUv, cluster), tilted, v, lightMapUv);
   if (side == 3) colour = heat(visibleError(reference, cooked) / errorEnd);
   else colour = shown(side == 1 ? reference : cooked);
@@ -190,14 +191,14 @@ void main() {
 export const ROWS = { reference: 0, cooked: 9, referenceLight: 18, cookedLight: 19, error: 20, referenceShown: 21, cookedShown: 22, count: 23 };
 
 export const POINTS_MAIN = `
-uniform highp sampler2D points;  // row 0: uv and cluster; 1: normal, as shaded, or 0: that of brightestNormal; 2: direction to the viewer
+uniform highp sampler2D points;  // row 0: uv and cluster; 1: normal, as shaded, or 0: that of brightestNormal; 2: direction to the viewer; 3: uv of the bake
 out vec4 fragment;
 void main() {
   int column = int(gl_FragCoord.x), row = int(gl_FragCoord.y);
   vec4 place = texelFetch(points, ivec2(column, 0), 0);
   vec3 n = texelFetch(points, ivec2(column, 1), 0).xyz, v = texelFetch(points, ivec2(column, 2), 0).xyz;
   float coverage;
-  LcSh reference = referenceSh(place.xy, coverage), cooked = lightMapSh(place.xy, place.z);
+  LcSh reference = referenceSh(texelFetch(points, ivec2(column, 3), 0).xy, coverage), cooked = lightMapSh(place.xy, place.z);
   if (dot(n, n) < 0.5) v = n = brightestNormal(cooked);
   if (row < 9) fragment = vec4(reference.c[row], coverage);
   else if (row < 18) fragment = vec4(cooked.c[row - 9], 1.0);
@@ -210,7 +211,7 @@ void main() {
   }
 }`;
 
-export const VERTEX = lightMapVertex("in float chartId;\nflat out float chart;", "chart = chartId;");
+export const VERTEX = lightMapVertex("in float chartId;\nin vec2 bakeUv;\nflat out float chart;\nout vec2 placeOfBake;", "chart = chartId;\nplaceOfBake = bakeUv;");
 
 export const POINTS_VERTEX = `
 void main() {

@@ -28,7 +28,8 @@ import { findCharts, findSurface, surfaceAt } from "./charts.js";
  * @property {import("../loaders/core/light_map.js").LightMapDecode} decode
  * @property {boolean} hasReference
  * @property {boolean} hasMesh
- * @property {Mesh[]} meshes
+ * @property {Mesh[]} meshes with the attributes uv1, of the light map, and bakeUv, of its bake
+ * @property {{ width: number, height: number }} bake size [texels]
  * @property {import("./charts.js").Charts} charts
  * @property {ShaderMaterial} points
  * @property {Uint8Array | null} clusters of blocks of 4 x 4 texels
@@ -47,7 +48,7 @@ import { findCharts, findSurface, surfaceAt } from "./charts.js";
  * @property {Scene} lines borders of charts
  * @property {ShownMap[]} maps in the order of viewer/scene.json
  */
-/** @typedef {{ uv: [number, number], cluster: number, normal: number[], view: number[] }} Point */
+/** @typedef {{ uv: [number, number], bakeUv: [number, number], cluster: number, normal: number[], view: number[] }} Point */
 /**
  * @typedef {object} Values
  * @property {number[][]} reference nine coefficients, RGB
@@ -192,7 +193,8 @@ export class View {
       own.referenceUnit = { value: 1 / data.reference_scale };
     }
     const meshAsset = data.mesh ? assets.find(({ name, kind }) => name === data.mesh && kind === "mesh") : undefined;
-    const meshes = meshAsset ? await this.meshesOf(cooked, meshAsset) : [];
+    const packing = asset.verify?.unpacked?.packing, bake = packing ? { width: packing.width_before, height: packing.height_before } : asset;
+    const meshes = meshAsset ? await this.meshesOf(cooked, meshAsset, packing ? packing.uv_before : "TEXCOORD_1") : [];
     const hasMesh = meshes.length > 0;
     if (!hasMesh) meshes.push(this.sheet(asset, left));
     const shading = shadingGlsl(cooked.shader, decode, { tables: this.tables ?? null, dominant, environment: this.environment ?? null, hasReference });
@@ -229,7 +231,7 @@ export class View {
       depthTest: false,
       depthWrite: false,
     });
-    set.maps.push({ data, asset, decode, hasReference, hasMesh, meshes, charts, points, clusters: clustersOfBlocks(asset) });
+    set.maps.push({ data, asset, decode, hasReference, hasMesh, meshes, bake, charts, points, clusters: clustersOfBlocks(asset) });
     this.has.reference ||= hasReference;
     this.has.directions ||= decode.hasDirections;
     this.has.dominant ||= dominant !== null && decode.hasDirections && this.tables !== null;
@@ -237,8 +239,8 @@ export class View {
     this.has.mesh ||= hasMesh;
   }
 
-  /** Meshes with light-map UVs, in world space. @param {CookedScene} cooked @param {import("../loaders/core/cooked.js").CookedAsset} asset */
-  async meshesOf(cooked, asset) {
+  /** Meshes with light-map UVs, in world space. @param {CookedScene} cooked @param {import("../loaders/core/cooked.js").CookedAsset} asset @param {string} bakeUvs vertex attribute with the UVs of the bake */
+  async meshesOf(cooked, asset, bakeUvs) {
     const group = await cooked.mesh(asset);
     group.updateMatrixWorld(true);
     /** @type {Mesh[]} */
@@ -249,6 +251,11 @@ export class View {
       const geometry = object.geometry;
       if (!geometry.index) geometry.setIndex([...Array(geometry.getAttribute("position").count).keys()]);
       if (!geometry.getAttribute("normal")) geometry.computeVertexNormals();
+      // three.js names the first four sets of UVs so, and others as the file does in lower case.
+      const name = { TEXCOORD_0: "uv", TEXCOORD_1: "uv1", TEXCOORD_2: "uv2", TEXCOORD_3: "uv3" }[bakeUvs] ?? bakeUvs.toLowerCase();
+      const bakeUv = geometry.getAttribute(name);
+      if (!bakeUv) throw new Error(`found no ${bakeUvs} in the mesh "${asset.name}", which has the UVs of its bake: cook the scene again`);
+      geometry.setAttribute("bakeUv", bakeUv);
       const mesh = new Mesh(geometry, object.material);
       mesh.applyMatrix4(object.matrixWorld);
       mesh.updateMatrixWorld(true);
@@ -263,6 +270,7 @@ export class View {
   sheet(asset, left) {
     const geometry = new PlaneGeometry(asset.width / asset.height, 1), uv = geometry.getAttribute("uv");
     geometry.setAttribute("uv1", new BufferAttribute(Float32Array.from({ length: 2 * uv.count }, (_, i) => (i % 2 ? 1 - uv.getY(i >> 1) : uv.getX(i >> 1))), 2));
+    geometry.setAttribute("bakeUv", geometry.getAttribute("uv1"));
     const mesh = new Mesh(geometry);
     mesh.material = /** @type {any} */ ({ side: DoubleSide });
     mesh.position.x = left === null ? 0 : left + asset.width / asset.height;
@@ -331,16 +339,25 @@ export class View {
     const [hit] = raycaster.intersectObjects(this.shown.scene.children, false);
     if (!hit || !hit.face) return null;
     const mesh = /** @type {Mesh} */ (hit.object), { a, b, c } = hit.face, corner = [a, b, c];
-    const map = this.maps.findIndex(({ meshes }) => meshes.includes(mesh)), uv = mesh.geometry.getAttribute("uv1");
+    const map = this.maps.findIndex(({ meshes }) => meshes.includes(mesh));
     const local = mesh.worldToLocal(hit.point.clone()), position = mesh.geometry.getAttribute("position");
     const weight = barycentric(local, corner.map((k) => new Vector3().fromBufferAttribute(position, k)));
-    const at = [0, 1].map((k) => corner.reduce((sum, vertex, i) => sum + weight[i] * uv.getComponent(vertex, k), 0));
-    return { map, uv: /** @type {[number, number]} */ (at), surface: surfaceAt(mesh, corner, weight) };
+    const surface = surfaceAt(mesh, corner, weight);
+    return { map, uv: surface.uv, surface };
   }
 
   /** Returns the surface at a place of a light map. @param {ShownMap} map @param {number} u @param {number} v */
   surface(map, u, v) {
     return findSurface(map.meshes, u, v);
+  }
+  /** Returns the surface at a texel of the bake. @param {ShownMap} map @param {[number, number]} texel integers are centres */
+  surfaceOfBake(map, [x, y]) {
+    return findSurface(map.meshes, (x + 0.5) / map.bake.width, (y + 0.5) / map.bake.height, "bakeUv");
+  }
+
+  /** Returns the UV of the bake at a place of a light map. @param {ShownMap} map @param {[number, number]} uv @returns {[number, number]} */
+  bakeUvAt(map, uv) {
+    return map.bake === map.asset ? uv : this.surface(map, ...uv)?.bakeUv ?? uv;
   }
 
   /** Cluster of a texel, where the manifest names those of the mesh. @param {ShownMap} map @param {number} x @param {number} y */
@@ -353,13 +370,14 @@ export class View {
     if (!this.gl().getExtension("EXT_color_buffer_float")) return [];
     const most = 2048;
     if (points.length > most) return [...this.values(map, points.slice(0, most)), ...this.values(map, points.slice(most))];
-    const count = points.length, inputs = new Float32Array(12 * count);
-    points.forEach(({ uv, cluster, normal, view }, i) => {
+    const count = points.length, inputs = new Float32Array(16 * count);
+    points.forEach(({ uv, bakeUv, cluster, normal, view }, i) => {
       inputs.set([...uv, cluster, 0], 4 * i);
       inputs.set(normal, 4 * (count + i));
       inputs.set(view, 4 * (2 * count + i));
+      inputs.set(bakeUv, 4 * (3 * count + i));
     });
-    const texture = new DataTexture(inputs, count, 3, RGBAFormat, FloatType);
+    const texture = new DataTexture(inputs, count, 4, RGBAFormat, FloatType);
     texture.minFilter = texture.magFilter = NearestFilter;
     texture.needsUpdate = true;
     const target = new WebGLRenderTarget(count, ROWS.count, { type: FloatType, depthBuffer: false });
