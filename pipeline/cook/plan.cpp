@@ -325,9 +325,10 @@ private:
         const Inputs inputs = meshInputs(kMeshRole, *entry.mesh);
         Inputs verifyInputs = bakeInputs(entry.file, entry.description);
         verifyInputs.insert(inputs.begin(), inputs.end());
-        add(asset, AssetKind::Mesh, MeshParameters{description, scene_.output.draco, scene_.output.maxError, entry.name},
-            scene_.output.draco ? verifyInputs : inputs,
-            VisibleParameters{displayOf(scene_, entry), visibleLimit(scene_.output, entry.maxVisible)}, verifyInputs);
+        const VisibleParameters visible{displayOf(scene_, entry), visibleLimit(scene_.output, entry.maxVisible)};
+        MeshParameters parameters{description, scene_.output.draco, scene_.output.maxError, entry.name};
+        if (visible.maxVisible) parameters.visible = visible;
+        add(asset, AssetKind::Mesh, parameters, scene_.output.draco ? verifyInputs : inputs, visible, verifyInputs);
         plan_.meshes[asset] = entry.name;
         if (const PackedLightMap* packed = packedOf(entry)) {
             plan_.actions.back().parameters[kUnpackedKey] = toJson(withoutPlaces(packed->bake));

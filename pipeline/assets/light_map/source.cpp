@@ -206,6 +206,14 @@ Result<std::vector<BakedTexel>> coveredOfBlock(LightMapSource& bake, int x, int 
     return texels;
 }
 
+std::vector<int> spreadStrips(const LightMapSource& source, std::int64_t most) {
+    const std::int64_t texels = static_cast<std::int64_t>(source.width()) * source.height();
+    const int step = static_cast<int>(std::max<std::int64_t>(1, texels / most + (texels % most != 0 ? 1 : 0)));
+    std::vector<int> strips;
+    for (int strip = (step - 1) / 2; strip < source.stripCount(); strip += step) strips.push_back(strip);
+    return strips;
+}
+
 Result<formats::LightMapDescription> descriptionOf(const CookedAsset& asset) {
     return fromJson<formats::LightMapDescription>(asset.source.description.value_or(Json()), asset.name + ", source/description");
 }

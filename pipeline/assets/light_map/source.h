@@ -137,6 +137,9 @@ private:
     std::size_t keptBytes_ = 0;
 };
 
+/// Returns every n-th strip, from the middle of the first n on, so that they have about `most` texels.
+std::vector<int> spreadStrips(const LightMapSource& source, std::int64_t most);
+
 /// A texel of the bake.
 struct BakedTexel {
     int x = 0, y = 0;

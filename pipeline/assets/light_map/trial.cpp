@@ -59,15 +59,6 @@ std::vector<Trial> trialsOf(const TrialParameters& parameters, const std::option
     return trials;
 }
 
-/// Returns every n-th strip, from the middle of the first n on, so that they have about `most` texels.
-std::vector<int> trialStrips(const LightMapSource& source, std::int64_t most) {
-    const std::int64_t texels = static_cast<std::int64_t>(source.width()) * source.height();
-    const int step = static_cast<int>(std::max<std::int64_t>(1, texels / most + (texels % most != 0 ? 1 : 0)));
-    std::vector<int> strips;
-    for (int strip = (step - 1) / 2; strip < source.stripCount(); strip += step) strips.push_back(strip);
-    return strips;
-}
-
 /// Decodes an encoded strip with the verifier's own decoders.
 verify::DecodedLightMapRows decodedRows(const compress::LightMapPlan& plan, const compress::EncodedLightMapRows& rows, int firstRow,
                                         int rowCount) {
@@ -277,7 +268,7 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
     const auto mipCount = mipCountOf(**source, parameters.mips, context);
     if (!mipCount) return tl::make_unexpected(mipCount.error());
     LightMapPlanner planner(**source, parameters.target, parameters.textures, measured->measure, objective, *mipCount, context);
-    const std::vector<int> strips = trialStrips(**source, charts != nullptr ? std::numeric_limits<std::int64_t>::max() : kTrialTexels);
+    const std::vector<int> strips = spreadStrips(**source, charts != nullptr ? std::numeric_limits<std::int64_t>::max() : kTrialTexels);
     auto whole = startJointTrial(**source, strips, parameters, joint, viewing, context);
     if (!whole) return tl::make_unexpected(whole.error());
     JointTrialResult result;

@@ -1,12 +1,8 @@
-#include <algorithm>
-#include <cmath>
 #include <optional>
 
+#include "pipeline/assets/mesh/bit_choice.h"
 #include "pipeline/assets/mesh/mesh.h"
-#include "pipeline/assets/mesh/quantization.h"
 #include "pipeline/assets/results.h"
-#include "pipeline/graph/parallel_for.h"
-#include "verify/mesh.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -15,62 +11,6 @@ using formats::Result;
 
 /// GPU memory of a vertex for its light-map UV [bytes]: two 16-bit numbers, or two floats.
 constexpr std::uint64_t kLightMapUvBytes = 4, kFloatUvBytes = 8;
-
-/// Part of the scene's limit that a mesh may use: its error adds to that of the light map.
-constexpr double kShareOfLimit = 0.1;
-/// Largest distance of a light-map UV, well inside its texel.
-constexpr double kMostTexels = 0.25;
-
-struct ChosenBits {
-    formats::DracoOptions options;
-    double bound = 0;  ///< of rel_rms
-};
-
-/// Returns the fewest bits of UVs and normals together whose bound keeps the limit; the finest lattice if none does.
-ChosenBits chooseBits(const verify::MeshShiftBound& bound, double uvExtent, double texels, double limit) {
-    constexpr int kFewestUv = 8, kMostUv = 16, kFewestNormal = 6, kMostNormal = 14;
-    const auto shiftOf = [&](int uvBits, int normalBits) {
-        const double uv = uvExtent * texels * kUvSteps / latticeSteps(uvBits);
-        return verify::MeshShift{uv, uv, kNormalSteps / latticeSteps(normalBits)};
-    };
-    ChosenBits chosen;
-    chosen.options.lightMapUvBits = kMostUv;
-    chosen.options.normalBits = kMostNormal;
-    chosen.bound = bound.relRms(shiftOf(kMostUv, kMostNormal));
-    for (int uv = kFewestUv; uv <= kMostUv; ++uv)
-        for (int normal = kFewestNormal; normal <= kMostNormal; ++normal) {
-            const verify::MeshShift shift = shiftOf(uv, normal);
-            const double found = bound.relRms(shift);
-            if (found > limit || shift.uTexels > kMostTexels) continue;
-            const int bits = uv + normal, fewest = chosen.options.lightMapUvBits + chosen.options.normalBits;
-            if (bits > fewest || (bits == fewest && found >= chosen.bound)) continue;
-            chosen.options.lightMapUvBits = uv;
-            chosen.options.normalBits = normal;
-            chosen.bound = found;
-        }
-    return chosen;
-}
-
-/// Chooses the bits for a mesh from the gradients of its light map.
-Result<ChosenBits> bitsFor(const formats::GltfScene& scene, const MeshParameters& parameters, const ActionContext& context) {
-    const auto opened = openLightMap(context, parameters.description);
-    if (!opened) return tl::make_unexpected(opened.error());
-    LightMapSource& bake = **opened;
-    const auto extent = scene.errorOf(scene);
-    if (!extent) return tl::make_unexpected(extent.error());
-    const auto boundStrip = [&](int index) -> Result<verify::MeshShiftBound> {
-        const auto strip = bake.stripWithMargin(index, 0, 1);
-        if (!strip) return tl::make_unexpected(strip.error());
-        verify::MeshShiftBound part;
-        part.add(*strip, bake.stripFirstRow(index), bake.stripRows(index));
-        return part;
-    };
-    verify::MeshShiftBound bound;
-    const auto surveyed = foldInOrder<verify::MeshShiftBound>(bake.stripCount(), context, "survey " + context.action.asset, boundStrip,
-                                                              [&](const verify::MeshShiftBound& part) { bound.merge(part); });
-    if (!surveyed) return tl::make_unexpected(surveyed.error());
-    return chooseBits(bound, extent->lightMapUvExtent, std::max(bake.width(), bake.height()), kShareOfLimit * parameters.maxError);
-}
 
 /// Returns the clusters of the light map that the mesh depends on, or nothing without learned bases.
 Result<std::optional<formats::ClusterMap>> upstreamClusters(const ActionContext& context) {
@@ -142,9 +82,9 @@ Result<ActionOutcome> cookMesh(const ActionContext& context) {
                                 "found a primitive without TEXCOORD_1, expected light-map UVs on every primitive");
     const auto clusters = upstreamClusters(context);
     if (!clusters) return tl::make_unexpected(clusters.error());
-    ChosenBits bits;
+    MeshBits bits;
     if (parameters->draco) {
-        const auto chosen = bitsFor(*scene, *parameters, context);
+        const auto chosen = chooseMeshBits(*scene, *parameters, context);
         if (!chosen) return tl::make_unexpected(chosen.error());
         bits = *chosen;
     }

@@ -6,6 +6,7 @@
 
 #include "formats/gltf_scene.h"
 #include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/verification.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/json/json_fields.h"
 #include "pipeline/manifest/cooked_asset.h"
@@ -26,6 +27,7 @@ struct MeshParameters {
     bool draco = true;
     double maxError = 0;  ///< of the light map: a mesh may use a part of it
     std::optional<std::string> lightMap = {};
+    std::optional<VisibleParameters> visible = {};  ///< absent: visible errors have no limit
 };
 template <class Fields, Is<MeshParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -33,6 +35,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("draco", parameters.draco, "true for Draco compression");
     fields.required("max_error", parameters.maxError, "limit of the light map");
     fields.optional("light_map", parameters.lightMap, "name of the light map");
+    fields.optional("visible", parameters.visible, "limit on visible errors");
 }
 
 /// Needs of one material of a mesh.

@@ -13,6 +13,7 @@ inline double latticeSteps(int bits) {
 
 // Largest distances that quantization moves a vertex, in steps of the lattice: half a step of each component, and rounding.
 inline constexpr double kRoundingSlack = 1.01;
+inline constexpr double kPositionSteps = kRoundingSlack * 0.5 * std::numbers::sqrt3;
 inline constexpr double kUvSteps = kRoundingSlack * 0.5 * std::numbers::sqrt2;
 /// The octahedral map stretches the steps of its square unevenly: normals of the public scenes stay under 4.2 of them [radians].
 inline constexpr double kNormalSteps = kRoundingSlack * 6;

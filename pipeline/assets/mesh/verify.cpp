@@ -69,8 +69,7 @@ std::vector<verify::Violation> violationsOf(const formats::MeshError& moved, con
         const double share = count > 0 ? stepsAllowed / latticeSteps(count) : 0;
         expect(place, unit, found, extent * (share + kFloats), count > 0 ? fmt::format(" with {} bits", count) : ": not quantized");
     };
-    expectWithinBits("positions", "scene units", moved.position, moved.positionExtent, quantization.positionBits,
-                     kRoundingSlack * 0.5 * std::sqrt(3.0));
+    expectWithinBits("positions", "scene units", moved.position, moved.positionExtent, quantization.positionBits, kPositionSteps);
     expectWithinBits("light-map UVs", "of their range", moved.lightMapUv, moved.lightMapUvExtent, quantization.lightMapUvBits, kUvSteps);
     expectWithinBits("normals", "radians", moved.normalRadians, 1, quantization.normalBits, kNormalSteps);
     expect("light-map UVs", "texels", std::max(shift.uTexels, shift.vTexels), 0.5, " texels");

@@ -6,9 +6,11 @@
 
 #include "formats/gltf_scene.h"
 #include "formats/image/exr_file.h"
+#include "pipeline/cook/cook.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/json/json.h"
 #include "pipeline/manifest/manifest.h"
+#include "tests/pipeline/example_folder.h"
 #include "tests/pipeline/rewritten_manifest.h"
 #include "tests/pipeline/small_scene.h"
 
@@ -433,6 +435,38 @@ TEST_F(TwoSquares, AMeshThatCannotBeReadDoesNotStopALearnedLightMap) {
     keepGoing();  // there is none
     formats::writeContent(folder_ / "room.gltf", "no glTF");
     keepGoing();
+}
+
+/// A limit on visible errors alone: bits that rel_rms would allow are too few for it.
+TEST(MeshBits, KeepALimitOnVisibleErrors) {
+    const formats::TemporaryFolder folder;
+    for (const char* file : {"cornell_lightmap.exr", "cornell.glb"}) std::filesystem::copy_file(exampleFolder() / file, folder / file);
+    const auto cooked = [&](const std::string& limit) {
+        formats::writeContent(folder / "scene.toml", "schema = 1\nname = \"box\"\n[output]\nlight_map_layout = \"raw\"\nmax_error = 0.1\n" +
+                                                         limit +
+                                                         "\n[[light_map]]\nname = \"map\"\nfile = \"cornell_lightmap.exr\"\nmesh = "
+                                                         "\"cornell.glb\"\n[[material]]\nname = \"*\"\nspecular = false\n");
+        CookOptions options;
+        options.scene = folder / "scene.toml";
+        options.output = folder / "out";
+        options.cache = LIGHTCOOK_TEST_CACHE;
+        options.only = "cornell_mesh";
+        const RunState state;
+        const Outcome outcome = cookScene(options, state);
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        return outcome.report.at("assets").at(0);
+    };
+    const auto visibleOf = [](const Json& mesh) {
+        return mesh.at("stages").back().at("error").at("diffuse").at("visible").at("p99").get<double>();
+    };
+    const Json free = cooked(""), limited = cooked("max_visible = 0.4");
+    EXPECT_GT(visibleOf(free), 0.4);
+    EXPECT_LT(visibleOf(limited), 0.3) << "half of the limit, by an estimate of the largest shift";
+    EXPECT_GT(visibleOf(limited), 0.1) << "no more bits than that takes";
+    const auto bitsOf = [](const Json& mesh) {
+        return mesh.at("notes").at("light_map_uv_bits").get<int>() + mesh.at("notes").at("normal_bits").get<int>();
+    };
+    EXPECT_GT(bitsOf(limited), bitsOf(free));
 }
 
 }  // namespace

@@ -1,0 +1,163 @@
+#include "pipeline/assets/mesh/bit_choice.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/light_map/survey.h"
+#include "pipeline/assets/mesh/quantization.h"
+#include "pipeline/graph/parallel_for.h"
+#include "verify/mesh.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+using formats::DracoOptions;
+using formats::Result;
+
+/// Part of the limit on rel_rms that a mesh may use: its error adds to that of the light map.
+constexpr double kShareOfLimit = 0.1;
+/// Part of the limit on visible errors. A mesh is held to the whole of it.
+constexpr double kShareOfVisible = 0.5;
+/// Largest distance of a light-map UV, well inside its texel.
+constexpr double kMostTexels = 0.25;
+/// Visible errors are measured on evenly spread strips of larger maps.
+constexpr std::int64_t kMeasuredTexels = std::int64_t{1} << 18;
+
+/// Bits that the choice may take.
+struct BitRange {
+    int DracoOptions::*bits;
+    int fewest, most;
+};
+constexpr BitRange kUvRange{&DracoOptions::lightMapUvBits, 8, 16};
+constexpr BitRange kNormalRange{&DracoOptions::normalBits, 6, 14};
+constexpr BitRange kPositionRange{&DracoOptions::positionBits, DracoOptions().positionBits, 20};
+
+/// Returns the bound of rel_rms for any bits.
+Result<verify::MeshShiftBound> surveyShifts(LightMapSource& bake, const ActionContext& context) {
+    const auto boundStrip = [&](int index) -> Result<verify::MeshShiftBound> {
+        const auto strip = bake.stripWithMargin(index, 0, 1);
+        if (!strip) return tl::make_unexpected(strip.error());
+        verify::MeshShiftBound part;
+        part.add(*strip, bake.stripFirstRow(index), bake.stripRows(index));
+        return part;
+    };
+    verify::MeshShiftBound bound;
+    const auto surveyed = foldInOrder<verify::MeshShiftBound>(bake.stripCount(), context, "survey " + context.action.asset, boundStrip,
+                                                              [&](const verify::MeshShiftBound& part) { bound.merge(part); });
+    if (!surveyed) return tl::make_unexpected(surveyed.error());
+    return bound;
+}
+
+/// Chooses the bits of one mesh.
+class BitChoice {
+public:
+    /// extent  of the scene, as GltfScene::errorOf() has it
+    BitChoice(const formats::GltfScene& scene, const formats::MeshError& extent, LightMapSource& bake, const verify::MeshShiftBound& bound,
+              const ActionContext& context)
+        : extent_(extent),
+          bake_(bake),
+          bound_(bound),
+          context_(context),
+          texels_(std::max(bake.width(), bake.height())),
+          texelsPerUnit_(verify::texelsPerUnit(scene.triangleMeshes(), bake.width(), bake.height())) {}
+
+    /// Returns the fewest bits of UVs and normals together whose bound keeps the limit; the finest lattice if none does.
+    MeshBits within(double maxRelRms) const {
+        MeshBits chosen;
+        chosen.options.lightMapUvBits = kUvRange.most;
+        chosen.options.normalBits = kNormalRange.most;
+        chosen.bound = bound_.relRms(shiftOf(chosen.options));
+        DracoOptions each;
+        for (each.lightMapUvBits = kUvRange.fewest; each.lightMapUvBits <= kUvRange.most; ++each.lightMapUvBits)
+            for (each.normalBits = kNormalRange.fewest; each.normalBits <= kNormalRange.most; ++each.normalBits) {
+                const verify::MeshShift shift = shiftOf(each);
+                const double found = bound_.relRms(shift);
+                if (found > maxRelRms || shift.uTexels > kMostTexels) continue;
+                const int bits = each.lightMapUvBits + each.normalBits, fewest = chosen.options.lightMapUvBits + chosen.options.normalBits;
+                if (bits < fewest || (bits == fewest && found < chosen.bound)) chosen = {each, found};
+            }
+        return chosen;
+    }
+
+    /// Adds bits, each where it helps most, until the visible error is within a limit, or there are no more.
+    Result<void> refine(MeshBits& chosen, double maxVisible, const VisibleParameters& visible) const {
+        const auto key = surveyKey(bake_, context_);
+        if (!key) return tl::make_unexpected(key.error());
+        const verify::Viewing viewing = visible.viewing(key->displayKey(), bake_.bt2020FromWorking());
+        auto found = visibleOf(chosen.options, viewing);
+        if (!found) return tl::make_unexpected(found.error());
+        while (*found > maxVisible) {
+            std::optional<DracoOptions> best;
+            for (const BitRange& range : {kUvRange, kNormalRange, kPositionRange}) {
+                DracoOptions finer = chosen.options;
+                if (++(finer.*range.bits) > range.most) continue;
+                const auto error = visibleOf(finer, viewing);
+                if (!error) return tl::make_unexpected(error.error());
+                if (best && *error >= *found) continue;
+                best = finer;
+                found = error;
+            }
+            if (!best) break;
+            chosen.options = *best;
+        }
+        chosen.bound = bound_.relRms(shiftOf(chosen.options));
+        return {};
+    }
+
+private:
+    verify::MeshShift shiftOf(const DracoOptions& options) const {
+        const double uv = extent_.lightMapUvExtent * texels_ * kUvSteps / latticeSteps(options.lightMapUvBits);
+        return {uv, uv, kNormalSteps / latticeSteps(options.normalBits)};
+    }
+
+    /// Returns the 99th percentile of the visible errors of some bits.
+    Result<double> visibleOf(const DracoOptions& options, const verify::Viewing& viewing) const {
+        const std::vector<int> strips = spreadStrips(bake_, kMeasuredTexels);
+        const double position = extent_.positionExtent * kPositionSteps / latticeSteps(options.positionBits);
+        const auto measure = [&](int i) -> Result<verify::VisiblePairs> {
+            const int index = strips[static_cast<std::size_t>(i)];
+            const auto strip = bake_.stripWithMargin(index, 0, 1);
+            if (!strip) return tl::make_unexpected(strip.error());
+            verify::VisiblePairs part(viewing);
+            verify::addMeshShiftVisible(*strip, bake_.stripFirstRow(index), bake_.stripRows(index), shiftOf(options),
+                                        position * texelsPerUnit_, part);
+            return part;
+        };
+        verify::VisiblePairs errors(viewing);
+        const auto done =
+            foldInOrder<verify::VisiblePairs>(static_cast<int>(strips.size()), context_, "fit bits of " + context_.action.asset, measure,
+                                              [&](const verify::VisiblePairs& part) { errors.merge(part); });
+        if (!done) return tl::make_unexpected(done.error());
+        const auto figures = errors.figures();
+        return figures ? figures->p99 : 0;
+    }
+
+    formats::MeshError extent_;
+    LightMapSource& bake_;
+    verify::MeshShiftBound bound_;
+    const ActionContext& context_;
+    double texels_, texelsPerUnit_;
+};
+
+}  // namespace
+
+Result<MeshBits> chooseMeshBits(const formats::GltfScene& scene, const MeshParameters& parameters, const ActionContext& context) {
+    const auto opened = openLightMap(context, parameters.description);
+    if (!opened) return tl::make_unexpected(opened.error());
+    const auto extent = scene.errorOf(scene);
+    if (!extent) return tl::make_unexpected(extent.error());
+    const auto bound = surveyShifts(**opened, context);
+    if (!bound) return tl::make_unexpected(bound.error());
+    const BitChoice choice(scene, *extent, **opened, *bound, context);
+    MeshBits chosen = choice.within(kShareOfLimit * parameters.maxError);
+    if (!parameters.visible || !parameters.visible->maxVisible) return chosen;
+    if (auto refined = choice.refine(chosen, kShareOfVisible * *parameters.visible->maxVisible, *parameters.visible); !refined)
+        return tl::make_unexpected(refined.error());
+    return chosen;
+}
+
+}  // namespace lightcook::pipeline
