@@ -6,6 +6,7 @@
 #include <array>
 
 #include "pipeline/assets/asset_kind.h"
+#include "pipeline/assets/light_map/unpacked_errors.h"
 #include "pipeline/report/captions.h"
 #include "pipeline/report/chart_section.h"
 #include "pipeline/report/failures.h"
@@ -238,8 +239,11 @@ Html visibleRow(const char* shading, const Json& visible) {
                              numberCell(text(colourWords(member(at, "reference")))) + numberCell(text(colourWords(member(at, "found")))));
 }
 
-/// Returns a table of the places of the worst sample and of the largest bound of the last stage, as far as they are reported.
+/// Returns a table of the places of the worst sample and of the largest bound of the last stage, as far as they are reported. Where charts
+/// were packed, samples lie in the bake as it was.
 Html worstTable(const Json& asset) {
+    const bool isPacked =
+        std::ranges::any_of(list(asset, "stages"), [](const Json& stage) { return member(stage, "name") == kRepackedStage; });
     Html rows;
     for (const char* shading : kShadings) {
         const Json& error = member(member(lastStage(asset), "error"), shading);
@@ -261,8 +265,8 @@ Html worstTable(const Json& asset) {
         rows += visibleRow(shading, member(error, "visible"));
     }
     if (rows.isEmpty()) return {};
-    const Html head =
-        headCell("Worst") + headCell("Error", "num") + headCell("Where") + headCell("Light", "num") + headCell("Cooked", "num");
+    const Html head = headCell("Worst") + headCell("Error", "num") + headCell(isPacked ? "Where, in the bake" : "Where") +
+                      headCell("Light", "num") + headCell("Cooked", "num");
     return table("worst", element("tr", head), rows);
 }
 

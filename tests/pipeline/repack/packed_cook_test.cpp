@@ -102,6 +102,7 @@ TEST_F(PackedCook, FewerTexelsAreJudgedAgainstTheBake) {
     }
     EXPECT_EQ(total.at("error").at("diffuse").at("max_bound"), repacked.at("error").at("diffuse").at("max_bound"));
     EXPECT_FALSE(total.at("error").at("diffuse").at("visible").contains("bound"));
+    EXPECT_THAT(formats::contentOf(options_.output / "report.html"), HasSubstr("Where, in the bake"));
 
     // The same error by a reading of the test's own: reconstructed texels against those of the bake, at the texels' own normals.
     ASSERT_TRUE(reconstructLightMap(options_.output, "map", folder_ / "back.exr", 1, RunState()).has_value());
