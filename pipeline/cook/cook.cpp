@@ -15,6 +15,7 @@
 #include "pipeline/cook/layout_decision.h"
 #include "pipeline/cook/map_preparation.h"
 #include "pipeline/cook/plan.h"
+#include "pipeline/cook/split_maps.h"
 #include "pipeline/cook/summary.h"
 #include "pipeline/cook/verdicts.h"
 #include "pipeline/graph/cache.h"
@@ -80,6 +81,16 @@ std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entr
     return "";
 }
 
+/// Returns what is wrong with packing or splitting the charts of a light map, or an empty text.
+std::string objectionToCharts(const Scene& scene, const LightMapEntry& entry) {
+    if (const std::string why = isPacked(scene.output, entry) ? whyNotPacked(scene.output, entry) : ""; !why.empty()) return why;
+    if (!isSplit(scene.output, entry)) return "";
+    if (std::ranges::find(scene.lightMaps, fineNameOf(entry.name), &LightMapEntry::name) != scene.lightMaps.end())
+        return fmt::format("found charts to split beside a light map '{0}', expected another name for that one: '{0}' is the second map",
+                           fineNameOf(entry.name));
+    return whyNotSplit(scene.output, entry);
+}
+
 /// Refuses settings that cannot be combined.
 Result<void> checkSettings(const Scene& scene, const std::filesystem::path& folder) {
     const OutputSettings& output = scene.output;
@@ -92,9 +103,8 @@ Result<void> checkSettings(const Scene& scene, const std::filesystem::path& fold
     for (const LightMapEntry& entry : scene.lightMaps)
         if (const std::string why = whyNotLayouts(output, entry); !why.empty()) return failure(ErrorCode::InvalidRequest, "--layout", why);
     for (const LightMapEntry& entry : scene.lightMaps)
-        for (const std::string& why : {isPacked(output, entry) ? whyNotPacked(output, entry) : std::string(),
-                                       isSplit(output, entry) ? whyNotSplit(output, entry) : std::string()})
-            if (!why.empty()) return failure(ErrorCode::InvalidRequest, fmt::format("light map '{}'", entry.name), why);
+        if (const std::string why = objectionToCharts(scene, entry); !why.empty())
+            return failure(ErrorCode::InvalidRequest, fmt::format("light map '{}'", entry.name), why);
     if (const std::string why = whyNotGltf(output); !why.empty()) return failure(ErrorCode::InvalidRequest, "--gltf", why);
     std::error_code code;
     if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))

@@ -269,6 +269,9 @@ TEST_F(SplitCook, WhatCannotBeSplitIsRefused) {
     EXPECT_THAT(mistake(), HasSubstr("found charts to split beside cost = \"taps\", expected cost = \"bytes\""));
     writeScene("charts = \"split\"\nmax_visible = 3", "");
     EXPECT_THAT(mistake(), HasSubstr("without a mesh"));
+    writeScene("charts = \"split\"\nmax_visible = 3",
+               "mesh = \"walls.gltf\"\n[[light_map]]\nname = \"map_fine\"\nfile = \"map.exr\"\ncharts = \"keep\"\n");
+    EXPECT_THAT(mistake(), HasSubstr("found charts to split beside a light map 'map_fine', expected another name for that one"));
     EXPECT_FALSE(fs::exists(options_.output));
 }
 
