@@ -83,7 +83,7 @@ std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entr
 
 /// Returns what is wrong with packing or splitting the charts of a light map, or an empty text.
 std::string objectionToCharts(const Scene& scene, const LightMapEntry& entry) {
-    if (const std::string why = isPacked(scene.output, entry) ? whyNotPacked(scene.output, entry) : ""; !why.empty()) return why;
+    if (std::string why = isPacked(scene.output, entry) ? whyNotPacked(scene.output, entry) : ""; !why.empty()) return why;
     if (!isSplit(scene.output, entry)) return "";
     if (std::ranges::find(scene.lightMaps, fineNameOf(entry.name), &LightMapEntry::name) != scene.lightMaps.end())
         return fmt::format("found charts to split beside a light map '{0}', expected another name for that one: '{0}' is the second map",

@@ -12,14 +12,14 @@ namespace {
 
 using formats::Result;
 
-/// A split that takes this part more than it was expected to take has not kept its layouts: one with a larger margin may do better.
+/// A split that takes more than this many times its expected bytes has not got the layouts that were expected: the next one is tried.
 constexpr double kHeldExpectation = 1.05;
 
 /// Returns what the report says of a light map that was to be split.
 std::string splitWords(const LightMapEntry& entry, const TriedSplit& split, const std::optional<std::uint64_t>& bytes,
                        const std::optional<std::uint64_t>& bytesOfOne) {
     const auto size = [](const std::optional<std::uint64_t>& of) {
-        return of ? fmt::format("{:.1f} KiB", static_cast<double>(*of) / 1024) : "nothing within the limits";
+        return of ? fmt::format("{:.1f} KiB", static_cast<double>(*of) / 1024) : "no layout within the limits";
     };
     const std::size_t count = split.charts.size() + split.fineCharts.size();
     const std::string maps = fmt::format("{} of {} charts in a map of their own: two maps take {}, one takes {}", split.fineCharts.size(),
@@ -130,7 +130,8 @@ Result<void> MapPreparation::trySplits(Scene& scene, const Scene& maps, const Li
             least = *bytes;
         }
         const double expected = split.bits / split.bitsOfOne * static_cast<double>(bytesOfOne.value_or(0));
-        if (*bytes && static_cast<double>(**bytes) <= kHeldExpectation * expected) break;
+        const bool isHeld = *bytes && static_cast<double>(**bytes) <= kHeldExpectation * expected;
+        if (isHeld && **bytes < bytesOfOne.value_or(UINT64_MAX)) break;
     }
     notes_[entry.name] = {{"split", best != nullptr
                                         ? splitWords(entry, *best, least, bytesOfOne)
@@ -147,7 +148,7 @@ Result<void> MapPreparation::trySplits(Scene& scene, const Scene& maps, const Li
 Result<std::optional<std::uint64_t>> MapPreparation::bytesOfParts(const Scene& parts, const Needs& needs) {
     const auto packed = pack(parts, packActions(parts), folder_ / "parts");
     if (!packed) return tl::make_unexpected(packed.error());
-    if (isStopped()) return std::optional<std::uint64_t>();
+    if (isStopped() || packed->lightMaps.size() < parts.lightMaps.size()) return std::optional<std::uint64_t>();
     const auto known = withContents(*packed, needs);
     if (!known) return tl::make_unexpected(known.error());
     std::vector<Action> trials;

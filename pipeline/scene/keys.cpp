@@ -134,8 +134,9 @@ SceneSectionInfo outputSection() {
               "write meshes as Draco inside glTF, with the fewest bits that the limit allows "
               "([meshes](../guide/into-an-engine.md#meshes)). `false`: a mesh is written only under a learned layout, unchanged except for "
               "the added attribute"},
-             enumeratedKey("charts", allChartModes(),
-                           "[charts](../guide/memory-budgets.md#fewer-texels) of the light maps. Other than `\"keep\"` need their meshes"),
+             enumeratedKey(
+                 "charts", allChartModes(),
+                 "[charts](../guide/memory-budgets.md#fewer-texels) of the light maps. Every mode but `\"keep\"` needs their meshes"),
              {"charts_max_visible", "number from 0 to 100", "0",
               "`charts = \"pack\"`: visible error that fewer texels may add to 99 % of a chart's samples, in just noticeable differences. "
               "0: charts are moved only, without loss"},

@@ -73,7 +73,7 @@ void describe(Fields& fields, Self& split) {
 }
 
 struct SplitResult {
-    std::vector<TriedSplit> splits;  ///< those that are expected to take fewer bits than one map, the one of least margin first
+    std::vector<TriedSplit> splits;  ///< those that are expected to take fewer bits than one map, in the order of kSplitMargins
     double displayKey = 0;           ///< of all charts (verify::LightMapKey): both maps are shown on the display of the whole
     TrialResult one;                 ///< the trial of one map with all charts
 };

@@ -218,6 +218,15 @@ TEST_F(SplitCook, AChartOfConstantLightTakesABlock) {
     EXPECT_NE(rows->sh.at(50, 30)[0], rows->sh.at(51, 33)[0]) << "the other chart is there, too";
 }
 
+/// The charts are found again in the packed map, where the smooth one is so small that two maps do not pay.
+TEST_F(SplitCook, ChartsMayHaveFewerTexels) {
+    writeMap(smoothLight, hardLight);
+    const Json report = cooked(std::string(kSplit) + "\ncharts_max_visible = 1");
+    const Json& notes = find(report, "map")->at("notes");
+    EXPECT_THAT(notes.at("packing").get<std::string>(), HasSubstr("1 of 2 charts with fewer texels"));
+    EXPECT_THAT(notes.at("split").get<std::string>(), HasSubstr("no, one layout for all 2 charts"));
+}
+
 TEST_F(SplitCook, ChartsOfOneKindStayTogether) {
     writeMap(smoothLight, smoothLight);
     const Json packed = cooked("charts = \"pack\"\nmax_visible = 3");
