@@ -15,7 +15,12 @@ using formats::Result;
 /// A split that takes more than this many times its expected bytes has not got the layouts that were expected: the next one is tried.
 constexpr double kHeldExpectation = 1.05;
 
-/// Returns what the report says of a light map that was to be split.
+/// Returns true if two maps of these bytes are smaller than one. Empty: no layout is within the limits.
+bool areSmaller(const std::optional<std::uint64_t>& bytes, const std::optional<std::uint64_t>& bytesOfOne) {
+    return bytes && (!bytesOfOne || *bytes < *bytesOfOne);
+}
+
+/// Writes the report's note on a split: how many charts have a map of their own, and the bytes of two maps and of one.
 std::string splitWords(const LightMapEntry& entry, const TriedSplit& split, const std::optional<std::uint64_t>& bytes,
                        const std::optional<std::uint64_t>& bytesOfOne) {
     const auto size = [](const std::optional<std::uint64_t>& of) {
@@ -24,8 +29,7 @@ std::string splitWords(const LightMapEntry& entry, const TriedSplit& split, cons
     const std::size_t count = split.charts.size() + split.fineCharts.size();
     const std::string maps = fmt::format("{} of {} charts in a map of their own: two maps take {}, one takes {}", split.fineCharts.size(),
                                          count, size(bytes), size(bytesOfOne));
-    const bool isSplit = bytes && (!bytesOfOne || *bytes < *bytesOfOne);
-    return isSplit ? fmt::format("{}, '{}'", maps, fineNameOf(entry.name)) : fmt::format("no, {}", maps);
+    return areSmaller(bytes, bytesOfOne) ? fmt::format("{}, '{}'", maps, fineNameOf(entry.name)) : fmt::format("no, {}", maps);
 }
 
 }  // namespace
@@ -131,12 +135,12 @@ Result<void> MapPreparation::trySplits(Scene& scene, const Scene& maps, const Li
         }
         const double expected = split.bits / split.bitsOfOne * static_cast<double>(bytesOfOne.value_or(0));
         const bool isHeld = *bytes && static_cast<double>(**bytes) <= kHeldExpectation * expected;
-        if (isHeld && **bytes < bytesOfOne.value_or(UINT64_MAX)) break;
+        if (isHeld && areSmaller(*bytes, bytesOfOne)) break;
     }
     notes_[entry.name] = {{"split", best != nullptr
                                         ? splitWords(entry, *best, least, bytesOfOne)
                                         : fmt::format("no, one layout for all {} charts takes the fewest bytes", packing.charts)}};
-    if (!least || (bytesOfOne && *least >= *bytesOfOne)) return {};
+    if (!areSmaller(least, bytesOfOne)) return {};
     const std::vector<LightMapEntry> parts = partsOf(entry, *best, found.displayKey);
     const auto place = std::ranges::find(scene.lightMaps, entry.name, &LightMapEntry::name);
     *place = parts.front();

@@ -75,14 +75,12 @@ struct PackedMap {
     std::optional<lighting::ShRgb> constant;  ///< of every texel
 };
 
-/// Opens a light map of the manifest. Empty: its charts were not packed.
-Result<std::optional<PackedMap>> openPacked(const Manifest& manifest, const std::filesystem::path& folder, const CookedAsset& asset) {
-    const auto unpacked = unpackedBakeOf(asset);
-    if (!unpacked) return tl::make_unexpected(unpacked.error());
-    if (!*unpacked) return std::optional<PackedMap>();
+/// Opens a light map of the manifest.
+Result<PackedMap> openPacked(const Manifest& manifest, const std::filesystem::path& folder, const CookedAsset& asset,
+                             const UnpackedBake& unpacked) {
     const auto description = descriptionOf(asset);
     if (!description) return tl::make_unexpected(description.error());
-    auto charts = chartPlacesOf(asset, **unpacked, folder / manifest.sceneDirectory);
+    auto charts = chartPlacesOf(asset, unpacked, folder / manifest.sceneDirectory);
     if (!charts) return tl::make_unexpected(charts.error());
     auto cooked = CookedLightMapReader::open(folder, asset, {}, {}, 0);
     if (!cooked) return tl::make_unexpected(cooked.error());
@@ -92,22 +90,22 @@ Result<std::optional<PackedMap>> openPacked(const Manifest& manifest, const std:
         if (!texels) return tl::make_unexpected(texels.error());
         map.constant = map.cooked.verifier().reconstruct(*texels, 0, map.cooked.height()).at(0, 0);
     }
-    return std::optional(std::move(map));
+    return map;
 }
 
-/// Returns the maps that hold the charts of a light map: itself and, where its charts were split, the other. None: its charts were not
-/// packed.
+/// Returns the maps that hold the charts of a packed light map: itself and, where its charts were split, the other.
 Result<std::vector<PackedMap>> openPackedMaps(const Manifest& manifest, const std::filesystem::path& folder, const CookedAsset& lightMap) {
     std::vector<PackedMap> maps;
     for (const CookedAsset& asset : manifest.assets) {
         if (asset.kind != AssetKind::LightMap) continue;
         const auto unpacked = unpackedBakeOf(asset);
         if (!unpacked) return tl::make_unexpected(unpacked.error());
-        const bool isPart = *unpacked && (*unpacked)->part && (*unpacked)->part->of == lightMap.name;
+        if (!*unpacked) continue;
+        const bool isPart = (*unpacked)->part && (*unpacked)->part->of == lightMap.name;
         if (asset.name != lightMap.name && !isPart) continue;
-        auto map = openPacked(manifest, folder, asset);
+        auto map = openPacked(manifest, folder, asset, **unpacked);
         if (!map) return tl::make_unexpected(map.error());
-        if (*map) maps.push_back(std::move(**map));
+        maps.push_back(std::move(*map));
     }
     return maps;
 }

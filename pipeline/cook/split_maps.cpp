@@ -6,6 +6,16 @@
 #include "pipeline/cook/trial_actions.h"
 
 namespace lightcook::pipeline {
+namespace {
+
+/// Returns the parameters of the trial of a packed map. Empty where its layout is not chosen.
+std::optional<TrialParameters> trialOf(const Scene& scene, const Needs& needs, const LightMapEntry& entry, bool repair) {
+    const LightMapReduction reduction = reductionOf(scene, needs, entry, lightMapLayoutFor(scene, needs, entry));
+    if (reduction.layout != kAutoLayout || reduction.constantOf) return std::nullopt;
+    return trialParametersOf(scene, needs, entry, reduction, repair);
+}
+
+}  // namespace
 
 std::string fineNameOf(const std::string& lightMap) {
     return lightMap + "_fine";
@@ -25,10 +35,10 @@ Scene onlyMapsToSplit(const Scene& scene, const PlanOptions& options) {
 
 std::optional<Action> splitAction(const Scene& scene, const Needs& needs, const LightMapEntry& entry, const PackedLightMap& packed,
                                   bool repair) {
-    const LightMapReduction reduction = reductionOf(scene, needs, entry, lightMapLayoutFor(scene, needs, entry));
-    if (reduction.layout != kAutoLayout || reduction.constantOf) return std::nullopt;
-    const SplitParameters parameters{trialParametersOf(scene, needs, entry, reduction, repair), scene.output.maxError,
-                                     visibleLimit(scene.output, entry.maxVisible), packed.bake.places};
+    auto trial = trialOf(scene, needs, entry, repair);
+    if (!trial) return std::nullopt;
+    const SplitParameters parameters{std::move(*trial), scene.output.maxError, visibleLimit(scene.output, entry.maxVisible),
+                                     packed.bake.places};
     return Action{"split/" + entry.name, "split-charts", entry.name, toJson(parameters), learnedInputsOf(entry), {}};
 }
 
@@ -45,9 +55,8 @@ std::vector<LightMapEntry> partsOf(const LightMapEntry& lightMap, const TriedSpl
 }
 
 std::optional<Action> partTrial(const Scene& scene, const Needs& needs, const LightMapEntry& entry, bool repair) {
-    const LightMapReduction reduction = reductionOf(scene, needs, entry, lightMapLayoutFor(scene, needs, entry));
-    if (reduction.layout != kAutoLayout || reduction.constantOf) return std::nullopt;
-    return trialAction(entry, trialParametersOf(scene, needs, entry, reduction, repair));
+    const auto trial = trialOf(scene, needs, entry, repair);
+    return trial ? std::optional(trialAction(entry, *trial)) : std::nullopt;
 }
 
 std::optional<std::uint64_t> leastBytes(const TrialResult& trial, const ChartPacking& packing, const Scene& scene, const Needs& needs,

@@ -30,7 +30,7 @@ std::optional<Action> splitAction(const Scene& scene, const Needs& needs, const 
 /// Returns the two maps of a split. The light map is one of the scene.
 std::vector<LightMapEntry> partsOf(const LightMapEntry& lightMap, const TriedSplit& split, double displayKey);
 
-/// Returns the trial of one of the two maps, or of both as one. Empty where its layout is not chosen.
+/// Returns the trial of one of the two maps. Empty where its layout is not chosen.
 std::optional<Action> partTrial(const Scene& scene, const Needs& needs, const LightMapEntry& entry, bool repair);
 
 /// Returns the GPU memory of the smallest layout of a trial within the limits of its map, with that of the dominant light [bytes]. Empty:

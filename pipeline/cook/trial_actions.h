@@ -23,7 +23,7 @@ TrialParameters trialParametersOf(const Scene& scene, const Needs& needs, const 
 std::map<std::string, std::filesystem::path> learnedInputsOf(const LightMapEntry& entry);
 
 /// Returns the trial of a light map, "trial/" and its name.
-/// joint  what is chosen with it; empty: nothing is
+/// joint  chooses the layout of the dominant light, too; empty: the trial is of the light map alone
 Action trialAction(const LightMapEntry& entry, const TrialParameters& parameters, const std::optional<JointTrial>& joint = std::nullopt);
 
 }  // namespace lightcook::pipeline

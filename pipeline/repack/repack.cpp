@@ -361,9 +361,12 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
     if (auto done = writeMap(*temporary / outputs->front().filename(), charts.placed, packing->size, state); !done)
         return tl::make_unexpected(done.error());
     std::vector<std::vector<glm::vec2>> uvs = newUvs(*meshes, *found, charts, glm::dvec2(sizeBefore), glm::dvec2(packing->size));
-    std::vector<std::uint8_t> isWritten;
-    for (const auto& index : charts.indexOf) isWritten.push_back(index ? 1 : 0);
-    std::vector<std::vector<std::uint8_t>> isKept = trianglesOfCharts(meshes->triangles, *found, isWritten);
+    std::vector<std::vector<std::uint8_t>> isKept;
+    if (request.charts) {
+        std::vector<std::uint8_t> isWritten;
+        for (const auto& index : charts.indexOf) isWritten.push_back(index ? 1 : 0);
+        isKept = trianglesOfCharts(meshes->triangles, *found, isWritten);
+    }
     std::size_t first = 0;
     for (std::size_t i = 0; i < meshes->scenes.size(); ++i) {
         const GltfScene& scene = meshes->scenes[i];

@@ -472,7 +472,7 @@ class Page {
     view.apply(this.state, this.blinked);
     const eye = /** @type {Camera} */ (this.camera).view.position.clone().sub(found.position).normalize();
     const none = [0, 0, 0];
-    const [values] = view.values(map, [{ uv: [u, v], bakeUv: view.bakeUvAt(map, [u, v]), cluster: found.cluster, normal: map.hasMesh ? found.normal.toArray() : none, view: map.hasMesh ? eye.toArray() : none }]);
+    const [values] = view.values(map, [{ uv: [u, v], bakeUv: view.bakeUvAt(map, [u, v], found), cluster: found.cluster, normal: map.hasMesh ? found.normal.toArray() : none, view: map.hasMesh ? eye.toArray() : none }]);
     const rows = [["Light map", `${data.name}, ${asset.layout}`], ["Texel", `${(u * asset.width - 0.5).toFixed(2)}, ${(v * asset.height - 0.5).toFixed(2)}`]];
     if (map.decode.needsCluster) rows.push(["Cluster", String(found.cluster)]);
     if (map.hasMesh && asset.bits_per_texel) {

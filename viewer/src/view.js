@@ -355,9 +355,9 @@ export class View {
     return findSurface(map.meshes, (x + 0.5) / map.bake.width, (y + 0.5) / map.bake.height, "bakeUv");
   }
 
-  /** Returns the UV of the bake at a place of a light map. @param {ShownMap} map @param {[number, number]} uv @returns {[number, number]} */
-  bakeUvAt(map, uv) {
-    return map.bake === map.asset ? uv : this.surface(map, ...uv)?.bakeUv ?? uv;
+  /** Returns the UV of the bake at a place of a light map. @param {ShownMap} map @param {[number, number]} uv @param {import("./charts.js").Found | null} [found] the surface there, if it is known @returns {[number, number]} */
+  bakeUvAt(map, uv, found) {
+    return map.bake === map.asset ? uv : (found ?? this.surface(map, ...uv))?.bakeUv ?? uv;
   }
 
   /** Cluster of a texel, where the manifest names those of the mesh. @param {ShownMap} map @param {number} x @param {number} y */

@@ -18,7 +18,7 @@ using formats::Result;
 /// Part of the samples that may be above a limit on the 99th percentile.
 constexpr double kShareAbove = 0.01;
 
-/// Judges samples against limits, each less the margin.
+/// Judges samples against a share of each limit.
 class SplitJudge {
 public:
     explicit SplitJudge(const SplitLimits& limits) : limits_(limits) {}
@@ -31,9 +31,9 @@ public:
     }
 
 private:
-    double allowedAbove(const ChartSamples::Light& light) const { return limits_.margin * kShareAbove * static_cast<double>(light.count); }
+    double allowedAbove(const ChartSamples::Light& light) const { return limits_.share * kShareAbove * static_cast<double>(light.count); }
     double allowedError(const ChartSamples::Light& light) const {
-        const double limit = limits_.margin * limits_.maxError;
+        const double limit = limits_.share * limits_.maxError;
         return limit * limit * light.squaredLight;
     }
     bool keeps(const ChartSamples::Light& light) const {
@@ -155,8 +155,8 @@ Result<ActionOutcome> splitCharts(const ActionContext& context) {
     std::vector<std::int64_t> texels;
     for (const ChartGroup& group : charts.groups()) texels.push_back(group.texels);
     SplitResult result{{}, key->displayKey(), {}};
-    for (const double margin : kSplitMargins) {
-        const ChartSplit split = chooseSplit(*tried, texels, {parameters->maxError, parameters->maxVisible, margin});
+    for (const double share : kSplitShares) {
+        const ChartSplit split = chooseSplit(*tried, texels, {parameters->maxError, parameters->maxVisible, share});
         if (split.fine.empty()) continue;
         TriedSplit made{{}, {}, split.layout, split.fineLayout, split.bits, split.bitsOfOne};
         for (std::size_t i = 0; i < charts.groups().size(); ++i) {

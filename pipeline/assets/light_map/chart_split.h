@@ -1,10 +1,10 @@
 // Charts of a light map split among two maps, so that the charts which need a fine layout do not make all others take it.
 //
 // Charts differ: along a shadow's edge a learned layout is far off where it is invisibly so elsewhere, and one layout for the map is the
-// one that its worst charts need. The trial of the map measures every layout on every chart. For each layout, the charts that take it
-// furthest from the limits are left out, one after the other, until the rest keep the limits; the charts that were left out get the
-// smallest layout that keeps the limits on them. The pair of layouts that takes the fewest bits is the split. Each of the two maps is then
-// tried and cooked as any other.
+// one that its worst charts need. The trial of the map measures every layout on every chart. For each layout, charts are left out in the
+// order of what they use of the limits, a texel, beyond their own part, until the rest keep the limits. The charts that were left out get
+// the smallest layout that keeps the limits on them. The pair of layouts that takes the fewest bits is the split. Each of the two maps is
+// then tried and cooked as any other.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ namespace lightcook::pipeline {
 struct SplitLimits {
     double maxError = 0;               ///< on rel_rms
     std::optional<double> maxVisible;  ///< on the 99th percentile of visible errors
-    double margin = 1;                 ///< part of each limit that the choice uses
+    double share = 1;                  ///< part of each limit that the choice uses
 };
 
 struct ChartSplit {
@@ -33,8 +33,9 @@ struct ChartSplit {
 
 /// Least part of the bits that a split has to save: two maps have more borders of blocks and more tables than one.
 inline constexpr double kLeastSplitSaving = 0.03;
-/// Margins that are tried, one after the other: learned layouts are fitted anew to the charts of each map, and blocks at rims differ.
-inline constexpr std::array kSplitMargins = {0.9, 0.7, 0.5, 0.3};
+/// Shares of the limits that are tried, one after the other: learned layouts are fitted anew to the charts of each map, and blocks at rims
+/// differ.
+inline constexpr std::array kSplitShares = {0.9, 0.7, 0.5, 0.3};
 
 /// Chooses the split of least bits.
 /// candidates  layouts that may be chosen
@@ -73,7 +74,7 @@ void describe(Fields& fields, Self& split) {
 }
 
 struct SplitResult {
-    std::vector<TriedSplit> splits;  ///< those that are expected to take fewer bits than one map, in the order of kSplitMargins
+    std::vector<TriedSplit> splits;  ///< those that are expected to take fewer bits than one map, in the order of kSplitShares
     double displayKey = 0;           ///< of all charts (verify::LightMapKey): both maps are shown on the display of the whole
     TrialResult one;                 ///< the trial of one map with all charts
 };
