@@ -8,6 +8,12 @@
 
 namespace lightcook::pipeline {
 
+/// Size of a plot, and the sides of the area inside its axes [units of the SVG].
+struct PlotArea {
+    double width, height;
+    double left, right, top, bottom;
+};
+
 /// A logarithmic axis between two positions on the page, with a margin around its values.
 class Axis {
 public:

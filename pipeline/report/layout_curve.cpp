@@ -12,7 +12,7 @@ namespace lightcook::pipeline {
 
 namespace {
 
-constexpr double kWidth = 640, kHeight = 300, kLeft = 58, kRight = 14, kTop = 12, kBottom = 38;
+constexpr PlotArea kCurveArea{.width = 640, .height = 300, .left = 58, .right = 626, .top = 12, .bottom = 262};
 constexpr double kLabelHeight = 13, kLetterWidth = 6.4;
 
 const char* captionOf(CurveCost cost) {
@@ -30,14 +30,15 @@ const char* captionOf(CurveCost cost) {
 Html grid(const Axis& cost, const Axis& error, bool isVisible, const char* caption) {
     Html out;
     for (const double tick : error.ticks()) {
-        out += line("grid", kLeft, error.at(tick), kWidth - kRight, error.at(tick));
-        out += label("tick end", kLeft - 7, error.at(tick) + 4, isVisible ? fmt::format("{:g}", tick) : fmt::format("{:g} %", 100 * tick));
+        out += line("grid", kCurveArea.left, error.at(tick), kCurveArea.right, error.at(tick));
+        out += label("tick end", kCurveArea.left - 7, error.at(tick) + 4,
+                     isVisible ? fmt::format("{:g}", tick) : fmt::format("{:g} %", 100 * tick));
     }
     for (const double tick : cost.ticks()) {
-        out += line("grid", cost.at(tick), kTop, cost.at(tick), kHeight - kBottom);
-        out += label("tick middle", cost.at(tick), kHeight - kBottom + 15, fmt::format("{:g}", tick));
+        out += line("grid", cost.at(tick), kCurveArea.top, cost.at(tick), kCurveArea.bottom);
+        out += label("tick middle", cost.at(tick), kCurveArea.bottom + 15, fmt::format("{:g}", tick));
     }
-    return out + label("tick middle", (kLeft + kWidth - kRight) / 2, kHeight - 4, caption);
+    return out + label("tick middle", (kCurveArea.left + kCurveArea.right) / 2, kCurveArea.height - 4, caption);
 }
 
 /// Places names beside their dots and moves them up or down until none covers another.
@@ -47,7 +48,7 @@ public:
     void takeMark(double x, double y) { taken_.push_back({x - 6, y + 4, 12}); }
     Html put(const std::string& name, double x, double y) {
         const double width = kLetterWidth * static_cast<double>(name.size());
-        const double left = x + 8 + width > kWidth - kRight ? x - 8 - width : x + 8;
+        const double left = x + 8 + width > kCurveArea.right ? x - 8 - width : x + 8;
         double baseline = y + 4;
         for (const double offset : {0.0, -13.0, 13.0, -26.0, 26.0, -39.0, 39.0}) {
             baseline = y + 4 + offset;
@@ -62,7 +63,7 @@ private:
         double left, baseline, width;
     };
     bool isFree(double left, double baseline, double width) const {
-        return baseline > kTop + 8 && baseline < kHeight - kBottom && std::ranges::none_of(taken_, [&](const Box& box) {
+        return baseline > kCurveArea.top + 8 && baseline < kCurveArea.bottom && std::ranges::none_of(taken_, [&](const Box& box) {
                    return left < box.left + box.width && box.left < left + width && std::abs(baseline - box.baseline) < kLabelHeight;
                });
     }
@@ -92,12 +93,13 @@ Html errorCurve(const std::vector<CurvePoint>& points, double limit, CurveUnit u
         leastError = std::min(leastError, limit);
         mostError = std::max(mostError, limit);
     }
-    const Axis costs(kLeft, kWidth - kRight, leastCost, mostCost), error(kHeight - kBottom, kTop, leastError, mostError);
+    const Axis costs(kCurveArea.left, kCurveArea.right, leastCost, mostCost),
+        error(kCurveArea.bottom, kCurveArea.top, leastError, mostError);
     const bool isVisible = unit == CurveUnit::Visible;
     Html drawing = grid(costs, error, isVisible, captionOf(cost));
     if (hasLimit) {
-        drawing += line("limit", kLeft, error.at(limit), kWidth - kRight, error.at(limit));
-        drawing += label("tick end limit", kWidth - kRight, error.at(limit) - 4, "limit");
+        drawing += line("limit", kCurveArea.left, error.at(limit), kCurveArea.right, error.at(limit));
+        drawing += label("tick end limit", kCurveArea.right, error.at(limit) - 4, "limit");
     }
     Labels labels;
     for (const CurvePoint& point : drawn)
@@ -112,7 +114,7 @@ Html errorCurve(const std::vector<CurvePoint>& points, double limit, CurveUnit u
     }
     return element("svg",
                    {{"class", "curve"},
-                    {"viewBox", fmt::format("0 0 {} {}", kWidth, kHeight)},
+                    {"viewBox", fmt::format("0 0 {} {}", kCurveArea.width, kCurveArea.height)},
                     {"role", "img"},
                     {"aria-label", fmt::format("{} of each layout against {}: dots diffuse, rings specular",
                                                isVisible ? "Visible error" : "Error", captionOf(cost))}},

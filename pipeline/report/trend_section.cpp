@@ -13,6 +13,8 @@
 namespace lightcook::pipeline {
 namespace {
 
+constexpr PlotArea kTrendArea{.width = 720, .height = 130, .left = 74, .right = 708, .top = 12, .bottom = 108};
+
 /// The state of the scenes after a step of the history.
 struct TrendPoint {
     std::string at;
@@ -58,15 +60,16 @@ std::vector<TrendPoint> pointsOf(const std::vector<HistoryLine>& history) {
 /// Draws one figure over the points, from zero to its largest value.
 template <class Value, class Words>
 Html trend(const std::vector<TrendPoint>& points, const char* title, Value valueOf, Words wordsOf) {
-    constexpr double kWidth = 720, kHeight = 130, kLeft = 74, kRight = 12, kTop = 12, kBottom = 22;
     double most = 0;
     for (const TrendPoint& point : points)
         if (std::isfinite(valueOf(point))) most = std::max(most, valueOf(point));
     if (most <= 0) return {};
     const auto x = [&](std::size_t index) {
-        return kLeft + (kWidth - kLeft - kRight) * static_cast<double>(index) / static_cast<double>(points.size() - 1);
+        return kTrendArea.left + (kTrendArea.right - kTrendArea.left) * static_cast<double>(index) / static_cast<double>(points.size() - 1);
     };
-    const auto y = [&](double value) { return kHeight - kBottom - (kHeight - kBottom - kTop) * std::clamp(value / most, 0.0, 1.0); };
+    const auto y = [&](double value) {
+        return kTrendArea.bottom - (kTrendArea.bottom - kTrendArea.top) * std::clamp(value / most, 0.0, 1.0);
+    };
     std::string path;
     Html dots;
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -80,14 +83,15 @@ Html trend(const std::vector<TrendPoint>& points, const char* title, Value value
         dots += element("circle",
                         {{"class", points[i].failed > 0 ? "bad" : "dot"}, {"cx", place(x(i))}, {"cy", place(y(value))}, {"r", "3"}}, tip);
     }
-    const Html frame = line("grid", kLeft, y(0), kWidth - kRight, y(0)) + line("grid", kLeft, y(most), kWidth - kRight, y(most)) +
-                       label("tick end", kLeft - 8, y(0) + 4, wordsOf(0)) + label("tick end", kLeft - 8, y(most) + 4, wordsOf(most)) +
-                       label("tick", kLeft, kHeight - 5, points.front().at.substr(0, 10)) +
-                       label("tick end", kWidth - kRight, kHeight - 5, points.back().at.substr(0, 10));
+    const Html frame =
+        line("grid", kTrendArea.left, y(0), kTrendArea.right, y(0)) + line("grid", kTrendArea.left, y(most), kTrendArea.right, y(most)) +
+        label("tick end", kTrendArea.left - 8, y(0) + 4, wordsOf(0)) + label("tick end", kTrendArea.left - 8, y(most) + 4, wordsOf(most)) +
+        label("tick", kTrendArea.left, kTrendArea.height - 5, points.front().at.substr(0, 10)) +
+        label("tick end", kTrendArea.right, kTrendArea.height - 5, points.back().at.substr(0, 10));
     const Html svg = element(
         "svg",
         {{"class", "curve trend"},
-         {"viewBox", fmt::format("0 0 {} {}", kWidth, kHeight)},
+         {"viewBox", fmt::format("0 0 {} {}", kTrendArea.width, kTrendArea.height)},
          {"role", "img"},
          {"aria-label", fmt::format("{}: {} at first, {} now", title, wordsOf(valueOf(points.front())), wordsOf(valueOf(points.back())))}},
         frame + element("polyline", {{"class", "trendline"}, {"points", path}}, {}) + dots);
