@@ -9,6 +9,7 @@
 #include "formats/temporaries.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/assets/results.h"
+#include "pipeline/cook/chart_settings.h"
 #include "pipeline/cook/contents.h"
 #include "pipeline/cook/depfile.h"
 #include "pipeline/cook/kept_candidates.h"
@@ -65,32 +66,6 @@ void applyOverrides(const CookOptions& options, Scene& scene) {
     }
 }
 
-/// Returns what is wrong with packing the charts of a light map beside its other settings, or an empty text.
-std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entry) {
-    const double maxVisible = chartsMaxVisible(output, entry);
-    if (!entry.mesh)
-        return "found charts to pack without a mesh, expected mesh = \"FILE\", whose triangles say what a chart is, or charts = \"keep\"";
-    if (entry.groundTruth)
-        return "found charts to pack beside ground_truth, whose values lie at texels of the bake, expected charts = \"keep\" or no "
-               "ground_truth";
-    if ((entry.maxVisibleBound || output.maxVisibleBound) && maxVisible > 0)
-        return "found max_visible_bound beside charts with fewer texels, whose error has no bound, expected charts_max_visible = 0";
-    if (output.isWholeLimited() && maxVisible > 0)
-        return fmt::format("found {} beside charts with fewer texels, whose error it does not count, expected charts_max_visible = 0",
-                           output.maxWholeVisible ? "max_whole_visible" : "max_whole_error");
-    return "";
-}
-
-/// Returns what is wrong with packing or splitting the charts of a light map, or an empty text.
-std::string objectionToCharts(const Scene& scene, const LightMapEntry& entry) {
-    if (std::string why = isPacked(scene.output, entry) ? whyNotPacked(scene.output, entry) : ""; !why.empty()) return why;
-    if (!isSplit(scene.output, entry)) return "";
-    if (std::ranges::find(scene.lightMaps, fineNameOf(entry.name), &LightMapEntry::name) != scene.lightMaps.end())
-        return fmt::format("found charts to split beside a light map '{0}', expected another name for that one: '{0}' is the second map",
-                           fineNameOf(entry.name));
-    return whyNotSplit(scene.output, entry);
-}
-
 /// Refuses settings that cannot be combined.
 Result<void> checkSettings(const Scene& scene, const std::filesystem::path& folder) {
     const OutputSettings& output = scene.output;
@@ -103,7 +78,7 @@ Result<void> checkSettings(const Scene& scene, const std::filesystem::path& fold
     for (const LightMapEntry& entry : scene.lightMaps)
         if (const std::string why = whyNotLayouts(output, entry); !why.empty()) return failure(ErrorCode::InvalidRequest, "--layout", why);
     for (const LightMapEntry& entry : scene.lightMaps)
-        if (const std::string why = objectionToCharts(scene, entry); !why.empty())
+        if (const std::string why = whyNotCharts(scene, entry); !why.empty())
             return failure(ErrorCode::InvalidRequest, fmt::format("light map '{}'", entry.name), why);
     if (const std::string why = whyNotGltf(output); !why.empty()) return failure(ErrorCode::InvalidRequest, "--gltf", why);
     std::error_code code;

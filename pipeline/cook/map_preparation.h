@@ -1,5 +1,5 @@
-// The step of a cook between the materials and the plan: charts of light maps are packed anew, or split among two maps. What comes after it
-// takes the packed bakes and meshes as if the user had named them.
+// The step of a cook between the materials and the plan: charts of light maps are packed anew, or split between two maps. What comes after
+// it takes the packed bakes and meshes as if the user had named them.
 #pragma once
 
 #include <filesystem>

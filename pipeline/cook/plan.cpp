@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <glm/geometric.hpp>
 #include <set>
 #include <type_traits>
@@ -77,6 +78,23 @@ std::vector<std::string> fileNames(const std::string& asset, AssetKind kind) {
     return names;
 }
 
+/// Returns the name of the mesh of a light map. Maps of one name count as one.
+/// nameOf  name of a light map
+template <class NameOf>
+std::string meshNameAmong(const Scene& scene, const LightMapEntry& entry, NameOf nameOf) {
+    std::set<std::string> sharing;
+    for (const LightMapEntry& other : scene.lightMaps)
+        if (other.mesh && other.mesh->stem() == entry.mesh->stem()) sharing.insert(std::invoke(nameOf, other));
+    const std::string name = entry.mesh->stem().string() + "_mesh";
+    return sharing.size() > 1 ? std::invoke(nameOf, entry) + "_" + name : name;
+}
+
+/// Returns true if the options want the mesh of a light map, by its name or by the one that it would have if no map were split.
+bool isMeshWanted(const Scene& scene, const PlanOptions& options, const LightMapEntry& entry) {
+    return isWanted(options, meshAssetName(scene, entry), AssetKind::Mesh, entry) ||
+           isWanted(options, meshNameAmong(scene, entry, &LightMapEntry::nameInScene), AssetKind::Mesh, entry);
+}
+
 /// GPU memory of the whole Cook-Torrance tables: three textures of 8 bytes a texel.
 constexpr int kTableTexelBytes = 24;
 constexpr int kTableRows = 16;
@@ -109,14 +127,17 @@ public:
         return std::move(plan_);
     }
 
-    const std::vector<std::string>& knownNames() const { return knownNames_; }
-
 private:
     /// parent  name or light map that the asset derives from
     template <class Parent>
     bool wanted(const std::string& asset, AssetKind kind, const Parent& parent) {
-        knownNames_.push_back(asset);
+        plan_.known.push_back(asset);
         return isWanted(options_, asset, kind, parent);
+    }
+
+    bool wantedMesh(const LightMapEntry& entry) {
+        plan_.known.push_back(meshAssetName(scene_, entry));
+        return isMeshWanted(scene_, options_, entry);
     }
 
     /// Returns the display of the scene and the limit on visible errors of an asset that is no light map.
@@ -159,12 +180,12 @@ private:
         const LightMapReduction reduction = reductionOf(scene_, needs_, entry, lightMapLayoutFor(scene_, needs_, entry));
         std::string layout = reduction.layout;
         const std::optional<JointTrial> joint = jointTrialOf(entry, reduction);
+        if (isAnyWanted(scene_, options_, entry)) plan_.lightMaps.push_back(entry.nameInScene());
         const bool isDecided = (layout != kAutoLayout && !joint) || options_.layouts.contains(entry.name);
         if (layout == kAutoLayout && isDecided) layout = options_.layouts.at(entry.name);
         const bool mayBeLearned = !isDecided || hasLearnedBases(layout);
         const PackedLightMap* packed = packedOf(entry);
-        const bool hasMesh = entry.mesh && (scene_.output.draco || mayBeLearned || packed != nullptr) &&
-                             wanted(meshAssetName(scene_, entry), AssetKind::Mesh, entry);
+        const bool hasMesh = entry.mesh && (scene_.output.draco || mayBeLearned || packed != nullptr) && wantedMesh(entry);
         // A mesh whose vertices name clusters depends on its light map.
         const bool hasMap = wanted(entry.name, AssetKind::LightMap, entry) || (hasMesh && mayBeLearned);
         if ((hasMap || joint) && !isDecided) addTrial(entry, reduction, joint);
@@ -525,7 +546,6 @@ private:
     TextureSettings textures_;
     verify::LightMapShading shading_;
     Plan plan_;
-    std::vector<std::string> knownNames_;
     std::set<std::string> fileNames_;
     std::string takenName_;                  ///< the first that two assets would use
     std::optional<formats::Error> mistake_;  ///< the first thing asked for that cannot be
@@ -537,9 +557,9 @@ std::string dominantNameOf(const std::string& lightMap) {
     return lightMap + "_dominant";
 }
 
-std::vector<SkippedImages> dominantImages(formats::Target target) {
+std::vector<SkippedImages> dominantImages(formats::Target target, bool withResidual) {
     std::vector<SkippedImages> images;
-    for (const formats::PixelFormat format : dominantFormats(target)) images.push_back({format, 1});
+    for (const formats::PixelFormat format : dominantFormats(target, withResidual)) images.push_back({format, 1});
     return images;
 }
 
@@ -561,15 +581,11 @@ bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind ki
 
 bool isAnyWanted(const Scene& scene, const PlanOptions& options, const LightMapEntry& entry) {
     return isWanted(options, entry.name, AssetKind::LightMap, entry) ||
-           isWanted(options, dominantNameOf(entry.name), AssetKind::Dominant, entry) ||
-           (entry.mesh && isWanted(options, meshAssetName(scene, entry), AssetKind::Mesh, entry));
+           isWanted(options, dominantNameOf(entry.name), AssetKind::Dominant, entry) || (entry.mesh && isMeshWanted(scene, options, entry));
 }
 
 std::string meshAssetName(const Scene& scene, const LightMapEntry& entry) {
-    const std::string name = entry.mesh->stem().string() + "_mesh";
-    const auto sharing = std::count_if(scene.lightMaps.begin(), scene.lightMaps.end(),
-                                       [&](const LightMapEntry& other) { return other.mesh && other.mesh->stem() == entry.mesh->stem(); });
-    return sharing > 1 ? entry.name + "_" + name : name;
+    return meshNameAmong(scene, entry, &LightMapEntry::name);
 }
 
 std::vector<Action> planNeeds(const Scene& scene) {
@@ -604,7 +620,7 @@ formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const Pl
     if (options.only && plan.assets.empty() && plan.skipped.empty() && plan.undecided.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, "--only",
                                 fmt::format("found '{}', expected an asset of the scene; nearest is '{}'", *options.only,
-                                            formats::nearestName(*options.only, planner.knownNames())));
+                                            formats::nearestName(*options.only, plan.known)));
     return planned;
 }
 

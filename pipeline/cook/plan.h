@@ -33,10 +33,13 @@ struct Plan {
     std::vector<std::string> undecided;                 ///< light maps whose layout is chosen after action "trial/<name>"
     std::map<std::string, PackedLightMap> packed = {};  ///< by asset: the repacked light map that it belongs to
     std::map<std::string, Json> notes = {};             ///< for the report, by asset
+    std::vector<std::string> known = {};                ///< every asset of the scene, also those that the options do not want
+    std::vector<std::string> lightMaps = {};            ///< light maps of the scene file of which the options want an asset
 };
 
 /// Returns the textures of a dominant light under a target.
-std::vector<SkippedImages> dominantImages(formats::Target target);
+/// withResidual  with the residual texture, if the target has one
+std::vector<SkippedImages> dominantImages(formats::Target target, bool withResidual = true);
 
 /// Returns the GPU memory of images of a size [bytes].
 std::uint64_t bytesOf(const std::vector<SkippedImages>& images, const glm::ivec2& size);

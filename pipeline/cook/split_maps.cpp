@@ -1,9 +1,11 @@
 #include "pipeline/cook/split_maps.h"
 
 #include <algorithm>
+#include <set>
 
 #include "pipeline/assets/light_map/layout_choice.h"
 #include "pipeline/cook/trial_actions.h"
+#include "pipeline/scene/dominant_layout.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -15,6 +17,13 @@ std::optional<TrialParameters> trialOf(const Scene& scene, const Needs& needs, c
     return trialParametersOf(scene, needs, entry, reduction, repair);
 }
 
+/// Returns the GPU memory of the dominant light of a map of some size, in the layout of the scene file [bytes].
+std::uint64_t dominantBytes(const LightMapEntry& entry, formats::Target target, const glm::ivec2& size) {
+    const DominantLayoutInfo& layout = entry.dominantLayout ? *dominantLayoutFromName(*entry.dominantLayout) : allDominantLayouts().front();
+    if (layout.divisor == 0) return 0;
+    return bytesOf(dominantImages(target, layout.hasResidual), (size + layout.divisor - 1) / layout.divisor);
+}
+
 }  // namespace
 
 std::string fineNameOf(const std::string& lightMap) {
@@ -22,14 +31,19 @@ std::string fineNameOf(const std::string& lightMap) {
 }
 
 Scene onlyMapsToSplit(const Scene& scene, const PlanOptions& options) {
+    Scene split = scene;
+    split.lightMaps.clear();
+    for (const LightMapEntry& entry : scene.lightMaps) {
+        const std::vector<LightMapEntry> parts = isSplit(scene.output, entry) ? partsOf(entry, {}, 0) : std::vector{entry};
+        split.lightMaps.insert(split.lightMaps.end(), parts.begin(), parts.end());
+    }
+    std::set<std::string> wanted;
+    for (const LightMapEntry& part : split.lightMaps)
+        if (part.part && isAnyWanted(split, options, part)) wanted.insert(part.nameInScene());
     Scene maps = scene;
     maps.probes.clear();
     maps.gradients.clear();
-    std::erase_if(maps.lightMaps, [&](const LightMapEntry& entry) {
-        LightMapEntry fine = entry;
-        fine.name = fineNameOf(entry.name);
-        return !isSplit(scene.output, entry) || !(isAnyWanted(scene, options, entry) || isAnyWanted(scene, options, fine));
-    });
+    std::erase_if(maps.lightMaps, [&](const LightMapEntry& entry) { return !wanted.contains(entry.name); });
     return maps;
 }
 
@@ -64,7 +78,7 @@ std::optional<std::uint64_t> leastBytes(const TrialResult& trial, const ChartPac
     std::optional<std::uint64_t> least;
     for (const LightMapCandidate& each : candidatesOf(trial, {scene.output.maxError, visibleLimit(scene.output, entry.maxVisible)}))
         if (each.error <= 1 && each.bytes < least.value_or(UINT64_MAX)) least = each.bytes;
-    if (least && needs.specular) *least += bytesOf(dominantImages(scene.output.target), {packing.width, packing.height});
+    if (least && needs.specular) *least += dominantBytes(entry, scene.output.target, {packing.width, packing.height});
     return least;
 }
 

@@ -1,4 +1,4 @@
-// Light maps whose charts a cook may split among two maps (pipeline/assets/light_map/chart_split.h): the actions that choose a split and
+// Light maps whose charts a cook may split between two maps (pipeline/assets/light_map/chart_split.h): the actions that choose a split and
 // try it, and the two maps as the rest of the cook takes them.
 #pragma once
 

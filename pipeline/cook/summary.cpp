@@ -12,6 +12,7 @@
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/cook/integrity.h"
 #include "pipeline/cook/layout_decision.h"
+#include "pipeline/cook/split_maps.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/self_digest.h"
 
@@ -26,6 +27,14 @@ bool isPlanned(const Plan& plan, const std::string& asset) {
 
 const Action& actionOf(const Plan& plan, const std::string& id) {
     return *std::ranges::find(plan.actions, id, &Action::id);
+}
+
+/// Returns true if an asset of an earlier cook belongs to a light map of this one that has no such asset any longer: with other `charts` a
+/// map has other meshes, and no second map.
+/// lightMap  of the asset; empty for one that belongs to none
+bool isGone(const Plan& plan, const std::string& asset, const std::string& lightMap) {
+    const auto isOf = [&](const std::string& name) { return name == lightMap || fineNameOf(name) == lightMap; };
+    return std::ranges::find(plan.known, asset) == plan.known.end() && std::ranges::any_of(plan.lightMaps, isOf);
 }
 
 /// Removes the files of an earlier cook that the new manifest does not name.
@@ -148,12 +157,17 @@ Result<Report> SummaryWriter::write(const Plan& plan, const ExecutionResult& res
 /// Collects entries and rows, those of other assets first.
 Result<void> SummaryWriter::collect(const Plan& plan, const ExecutionResult& result) {
     if (isPartial_) {
-        for (const CookedAsset& asset : oldManifest_->assets)
-            if (!isPlanned(plan, asset.name)) assets_.push_back(asset);
+        std::set<std::string> left;
+        for (const CookedAsset& asset : oldManifest_->assets) {
+            const std::string lightMap = asset.kind == AssetKind::LightMap ? asset.name : asset.lightMap.value_or("");
+            if (isPlanned(plan, asset.name) || isGone(plan, asset.name, lightMap)) continue;
+            assets_.push_back(asset);
+            left.insert(asset.name);
+        }
         for (const ReportRow& row : oldReport_->assets)
-            if (!isPlanned(plan, row.name)) rows_.push_back(row);
+            if (left.contains(row.name)) rows_.push_back(row);
         for (const GltfFile& gltf : oldManifest_->gltf)
-            if (!isPlanned(plan, gltf.lightMap)) gltf_.push_back(gltf);
+            if (left.contains(gltf.lightMap)) gltf_.push_back(gltf);
     }
     for (const std::string& name : plan.assets) {
         if (auto added = addAsset(plan, result, name); !added) return added;

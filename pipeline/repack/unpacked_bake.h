@@ -58,7 +58,7 @@ void describe(Fields& fields, Self& bake) {
     fields.required("description", bake.description, "conventions of the bake");
     fields.required("packing", bake.packing, "how its charts were packed");
     fields.required("places", bake.places, "of each chart: texels of the bake for each texel in x and y, and x and y of its first texel");
-    fields.optional("part", bake.part, "the charts that this map has, where they were split among two maps; absent: all");
+    fields.optional("part", bake.part, "the charts that this map has, where they were split between two maps; absent: all");
 }
 
 /// The parameter of a verification, beside those of the asset's kind. Absent: no charts were packed.

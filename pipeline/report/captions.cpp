@@ -40,7 +40,7 @@ constexpr std::array kKinds = {
 constexpr std::array kNotes = {
     Caption{"covered_texels", "Texels inside charts"},
     Caption{"packing", "Charts packed anew"},
-    Caption{"split", "Charts split among two maps"},
+    Caption{"split", "Charts split between two maps"},
     Caption{"unread_texels", "Texels inside charts that no triangle reads: left out of the packed map"},
     Caption{"unread_levels", "Largest levels that no material is smooth enough to read"},
     Caption{"unread_bytes", "Memory of these levels [bytes]"},

@@ -1,4 +1,4 @@
-// Choices for the charts of a light map: kept, packed, or split among two maps. One table, from which scene file, command line and
+// Choices for the charts of a light map: kept, packed, or split between two maps. One table, from which scene file, command line and
 // documents derive.
 #pragma once
 

@@ -138,7 +138,8 @@ SceneSectionInfo outputSection() {
                  "charts", allChartModes(),
                  "[charts](../guide/memory-budgets.md#fewer-texels) of the light maps. Every mode but `\"keep\"` needs their meshes"),
              {"charts_max_visible", "number from 0 to 100", "0",
-              "`charts = \"pack\"`: visible error that fewer texels may add to 99 % of a chart's samples, in just noticeable differences. "
+              "`charts = \"pack\"` or `\"split\"`: visible error that fewer texels may add to 99 % of a chart's samples, in just "
+              "noticeable differences. "
               "0: charts are moved only, without loss"},
              {"gltf", kBoolean, "false",
               "also write each light map with its mesh as glTF, with the light map bound "

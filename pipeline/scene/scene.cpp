@@ -856,19 +856,6 @@ bool isSplit(const OutputSettings& output, const LightMapEntry& entry) {
     return chartModeOf(output, entry) == ChartMode::Split;
 }
 
-std::string whyNotSplit(const OutputSettings& output, const LightMapEntry& entry) {
-    if (layoutAsked(output) != kAutoLayout || !(output.isErrorAsked || visibleLimit(output, entry.maxVisible)))
-        return "found charts to split without a limit within which both maps get a layout, expected max_visible or max_error, and "
-               "light_map_layout = \"auto\" or none";
-    if (output.cost != formats::LayoutCost::Bytes)
-        return fmt::format("found charts to split beside cost = \"{}\", expected cost = \"bytes\": two maps save bytes alone",
-                           formats::info(output.cost).name);
-    if (seamLimit(output, entry))
-        return "found charts to split beside max_seam, which does not see the edges between the two maps, expected charts = \"pack\" or no "
-               "max_seam";
-    return "";
-}
-
 double chartsMaxVisible(const OutputSettings& output, const LightMapEntry& entry) {
     return entry.charts.maxVisible ? *entry.charts.maxVisible : output.charts.maxVisible.value_or(0);
 }

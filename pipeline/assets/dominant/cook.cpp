@@ -92,10 +92,10 @@ Json notesOf(const std::string& fitName, fit::DominantFit fit, const StripReport
 
 }  // namespace
 
-std::vector<PixelFormat> dominantFormats(formats::Target target) {
+std::vector<PixelFormat> dominantFormats(formats::Target target, bool withResidual) {
     const DominantFormats formats = dominantFormatsOf(target);
     std::vector<PixelFormat> all = {formats.direction, formats.intensity};
-    if (formats.hasResidual) all.push_back(formats.direction);
+    if (withResidual && formats.hasResidual) all.push_back(formats.direction);
     return all;
 }
 

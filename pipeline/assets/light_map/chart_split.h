@@ -1,4 +1,4 @@
-// Charts of a light map split among two maps, so that the charts which need a fine layout do not make all others take it.
+// Charts of a light map split between two maps, so that the charts which need a fine layout do not make all others take it.
 //
 // Charts differ: along a shadow's edge a learned layout is far off where it is invisibly so elsewhere, and one layout for the map is the
 // one that its worst charts need. The trial of the map measures every layout on every chart. For each layout, charts are left out in the

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <set>
 
 #include "formats/gltf_scene.h"
 #include "pipeline/assets/light_map/layout_choice.h"
@@ -248,6 +249,31 @@ TEST_F(SplitCook, OnlyCooksBothOrOneOfThem) {
     const Json report = cooked(kSplit);
     ASSERT_EQ(report.at("assets").size(), 2u);
     EXPECT_NE(find(report, "map_fine"), nullptr);
+    for (const auto& [only, meshes] : {std::pair("walls_mesh", 2), {"map_walls_mesh", 1}, {"map_fine_walls_mesh", 1}}) {
+        options_.output = folder_ / only;
+        options_.only = only;
+        const auto isMesh = [](const Json& asset) { return asset.at("kind") == "mesh"; };
+        EXPECT_EQ(std::ranges::count_if(cooked(kSplit).at("assets"), isMesh), meshes) << only;
+    }
+}
+
+TEST_F(SplitCook, OnlyLeavesNoAssetsOfOtherCharts) {
+    writeMap(smoothLight, hardLight);
+    const auto namesAfter = [&](const std::string& output) {
+        std::set<std::string> names;
+        const Json report = cooked(output);
+        for (const Json& asset : report.at("assets")) names.insert(asset.at("name"));
+        const auto manifest = loadManifest(options_.output);
+        EXPECT_TRUE(manifest && manifest->assets.size() == names.size());
+        return names;
+    };
+    const std::set<std::string> one = {"map", "walls_mesh"}, two = {"map", "map_fine", "map_walls_mesh", "map_fine_walls_mesh"};
+    EXPECT_EQ(namesAfter(kSplit), two);
+    options_.only = "map";
+    EXPECT_EQ(namesAfter("charts = \"pack\"\nmax_visible = 3"), one);
+    EXPECT_FALSE(fs::exists(options_.output / "map_fine_walls_mesh.gltf"));
+    EXPECT_EQ(namesAfter(kSplit), two);
+    EXPECT_EQ(namesAfter("charts = \"keep\"\ndraco = false\nlight_map_layout = \"ratio\""), std::set<std::string>{"map"});
 }
 
 TEST_F(SplitCook, BytesDoNotDependOnThreads) {
@@ -281,6 +307,8 @@ TEST_F(SplitCook, WhatCannotBeSplitIsRefused) {
     writeScene("charts = \"split\"\nmax_visible = 3",
                "mesh = \"walls.gltf\"\n[[light_map]]\nname = \"map_fine\"\nfile = \"map.exr\"\ncharts = \"keep\"\n");
     EXPECT_THAT(mistake(), HasSubstr("found charts to split beside a light map 'map_fine', expected another name for that one"));
+    writeScene("charts = \"split\"\nmax_visible = 3", "mesh = \"walls.gltf\"\n[[gradient]]\nname = \"map_fine\"\nfile = \"sky.png\"\n");
+    EXPECT_THAT(mistake(), HasSubstr("found charts to split beside a gradient 'map_fine', expected another name for that one"));
     EXPECT_FALSE(fs::exists(options_.output));
 }
 

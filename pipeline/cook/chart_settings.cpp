@@ -1,0 +1,64 @@
+#include "pipeline/cook/chart_settings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "pipeline/cook/split_maps.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+/// Returns what is wrong with packing the charts of a light map beside its other settings, or an empty text.
+std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entry) {
+    const double maxVisible = chartsMaxVisible(output, entry);
+    if (!entry.mesh)
+        return "found charts to pack without a mesh, expected mesh = \"FILE\", whose triangles say what a chart is, or charts = \"keep\"";
+    if (entry.groundTruth)
+        return "found charts to pack beside ground_truth, whose values lie at texels of the bake, expected charts = \"keep\" or no "
+               "ground_truth";
+    if ((entry.maxVisibleBound || output.maxVisibleBound) && maxVisible > 0)
+        return "found max_visible_bound beside charts with fewer texels, whose error has no bound, expected charts_max_visible = 0";
+    if (output.isWholeLimited() && maxVisible > 0)
+        return fmt::format("found {} beside charts with fewer texels, whose error it does not count, expected charts_max_visible = 0",
+                           output.maxWholeVisible ? "max_whole_visible" : "max_whole_error");
+    return "";
+}
+
+/// Returns the kind of the asset that a scene lists by a name. Empty: it lists none.
+std::string_view kindOfAsset(const Scene& scene, const std::string& name) {
+    const auto has = [&](const auto& entries, auto nameOf) { return std::ranges::find(entries, name, nameOf) != entries.end(); };
+    if (has(scene.lightMaps, &LightMapEntry::name)) return "light map";
+    if (has(scene.probes, &ProbeEntry::name)) return "probe";
+    if (has(scene.gradients, &GradientEntry::name)) return "gradient";
+    return "";
+}
+
+/// Returns what is wrong with splitting the charts of a light map beside its other settings, or an empty text.
+std::string whyNotSplit(const Scene& scene, const LightMapEntry& entry) {
+    const OutputSettings& output = scene.output;
+    const std::string fine = fineNameOf(entry.name);
+    if (const std::string_view kind = kindOfAsset(scene, fine); !kind.empty())
+        return fmt::format("found charts to split beside a {0} '{1}', expected another name for that one: '{1}' is the second map", kind,
+                           fine);
+    if (layoutAsked(output) != kAutoLayout || !(output.isErrorAsked || visibleLimit(output, entry.maxVisible)))
+        return "found charts to split without a limit within which both maps get a layout, expected max_visible or max_error, and "
+               "light_map_layout = \"auto\" or none";
+    if (output.cost != formats::LayoutCost::Bytes)
+        return fmt::format("found charts to split beside cost = \"{}\", expected cost = \"bytes\": two maps save bytes alone",
+                           formats::info(output.cost).name);
+    if (seamLimit(output, entry))
+        return "found charts to split beside max_seam, which does not see the edges between the two maps, expected charts = \"pack\" or no "
+               "max_seam";
+    return "";
+}
+
+}  // namespace
+
+std::string whyNotCharts(const Scene& scene, const LightMapEntry& entry) {
+    const std::string why = isPacked(scene.output, entry) ? whyNotPacked(scene.output, entry) : "";
+    return why.empty() && isSplit(scene.output, entry) ? whyNotSplit(scene, entry) : why;
+}
+
+}  // namespace lightcook::pipeline
