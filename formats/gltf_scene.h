@@ -57,7 +57,8 @@ struct TrianglePart {
 struct GlbChanges;
 
 /// A glTF or GLB file, Draco-compressed or not. load() refuses missing buffers, indices out of range, positions or UVs that are not finite,
-/// and what breaks the rules of gltf/scene_rules.h; the error names the file and the accessor, node or material.
+/// vertices with a world coordinate beyond 1e9, and what breaks the rules of gltf/scene_rules.h; the error names the file and the accessor,
+/// node or material.
 class GltfScene {
 public:
     static Result<GltfScene> load(const std::filesystem::path& file);

@@ -4,7 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
 #include <limits>
+#include <map>
 #include <set>
 #include <span>
 #include <utility>
@@ -21,6 +25,31 @@
 
 namespace lightcook::formats {
 namespace {
+
+/// Largest world coordinate of a vertex. One that is further away is a broken export: its triangles would have nearly all of the scene's
+/// area, and so nearly all samples of a surface.
+constexpr double kFarthest = 1e9;
+
+/// Returns the largest absolute coordinate of any vertex.
+double reachOf(const MeshAttribute& position) {
+    double reach = 0;
+    for (std::size_t vertex = 0; vertex < position.vertexCount(); ++vertex) {
+        const glm::dvec3 distance = glm::abs(position.at(vertex));
+        reach = std::max({reach, distance.x, distance.y, distance.z});
+    }
+    return reach;
+}
+
+/// Returns a bound on the absolute coordinates of points in the world, each of whose own coordinates is at most `reach`.
+double reachOf(const glm::dmat4& toWorld, double reach) {
+    double largest = 0;
+    for (int row = 0; row < 3; ++row) {
+        double sum = std::abs(toWorld[3][row]);
+        for (int column = 0; column < 3; ++column) sum += std::abs(toWorld[column][row]) * reach;
+        largest = std::max(largest, std::isnan(sum) ? HUGE_VAL : sum);
+    }
+    return largest;
+}
 
 /// Returns the first part of the JSON, other than geometry, in which a copy differs from the original; empty if none. Ignores the indices
 /// of buffer views: writing renumbers them.
@@ -76,6 +105,7 @@ struct GltfScene::State {
 
     explicit State(const std::filesystem::path& file) : document(file), primitives(readPrimitives(document)) {
         checkSceneRules(document);
+        checkPlaces();
         readMaterials();
         hasLightMapUvs = !primitives.empty();
         std::set<std::uint64_t> counted;
@@ -85,6 +115,27 @@ struct GltfScene::State {
                 vertexCount += static_cast<std::int64_t>(primitive.vertexCount);
             triangleCount += static_cast<std::int64_t>(primitive.geometry.triangleCount());
             hasLightMapUvs &= primitive.geometry.find("TEXCOORD_1") != nullptr;
+        }
+    }
+
+    /// Refuses vertices that lie too far away in the world.
+    void checkPlaces() const {
+        const std::map<std::uint64_t, std::vector<glm::dmat4>> places = placesOfMeshes(document.json());
+        for (const Primitive& primitive : primitives) {
+            const auto placed = places.find(primitive.mesh);
+            const double reach = reachOf(*primitive.geometry.find("POSITION"));
+            for (const glm::dmat4& toWorld : placed == places.end() ? std::vector{glm::dmat4(1)} : placed->second)
+                if (!(reachOf(toWorld, reach) <= kFarthest)) checkPlaces(primitive, toWorld);
+        }
+    }
+    void checkPlaces(const Primitive& primitive, const glm::dmat4& toWorld) const {
+        const MeshAttribute& position = *primitive.geometry.find("POSITION");
+        for (std::size_t vertex = 0; vertex < position.vertexCount(); ++vertex) {
+            const glm::dvec3 at(toWorld * glm::dvec4(position.at(vertex), 1));
+            if (glm::all(glm::lessThanEqual(glm::abs(at), glm::dvec3(kFarthest)))) continue;
+            document.fail(ErrorCode::ValueOutOfRange, fmt::format("{}, POSITION, vertex {}", primitive.place(), vertex),
+                          fmt::format("found ({:g}, {:g}, {:g}) in world space, expected coordinates from -{:g} to {:g}", at.x, at.y, at.z,
+                                      kFarthest, kFarthest));
         }
     }
 

@@ -699,6 +699,17 @@ TEST(GltfScene, BadReferencesAndValuesAreRefusedWithTheirPlace) {
                                         HasSubstr("finite")));
     }
     maker = cube();
+    const std::size_t positions = maker.primitives()[0]["attributes"]["POSITION"];
+    const float far = 1e30f;
+    std::memcpy(maker.buffer.data() + maker.document["bufferViews"][positions]["byteOffset"].get<std::size_t>() + 12 * 5, &far, 4);
+    const Error tooFar = refusal(maker);
+    EXPECT_EQ(tooFar.code, ErrorCode::ValueOutOfRange);
+    EXPECT_THAT(tooFar.line(), AllOf(HasSubstr("mesh 0, primitive 0, POSITION, vertex 5: found ("),
+                                     HasSubstr(" in world space, expected coordinates from -1e+09 to 1e+09")));
+    maker = cube();
+    maker.document["nodes"][0]["scale"] = {1, 1e20, 1};
+    EXPECT_THAT(refusal(maker).line(), HasSubstr("in world space, expected coordinates"));
+    maker = cube();
     maker.document["accessors"][1]["count"] = 23;
     EXPECT_THAT(refusal(maker).line(), AllOf(HasSubstr("accessor 1 (NORMAL"), HasSubstr("found 23 vertices, expected 24")));
     maker = cube();
