@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pipeline/command/mistake.h"
+#include "pipeline/command/option_groups.h"
 #include "pipeline/command/session.h"
 #include "pipeline/command/terminal.h"
 #include "pipeline/graph/version.h"
@@ -64,6 +65,17 @@ constexpr std::array kCommands = {
     CommandInfo{"help", "Print the help of the program or of one command", defineHelp},
 };
 
+/// Refuses empty values, which are those of a script's variables that are not set: CLI11 would take an empty number as 0.
+void refuseEmptyValues(CLI::App& app) {
+    for (CLI::Option* option : app.get_options()) {
+        if (option->get_items_expected_max() == 0) continue;  // a flag
+        const std::string type = option->get_type_name();
+        const bool isPath = type.starts_with(kFilePlaceholder) || type.starts_with(kFolderPlaceholder);
+        const std::string mistake = isPath ? "found '', expected a path" : "empty";
+        option->check(CLI::Validator([mistake](const std::string& value) { return value.empty() ? mistake : std::string(); }, ""));
+    }
+}
+
 }  // namespace
 
 std::span<const CommandInfo> allCommands() {
@@ -93,7 +105,9 @@ void defineProgram(CLI::App& app, GlobalOptions& global, CommandFunction& select
         CLI::App* sub = app.add_subcommand(std::string(command.name), std::string(command.summary));
         const CommandFunction function = command.define(*sub);
         sub->callback([&selected, function] { selected = function; });
+        refuseEmptyValues(*sub);
     }
+    refuseEmptyValues(app);
 }
 
 ParsedCommandLine parseCommandLine(int argc, const char* const* argv, GlobalOptions& global) {

@@ -32,29 +32,24 @@ void addConvention(CLI::App& app, const char* name, std::string& value, const ch
         ->capture_default_str();
 }
 
-/// Refuses an empty path: that of a script's variable that is not set.
-CLI::Validator notEmpty() {
-    return {[](const std::string& path) { return std::string(path.empty() ? "found '', expected a path" : ""); }, ""};
-}
-
 }  // namespace
 
 CLI::Option* addFileOption(CLI::App& app, const std::string& names, std::filesystem::path& file, const std::string& description) {
-    return app.add_option(names, file, description)->type_name(kFilePlaceholder)->check(notEmpty());
+    return app.add_option(names, file, description)->type_name(kFilePlaceholder);
 }
 
 CLI::Option* addFilesOption(CLI::App& app, const std::string& names, std::vector<std::filesystem::path>& files,
                             const std::string& description) {
-    return app.add_option(names, files, description)->type_name(kFilePlaceholder)->check(notEmpty());
+    return app.add_option(names, files, description)->type_name(kFilePlaceholder);
 }
 
 CLI::Option* addFolderOption(CLI::App& app, const std::string& names, std::filesystem::path& folder, const std::string& description) {
-    return app.add_option(names, folder, description)->type_name(kFolderPlaceholder)->check(notEmpty());
+    return app.add_option(names, folder, description)->type_name(kFolderPlaceholder);
 }
 
 CLI::Option* addFoldersOption(CLI::App& app, const std::string& names, std::vector<std::filesystem::path>& folders,
                               const std::string& description) {
-    return app.add_option(names, folders, description)->type_name(kFolderPlaceholder)->check(notEmpty());
+    return app.add_option(names, folders, description)->type_name(kFolderPlaceholder);
 }
 
 CLI::Option* addLobeOption(CLI::App& app, lighting::SpecularLobe& lobe, std::span<const formats::SpecularLobeInfo> lobes) {

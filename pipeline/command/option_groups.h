@@ -27,7 +27,7 @@ inline constexpr const char* kFolderPlaceholder = "FOLDER";
 inline constexpr const char* kPercentPlaceholder = "PERCENT";
 inline constexpr const char* kFractionPlaceholder = "FRACTION";
 
-/// Add an option that takes a file or a folder, one or several. An empty path is refused.
+/// Add an option that takes a file or a folder, one or several.
 CLI::Option* addFileOption(CLI::App& app, const std::string& names, std::filesystem::path& file, const std::string& description);
 CLI::Option* addFilesOption(CLI::App& app, const std::string& names, std::vector<std::filesystem::path>& files,
                             const std::string& description);

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <CLI/App.hpp>
 #include <sstream>
 #include <vector>
 
@@ -64,12 +65,26 @@ TEST(Mistake, TakesFilesThatHaveTheNameOfACommand) {
     EXPECT_THAT(mistakeOf("-q report demo lut --no-such"), HasSubstr("'--no-such', expected an option of report"));
 }
 
-TEST(Mistake, AnEmptyPathIsRefused) {
+TEST(Mistake, AnEmptyValueIsRefused) {
     const auto mistakeOfAll = [](const std::vector<std::string>& arguments) { return firstMistake(arguments, "").line(); };
     EXPECT_EQ(mistakeOfAll({"encode", "", "out.ktx2", "--format", "bc7"}), "command line: found '', expected a path");
     EXPECT_EQ(mistakeOfAll({"cook", "scene.toml", "-o", ""}), "-o: found '', expected a path");
     EXPECT_EQ(mistakeOfAll({"report", "out", ""}), "command line: found '', expected a path");
     EXPECT_EQ(mistakeOfAll({"cook", "scene.toml", "--cache="}), "--cache: found no value, expected FOLDER");
+    EXPECT_EQ(mistakeOfAll({"info", ""}), "command line: found '', expected a path");
+    EXPECT_EQ(mistakeOfAll({"rsrm", "sky.exr", "out", "--exponents", ""}), "--exponents: found '', expected S,S,...");
+    EXPECT_THAT(mistakeOfAll({"cook", "scene.toml", "--max-error", ""}), StartsWith("--max-error: found '', expected a fraction"));
+    EXPECT_THAT(mistakeOfAll({"cook", "scene.toml", "--only", ""}), StartsWith("--only: found '', expected "));
+    // Every option of every command that takes a value.
+    for (const CommandInfo& command : allCommands()) {
+        CLI::App app;
+        command.define(app);
+        for (const CLI::Option* option : app.get_options())
+            if (option->get_items_expected_max() > 0 && option->get_name().starts_with("-")) {
+                EXPECT_THAT(mistakeOfAll({std::string(command.name), option->get_name(), ""}),
+                            StartsWith(option->get_name() + ": found '', expected "));
+            }
+    }
 }
 
 TEST(Mistake, SaysWhichOptionsGoTogether) {
