@@ -180,6 +180,11 @@ private:
         outcome_.actionsReused += materials.actionsReused + result.actionsReused;
         addErrors(result);
         if (isStopped(result)) return {};
+        if (const std::string left = options_.only ? leftWithOtherCharts(*plan, outcome_.output) : ""; !left.empty())
+            return failure(
+                ErrorCode::InvalidRequest, "--only",
+                fmt::format("found '{}' with charts that were packed anew, expected the light map to be cooked with it: --only {}", left,
+                            plan->lightMaps.front()));
         const auto report = publishWithSummaries(*plan, result);
         if (!report) return tl::make_unexpected(report.error());
         if (auto kept = cookAlternatives(); !kept) return kept;

@@ -132,12 +132,15 @@ private:
     template <class Parent>
     bool wanted(const std::string& asset, AssetKind kind, const Parent& parent) {
         plan_.known.push_back(asset);
+        return wants(asset, kind, parent);
+    }
+    bool wants(const std::string& asset, AssetKind kind, const std::string& parent) const {
         return isWanted(options_, asset, kind, parent);
     }
-
-    bool wantedMesh(const LightMapEntry& entry) {
-        plan_.known.push_back(meshAssetName(scene_, entry));
-        return isMeshWanted(scene_, options_, entry);
+    /// The assets of a light map whose charts are packed anew are wanted together: textures and UVs of different packings do not match.
+    bool wants(const std::string& asset, AssetKind kind, const LightMapEntry& entry) const {
+        if (packedOf(entry) == nullptr) return isWanted(options_, asset, kind, entry);
+        return (!options_.onlyKind || *options_.onlyKind == info(kind).name) && isAnyWanted(scene_, options_, entry);
     }
 
     /// Returns the display of the scene and the limit on visible errors of an asset that is no light map.
@@ -185,7 +188,8 @@ private:
         if (layout == kAutoLayout && isDecided) layout = options_.layouts.at(entry.name);
         const bool mayBeLearned = !isDecided || hasLearnedBases(layout);
         const PackedLightMap* packed = packedOf(entry);
-        const bool hasMesh = entry.mesh && (scene_.output.draco || mayBeLearned || packed != nullptr) && wantedMesh(entry);
+        const bool hasMesh = entry.mesh && (scene_.output.draco || mayBeLearned || packed != nullptr) &&
+                             wanted(meshAssetName(scene_, entry), AssetKind::Mesh, entry);
         // A mesh whose vertices name clusters depends on its light map.
         const bool hasMap = wanted(entry.name, AssetKind::LightMap, entry) || (hasMesh && mayBeLearned);
         if ((hasMap || joint) && !isDecided) addTrial(entry, reduction, joint);
@@ -212,7 +216,7 @@ private:
     /// choose. A dominant light that is cooked without its light map was asked for, and is not traded.
     std::optional<JointTrial> jointTrialOf(const LightMapEntry& entry, const LightMapReduction& reduction) const {
         if (!scene_.output.isChosenByWhole() || reduction.constantOf) return std::nullopt;
-        if (!isWanted(options_, entry.name, AssetKind::LightMap, entry)) return std::nullopt;
+        if (!wants(entry.name, AssetKind::LightMap, entry)) return std::nullopt;
         const bool isLayoutChosen = reduction.layout == kAutoLayout;
         JointTrial joint;
         if (reduction.layout != kAutoLayout) joint.layout = reduction.layout;
@@ -226,12 +230,12 @@ private:
     /// Returns true if pixels show a dominant light of the map that differs from texel to texel.
     bool isDominantShown(const LightMapEntry& entry, const LightMapReduction& reduction) const {
         return needs_.specular && reduction.hasDominant && !reduction.isDominantConstant &&
-               isWanted(options_, dominantNameOf(entry.name), AssetKind::Dominant, entry);
+               wants(dominantNameOf(entry.name), AssetKind::Dominant, entry);
     }
 
     /// Adds the verification of a light map and its dominant light together, where that chose their layouts.
     void addWhole(const LightMapEntry& entry, const LightMapReduction& reduction) {
-        if (!scene_.output.isChosenByWhole() || reduction.constantOf || !isWanted(options_, entry.name, AssetKind::LightMap, entry)) return;
+        if (!scene_.output.isChosenByWhole() || reduction.constantOf || !wants(entry.name, AssetKind::LightMap, entry)) return;
         WholeVerifyParameters parameters{
             {shading_, displayOf(scene_, entry)}, {}, scene_.output.maxWholeVisible, scene_.output.maxWholeError};
         std::vector<std::string> dependencies = {"cook/" + entry.name};
@@ -580,8 +584,11 @@ bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind ki
 }
 
 bool isAnyWanted(const Scene& scene, const PlanOptions& options, const LightMapEntry& entry) {
-    return isWanted(options, entry.name, AssetKind::LightMap, entry) ||
-           isWanted(options, dominantNameOf(entry.name), AssetKind::Dominant, entry) || (entry.mesh && isMeshWanted(scene, options, entry));
+    return std::ranges::any_of(scene.lightMaps, [&](const LightMapEntry& each) {
+        return each.nameInScene() == entry.nameInScene() && (isWanted(options, each.name, AssetKind::LightMap, each) ||
+                                                             isWanted(options, dominantNameOf(each.name), AssetKind::Dominant, each) ||
+                                                             (each.mesh && isMeshWanted(scene, options, each)));
+    });
 }
 
 std::string meshAssetName(const Scene& scene, const LightMapEntry& entry) {

@@ -53,7 +53,8 @@ bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind ki
 /// The same of an asset of a light map, which the light map of the scene file names, too.
 bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind kind, const LightMapEntry& entry);
 
-/// Returns true if the options want an asset of a light map: itself, its dominant light or its mesh.
+/// Returns true if the options want an asset of a light map of the scene file: itself, its dominant light or its mesh, of either part if it
+/// is split.
 bool isAnyWanted(const Scene& scene, const PlanOptions& options, const LightMapEntry& entry);
 
 /// Returns the actions that run before the plan: they read the materials of the meshes.

@@ -15,6 +15,7 @@
 #include "pipeline/cook/split_maps.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/self_digest.h"
+#include "pipeline/repack/unpacked_bake.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -29,12 +30,17 @@ const Action& actionOf(const Plan& plan, const std::string& id) {
     return *std::ranges::find(plan.actions, id, &Action::id);
 }
 
-/// Returns true if an asset of an earlier cook belongs to a light map of this one that has no such asset any longer: with other `charts` a
-/// map has other meshes, and no second map.
-/// lightMap  of the asset; empty for one that belongs to none
-bool isGone(const Plan& plan, const std::string& asset, const std::string& lightMap) {
-    const auto isOf = [&](const std::string& name) { return name == lightMap || fineNameOf(name) == lightMap; };
-    return std::ranges::find(plan.known, asset) == plan.known.end() && std::ranges::any_of(plan.lightMaps, isOf);
+/// Returns the light map that an asset belongs to, or is. Empty: none.
+std::string lightMapOf(const CookedAsset& asset) {
+    return asset.kind == AssetKind::LightMap ? asset.name : asset.lightMap.value_or("");
+}
+
+/// Returns true if a cook leaves an asset of an earlier one in the folder. It removes those of its light maps that the scene has no longer:
+/// with other `charts` a map has other meshes, and no second map.
+bool isLeft(const Plan& plan, const CookedAsset& asset) {
+    const auto isOf = [&](const std::string& name) { return name == lightMapOf(asset) || fineNameOf(name) == lightMapOf(asset); };
+    const bool isGone = std::ranges::find(plan.known, asset.name) == plan.known.end() && std::ranges::any_of(plan.lightMaps, isOf);
+    return !isPlanned(plan, asset.name) && !isGone;
 }
 
 /// Removes the files of an earlier cook that the new manifest does not name.
@@ -117,6 +123,16 @@ void describeSources(const PackedLightMap& packed, const CookedAsset& asset, Rep
 
 }  // namespace
 
+std::string leftWithOtherCharts(const Plan& plan, const std::filesystem::path& folder) {
+    const auto old = loadManifest(folder);
+    if (!old) return {};
+    for (const CookedAsset& asset : old->assets)
+        if (isLeft(plan, asset) && std::ranges::find(plan.lightMaps, lightMapOf(asset)) != plan.lightMaps.end() && asset.verify &&
+            asset.verify->contains(kUnpackedKey))
+            return asset.name;
+    return {};
+}
+
 SummaryWriter::SummaryWriter(const Scene& scene, const std::filesystem::path& folder, bool isPartial, DigestMemo& digests)
     : scene_(scene), folder_(folder), digests_(digests) {
     if (auto manifest = loadManifest(folder)) oldManifest_ = std::move(*manifest);
@@ -159,8 +175,7 @@ Result<void> SummaryWriter::collect(const Plan& plan, const ExecutionResult& res
     if (isPartial_) {
         std::set<std::string> left;
         for (const CookedAsset& asset : oldManifest_->assets) {
-            const std::string lightMap = asset.kind == AssetKind::LightMap ? asset.name : asset.lightMap.value_or("");
-            if (isPlanned(plan, asset.name) || isGone(plan, asset.name, lightMap)) continue;
+            if (!isLeft(plan, asset)) continue;
             assets_.push_back(asset);
             left.insert(asset.name);
         }

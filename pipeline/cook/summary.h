@@ -19,6 +19,10 @@ namespace lightcook::pipeline {
 std::string kindOfWork(const CookedAsset& asset);
 double workOf(const CookedAsset& asset);
 
+/// Returns an asset of an earlier cook in a folder that a plan leaves alone, although its charts were packed anew and those of its light
+/// map are not now: its textures or UVs belong to another packing. Empty: none.
+std::string leftWithOtherCharts(const Plan& plan, const std::filesystem::path& folder);
+
 /// Writes the summaries of one cook.
 class SummaryWriter {
 public:
