@@ -37,7 +37,8 @@ enum class LightMapLayout {
     Hdr2,
     Halo3,
     Halo3Linear,
-    HdrRgb9e5
+    HdrRgb9e5,
+    Flat2
 };
 
 /// Layouts of one family share their encoder, their decoder and the shader source light_map_<family>.glsl.
@@ -83,6 +84,8 @@ struct LightMapLayoutInfo {
     /// An engine reads the textures by its own formula. No other layout may stand in for this one.
     bool isForEngine = false;
 
+    /// The textures hold exit radiance at the texel's own normal.
+    constexpr bool isFlat() const { return family == LightMapFamily::Flat; }
     /// The decode is fitted to the map.
     constexpr bool isLearned() const { return codeCount > 0; }
     /// The encoder has an objective to minimize: visible errors or energy.
@@ -125,6 +128,7 @@ using Texture = LightMapTextureInfo;
 
 inline constexpr std::array kRaw = {Texture{"sh", 9, TexelRole::Half}};
 inline constexpr std::array kFlat = {Texture{"exit", 1, TexelRole::Hdr}};
+inline constexpr std::array kFlat2 = {Texture{"exit", 1, TexelRole::Hdr}, Texture{"second", 1, TexelRole::Hdr}};
 inline constexpr std::array kLuvw = {Texture{"luvw_first", 9, TexelRole::LdrAlpha}, Texture{"luvw_second", 9, TexelRole::LdrAlpha}};
 inline constexpr std::array kLuvwLinear = {Texture{"luvw_first", 5, TexelRole::LdrAlpha}, Texture{"luvw_second", 5, TexelRole::LdrAlpha}};
 inline constexpr std::array kRatio = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"ratio", 8, TexelRole::Ldr}};
@@ -419,8 +423,21 @@ inline constexpr std::array kLightMapLayouts = {
                        .trialLayout = LightMapLayout::HdrRgb9e5,
                        .trialStage = "total",
                        .lacks = ""},
+    LightMapLayoutInfo{.id = LightMapLayout::Flat2,
+                       .name = "flat-2",
+                       .family = LightMapFamily::Flat,
+                       .caption = "flat and a second texture of what the first one misses",
+                       .textures = layout_tables::kFlat2,
+                       .stages = layout_tables::kLuvwStages,
+                       .codeCount = 0,
+                       .isZonal = false,
+                       .decodeDegree = 1,
+                       .decodeOps = 9,
+                       .trialLayout = std::nullopt,
+                       .trialStage = "",
+                       .lacks = "directions: normal maps see one radiance a texel, specular light a grey sky"},
 };
-static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::HdrRgb9e5));
+static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::Flat2));
 
 /// Returns every layout, in the order of the enumeration.
 constexpr std::span<const LightMapLayoutInfo> allLightMapLayouts() {
@@ -434,6 +451,12 @@ constexpr const LightMapLayoutInfo& info(LightMapLayout layout) {
 constexpr std::optional<LightMapLayout> lightMapLayoutFromName(std::string_view name) {
     const LightMapLayoutInfo* row = findByName(allLightMapLayouts(), name);
     return row == nullptr ? std::nullopt : std::optional(row->id);
+}
+
+/// Returns true for the name of a layout of exit radiance.
+constexpr bool isFlat(std::string_view layout) {
+    const auto id = lightMapLayoutFromName(layout);
+    return id && info(*id).isFlat();
 }
 
 constexpr std::string_view nameOf(LightMapFamily family) {

@@ -1,6 +1,7 @@
 // Encoding of rows: dispatch on the family of the layout, and the families raw and flat, which need no file of their own.
 #include <algorithm>
 #include <cassert>
+#include <glm/common.hpp>
 
 #include "compress/light_map/families.h"
 #include "compress/light_map/filter_fit.h"
@@ -23,6 +24,29 @@ EncodedLightMapRows encodeRaw(const LightMapPlan& plan, const rows::Source& sour
     return out;
 }
 
+/// Encodes exit radiance, in one texture or two.
+EncodedLightMapRows encodeFlat(const LightMapPlan& plan, const rows::Source& source, EncodeOptions options) {
+    EncodedLightMapRows out;
+    const bool hasSecond = plan.textures.size() > 1;
+    const float range = rows::constant(plan, "range", 0);
+    rows::Layer first = rows::encodeHdr(plan.textures[0].format, source, source.values[0], range, static_cast<float>(plan.key), options,
+                                        hasSecond, out.report);
+    out.textures.resize(plan.textures.size());
+    out.textures[0].layers.push_back(std::move(first.bytes));
+    if (!hasSecond) return out;
+    const float share = rows::constant(plan, "share", 0);
+    formats::Image<glm::vec4> texels(source.width, source.height, glm::vec4(0, 0, 0, 1));
+    for (int y = 0; y < source.height; ++y)
+        for (int x = 0; x < source.width; ++x) {
+            const glm::vec3 second = rows::secondOf(source.values[0].at(x, y) / range, glm::vec3(first.decoded.at(x, y)), share);
+            texels.at(x, y) = glm::vec4(glm::max(second, glm::vec3(0)), 1);
+        }
+    options.hdrMetric = HdrMetric::Linear;
+    rows::Layer second = rows::encodeLayer(plan.textures[1].format, texels, rows::linearSignificance(source), options, false, out.report);
+    out.textures[1].layers.push_back(std::move(second.bytes));
+    return out;
+}
+
 }  // namespace
 
 EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, int rowCount,
@@ -36,8 +60,9 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
     rows::dropFarPadding(source, plan.blockHeight());
     switch (formats::info(plan.layout).family) {
         case LightMapFamily::Raw:
-        case LightMapFamily::Flat:
             return encodeRaw(plan, source, options);
+        case LightMapFamily::Flat:
+            return encodeFlat(plan, source, options);
         case LightMapFamily::Luvw:
             return rows::encodeLuvw(plan, source, options);
         case LightMapFamily::Ratio:

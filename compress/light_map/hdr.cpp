@@ -16,12 +16,6 @@ using formats::Image;
 
 /// The bias lies below the least ratio by this factor, so that an error of the decoded coefficient 0 makes no value negative.
 constexpr float kHeadroom = 1.02f;
-/// The second texture enters the decode with this share. It stores errors of the first one divided by the share, and no negative values:
-/// a larger share holds larger errors, a smaller one makes less of the texture's own.
-constexpr float kShare = 1.0f / 8;
-
-/// Importance of a texel, at least: one that is far brighter than the key must not vanish beside dark ones.
-constexpr float kLeastImportance = 1e-6f;
 
 class HdrLayers {
 public:
@@ -29,10 +23,7 @@ public:
         : plan_(plan), source_(source), options_(options), range_(constant(plan, "range", 0)) {
         options_.hdrMetric = HdrMetric::Linear;
         out_.textures.resize(plan.textures.size());
-        significance_ = Image<float>(source.width, source.height, 0);
-        for (int y = 0; y < source.height; ++y)
-            for (int x = 0; x < source.width; ++x)
-                significance_.at(x, y) = std::max(source.importance.at(x, y), kLeastImportance * source.coverage.at(x, y));
+        significance_ = linearSignificance(source);
     }
 
     EncodedLightMapRows encode() && {
@@ -45,10 +36,8 @@ public:
         }
         for (std::size_t i = 0; i < source_.values.size() && hasSecond; ++i) {
             const float share = constant(plan_, "share", 0);
-            const Image<glm::vec4> second = add(1, i == 0, [&](int x, int y) {
-                const glm::vec3 reached(first[i].at(x, y));
-                return reached + (valueOf(i, decoded0, x, y) - reached) / share;
-            });
+            const Image<glm::vec4> second =
+                add(1, i == 0, [&](int x, int y) { return secondOf(valueOf(i, decoded0, x, y), glm::vec3(first[i].at(x, y)), share); });
             for (int y = 0; i == 0 && y < source_.height; ++y)
                 for (int x = 0; x < source_.width; ++x) decoded0.at(x, y) = glm::mix(first[0].at(x, y), second.at(x, y), share);
         }
@@ -95,7 +84,7 @@ void planHdrCoefficients(LightMapPlan& plan, const LightMapMeasure& measure) {
         largest = std::max(largest, measure.maximumAbsolute(i) - bias * measure.maximumAbsolute(0));
     }
     plan.constants["range"] = {halfRange(largest)};
-    if (plan.textures.size() > 1) plan.constants["share"] = {kShare};
+    if (plan.textures.size() > 1) plan.constants["share"] = {kSecondShare};
 }
 
 EncodedLightMapRows encodeHdrCoefficients(const LightMapPlan& plan, const Source& source, const EncodeOptions& options) {

@@ -120,6 +120,7 @@ LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target
         }
         case LightMapFamily::Flat:
             plan.constants["range"] = {rows::halfRange(measure.maximumExit())};
+            if (plan.textures.size() > 1) plan.constants["share"] = {rows::kSecondShare};
             break;
         case LightMapFamily::Luvw:
             rows::planLuvw(plan, measure);

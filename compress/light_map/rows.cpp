@@ -191,6 +191,15 @@ Layer encodeHdr(PixelFormat format, const Source& source, const Image<glm::vec3>
     return encodeLayer(format, texels, source.coverage, hdr, wantsDecoded, report);
 }
 
+Image<float> linearSignificance(const Source& source) {
+    constexpr float kLeast = 1e-6f;  // a texel that is far brighter than the key must not vanish beside dark ones
+    Image<float> significance(source.width, source.height, 0);
+    for (int y = 0; y < source.height; ++y)
+        for (int x = 0; x < source.width; ++x)
+            significance.at(x, y) = std::max(source.importance.at(x, y), kLeast * source.coverage.at(x, y));
+    return significance;
+}
+
 float constant(const LightMapPlan& plan, const char* name, std::size_t index) {
     return plan.constants.at(name).at(index);
 }

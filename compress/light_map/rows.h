@@ -49,6 +49,16 @@ Layer encodeLayer(formats::PixelFormat format, formats::Image<glm::vec4>& texels
 Layer encodeHdr(formats::PixelFormat format, const Source& source, const formats::Image<glm::vec3>& values, float range, float key,
                 const EncodeOptions& options, bool wantsDecoded, EncodeReport& report);
 
+/// Layouts of two HDR textures decode mix(first, second, share). The second texture stores errors of the first one divided by the share,
+/// and no negative values: a larger share holds larger errors, a smaller one makes less of the texture's own.
+inline constexpr float kSecondShare = 1.0f / 8;
+/// Returns what the second texture stores for a value that the first one decodes as `first`.
+inline glm::vec3 secondOf(const glm::vec3& value, const glm::vec3& first, float share) {
+    return first + (value - first) / share;
+}
+/// Returns the significance of each texel under a linear metric: its importance, and at least a little where it is covered.
+formats::Image<float> linearSignificance(const Source& source);
+
 /// Returns element `index` of a constant of the plan.
 float constant(const LightMapPlan& plan, const char* name, std::size_t index);
 

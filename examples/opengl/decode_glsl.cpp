@@ -61,10 +61,14 @@ std::string learnedGlsl(const Json& lightMap, const std::string& codeCount) {
            "  return sh;\n}\n";
 }
 
-std::string flatGlsl(const Json& lightMap) {
-    return "uniform LcFlatConstants constants;\nLcSh lightMapSh(vec2 uv, int cluster) {\n  LcSh sh;\n"
-           "  for (int i = 0; i < 9; ++i) sh.c[i] = vec3(0.0);\n  sh.c[0] = lcLightMapFlat(" +
-           fetch(*findTexture(lightMap, "exit"), "0.0") + ", constants) / 0.28209479;  // the first basis function\n  return sh;\n}\n";
+std::string flatGlsl(const Json& lightMap, const std::string& layout) {
+    const std::string name = shaderName(layout);
+    std::string texels;
+    for (const Json& texture : lightMap.at("textures")) texels += fetch(texture, "0.0") + ", ";
+    return "uniform Lc" + name +
+           "Constants constants;\nLcSh lightMapSh(vec2 uv, int cluster) {\n  LcSh sh;\n"
+           "  for (int i = 0; i < 9; ++i) sh.c[i] = vec3(0.0);\n  sh.c[0] = lcLightMap" +
+           name + "(" + texels + "constants) / 0.28209479;  // the first basis function\n  return sh;\n}\n";
 }
 
 std::string plainGlsl(const Json& lightMap, const std::string& layout, const std::string& include) {
@@ -84,7 +88,7 @@ std::string decodeGlsl(const Json& lightMap, const std::string& include) {
     for (const Json& texture : lightMap.at("textures"))
         samplers += std::string("uniform ") + (texture.at("array") ? "sampler2DArray" : "sampler2D") + " map_" +
                     texture.at("role").get<std::string>() + ";\n";
-    if (layout == "flat") return samplers + flatGlsl(lightMap);
+    if (layout == "flat" || layout == "flat-2") return samplers + flatGlsl(lightMap, layout);
     if (!layout.starts_with("basis-")) return samplers + plainGlsl(lightMap, layout, include);
     return samplers + learnedGlsl(lightMap, layout == "basis-3" ? "3" : "4");
 }

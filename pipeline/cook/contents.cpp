@@ -81,7 +81,7 @@ verify::LightMapShading shadingOf(const Scene& scene, const Needs& needs) {
     // A mirror (m = 0) has no area specular: the verifier's smallest lobe stands for it.
     shading.m = samplesOf({std::max(needs.m.low, kSmallestShadedM), std::max(needs.m.high, kSmallestShadedM)}, shading.m);
     shading.f0 = samplesOf(needs.f0, shading.f0);
-    if (!needs.normalMap && !needs.specular) shading.normalCount = 1;
+    if (!needs.needsDirections()) shading.normalCount = 1;
     return shading;
 }
 
@@ -115,6 +115,7 @@ formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs)
 LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const LightMapEntry& entry, const std::string& asked) {
     LightMapReduction reduction;
     reduction.layout = asked;
+    reduction.isFlatTried = asked == kAutoLayout && !needs.needsDirections();
     const auto found = needs.contents.find(entry.name);
     if (found == needs.contents.end()) return reduction;
     const LightMapContent& content = found->second;
@@ -132,7 +133,7 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
                                     kConstantSide, kConstantSide);
         return reduction;
     }
-    reduction.isFlatTried = isAuto && content.errorOfOrder0.has_value();
+    if (isAuto && content.errorOfOrder0) reduction.isFlatTried = true;
     if (isAuto || isNamed || asked == nameOf(formats::LightMapLayout::Flat)) return reduction;
     const auto lower = [&](formats::LightMapLayout layout, std::string_view bands, double error) {
         reduction.layout = nameOf(layout);

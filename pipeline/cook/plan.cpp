@@ -281,7 +281,7 @@ private:
                  {"light-map", texelsOf(*reduction.constantOf)});
         else if (!reduction.why.empty())
             skip(fmt::format("bands of light map '{}'", entry.name), reduction.why, "light-map", entry.name, would, is);
-        else if (layout == formats::info(formats::LightMapLayout::Flat).name && asked != layout && asked != kAutoLayout)
+        else if (formats::isFlat(layout) && asked != layout && asked != kAutoLayout)
             skip(fmt::format("directional light map '{}'", entry.name),
                  "no material has a normal map or is specular: a flat exit-radiance map is enough", "light-map", entry.name, would, is);
     }

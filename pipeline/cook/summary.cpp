@@ -142,7 +142,7 @@ SummaryWriter::SummaryWriter(const Scene& scene, const std::filesystem::path& fo
 
 std::string kindOfWork(const CookedAsset& asset) {
     // A flat map costs less than one with directions.
-    const bool isFlat = asset.kind == AssetKind::LightMap && asset.layout == formats::info(formats::LightMapLayout::Flat).name;
+    const bool isFlat = asset.kind == AssetKind::LightMap && formats::isFlat(asset.layout);
     return std::string(info(asset.kind).name) + (isFlat ? "/flat" : "");
 }
 

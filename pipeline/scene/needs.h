@@ -22,6 +22,9 @@ struct Needs {
     bool isRoughnessKnown = false;                      ///< a material states m, so that other roughness is unused
     std::map<std::string, LightMapContent> contents{};  ///< of light maps, by name
     std::set<std::string> unusedProbes{};               ///< names
+
+    /// Returns true if the materials show where light comes from.
+    bool needsDirections() const { return normalMap || specular; }
 };
 
 /// Layers of a texture that a skip saved, as large as its light map.

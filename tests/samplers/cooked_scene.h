@@ -24,7 +24,7 @@ public:
     CookedScene(pipeline::SmallScene::Parts parts, const std::string& target, const std::string& layout)
         : small_(std::make_unique<pipeline::SmallScene>(parts)) {
         small_->writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"", target, layout),
-                               layout == "flat" ? "[[material]]\nname = \"*\"\nnormal_map = false\nspecular = false\n" : "");
+                               layout.starts_with("flat") ? "[[material]]\nname = \"*\"\nnormal_map = false\nspecular = false\n" : "");
         pipeline::CookOptions options = small_->options();
         options.cache = LIGHTCOOK_TEST_CACHE;
         const auto known = formats::lightMapLayoutFromName(layout);

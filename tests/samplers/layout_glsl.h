@@ -57,6 +57,9 @@ public:
             case formats::LightMapFamily::Raw:
                 return constants({{"range", Kind::Number}}) + texels({{"sh", "sh"}}) + call();
             case formats::LightMapFamily::Flat:
+                if (info_.textures.size() > 1)
+                    return constants({{"range", Kind::Number}, {"share", Kind::Number}}) +
+                           result(fmt::format("lcLightMapFlat2({}, {}, k)", fetch("exit", "0"), fetch("second", "0")));
                 return constants({{"range", Kind::Number}}) + result(fmt::format("lcLightMapFlat({}, k)", fetch("exit", "0")));
             case formats::LightMapFamily::Luvw:
                 return constants(info_.isForEngine ? std::vector<Constant>{{"range", Kind::Array}}

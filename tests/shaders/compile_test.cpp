@@ -87,6 +87,9 @@ std::string textOf(std::string_view name) {
 /// Returns code that decodes a layout and shades with it.
 std::string useOf(const std::string& layout) {
     if (layout == "flat") return "LcFlatConstants k; k.range = 2.0;\nresult = lcLightMapFlat(vec4(0.1, 0.2, 0.3, 1.0), k);\n";
+    if (layout == "flat-2")
+        return "LcFlat2Constants k; k.range = 2.0; k.share = 0.125;\n"
+               "result = lcLightMapFlat2(vec4(0.1, 0.2, 0.3, 1.0), vec4(0.2, 0.1, 0.3, 1.0), k);\n";
     if (layout.starts_with("basis")) {
         const std::string count = layout == "basis-3" ? "3" : "4";
         return "LcBasisFirst" + count + " b;\nLcBasisResidual r;\nfor (int i = 0; i < " + (count == "3" ? "80" : "120") +

@@ -45,6 +45,13 @@ inline shaders::LcSh deviationOf(const Flat& layout, const Boxes<1>& t) {
     out.c[0] = std::abs(layout.k.range) / Flat::kY0 * detail::rgb(t[0].tolerance);
     return out;
 }
+inline shaders::LcSh deviationOf(const Flat2& layout, const Boxes<2>& t) {
+    shaders::LcSh out{};
+    const glm::vec3 off =
+        std::abs(1 - layout.k.share) * detail::rgb(t[0].tolerance) + std::abs(layout.k.share) * detail::rgb(t[1].tolerance);
+    out.c[0] = std::abs(layout.k.range) / Flat::kY0 * off;
+    return out;
+}
 
 /// hdr: v_i = range sh_i or range mix(sh_i, second_i, share), c_i = v_i + bias_i v_0.
 template <HdrFamily Layout>

@@ -39,6 +39,11 @@ std::optional<formats::Error> readConstants(const CookedLightMap& map, AnyLayout
     return readConstant(map, "range", std::span(&layout.k.range, 1));
 }
 
+std::optional<formats::Error> readConstants(const CookedLightMap& map, Flat2& layout) {
+    if (auto error = readConstant(map, "range", std::span(&layout.k.range, 1))) return error;
+    return readConstant(map, "share", std::span(&layout.k.share, 1));
+}
+
 template <EngineLayout AnyLayout>
 std::optional<formats::Error> readConstants(const CookedLightMap&, AnyLayout&) {
     return std::nullopt;

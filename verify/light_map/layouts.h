@@ -76,6 +76,28 @@ struct Flat : LayoutRow<LightMapLayout::Flat> {
     }
 };
 
+struct Flat2 : LayoutRow<LightMapLayout::Flat2> {
+    shaders::LcFlat2Constants k{};
+    bool isOwnNormalOnly = true;  ///< as that of Flat
+
+    shaders::LcSh decode(const Texels<kLayers>& t) const {
+        shaders::LcSh sh{};
+        sh.c[0] = shaders::lcLightMapFlat2(t[0], t[1], k) / Flat::kY0;
+        return sh;
+    }
+    /// Returns the decode of the first texture alone.
+    shaders::LcSh decodeEarly(std::size_t, const Texels<kLayers>& t, const shaders::LcSh&) const {
+        shaders::LcSh sh{};
+        sh.c[0] = shaders::lcLightMapFlat(t[0], {k.range}) / Flat::kY0;
+        return sh;
+    }
+};
+
+/// Layouts of exit radiance.
+template <class Layout>
+concept FlatFamily = formats::info(Layout::kLayout)
+.isFlat();
+
 /// Layouts of the luvw family: two texels for each coefficient, [first..., second...].
 template <class Layout>
 concept LuvwFamily = formats::info(Layout::kLayout)
@@ -312,7 +334,7 @@ struct Basis : LayoutRow<kId> {
 /// One alternative for each layout, in the order of the enumeration.
 using Layout = std::variant<Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis<LightMapLayout::Basis3>, Basis<LightMapLayout::Basis4>,
                             Basis<LightMapLayout::Basis8>, Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>, Sh4, Godot,
-                            MonoSh, Bakery, Hdr, Hdr2, Halo3, Halo3Linear, HdrRgb9e5>;
+                            MonoSh, Bakery, Hdr, Hdr2, Halo3, Halo3Linear, HdrRgb9e5, Flat2>;
 
 /// Returns true if the variant has one alternative for each row of the table, in its order.
 template <std::size_t... kIndices>

@@ -162,11 +162,15 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
             setup.tolerance.insert(setup.tolerance.end(), static_cast<std::size_t>(state->textures[i].layerCount),
                                    toleranceOf(map.formats[i]));
     }
-    auto* flat = std::get_if<layouts::Flat>(&state->layout);
-    if (flat != nullptr) flat->isOwnNormalOnly = !shading.needsDirections();
+    const bool isOwnNormalOnly = layouts::infoOf(state->layout).isFlat() && !shading.needsDirections();
+    std::visit(
+        [&](auto& each) {
+            if constexpr (requires { each.isOwnNormalOnly; }) each.isOwnNormalOnly = isOwnNormalOnly;
+        },
+        state->layout);
     std::optional<ScannedKernels> scanned;
     setup.matrices = shadingMatrices(shading, 1 / static_cast<double>(state->perKey), viewing);
-    if (flat != nullptr && flat->isOwnNormalOnly) {
+    if (isOwnNormalOnly) {
         setup.matrices.diffuse = flatMatrix();
         if (setup.matrices.visible) setup.matrices.visible->cap = flatMatrix();
     } else {
@@ -178,7 +182,7 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
             for (std::size_t l = 0; l < 3; ++l) setup.largestResponse[l] = std::max(setup.largestResponse[l], response.norms()[l]);
     }
     if (viewing && sampling.bounds) {
-        const bool hasCap = shading.normalCount > 1 && !(flat != nullptr && flat->isOwnNormalOnly);
+        const bool hasCap = shading.normalCount > 1 && !isOwnNormalOnly;
         setup.visible = visibleBounding(shading, *viewing, 1 / static_cast<double>(state->perKey), hasCap ? shading.normalMapTilt : 0,
                                         scanned ? &*scanned : nullptr);
     }

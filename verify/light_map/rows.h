@@ -149,7 +149,7 @@ private:
         LcSh out{};
         const lighting::ShRgb& sh = reference_.sh.at(x, stripRow);
         for (std::size_t i = 0; i < kCount; ++i) out.c[i] = perKey_ * sh[i];
-        if constexpr (std::is_same_v<Layout, layouts::Flat>) {
+        if constexpr (layouts::FlatFamily<Layout>) {
             if (!layout_.isOwnNormalOnly) return out;
             LcSh flat{};
             flat.c[0] = shaders::lcExitRadiance(out, reference_.normal.at(x, stripRow)) / layouts::Flat::kY0;

@@ -91,7 +91,7 @@ Result<std::vector<verify::StageError>> mipErrors(const MippedLightMap& map, std
                        fmt::format("found {} mip levels, expected at most {}: {}", count, (*survey)->count, (*survey)->end));
     const auto clusters = clustersOfLevel0(map);
     if (!clusters) return tl::make_unexpected(clusters.error());
-    const bool isFlat = map.asset.layout == formats::info(formats::LightMapLayout::Flat).name;
+    const bool isFlat = formats::isFlat(map.asset.layout);
     verify::LightMapSampling sampling;
     sampling.placesPerTexel = map.parameters.samples;
     for (int mip = 1; mip < count; ++mip) {

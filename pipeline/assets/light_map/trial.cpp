@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <set>
@@ -45,15 +46,20 @@ std::vector<Trial> trialsOf(const TrialParameters& parameters, const std::option
     std::vector<Trial> trials;
     std::set<formats::LightMapLayout> measured;
     for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) {
-        const bool isUsual = layout.trialLayout || (layout.id == formats::LightMapLayout::Flat && parameters.isFlatTried);
+        const bool isUsual = layout.trialLayout || (layout.isFlat() && parameters.isFlatTried);
         const bool isTaken = parameters.layouts.empty() ? isUsual : formats::mayTake(parameters.layouts, layout);
         if (!parameters.decode.allow(layout) || !(isTaken || isUsual)) continue;
         trials.push_back({&layout, !isTaken});
         if (isTaken) measured.insert(trialOf(layout));
     }
-    const auto isFlat = [](const Trial& each) { return each.layout->id == formats::LightMapLayout::Flat; };
-    if (!parameters.hasDirections && std::ranges::any_of(trials, [&](const Trial& each) { return isFlat(each) && !each.isExcluded; }))
-        std::erase_if(trials, [&](const Trial& each) { return !isFlat(each) && !each.layout->refinesCoefficient0(); });
+    const auto isFlat = [](const Trial& each) { return each.layout->isFlat(); };
+    const auto mayBeNeeded = [&](const Trial& each) {
+        if (isFlat(each)) return true;
+        if (!parameters.shading.needsDirections()) return each.layout->id == formats::LightMapLayout::Raw;
+        return parameters.hasDirections || each.layout->refinesCoefficient0();
+    };
+    if (std::ranges::any_of(trials, [&](const Trial& each) { return isFlat(each) && !each.isExcluded; }))
+        std::erase_if(trials, std::not_fn(mayBeNeeded));
     if (texels > kExcludedTexels)
         std::erase_if(trials, [&](const Trial& each) { return each.isExcluded && !measured.contains(trialOf(*each.layout)); });
     return trials;

@@ -293,7 +293,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     if (!truth) return tl::make_unexpected(truth.error());
 
     // Blocks of a flat map are checked for what it stores, whatever the materials need.
-    const bool isFlat = asset->layout == formats::info(formats::LightMapLayout::Flat).name;
+    const bool isFlat = formats::isFlat(asset->layout);
     Preview preview(bake.width(), bake.height(), key);
     const bool hasNormalMaps = parameters->shading.normalCount > 1 && parameters->shading.normalMapTilt > 0 && !isFlat;
     const auto mesh = meshOf(context);

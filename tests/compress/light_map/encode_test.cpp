@@ -72,6 +72,16 @@ TEST(EncodeLightMap, TheFirstTextureOfHdr2IsHdr) {
     }
 }
 
+TEST(EncodeLightMap, TheFirstTextureOfFlat2IsFlat) {
+    for (const Kind kind : {Kind::Gradient, Kind::Night, Kind::Spikes})
+        for (const Target target : {Target::Bc, Target::Astc, Target::Float}) {
+            auto layers = encode(kind, planOf(kind, LightMapLayout::Flat2, target), kHeight);
+            ASSERT_EQ(layers.size(), 2u);
+            layers.resize(1);
+            EXPECT_EQ(encode(kind, planOf(kind, LightMapLayout::Flat, target), kHeight), layers);
+        }
+}
+
 TEST(EncodeLightMap, ValuesThatDoNotFitAreCounted) {
     compress::EncodeReport fits, ratios;
     encode(Kind::Gradient, planOf(Kind::Gradient, LightMapLayout::Luvw, Target::Bc), kHeight, 0, &fits);

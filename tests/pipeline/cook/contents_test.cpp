@@ -1,5 +1,6 @@
 #include "pipeline/cook/contents.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "formats/light_map.h"
@@ -44,8 +45,8 @@ const Json& skipOf(const Json& report, const std::string& what) {
     return none;
 }
 
-Outcome cook(const SmallScene& scene, const std::string& output = "") {
-    scene.writeSceneFile(output);
+Outcome cook(const SmallScene& scene, const std::string& output = "", const std::string& materials = "") {
+    scene.writeSceneFile(output, materials);
     const RunState state;
     const CookOptions options = scene.options();
     Outcome outcome = cookScene(options, state);
@@ -110,6 +111,23 @@ TEST(Contents, AutoTriesTheFlatLayoutWhereItMayBeEnough) {
     EXPECT_EQ(assetOf(cook(fog, "max_error = 0.02").report, "map").at("layout"), "flat");
     const SmallScene slope(SmallScene::Parts::LightMap, growingSlope);
     EXPECT_NE(assetOf(cook(slope, "max_error = 0.02").report, "map").at("layout"), "flat");
+}
+
+TEST(Contents, WhereNobodySeesDirectionsAutoTakesAsManyFlatTexturesAsALimitAsksFor) {
+    const SmallScene scene(SmallScene::Parts::LightMap, sunAndSky);
+    const std::string plain = "[[material]]\nname = \"*\"\nnormal_map = false\nspecular = false\n";
+    const auto cooked = [&](const std::string& output) { return assetOf(cook(scene, output, plain).report, "map"); };
+    const Json one = cooked("max_error = 0.05");
+    EXPECT_EQ(one.at("layout"), "flat");
+    for (const char* more : {"", "\nkeep_unused = true"}) {
+        const double error = one.at("stages").back().at("error").at("diffuse").at("rel_rms").get<double>();
+        const Json two = cooked(fmt::format("max_error = {}{}", 0.7 * error, more));
+        EXPECT_EQ(two.at("layout"), "flat-2") << more;
+        EXPECT_LT(two.at("bits_per_texel").get<double>(), 18) << more;
+        EXPECT_LT(two.at("stages").back().at("error").at("diffuse").at("rel_rms").get<double>(), 0.7 * error) << more;
+    }
+    EXPECT_EQ(cooked("max_error = 2e-4").at("layout"), "raw");
+    EXPECT_EQ(cooked("light_map_layout = \"basis-4\"").at("layout"), "flat") << "the light is the same, in fewer bytes";
 }
 
 TEST(Contents, ALayoutByNameAndKeepUnusedAreObeyed) {

@@ -79,6 +79,10 @@ TEST(PlanScene, WithoutNormalMapsAndSpecularTheLightMapIsFlat) {
     const auto plan = planScene(scene, resolveNeeds(scene, {}), {});
     ASSERT_TRUE(plan.has_value());
     EXPECT_EQ(plan->actions[0].parameters.at("layout"), "flat");
+    scene.output.lightMapLayout = kAutoLayout;
+    const auto open = planScene(scene, resolveNeeds(scene, {}), {});
+    ASSERT_TRUE(open.has_value());
+    EXPECT_EQ(open->actions[0].parameters.at("is_flat_tried"), true);
 }
 
 TEST(PlanScene, EverythingIsPlannedWhereEverythingIsNeeded) {

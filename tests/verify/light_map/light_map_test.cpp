@@ -31,7 +31,7 @@ constexpr int kMapWidth = 46, kMapHeight = 38;
 
 /// Returns true if the layout keeps band 2 as it is: zonal layouts approximate it, sh4 and most of those of engines drop it.
 bool keepsBand2(LightMapLayout layout) {
-    return layout == LightMapLayout::Flat || formats::info(layout).lacks.empty();
+    return formats::info(layout).isFlat() || formats::info(layout).lacks.empty();
 }
 
 using test::Cooked;
@@ -579,7 +579,7 @@ TEST(LightMapVerifier, FloatTargetsAreFarMoreExactThanBlocks) {
     for (const LightMapLayout layout : kEveryLayout) {
         // A flat map is exact for what it holds: the texel's own normal.
         verify::LightMapShading shading;
-        if (layout == LightMapLayout::Flat) {
+        if (formats::info(layout).isFlat()) {
             shading.specular = false;
             shading.normalCount = 1;
         }
@@ -692,6 +692,20 @@ TEST(LightMapVerifier, TexelsOfNineBitsErrByTheirSteps) {
             }
         EXPECT_LT(cooked.total().diffuse.relRms, 0.002);
         EXPECT_LT(cooked.total().diffuse.relRms, cook(kind, LightMapLayout::Hdr2).total().diffuse.relRms);
+    }
+}
+
+/// Where the materials ask for no directions, the second texture holds what the first one misses.
+TEST(LightMapVerifier, TheSecondTextureOfFlat2HoldsWhatTheFirstMisses) {
+    for (const Kind kind : {Kind::Gradient, Kind::Night}) {
+        verify::LightMapShading shading;
+        shading.normalCount = 1;
+        shading.specular = false;
+        const auto flat = cook(kind, LightMapLayout::Flat).stages(shading), two = cook(kind, LightMapLayout::Flat2).stages(shading);
+        ASSERT_EQ(two.size(), flat.size() + 1);
+        EXPECT_EQ(two[0].diffuse.relRms, flat[0].diffuse.relRms);
+        EXPECT_LT(two[1].diffuse.relRms, 0.5 * flat[0].diffuse.relRms);
+        EXPECT_LT(two[1].diffuse.p99, 0.5 * flat[0].diffuse.p99);
     }
 }
 

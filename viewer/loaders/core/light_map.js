@@ -19,7 +19,8 @@ const basis = (code, residuals) => ({ name: `Basis${code}`, code, residuals });
 /** @type {Record<string, Layout>} By the name of the manifest. */
 export const LAYOUTS = {
   "raw": { name: "Raw", numbers: ["range"], arrays: { sh: ["sh", 9] } },
-  "flat": { name: "Flat", numbers: ["range"], flat: true },
+  "flat": { name: "Flat", numbers: ["range"], single: ["exit"], flat: true },
+  "flat-2": { name: "Flat2", numbers: ["range", "share"], single: ["exit", "second"], flat: true },
   "luvw": { name: "Luvw", numbers: ["root"], lists: ["range", "span"], vectors: ["neutral"],
     arrays: { first: ["luvw_first", 9], second: ["luvw_second", 9] } },
   "luvw-linear": { name: "LuvwLinear", numbers: ["root"], lists: ["range", "span"], vectors: ["neutral", "luminance"],
@@ -114,7 +115,8 @@ function plainParts(layout, constants) {
   const hasConstants = members.length > 0, call = hasConstants ? "t, lightMapConstants" : "t", body = [];
   if (layout.flat)
     body.push("LcSh sh;", "for (int i = 0; i < 9; ++i) sh.c[i] = vec3(0.0);",
-      `sh.c[0] = lcLightMapFlat(${fetch("exit")}, lightMapConstants) / 0.28209479;`, "return sh;");
+      `sh.c[0] = lcLightMap${layout.name}(${(layout.single ?? []).map((role) => fetch(role)).join(", ")}, lightMapConstants) / 0.28209479;`,
+      "return sh;");
   else {
     body.push(`Lc${layout.name}Texels t;`);
     for (const member of layout.single ?? []) body.push(`t.${member} = ${fetch(member)};`);
