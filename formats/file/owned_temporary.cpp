@@ -155,6 +155,7 @@ Result<OwnedTemporary> OwnedTemporary::makeFile(const fs::path& folder, const fs
     static std::atomic<unsigned> counter = 0;
     const std::string ending = extension.string().size() <= kLongestExtension ? extension.string() : "";
     for (;;) {
+        std::unique_lock enlisting(registry().mutex);  // abandonTemporaries() sees what exists
         // open(2) and not mkstemp(3), which ignores the umask.
         const fs::path path = folder / fmt::format("{}{}-{}{}", kTemporaryPrefix, ::getpid(), counter++, ending);
         const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -163,6 +164,7 @@ Result<OwnedTemporary> OwnedTemporary::makeFile(const fs::path& folder, const fs
             return outputFailure(path, "creating it", errno);
         }
         enlist(path, {});
+        enlisting.unlock();
         if (const auto lock = keepLock(descriptor)) return OwnedTemporary(path, *lock);
     }
 }
@@ -185,6 +187,7 @@ Result<OwnedTemporary> OwnedTemporary::makeFolder(const fs::path& parent) {
             return failure(lockFile.error().code, parent.string(), lockFile.error().detail);
         }
         const fs::path path = fs::path(lockFile->path()).replace_extension();
+        const std::lock_guard enlisting(registry().mutex);
         if (::mkdir(path.c_str(), 0700) != 0) {
             if (errno == EEXIST) continue;
             return refuse(errno);
