@@ -1,4 +1,4 @@
-// Settings of charts to pack or to split (pipeline/repack, pipeline/assets/light_map/chart_split.h) beside the other settings of a scene.
+// Checks that packed and split charts fit the other settings of a scene.
 #pragma once
 
 #include <string>

@@ -183,7 +183,7 @@ private:
         if (const std::string left = options_.only ? leftWithOtherCharts(*plan, outcome_.output) : ""; !left.empty())
             return failure(
                 ErrorCode::InvalidRequest, "--only",
-                fmt::format("found '{}' with charts that were packed anew, expected the light map to be cooked with it: --only {}", left,
+                fmt::format("found '{}' of an earlier cook with packed charts, expected the whole light map to be cooked: --only {}", left,
                             plan->lightMaps.front()));
         const auto report = publishWithSummaries(*plan, result);
         if (!report) return tl::make_unexpected(report.error());

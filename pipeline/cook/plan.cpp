@@ -51,7 +51,12 @@ bool hasObjective(const std::string& layout) {
     return known && formats::info(*known).hasObjective();
 }
 
-/// Returns the textures of a layout under a target. "auto" counts as the default layout, since it is not decided for a map that is flat.
+/// Returns the bytes that something smaller saves; 0 if it is not smaller.
+std::uint64_t savedBytes(std::uint64_t would, std::uint64_t is) {
+    return would - std::min(is, would);
+}
+
+/// Returns the textures of a layout under a target. "auto" counts as the default layout.
 std::vector<SkippedImages> imagesOf(const std::string& layout, formats::Target target) {
     std::vector<SkippedImages> images;
     for (const formats::LightMapTextureInfo& texture :
@@ -78,7 +83,7 @@ std::vector<std::string> fileNames(const std::string& asset, AssetKind kind) {
     return names;
 }
 
-/// Returns the name of the mesh of a light map. Maps of one name count as one.
+/// Returns the name of the mesh of a light map. Parts of a split map count once if `nameOf` returns the same name for them.
 /// nameOf  name of a light map
 template <class NameOf>
 std::string meshNameAmong(const Scene& scene, const LightMapEntry& entry, NameOf nameOf) {
@@ -127,12 +132,16 @@ public:
         return std::move(plan_);
     }
 
+    const std::vector<std::string>& knownNames() const { return knownNames_; }
+
 private:
     /// parent  name or light map that the asset derives from
     template <class Parent>
     bool wanted(const std::string& asset, AssetKind kind, const Parent& parent) {
-        plan_.known.push_back(asset);
-        return wants(asset, kind, parent);
+        const bool isWanted = wants(asset, kind, parent);
+        knownNames_.push_back(asset);
+        if (!isWanted) plan_.unwanted.insert(asset);
+        return isWanted;
     }
     bool wants(const std::string& asset, AssetKind kind, const std::string& parent) const {
         return isWanted(options_, asset, kind, parent);
@@ -277,7 +286,7 @@ private:
         const auto would = imagesOf(asked, scene_.output.target), is = imagesOf(layout, scene_.output.target);
         if (reduction.constantOf)
             skip(fmt::format("texels of light map '{}'", entry.name), reduction.why,
-                 bytesOf(would, *reduction.constantOf) - bytesOf(is, {kConstantSide, kConstantSide}),
+                 savedBytes(bytesOf(would, *reduction.constantOf), bytesOf(is, {kConstantSide, kConstantSide})),
                  {"light-map", texelsOf(*reduction.constantOf)});
         else if (!reduction.why.empty())
             skip(fmt::format("bands of light map '{}'", entry.name), reduction.why, "light-map", entry.name, would, is);
@@ -551,6 +560,7 @@ private:
     verify::LightMapShading shading_;
     Plan plan_;
     std::set<std::string> fileNames_;
+    std::vector<std::string> knownNames_;
     std::string takenName_;                  ///< the first that two assets would use
     std::optional<formats::Error> mistake_;  ///< the first thing asked for that cannot be
 };
@@ -627,7 +637,7 @@ formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const Pl
     if (options.only && plan.assets.empty() && plan.skipped.empty() && plan.undecided.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, "--only",
                                 fmt::format("found '{}', expected an asset of the scene; nearest is '{}'", *options.only,
-                                            formats::nearestName(*options.only, plan.known)));
+                                            formats::nearestName(*options.only, planner.knownNames())));
     return planned;
 }
 

@@ -4,6 +4,7 @@
 #include <glm/vec2.hpp>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -33,7 +34,7 @@ struct Plan {
     std::vector<std::string> undecided;                 ///< light maps whose layout is chosen after action "trial/<name>"
     std::map<std::string, PackedLightMap> packed = {};  ///< by asset: the repacked light map that it belongs to
     std::map<std::string, Json> notes = {};             ///< for the report, by asset
-    std::vector<std::string> known = {};                ///< every asset of the scene, also those that the options do not want
+    std::set<std::string> unwanted = {};                ///< assets of the scene that the options do not want
     std::vector<std::string> lightMaps = {};            ///< light maps of the scene file of which the options want an asset
 };
 

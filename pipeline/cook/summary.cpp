@@ -35,12 +35,16 @@ std::string lightMapOf(const CookedAsset& asset) {
     return asset.kind == AssetKind::LightMap ? asset.name : asset.lightMap.value_or("");
 }
 
-/// Returns true if a cook leaves an asset of an earlier one in the folder. It removes those of its light maps that the scene has no longer:
-/// with other `charts` a map has other meshes, and no second map.
+/// Returns true if an asset belongs to a light map that a plan cooks, or to the second map that one had with other `charts`.
+bool isOfCookedMap(const Plan& plan, const CookedAsset& asset) {
+    const std::string map = lightMapOf(asset);
+    const auto isSecondOf = [&](const std::string& cooked) { return fineNameOf(cooked) == map; };
+    return isPlanned(plan, map) || (!plan.unwanted.contains(map) && std::ranges::any_of(plan.assets, isSecondOf));
+}
+
+/// Returns true if a cook leaves an asset of an earlier one in the folder. It removes what no longer belongs to a light map that it cooks.
 bool isLeft(const Plan& plan, const CookedAsset& asset) {
-    const auto isOf = [&](const std::string& name) { return name == lightMapOf(asset) || fineNameOf(name) == lightMapOf(asset); };
-    const bool isGone = std::ranges::find(plan.known, asset.name) == plan.known.end() && std::ranges::any_of(plan.lightMaps, isOf);
-    return !isPlanned(plan, asset.name) && !isGone;
+    return !isPlanned(plan, asset.name) && (plan.unwanted.contains(asset.name) || !isOfCookedMap(plan, asset));
 }
 
 /// Removes the files of an earlier cook that the new manifest does not name.
