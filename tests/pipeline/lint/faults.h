@@ -242,6 +242,10 @@ inline void flatTriangles(const PlantedScene& scene) {
     scene.editMesh([](Glb& glb) { glb.json["nodes"][0]["scale"] = {0, 0, 0}; });
 }
 
+inline void farTriangles(const PlantedScene& scene) {
+    scene.editMesh([](Glb& glb) { glb.json["nodes"][0]["scale"] = {1, 1e12, 1}; });
+}
+
 inline void meshBelowItself(const PlantedScene& scene) {
     scene.editMesh([](Glb& glb) { glb.json["nodes"][0]["children"] = {0}; });
 }
