@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "compress/light_map.h"
+#include "formats/light_map_layout.h"
 #include "formats/temporary_folder.h"
 #include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/light_map.h"
@@ -82,7 +83,7 @@ compress::LightMapPlan uncodedPlan(const Bake& bake, const std::string& name, in
 
 std::vector<std::string> ourLayouts() {
     std::vector<std::string> names = pipeline::lightMapLayoutNames();
-    std::erase_if(names, [](const std::string& name) { return name == "flat" || name == "raw"; });
+    std::erase_if(names, [](const std::string& name) { return formats::isFlat(name) || name == "raw"; });
     return names;
 }
 

@@ -184,7 +184,7 @@ public:
     /// Returns errors of no rows, to merge into.
     LightMapErrors noErrors() const;
     /// Returns the coefficients that the shader decodes at the texel centres of rows [firstRow, firstRow + rowCount): world frame, no
-    /// Condon-Shortley sign. For layout "flat" they are the constant environment of the same exit radiance.
+    /// Condon-Shortley sign. For layouts of exit radiance they are the constant environment of the same exit radiance.
     ///
     /// placesPerTexel  N: instead at N x N places of each texel, (x + 0.5) / N of the map's coordinates, from filtered texels as a GPU has
     ///                 them. The image has N times the width and rows; `texels` must hold the row above and the row below, too

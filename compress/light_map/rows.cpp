@@ -22,11 +22,13 @@ constexpr float kPaddingSignificance = 0x1p-8f, kSecondSignificance = 0x1p-16f;
 constexpr float kFarLight = 8;
 
 /// Above this share of the key, errors count by their ratio; below, by their size. Learned layouts need the smaller one: the same tables
-/// decode all light levels, and errors in dark texels would go unnoticed. So does family hdr, whose dark texels share blocks with lit ones.
+/// decode all light levels, and errors in dark texels would go unnoticed. So do family hdr and flat-2, whose dark texels share blocks with
+/// lit ones.
 constexpr float kKnee = 1.0f, kSmallKnee = 0.1f;
 
 float kneeOf(const formats::LightMapLayoutInfo& layout) {
-    return layout.isLearned() || layout.family == formats::LightMapFamily::Hdr ? kSmallKnee : kKnee;
+    const bool isLinear = layout.family == formats::LightMapFamily::Hdr || layout.id == formats::LightMapLayout::Flat2;
+    return layout.isLearned() || isLinear ? kSmallKnee : kKnee;
 }
 
 /// Writes the values of one texel that layouts store: nine coefficients, or the exit radiance.

@@ -43,7 +43,7 @@ CommandFunction defineLightmap(CLI::App& app) {
     addFileOption(app, "output", options->output, "A folder; or a .ktx2 or .dds file if the layout is one texture")->required();
     options->outputOptions.addLightMap(app);
     app.add_flag("--no-normal-maps", options->noNormalMaps, "No surface has a normal map");
-    app.add_flag("--no-specular", options->noSpecular, "No surface is specular; with --no-normal-maps the layout is flat");
+    app.add_flag("--no-specular", options->noSpecular, "No surface is specular; with --no-normal-maps directions are left out");
     app.add_flag("--mips", options->cook.mips, "Write mip levels, as far as these keep charts apart");
     addLobeOption(app, options->lobe, formats::sceneLobes());
     addRepairOption(app, options->cook.repair);

@@ -125,9 +125,11 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
     reduction.isDominantConstant = content.isConstant && content.hasOneNormal;
     const formats::LayoutList& layouts = layoutsFor(scene.output, entry);
     const bool isRawTaken = isAuto && formats::mayTake(layouts, formats::info(formats::LightMapLayout::Raw));
-    const bool mayBeLearned = isAuto && !isRawTaken ? std::ranges::any_of(layouts, isLearned) : isLearned(asked);
+    const bool isFlatTaken = isAuto && !needs.needsDirections() && formats::mayTake(layouts, formats::info(formats::LightMapLayout::Flat));
+    const bool mayBeLearned = isAuto && !isRawTaken && !isFlatTaken ? std::ranges::any_of(layouts, isLearned) : isLearned(asked);
     if (content.isConstant && !mayBeLearned) {
         if (isRawTaken) reduction.layout = nameOf(formats::LightMapLayout::Raw);
+        if (isFlatTaken) reduction.layout = nameOf(formats::LightMapLayout::Flat);
         reduction.constantOf = {content.width, content.height};
         reduction.why = fmt::format("all {} covered texels hold the same light: one block of {} x {} texels is enough", content.covered,
                                     kConstantSide, kConstantSide);

@@ -31,7 +31,7 @@ struct LightMapReduction {
     std::optional<glm::ivec2> constantOf;  ///< see formats::LightMapDescription
     bool hasDominant = true;               ///< false: the light is black, or has no direction anywhere
     bool isDominantConstant = false;       ///< the dominant light of every texel is that of the first
-    bool isFlatTried = false;              ///< for "auto": band 0 alone may be enough
+    bool isFlatTried = false;              ///< for "auto": directions may not be needed
     bool hasDirections = true;             ///< false: bands 1 and 2 are zero
     std::string why;                       ///< a lower order or a constant was chosen; empty: neither was
 };

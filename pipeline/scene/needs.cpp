@@ -81,7 +81,7 @@ std::string lightMapLayoutFor(const Scene& scene, const Needs& needs, const Ligh
     const bool isForEngine = known && formats::info(*known).isForEngine;
     const formats::LightMapLayoutInfo& flat = formats::info(formats::LightMapLayout::Flat);
     const bool isFlatRead = !isForEngine && formats::mayTake(layoutsFor(scene.output, entry), flat);
-    return needs.needsDirections() || asked == kAutoLayout || !isFlatRead ? asked : std::string(flat.name);
+    return needs.needsDirections() || asked == kAutoLayout || formats::isFlat(asked) || !isFlatRead ? asked : std::string(flat.name);
 }
 
 double largestExponentFor(const Needs& needs, const std::vector<double>& exponents) {

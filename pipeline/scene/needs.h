@@ -73,8 +73,8 @@ double largestExponentFor(const Needs& needs, const std::vector<double>& exponen
 int unreadLevelsOf(const Needs& needs, int size);
 inline constexpr int kLeastReadSize = 4;
 
-/// Returns the layout of a light map: "flat" if neither normal maps nor specular need directions and the engine reads it, else the one that
-/// the scene asks for.
+/// Returns the layout that the scene asks for. In place of a named one with directions that is "flat" if the materials need none and the
+/// engine reads it.
 std::string lightMapLayoutFor(const Scene& scene, const Needs& needs, const LightMapEntry& entry);
 
 /// The rows of the 16-row table grid m = 1/16 .. 1 that cover the needed range: first and count.

@@ -52,7 +52,7 @@ ShadingMatrix diffuseMatrix(int count);
 /// Returns the matrix of exit radiance of a white surface at its own normal and, with a tilt, at 24 normals of the cap of `tilt` degrees
 /// around it (docs/theory/visible.md).
 ShadingMatrix capMatrix(double tilt);
-/// Returns the matrix of exit radiance for layout "flat", whose light has coefficient 0 only.
+/// Returns the matrix of exit radiance for layouts "flat" and "flat-2", whose light has coefficient 0 only.
 ShadingMatrix flatMatrix();
 /// Returns the matrix of area specular for every view, m and F0.
 ShadingMatrix specularMatrix(const LightMapShading& shading);

@@ -54,9 +54,12 @@ std::vector<Trial> trialsOf(const TrialParameters& parameters, const std::option
     }
     const auto isFlat = [](const Trial& each) { return each.layout->isFlat(); };
     const auto mayBeNeeded = [&](const Trial& each) {
-        if (isFlat(each)) return true;
-        if (!parameters.shading.needsDirections()) return each.layout->id == formats::LightMapLayout::Raw;
-        return parameters.hasDirections || each.layout->refinesCoefficient0();
+        const formats::TexelRole first = each.layout->textures.front().role;
+        const bool isListed = !parameters.layouts.empty() && !each.isExcluded;
+        if (isFlat(each) || isListed) return true;
+        if (!parameters.hasDirections) return each.layout->refinesCoefficient0();
+        // Layouts of directions that nobody sees can only be better by texels of their own.
+        return parameters.shading.needsDirections() || first == formats::TexelRole::Half || first == formats::TexelRole::HdrFine;
     };
     if (std::ranges::any_of(trials, [&](const Trial& each) { return isFlat(each) && !each.isExcluded; }))
         std::erase_if(trials, std::not_fn(mayBeNeeded));

@@ -19,7 +19,7 @@ struct TrialParameters {
     verify::LightMapShading shading;
     lighting::DisplaySettings display;
     formats::Objective objective = formats::Objective::Visible;
-    bool isFlatTried = false;           ///< band 0 alone may be enough
+    bool isFlatTried = false;           ///< directions may not be needed
     bool hasDirections = true;          ///< false: bands 1 and 2 are zero, so layouts that store coefficient 0 as flat does are not tried
     formats::DecodeLimits decode = {};  ///< layouts over them are not tried
     formats::LayoutList layouts = {};   ///< that "auto" may take

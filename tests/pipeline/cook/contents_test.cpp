@@ -128,6 +128,12 @@ TEST(Contents, WhereNobodySeesDirectionsAutoTakesAsManyFlatTexturesAsALimitAsksF
     }
     EXPECT_EQ(cooked("max_error = 2e-4").at("layout"), "raw");
     EXPECT_EQ(cooked("light_map_layout = \"basis-4\"").at("layout"), "flat") << "the light is the same, in fewer bytes";
+    EXPECT_EQ(cooked("light_map_layout = \"flat-2\"").at("layout"), "flat-2");
+    EXPECT_EQ(cooked("max_error = 2e-4\nlayouts = [\"flat\", \"hdr-rgb9e5\", \"raw\"]").at("layout"), "raw");
+    const SmallScene constant(SmallScene::Parts::LightMap, sky);
+    const Json block = assetOf(cook(constant, "max_error = 0.05", plain).report, "map");
+    EXPECT_EQ(block.at("layout"), "flat");
+    EXPECT_EQ(block.at("bytes_gpu"), 16) << "one block";
 }
 
 TEST(Contents, ALayoutByNameAndKeepUnusedAreObeyed) {

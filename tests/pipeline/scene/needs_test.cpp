@@ -83,6 +83,10 @@ TEST(PlanScene, WithoutNormalMapsAndSpecularTheLightMapIsFlat) {
     const auto open = planScene(scene, resolveNeeds(scene, {}), {});
     ASSERT_TRUE(open.has_value());
     EXPECT_EQ(open->actions[0].parameters.at("is_flat_tried"), true);
+    scene.output.lightMapLayout = "flat-2";
+    const auto named = planScene(scene, resolveNeeds(scene, {}), {});
+    ASSERT_TRUE(named.has_value());
+    EXPECT_EQ(named->actions[0].parameters.at("layout"), "flat-2");
 }
 
 TEST(PlanScene, EverythingIsPlannedWhereEverythingIsNeeded) {
