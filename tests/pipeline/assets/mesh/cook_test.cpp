@@ -418,6 +418,20 @@ TEST_F(TwoSquares, AMeshAloneBringsTheLightMapThatItsVerticesSpeakOf) {
     }
 }
 
+TEST_F(TwoSquares, OnlyRemovesAMeshTogetherWithTheMapThatNeedsIt) {
+    writeMesh(Neck::Present);
+    writeScene("light_map_layout = \"basis-4\"\ndraco = false");
+    expectCooksAndVerifies();
+    ASSERT_TRUE(asset("room_mesh").is_object());
+    writeScene("light_map_layout = \"ratio\"\ndraco = false");
+    EXPECT_TRUE(cook("map_dominant").errors.empty());
+    EXPECT_TRUE(asset("room_mesh").is_object()) << "the map is still the learned one";
+    EXPECT_TRUE(cook("map").errors.empty());
+    EXPECT_EQ(asset("map").at("layout"), "ratio");
+    EXPECT_TRUE(asset("room_mesh").is_null());
+    EXPECT_TRUE(verify().errors.empty());
+}
+
 TEST_F(TwoSquares, AMeshThatCannotBeReadDoesNotStopALearnedLightMap) {
     writeScene("light_map_layout = \"basis-4\"");
     const auto keepGoing = [&] {
